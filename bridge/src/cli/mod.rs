@@ -1,0 +1,197 @@
+//! The commands, one file each, and what they share: arguments, refusals, exit codes.
+//!
+//! Comes in: parsed arguments. Goes out: an exit code; with `--json` exactly one object on standard output, also on
+//! refusal. Does not know what the commands do.
+
+mod doctor;
+mod export;
+mod inspect;
+mod link;
+mod machines;
+mod plan;
+mod refusal;
+mod run;
+mod serve;
+mod simulate;
+
+pub(crate) use refusal::{Exit, Refusal};
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Drill and mill printed circuit boards.
+#[derive(Debug, Parser)]
+#[command(name = "annulus", version, about)]
+pub(crate) struct Arguments {
+    /// Print exactly one JSON object on standard output.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Read drill files, folders and zips, and say what is in them.
+    Inspect(inspect::InspectArgs),
+    /// Choose bits and put the holes in order.
+    Plan(plan::PlanArgs),
+    /// Write a program in another controller's words.
+    Export(export::ExportArgs),
+    /// Compute the step stream and say how long it takes.
+    Simulate(simulate::SimulateArgs),
+    /// Drill a job.
+    Run(run::RunArgs),
+    /// Serve the page on this computer (the default).
+    Serve(serve::ServeArgs),
+    /// Print a fresh one-time address for a running bridge.
+    Link(link::LinkArgs),
+    /// List the machines that are known.
+    Machines(machines::MachinesArgs),
+    /// Check this computer: folders, ports, timing.
+    Doctor(doctor::DoctorArgs),
+}
+
+/// How a job is read: shared by every command that takes one.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct JobArgs {
+    /// Drill file, folder, zip, or a program written by `plan -o`.
+    #[arg(value_name = "JOB")]
+    pub(crate) job: PathBuf,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    /// Machine: a preset's name or a machine file.
+    #[arg(long, default_value = "virtual")]
+    pub(crate) machine: String,
+    /// Order of the holes.
+    #[arg(long, value_enum, default_value_t = Order::Shortest)]
+    pub(crate) order: Order,
+    /// Order of the bits.
+    #[arg(long, value_enum, default_value_t = Group::Ascending)]
+    pub(crate) group: Group,
+    /// With `--group loaded-first`: diameter of the bit that is in the spindle, in mm.
+    #[arg(long, value_name = "MM")]
+    pub(crate) loaded: Option<f64>,
+    /// Losses and findings that were seen, by code.
+    #[arg(long, value_delimiter = ',', value_name = "CODE")]
+    pub(crate) accept: Vec<String>,
+    /// Seed of the search.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Bound of the search; without it, sized by the number of holes for about a second.
+    #[arg(long)]
+    pub(crate) iterations: Option<u64>,
+}
+
+/// Overrides of what a drill file says about its numbers.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct ReadingArgs {
+    /// Do not look at the files beside it.
+    #[arg(long)]
+    pub(crate) alone: bool,
+    /// Units of the coordinates.
+    #[arg(long, value_enum)]
+    pub(crate) units: Option<Units>,
+    /// Digits before and after the decimal point, for example 2.4.
+    #[arg(long, value_name = "I.D")]
+    pub(crate) digits: Option<String>,
+    /// Zeros that were left out.
+    #[arg(long, value_enum)]
+    pub(crate) zeros: Option<Zeros>,
+}
+
+/// Units of coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Units {
+    /// Millimetres.
+    Mm,
+    /// Inches.
+    Inch,
+}
+
+/// Zeros left out of coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Zeros {
+    /// Those in front.
+    Leading,
+    /// Those behind.
+    Trailing,
+    /// None.
+    None,
+}
+
+/// Order of the holes of one bit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Order {
+    /// Shortest closed tour.
+    Shortest,
+    /// Least machine time.
+    Fastest,
+    /// As in the file.
+    File,
+}
+
+/// Order of the bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Group {
+    /// Small before large.
+    Ascending,
+    /// The loaded bit first, then ascending.
+    LoadedFirst,
+}
+
+/// What a command found, for scripts and for people.
+pub(crate) struct Answer {
+    /// The JSON object, without `ok`.
+    pub(crate) object: Value,
+    /// The same for people.
+    pub(crate) text: String,
+    /// Exit code: refused for content gives 1 even though there is an answer.
+    pub(crate) exit: Exit,
+}
+
+/// Runs the command and reports.
+pub(crate) fn run(arguments: Arguments) -> ExitCode {
+    let json = arguments.json;
+    match dispatch(arguments) {
+        Ok(answer) => {
+            if json {
+                let mut object = json!({ "ok": answer.exit == Exit::Done });
+                if let (Value::Object(out), Value::Object(rows)) = (&mut object, answer.object) {
+                    out.extend(rows);
+                }
+                println!("{object}");
+                eprint!("{}", answer.text);
+            } else {
+                print!("{}", answer.text);
+            }
+            answer.exit.into()
+        }
+        Err(refusal) => {
+            if json {
+                println!("{}", refusal.object());
+            }
+            eprintln!("{refusal}");
+            refusal.exit.into()
+        }
+    }
+}
+
+fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
+    let json = arguments.json;
+    match arguments.command {
+        Some(Command::Inspect(args)) => inspect::run(&args),
+        Some(Command::Plan(args)) => plan::run(&args),
+        Some(Command::Export(args)) => export::run(&args),
+        Some(Command::Simulate(args)) => simulate::run(&args),
+        Some(Command::Run(args)) => run::run(&args, json),
+        Some(Command::Serve(args)) => serve::run(&args, json),
+        Some(Command::Link(args)) => link::run(&args),
+        Some(Command::Machines(args)) => machines::run(&args),
+        Some(Command::Doctor(args)) => doctor::run(&args),
+        None => serve::run(&serve::ServeArgs::default(), json),
+    }
+}

@@ -1,0 +1,78 @@
+//! Why a command was refused, for people and for scripts, and with which exit code.
+//!
+//! Comes in: a remark or an I/O error. Goes out: sentence, object, exit code. Does not know the commands.
+
+use annulus_core::remark::Remark;
+use serde_json::{Value, json};
+use std::fmt;
+use std::process::ExitCode;
+
+/// Exit codes of the contract.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// Done; remarks are allowed.
+    Done = 0,
+    /// Refused for content: an unseen loss, a check that failed.
+    Content = 1,
+    /// Wrong usage.
+    Usage = 2,
+    /// Surroundings: missing file, port in use, no permission, disk full.
+    Surroundings = 3,
+    /// Interrupted by a person.
+    Interrupted = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// A refusal: what, where, what it means, what to do, and a stable code.
+#[derive(Debug)]
+pub(crate) struct Refusal {
+    /// What happened, as a remark whose sentences are in the locale tables.
+    pub(crate) why: Remark,
+    /// How the process ends.
+    pub(crate) exit: Exit,
+}
+
+impl Refusal {
+    /// A refusal for content.
+    pub(crate) fn content(why: Remark) -> Self {
+        Self { why, exit: Exit::Content }
+    }
+
+    /// A refusal of wrong usage.
+    pub(crate) fn usage(why: Remark) -> Self {
+        Self { why, exit: Exit::Usage }
+    }
+
+    /// A refusal because of the surroundings.
+    pub(crate) fn surroundings(why: Remark) -> Self {
+        Self { why, exit: Exit::Surroundings }
+    }
+
+    /// The object for scripts.
+    pub(crate) fn object(&self) -> Value {
+        let place = self.why.place.as_ref();
+        json!({
+            "ok": false,
+            "error": {
+                "code": self.why.code,
+                "message": self.why.message("en"),
+                "advice": self.why.advice("en"),
+                "place": place.map(|p| json!({ "file": p.file, "line": p.line, "column": p.column })),
+            }
+        })
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.why.place {
+            write!(out, "{}:{}:{}: ", place.file, place.line, place.column)?;
+        }
+        write!(out, "{} {} ({})", self.why.message("en"), self.why.advice("en"), self.why.code)
+    }
+}

@@ -1,0 +1,13 @@
+//! `annulus`: reads boards, plans, simulates, exports and drills; without a command it serves the page.
+//!
+//! Comes in: the command line. Goes out: text for people on standard error, one JSON object for scripts on
+//! standard output. The commands themselves are one file each in `cli/`.
+
+mod cli;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::run(cli::Arguments::parse())
+}

@@ -1,0 +1,62 @@
+//! The drill's mind: session, guard, trust in the position. Pure state machines, (state, event) → (state, actions).
+//!
+//! Comes in: what people ask and what the executor reports. Goes out: what to do, and what to show. Knows no socket, no
+//! thread, no disk.
+
+use crate::remark::Remark;
+use serde::{Deserialize, Serialize};
+
+/// What the machine is doing, in the words of the banner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum State {
+    /// Position unknown: initialise first.
+    NotHomed,
+    /// Moving to the end sensors.
+    Homing,
+    /// At rest, position known.
+    Ready,
+    /// A short move by hand.
+    Jogging,
+    /// Drilling a job.
+    Running,
+    /// Finishing the stroke before a pause.
+    Pausing,
+    /// Held between two holes; spindle off.
+    Paused,
+    /// Waiting for a person to change the bit.
+    ToolChange,
+    /// Coming to rest.
+    Stopping,
+    /// Something went wrong; it waits to be acknowledged.
+    Alarm,
+}
+
+/// How well the position is known. Only homing makes it trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Trust {
+    /// Known: homed and nothing happened since.
+    Trusted,
+    /// Probably right, but something happened: home before a job.
+    Suspect,
+    /// Not known.
+    Lost,
+}
+
+/// Why a job came to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ending {
+    /// All holes drilled.
+    Done,
+    /// Stopped after a hole, as asked.
+    StoppedAfterHole,
+    /// STOP was pressed.
+    Stopped,
+    /// An alarm.
+    Alarm,
+}
+
+/// An alarm: what happened, as a remark with a code of the locale tables.
+pub type Alarm = Remark;

@@ -1,0 +1,80 @@
+//! Points and boxes in whole nanometres. Alone in naming geometry crates.
+//!
+//! Comes in: [`Length`]. Goes out: points, boxes, distances in mm. Knows no boards.
+
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+
+/// A place in the plane of the board: X to the right, Y away from the person.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Point {
+    /// To the right.
+    pub x: Length,
+    /// Away from the person.
+    pub y: Length,
+}
+
+impl Point {
+    /// From two coordinates.
+    pub const fn new(x: Length, y: Length) -> Self {
+        Self { x, y }
+    }
+
+    /// From millimetres.
+    pub fn from_mm(x: f64, y: f64) -> Self {
+        Self::new(Length::from_mm(x), Length::from_mm(y))
+    }
+
+    /// Straight distance to `other` in mm.
+    pub fn distance_mm(self, other: Self) -> f64 {
+        let dx = (self.x - other.x).mm();
+        let dy = (self.y - other.y).mm();
+        libm::sqrt(dx * dx + dy * dy)
+    }
+}
+
+/// An axis-parallel box. Both corners belong to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// Lower left corner.
+    pub min: Point,
+    /// Upper right corner.
+    pub max: Point,
+}
+
+impl Bounds {
+    /// The box around one point.
+    pub const fn of(point: Point) -> Self {
+        Self { min: point, max: point }
+    }
+
+    /// The smallest box around all `points`; none for no points.
+    pub fn around(points: impl IntoIterator<Item = Point>) -> Option<Self> {
+        points.into_iter().fold(None, |bounds, point| {
+            Some(bounds.map_or(Self::of(point), |b: Self| b.with(point)))
+        })
+    }
+
+    /// Grown to hold `point` too.
+    #[must_use]
+    pub fn with(self, point: Point) -> Self {
+        Self {
+            min: Point::new(self.min.x.min(point.x), self.min.y.min(point.y)),
+            max: Point::new(self.max.x.max(point.x), self.max.y.max(point.y)),
+        }
+    }
+
+    /// Grown by `margin` on every side.
+    #[must_use]
+    pub fn grown(self, margin: Length) -> Self {
+        Self {
+            min: Point::new(self.min.x - margin, self.min.y - margin),
+            max: Point::new(self.max.x + margin, self.max.y + margin),
+        }
+    }
+
+    /// Whether `point` lies in it.
+    pub fn contains(self, point: Point) -> bool {
+        self.min.x <= point.x && point.x <= self.max.x && self.min.y <= point.y && point.y <= self.max.y
+    }
+}

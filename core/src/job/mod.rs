@@ -1,0 +1,173 @@
+//! The waist of the house: a program of legs. Above it people think in boards, below it axes move.
+//!
+//! ```text
+//! Program ─┬─ leg 0  prepare   [Spindle on, Dwell]
+//!          ├─ leg 1  hole 17   [Rapid, Plunge(gate?), Dwell, Retract]
+//!          ├─ leg 2  hole 4    [ … ]
+//!          └─ leg n  finish    [Spindle off, Rapid home]
+//! ```
+//!
+//! Comes in: a plan. Goes out: a [`Program`] in work coordinates: X and Y from the work zero, Z = 0 on the board's
+//! surface and positive upwards. A leg begins and ends at rest with Z at the safe height, so a job can be taken up
+//! at any leg. Does not know how fast anything can go.
+
+use crate::geometry::Point;
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+
+/// A whole job. Starts and ends at work X = Y = 0 with Z at `safe_height`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Program {
+    /// Name for people.
+    pub name: String,
+    /// Fingerprint of the machine it was planned for ([`crate::machine::Machine::fingerprint`]).
+    pub machine: String,
+    /// The place in the files' coordinates that is the work zero: work = file − origin.
+    pub origin: Point,
+    /// Bits in order of use.
+    pub bits: Vec<Bit>,
+    /// Height of rapid moves over the board's surface.
+    pub safe_height: Length,
+    /// What to do, in order.
+    pub legs: Vec<Leg>,
+    /// Every finding that was a loss, by code, and that a person has seen and accepted.
+    pub accepted: Vec<String>,
+}
+
+/// A drill bit used by a program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bit {
+    /// Its diameter.
+    pub diameter: Length,
+    /// Name for people, for example `0.8 mm`.
+    pub name: String,
+}
+
+/// What a leg is for, and the way back to the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mark {
+    /// Spindle up, first height.
+    Prepare,
+    /// Put this bit (index into [`Program::bits`]) in; a person or the magazine does it.
+    ChangeBit(u32),
+    /// Drill this hole (index into the board's holes).
+    Hole(u32),
+    /// Spindle off, back to the work zero.
+    Finish,
+}
+
+/// Commands between two moments of rest at safe height.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Leg {
+    /// What it is for.
+    pub mark: Mark,
+    /// What to do, in order.
+    pub commands: Vec<Command>,
+}
+
+/// One thing to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Command {
+    /// Go to a place in the plane, both axes together, at rapid speed, at safe height.
+    Rapid {
+        /// Where, in work coordinates.
+        to: Point,
+    },
+    /// Go down into the board. With a gate it ends where the sensor says, and `to` is the furthest it may go.
+    Plunge {
+        /// Lowest height of the tip.
+        to: Length,
+        /// Feed in µm/s.
+        feed_um_per_s: u32,
+        /// The sensor that ends it early, if any.
+        gate: Option<Gate>,
+    },
+    /// Go up, at rapid speed.
+    Retract {
+        /// Height of the tip.
+        to: Length,
+    },
+    /// Stay.
+    Dwell {
+        /// For how long, in µs.
+        us: u32,
+    },
+    /// Set the spindle's speed; 0 is off.
+    Spindle {
+        /// Speed in revolutions per minute.
+        rpm: u32,
+    },
+    /// Wait until a person says that this bit is in.
+    AwaitBit {
+        /// Index into [`Program::bits`].
+        bit: u32,
+    },
+}
+
+/// A move that may end on a sensor: watch `input` while moving; when it turns on, stop there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Gate {
+    /// What to watch.
+    pub input: Input,
+    /// Longest time from the start of the move, in µs.
+    pub deadline_us: u32,
+    /// What it means when the move ended, or the deadline passed, without the input.
+    pub otherwise: Otherwise,
+}
+
+/// What an unmet gate means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Otherwise {
+    /// Stop and raise an alarm: the bit is dull, the board is missing, the sensor is broken.
+    Alarm,
+    /// Go on: the end of the move is good enough.
+    GoOn,
+}
+
+/// The inputs of a machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Input {
+    /// End sensor at the low end of X.
+    XMin,
+    /// End sensor at the high end of X.
+    XMax,
+    /// End sensor at the low end of Y.
+    YMin,
+    /// End sensor at the high end of Y.
+    YMax,
+    /// Spindle all the way up.
+    ZTop,
+    /// Spindle all the way down.
+    ZBottom,
+    /// Tip touches the board.
+    Contact,
+}
+
+impl Input {
+    /// All of them, in the order of their bits.
+    pub const ALL: [Self; 7] =
+        [Self::XMin, Self::XMax, Self::YMin, Self::YMax, Self::ZTop, Self::ZBottom, Self::Contact];
+
+    /// Its bit in a word of inputs.
+    pub const fn bit(self) -> u32 {
+        1 << self as u32
+    }
+}
+
+impl Program {
+    /// How many holes it drills.
+    pub fn hole_count(&self) -> usize {
+        self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()
+    }
+
+    /// Where the head stands in the plane before leg `index` (work zero before the first).
+    pub fn start_of_leg(&self, index: usize) -> Point {
+        let commands = self.legs[..index.min(self.legs.len())].iter().flat_map(|leg| &leg.commands);
+        let rapids = commands.filter_map(|command| match command {
+            Command::Rapid { to } => Some(*to),
+            _ => None,
+        });
+        rapids.last().unwrap_or_default()
+    }
+}

@@ -1,0 +1,50 @@
+//! The pure heart of Annulus. No file, no socket, no clock, no thread; the same bytes in the page (wasm) and
+//! in the bridge (native), so that what is simulated is what runs.
+//!
+//! Data walks one way. Each floor makes one noun, and does not know the floors above it:
+//!
+//! ```text
+//! bytes ─ artwork ─▶ DrillFile ─ board ─▶ Board ─ cam ─▶ Plan ─▶ Program (job)
+//!       Program ─ motion ─▶ Timeline ─ steps ─▶ StepStream ─ pins ─▶ pulses
+//!                                                  └─ check: is it safe?
+//! ```
+//!
+//! | floor | makes | does not know |
+//! |---|---|---|
+//! | `units` | lengths in whole nanometres | anything else |
+//! | `remark` | what a reader or check has to say, as code and arguments | the sentences |
+//! | `locale` | the sentences, one table a language | who asks |
+//! | `geometry` | points and boxes | boards |
+//! | `machine` | a machine described, its settings table, presets | jobs |
+//! | `artwork` | files as written | what they are for |
+//! | `board` | the board as meant: holes and slots | files' words |
+//! | `job` | the program: legs of commands with gates and marks | how fast |
+//! | `cam` | plans: rack, order of holes, lowering to a program | motion |
+//! | `post` | programs in other controllers' words | motion |
+//! | `motion` | when each axis is where | steps |
+//! | `steps` | step times as runs, their digest and replay | planners' reasons |
+//! | `check` | an independent verdict on a stream | planners |
+//! | `pins` | the traits under the executor, and its step | who computed the stream |
+//! | `twin` | the virtual drill | programs |
+//! | `sim` | the moment shown in a playback | pins |
+//! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
+//! | `wire` | what page and bridge say to each other | how it travels |
+
+pub mod units;
+pub mod remark;
+pub mod locale;
+pub mod geometry;
+pub mod machine;
+pub mod artwork;
+pub mod board;
+pub mod job;
+pub mod cam;
+pub mod post;
+pub mod motion;
+pub mod steps;
+pub mod check;
+pub mod pins;
+pub mod twin;
+pub mod sim;
+pub mod control;
+pub mod wire;

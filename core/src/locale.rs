@@ -1,0 +1,70 @@
+//! The sentences, one table a language, made from `www/locales/*.toml` when the crate is built.
+//!
+//! Comes in: language, key, arguments. Goes out: text. Does not know who asks.
+
+mod tables {
+    include!(concat!(env!("OUT_DIR"), "/locales.rs"));
+}
+
+/// The language that every key has, and that stands in where another has a gap.
+pub const FALLBACK: &str = "en";
+
+/// The languages there are, by file name.
+pub fn languages() -> impl Iterator<Item = &'static str> {
+    tables::TABLES.iter().map(|(language, _)| *language)
+}
+
+/// Every key of `language` with its text, in order.
+pub fn entries(language: &str) -> &'static [(&'static str, &'static str)] {
+    tables::TABLES.iter().find(|(name, _)| *name == language).map_or(&[], |(_, rows)| rows)
+}
+
+/// The raw text of `key`, from `language` or else from the fallback.
+pub fn lookup(language: &str, key: &str) -> Option<&'static str> {
+    let find = |language| {
+        let rows = entries(language);
+        rows.binary_search_by_key(&key, |(name, _)| name).ok().map(|index| rows[index].1)
+    };
+    find(language).or_else(|| find(FALLBACK))
+}
+
+/// The text of `key` with every `{name}` replaced by its argument. An unknown key gives the key itself, so that
+/// a gap is seen and never blank.
+pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
+    let Some(raw) = lookup(language, key) else { return key.to_owned() };
+    let mut out = String::with_capacity(raw.len());
+    let mut rest = raw;
+    while let Some(open) = rest.find('{') {
+        out.push_str(&rest[..open]);
+        let Some(close) = rest[open..].find('}') else { break };
+        let name = &rest[open + 1..open + close];
+        match args.iter().find(|(argument, _)| argument == name) {
+            Some((_, value)) => out.push_str(value),
+            None => out.push_str(&rest[open..=open + close]),
+        }
+        rest = &rest[open + close + 1..];
+    }
+    out.push_str(rest);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_go_where_their_names_stand() {
+        let args = [("name".to_owned(), "T7".to_owned())];
+        assert_eq!(text("en", "test.greeting", &args), "Tool T7 is {unknown}.");
+    }
+
+    #[test]
+    fn an_unknown_key_is_shown_rather_than_blank() {
+        assert_eq!(text("en", "no.such.key", &[]), "no.such.key");
+    }
+
+    #[test]
+    fn an_unknown_language_falls_back() {
+        assert_eq!(lookup("xx", "test.greeting"), lookup("en", "test.greeting"));
+    }
+}

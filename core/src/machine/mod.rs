@@ -1,0 +1,234 @@
+//! A machine described: axes, limits, spindle, rack, process. Its settings are one table; page, file, manual and
+//! tests read that table.
+//!
+//! Comes in: settings by key. Goes out: a [`Machine`], and its fingerprint. Does not know jobs.
+//!
+//! Machine coordinates: X to the right, Y away, Z up. Z = 0 is the top sensor, so working heights are negative.
+
+mod presets;
+mod settings;
+
+pub use presets::{lab, preset, presets, virtual_drill};
+pub use settings::{Kind, SECTIONS, Setting, Value, apply, read, setting, settings, validate};
+
+use crate::job::Input;
+use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
+use sha2::{Digest, Sha256};
+
+/// A machine as its owner configured it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// Short name.
+    pub name: String,
+    /// What its owner wants to remember about it.
+    pub description: String,
+    /// Where the pulses go.
+    pub output: Output,
+    /// Address of the I/O card, for `Output::Card`.
+    pub card_address: u32,
+    /// Left and right.
+    pub x: Axis,
+    /// Away and back.
+    pub y: Axis,
+    /// Up and down; all spindles alike.
+    pub z: Axis,
+    /// Interrupt (takt) frequency of table-stepped drives, in Hz.
+    pub interrupt_hz: u32,
+    /// Fastest pulses any drive takes, steps per second.
+    pub max_step_hz: u32,
+    /// Time from a change of direction to the next step, in µs.
+    pub direction_setup_us: u32,
+    /// Time at rest before the tip may enter the board, in ms.
+    pub settle_ms: f64,
+    /// How a stroke ends.
+    pub stroke_end: StrokeEnd,
+    /// Longest time one stroke down may take, in s.
+    pub longest_drilling_s: f64,
+    /// How bits are changed.
+    pub tool_change: ToolChange,
+    /// The bits one owns.
+    pub rack: Vec<Length>,
+    /// How far a hole's size may be from the bit used for it.
+    pub rack_tolerance: Length,
+    /// Numbers of the process.
+    pub process: Process,
+}
+
+/// Where pulses go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// The virtual drill.
+    Virtual,
+    /// A digital I/O card.
+    Card,
+}
+
+/// How a stroke down ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StrokeEnd {
+    /// After the counted steps.
+    Counted,
+    /// When the lower sensor turns on (the laboratory drill).
+    Sensor,
+}
+
+/// How bits are changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolChange {
+    /// A person does it and says so.
+    Manual,
+    /// The machine is told to go on without asking (virtual drill, tests).
+    Unattended,
+}
+
+/// One axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Steps per length.
+    pub scale: Scale,
+    /// Lowest position, machine coordinates.
+    pub min: Length,
+    /// Highest position.
+    pub max: Length,
+    /// Greatest speed, mm/s.
+    pub max_speed_mm_per_s: f64,
+    /// Greatest acceleration, mm/s².
+    pub max_acceleration_mm_per_s2: f64,
+    /// Greatest jerk, mm/s³.
+    pub max_jerk_mm_per_s3: f64,
+    /// The end it homes to.
+    pub home: HomeEnd,
+    /// Speed towards the end sensor, mm/s.
+    pub home_speed_mm_per_s: f64,
+    /// Longest way to the end sensor.
+    pub home_search: Length,
+    /// Distance from the sensor's edge to the resting place after homing.
+    pub home_offset: Length,
+}
+
+/// Which end sensor an axis homes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HomeEnd {
+    /// The low end.
+    Min,
+    /// The high end.
+    Max,
+}
+
+/// Steps per length as an exact ratio, so that converting never drifts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scale {
+    /// Millionths of a step …
+    pub micro_steps: i64,
+    /// … per this many nanometres: one millimetre or one inch.
+    pub per: ScaleUnit,
+}
+
+/// The length a scale counts steps over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScaleUnit {
+    /// Steps per millimetre.
+    Millimetre,
+    /// Steps per inch.
+    Inch,
+}
+
+impl Scale {
+    /// `steps` per millimetre, to a millionth of a step.
+    pub fn per_mm(steps: f64) -> Self {
+        Self { micro_steps: libm::round(steps * 1e6) as i64, per: ScaleUnit::Millimetre }
+    }
+
+    /// `steps` per inch.
+    pub fn per_inch(steps: f64) -> Self {
+        Self { micro_steps: libm::round(steps * 1e6) as i64, per: ScaleUnit::Inch }
+    }
+
+    const fn per_nm(self) -> i64 {
+        match self.per {
+            ScaleUnit::Millimetre => NM_PER_MM,
+            ScaleUnit::Inch => NM_PER_INCH,
+        }
+    }
+
+    /// The step nearest to the absolute coordinate `at`, halves away from zero. Convert absolute coordinates and
+    /// subtract afterwards: then errors never add up (A6).
+    pub fn steps(self, at: Length) -> i64 {
+        let numerator = i128::from(at.nm()) * i128::from(self.micro_steps);
+        let denominator = i128::from(self.per_nm()) * 1_000_000;
+        let half = denominator / 2;
+        let rounded = if numerator >= 0 { numerator + half } else { numerator - half } / denominator;
+        rounded.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64
+    }
+
+    /// The coordinate of step `steps`, to the nearest nanometre, halves away from zero.
+    pub fn length(self, steps: i64) -> Length {
+        let numerator = i128::from(steps) * i128::from(self.per_nm()) * 1_000_000;
+        let denominator = i128::from(self.micro_steps.max(1));
+        let half = denominator / 2;
+        let rounded = if numerator >= 0 { numerator + half } else { numerator - half } / denominator;
+        Length::from_nm(rounded.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64)
+    }
+
+    /// Steps in a millimetre, for speeds.
+    pub fn steps_per_mm(self) -> f64 {
+        self.micro_steps as f64 / 1e6 / (self.per_nm() as f64 / NM_PER_MM as f64)
+    }
+}
+
+/// Numbers of the process, the same for every hole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Process {
+    /// Height of rapid moves over the board's surface.
+    pub safe_height: Length,
+    /// Thickness of the board.
+    pub board_thickness: Length,
+    /// How far the tip goes below the board.
+    pub breakthrough: Length,
+    /// Speed down through the board, mm/s.
+    pub feed_mm_per_s: f64,
+    /// Pause at the bottom, in ms.
+    pub dwell_bottom_ms: f64,
+    /// Spindle speed, rpm.
+    pub spindle_rpm: u32,
+    /// Time for the spindle to reach it, in ms.
+    pub spin_up_ms: f64,
+    /// Height of the board's surface in machine coordinates (Z = 0 at the top sensor).
+    pub surface: Length,
+}
+
+impl Machine {
+    /// The axis with index `axis` of a stream: 0 is X, 1 is Y, 2 … are the spindles.
+    pub fn axis(&self, axis: usize) -> &Axis {
+        match axis {
+            0 => &self.x,
+            1 => &self.y,
+            _ => &self.z,
+        }
+    }
+
+    /// SHA-256 in hexadecimal over everything that shapes a stream. Name, description and output do not: the
+    /// same program runs on the virtual twin of a real machine.
+    pub fn fingerprint(&self) -> String {
+        let mut hash = Sha256::new();
+        for setting in settings().filter(|setting| setting.shapes_stream) {
+            hash.update(setting.key.as_bytes());
+            hash.update(b"=");
+            hash.update(setting.value(self).to_string().as_bytes());
+            hash.update(b"\n");
+        }
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// The input that tells that `axis` reached its home end.
+    pub fn home_input(&self, axis: usize) -> Input {
+        match (axis, self.axis(axis).home) {
+            (0, HomeEnd::Min) => Input::XMin,
+            (0, HomeEnd::Max) => Input::XMax,
+            (1, HomeEnd::Min) => Input::YMin,
+            (1, HomeEnd::Max) => Input::YMax,
+            (_, HomeEnd::Min) => Input::ZBottom,
+            (_, HomeEnd::Max) => Input::ZTop,
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Machines that ship: the virtual drill (default) and the laboratory drill of Arendt's paper.
+//!
+//! Goes out: complete, valid [`Machine`]s. Knows no files.
+
+use super::{
+    Axis, HomeEnd, Machine, Output, Process, Scale, StrokeEnd, ToolChange,
+};
+use crate::units::Length;
+
+fn mm(value: f64) -> Length {
+    Length::from_mm(value)
+}
+
+/// Bits from 0.3 mm to 3.2 mm as small shops keep them.
+fn common_bits() -> Vec<Length> {
+    [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.5, 3.0, 3.2].map(mm).to_vec()
+}
+
+/// The machine everything works on without hardware: a fast hobby drill, 300 × 200 mm.
+pub fn virtual_drill() -> Machine {
+    let axis = |max: f64| Axis {
+        scale: Scale::per_mm(80.0),
+        min: Length::ZERO,
+        max: mm(max),
+        max_speed_mm_per_s: 150.0,
+        max_acceleration_mm_per_s2: 2_000.0,
+        max_jerk_mm_per_s3: 80_000.0,
+        home: HomeEnd::Min,
+        home_speed_mm_per_s: 40.0,
+        home_search: mm(max + 30.0),
+        home_offset: mm(1.0),
+    };
+    Machine {
+        name: "Virtual drill".to_owned(),
+        description: "A fast hobby drill that exists only inside this computer.".to_owned(),
+        output: Output::Virtual,
+        card_address: 0x2A0,
+        x: axis(300.0),
+        y: axis(200.0),
+        z: Axis {
+            scale: Scale::per_mm(400.0),
+            min: mm(-45.0),
+            max: Length::ZERO,
+            max_speed_mm_per_s: 50.0,
+            max_acceleration_mm_per_s2: 1_500.0,
+            max_jerk_mm_per_s3: 60_000.0,
+            home: HomeEnd::Max,
+            home_speed_mm_per_s: 15.0,
+            home_search: mm(60.0),
+            home_offset: mm(1.0),
+        },
+        interrupt_hz: 500,
+        max_step_hz: 50_000,
+        direction_setup_us: 5,
+        settle_ms: 10.0,
+        stroke_end: StrokeEnd::Counted,
+        longest_drilling_s: 5.0,
+        rack: common_bits(),
+        rack_tolerance: mm(0.05),
+        tool_change: ToolChange::Manual,
+        process: Process {
+            safe_height: mm(2.0),
+            board_thickness: mm(1.6),
+            breakthrough: mm(0.5),
+            feed_mm_per_s: 12.0,
+            dwell_bottom_ms: 0.0,
+            spindle_rpm: 30_000,
+            spin_up_ms: 1_500.0,
+            surface: mm(-30.0),
+        },
+    }
+}
+
+/// The laboratory drill (Arendt, part 2 and figure 4): printer mechanics, 120 steps per inch, 500 interrupts per
+/// second, ranges −10 … 2588 and −10 … 825 counts, stroke ended by the lower sensor, 18 s allowed for drilling.
+pub fn lab() -> Machine {
+    let counts = |steps: f64| mm(steps * 25.4 / 120.0);
+    let axis = |min: f64, max: f64| Axis {
+        scale: Scale::per_inch(120.0),
+        min: counts(min),
+        max: counts(max),
+        max_speed_mm_per_s: 10.0,
+        max_acceleration_mm_per_s2: 200.0,
+        max_jerk_mm_per_s3: 10_000.0,
+        home: HomeEnd::Min,
+        home_speed_mm_per_s: 8.0,
+        home_search: counts(max - min + 100.0),
+        home_offset: counts(10.0),
+    };
+    Machine {
+        name: "Laboratory drill".to_owned(),
+        description: "Arendt's laboratory model: two printers' mechanics and a digital I/O card.".to_owned(),
+        output: Output::Virtual,
+        card_address: 0x2A0,
+        x: axis(-10.0, 2588.0),
+        y: axis(-1.0, 2588.0),
+        z: Axis {
+            scale: Scale::per_inch(1200.0),
+            min: mm(-17.5),
+            max: mm(0.25),
+            max_speed_mm_per_s: 5.0,
+            max_acceleration_mm_per_s2: 100.0,
+            max_jerk_mm_per_s3: 5_000.0,
+            home: HomeEnd::Max,
+            home_speed_mm_per_s: 3.0,
+            home_search: mm(25.0),
+            home_offset: mm(0.25),
+        },
+        interrupt_hz: 500,
+        max_step_hz: 580,
+        direction_setup_us: 100,
+        settle_ms: 20.0,
+        stroke_end: StrokeEnd::Sensor,
+        longest_drilling_s: 18.0,
+        rack: common_bits(),
+        rack_tolerance: mm(0.1),
+        tool_change: ToolChange::Manual,
+        process: Process {
+            safe_height: mm(2.0),
+            board_thickness: mm(1.6),
+            breakthrough: mm(0.5),
+            feed_mm_per_s: 2.0,
+            dwell_bottom_ms: 0.0,
+            spindle_rpm: 20_000,
+            spin_up_ms: 1_000.0,
+            surface: mm(-12.0),
+        },
+    }
+}
+
+/// All presets with the names they are called by on the command line.
+pub fn presets() -> [(&'static str, Machine); 2] {
+    [("virtual", virtual_drill()), ("lab", lab())]
+}
+
+/// The preset called `name`.
+pub fn preset(name: &str) -> Option<Machine> {
+    presets().into_iter().find(|(known, _)| *known == name).map(|(_, machine)| machine)
+}

@@ -1,0 +1,46 @@
+//! The seam to the hardware: two small traits with laws, and what the executor does with them.
+//!
+//! Laws of [`Pins`]
+//! 1. `step` with an axis in `axes` moves that axis by exactly one step, in the direction given; nothing else moves.
+//! 2. `at_tick` never decreases from call to call. It is stream time: an implementation that models motion uses it as
+//!    its clock; one that drives wires has already waited for it.
+//! 3. `inputs` reports the inputs as they are at `at_tick`, one bit each ([`crate::job::Input::bit`]).
+//! 4. `safe` turns the spindle off and takes forcing voltage away. It may be called at any time, twice, and never
+//!    fails.
+//!
+//! Laws of [`Clock`]
+//! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
+//! 2. Late is never caught up: after a late return the caller shifts all later ticks.
+//!
+//! Comes in: runs. Goes out: calls on the traits. Does not know who computed the stream.
+
+use crate::steps::AXES;
+
+/// A set of axes, one bit each: bit 0 is X, bit 1 is Y, bits 2 … 7 are Z1 … Z6.
+pub type AxisSet = u8;
+
+const _: () = assert!(AXES <= 8, "an AxisSet has eight bits");
+
+/// Somewhere to put pulses, and to read sensors from.
+pub trait Pins {
+    /// One step on every axis of `axes`; those also in `forward` count up, the others down.
+    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet);
+
+    /// Set the spindle's speed in rpm; 0 is off.
+    fn spindle(&mut self, at_tick: u64, rpm: u32);
+
+    /// The inputs, one bit each.
+    fn inputs(&mut self, at_tick: u64) -> u32;
+
+    /// Spindle off, forcing voltage off.
+    fn safe(&mut self);
+}
+
+/// Somewhere to take time from, in ticks of [`crate::steps::TICK_HZ`].
+pub trait Clock {
+    /// The tick it is now.
+    fn now(&mut self) -> u64;
+
+    /// Wait until `tick`; returns the tick it is then, never less than `tick`.
+    fn wait_until(&mut self, tick: u64) -> u64;
+}

@@ -1,0 +1,75 @@
+//! What a reader, a plan or a check has to say: a code, a place and typed arguments. The sentences themselves
+//! live in the locale tables under the same code.
+//!
+//! Comes in: a finding. Goes out: a [`Remark`]. Does not know any language.
+
+use crate::locale;
+use serde::{Deserialize, Serialize};
+
+/// How much a remark weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Weight {
+    /// Nothing is lost; good to know.
+    Note,
+    /// The reading is probably right; somebody should look.
+    Doubt,
+    /// Something of the input is missing from the result. Work cannot start until it was seen.
+    Loss,
+}
+
+/// Where in a file. Lines and columns count from 1; 0 means the file as a whole.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Place {
+    /// Name of the file as it was given, for example `board.zip!/drill.drl`.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column in bytes, from 1.
+    pub column: u32,
+}
+
+/// One finding. `code` is a key of the locale tables, for example `drill.unknown_word`; the table has
+/// `drill.unknown_word.message` and `drill.unknown_word.advice`, with `{name}` where an argument goes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Remark {
+    /// How much it weighs.
+    pub weight: Weight,
+    /// Stable code, a key of the locale tables.
+    pub code: String,
+    /// Where it was found, if in a file.
+    pub place: Option<Place>,
+    /// Arguments of the sentence, by name.
+    pub args: Vec<(String, String)>,
+}
+
+impl Remark {
+    /// A remark without place and arguments.
+    pub fn new(weight: Weight, code: &str) -> Self {
+        Self { weight, code: code.to_owned(), place: None, args: Vec::new() }
+    }
+
+    /// The same at a place.
+    #[must_use]
+    pub fn at(mut self, file: &str, line: u32, column: u32) -> Self {
+        self.place = Some(Place { file: file.to_owned(), line, column });
+        self
+    }
+
+    /// The same with one more argument.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: impl ToString) -> Self {
+        self.args.push((name.to_owned(), value.to_string()));
+        self
+    }
+
+    /// What happened and what it means, in `language`.
+    pub fn message(&self, language: &str) -> String {
+        locale::text(language, &format!("{}.message", self.code), &self.args)
+    }
+
+    /// What to do, in `language`.
+    pub fn advice(&self, language: &str) -> String {
+        locale::text(language, &format!("{}.advice", self.code), &self.args)
+    }
+}

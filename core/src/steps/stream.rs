@@ -1,0 +1,99 @@
+//! The step stream: what is digested, checked, sent and replayed.
+//!
+//! ```text
+//! segment        |<------------------ duration ------------------->|   (at rest at both ends)
+//! run (axis 0)        |.    .   .  . . . .|      interval, count, change
+//!                 t0 + i, then i += change after every step
+//! ```
+//!
+//! Comes in: runs. Goes out: the same as plain data. Time is counted in ticks of 0.1 µs from the start of each
+//! segment; positions are whole motor steps from the work zero. Does not know millimetres.
+
+use crate::job::{Gate, Mark};
+use serde::{Deserialize, Serialize};
+
+/// Ticks of stream time in a second: a tick is 0.1 µs.
+pub const TICK_HZ: u64 = 10_000_000;
+
+/// How many axes a stream can carry: X, Y, Z1 … Z6.
+pub const AXES: usize = 8;
+
+/// Step counts of all axes: X, Y, Z1 … Z6.
+pub type Steps = [i64; AXES];
+
+/// A whole program as step times.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StepStream {
+    /// Where all axes stand before the first segment, in steps from the work zero.
+    pub start: Steps,
+    /// What happens, in order. Segments follow each other without a gap.
+    pub segments: Vec<Segment>,
+}
+
+/// A piece of the stream that begins and ends at rest.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Segment {
+    /// Index of the leg in the program.
+    pub leg: u32,
+    /// What the leg is for.
+    pub mark: Mark,
+    /// What is being done.
+    pub stage: Stage,
+    /// How long it takes, in ticks; not less than the time of its last step.
+    pub duration_ticks: u64,
+    /// Steps of every axis that moves, axis by axis, in order of time within an axis.
+    pub runs: Vec<Run>,
+    /// What is switched at the start of the segment.
+    pub effect: Effect,
+    /// The sensor that may end it early.
+    pub gate: Option<Gate>,
+    /// Where all axes stand afterwards when it was not ended early.
+    pub end: Steps,
+}
+
+/// What a segment does, in the words of the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// XY goes to the next place.
+    Travel,
+    /// Z goes down to just above the board.
+    Approach,
+    /// Z goes down through the board.
+    Drill,
+    /// Z goes up.
+    Retract,
+    /// Nothing moves.
+    Dwell,
+    /// Waiting for a person to change the bit.
+    AwaitBit,
+}
+
+/// What is switched at the start of a segment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Effect {
+    /// Nothing.
+    #[default]
+    None,
+    /// Spindle speed in rpm; 0 is off.
+    Spindle(u32),
+    /// Stop and ask for this bit (index into the program's bits).
+    AwaitBit(u32),
+}
+
+/// Steps of one axis at intervals that grow or shrink evenly. The first step comes `interval` ticks after the step
+/// before it (or after the start of the segment, for the first run of an axis in it); then the interval changes by
+/// `change` after every step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Run {
+    /// Which axis, 0 … [`AXES`] − 1.
+    pub axis: u8,
+    /// Whether the axis counts up.
+    pub forward: bool,
+    /// Ticks before the first step of the run.
+    pub interval: u32,
+    /// How many steps, at least 1.
+    pub count: u32,
+    /// Change of the interval after every step, in ticks.
+    pub change: i32,
+}

@@ -1,0 +1,266 @@
+//! What page and bridge say to each other: JSON text frames on one socket, and programs as bytes over HTTP.
+//!
+//! ```text
+//! page                                    bridge
+//!  POST /api/pair {token}        ──▶        one-time token → session id and key
+//!  GET  /api/socket              ──▶
+//!                                ◀──        Tell::Challenge {nonce}
+//!  Ask::Hello {session, proof}   ──▶        proof = HMAC-SHA256(key, nonce), within 2 s
+//!                                ◀──        Tell::Welcome, Tell::Machine, Tell::Status …
+//!  PUT  /api/jobs/SHA256 bytes   ──▶        headers `x-annulus-session`, `x-annulus-proof`
+//!  GET  /api/jobs/SHA256         ──▶        the same bytes back, for a page that opened later
+//! ```
+//!
+//! Comes in and goes out: messages. Does not know how they travel. With `project`, the only floor whose types are
+//! promised to stay readable: append only, never renumber.
+
+pub mod auth;
+pub mod program;
+
+use crate::control::{Alarm, Ending, State, Trust};
+use crate::machine::Value;
+use crate::remark::Remark;
+use crate::steps::{Stage, Steps};
+use serde::{Deserialize, Serialize};
+
+/// Version of these messages. Both sides state theirs and the oldest they still understand.
+pub const PROTOCOL: u16 = 1;
+
+/// Largest text frame either side sends or accepts, in bytes.
+pub const FRAME_LIMIT: usize = 64 * 1024;
+
+/// Largest program, in bytes.
+pub const PROGRAM_LIMIT: usize = 32 * 1024 * 1024;
+
+/// What a page asks of the bridge. Stop is taken from any page that said hello; the rest needs control, except
+/// `Hello`, `TakeControl` and `Ping`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "t", rename_all = "snake_case")]
+pub enum Ask {
+    /// First frame: who is speaking.
+    Hello {
+        /// Its protocol version.
+        proto: u16,
+        /// Oldest version it understands.
+        min: u16,
+        /// Its build.
+        app: String,
+        /// Session id from pairing.
+        session: String,
+        /// HMAC-SHA256 of the challenge under the session key, hexadecimal.
+        proof: String,
+    },
+    /// Still here. Control lapses 3 s after the last frame.
+    Ping {
+        /// Echoed, so that the page can measure the way.
+        stamp: f64,
+    },
+    /// Become the controller, if nobody is or the other one agreed by going silent.
+    TakeControl {
+        /// Take it even though another page has it.
+        force: bool,
+    },
+    /// Give control back.
+    ReleaseControl,
+    /// Initialise: Z up, then to the end sensors.
+    Home,
+    /// Base: the place the head is at becomes work zero. Nothing moves.
+    SetZero,
+    /// Work zero as it was before the last `SetZero`.
+    UndoZero,
+    /// Move one axis a little; Z only upwards of the safe height when XY moves.
+    Jog {
+        /// 0 X, 1 Y, 2 Z.
+        axis: u8,
+        /// How far, in µm, signed.
+        distance_um: i32,
+    },
+    /// Check this uploaded job and make it ready to start.
+    Arm {
+        /// SHA-256 of the program's bytes.
+        job: String,
+    },
+    /// Start the armed job, or go on with an interrupted one.
+    Start {
+        /// The same.
+        job: String,
+        /// SHA-256 of the step stream as the page computed it.
+        stream_digest: String,
+        /// First leg to run; 0, or what [`Tell::Interrupted`] offered.
+        from_leg: u32,
+    },
+    /// Finish the stroke, then hold.
+    Pause,
+    /// Go on after a pause.
+    Resume,
+    /// Finish this hole, then end.
+    StopAfterHole,
+    /// Stop now.
+    Stop,
+    /// The bit that was asked for is in.
+    BitChanged,
+    /// The alarm was read.
+    AcknowledgeAlarm,
+    /// Forget an interrupted job.
+    ForgetInterrupted,
+    /// Change machine settings. Refused while anything moves.
+    Configure {
+        /// Keys and new values.
+        changes: Vec<(String, Value)>,
+    },
+}
+
+/// What the bridge tells a page.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "t", rename_all = "snake_case")]
+pub enum Tell {
+    /// First frame: prove who you are.
+    Challenge {
+        /// Bridge's protocol version.
+        proto: u16,
+        /// Oldest version it understands.
+        min: u16,
+        /// Its build.
+        bridge: String,
+        /// To be signed, hexadecimal.
+        nonce: String,
+    },
+    /// Hello accepted.
+    Welcome {
+        /// Number of this page among the viewers.
+        viewer: u32,
+    },
+    /// The machine's settings, all of them; again after every change.
+    Machine {
+        /// Keys and values.
+        settings: Vec<(String, Value)>,
+        /// [`crate::machine::Machine::fingerprint`].
+        fingerprint: String,
+    },
+    /// How things stand, 10 times a second and after every change.
+    Status(Box<Status>),
+    /// Who has control now.
+    Control {
+        /// This page has it.
+        yours: bool,
+        /// Somebody has it.
+        taken: bool,
+        /// Pages connected.
+        viewers: u32,
+    },
+    /// The verdict on a job: ready to start, or why not.
+    Armed {
+        /// SHA-256 of the program's bytes.
+        job: String,
+        /// SHA-256 of its step stream as the bridge computed it.
+        stream_digest: String,
+        /// Pre-flight, row by row.
+        checks: Vec<PreflightRow>,
+    },
+    /// A job ended.
+    Ended {
+        /// Which.
+        job: String,
+        /// Why.
+        ending: Ending,
+        /// Holes drilled.
+        holes_done: u32,
+    },
+    /// A job was interrupted and can be taken up.
+    Interrupted {
+        /// Which.
+        job: String,
+        /// Its name.
+        name: String,
+        /// Leg to go on with.
+        next_leg: u32,
+        /// Holes done for certain.
+        holes_done: u32,
+        /// Holes in all.
+        holes_total: u32,
+    },
+    /// An ask was refused; nothing changed.
+    Refused {
+        /// Why and what to do.
+        why: Remark,
+    },
+    /// Answer to `Ping`.
+    Pong {
+        /// The page's stamp.
+        stamp: f64,
+    },
+}
+
+/// One line of the pre-flight.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PreflightRow {
+    /// What was looked at and what was found; the code names the row.
+    pub finding: Remark,
+    /// Whether it lets the job start.
+    pub verdict: Verdict,
+}
+
+/// What a pre-flight row means for Start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Good.
+    Pass,
+    /// A person must tick it.
+    Warn,
+    /// No start.
+    Fail,
+}
+
+/// How things stand with the machine (A10).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// What it is doing.
+    pub state: State,
+    /// How well the position is known.
+    pub trust: Trust,
+    /// Machine position in steps.
+    pub steps: Steps,
+    /// Machine position in mm: X, Y, Z.
+    pub machine_mm: [f64; 3],
+    /// Work position in mm: X, Y from the work zero, Z from the board's surface.
+    pub work_mm: [f64; 3],
+    /// Where the work zero is, machine mm; none before it was set.
+    pub zero_mm: Option<[f64; 2]>,
+    /// Where the head is going in the plane, work mm.
+    pub target_mm: Option<[f64; 2]>,
+    /// Lowest point of the stroke, work mm.
+    pub lower_dead_point_mm: Option<f64>,
+    /// SHA-256 of the job in work.
+    pub job: Option<String>,
+    /// Its name.
+    pub job_name: Option<String>,
+    /// Leg in work.
+    pub leg: Option<u32>,
+    /// Hole in work (index into the board's holes).
+    pub hole: Option<u32>,
+    /// Holes drilled.
+    pub holes_done: u32,
+    /// Holes in all.
+    pub holes_total: u32,
+    /// What is being done.
+    pub stage: Option<Stage>,
+    /// The work command, by its name.
+    pub command: Option<String>,
+    /// Bit in the spindle: index into the program's bits.
+    pub bit: Option<u32>,
+    /// Its diameter in mm.
+    pub bit_mm: Option<f64>,
+    /// Spindle speed commanded, rpm.
+    pub spindle_rpm: u32,
+    /// Inputs, one bit each ([`crate::job::Input::bit`]).
+    pub inputs: u32,
+    /// Phase bytes put out to X, Y, Z.
+    pub phases: [u8; 3],
+    /// Time since Start, s.
+    pub elapsed_s: f64,
+    /// Time left, s.
+    pub left_s: f64,
+    /// What went wrong, until acknowledged.
+    pub alarm: Option<Alarm>,
+}

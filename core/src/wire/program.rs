@@ -1,0 +1,91 @@
+//! A program as bytes, and back: what is uploaded, hashed and saved by `plan -o FILE`.
+//!
+//! ```text
+//! "ANNULUS PROGRAM\n"  version u8  postcard(Program)
+//! ```
+//!
+//! Comes in: a [`Program`]. Goes out: bytes, key (SHA-256). Does not know files or sockets.
+
+use super::{PROGRAM_LIMIT, auth};
+use crate::job::Program;
+use crate::remark::{Remark, Weight};
+
+const MAGIC: &[u8] = b"ANNULUS PROGRAM\n";
+const VERSION: u8 = 1;
+
+/// The program as bytes. Equal programs give equal bytes.
+pub fn encode(program: &Program) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.push(VERSION);
+    if let Ok(body) = postcard::to_allocvec(program) {
+        bytes.extend(body);
+    }
+    bytes
+}
+
+/// The program in `bytes`, or why there is none.
+pub fn decode(bytes: &[u8]) -> Result<Program, Remark> {
+    let refuse = |code: &str| Err(Remark::new(Weight::Loss, code));
+    if bytes.len() > PROGRAM_LIMIT {
+        return refuse("program.too_large");
+    }
+    let Some(rest) = bytes.strip_prefix(MAGIC) else { return refuse("program.not_one") };
+    match rest.split_first() {
+        Some((&VERSION, body)) => match postcard::take_from_bytes(body) {
+            Ok((program, [])) => Ok(program),
+            _ => refuse("program.damaged"),
+        },
+        Some(_) => refuse("program.other_version"),
+        None => refuse("program.damaged"),
+    }
+}
+
+/// Whether `bytes` claim to be a program.
+pub fn looks_like_one(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC)
+}
+
+/// The key of a program: SHA-256 of its bytes, hexadecimal.
+pub fn key(bytes: &[u8]) -> String {
+    auth::sha256(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::job::{Bit, Command, Leg, Mark};
+    use crate::units::Length;
+
+    fn example() -> Program {
+        Program {
+            name: "one hole".into(),
+            machine: "00".into(),
+            origin: Point::default(),
+            bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+            safe_height: Length::from_um(2000),
+            legs: vec![Leg { mark: Mark::Hole(0), commands: vec![Command::Rapid { to: Point::from_mm(1.0, 2.0) }] }],
+            accepted: vec![],
+        }
+    }
+
+    #[test]
+    fn what_is_encoded_decodes() {
+        assert_eq!(decode(&encode(&example())), Ok(example()));
+    }
+
+    #[test]
+    fn every_truncation_and_every_flipped_byte_gives_a_program_or_a_remark() {
+        let bytes = encode(&example());
+        for end in 0..bytes.len() {
+            assert!(decode(&bytes[..end]).is_err(), "cut at {end}");
+        }
+        for at in 0..bytes.len() {
+            for flip in 0..8 {
+                let mut damaged = bytes.clone();
+                damaged[at] ^= 1 << flip;
+                let _ = decode(&damaged);
+            }
+        }
+    }
+}
