@@ -30,21 +30,21 @@
 //! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
 //! | `wire` | what page and bridge say to each other | how it travels |
 
-pub mod units;
-pub mod remark;
-pub mod locale;
-pub mod geometry;
-pub mod machine;
 pub mod artwork;
 pub mod board;
-pub mod job;
 pub mod cam;
-pub mod post;
-pub mod motion;
-pub mod steps;
 pub mod check;
-pub mod pins;
-pub mod twin;
-pub mod sim;
 pub mod control;
+pub mod geometry;
+pub mod job;
+pub mod locale;
+pub mod machine;
+pub mod motion;
+pub mod pins;
+pub mod post;
+pub mod remark;
+pub mod sim;
+pub mod steps;
+pub mod twin;
+pub mod units;
 pub mod wire;

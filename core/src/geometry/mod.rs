@@ -50,9 +50,9 @@ impl Bounds {
 
     /// The smallest box around all `points`; none for no points.
     pub fn around(points: impl IntoIterator<Item = Point>) -> Option<Self> {
-        points.into_iter().fold(None, |bounds, point| {
-            Some(bounds.map_or(Self::of(point), |b: Self| b.with(point)))
-        })
+        points
+            .into_iter()
+            .fold(None, |bounds, point| Some(bounds.map_or(Self::of(point), |b: Self| b.with(point))))
     }
 
     /// Grown to hold `point` too.

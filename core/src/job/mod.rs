@@ -124,6 +124,36 @@ pub enum Otherwise {
     GoOn,
 }
 
+/// What is being done, in the words of the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// XY goes to the next place.
+    Travel,
+    /// Z goes down to just above the board.
+    Approach,
+    /// Z goes down through the board.
+    Drill,
+    /// Z goes up.
+    Retract,
+    /// Nothing moves.
+    Dwell,
+    /// Waiting for a person to change the bit.
+    AwaitBit,
+}
+
+/// What is switched before a piece of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Effect {
+    /// Nothing.
+    #[default]
+    None,
+    /// Spindle speed in rpm; 0 is off.
+    Spindle(u32),
+    /// Stop and ask for this bit (index into the program's bits).
+    AwaitBit(u32),
+}
+
 /// The inputs of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

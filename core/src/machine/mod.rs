@@ -15,6 +15,12 @@ use crate::job::Input;
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 use sha2::{Digest, Sha256};
 
+/// How many axes there can be: X, Y, Z1 … Z6.
+pub const AXES: usize = 8;
+
+/// Step counts of all axes: X, Y, Z1 … Z6.
+pub type Steps = [i64; AXES];
+
 /// A machine as its owner configured it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {

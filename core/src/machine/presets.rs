@@ -2,9 +2,7 @@
 //!
 //! Goes out: complete, valid [`Machine`]s. Knows no files.
 
-use super::{
-    Axis, HomeEnd, Machine, Output, Process, Scale, StrokeEnd, ToolChange,
-};
+use super::{Axis, HomeEnd, Machine, Output, Process, Scale, StrokeEnd, ToolChange};
 use crate::units::Length;
 
 fn mm(value: f64) -> Length {
@@ -13,7 +11,9 @@ fn mm(value: f64) -> Length {
 
 /// Bits from 0.3 mm to 3.2 mm as small shops keep them.
 fn common_bits() -> Vec<Length> {
-    [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.5, 3.0, 3.2].map(mm).to_vec()
+    [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.5, 3.0, 3.2]
+        .map(mm)
+        .to_vec()
 }
 
 /// The machine everything works on without hardware: a fast hobby drill, 300 × 200 mm.

@@ -80,7 +80,12 @@ impl Setting {
     fn refusal(&self, value: &Value) -> Option<Remark> {
         let remark = |what: &str| {
             let code = format!("machine.setting_{what}");
-            Some(Remark::new(Weight::Loss, &code).with("key", self.key).with("value", value).with("unit", self.unit))
+            Some(
+                Remark::new(Weight::Loss, &code)
+                    .with("key", self.key)
+                    .with("value", value)
+                    .with("unit", self.unit),
+            )
         };
         let inside = |number: f64, low: f64, high: f64| number.is_finite() && (low..=high).contains(&number);
         let range = |low: f64, high: f64| remark("range").map(|r| r.with("low", low).with("high", high));
@@ -92,10 +97,18 @@ impl Setting {
                 None
             }
             (Kind::Number(low, high), Value::Number(number)) => {
-                if inside(*number, low, high) { None } else { range(low, high) }
+                if inside(*number, low, high) {
+                    None
+                } else {
+                    range(low, high)
+                }
             }
             (Kind::Whole(low, high), Value::Number(number)) => {
-                if inside(*number, low, high) && libm::trunc(*number) == *number { None } else { range(low, high) }
+                if inside(*number, low, high) && libm::trunc(*number) == *number {
+                    None
+                } else {
+                    range(low, high)
+                }
             }
             (Kind::Choice(words), Value::Text(text)) => {
                 if words.contains(&text.as_str()) {
@@ -182,10 +195,16 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     (
         "machine",
         &[
-            row!("machine.name", "", Kind::Text(60), false, |m| Value::Text(m.name.clone()),
-                |m, v| m.name = text(v).to_owned()),
-            row!("machine.description", "", Kind::Text(400), false, |m| Value::Text(m.description.clone()),
-                |m, v| m.description = text(v).to_owned()),
+            row!("machine.name", "", Kind::Text(60), false, |m| Value::Text(m.name.clone()), |m, v| m.name =
+                text(v).to_owned()),
+            row!(
+                "machine.description",
+                "",
+                Kind::Text(400),
+                false,
+                |m| Value::Text(m.description.clone()),
+                |m, v| m.description = text(v).to_owned()
+            ),
             words!("machine.output", false, output, "virtual" => Output::Virtual, "card" => Output::Card),
             whole!("machine.card_address", "", Kind::Whole(0.0, 65_535.0), false, card_address),
         ],
@@ -225,9 +244,16 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     (
         "rack",
         &[
-            row!("rack.bits", "mm", Kind::Numbers(0.05, 20.0), false,
+            row!(
+                "rack.bits",
+                "mm",
+                Kind::Numbers(0.05, 20.0),
+                false,
                 |m| Value::Numbers(m.rack.iter().map(|bit| bit.mm()).collect()),
-                |m, v| if let Value::Numbers(bits) = v { m.rack = bits.iter().map(|mm| Length::from_mm(*mm)).collect() }),
+                |m, v| if let Value::Numbers(bits) = v {
+                    m.rack = bits.iter().map(|mm| Length::from_mm(*mm)).collect()
+                }
+            ),
             length!("rack.tolerance", Kind::Number(0.0, 1.0), false, rack_tolerance),
             words!("rack.change", false, tool_change,
                 "manual" => ToolChange::Manual, "unattended" => ToolChange::Unattended),
@@ -281,12 +307,22 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
         }
         if axis.home_offset > axis.max - axis.min {
             let travel = axis.max - axis.min;
-            refuse("machine.offset_beyond_travel", &format!("{name}.home_offset"), axis.home_offset.mm(), travel.mm());
+            refuse(
+                "machine.offset_beyond_travel",
+                &format!("{name}.home_offset"),
+                axis.home_offset.mm(),
+                travel.mm(),
+            );
         }
         let rate_hz = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
         if rate_hz > f64::from(machine.max_step_hz) {
             let fastest = f64::from(machine.max_step_hz) / axis.scale.steps_per_mm();
-            refuse("machine.faster_than_drive", &format!("{name}.max_speed"), axis.max_speed_mm_per_s, fastest);
+            refuse(
+                "machine.faster_than_drive",
+                &format!("{name}.max_speed"),
+                axis.max_speed_mm_per_s,
+                fastest,
+            );
         }
     }
     let process = &machine.process;

@@ -4,4 +4,6 @@
 
 pub mod stream;
 
-pub use stream::{AXES, Effect, Run, Segment, Stage, StepStream, Steps, TICK_HZ};
+pub use crate::job::{Effect, Stage};
+pub use crate::machine::{AXES, Steps};
+pub use stream::{Run, Segment, StepStream, TICK_HZ};

@@ -9,17 +9,12 @@
 //! Comes in: runs. Goes out: the same as plain data. Time is counted in ticks of 0.1 µs from the start of each
 //! segment; positions are whole motor steps from the work zero. Does not know millimetres.
 
-use crate::job::{Gate, Mark};
+use crate::job::{Effect, Gate, Mark, Stage};
+use crate::machine::Steps;
 use serde::{Deserialize, Serialize};
 
 /// Ticks of stream time in a second: a tick is 0.1 µs.
 pub const TICK_HZ: u64 = 10_000_000;
-
-/// How many axes a stream can carry: X, Y, Z1 … Z6.
-pub const AXES: usize = 8;
-
-/// Step counts of all axes: X, Y, Z1 … Z6.
-pub type Steps = [i64; AXES];
 
 /// A whole program as step times.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,36 +44,6 @@ pub struct Segment {
     pub gate: Option<Gate>,
     /// Where all axes stand afterwards when it was not ended early.
     pub end: Steps,
-}
-
-/// What a segment does, in the words of the screen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stage {
-    /// XY goes to the next place.
-    Travel,
-    /// Z goes down to just above the board.
-    Approach,
-    /// Z goes down through the board.
-    Drill,
-    /// Z goes up.
-    Retract,
-    /// Nothing moves.
-    Dwell,
-    /// Waiting for a person to change the bit.
-    AwaitBit,
-}
-
-/// What is switched at the start of a segment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Effect {
-    /// Nothing.
-    #[default]
-    None,
-    /// Spindle speed in rpm; 0 is off.
-    Spindle(u32),
-    /// Stop and ask for this bit (index into the program's bits).
-    AwaitBit(u32),
 }
 
 /// Steps of one axis at intervals that grow or shrink evenly. The first step comes `interval` ticks after the step

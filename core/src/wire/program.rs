@@ -64,7 +64,10 @@ mod tests {
             origin: Point::default(),
             bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
             safe_height: Length::from_um(2000),
-            legs: vec![Leg { mark: Mark::Hole(0), commands: vec![Command::Rapid { to: Point::from_mm(1.0, 2.0) }] }],
+            legs: vec![Leg {
+                mark: Mark::Hole(0),
+                commands: vec![Command::Rapid { to: Point::from_mm(1.0, 2.0) }],
+            }],
             accepted: vec![],
         }
     }

@@ -1,0 +1,210 @@
+//! The house rules as a test: which folder of `core` may name which, how long files and functions may be, and that
+//! every file says what it is. The arrows are those of ARCHITECTURE.md.
+
+use annulus_tests::root;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use syn::spanned::Spanned;
+use syn::visit::{self, Visit};
+
+/// Folder of `core/src`, and what it may name besides `units`, `remark` and `locale`.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("units", &[]),
+    ("remark", &[]),
+    ("locale", &[]),
+    ("geometry", &[]),
+    ("machine", &["geometry", "job"]),
+    ("artwork", &["geometry"]),
+    ("board", &["artwork", "geometry"]),
+    ("job", &["geometry"]),
+    ("cam", &["board", "job", "geometry", "machine"]),
+    ("post", &["job", "geometry", "machine"]),
+    ("motion", &["job", "geometry", "machine"]),
+    ("steps", &["motion", "job", "machine"]),
+    ("check", &["steps", "job", "machine", "geometry"]),
+    ("pins", &["steps", "job", "machine"]),
+    ("twin", &["pins", "steps", "machine", "geometry", "job"]),
+    ("sim", &["steps", "motion", "job", "geometry", "machine"]),
+    ("control", &["pins", "check", "steps", "motion", "job", "machine", "geometry"]),
+    ("wire", &["control", "steps", "job", "machine"]),
+];
+
+const LONGEST_FILE: usize = 500;
+const LONGEST_FUNCTION: usize = 70;
+
+fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            rust_files(&path, out);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+fn sources() -> Vec<(PathBuf, String)> {
+    let mut files = Vec::new();
+    for folder in ["core/src", "app/src", "bridge/src", "tests/src", "xtask/src"] {
+        rust_files(&root().join(folder), &mut files);
+    }
+    assert!(files.len() > 20, "the sources were not found");
+    files.into_iter().map(|path| (path.clone(), fs::read_to_string(path).unwrap())).collect()
+}
+
+/// The text before the test module at the end.
+fn without_tests(text: &str) -> &str {
+    text.find("\n#[cfg(test)]").map_or(text, |at| &text[..at])
+}
+
+fn floor_of(path: &Path) -> Option<String> {
+    let inside = path.strip_prefix(root().join("core/src")).ok()?;
+    let first = inside.components().next()?.as_os_str().to_string_lossy().into_owned();
+    Some(first.trim_end_matches(".rs").to_owned())
+}
+
+#[derive(Default)]
+struct Names(BTreeSet<String>);
+
+impl Names {
+    fn use_tree(&mut self, tree: &syn::UseTree) {
+        match tree {
+            syn::UseTree::Path(path) if path.ident == "crate" => match &*path.tree {
+                syn::UseTree::Path(next) => {
+                    self.0.insert(next.ident.to_string());
+                }
+                syn::UseTree::Name(next) => {
+                    self.0.insert(next.ident.to_string());
+                }
+                syn::UseTree::Group(group) => {
+                    for item in &group.items {
+                        let inner = syn::parse_quote!(crate::#item);
+                        self.use_tree(&inner);
+                    }
+                }
+                _ => {}
+            },
+            syn::UseTree::Group(group) => group.items.iter().for_each(|item| self.use_tree(item)),
+            _ => {}
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Names {
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        self.use_tree(&item.tree);
+    }
+    fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
+        let is_test = item.attrs.iter().any(|attribute| {
+            attribute.path().is_ident("cfg")
+                && attribute.parse_args::<syn::Ident>().is_ok_and(|ident| ident == "test")
+        });
+        if !is_test {
+            visit::visit_item_mod(self, item);
+        }
+    }
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let mut segments = path.segments.iter();
+        if segments.next().is_some_and(|segment| segment.ident == "crate") {
+            self.0.extend(segments.next().map(|segment| segment.ident.to_string()));
+        }
+        visit::visit_path(self, path);
+    }
+}
+
+#[test]
+fn every_arrow_is_on_the_plan() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        let Some(floor) = floor_of(&path) else { continue };
+        if floor == "lib" {
+            continue;
+        }
+        let Some((_, allowed)) = ARROWS.iter().find(|(name, _)| *name == floor) else {
+            wrong.push(format!("{}: the folder {floor} is not on the plan", path.display()));
+            continue;
+        };
+        let mut names = Names::default();
+        names.visit_file(&syn::parse_file(&text).unwrap());
+        for name in names.0 {
+            let common = ["units", "remark", "locale"].contains(&name.as_str());
+            let known = ARROWS.iter().any(|(other, _)| *other == name);
+            if known && !common && name != floor && !allowed.contains(&name.as_str()) {
+                wrong.push(format!("{}: {floor} must not name {name}", path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn files_are_short_and_say_what_they_are() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        let lines = without_tests(&text).lines().count();
+        if lines > LONGEST_FILE {
+            wrong.push(format!("{}: {lines} lines, at most {LONGEST_FILE}", path.display()));
+        }
+        if !text.starts_with("//!") {
+            wrong.push(format!("{}: does not open with what it is", path.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+struct Functions<'a> {
+    path: &'a Path,
+    wrong: Vec<String>,
+}
+
+impl Functions<'_> {
+    fn measure(&mut self, name: &syn::Ident, body: &syn::Block) {
+        let (first, last) = (body.span().start().line, body.span().end().line);
+        let lines = last - first + 1;
+        if lines > LONGEST_FUNCTION {
+            let path = self.path.display();
+            self.wrong
+                .push(format!("{path}:{first}: fn {name} has {lines} lines, at most {LONGEST_FUNCTION}"));
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Functions<'_> {
+    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
+        self.measure(&item.sig.ident, &item.block);
+        visit::visit_item_fn(self, item);
+    }
+    fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
+        self.measure(&item.sig.ident, &item.block);
+        visit::visit_impl_item_fn(self, item);
+    }
+}
+
+#[test]
+fn functions_are_short() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        let mut functions = Functions { path: &path, wrong: Vec::new() };
+        functions.visit_file(&syn::parse_file(&text).unwrap());
+        wrong.extend(functions.wrong);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A rule that cannot fail is no rule.
+#[test]
+fn the_rules_can_fail() {
+    let mut names = Names::default();
+    names.visit_file(
+        &syn::parse_file("use crate::{motion::profile, units::Length}; fn f() { crate::cam::plan() }")
+            .unwrap(),
+    );
+    assert_eq!(names.0.into_iter().collect::<Vec<_>>(), ["cam", "motion", "units"]);
+    let long = format!("fn f() {{\n{}}}\n", "g();\n".repeat(LONGEST_FUNCTION));
+    let mut functions = Functions { path: Path::new("x.rs"), wrong: Vec::new() };
+    functions.visit_file(&syn::parse_file(&long).unwrap());
+    assert_eq!(functions.wrong.len(), 1);
+}
