@@ -3,6 +3,8 @@
 //! Comes in: what people ask and what the executor reports. Goes out: what to do, and what to show. Knows no socket, no
 //! thread, no disk.
 
+pub mod lease;
+
 use crate::remark::Remark;
 use serde::{Deserialize, Serialize};
 

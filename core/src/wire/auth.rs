@@ -18,11 +18,25 @@ pub fn proof(key: &[u8], message: &[u8]) -> String {
 
 /// Whether `claimed` is the proof of `message` under `key`, compared in constant time.
 pub fn verify(key: &[u8], message: &[u8], claimed: &str) -> bool {
-    let expected = proof(key, message);
-    if expected.len() != claimed.len() || expected.is_empty() {
-        return false;
-    }
-    expected.bytes().zip(claimed.bytes()).fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
+    same(proof(key, message).as_bytes(), claimed.as_bytes())
+}
+
+/// Whether two secrets are the same, in a time that does not tell where they differ. Empty ones never are.
+pub fn same(a: &[u8], b: &[u8]) -> bool {
+    !a.is_empty()
+        && a.len() == b.len()
+        && a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
+}
+
+/// What `Hello` carries: the proof of the challenge's nonce, taken as the text it was sent as, under the session key
+/// (`key` in hexadecimal, as pairing gave it).
+pub fn hello(key: &str, nonce: &str) -> String {
+    proof(&unhex(key).unwrap_or_default(), nonce.as_bytes())
+}
+
+/// What a request carries: the proof of its first line, for example `PUT /api/jobs/0123…`.
+pub fn request(key: &str, method: &str, path: &str) -> String {
+    proof(&unhex(key).unwrap_or_default(), format!("{method} {path}").as_bytes())
 }
 
 /// SHA-256 of `bytes`, hexadecimal.
@@ -54,6 +68,24 @@ mod tests {
         assert!(verify(b"Jefe", b"what do ya want for nothing?", expected));
         assert!(!verify(b"Jefe", b"what do ya want for nothing!", expected));
         assert!(!verify(b"Jefe", b"what do ya want for nothing?", ""));
+    }
+
+    #[test]
+    fn secrets_compare_by_content_and_nothing_equals_nothing_less() {
+        for (a, b, equal) in
+            [("", "", false), ("a", "a", true), ("a", "b", false), ("a", "ab", false), ("ab", "a", false)]
+        {
+            assert_eq!(same(a.as_bytes(), b.as_bytes()), equal, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_proof_belongs_to_its_request() {
+        let key = "00ff";
+        assert_eq!(request(key, "PUT", "/api/jobs/1"), proof(&[0, 255], b"PUT /api/jobs/1"));
+        assert_ne!(request(key, "PUT", "/api/jobs/1"), request(key, "GET", "/api/jobs/1"));
+        assert_ne!(hello(key, "01"), hello(key, "02"));
+        assert_ne!(hello("00", "01"), hello(key, "01"));
     }
 
     #[test]

@@ -2,13 +2,14 @@
 //!
 //! ```text
 //! page                                    bridge
-//!  POST /api/pair {token}        ──▶        one-time token → session id and key
+//!  POST /api/pair Pair           ──▶        one-time token → Paired: session id and key
 //!  GET  /api/socket              ──▶
 //!                                ◀──        Tell::Challenge {nonce}
-//!  Ask::Hello {session, proof}   ──▶        proof = HMAC-SHA256(key, nonce), within 2 s
+//!  Ask::Hello {session, proof}   ──▶        proof = auth::hello(key, nonce), within 2 s
 //!                                ◀──        Tell::Welcome, Tell::Machine, Tell::Status …
-//!  PUT  /api/jobs/SHA256 bytes   ──▶        headers `x-annulus-session`, `x-annulus-proof`
+//!  PUT  /api/jobs/SHA256 bytes   ──▶        headers SESSION_HEADER, PROOF_HEADER = auth::request(key, method, path)
 //!  GET  /api/jobs/SHA256         ──▶        the same bytes back, for a page that opened later
+//!                                ◀──        every refusal: {ok: false, error: {code, message, advice}}
 //! ```
 //!
 //! Comes in and goes out: messages. Does not know how they travel. With `project`, the only floor whose types are
@@ -31,6 +32,34 @@ pub const FRAME_LIMIT: usize = 64 * 1024;
 
 /// Largest program, in bytes.
 pub const PROGRAM_LIMIT: usize = 32 * 1024 * 1024;
+
+/// Oldest version of these messages that this build still understands.
+pub const OLDEST_PROTOCOL: u16 = 1;
+
+/// Header of a request: the session id.
+pub const SESSION_HEADER: &str = "x-annulus-session";
+
+/// Header of a request: [`auth::request`] for it.
+pub const PROOF_HEADER: &str = "x-annulus-proof";
+
+/// Body of `POST /api/pair`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pair {
+    /// The one-time token: what follows `#t=` in the address.
+    pub token: String,
+}
+
+/// Answer to `POST /api/pair`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Paired {
+    /// Always true.
+    pub ok: bool,
+    /// Session id, to be said.
+    pub session: String,
+    /// Session key in hexadecimal, never to be said again.
+    pub key: String,
+}
 
 /// What a page asks of the bridge. Stop is taken from any page that said hello; the rest needs control, except
 /// `Hello`, `TakeControl` and `Ping`.
@@ -108,6 +137,16 @@ pub enum Ask {
         /// Keys and new values.
         changes: Vec<(String, Value)>,
     },
+}
+
+impl Ask {
+    /// Whether only the page in control may ask this. Stop is everybody's.
+    pub fn needs_control(&self) -> bool {
+        !matches!(
+            self,
+            Self::Hello { .. } | Self::Ping { .. } | Self::TakeControl { .. } | Self::ReleaseControl | Self::Stop
+        )
+    }
 }
 
 /// What the bridge tells a page.
