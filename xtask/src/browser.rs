@@ -1,0 +1,30 @@
+//! Chromium and its driver, for the tests.
+//!
+//! Goes out: where they are. Does not know the tests.
+
+use crate::sh::{Done, install_packages, which};
+use std::path::PathBuf;
+
+/// A browser and its driver.
+#[derive(Debug)]
+pub(crate) struct Browser {
+    /// The browser.
+    pub(crate) chromium: PathBuf,
+    /// The driver that `wasm-pack` speaks to.
+    pub(crate) driver: PathBuf,
+}
+
+/// Looks for them.
+pub(crate) fn find() -> Option<Browser> {
+    let chromium = which("chromium").or_else(|| which("chromium-browser")).or_else(|| which("google-chrome"))?;
+    Some(Browser { chromium, driver: which("chromedriver")? })
+}
+
+/// Makes sure they are there.
+pub(crate) fn ensure() -> Done<Browser> {
+    if let Some(browser) = find() {
+        return Ok(browser);
+    }
+    install_packages("Chromium with its driver (for the browser tests)", &["chromium", "chromium-driver"])?;
+    find().ok_or_else(|| "Chromium was installed but is not on the search path.".to_owned())
+}

@@ -1,0 +1,24 @@
+//! `cargo xtask doctor`: what is there, and what would be installed or built.
+//!
+//! Goes out: a list on standard output. Changes nothing.
+
+use crate::sh::{Done, command, output, which};
+use crate::{browser, npm, tools, wasm};
+
+/// Prints the list.
+pub(crate) fn run() -> Done {
+    let line = |good: bool, what: &str, detail: &str| {
+        println!("{} {what:<26} {detail}", if good { "ok     " } else { "missing" });
+    };
+    let rustc = output(&mut command("rustc", &["--version"]));
+    line(rustc.is_some(), "Rust compiler", rustc.as_deref().unwrap_or("install it with rustup"));
+    line(wasm::present(), "WebAssembly target", "rustup target add, or Debian's packages");
+    let node = output(&mut command("node", &["--version"]));
+    line(node.is_some(), "Node 20 or newer", node.as_deref().unwrap_or("from your system or nodejs.org"));
+    line(npm::folder().join("node_modules").exists(), "npm packages", "installed from the lock file when needed");
+    line(browser::find().is_some(), "Chromium and its driver", "only the tests need them");
+    let absent = tools::missing();
+    line(absent.is_empty(), "test tools", &if absent.is_empty() { "built".to_owned() } else { absent.join(", ") });
+    line(which("cc").is_some(), "C compiler", "links what cargo builds");
+    Ok(())
+}

@@ -1,0 +1,43 @@
+//! `cargo xtask run | test | build | bench | doctor`: prepares what is missing and does the thing.
+//!
+//! Comes in: one word. Goes out: a running page, a tested tree, a built page, numbers, or a list of what is there.
+//! Does not know what Annulus does.
+
+mod browser;
+mod doctor;
+mod npm;
+mod page;
+mod run;
+mod sh;
+mod test;
+mod tools;
+mod wasm;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo xtask COMMAND
+
+  run     build page and bridge, start the bridge with the virtual drill and a sample board
+  test    prepare and run every test and check; the last line counts them
+  build   build the page into target/page and the bridge in release
+  doctor  list what is there and what would be installed
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let rest = arguments.get(1..).unwrap_or_default();
+    let done = match arguments.first().map(String::as_str) {
+        Some("run") => run::run(rest),
+        Some("test") => test::run(rest),
+        Some("build") => page::build().and_then(|_| run::build_bridge()).map(drop),
+        Some("doctor") => doctor::run(),
+        _ => Err(USAGE.to_owned()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Builds the page: compile, bind, shrink, compress.
+//!
+//! ```text
+//! app ─cargo▶ annulus_app.wasm ─wasm-bindgen▶ annulus.js + annulus_bg.wasm ─wasm-opt▶ smaller ─▶ .br .gz
+//! www ─copy─────────────────────────────────────────────────────────────────────────────────▶ .br .gz
+//! ```
+//!
+//! Goes out: `target/page`, ready to be embedded in the bridge. Does not know what the page shows.
+
+use crate::sh::{Done, command, root, run, say, target};
+use crate::{npm, wasm};
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Where the page is put.
+pub(crate) fn folder() -> PathBuf {
+    root().join("target/page")
+}
+
+/// Builds the page, unless nothing changed since it was built.
+pub(crate) fn build() -> Done<PathBuf> {
+    let toolchain = wasm::ensure()?;
+    let mut cargo = command("cargo", &["build", "-p", "annulus-app", "--profile", "page", "--target", wasm::TRIPLE]);
+    run(toolchain.apply(&mut cargo))?;
+    let compiled = target().join(wasm::TRIPLE).join("page/annulus_app.wasm");
+    let stamp = stamp(&compiled)?;
+    let stamp_file = folder().join(".stamp");
+    if fs::read_to_string(&stamp_file).is_ok_and(|found| found == stamp) {
+        return Ok(folder());
+    }
+    say("Binding, shrinking and compressing the page");
+    let _ = fs::remove_dir_all(folder());
+    fs::create_dir_all(folder()).map_err(|error| format!("{}: {error}.", folder().display()))?;
+    copy(&root().join("www"), &folder())?;
+    bind(&compiled)?;
+    shrink(&folder().join("annulus_bg.wasm"))?;
+    compress(&folder())?;
+    fs::write(&stamp_file, stamp).map_err(|error| format!("{}: {error}.", stamp_file.display()))?;
+    Ok(folder())
+}
+
+/// A digest of everything that goes into the page.
+fn stamp(compiled: &Path) -> Done<String> {
+    let mut digest = Sha256::new();
+    let mut files = vec![compiled.to_owned()];
+    files_below(&root().join("www"), &mut files);
+    for file in files {
+        digest.update(file.to_string_lossy().as_bytes());
+        digest.update(fs::read(&file).map_err(|error| format!("{}: {error}.", file.display()))?);
+    }
+    Ok(format!("{:x}", digest.finalize()))
+}
+
+fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    for path in paths {
+        if path.is_dir() { files_below(&path, out) } else { out.push(path) }
+    }
+}
+
+/// Copies `from` into `to`; the locale tables are compiled in and stay behind.
+fn copy(from: &Path, to: &Path) -> Done {
+    let mut files = Vec::new();
+    files_below(from, &mut files);
+    for file in files {
+        let Ok(name) = file.strip_prefix(from) else { continue };
+        if name.starts_with("locales") {
+            continue;
+        }
+        let place = to.join(name);
+        let failed = |error: std::io::Error| format!("{}: {error}.", place.display());
+        fs::create_dir_all(place.parent().unwrap_or(to)).map_err(failed)?;
+        fs::copy(&file, &place).map_err(failed)?;
+    }
+    Ok(())
+}
+
+fn bind(compiled: &Path) -> Done {
+    let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
+    bindgen.input_path(compiled).out_name("annulus").typescript(false).remove_name_section(true);
+    bindgen.remove_producers_section(true);
+    let bound = bindgen.web(true).and_then(|bindgen| bindgen.generate(folder()));
+    bound.map_err(|error| format!("The page could not be bound: {error:#}."))
+}
+
+fn shrink(file: &Path) -> Done {
+    let optimiser = npm::ensure()?.join("node_modules/.bin/wasm-opt");
+    let smaller = file.with_extension("small");
+    let (from, to) = (file.to_string_lossy(), smaller.to_string_lossy());
+    let features = [
+        "--enable-bulk-memory",
+        "--enable-bulk-memory-opt",
+        "--enable-nontrapping-float-to-int",
+        "--enable-sign-ext",
+        "--enable-mutable-globals",
+        "--enable-reference-types",
+        "--enable-multivalue",
+    ];
+    run(command(optimiser, &[&from, "-o", &to, "-O2"]).args(features))?;
+    fs::rename(&smaller, file).map_err(|error| format!("{}: {error}.", file.display()))
+}
+
+/// Writes `FILE.br` and `FILE.gz` beside every file worth it.
+fn compress(folder: &Path) -> Done {
+    let mut files = Vec::new();
+    files_below(folder, &mut files);
+    for file in files {
+        let bytes = fs::read(&file).map_err(|error| format!("{}: {error}.", file.display()))?;
+        if bytes.len() < 512 {
+            continue;
+        }
+        let name = file.to_string_lossy();
+        let save = |extension: &str, packed: &[u8]| {
+            fs::write(format!("{name}.{extension}"), packed).map_err(|error| format!("{name}.{extension}: {error}."))
+        };
+        save("br", &brotli(&bytes)?)?;
+        save("gz", &gzip(&bytes)?)?;
+    }
+    Ok(())
+}
+
+fn brotli(bytes: &[u8]) -> Done<Vec<u8>> {
+    let mut packed = Vec::new();
+    let mut writer = brotli::CompressorWriter::new(&mut packed, 1 << 16, 9, 22);
+    writer.write_all(bytes).map_err(|error| error.to_string())?;
+    drop(writer);
+    Ok(packed)
+}
+
+fn gzip(bytes: &[u8]) -> Done<Vec<u8>> {
+    let mut writer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    writer.write_all(bytes).and_then(|()| writer.finish()).map_err(|error| error.to_string())
+}
