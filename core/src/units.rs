@@ -1,5 +1,5 @@
-//! Lengths at rest are whole nanometres; in flight they are `f64` millimetres. The conversions live here and
-//! nowhere else.
+//! Lengths at rest are whole nanometres; in flight they are `f64` millimetres; at the pins they are whole steps, and
+//! time is whole ticks. The conversions live here and nowhere else.
 //!
 //! Comes in: decimal millimetres and inches. Goes out: [`Length`]. Knows no files and no machines.
 
@@ -10,6 +10,9 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 pub const NM_PER_MM: i64 = 1_000_000;
 /// Nanometres in an inch, exactly.
 pub const NM_PER_INCH: i64 = 25_400_000;
+
+/// Ticks of stream time in a second: a tick is 0.1 µs.
+pub const TICK_HZ: u64 = 10_000_000;
 
 /// A length, or a coordinate along one axis, in whole nanometres.
 ///

@@ -140,6 +140,16 @@ pub enum Stage {
     Dwell,
     /// Waiting for a person to change the bit.
     AwaitBit,
+    /// Homing: fast towards the end sensor.
+    Seek,
+    /// Homing: slowly off the end sensor.
+    BackOff,
+    /// Homing: slowly to the edge of the end sensor.
+    Locate,
+    /// Homing: from the edge to the resting place.
+    Offset,
+    /// A short move by hand.
+    Jog,
 }
 
 /// What is switched before a piece of motion.

@@ -1,9 +1,22 @@
 //! Step times. A planned move becomes runs of steps; runs are what the pins replay.
 //!
+//! ```text
+//! Timeline ─ stream ─▶ StepStream ─┬─ replay ─▶ pulse, pulse, pulse …   (pins, sim)
+//!      fit: times → runs           ├─ digest ─▶ SHA-256                 (page = bridge?)
+//!                                  └─ check
+//! ```
+//!
 //! Comes in: a timeline. Goes out: a [`StepStream`]. Does not know why a move is made.
 
+pub mod digest;
+mod fit;
+mod make;
+pub mod replay;
 pub mod stream;
 
 pub use crate::job::{Effect, Stage};
 pub use crate::machine::{AXES, Steps};
+pub use digest::{digest, encoded_len, trace};
+pub use make::{segment, stream};
+pub use replay::{Pulse, Replay, replay, replay_stream};
 pub use stream::{Run, Segment, StepStream, TICK_HZ};

@@ -13,8 +13,7 @@ use crate::job::{Effect, Gate, Mark, Stage};
 use crate::machine::Steps;
 use serde::{Deserialize, Serialize};
 
-/// Ticks of stream time in a second: a tick is 0.1 µs.
-pub const TICK_HZ: u64 = 10_000_000;
+pub use crate::units::TICK_HZ;
 
 /// A whole program as step times.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

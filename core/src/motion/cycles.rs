@@ -1,0 +1,112 @@
+//! The machine's own moves, outside any program: homing, going somewhere, jogging, lifting.
+//!
+//! ```text
+//! homing one axis      | <- end sensor's edge
+//!      Seek     <======|=====     fast, until the sensor turns on
+//!      BackOff         |==>       slowly, off the sensor
+//!      Locate          |<-        slowly, until the sensor turns on again: the edge
+//!      Offset          |--->      to the resting place, `home_offset` from the edge
+//! ```
+//!
+//! Comes in: a machine, and where things stand. Goes out: a [`Timeline`]; a gated move of it may end early, so what
+//! follows is to be taken relative to where it really ended. Does not know why, nor what the sensors say.
+
+use super::timeline::{Timeline, Writer};
+use crate::job::{Gate, Otherwise, Stage};
+use crate::machine::{HomeEnd, Machine, Steps};
+use crate::remark::Remark;
+use crate::units::Length;
+
+/// How far an axis backs off a sensor before it looks for the edge slowly.
+const BACK_OFF: Length = Length::from_um(2_000);
+
+/// The slow look for the edge goes this much further than the axis backed off.
+const LOCATE: Length = Length::from_um(4_000);
+
+/// Slow homing moves go at this share of the homing speed.
+const SLOW: f64 = 0.1;
+
+/// A gated move's deadline is its planned time and this much.
+const GRACE_US: u64 = 500_000;
+
+/// Homing of one axis, from wherever it stands: its start counts as 0, its end would be there without sensors.
+pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Remark> {
+    let settings = machine.axis(axis);
+    let towards = match settings.home {
+        HomeEnd::Min => -1,
+        HomeEnd::Max => 1,
+    };
+    let (fast, slow) = (settings.home_speed_mm_per_s, SLOW * settings.home_speed_mm_per_s);
+    let rows = [
+        (Stage::Seek, settings.home_search * towards, fast, true),
+        (Stage::BackOff, BACK_OFF * -towards, slow, false),
+        (Stage::Locate, LOCATE * towards, slow, true),
+        (Stage::Offset, settings.home_offset * -towards, fast, false),
+    ];
+    let mut writer = Writer::new(machine, Steps::default());
+    for (stage, way, speed, gated) in rows {
+        let mut to = writer.at();
+        to[axis] += settings.scale.steps(way);
+        let gate = gated.then(|| Gate {
+            input: machine.home_input(axis),
+            deadline_us: 0,
+            otherwise: Otherwise::Alarm,
+        });
+        writer.line(stage, to, speed, gate)?;
+    }
+    let mut timeline = writer.done();
+    for planned in &mut timeline.moves {
+        if let Some(gate) = &mut planned.gate {
+            let us = planned.duration_ticks / 10 + GRACE_US;
+            gate.deadline_us = u32::try_from(us).unwrap_or(u32::MAX);
+        }
+    }
+    Ok(timeline)
+}
+
+/// Homing of the whole machine: first Z up out of the way, then X, then Y, each from where it stands.
+pub fn home(machine: &Machine) -> Result<Vec<(usize, Timeline)>, Remark> {
+    [2, 0, 1].into_iter().map(|axis| Ok((axis, home_axis(machine, axis)?))).collect()
+}
+
+/// The spindle up, or down, to `z_steps` at rapid speed, from rest at `from`.
+pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline, Remark> {
+    let mut to = from;
+    to[2] = z_steps;
+    one(machine, Stage::Retract, from, to, f64::INFINITY)
+}
+
+/// From rest at `from` to rest at `to`: Z up first where it goes up, then X and Y together, then Z down where it goes
+/// down.
+pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Remark> {
+    let mut writer = Writer::new(machine, from);
+    let mut above = from;
+    above[2] = from[2].max(to[2]);
+    writer.line(Stage::Retract, above, f64::INFINITY, None)?;
+    let mut beside = to;
+    beside[2] = above[2];
+    writer.line(Stage::Travel, beside, f64::INFINITY, None)?;
+    writer.line(Stage::Approach, to, f64::INFINITY, None)?;
+    Ok(writer.done())
+}
+
+/// One axis by `steps`, not faster than `speed` mm/s.
+pub fn jog(machine: &Machine, from: Steps, axis: usize, steps: i64, speed: f64) -> Result<Timeline, Remark> {
+    let mut to = from;
+    if let Some(place) = to.get_mut(axis) {
+        *place = place.saturating_add(steps);
+    }
+    one(machine, Stage::Jog, from, to, speed)
+}
+
+/// What is left of a planned straight move when its axes stand at `from` instead of at its start, because a sensor
+/// ended the move before it: the same stage and the same end, planned anew from rest.
+pub fn rejoin(machine: &Machine, stage: Stage, from: Steps, to: Steps) -> Result<Timeline, Remark> {
+    one(machine, stage, from, to, f64::INFINITY)
+}
+
+fn one(machine: &Machine, stage: Stage, from: Steps, to: Steps, speed: f64) -> Result<Timeline, Remark> {
+    let mut writer = Writer::new(machine, from);
+    writer.line(stage, to, speed, None)?;
+    Ok(writer.done())
+}

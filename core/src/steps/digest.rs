@@ -1,0 +1,152 @@
+//! The digest of a stream: what page and bridge compare before Start (N13).
+//!
+//! The canonical encoding is fixed-width and little-endian, fields in this order, so that 32-bit wasm and 64-bit
+//! native code hash the same bytes:
+//!
+//! ```text
+//! "annulus stream 1"  start 8 × i64  segments u64
+//! segment: leg u32  mark u8 u32  stage u8  duration u64  effect u8 u32  gate u8 [input u8 deadline u32 otherwise u8]
+//!          end 8 × i64  runs u32
+//! run:     axis u8  forward u8  interval u32  count u32  change i32
+//! ```
+//!
+//! Comes in: a stream. Goes out: SHA-256 in hexadecimal, the length of the encoding, the first runs as text.
+
+use super::stream::{Run, Segment, StepStream};
+use crate::job::{Effect, Gate, Mark, Otherwise, Stage};
+use crate::machine::Steps;
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+
+const HEADER: &[u8; 16] = b"annulus stream 1";
+
+/// Somewhere for the bytes to go.
+trait Sink {
+    fn put(&mut self, bytes: &[u8]);
+}
+
+impl Sink for Sha256 {
+    fn put(&mut self, bytes: &[u8]) {
+        self.update(bytes);
+    }
+}
+
+/// Counts bytes.
+impl Sink for u64 {
+    fn put(&mut self, bytes: &[u8]) {
+        *self += bytes.len() as u64;
+    }
+}
+
+/// SHA-256 of the canonical encoding, in hexadecimal.
+pub fn digest(stream: &StepStream) -> String {
+    let mut hash = Sha256::new();
+    encode(stream, &mut hash);
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// How many bytes the canonical encoding has.
+pub fn encoded_len(stream: &StepStream) -> u64 {
+    let mut length = 0_u64;
+    encode(stream, &mut length);
+    length
+}
+
+fn encode(stream: &StepStream, sink: &mut impl Sink) {
+    sink.put(HEADER);
+    put_steps(&stream.start, sink);
+    sink.put(&(stream.segments.len() as u64).to_le_bytes());
+    for segment in &stream.segments {
+        put_segment(segment, sink);
+    }
+}
+
+fn put_steps(steps: &Steps, sink: &mut impl Sink) {
+    for step in steps {
+        sink.put(&step.to_le_bytes());
+    }
+}
+
+fn put_segment(segment: &Segment, sink: &mut impl Sink) {
+    sink.put(&segment.leg.to_le_bytes());
+    let (tag, value) = match segment.mark {
+        Mark::Prepare => (0_u8, 0),
+        Mark::ChangeBit(bit) => (1, bit),
+        Mark::Hole(hole) => (2, hole),
+        Mark::Finish => (3, 0),
+    };
+    sink.put(&[tag]);
+    sink.put(&value.to_le_bytes());
+    sink.put(&[stage_tag(segment.stage)]);
+    sink.put(&segment.duration_ticks.to_le_bytes());
+    let (tag, value) = match segment.effect {
+        Effect::None => (0_u8, 0),
+        Effect::Spindle(rpm) => (1, rpm),
+        Effect::AwaitBit(bit) => (2, bit),
+    };
+    sink.put(&[tag]);
+    sink.put(&value.to_le_bytes());
+    put_gate(segment.gate, sink);
+    put_steps(&segment.end, sink);
+    sink.put(&(segment.runs.len() as u32).to_le_bytes());
+    for run in &segment.runs {
+        sink.put(&run_bytes(run));
+    }
+}
+
+fn put_gate(gate: Option<Gate>, sink: &mut impl Sink) {
+    let Some(gate) = gate else { return sink.put(&[0]) };
+    sink.put(&[1, gate.input as u8]);
+    sink.put(&gate.deadline_us.to_le_bytes());
+    sink.put(&[match gate.otherwise {
+        Otherwise::Alarm => 0,
+        Otherwise::GoOn => 1,
+    }]);
+}
+
+const fn stage_tag(stage: Stage) -> u8 {
+    match stage {
+        Stage::Travel => 0,
+        Stage::Approach => 1,
+        Stage::Drill => 2,
+        Stage::Retract => 3,
+        Stage::Dwell => 4,
+        Stage::AwaitBit => 5,
+        Stage::Seek => 6,
+        Stage::BackOff => 7,
+        Stage::Locate => 8,
+        Stage::Offset => 9,
+        Stage::Jog => 10,
+    }
+}
+
+fn run_bytes(run: &Run) -> [u8; 14] {
+    let mut bytes = [0; 14];
+    bytes[0] = run.axis;
+    bytes[1] = u8::from(run.forward);
+    bytes[2..6].copy_from_slice(&run.interval.to_le_bytes());
+    bytes[6..10].copy_from_slice(&run.count.to_le_bytes());
+    bytes[10..14].copy_from_slice(&run.change.to_le_bytes());
+    bytes
+}
+
+/// The first `most` runs as lines of text, each below its segment, so that two builds can find where they part.
+pub fn trace(stream: &StepStream, most: usize) -> String {
+    let mut text = String::new();
+    let mut left = most;
+    for (index, segment) in stream.segments.iter().enumerate() {
+        if left == 0 {
+            break;
+        }
+        let (leg, stage, ticks) = (segment.leg, segment.stage, segment.duration_ticks);
+        let _ =
+            writeln!(text, "segment {index} leg {leg} {stage:?} {ticks} ticks, end {:?}", &segment.end[..3]);
+        for run in segment.runs.iter().take(left) {
+            let sign = if run.forward { '+' } else { '-' };
+            let (axis, count, interval, change) = (run.axis, run.count, run.interval, run.change);
+            let _ = writeln!(text, "  axis {axis} {sign}{count} interval {interval} change {change:+}");
+        }
+        left -= left.min(segment.runs.len());
+    }
+    text
+}

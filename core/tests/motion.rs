@@ -1,0 +1,162 @@
+//! The laws of motion and steps, tried on many random moves and programs. Every failure prints its seed.
+#![cfg(not(target_arch = "wasm32"))]
+
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Leg, Mark, Program};
+use annulus_core::machine::{Machine, lab, virtual_drill};
+use annulus_core::motion::{Timeline, hop_time_s, laws, profile, timeline};
+use annulus_core::steps::{self, AXES, Segment, TICK_HZ};
+use annulus_core::units::Length;
+
+/// Small, seeded, the same everywhere (SplitMix64).
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Evenly over the powers of ten.
+    fn scale(&mut self, low: f64, high: f64) -> f64 {
+        libm::pow(10.0, self.between(libm::log10(low), libm::log10(high)))
+    }
+}
+
+fn machines() -> [Machine; 2] {
+    [virtual_drill(), lab()]
+}
+
+/// A program of a few holes at random places.
+fn random_program(chance: &mut Chance, machine: &Machine, holes: u32) -> Program {
+    let process = &machine.process;
+    let hole = |chance: &mut Chance, index: u32| {
+        let reach = chance.scale(0.05, 100.0);
+        let to = Point::from_mm(chance.between(0.0, reach), chance.between(0.0, reach));
+        let bottom = Length::ZERO - process.board_thickness - process.breakthrough;
+        let commands = vec![
+            Command::Rapid { to },
+            Command::Plunge { to: bottom, feed_um_per_s: (process.feed_mm_per_s * 1e3) as u32, gate: None },
+            Command::Dwell { us: (chance.next() % 3_000) as u32 },
+            Command::Retract { to: process.safe_height },
+        ];
+        Leg { mark: Mark::Hole(index), commands }
+    };
+    let prepare = vec![Command::Spindle { rpm: process.spindle_rpm }, Command::Dwell { us: 1_000 }];
+    let finish = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
+    let mut legs = vec![Leg { mark: Mark::Prepare, commands: prepare }];
+    legs.extend((0..holes).map(|index| hole(chance, index)));
+    legs.push(Leg { mark: Mark::Finish, commands: finish });
+    Program {
+        name: "random".into(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        safe_height: process.safe_height,
+        legs,
+        accepted: vec![],
+    }
+}
+
+/// Replays a segment beside its plan: before and after every step the motor is within half a step of the plan, and
+/// as much more as the plan goes in 1 µs.
+fn replay_keeps_to_the_plan(plan: &Timeline, index: usize, segment: &Segment, seed: u64) {
+    let planned = &plan.moves[index];
+    let mut at = planned.from;
+    let mut last = [None::<u64>; AXES];
+    let path = &planned.profile;
+    for pulse in steps::replay(segment) {
+        let t_s = pulse.tick as f64 / TICK_HZ as f64;
+        let ideal = planned.at(t_s);
+        for axis in (0..AXES).filter(|axis| pulse.axes >> axis & 1 == 1) {
+            let way = (planned.to[axis] - planned.from[axis]).abs() as f64;
+            let near = path.speed(t_s - planned.lead_s + 1e-6).max(path.speed(t_s - planned.lead_s - 1e-6));
+            let room = 0.5 + near * way / path.length_mm * 1e-6 + 1e-9 * way;
+            assert!(
+                (ideal[axis] - at[axis] as f64).abs() <= room,
+                "seed {seed}: before {pulse:?} of {segment:?}"
+            );
+            at[axis] += if pulse.forward >> axis & 1 == 1 { 1 } else { -1 };
+            assert!(
+                (ideal[axis] - at[axis] as f64).abs() <= room,
+                "seed {seed}: after {pulse:?} of {segment:?}"
+            );
+            assert!(last[axis].is_none_or(|tick| tick < pulse.tick), "seed {seed}: axis {axis} steps twice");
+            last[axis] = Some(pulse.tick);
+        }
+        assert!(pulse.tick <= segment.duration_ticks, "seed {seed}: a step after the end");
+    }
+    assert_eq!(at, planned.to, "seed {seed}: ends elsewhere");
+    assert_eq!(at, segment.end, "seed {seed}: ends elsewhere than it says");
+}
+
+#[test]
+fn replay_stays_within_half_a_step_of_the_plan_and_ends_exactly() {
+    let (mut moves, mut seed) = (0, 0);
+    while moves < 100_000 {
+        seed += 1;
+        for machine in machines() {
+            let mut chance = Chance(seed);
+            let program = random_program(&mut chance, &machine, 12);
+            let plan = timeline(&program, &machine).unwrap();
+            laws::laws(&plan, &machine).unwrap();
+            let stream = steps::stream(&plan, &machine).unwrap();
+            for (index, segment) in stream.segments.iter().enumerate() {
+                replay_keeps_to_the_plan(&plan, index, segment, seed);
+            }
+            moves += plan.moves.len();
+        }
+    }
+}
+
+#[test]
+fn a_profile_keeps_its_limits_and_ends_exactly() {
+    for seed in 0..100_000 {
+        let mut chance = Chance(seed);
+        let (length, v) = (chance.scale(1e-6, 1e4), chance.scale(0.01, 5e3));
+        let (a, j) = (chance.scale(0.1, 2e5), chance.scale(1.0, 1e8));
+        let plan = profile::plan(length, v, a, j).unwrap();
+        let total = plan.duration_s();
+        let lower = (length / v).max(2.0 * libm::sqrt(length / a)).max(libm::cbrt(32.0 * length / j));
+        assert!(total >= lower * (1.0 - 1e-9), "seed {seed}: faster than possible");
+        assert_eq!(plan.position_mm(total), length, "seed {seed}");
+        assert_eq!(plan.position_mm(0.0), 0.0, "seed {seed}");
+        let mut before = 0.0;
+        for part in 0..=24 {
+            let t = total * f64::from(part) / 24.0;
+            let s = plan.position_mm(t);
+            assert!(s >= before && s <= length, "seed {seed}: goes back at {t}");
+            assert!(plan.speed(t) <= v * (1.0 + 1e-9) && plan.speed(t) >= 0.0, "seed {seed}: speed at {t}");
+            assert!(plan.acceleration(t).abs() <= a * (1.0 + 1e-9), "seed {seed}: acceleration at {t}");
+            assert!(
+                (plan.position_mm(plan.time_at(s)) - s).abs() <= 1e-9 * length,
+                "seed {seed}: inverse at {t}"
+            );
+            before = s;
+        }
+        assert!(plan.jerk_mm_per_s3 <= j, "seed {seed}");
+        let longer = profile::plan(length * 1.001, v, a, j).unwrap().duration_s();
+        assert!(longer > total, "seed {seed}: longer but not slower");
+    }
+}
+
+#[test]
+fn a_hop_takes_as_long_as_its_slower_axis_needs() {
+    let machine = virtual_drill();
+    let hop = |x, y| hop_time_s(&machine, Point::default(), Point::from_mm(x, y));
+    assert_eq!(hop(0.0, 0.0), 0.0);
+    assert_eq!(hop(10.0, 0.0), hop(0.0, -10.0));
+    assert!((hop(10.0, 10.0) - hop(10.0, 0.0)).abs() < 1e-9, "both axes do the same at once");
+    assert!((hop(10.0, 3.0) - hop(10.0, 0.0)).abs() < 1e-9, "the longer axis decides");
+}
