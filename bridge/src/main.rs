@@ -4,6 +4,8 @@
 //! standard output. The commands themselves are one file each in `cli/`.
 
 mod cli;
+mod drill;
+mod machine_file;
 
 use clap::Parser;
 use std::process::ExitCode;

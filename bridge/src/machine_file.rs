@@ -1,0 +1,308 @@
+//! Machine files: commented TOML, one table a section of the settings table (A11).
+//!
+//! Comes in: paths and names. Goes out: [`Machine`]s, or a refusal with file, line and column. A file that cannot be
+//! read is never overwritten. Does not know what the settings mean; the table in `machine` does.
+
+use crate::cli::Refusal;
+use annulus_core::machine::{self, Kind, Machine, SECTIONS, Setting, Value};
+use annulus_core::remark::{Remark, Weight};
+use std::env;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+/// A machine and the file that its settings are kept in.
+#[derive(Debug)]
+pub(crate) struct Known {
+    /// What was configured, or the preset where nothing was yet.
+    pub(crate) machine: Machine,
+    /// Where changes go. The file need not exist.
+    pub(crate) path: PathBuf,
+}
+
+/// Version of the file's layout.
+const SCHEMA: i64 = 1;
+
+/// Where jobs, journal and drilled-board record live: `$ANNULUS_HOME`, else `$XDG_DATA_HOME/annulus`, else
+/// `~/.local/share/annulus`.
+pub(crate) fn data_folder() -> PathBuf {
+    folder("XDG_DATA_HOME", ".local/share")
+}
+
+/// Where the machine called `name` keeps its settings: `machines/NAME.toml` in `$ANNULUS_HOME`, else in
+/// `$XDG_CONFIG_HOME/annulus`, else in `~/.config/annulus`.
+pub(crate) fn path_of(name: &str) -> PathBuf {
+    folder("XDG_CONFIG_HOME", ".config").join("machines").join(format!("{name}.toml"))
+}
+
+fn folder(variable: &str, beneath_home: &str) -> PathBuf {
+    let set = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    if let Some(home) = set("ANNULUS_HOME") {
+        return home;
+    }
+    let base = set(variable).or_else(|| set("HOME").map(|home| home.join(beneath_home)));
+    base.unwrap_or_default().join("annulus")
+}
+
+/// Names of the machines that have a file, in order.
+pub(crate) fn names() -> Vec<String> {
+    let Some(folder) = path_of("x").parent().map(Path::to_owned) else { return Vec::new() };
+    let files = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let tables = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    let mut names: Vec<_> =
+        tables.filter_map(|path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned())).collect();
+    names.sort();
+    names
+}
+
+/// The machine that `text` means: a name with a file, a preset's name, or the path of a machine file.
+pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
+    let is_name = !text.is_empty() && text.chars().all(|c| c.is_alphanumeric() || c == '-' || c == '_');
+    if is_name {
+        let path = path_of(text);
+        if path.exists() {
+            return load(&path).map(|machine| Known { machine, path });
+        }
+        if let Some(machine) = machine::preset(text) {
+            return Ok(Known { machine, path });
+        }
+    }
+    let path = PathBuf::from(text);
+    if path.is_file() {
+        return load(&path).map(|machine| Known { machine, path });
+    }
+    let mut known: Vec<_> = machine::presets().iter().map(|(name, _)| (*name).to_owned()).collect();
+    known.extend(names());
+    known.sort();
+    known.dedup();
+    let why = Remark::new(Weight::Loss, "machine.no_such").with("name", text).with("names", known.join(", "));
+    Err(Refusal::surroundings(why))
+}
+
+/// The machine in the file `path`.
+pub(crate) fn load(path: &Path) -> Result<Machine, Refusal> {
+    let file = path.display().to_string();
+    let bytes = fs::read(path).map_err(|error| unreadable(&file, &error))?;
+    let refuse = |remark: Remark| Refusal::content(remark);
+    let Ok(text) = std::str::from_utf8(&bytes) else {
+        let at = std::str::from_utf8(&bytes).err().map_or(0, |error| error.valid_up_to());
+        let (line, column) = line_and_column(&bytes, at);
+        return Err(refuse(Remark::new(Weight::Loss, "machine.file_not_text").at(&file, line, column)));
+    };
+    parse(&file, text).map_err(refuse)
+}
+
+fn unreadable(file: &str, error: &io::Error) -> Refusal {
+    let why = Remark::new(Weight::Loss, "machine.file_unreadable").with("file", file).with("reason", error);
+    Refusal::surroundings(why)
+}
+
+/// The machine in `text`. Settings that it does not mention are those of the virtual drill.
+fn parse(file: &str, text: &str) -> Result<Machine, Remark> {
+    let document = toml::de::DeTable::parse(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let (line, column) = line_and_column(text.as_bytes(), at);
+        let what = error.message().lines().next().unwrap_or_default().to_owned();
+        Remark::new(Weight::Loss, "machine.file_syntax").at(file, line, column).with("what", what)
+    })?;
+    let place = |remark: Remark, at: usize| {
+        let (line, column) = line_and_column(text.as_bytes(), at);
+        remark.at(file, line, column)
+    };
+    let mut machine = machine::virtual_drill();
+    let mut changes = Vec::new();
+    let mut schema = None;
+    for (section, value) in document.get_ref() {
+        let at = section.span().start;
+        match value.get_ref() {
+            toml::de::DeValue::Integer(number) if section.get_ref() == "schema" => {
+                schema = number.as_str().parse::<i64>().ok();
+            }
+            toml::de::DeValue::Table(rows) => {
+                for (name, value) in rows {
+                    let key = format!("{}.{}", section.get_ref(), name.get_ref());
+                    let (value_at, name_at) = (value.span().start, name.span().start);
+                    let change = [(key.clone(), plain(value.get_ref()))];
+                    // One by one first, so that a refusal has the line of its field; bounds between fields later.
+                    if machine::setting(&key).is_none() {
+                        let why = Remark::new(Weight::Loss, "machine.setting_unknown").with("key", key);
+                        return Err(place(why, name_at));
+                    }
+                    if let Some(why) = machine::apply(&machine, &change).err().and_then(|all| {
+                        all.into_iter().find(|remark| remark.code.starts_with("machine.setting_"))
+                    }) {
+                        return Err(place(why, value_at));
+                    }
+                    changes.extend(change.map(|change| (change, name_at)));
+                }
+            }
+            _ => {
+                let why = Remark::new(Weight::Loss, "machine.setting_unknown").with("key", section.get_ref());
+                return Err(place(why, at));
+            }
+        }
+    }
+    if schema != Some(SCHEMA) {
+        let found = schema.map_or_else(|| "none".to_owned(), |number| number.to_string());
+        let why = Remark::new(Weight::Loss, "machine.file_schema").with("found", found).with("known", SCHEMA);
+        return Err(place(why, 0));
+    }
+    let all: Vec<_> = changes.iter().map(|(change, _)| change.clone()).collect();
+    match machine::apply(&machine, &all) {
+        Ok(changed) => {
+            machine = changed;
+            Ok(machine)
+        }
+        Err(refusals) => {
+            let why = refusals.into_iter().next().unwrap_or_else(|| Remark::new(Weight::Loss, "machine.file_syntax"));
+            let key = why.args.iter().find(|(name, _)| name == "key").map(|(_, key)| key.clone());
+            let at = changes.iter().find(|((name, _), _)| Some(name) == key.as_ref()).map_or(0, |(_, at)| *at);
+            Err(place(why, at))
+        }
+    }
+}
+
+fn plain(value: &toml::de::DeValue<'_>) -> Value {
+    use toml::de::DeValue;
+    let number = |value: &DeValue<'_>| match value {
+        DeValue::Integer(number) => {
+            i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()).ok().map(|whole| whole as f64)
+        }
+        DeValue::Float(number) => number.as_str().replace('_', "").parse::<f64>().ok(),
+        _ => None,
+    };
+    match value {
+        DeValue::String(text) => Value::Text(text.to_string()),
+        DeValue::Array(items) => {
+            let numbers: Vec<_> = items.iter().filter_map(|item| number(item.get_ref())).collect();
+            if numbers.len() == items.len() { Value::Numbers(numbers) } else { Value::Text("a list".to_owned()) }
+        }
+        other => number(other).map_or_else(|| Value::Text(other.type_str().to_owned()), Value::Number),
+    }
+}
+
+fn line_and_column(bytes: &[u8], at: usize) -> (u32, u32) {
+    let before = &bytes[..at.min(bytes.len())];
+    let line = before.iter().filter(|byte| **byte == b'\n').count();
+    let column = before.iter().rev().take_while(|byte| **byte != b'\n').count();
+    (u32::try_from(line + 1).unwrap_or(u32::MAX), u32::try_from(column + 1).unwrap_or(u32::MAX))
+}
+
+/// Writes `machine` to `path`, whole or not at all.
+pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Remark> {
+    write_whole(path, text_of(machine).as_bytes()).map_err(|error| {
+        let file = path.display();
+        Remark::new(Weight::Loss, "machine.file_not_saved").with("file", file).with("reason", error)
+    })
+}
+
+/// Writes a file so that after any interruption either the old or the new one is there.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
+    let fresh = path.with_extension(format!("new-{}", std::process::id()));
+    let written = fs::File::create(&fresh).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()
+    });
+    let renamed = written.and_then(|()| fs::rename(&fresh, path));
+    if renamed.is_err() {
+        let _ = fs::remove_file(&fresh);
+        return renamed;
+    }
+    fs::File::open(folder)?.sync_all()
+}
+
+/// The file of `machine`, with a comment over every setting: its sentence, unit and range.
+pub(crate) fn text_of(machine: &Machine) -> String {
+    let mut out = format!("# A machine of Annulus. Lines that are left out keep the virtual drill's value.\nschema = {SCHEMA}\n");
+    for (section, rows) in SECTIONS {
+        let _ = write!(out, "\n[{section}]\n");
+        for row in *rows {
+            let _ = writeln!(out, "# {}", explain(row));
+            let name = row.key.split_once('.').map_or(row.key, |(_, name)| name);
+            let _ = writeln!(out, "{name} = {}", literal(&row.value(machine)));
+        }
+    }
+    out
+}
+
+fn explain(row: &Setting) -> String {
+    let sentence = annulus_core::locale::text("en", &row.sentence_key(), &[]);
+    let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
+    match row.kind {
+        Kind::Text(longest) => format!("{sentence} At most {longest} characters."),
+        Kind::Number(low, high) | Kind::Whole(low, high) => format!("{sentence} {low} … {high}{unit}."),
+        Kind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
+        Kind::Numbers(low, high) => format!("{sentence} Each {low} … {high}{unit}, at most 64."),
+    }
+}
+
+fn literal(value: &Value) -> String {
+    match value {
+        Value::Number(number) => number.to_string(),
+        Value::Text(text) => toml::Value::String(text.clone()).to_string(),
+        Value::Numbers(numbers) => {
+            let words: Vec<_> = numbers.iter().map(f64::to_string).collect();
+            format!("[{}]", words.join(", "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_saved_loads() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, machine) in machine::presets() {
+            let path = folder.path().join("deep").join(format!("{name}.toml"));
+            save(&path, &machine).unwrap();
+            assert_eq!(load(&path).unwrap(), machine, "{name}");
+        }
+        let left = fs::read_dir(folder.path().join("deep")).unwrap().count();
+        assert_eq!(left, 2, "no half-written file stays");
+    }
+
+    #[test]
+    fn a_corrupted_file_is_refused_with_its_place_and_left_alone() {
+        let rows: [(&str, &str, u32, u32); 9] = [
+            ("schema = 1\n[x\nmax = 3\n", "machine.file_syntax", 2, 3),
+            ("schema = 1\n[x]\nmax_speed = \"fast\"\n", "machine.setting_kind", 3, 13),
+            ("schema = 1\n[x]\nmax_speed = -4\n", "machine.setting_range", 3, 13),
+            ("schema = 1\n[x]\n  colour = 4\n", "machine.setting_unknown", 3, 3),
+            ("schema = 1\n[w]\ncolour = 4\n", "machine.setting_unknown", 3, 1),
+            ("schema = 1\nspeed = 4\n", "machine.setting_unknown", 2, 9),
+            ("schema = 1\n[x]\nhome_end = \"left\"\n", "machine.setting_choice", 3, 12),
+            ("schema = 1\n[y]\nmax = 10.0\nmin = 20.0\n", "machine.range_inside_out", 4, 1),
+            ("schema = 7\n", "machine.file_schema", 1, 1),
+        ];
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bad.toml");
+        for (text, code, line, column) in rows {
+            fs::write(&path, text).unwrap();
+            let why = load(&path).unwrap_err().why;
+            let place = why.place.clone().unwrap();
+            assert_eq!((why.code.as_str(), place.line, place.column), (code, line, column), "{text}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+    }
+
+    #[test]
+    fn no_truncation_and_no_random_byte_panics() {
+        let text = text_of(&machine::virtual_drill());
+        for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
+            let _ = parse("cut", &text[..end]);
+        }
+        let mut seed = 7_u64;
+        for _ in 0..2_000 {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let mut bytes = text.clone().into_bytes();
+            let at = (seed >> 33) as usize % bytes.len();
+            bytes[at] = (seed >> 20) as u8 & 0x7f;
+            let _ = parse("mutated", &String::from_utf8_lossy(&bytes));
+        }
+    }
+}
