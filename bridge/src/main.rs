@@ -3,13 +3,14 @@
 //! Comes in: the command line. Goes out: text for people on standard error, one JSON object for scripts on
 //! standard output. The commands themselves are one file each in `cli/`.
 
+mod browser;
 mod cli;
 mod drill;
 mod machine_file;
+mod server;
 
-use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::run(cli::Arguments::parse())
+    cli::main()
 }

@@ -1,12 +1,54 @@
 //! Prints a fresh one-time address for a running bridge.
+//!
+//! Comes in: the note that the running bridge left for its own user. Goes out: the address. Does not know sessions.
 
-use super::{Answer, Refusal};
+use super::{Answer, Exit, Refusal};
+use crate::server::runtime::{self, Note};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{PROOF_HEADER, auth};
+use serde_json::{Value, json};
+use std::io::{self, Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpStream};
+use std::time::Duration;
+
+/// Longest wait for the bridge.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Arguments of `annulus link`.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct LinkArgs {}
 
 /// Runs the command.
-pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
-    todo!("{args:?}")
+pub(crate) fn run(_: &LinkArgs) -> Result<Answer, Refusal> {
+    let refuse = |code| Refusal::surroundings(Remark::new(Weight::Loss, code));
+    let note = runtime::running(&runtime::folder()).ok_or_else(|| refuse("link.no_bridge"))?;
+    let body = ask(&note).map_err(|error| {
+        let why = Remark::new(Weight::Loss, "link.no_answer").with("port", note.port);
+        Refusal::surroundings(why.with("reason", error))
+    })?;
+    let answer: Value = serde_json::from_str(&body).unwrap_or_default();
+    let url = answer.get("url").and_then(Value::as_str).ok_or_else(|| refuse("link.refused"))?;
+    Ok(Answer {
+        object: json!({ "url": url, "port": note.port }),
+        text: format!("{url}\n"),
+        exit: Exit::Done,
+    })
+}
+
+/// `POST /api/link`: the body of the answer.
+fn ask(note: &Note) -> io::Result<String> {
+    let host = format!("127.0.0.1:{}", note.port);
+    let proof = auth::request(&note.secret, "POST", "/api/link");
+    let head = format!(
+        "POST /api/link HTTP/1.1\r\nhost: {host}\r\norigin: http://{host}\r\n{PROOF_HEADER}: {proof}\r\n\
+         content-length: 0\r\nconnection: close\r\n\r\n"
+    );
+    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, note.port));
+    let mut stream = TcpStream::connect_timeout(&address, PATIENCE)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    stream.write_all(head.as_bytes())?;
+    let mut answer = String::new();
+    stream.take(64 * 1024).read_to_string(&mut answer)?;
+    Ok(answer.split_once("\r\n\r\n").map(|(_, body)| body.to_owned()).unwrap_or_default())
 }

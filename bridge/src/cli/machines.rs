@@ -1,12 +1,63 @@
 //! Lists the machines that are known.
+//!
+//! Comes in: presets and the machine files of this user. Goes out: one row a machine. A file that cannot be read is a
+//! row that says why.
 
-use super::{Answer, Refusal};
+use super::{Answer, Exit, Refusal};
+use crate::machine_file;
+use annulus_core::machine::{self, Machine, Output};
+use serde_json::{Value, json};
+use std::fmt::Write;
 
 /// Arguments of `annulus machines`.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct MachinesArgs {}
 
 /// Runs the command.
-pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
-    todo!("{args:?}")
+pub(crate) fn run(_: &MachinesArgs) -> Result<Answer, Refusal> {
+    let mut names: Vec<String> = machine::presets().iter().map(|(name, _)| (*name).to_owned()).collect();
+    names.extend(machine_file::names());
+    names.sort();
+    names.dedup();
+    let mut rows = Vec::new();
+    let mut text = String::new();
+    for name in names {
+        match machine_file::named(&name) {
+            Ok(known) => {
+                let file = known.path.is_file().then(|| known.path.display().to_string());
+                let _ = writeln!(text, "{name:<16} {}", describe(&known.machine));
+                rows.push(row(&name, file.as_deref(), &known.machine));
+            }
+            Err(refusal) => {
+                let _ = writeln!(text, "{name:<16} {refusal}");
+                let error = refusal.object().get("error").cloned();
+                rows.push(json!({ "name": name, "ok": false, "error": error }));
+            }
+        }
+    }
+    Ok(Answer { object: json!({ "machines": rows }), text, exit: Exit::Done })
+}
+
+fn row(name: &str, file: Option<&str>, machine: &Machine) -> Value {
+    let range = |axis: &machine::Axis| json!([axis.min.mm(), axis.max.mm()]);
+    let output = match machine.output {
+        Output::Virtual => "virtual",
+        Output::Card => "card",
+    };
+    json!({
+        "name": name,
+        "ok": true,
+        "title": machine.name,
+        "description": machine.description,
+        "file": file,
+        "output": output,
+        "range_mm": { "x": range(&machine.x), "y": range(&machine.y), "z": range(&machine.z) },
+        "fingerprint": machine.fingerprint(),
+    })
+}
+
+fn describe(machine: &Machine) -> String {
+    let travel = |axis: &machine::Axis| (axis.max - axis.min).mm();
+    let (x, y) = (travel(&machine.x), travel(&machine.y));
+    format!("{}, {x:.0} × {y:.0} mm. {}", machine.name, machine.description)
 }

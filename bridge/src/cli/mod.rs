@@ -16,6 +16,7 @@ mod simulate;
 
 pub(crate) use refusal::{Exit, Refusal};
 
+use annulus_core::remark::{Remark, Weight};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -145,7 +146,7 @@ pub(crate) enum Group {
 
 /// What a command found, for scripts and for people.
 pub(crate) struct Answer {
-    /// The JSON object, without `ok`.
+    /// The JSON object, without `ok`; null when the command has said everything itself.
     pub(crate) object: Value,
     /// The same for people.
     pub(crate) text: String,
@@ -153,10 +154,34 @@ pub(crate) struct Answer {
     pub(crate) exit: Exit,
 }
 
-/// Runs the command and reports.
-pub(crate) fn run(arguments: Arguments) -> ExitCode {
+/// Reads the command line, runs the command and reports.
+pub(crate) fn main() -> ExitCode {
+    match Arguments::try_parse() {
+        Ok(arguments) => run(arguments),
+        Err(error) => explain(&error),
+    }
+}
+
+/// Help, version, or wrong usage. Scripts that asked for an object get one.
+fn explain(error: &clap::Error) -> ExitCode {
+    let _ = error.print();
+    if !error.use_stderr() {
+        return Exit::Done.into();
+    }
+    let asked = std::env::args_os().skip(1).take_while(|argument| argument != "--").any(|argument| argument == "--json");
+    if asked {
+        let text = error.render().to_string();
+        let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        println!("{}", Refusal::usage(Remark::new(Weight::Loss, "cli.usage").with("what", first)).object());
+    }
+    Exit::Usage.into()
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let json = arguments.json;
     match dispatch(arguments) {
+        // What a command already said itself is not said again.
+        Ok(answer) if answer.object.is_null() => answer.exit.into(),
         Ok(answer) => {
             if json {
                 let mut object = json!({ "ok": answer.exit == Exit::Done });

@@ -1,25 +1,168 @@
 //! Serves the page on this computer.
+//!
+//! Comes in: port, machine, speed. Goes out: one line on standard output with the address that works once; the log on
+//! standard error. Ends with Ctrl-C or a signal, after the drill came to rest. Does not know what is served.
 
-use super::{Answer, Refusal};
+use super::{Answer, Exit, Refusal};
+use crate::drill::Drill;
+use crate::server::runtime::{self, Claim};
+use crate::server::{self, Bridge};
+use crate::{browser, machine_file};
+use annulus_core::remark::{Remark, Weight};
+use serde_json::{Value, json};
+use std::io::{self, ErrorKind, Write};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
+
+/// The port where people find the page unless they say otherwise.
+pub(crate) const DEFAULT_PORT: u16 = 7425;
 
 /// Arguments of `annulus serve`.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct ServeArgs {
-    /// Port; 0 takes a free one.
+    /// Port; 0 takes a free one. [default: 7425]
     #[arg(long)]
     pub(crate) port: Option<u16>,
     /// Do not open a browser.
     #[arg(long)]
     pub(crate) no_open: bool,
-    /// Machine: a preset's name or a machine file.
+    /// Machine: a preset's name or a machine file. [default: virtual]
     #[arg(long)]
     pub(crate) machine: Option<String>,
-    /// How many times faster than life the virtual drill runs.
+    /// How many times faster than life the virtual drill runs. [default: 1]
     #[arg(long)]
     pub(crate) speed: Option<f64>,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
-    todo!("{args:?} {json}")
+    log();
+    let known = machine_file::named(args.machine.as_deref().unwrap_or("virtual"))?;
+    let mut claim =
+        Claim::take(&runtime::folder())?.map_err(|note| already_running(note.map(|note| note.port)))?;
+    let (port, listeners) = listen(args.port.unwrap_or(DEFAULT_PORT))?;
+    let folder = machine_file::data_folder();
+    runtime::make_folder(&folder)?;
+    let drill = Drill::open(&folder, known.machine, args.speed.unwrap_or(1.0))?;
+    let bridge = Bridge::new(drill, port).map_err(Refusal::surroundings)?;
+    claim.say(&bridge.note())?;
+    let url = bridge.address().map_err(Refusal::surroundings)?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+    let runtime = runtime.map_err(|error| trouble("serve.cannot_start", &error))?;
+    let signal = runtime.block_on(async {
+        let signals = Signals::new()?;
+        let listeners =
+            listeners.into_iter().map(tokio::net::TcpListener::from_std).collect::<io::Result<Vec<_>>>()?;
+        announce(&url, port, json);
+        if !args.no_open && !browser::open(&url) {
+            tracing::info!("no browser to open: copy the address");
+        }
+        let mut signal = Exit::Done;
+        server::run(bridge, listeners, async { signal = signals.wait().await }).await;
+        Ok(signal)
+    });
+    let exit = signal.map_err(|error: io::Error| trouble("serve.cannot_start", &error))?;
+    Ok(Answer { object: Value::Null, text: String::new(), exit })
+}
+
+/// The one line that scripts and people wait for. Nobody has to be reading it.
+fn announce(url: &str, port: u16, json: bool) {
+    let line =
+        if json { json!({ "ok": true, "url": url, "port": port }).to_string() } else { url.to_owned() };
+    let mut out = io::stdout().lock();
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}
+
+fn log() {
+    let filter = tracing_subscriber::EnvFilter::try_from_env("ANNULUS_LOG");
+    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
+    let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).try_init();
+}
+
+/// Listens on both loopback addresses; on the old one alone where there is no new one.
+fn listen(port: u16) -> Result<(u16, Vec<TcpListener>), Refusal> {
+    for _ in 0..16 {
+        let four = bind((Ipv4Addr::LOCALHOST, port).into()).map_err(|error| cannot_listen(port, &error))?;
+        let chosen = four.local_addr().map_or(port, |address| address.port());
+        match bind((Ipv6Addr::LOCALHOST, chosen).into()) {
+            Ok(six) => return Ok((chosen, vec![four, six])),
+            // A free port was asked for, and somebody has the same number on the other address: take another.
+            Err(error) if error.kind() == ErrorKind::AddrInUse && port == 0 => {}
+            Err(error) if error.kind() == ErrorKind::AddrInUse => return Err(cannot_listen(port, &error)),
+            Err(error) => {
+                tracing::warn!(%error, "no IPv6 on this computer: listening on 127.0.0.1 alone");
+                return Ok((chosen, vec![four]));
+            }
+        }
+    }
+    Err(cannot_listen(port, &ErrorKind::AddrInUse.into()))
+}
+
+fn bind(address: SocketAddr) -> io::Result<TcpListener> {
+    let listener = TcpListener::bind(address)?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+/// Whether nobody listens on `port` of either loopback address.
+pub(crate) fn is_free(port: u16) -> bool {
+    listen(port).is_ok()
+}
+
+fn cannot_listen(port: u16, error: &io::Error) -> Refusal {
+    if error.kind() == ErrorKind::AddrInUse {
+        return Refusal::surroundings(Remark::new(Weight::Loss, "serve.port_in_use").with("port", port));
+    }
+    let why = Remark::new(Weight::Loss, "serve.port").with("port", port);
+    Refusal::surroundings(why.with("reason", error))
+}
+
+fn already_running(port: Option<u16>) -> Refusal {
+    let port = port.map_or_else(|| "?".to_owned(), |port| port.to_string());
+    Refusal::surroundings(Remark::new(Weight::Loss, "serve.already_running").with("port", port))
+}
+
+fn trouble(code: &str, error: &io::Error) -> Refusal {
+    Refusal::surroundings(Remark::new(Weight::Loss, code).with("reason", error))
+}
+
+/// The ways a person or the system ends a bridge.
+#[cfg(unix)]
+struct Signals([tokio::signal::unix::Signal; 3]);
+
+#[cfg(unix)]
+impl Signals {
+    fn new() -> io::Result<Self> {
+        use tokio::signal::unix::{SignalKind, signal};
+        let all = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
+        let [interrupt, terminate, hangup] = all.map(signal);
+        Ok(Self([interrupt?, terminate?, hangup?]))
+    }
+
+    async fn wait(self) -> Exit {
+        let [mut interrupt, mut terminate, mut hangup] = self.0;
+        let exit = tokio::select! {
+            _ = interrupt.recv() => Exit::Interrupted,
+            _ = terminate.recv() => Exit::Done,
+            _ = hangup.recv() => Exit::Done,
+        };
+        tracing::info!("ending: the drill comes to rest first");
+        exit
+    }
+}
+
+/// The ways a person ends a bridge.
+#[cfg(not(unix))]
+struct Signals;
+
+#[cfg(not(unix))]
+impl Signals {
+    fn new() -> io::Result<Self> {
+        Ok(Self)
+    }
+
+    async fn wait(self) -> Exit {
+        let _ = tokio::signal::ctrl_c().await;
+        tracing::info!("ending: the drill comes to rest first");
+        Exit::Interrupted
+    }
 }

@@ -1,0 +1,190 @@
+//! The desk: who watches, who has control, and what they are told.
+//!
+//! ```text
+//! drill ── Tell ──▶ pump ──┬─ Status ─────▶ latest value ──▶ every page, as fast as it reads
+//!                          └─ all others ─▶ one queue a page (bounded; a page that lets it fill is dropped)
+//! ```
+//!
+//! Comes in: viewers coming and going, tells. Goes out: text frames. Nothing here waits for anybody, so nobody who
+//! reads slowly can hold up the drill. Does not know sockets.
+
+use annulus_core::control::State;
+use annulus_core::control::lease::{Event, Lease, Outcome, Viewer};
+use annulus_core::wire::{Status, Tell};
+use axum::extract::ws::Utf8Bytes;
+use std::collections::BTreeMap;
+use tokio::sync::{mpsc, watch};
+
+/// Tells that may wait for one page.
+const QUEUE: usize = 256;
+
+/// Pages, control and the last status.
+pub(crate) struct Desk {
+    lease: Lease,
+    next: Viewer,
+    viewers: BTreeMap<Viewer, mpsc::Sender<Utf8Bytes>>,
+    status: watch::Sender<Utf8Bytes>,
+    state: Option<State>,
+}
+
+/// What a page receives: its number, its queue, and the latest status.
+pub(crate) struct Seat {
+    /// Number of the page.
+    pub(crate) viewer: Viewer,
+    /// Tells in order. Ends when the page is to be dropped.
+    pub(crate) tells: mpsc::Receiver<Utf8Bytes>,
+    /// The latest status.
+    pub(crate) status: watch::Receiver<Utf8Bytes>,
+}
+
+impl Desk {
+    /// An empty desk.
+    pub(crate) fn new() -> Self {
+        let (status, _) = watch::channel(Utf8Bytes::default());
+        Self { lease: Lease::default(), next: 1, viewers: BTreeMap::new(), status, state: None }
+    }
+
+    /// A page came. It is told `greeting`, and everybody that there is one more.
+    pub(crate) fn join(&mut self, greeting: &[Tell]) -> Seat {
+        let viewer = self.next;
+        self.next += 1;
+        let (queue, tells) = mpsc::channel(QUEUE);
+        self.viewers.insert(viewer, queue);
+        let seat = Seat { viewer, tells, status: self.status.subscribe() };
+        self.tell(viewer, &Tell::Welcome { viewer });
+        for tell in greeting {
+            self.tell(viewer, tell);
+        }
+        self.tell_control();
+        seat
+    }
+
+    /// A page is gone. Gives whether control went with it.
+    pub(crate) fn leave(&mut self, viewer: Viewer, now_ms: u64) -> Outcome {
+        self.viewers.remove(&viewer);
+        let outcome = self.lease.step(Event::Left(viewer), now_ms);
+        self.tell_control();
+        outcome
+    }
+
+    /// Something happened to control; everybody is told if it changed.
+    pub(crate) fn control(&mut self, event: Event, now_ms: u64) -> Outcome {
+        let outcome = self.lease.step(event, now_ms);
+        if outcome.changed {
+            self.tell_control();
+        }
+        outcome
+    }
+
+    /// Who has control.
+    pub(crate) fn holder(&self) -> Option<Viewer> {
+        self.lease.holder()
+    }
+
+    /// Whether this page has control.
+    pub(crate) fn has_control(&self, viewer: Viewer) -> bool {
+        self.lease.holder() == Some(viewer)
+    }
+
+    /// Whether the last status was that of a jog.
+    pub(crate) fn jogging(&self) -> bool {
+        self.state == Some(State::Jogging)
+    }
+
+    /// Tells one page.
+    pub(crate) fn tell(&mut self, viewer: Viewer, tell: &Tell) {
+        if let Some(queue) = self.viewers.get(&viewer)
+            && queue.try_send(text(tell)).is_err()
+        {
+            tracing::warn!(viewer, "page reads too slowly: dropped");
+            self.viewers.remove(&viewer);
+        }
+    }
+
+    /// Tells every page what the drill says.
+    pub(crate) fn tell_all(&mut self, tell: &Tell) {
+        if let Tell::Status(status) = tell {
+            self.note(status);
+            self.status.send_replace(text(tell));
+            return;
+        }
+        let frame = text(tell);
+        self.viewers.retain(|viewer, queue| {
+            let kept = queue.try_send(frame.clone()).is_ok();
+            if !kept {
+                tracing::warn!(viewer, "page reads too slowly: dropped");
+            }
+            kept
+        });
+    }
+
+    /// This page is told no more: its queue ends with what is in it.
+    pub(crate) fn dismiss(&mut self, viewer: Viewer) {
+        self.viewers.remove(&viewer);
+    }
+
+    /// Everybody out: the bridge ends.
+    pub(crate) fn close(&mut self) {
+        self.viewers.clear();
+    }
+
+    fn note(&mut self, status: &Status) {
+        if self.state != Some(status.state) {
+            tracing::info!(state = ?status.state, job = status.job.as_deref().unwrap_or("-"), "state");
+            self.state = Some(status.state);
+        }
+    }
+
+    fn tell_control(&mut self) {
+        let holder = self.lease.holder();
+        let viewers = u32::try_from(self.viewers.len()).unwrap_or(u32::MAX);
+        let pages: Vec<Viewer> = self.viewers.keys().copied().collect();
+        for viewer in pages {
+            let yours = holder == Some(viewer);
+            self.tell(viewer, &Tell::Control { yours, taken: holder.is_some(), viewers });
+        }
+    }
+}
+
+fn text(tell: &Tell) -> Utf8Bytes {
+    serde_json::to_string(tell).unwrap_or_default().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drain(seat: &mut Seat) -> Vec<String> {
+        std::iter::from_fn(|| seat.tells.try_recv().ok()).map(|frame| frame.to_string()).collect()
+    }
+
+    #[test]
+    fn everybody_hears_who_has_control() {
+        let mut desk = Desk::new();
+        let mut one = desk.join(&[]);
+        assert_eq!(drain(&mut one).len(), 2, "welcome and control");
+        let mut two = desk.join(&[Tell::Pong { stamp: 1.0 }]);
+        assert_eq!(drain(&mut two).len(), 3);
+        assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":false,"viewers":2}"#]);
+        desk.control(Event::Take { viewer: two.viewer, force: false }, 0);
+        assert!(desk.has_control(two.viewer) && !desk.has_control(one.viewer));
+        assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":true,"viewers":2}"#]);
+        assert_eq!(drain(&mut two), [r#"{"t":"control","yours":true,"taken":true,"viewers":2}"#]);
+        assert_eq!(desk.leave(two.viewer, 1).lost, Some(two.viewer));
+        assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":false,"viewers":1}"#]);
+    }
+
+    #[test]
+    fn a_page_that_does_not_read_is_dropped_and_the_others_are_not() {
+        let mut desk = Desk::new();
+        let mut slow = desk.join(&[]);
+        let mut good = desk.join(&[]);
+        for _ in 0..2 * QUEUE {
+            desk.tell_all(&Tell::Pong { stamp: 0.0 });
+            drain(&mut good);
+        }
+        assert_eq!(desk.viewers.keys().copied().collect::<Vec<_>>(), [good.viewer]);
+        assert_eq!(drain(&mut slow).len(), QUEUE);
+        assert_eq!(slow.tells.try_recv(), Err(mpsc::error::TryRecvError::Disconnected));
+    }
+}

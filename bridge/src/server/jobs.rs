@@ -1,0 +1,109 @@
+//! Programs in and out: `PUT` and `GET /api/jobs/SHA256`.
+//!
+//! Comes in: bytes, whole, at most [`PROGRAM_LIMIT`], from a paired page. Goes out: the same bytes. Does not know what
+//! they mean; the drill reads them.
+
+use super::Bridge;
+use super::reply::{Refused, json};
+use annulus_core::wire::{PROGRAM_LIMIT, PROOF_HEADER, SESSION_HEADER, auth};
+use axum::body::{Body, Bytes};
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+use futures_util::StreamExt;
+use serde_json::json;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::time::timeout;
+
+/// Time for a whole upload.
+const UPLOAD_TIME: Duration = Duration::from_secs(60);
+
+/// Takes a program.
+pub(crate) async fn put(
+    State(bridge): State<Arc<Bridge>>,
+    Path(key): Path<String>,
+    request: Request,
+) -> Result<Response, Refused> {
+    let (parts, body) = request.into_parts();
+    authorise(&bridge, &parts.method, &parts.uri, &parts.headers)?;
+    check_key(&key)?;
+    let bytes = read_body(body, &parts.headers, PROGRAM_LIMIT, UPLOAD_TIME).await?;
+    let drill = bridge.drill.clone();
+    let size = bytes.len();
+    let job = key.clone();
+    let stored = tokio::task::spawn_blocking(move || {
+        if auth::sha256(&bytes) != key {
+            return Err(Refused::new(StatusCode::UNPROCESSABLE_ENTITY, "upload.other_hash"));
+        }
+        drill.upload(&key, &bytes).map_err(|why| Refused { status: StatusCode::UNPROCESSABLE_ENTITY, why })
+    });
+    stored.await.unwrap_or_else(|_| Err(Refused::new(StatusCode::INTERNAL_SERVER_ERROR, "door.broken")))?;
+    tracing::info!(job, size, "program uploaded");
+    Ok(json(StatusCode::OK, &json!({ "ok": true, "job": job })))
+}
+
+/// Gives a program back.
+pub(crate) async fn get(
+    State(bridge): State<Arc<Bridge>>,
+    Path(key): Path<String>,
+    method: Method,
+    uri: Uri,
+    headers: HeaderMap,
+) -> Result<Response, Refused> {
+    authorise(&bridge, &method, &uri, &headers)?;
+    check_key(&key)?;
+    let drill = bridge.drill.clone();
+    let found = tokio::task::spawn_blocking(move || drill.job(&key)).await.ok().flatten();
+    let bytes = found.ok_or_else(|| Refused::new(StatusCode::NOT_FOUND, "upload.no_such_job"))?;
+    let mut response = bytes.into_response();
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    Ok(response)
+}
+
+fn authorise(bridge: &Bridge, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), Refused> {
+    let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let key = bridge.pairing().key(text(SESSION_HEADER)).map(str::to_owned);
+    let refused = |code| Refused::new(StatusCode::UNAUTHORIZED, code);
+    let key = key.ok_or_else(|| refused("door.session"))?;
+    let expected = auth::request(&key, method.as_str(), uri.path());
+    if auth::same(expected.as_bytes(), text(PROOF_HEADER).as_bytes()) {
+        Ok(())
+    } else {
+        Err(refused("door.proof"))
+    }
+}
+
+fn check_key(key: &str) -> Result<(), Refused> {
+    let digits = key.len() == 64 && key.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
+    if digits { Ok(()) } else { Err(Refused::new(StatusCode::BAD_REQUEST, "upload.key")) }
+}
+
+/// The whole body, or why not: longer than `limit`, slower than `time`, or broken off.
+pub(crate) async fn read_body(
+    body: Body,
+    headers: &HeaderMap,
+    limit: usize,
+    time: Duration,
+) -> Result<Bytes, Refused> {
+    let too_large = || Refused::new(StatusCode::PAYLOAD_TOO_LARGE, "door.too_large").with("limit", limit);
+    let announced =
+        headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
+    if announced.is_some_and(|length| length > limit as u64) {
+        return Err(too_large());
+    }
+    let collect = async {
+        let mut bytes = Vec::new();
+        let mut chunks = body.into_data_stream();
+        while let Some(chunk) = chunks.next().await {
+            let chunk = chunk.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.broken_off"))?;
+            if bytes.len() + chunk.len() > limit {
+                return Err(too_large());
+            }
+            bytes.extend_from_slice(&chunk);
+        }
+        Ok(bytes.into())
+    };
+    let in_time = timeout(time, collect).await;
+    in_time.unwrap_or_else(|_| Err(Refused::new(StatusCode::REQUEST_TIMEOUT, "door.too_slow")))
+}

@@ -1,0 +1,369 @@
+//! The local server behind the page.
+//!
+//! ```text
+//! 127.0.0.1, [::1] ─▶ connection (limits, deadlines) ─▶ guard ─▶ routes ─┬─ page     embedded files
+//!                                                                         ├─ pairing  token → session
+//!                                                                         ├─ jobs     programs in and out
+//!                                                                         └─ socket   asks and tells ─▶ desk ─▶ drill
+//! ```
+//!
+//! Comes in: connections from this computer, and only from it. Goes out: answers. The drill goes on whatever happens
+//! here. Does not know what a program means.
+
+mod desk;
+mod guard;
+mod jobs;
+mod page;
+mod pairing;
+mod reply;
+pub(crate) mod runtime;
+mod socket;
+
+use crate::drill::Drill;
+use annulus_core::control::lease::{Event, Viewer};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{Ask, PROOF_HEADER, Pair, Tell, auth};
+use axum::Router;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::{Request, State, WebSocketUpgrade};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use desk::{Desk, Seat};
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use pairing::{Pairing, Rejection};
+use reply::{Refused, json};
+use serde_json::json;
+use std::convert::Infallible;
+use std::future::Future;
+use std::pin::pin;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::time::{interval, sleep, timeout};
+
+/// HTTP connections at the same time.
+const CONNECTIONS: usize = 64;
+/// Sockets at the same time.
+const SOCKETS: usize = 16;
+/// Time for the head of a request, and between two requests on one connection.
+const HEAD_TIME: Duration = Duration::from_secs(10);
+/// Time for a small body.
+const SMALL_TIME: Duration = Duration::from_secs(5);
+/// Largest small body, in bytes.
+const SMALL_LIMIT: usize = 1024;
+/// Largest head of a request, in bytes.
+const HEAD_LIMIT: usize = 16 * 1024;
+/// Life of one HTTP connection, after which it is asked to end.
+const CONNECTION_LIFE: Duration = Duration::from_secs(120);
+/// Time to end.
+const GRACE: Duration = Duration::from_secs(10);
+/// How often silence is looked for.
+const LEASE_CHECK: Duration = Duration::from_millis(250);
+
+/// What all connections share.
+pub(crate) struct Bridge {
+    drill: Drill,
+    port: u16,
+    names: guard::Names,
+    policy: HeaderValue,
+    secret: String,
+    pairing: Mutex<Pairing>,
+    desk: Mutex<Desk>,
+    sockets: Arc<Semaphore>,
+    stops: AtomicU64,
+    began: Instant,
+}
+
+impl Bridge {
+    /// A bridge on `port` in front of `drill`, and the secret that goes into the note for `annulus link`.
+    pub(crate) fn new(drill: Drill, port: u16) -> Result<Arc<Self>, Remark> {
+        let policy = guard::policy(port);
+        Ok(Arc::new(Self {
+            drill,
+            port,
+            names: guard::Names::new(port),
+            policy: HeaderValue::from_str(&policy).unwrap_or(HeaderValue::from_static("default-src 'none'")),
+            secret: pairing::secret::<32>()?,
+            pairing: Mutex::default(),
+            desk: Mutex::new(Desk::new()),
+            sockets: Arc::new(Semaphore::new(SOCKETS)),
+            stops: AtomicU64::new(0),
+            began: Instant::now(),
+        }))
+    }
+
+    /// The note for `annulus link`.
+    pub(crate) fn note(&self) -> runtime::Note {
+        runtime::Note { port: self.port, secret: self.secret.clone() }
+    }
+
+    /// A fresh address that works once.
+    pub(crate) fn address(&self) -> Result<String, Remark> {
+        let token = self.pairing().token(self.now_ms())?;
+        Ok(format!("http://127.0.0.1:{}/#t={token}", self.port))
+    }
+
+    fn now_ms(&self) -> u64 {
+        u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
+    }
+
+    fn pairing(&self) -> MutexGuard<'_, Pairing> {
+        self.pairing.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn join(&self) -> Seat {
+        let greeting = self.drill.greeting();
+        self.desk().join(&greeting)
+    }
+
+    fn leave(self: &Arc<Self>, viewer: Viewer) {
+        let outcome = self.desk().leave(viewer, self.now_ms());
+        self.after_control(outcome.changed, outcome.lost);
+    }
+
+    /// Something happened to control.
+    fn control(self: &Arc<Self>, viewer: Viewer, event: Event) {
+        let outcome = self.desk().control(event, self.now_ms());
+        if let Some(why) = outcome.refused {
+            self.refuse(viewer, why);
+        }
+        self.after_control(outcome.changed, outcome.lost);
+    }
+
+    /// Whoever lost control no longer watches what moved by hand: that stops. A job goes on.
+    fn after_control(self: &Arc<Self>, changed: bool, lost: Option<Viewer>) {
+        if changed {
+            tracing::info!(holder = self.desk().holder(), ?lost, "control");
+        }
+        if lost.is_some() && self.desk().jogging() {
+            self.stop(lost.unwrap_or_default());
+        }
+    }
+
+    fn tell(&self, viewer: Viewer, tell: &Tell) {
+        self.desk().tell(viewer, tell);
+    }
+
+    fn refuse(&self, viewer: Viewer, why: Remark) {
+        tracing::warn!(viewer, code = why.code, "ask refused");
+        self.tell(viewer, &Tell::Refused { why });
+    }
+
+    /// Says why and lets the page go; comes back when it had time to hear it.
+    async fn dismiss(&self, viewer: Viewer, why: Remark) {
+        self.refuse(viewer, why);
+        self.desk().dismiss(viewer);
+        sleep(GRACE).await;
+    }
+
+    /// Stops, at once, whoever asks.
+    fn stop(self: &Arc<Self>, viewer: Viewer) {
+        self.stops.fetch_add(1, Ordering::SeqCst);
+        tracing::info!(viewer, "stop");
+        let bridge = Arc::clone(self);
+        tokio::task::spawn_blocking(move || bridge.pass_on(viewer, Ask::Stop));
+    }
+
+    /// Asks the drill, if this page has control and nobody stopped since it asked (`stops`). Waits; for threads that
+    /// may.
+    fn ask(&self, viewer: Viewer, ask: Ask, stops: u64) {
+        let stopped = || self.stops.load(Ordering::SeqCst) != stops;
+        if ask.needs_control() && !self.desk().has_control(viewer) {
+            return self.refuse(viewer, Remark::new(Weight::Loss, "control.needed"));
+        }
+        if stopped() {
+            return self.refuse(viewer, Remark::new(Weight::Loss, "socket.stopped_meanwhile"));
+        }
+        let moves =
+            matches!(ask, Ask::Home | Ask::Jog { .. } | Ask::Start { .. } | Ask::Resume | Ask::BitChanged);
+        self.pass_on(viewer, ask);
+        if moves && stopped() {
+            self.pass_on(viewer, Ask::Stop);
+        }
+    }
+
+    fn pass_on(&self, viewer: Viewer, ask: Ask) {
+        tracing::info!(viewer, ?ask, "ask");
+        match self.drill.ask(ask) {
+            Ok(tells) => tells.iter().for_each(|tell| self.tell(viewer, tell)),
+            Err(why) => self.refuse(viewer, why),
+        }
+    }
+}
+
+/// Serves until `end`, then brings the drill to rest and lets the pages go.
+pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: impl Future<Output = ()>) {
+    let connections = Arc::new(Semaphore::new(CONNECTIONS));
+    let routes = routes(Arc::clone(&bridge));
+    let doors: Vec<_> = listeners
+        .into_iter()
+        .map(|listener| tokio::spawn(accept(Arc::clone(&bridge), listener, routes.clone(), Arc::clone(&connections))))
+        .collect();
+    let pump = tokio::spawn(pump(Arc::clone(&bridge)));
+    end.await;
+    doors.iter().for_each(tokio::task::JoinHandle::abort);
+    let drill = bridge.drill.clone();
+    let _ = tokio::task::spawn_blocking(move || drill.shutdown()).await;
+    bridge.desk().close();
+    let all = u32::try_from(SOCKETS).unwrap_or(u32::MAX);
+    let _ = timeout(Duration::from_secs(2), bridge.sockets.acquire_many(all)).await;
+    pump.abort();
+}
+
+/// Carries what the drill says to the desk, and looks for silence.
+async fn pump(bridge: Arc<Bridge>) {
+    let mut tells = bridge.drill.watch();
+    let mut check = interval(LEASE_CHECK);
+    loop {
+        tokio::select! {
+            tell = tells.recv() => match tell {
+                Ok(tell) => bridge.desk().tell_all(&tell),
+                Err(RecvError::Lagged(_)) => {
+                    let all = bridge.drill.greeting();
+                    all.iter().for_each(|tell| bridge.desk().tell_all(tell));
+                }
+                Err(RecvError::Closed) => return,
+            },
+            _ = check.tick() => bridge.control(0, Event::Tick),
+        }
+    }
+}
+
+async fn accept(bridge: Arc<Bridge>, listener: TcpListener, routes: Router, connections: Arc<Semaphore>) {
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            sleep(Duration::from_millis(50)).await;
+            continue;
+        };
+        let _ = stream.set_nodelay(true);
+        let Ok(permit) = Arc::clone(&connections).try_acquire_owned() else {
+            turn_away(&stream);
+            continue;
+        };
+        let (bridge, routes) = (Arc::clone(&bridge), routes.clone());
+        tokio::spawn(async move {
+            connection(bridge, stream, routes).await;
+            drop(permit);
+        });
+    }
+}
+
+/// One connection, with a bound on everything: head, number of headers, idle time, life.
+async fn connection(bridge: Arc<Bridge>, stream: TcpStream, routes: Router) {
+    let routes = TowerToHyperService::new(routes);
+    let service = service_fn(move |request: hyper::Request<Incoming>| {
+        let (bridge, routes) = (Arc::clone(&bridge), routes.clone());
+        async move {
+            let mut response = match guard::check(&bridge.names, &request) {
+                Ok(()) => routes.call(request).await.unwrap_or_else(|never: Infallible| match never {}),
+                Err(refused) => {
+                    tracing::warn!(code = refused.why.code, path = request.uri().path(), "request refused");
+                    refused.into_response()
+                }
+            };
+            guard::dress(response.headers_mut(), &bridge.policy);
+            Ok::<_, Infallible>(response)
+        }
+    });
+    let mut server = http1::Builder::new();
+    server.timer(TokioTimer::new()).header_read_timeout(HEAD_TIME).max_buf_size(HEAD_LIMIT).max_headers(64);
+    let mut life = pin!(server.serve_connection(TokioIo::new(stream), service).with_upgrades());
+    if timeout(CONNECTION_LIFE, life.as_mut()).await.is_err() {
+        life.as_mut().graceful_shutdown();
+        let _ = timeout(GRACE, life).await;
+    }
+}
+
+/// One connection too many: a sentence, if it can be said at once, and goodbye.
+fn turn_away(stream: &TcpStream) {
+    tracing::warn!("too many connections");
+    let body = crate::cli::Refusal::surroundings(Remark::new(Weight::Loss, "door.busy")).object().to_string();
+    let head = "HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\nconnection: close\r\n";
+    let _ = stream.try_write(format!("{head}content-length: {}\r\n\r\n{body}", body.len()).as_bytes());
+}
+
+fn routes(bridge: Arc<Bridge>) -> Router {
+    Router::new()
+        .route("/api/pair", post(pair))
+        .route("/api/link", post(link))
+        .route(guard::SOCKET_PATH, get(socket))
+        .route("/api/jobs/{key}", get(jobs::get).put(jobs::put))
+        .route("/", get(file))
+        .route("/{*path}", get(file))
+        .method_not_allowed_fallback(async || Refused::new(StatusCode::METHOD_NOT_ALLOWED, "door.method"))
+        .with_state(bridge)
+}
+
+async fn file(uri: Uri, headers: HeaderMap) -> Response {
+    page::answer(uri.path(), &headers)
+}
+
+/// `POST /api/pair`: a token becomes a session.
+async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Response, Refused> {
+    let (parts, body) = request.into_parts();
+    let bytes = jobs::read_body(body, &parts.headers, SMALL_LIMIT, SMALL_TIME).await?;
+    let asked: Pair = serde_json::from_slice(&bytes)
+        .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.not_understood"))?;
+    let paired = bridge.pairing().pair(&asked.token, bridge.now_ms());
+    match paired {
+        Ok(paired) => {
+            tracing::info!("page paired");
+            Ok(json(StatusCode::OK, &json!(paired)))
+        }
+        Err(Rejection::Token) => {
+            tracing::warn!("wrong token");
+            Err(Refused::new(StatusCode::UNAUTHORIZED, "door.token"))
+        }
+        Err(Rejection::Wait(seconds)) => {
+            tracing::warn!(seconds, "too many wrong tokens");
+            let refused = Refused::new(StatusCode::TOO_MANY_REQUESTS, "door.wait").with("seconds", seconds);
+            let mut response = refused.into_response();
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+            Ok(response)
+        }
+        Err(Rejection::NoSecret(why)) => Err(Refused { status: StatusCode::INTERNAL_SERVER_ERROR, why }),
+    }
+}
+
+/// `POST /api/link`: whoever can read this user's note gets a fresh address.
+async fn link(State(bridge): State<Arc<Bridge>>, headers: HeaderMap) -> Result<Response, Refused> {
+    let claimed = headers.get(PROOF_HEADER).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let expected = auth::request(&bridge.secret, "POST", "/api/link");
+    if !auth::same(expected.as_bytes(), claimed.as_bytes()) {
+        return Err(Refused::new(StatusCode::UNAUTHORIZED, "door.proof"));
+    }
+    let url = bridge.address().map_err(|why| Refused { status: StatusCode::INTERNAL_SERVER_ERROR, why })?;
+    tracing::info!("fresh address given");
+    Ok(json(StatusCode::OK, &json!({ "ok": true, "url": url })))
+}
+
+/// `GET /api/socket`.
+async fn socket(
+    State(bridge): State<Arc<Bridge>>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Result<Response, Refused> {
+    let upgrade = upgrade.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.no_upgrade"))?;
+    let seat = Arc::clone(&bridge.sockets).try_acquire_owned();
+    let seat = seat.map_err(|_| Refused::new(StatusCode::SERVICE_UNAVAILABLE, "door.full"))?;
+    let upgrade = upgrade
+        .max_message_size(socket::TRANSPORT_LIMIT)
+        .max_frame_size(socket::TRANSPORT_LIMIT)
+        .write_buffer_size(0)
+        .max_write_buffer_size(socket::TRANSPORT_LIMIT);
+    Ok(upgrade.on_upgrade(async move |socket| {
+        socket::serve(bridge, socket).await;
+        drop(seat);
+    }))
+}

@@ -1,0 +1,150 @@
+//! Who may come in: one-time tokens become sessions.
+//!
+//! ```text
+//! token (128 bit, once, 10 min) ── POST /api/pair ──▶ session id + key (256 bit, in memory only)
+//! ```
+//!
+//! Comes in: tokens people were given, with the time in ms. Goes out: sessions. Nothing here is ever written to disk or
+//! to the log. Does not know HTTP.
+
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{Paired, auth};
+
+/// How long a token can be used, in ms.
+pub(crate) const TOKEN_LIFE_MS: u64 = 10 * 60 * 1000;
+/// Tokens waiting at the same time; a further one replaces the oldest.
+const TOKENS: usize = 8;
+/// Sessions known at the same time; a further one replaces the oldest.
+const SESSIONS: usize = 64;
+/// Wrong tokens in a row that cost nothing; every further one doubles the wait, beginning with a second.
+const FREE_ATTEMPTS: u32 = 5;
+/// Longest wait, in ms.
+const LONGEST_WAIT_MS: u64 = 60_000;
+
+/// A fresh secret of `N` random bytes, in hexadecimal.
+pub(crate) fn secret<const N: usize>() -> Result<String, Remark> {
+    let mut bytes = [0; N];
+    match getrandom::fill(&mut bytes) {
+        Ok(()) => Ok(auth::hex(&bytes)),
+        Err(error) => Err(Remark::new(Weight::Loss, "door.no_chance").with("reason", error)),
+    }
+}
+
+/// The tokens that wait and the sessions that came of them.
+#[derive(Default)]
+pub(crate) struct Pairing {
+    tokens: Vec<(String, u64)>,
+    sessions: Vec<(String, String)>,
+    wrong: u32,
+    closed_until_ms: u64,
+}
+
+/// Why a token was not taken.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Rejection {
+    /// Wrong, used or too old.
+    Token,
+    /// Too many wrong ones; try again after this many seconds.
+    Wait(u64),
+    /// No secret could be made.
+    NoSecret(Remark),
+}
+
+impl Pairing {
+    /// A fresh token.
+    pub(crate) fn token(&mut self, now_ms: u64) -> Result<String, Remark> {
+        let token = secret::<16>()?;
+        if self.tokens.len() == TOKENS {
+            self.tokens.remove(0);
+        }
+        self.tokens.push((token.clone(), now_ms + TOKEN_LIFE_MS));
+        Ok(token)
+    }
+
+    /// Exchanges `claimed` for a session. Every waiting token is compared, in constant time, so that the time tells
+    /// nothing.
+    pub(crate) fn pair(&mut self, claimed: &str, now_ms: u64) -> Result<Paired, Rejection> {
+        if now_ms < self.closed_until_ms {
+            return Err(Rejection::Wait((self.closed_until_ms - now_ms).div_ceil(1000)));
+        }
+        self.tokens.retain(|(_, end_ms)| now_ms < *end_ms);
+        let found = self.tokens.iter().enumerate().fold(None, |found, (index, (token, _))| {
+            if auth::same(token.as_bytes(), claimed.as_bytes()) { Some(index) } else { found }
+        });
+        let Some(index) = found else {
+            self.wrong = self.wrong.saturating_add(1);
+            if let Some(beyond) = self.wrong.checked_sub(FREE_ATTEMPTS) {
+                let wait_ms = 1000_u64.saturating_mul(1 << beyond.min(16)).min(LONGEST_WAIT_MS);
+                self.closed_until_ms = now_ms + wait_ms;
+            }
+            return Err(Rejection::Token);
+        };
+        let session = secret::<16>().map_err(Rejection::NoSecret)?;
+        let key = secret::<32>().map_err(Rejection::NoSecret)?;
+        self.tokens.remove(index);
+        self.wrong = 0;
+        if self.sessions.len() == SESSIONS {
+            self.sessions.remove(0);
+        }
+        self.sessions.push((session.clone(), key.clone()));
+        Ok(Paired { ok: true, session, key })
+    }
+
+    /// The key of a session.
+    pub(crate) fn key(&self, session: &str) -> Option<&str> {
+        self.sessions.iter().find(|(id, _)| id == session).map(|(_, key)| key.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_token_works_once_and_not_for_ever() {
+        let mut pairing = Pairing::default();
+        let (one, two) = (pairing.token(0).unwrap(), pairing.token(1_000).unwrap());
+        assert_eq!(one.len(), 32);
+        assert_ne!(one, two);
+        let paired = pairing.pair(&one, 1_000).unwrap();
+        assert_eq!(pairing.key(&paired.session), Some(paired.key.as_str()));
+        assert_eq!(paired.key.len(), 64);
+        assert_eq!(pairing.pair(&one, 1_000), Err(Rejection::Token));
+        assert_eq!(pairing.pair(&two, 1_000 + TOKEN_LIFE_MS), Err(Rejection::Token));
+        assert_eq!(pairing.key("no such session"), None);
+    }
+
+    #[test]
+    fn guessing_gets_slower_and_slower() {
+        let mut pairing = Pairing::default();
+        let token = pairing.token(0).unwrap();
+        for _ in 0..FREE_ATTEMPTS {
+            assert_eq!(pairing.pair("", 0), Err(Rejection::Token));
+        }
+        assert_eq!(pairing.pair(&token, 0), Err(Rejection::Wait(1)));
+        assert_eq!(pairing.pair("guess", 1_000), Err(Rejection::Token));
+        assert_eq!(pairing.pair("guess", 1_001), Err(Rejection::Wait(2)));
+        assert!(pairing.pair(&token, 3_000).is_ok());
+        assert_eq!(pairing.pair("guess", 3_000), Err(Rejection::Token));
+        let mut now_ms = 3_000;
+        for _ in 0..100 {
+            now_ms += LONGEST_WAIT_MS;
+            assert_eq!(pairing.pair("guess", now_ms), Err(Rejection::Token));
+        }
+    }
+
+    #[test]
+    fn what_waits_is_bounded() {
+        let mut pairing = Pairing::default();
+        let tokens: Vec<_> = (0..TOKENS + 1).map(|_| pairing.token(0).unwrap()).collect();
+        assert_eq!(pairing.pair(&tokens[0], 0), Err(Rejection::Token));
+        assert!(pairing.pair(&tokens[TOKENS], 0).is_ok());
+        let first = pairing.sessions[0].0.clone();
+        for _ in 0..SESSIONS {
+            let token = pairing.token(0).unwrap();
+            pairing.pair(&token, 0).unwrap();
+        }
+        assert_eq!(pairing.key(&first), None);
+        assert_eq!(pairing.sessions.len(), SESSIONS);
+    }
+}

@@ -1,0 +1,46 @@
+//! Answers over HTTP: every refusal is one JSON object with a sentence, as on the command line.
+//!
+//! Comes in: a status and a remark. Goes out: a response. Does not know who asked.
+
+use crate::cli::Refusal;
+use annulus_core::remark::{Remark, Weight};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde_json::Value;
+
+/// A request that is refused.
+#[derive(Debug)]
+pub(crate) struct Refused {
+    /// Status of the answer.
+    pub(crate) status: StatusCode,
+    /// What happened and what to do.
+    pub(crate) why: Remark,
+}
+
+impl Refused {
+    /// A refusal by code, without arguments.
+    pub(crate) fn new(status: StatusCode, code: &str) -> Self {
+        Self { status, why: Remark::new(Weight::Loss, code) }
+    }
+
+    /// The same with one argument of its sentence.
+    pub(crate) fn with(mut self, name: &str, value: impl ToString) -> Self {
+        self.why = self.why.with(name, value);
+        self
+    }
+}
+
+impl IntoResponse for Refused {
+    fn into_response(self) -> Response {
+        json(self.status, &Refusal::content(self.why).object())
+    }
+}
+
+/// `value` as an answer that nobody keeps.
+pub(crate) fn json(status: StatusCode, value: &Value) -> Response {
+    let mut response = (status, value.to_string()).into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}

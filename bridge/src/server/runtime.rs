@@ -1,0 +1,149 @@
+//! The note that a bridge of this user is running: its port, and the secret with which `annulus link` speaks to it.
+//!
+//! ```text
+//! bridge  ── holds the lock on ──▶ bridge.json (0600) {"port", "secret"} ◀── reads ── annulus link
+//! ```
+//!
+//! The lock belongs to the process, so a killed bridge leaves a note that nobody believes and nothing to clean up.
+//! Comes in: the environment. Goes out: the claim, or what the running bridge left there. Does not know sessions.
+
+use crate::cli::Refusal;
+use crate::machine_file;
+use annulus_core::remark::{Remark, Weight};
+use serde::{Deserialize, Serialize};
+use std::env;
+use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+/// What a running bridge writes down.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Note {
+    /// Port on 127.0.0.1.
+    pub(crate) port: u16,
+    /// Key of the proof in `POST /api/link`, in hexadecimal.
+    pub(crate) secret: String,
+}
+
+/// The right to be this user's bridge, for as long as it is kept.
+pub(crate) struct Claim {
+    file: File,
+}
+
+/// Where the note lies: `$ANNULUS_HOME`, else `$XDG_RUNTIME_DIR/annulus`, else beside the journal.
+pub(crate) fn folder() -> PathBuf {
+    let set = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    match (set("ANNULUS_HOME"), set("XDG_RUNTIME_DIR")) {
+        (None, Some(runtime)) => runtime.join("annulus"),
+        _ => machine_file::data_folder(),
+    }
+}
+
+/// Makes a folder that only this user can enter, if it is missing.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), Refusal> {
+    let mut builder = DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(folder).map_err(|error| trouble(folder, &error))
+}
+
+impl Claim {
+    /// Claims `folder`; the error is the note of the bridge that has it, as far as it is written.
+    pub(crate) fn take(folder: &Path) -> Result<Result<Self, Option<Note>>, Refusal> {
+        make_folder(folder)?;
+        let path = folder.join("bridge.json");
+        let mut file = open(&path).map_err(|error| trouble(&path, &error))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Ok(Self { file })),
+            Err(TryLockError::WouldBlock) => Ok(Err(read(&mut file))),
+            Err(TryLockError::Error(error)) => Err(trouble(&path, &error)),
+        }
+    }
+
+    /// Says where this bridge listens.
+    pub(crate) fn say(&mut self, note: &Note) -> Result<(), Refusal> {
+        let text = serde_json::to_string(note).unwrap_or_default();
+        let written = self.clear().and_then(|()| self.file.write_all(text.as_bytes()));
+        written.map_err(|error| trouble(&folder(), &error))
+    }
+
+    fn clear(&mut self) -> io::Result<()> {
+        self.file.set_len(0)?;
+        self.file.rewind()
+    }
+}
+
+impl Drop for Claim {
+    /// A secret that is of no use any more is not left behind.
+    fn drop(&mut self) {
+        let _ = self.clear();
+    }
+}
+
+/// The note of the running bridge; none if no bridge runs.
+pub(crate) fn running(folder: &Path) -> Option<Note> {
+    let mut file = File::open(folder.join("bridge.json")).ok()?;
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => read(&mut file),
+        _ => None,
+    }
+}
+
+fn read(file: &mut File) -> Option<Note> {
+    let mut text = String::new();
+    file.take(4096).read_to_string(&mut text).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
+fn open(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let file = options.open(path)?;
+    #[cfg(unix)]
+    file.set_permissions(std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
+    Ok(file)
+}
+
+fn trouble(path: &Path, error: &io::Error) -> Refusal {
+    let why = Remark::new(Weight::Loss, "serve.folder");
+    Refusal::surroundings(why.with("folder", path.display()).with("reason", error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_bridge_a_user_and_nothing_left_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("deeper");
+        assert_eq!(running(&folder), None);
+        let note = Note { port: 7425, secret: "00".into() };
+        let mut claim = Claim::take(&folder).unwrap().ok().unwrap();
+        claim.say(&Note { port: 1, secret: "a longer secret".into() }).unwrap();
+        claim.say(&note).unwrap();
+        assert_eq!(running(&folder), Some(note.clone()));
+        assert_eq!(Claim::take(&folder).unwrap().err(), Some(Some(note)));
+        drop(claim);
+        assert_eq!(running(&folder), None);
+        assert_eq!(std::fs::read(folder.join("bridge.json")).unwrap(), b"");
+        std::fs::write(folder.join("bridge.json"), b"left by a killed bridge").unwrap();
+        assert_eq!(running(&folder), None);
+        assert!(Claim::take(&folder).unwrap().is_ok());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nobody_else_reads_the_note() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bridge.json");
+        std::fs::write(&path, b"").unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o644)).unwrap();
+        let _claim = Claim::take(folder.path()).unwrap().ok().unwrap();
+        assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+    }
+}

@@ -1,0 +1,244 @@
+//! The socket: challenge, hello, then asks and tells.
+//!
+//! ```text
+//!            ┌─ read ── Ping, control ──▶ desk
+//! frames ──▶ │       ── Stop ───────────▶ drill, at once, past everything that waits
+//!            │       ── all others ─────▶ queue ─ work ─▶ drill, one after the other
+//!            └─ write ◀── desk: tells in order, latest status
+//! ```
+//!
+//! Comes in: text frames of at most [`FRAME_LIMIT`] bytes, at most [`RATE`] a second. Goes out: the same way. A frame
+//! that cannot be understood moves nothing. Does not know HTTP.
+
+use super::Bridge;
+use super::desk::Seat;
+use super::pairing;
+use annulus_core::control::lease::{Event, Viewer};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Tell, auth};
+use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use tokio::sync::mpsc;
+use tokio::time::{Instant, interval, timeout};
+
+/// Time from challenge to hello.
+const HELLO_TIME: Duration = Duration::from_secs(2);
+/// Time for one frame to leave.
+const SEND_TIME: Duration = Duration::from_secs(10);
+/// Time between two signs of life asked of the browser.
+const PULSE: Duration = Duration::from_secs(15);
+/// A page that gives none for this long is gone.
+const SILENCE: Duration = Duration::from_secs(45);
+/// Frames a page may send in a second, on the long run.
+pub(crate) const RATE: f64 = 100.0;
+/// Frames it may send at once.
+const BURST: f64 = 200.0;
+/// Asks of one page that may wait for the drill.
+const WAITING: usize = 32;
+/// What the transport lets through; longer than [`FRAME_LIMIT`], so that a frame a little too long is answered with a
+/// sentence before the end.
+pub(crate) const TRANSPORT_LIMIT: usize = 4 * FRAME_LIMIT;
+
+/// A refusal by code.
+fn no(code: &str) -> Remark {
+    Remark::new(Weight::Loss, code)
+}
+
+/// One page from challenge to goodbye.
+pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket) {
+    match timeout(HELLO_TIME + SEND_TIME, greet(&bridge, &mut socket)).await {
+        Ok(Ok(())) => {}
+        Ok(Err(Some(why))) => {
+            tracing::warn!(code = why.code, "page turned away");
+            refuse(&mut socket, why, close_code::POLICY).await;
+            return;
+        }
+        _ => return,
+    }
+    let seat = bridge.join();
+    let viewer = seat.viewer;
+    tracing::info!(viewer, "page joined");
+    converse(&bridge, socket, seat).await;
+    bridge.leave(viewer);
+    tracing::info!(viewer, "page left");
+}
+
+/// Sends the challenge and judges the hello. `Err(None)` is a page that went away.
+async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<(), Option<Remark>> {
+    let nonce = pairing::secret::<32>().map_err(Some)?;
+    let challenge = Tell::Challenge {
+        proto: PROTOCOL,
+        min: OLDEST_PROTOCOL,
+        bridge: env!("CARGO_PKG_VERSION").to_owned(),
+        nonce: nonce.clone(),
+    };
+    socket.send(message(&challenge)).await.map_err(|_| None)?;
+    let first = timeout(HELLO_TIME, socket.recv()).await.map_err(|_| Some(no("socket.late")))?;
+    let text = match first {
+        Some(Ok(Message::Text(text))) => text,
+        Some(Ok(Message::Close(_)) | Err(_)) | None => return Err(None),
+        Some(Ok(_)) => return Err(Some(no("socket.first_frame"))),
+    };
+    let Ask::Hello { proto, min, session, proof, .. } = understand(&text).map_err(Some)? else {
+        return Err(Some(no("socket.first_frame")));
+    };
+    if proto < OLDEST_PROTOCOL || min > PROTOCOL {
+        return Err(Some(no("socket.other_version").with("page", proto).with("bridge", PROTOCOL)));
+    }
+    let key = bridge.pairing().key(&session).map(str::to_owned).ok_or_else(|| Some(no("socket.session")))?;
+    let expected = auth::hello(&key, &nonce);
+    if auth::same(expected.as_bytes(), proof.as_bytes()) { Ok(()) } else { Err(Some(no("socket.proof"))) }
+}
+
+/// Both ways until one side has had enough.
+async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat) {
+    let viewer = seat.viewer;
+    let (sink, frames) = socket.split();
+    let (queue, waiting) = mpsc::channel(WAITING);
+    tokio::select! {
+        () = read(bridge, viewer, frames, queue) => {}
+        () = work(bridge, viewer, waiting) => {}
+        () = write(seat, sink) => {}
+    }
+}
+
+/// Reads frames until the page goes, breaks a rule, or falls silent.
+async fn read(
+    bridge: &Arc<Bridge>,
+    viewer: Viewer,
+    mut frames: SplitStream<WebSocket>,
+    queue: mpsc::Sender<(Ask, u64)>,
+) {
+    let mut allowance = BURST;
+    let mut last = Instant::now();
+    while let Ok(Some(Ok(frame))) = timeout(SILENCE, frames.next()).await {
+        let now = Instant::now();
+        allowance = (allowance + (now - last).as_secs_f64() * RATE).min(BURST) - 1.0;
+        last = now;
+        let text = match frame {
+            _ if allowance < 0.0 => return bridge.dismiss(viewer, no("socket.too_fast")).await,
+            Message::Text(text) if text.len() > FRAME_LIMIT => {
+                return bridge.dismiss(viewer, no("socket.too_large").with("limit", FRAME_LIMIT)).await;
+            }
+            Message::Text(text) => text,
+            Message::Binary(_) => return bridge.dismiss(viewer, no("socket.not_text")).await,
+            Message::Close(_) => return,
+            Message::Ping(_) | Message::Pong(_) => continue,
+        };
+        bridge.control(viewer, Event::Heard(viewer));
+        match understand(&text) {
+            Ok(ask) => take(bridge, viewer, ask, &queue),
+            Err(why) => bridge.refuse(viewer, why),
+        }
+    }
+}
+
+/// What can be done at once is done; the rest waits its turn.
+fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<(Ask, u64)>) {
+    match ask {
+        Ask::Hello { .. } => bridge.refuse(viewer, no("socket.hello_again")),
+        Ask::Ping { stamp } => bridge.tell(viewer, &Tell::Pong { stamp }),
+        Ask::TakeControl { force } => bridge.control(viewer, Event::Take { viewer, force }),
+        Ask::ReleaseControl => bridge.control(viewer, Event::Release(viewer)),
+        Ask::Stop => bridge.stop(viewer),
+        ask => {
+            if queue.try_send((ask, bridge.stops.load(Ordering::SeqCst))).is_err() {
+                bridge.refuse(viewer, no("socket.too_much"));
+            }
+        }
+    }
+}
+
+/// Brings asks to the drill, one after the other. A stop that came after an ask was sent outlives it: what still
+/// waited is not done, and what was being begun is stopped once more.
+async fn work(bridge: &Arc<Bridge>, viewer: Viewer, mut waiting: mpsc::Receiver<(Ask, u64)>) {
+    while let Some((ask, stops)) = waiting.recv().await {
+        let done = tokio::task::spawn_blocking({
+            let bridge = Arc::clone(bridge);
+            move || bridge.ask(viewer, ask, stops)
+        });
+        let _ = done.await;
+    }
+}
+
+/// Writes what there is to tell; of the status only the latest.
+async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
+    let mut pulse = interval(PULSE);
+    loop {
+        let message = tokio::select! {
+            biased;
+            tell = seat.tells.recv() => match tell {
+                Some(text) => Message::Text(text),
+                None => break,
+            },
+            changed = seat.status.changed() => match changed {
+                Ok(()) => Message::Text(seat.status.borrow_and_update().clone()),
+                Err(_) => break,
+            },
+            _ = pulse.tick() => Message::Ping(Default::default()),
+        };
+        if !matches!(timeout(SEND_TIME, sink.send(message)).await, Ok(Ok(()))) {
+            return;
+        }
+    }
+    let _ = timeout(SEND_TIME, sink.send(goodbye(close_code::AWAY))).await;
+}
+
+/// What a frame asks.
+fn understand(text: &str) -> Result<Ask, Remark> {
+    if let Ok(ask) = serde_json::from_str(text) {
+        return Ok(ask);
+    }
+    let value: serde_json::Value = serde_json::from_str(text).map_err(|_| no("socket.malformed"))?;
+    let name = value.get("t").and_then(serde_json::Value::as_str).unwrap_or("?");
+    let name: String = name.chars().filter(|c| c.is_ascii_graphic()).take(40).collect();
+    Err(no("socket.unknown").with("name", name))
+}
+
+/// Says why and closes, before a page has a seat.
+async fn refuse(socket: &mut WebSocket, why: Remark, code: u16) {
+    let both = async {
+        let _ = socket.send(message(&Tell::Refused { why })).await;
+        let _ = socket.send(goodbye(code)).await;
+    };
+    let _ = timeout(SEND_TIME, both).await;
+}
+
+fn message(tell: &Tell) -> Message {
+    Message::Text(serde_json::to_string(tell).unwrap_or_default().into())
+}
+
+fn goodbye(code: u16) -> Message {
+    Message::Close(Some(CloseFrame { code, reason: Default::default() }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_that_are_no_asks_are_named() {
+        let rows = [
+            ("", "socket.malformed"),
+            ("{", "socket.malformed"),
+            ("\u{0}", "socket.malformed"),
+            ("[]", "socket.unknown"),
+            ("7", "socket.unknown"),
+            (r#"{"t":"open_port"}"#, "socket.unknown"),
+            (r#"{"t":"jog","axis":0}"#, "socket.unknown"),
+            (r#"{"t":"jog","axis":0,"distance_um":1e300}"#, "socket.unknown"),
+            (r#"{"t":"jog","axis":-1,"distance_um":5}"#, "socket.unknown"),
+            (r#"{"t":"start"}"#, "socket.unknown"),
+        ];
+        for (text, code) in rows {
+            assert_eq!(understand(text).unwrap_err().code, code, "{text}");
+        }
+        assert_eq!(understand(r#"{"t":"stop"}"#), Ok(Ask::Stop));
+        let deep = "[".repeat(10_000);
+        assert_eq!(understand(&deep).unwrap_err().code, "socket.malformed");
+    }
+}
