@@ -1,1 +1,1 @@
-//! (in work)
+//! Programs in other controllers' words.

@@ -1,0 +1,88 @@
+//! What the benchmark measures of planning: tours through TSPLIB instances, and large boards made by chance.
+//!
+//! Comes in: the text of an instance, a size. Goes out: a gap over the optimum, a board. Asks no clock: who calls it does.
+
+use super::tour::{self, Effort};
+use super::{default_iterations, order};
+use crate::board::{Board, Hole};
+use crate::geometry::Point;
+use crate::units::Length;
+
+/// The coordinates of a TSPLIB instance with `NODE_COORD_SECTION`.
+pub fn tsplib_coordinates(text: &str) -> Vec<(f64, f64)> {
+    let rows = text.lines().skip_while(|line| !line.trim().starts_with("NODE_COORD")).skip(1);
+    let numbers = rows.map_while(|line| {
+        let mut words = line.split_whitespace().skip(1).map_while(|word| word.parse().ok());
+        Some((words.next()?, words.next()?))
+    });
+    numbers.collect()
+}
+
+/// How much longer than `optimum` the closed tour through the instance is, as a fraction, every hop rounded to a whole
+/// unit as TSPLIB does. None for an instance without coordinates.
+pub fn tsplib_gap(text: &str, optimum: f64, seed: u64) -> Option<f64> {
+    let coordinates = tsplib_coordinates(text);
+    let mut places: Vec<Point> = coordinates.iter().map(|&(x, y)| Point::from_mm(x / 100.0, y / 100.0)).collect();
+    places.sort_unstable();
+    places.dedup();
+    let effort = Effort { kicks: default_iterations(coordinates.len()), seed };
+    let ring = tour::closed(&places, &order::straight_mm, effort, &mut |_| true)?;
+    let first = *ring.first()?;
+    let hops = ring.iter().zip(ring.iter().skip(1).chain([&first]));
+    let length: f64 = hops
+        .map(|(&a, &b)| libm::floor(order::straight_mm(places[a as usize], places[b as usize]) * 100.0 + 0.5))
+        .sum();
+    Some(length / optimum - 1.0)
+}
+
+/// A board of `holes` holes of 0.8 mm, scattered evenly over 500 × 500 mm.
+pub fn scattered_board(holes: usize, seed: u64) -> Board {
+    let mut chance = tour::Chance::new(seed);
+    let mut coordinate = || Length::from_um(chance.below(500_000) as i64);
+    let hole = |line: u32| Hole {
+        at: Point::new(coordinate(), coordinate()),
+        diameter: Some(Length::from_um(800)),
+        plated: None,
+        source: 0,
+        tool_code: 1,
+        line,
+    };
+    Board { name: "scattered".to_owned(), holes: (1..).map(hole).take(holes).collect(), ..Board::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::{Path, PathBuf};
+
+    fn corpus() -> Option<PathBuf> {
+        let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus");
+        let folder = std::env::var_os("ANNULUS_CORPUS").map_or(beside, PathBuf::from);
+        if folder.is_dir() {
+            return Some(folder);
+        }
+        assert!(std::env::var_os("CI").is_none(), "no corpus at {}", folder.display());
+        println!("skipped: no corpus");
+        None
+    }
+
+    #[test]
+    fn closed_tours_are_within_two_percent_of_the_known_optimum() {
+        let Some(folder) = corpus() else { return };
+        let optima = std::fs::read_to_string(folder.join("tsplib/optima.json")).unwrap();
+        let optima: serde_json::Value = serde_json::from_str(&optima).unwrap();
+        let mut gaps = Vec::new();
+        for instance in optima["instances"].as_array().unwrap() {
+            let name = instance["name"].as_str().unwrap();
+            let text = std::fs::read_to_string(folder.join("tsplib").join(format!("{name}.tsp"))).unwrap();
+            let optimum = instance["optimum"].as_f64().unwrap();
+            let began = std::time::Instant::now();
+            let gap = tsplib_gap(&text, optimum, 1).unwrap();
+            println!("{name}: {:+.2} % in {:.2?}", gap * 100.0, began.elapsed());
+            assert!((0.0..=0.04).contains(&gap), "{name}: {gap}");
+            gaps.push(gap);
+        }
+        assert!(gaps.iter().sum::<f64>() / gaps.len() as f64 <= 0.02, "{gaps:?}");
+        assert_eq!(gaps.len(), 5);
+    }
+}

@@ -1,0 +1,113 @@
+//! The order of one bit's holes: as in the file, the shortest closed tour, or the least machine time.
+//!
+//! ```text
+//!  shortest   a closed tour, opened at the hop that makes the way in cheapest
+//!
+//!       zero ┄┄┄▶ o───o            holes at the same place are one stop;
+//!                 ┊   │            they are drilled one after the other
+//!                 o───o
+//!
+//!  fastest    a path from where the head is, ending anywhere, measured in seconds
+//! ```
+//!
+//! Comes in: holes with their places. Goes out: the same holes in order. Does not know bits.
+
+use super::{Order, tour};
+use crate::geometry::Point;
+use tour::Effort;
+
+/// What a hop costs, and the way through a list of places.
+pub(super) fn way(from: Point, stops: impl IntoIterator<Item = Point>, cost: impl Fn(Point, Point) -> f64) -> f64 {
+    let walk = |(here, sum): (Point, f64), to: Point| (to, sum + cost(here, to));
+    stops.into_iter().fold((from, 0.0), walk).1
+}
+
+/// Straight distance in mm.
+///
+/// The square root of IEEE 754 is exact on every target, so the compiler's own is as repeatable as any.
+pub(super) fn straight_mm(a: Point, b: Point) -> f64 {
+    let (dx, dy) = ((a.x - b.x).mm(), (a.y - b.y).mm());
+    (dx * dx + dy * dy).sqrt()
+}
+
+/// Puts `holes` (numbers with their places, in file order) in order, starting from `from`. None when `tick` said
+/// false. Never longer, in the metric of `order`, than as in the file.
+pub(super) fn arrange(
+    holes: &[(u32, Point)],
+    from: Point,
+    order: Order,
+    hop_time: &dyn Fn(Point, Point) -> f64,
+    effort: Effort,
+    tick: &mut dyn FnMut(u64) -> bool,
+) -> Option<Vec<u32>> {
+    let in_file: Vec<u32> = holes.iter().map(|(hole, _)| *hole).collect();
+    let (places, stops) = stops(holes);
+    let (tour, cost): (_, &dyn Fn(Point, Point) -> f64) = match order {
+        Order::File => return Some(in_file),
+        Order::Shortest => {
+            let ring = tour::closed(&places, &straight_mm, effort, tick)?;
+            let by_first_hole = file_ring(&stops);
+            let length = |ring: &[u32]| ring_length(&places, ring);
+            let ring = if length(&by_first_hole) <= length(&ring) { by_first_hole } else { ring };
+            (opened(&places, ring, from), &straight_mm)
+        }
+        Order::Fastest => (tour::open(from, &places, &hop_time, effort, tick)?, hop_time),
+    };
+    let before = way(from, holes.iter().map(|(_, at)| *at), cost);
+    let after = way(from, tour.iter().map(|&stop| places[stop as usize]), cost);
+    if before <= after {
+        return Some(in_file);
+    }
+    Some(tour.iter().flat_map(|&stop| stops[stop as usize].iter().copied()).collect())
+}
+
+/// Places that are all different, ascending, and the holes at each.
+fn stops(holes: &[(u32, Point)]) -> (Vec<Point>, Vec<Vec<u32>>) {
+    let mut sorted = holes.to_vec();
+    sorted.sort_unstable_by_key(|&(hole, at)| (at, hole));
+    let mut places: Vec<Point> = Vec::new();
+    let mut stops: Vec<Vec<u32>> = Vec::new();
+    for (hole, at) in sorted {
+        if places.last() != Some(&at) {
+            places.push(at);
+            stops.push(Vec::new());
+        }
+        stops.last_mut().into_iter().for_each(|stop| stop.push(hole));
+    }
+    (places, stops)
+}
+
+/// The stops in the order of their first holes.
+fn file_ring(stops: &[Vec<u32>]) -> Vec<u32> {
+    let mut ring: Vec<u32> = (0..stops.len() as u32).collect();
+    ring.sort_unstable_by_key(|&stop| stops[stop as usize].first());
+    ring
+}
+
+fn ring_length(places: &[Point], ring: &[u32]) -> f64 {
+    let at = |index: usize| places[ring[index] as usize];
+    ring.last().map_or(0.0, |_| way(at(ring.len() - 1), (0..ring.len()).map(at), straight_mm))
+}
+
+/// The ring cut open, and turned, so that the way in and the way round are shortest together.
+fn opened(places: &[Point], mut ring: Vec<u32>, from: Point) -> Vec<u32> {
+    let n = ring.len();
+    let at = |index: usize| places[ring[index % n] as usize];
+    let saved = |first: usize, last: usize| straight_mm(at(first), at(last)) - straight_mm(from, at(first));
+    let mut best = (f64::NEG_INFINITY, 0, false);
+    for index in 0..n {
+        for (value, turned) in [(saved(index, index + n - 1), false), (saved(index, index + 1), true)] {
+            if value > best.0 {
+                best = (value, index, turned);
+            }
+        }
+    }
+    let (_, first, turned) = best;
+    if turned {
+        ring.rotate_left((first + 1) % n.max(1));
+        ring.reverse();
+    } else {
+        ring.rotate_left(first);
+    }
+    ring
+}

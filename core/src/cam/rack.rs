@@ -1,0 +1,152 @@
+//! Which bit drills which hole (S5, N9): each size goes to the nearest bit one owns, if it is within tolerance.
+//!
+//! ```text
+//!   file sizes   0.79  0.80  0.82        1.00        4.00
+//!                  \    |    /            |            ✗  no bit within tolerance: a loss
+//!   rack          [   0.80   ]         [ 1.00 ]
+//! ```
+//!
+//! Comes in: a board and a machine's rack. Goes out: bits with their holes, and what cannot be drilled. Does not know
+//! the order of drilling.
+
+use crate::board::Board;
+use crate::machine::Machine;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// A bit and what it is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BitUse {
+    /// Diameter of the bit.
+    pub bit: Length,
+    /// The sizes in the files that it stands in for, ascending.
+    pub sizes: Vec<Length>,
+    /// The holes, as indices into the board's holes, in file order.
+    pub holes: Vec<u32>,
+}
+
+/// A size in millimetres as people write it: without trailing zeros.
+pub fn size_text(size: Length) -> String {
+    format!("{}", size.mm())
+}
+
+/// The bit of `rack` nearest to `size` within `tolerance` (the bound included); of two equally near the larger, because
+/// a wire still fits.
+pub fn nearest(rack: &[Length], size: Length, tolerance: Length) -> Option<Length> {
+    let within = rack.iter().copied().filter(|&bit| (bit - size).abs() <= tolerance);
+    within.min_by_key(|&bit| ((bit - size).abs(), -bit))
+}
+
+/// Bits ascending with their holes. Holes without a bit or without a size, and slots, are in no bit's list and told as
+/// losses.
+pub fn assign(board: &Board, machine: &Machine) -> (Vec<BitUse>, Vec<Remark>) {
+    let mut by_size: BTreeMap<Length, Vec<u32>> = BTreeMap::new();
+    let mut unsized_holes = 0_usize;
+    for (index, hole) in (0..).zip(&board.holes) {
+        match hole.diameter {
+            Some(size) => by_size.entry(size).or_default().push(index),
+            None => unsized_holes += 1,
+        }
+    }
+    let mut bits: BTreeMap<Length, BitUse> = BTreeMap::new();
+    let mut without = Vec::new();
+    for (size, holes) in by_size {
+        let Some(bit) = nearest(&machine.rack, size, machine.rack_tolerance) else {
+            without.push((size, holes.len()));
+            continue;
+        };
+        let entry = bits.entry(bit).or_insert_with(|| BitUse { bit, sizes: Vec::new(), holes: Vec::new() });
+        entry.sizes.push(size);
+        entry.holes.extend(holes);
+    }
+    let mut bits: Vec<BitUse> = bits.into_values().collect();
+    bits.iter_mut().for_each(|bit| bit.holes.sort_unstable());
+    (bits, losses(&without, unsized_holes, board.slots.len(), machine.rack_tolerance))
+}
+
+fn losses(without: &[(Length, usize)], unsized_holes: usize, slots: usize, tolerance: Length) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    if !without.is_empty() {
+        let sizes: Vec<String> =
+            without.iter().map(|(size, holes)| format!("{} mm ({holes})", size_text(*size))).collect();
+        let holes: usize = without.iter().map(|(_, holes)| holes).sum();
+        let remark = Remark::new(Weight::Loss, "plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
+        remarks.push(remark.with("tolerance", size_text(tolerance)));
+    }
+    if unsized_holes > 0 {
+        remarks.push(Remark::new(Weight::Loss, "plan.no_size").with("holes", unsized_holes));
+    }
+    if slots > 0 {
+        remarks.push(Remark::new(Weight::Loss, "plan.slots_not_drilled").with("slots", slots));
+    }
+    remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::{Hole, Slot};
+    use crate::geometry::Point;
+    use crate::machine::virtual_drill;
+
+    fn um(value: i64) -> Length {
+        Length::from_um(value)
+    }
+
+    #[test]
+    fn each_size_finds_its_bit() {
+        let rack = [800, 900, 1000, 3200].map(um);
+        // size, tolerance, expected bit; all in µm
+        let rows = [
+            (800, 0, Some(800)),
+            (801, 0, None),
+            (850, 50, Some(900)), // a tie goes to the larger
+            (849, 50, Some(800)),
+            (851, 50, Some(900)),
+            (750, 50, Some(800)), // the bound is inside
+            (749, 50, None),
+            (3250, 50, Some(3200)),
+            (3251, 50, None),
+            (1500, 100, None),
+            (1500, 600, Some(1000)),
+        ];
+        for (size, tolerance, bit) in rows {
+            assert_eq!(nearest(&rack, um(size), um(tolerance)), bit.map(um), "{size} ± {tolerance}");
+        }
+        assert_eq!(nearest(&[], um(800), um(50)), None);
+    }
+
+    #[test]
+    fn sizes_share_a_bit_and_what_has_none_is_told() {
+        let hole = |diameter: Option<i64>| Hole {
+            at: Point::default(),
+            diameter: diameter.map(um),
+            plated: None,
+            source: 0,
+            tool_code: 1,
+            line: 1,
+        };
+        let slot = Slot { path: vec![Point::default(); 2], width: None, plated: None, source: 0, tool_code: 1, line: 1 };
+        let board = Board {
+            holes: [Some(1020), Some(800), Some(4000), None, Some(780), Some(1000), Some(4000)].map(hole).to_vec(),
+            slots: vec![slot],
+            ..Board::default()
+        };
+        let (bits, remarks) = assign(&board, &virtual_drill());
+        let found: Vec<_> = bits.iter().map(|b| (b.bit, b.sizes.clone(), b.holes.clone())).collect();
+        assert_eq!(
+            found,
+            [
+                (um(800), vec![um(780), um(800)], vec![1, 4]),
+                (um(1000), vec![um(1000), um(1020)], vec![0, 5]),
+            ]
+        );
+        let codes: Vec<_> = remarks.iter().map(|r| (r.weight, r.code.as_str())).collect();
+        assert_eq!(
+            codes,
+            ["plan.no_bit", "plan.no_size", "plan.slots_not_drilled"].map(|code| (Weight::Loss, code))
+        );
+        assert!(remarks[0].message("en").contains("4 mm (2)"), "{}", remarks[0].message("en"));
+    }
+}

@@ -1,0 +1,113 @@
+//! Good orders of points: greedy start, Lin–Kernighan moves, kicks. Bounded by a number of kicks and seeded, so equal
+//! input gives equal output everywhere; time is nowhere asked.
+//!
+//! Comes in: points that are all different, the cost of a hop (the same there and back). Goes out: an order as indices
+//! of the points. Does not know holes, bits or machines.
+
+mod chance;
+mod lin_kernighan;
+mod near;
+mod ring;
+mod start;
+
+use crate::geometry::Point;
+pub(crate) use chance::Chance;
+use lin_kernighan::{FIXED, Search};
+use ring::Ring;
+
+/// Near nodes in each list: so many of each quadrant, filled up with the nearest of all.
+const QUADRANT: usize = 2;
+const NEAR: usize = 10;
+
+/// How long and with which chance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// How many kicks.
+    pub(crate) kicks: u64,
+    /// Seed of the kicks.
+    pub(crate) seed: u64,
+}
+
+/// A short ring through all points. None when `tick`, told the kicks done, said false.
+pub(crate) fn closed(
+    points: &[Point],
+    cost: &impl Fn(Point, Point) -> f64,
+    effort: Effort,
+    tick: &mut dyn FnMut(u64) -> bool,
+) -> Option<Vec<u32>> {
+    let hop = |a: u32, b: u32| cost(points[a as usize], points[b as usize]);
+    let near = near::lists(points, QUADRANT, NEAR);
+    let ring = Ring::new(start::greedy(points, &near, &hop));
+    if points.len() < 4 {
+        return Some(ring.from(0));
+    }
+    let near = priced(&near, &hop);
+    let mut search = Search::new(ring, &near, hop);
+    anneal(&mut search, effort, tick).then(|| search.ring.from(0))
+}
+
+/// A cheap path from `start` through all points, ending anywhere. None when `tick` said false.
+///
+/// The path is a ring with one node more, the end: every hop to the end is free, and the hop from the end back to the
+/// start must stay.
+pub(crate) fn open(
+    start: Point,
+    points: &[Point],
+    cost: &impl Fn(Point, Point) -> f64,
+    effort: Effort,
+    tick: &mut dyn FnMut(u64) -> bool,
+) -> Option<Vec<u32>> {
+    let mut all = vec![start];
+    all.extend_from_slice(points);
+    let end = all.len() as u32;
+    let hop = |a: u32, b: u32| match (a.min(b), a.max(b)) {
+        (0, b) if b == end => FIXED,
+        (_, b) if b == end => 0.0,
+        (a, b) => cost(all[a as usize], all[b as usize]),
+    };
+    let near = near::lists(&all, QUADRANT, NEAR);
+    let mut order = Ring::new(start::greedy(&all, &near, &hop)).from(0);
+    order.push(end);
+    let mut near = priced(&near, &hop);
+    for list in &mut near[1..] {
+        list.insert(0, (0.0, end));
+    }
+    near.push(Vec::new());
+    let mut search = Search::new(Ring::new(order), &near, hop);
+    if points.len() > 1 && !anneal(&mut search, effort, tick) {
+        return None;
+    }
+    if search.ring.next(0) == end {
+        search.ring.mirror();
+    }
+    Some(search.ring.from(0).into_iter().filter(|&node| node != 0 && node != end).map(|node| node - 1).collect())
+}
+
+/// Lists of near nodes with the cost of the hop, cheapest first.
+fn priced(near: &[Vec<u32>], hop: &impl Fn(u32, u32) -> f64) -> Vec<Vec<(f64, u32)>> {
+    let price = |(from, list): (u32, &Vec<u32>)| {
+        let mut list: Vec<_> = list.iter().map(|&to| (hop(from, to), to)).collect();
+        list.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        list
+    };
+    (0..).zip(near).map(price).collect()
+}
+
+/// To a local optimum, then kick by kick; false when stopped.
+fn anneal<C: Fn(u32, u32) -> f64>(
+    search: &mut Search<'_, C>,
+    effort: Effort,
+    tick: &mut dyn FnMut(u64) -> bool,
+) -> bool {
+    if !search.settle(&mut || tick(0)) {
+        return false;
+    }
+    let mut chance = Chance::new(effort.seed);
+    for done in 0..effort.kicks {
+        if done & 0xFF == 0 && !tick(done) {
+            return false;
+        }
+        search.kick(&mut chance);
+    }
+    true
+}
