@@ -1,0 +1,123 @@
+// Starts the real bridge and the real browser for a test, and stops both.
+//
+// Comes in: ANNULUS_BIN (the program), ANNULUS_CHROMIUM (the browser). Nothing is mocked: real sockets, real disk,
+// real time. Every bridge gets a home folder of its own that is removed afterwards.
+
+import { spawn } from "node:child_process";
+import { mkdtempSync, rmSync, existsSync, mkdirSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { dirname, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { chromium } from "playwright-core";
+
+const here = dirname(fileURLToPath(import.meta.url));
+
+/** The root of the repository. */
+export const root = resolve(here, "../..");
+
+/** The corpus of real boards, or null (then the test is skipped; with CI=true it fails). */
+export function corpus() {
+  const folder = process.env.ANNULUS_CORPUS ?? resolve(root, "../shared/corpus");
+  if (existsSync(folder)) return folder;
+  if (process.env.CI === "true") throw new Error(`no corpus at ${folder}`);
+  return null;
+}
+
+const common = [
+  "--headless",
+  "--no-sandbox",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
+];
+
+/** Flags under which WebGPU draws in software; without them the page falls back to WebGL2. */
+const webgpu = [
+  "--enable-unsafe-webgpu",
+  "--ignore-gpu-blocklist",
+  "--enable-gpu",
+  "--enable-features=Vulkan",
+  "--use-vulkan=swiftshader",
+];
+
+/** A browser; `gpu` is "webgpu" or "webgl2". */
+export async function openBrowser(gpu = "webgl2") {
+  const args = gpu === "webgpu" ? [...common, ...webgpu] : common;
+  return chromium.launch({ executablePath: process.env.ANNULUS_CHROMIUM ?? "/usr/bin/chromium", args });
+}
+
+/** A running bridge with its address. */
+export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}) {
+  const own = home ?? mkdtempSync(join(tmpdir(), "annulus-test-"));
+  const child = spawn(
+    process.env.ANNULUS_BIN ?? join(root, "target/debug/annulus"),
+    ["serve", "--port", String(port), "--no-open", "--speed", String(speed), ...args],
+    { env: { ...process.env, ANNULUS_HOME: own }, stdio: ["ignore", "pipe", "pipe"] },
+  );
+  let errors = "";
+  child.stderr.on("data", (data) => (errors += data));
+  const url = await new Promise((found, failed) => {
+    let seen = "";
+    child.stdout.on("data", (data) => {
+      seen += data;
+      const match = seen.match(/http:\/\/\S+/);
+      if (match) found(match[0]);
+    });
+    child.on("exit", (code) => failed(new Error(`the bridge ended with ${code}: ${errors}`)));
+    setTimeout(() => failed(new Error(`no address after 30 s: ${seen} ${errors}`)), 30_000).unref();
+  });
+  const ended = new Promise((done) => child.on("exit", done));
+  return {
+    url,
+    origin: new URL(url).origin,
+    home: own,
+    errors: () => errors,
+    kill: async (signal = "SIGKILL") => {
+      child.kill(signal);
+      await ended;
+    },
+    stop: async () => {
+      child.kill("SIGTERM");
+      await Promise.race([ended, new Promise((late) => setTimeout(late, 3000))]);
+      child.kill("SIGKILL");
+      await ended;
+      if (!home) rmSync(own, { recursive: true, force: true });
+    },
+  };
+}
+
+/** A page of the bridge, with what its console said and every request it made. */
+export async function openPage(browser, url, { width = 1440, height = 900, scheme = "dark" } = {}) {
+  const context = await browser.newContext({ viewport: { width, height }, colorScheme: scheme });
+  const page = await context.newPage();
+  const problems = [];
+  page.on("console", (message) => {
+    if (message.type() === "error") problems.push(message.text());
+  });
+  page.on("pageerror", (error) => problems.push(String(error)));
+  await page.goto(url);
+  return { page, context, problems };
+}
+
+/** Waits until `look` gives something true, and gives that. */
+export async function until(look, what, limit_ms = 30_000) {
+  const end = Date.now() + limit_ms;
+  let last;
+  while (Date.now() < end) {
+    last = await look();
+    if (last) return last;
+    await new Promise((next) => setTimeout(next, 50));
+  }
+  throw new Error(`waited ${limit_ms} ms for ${what}; last seen: ${JSON.stringify(last)}`);
+}
+
+/** Where screenshots go. */
+export function picture(name) {
+  const folder = process.env.ANNULUS_PICTURES ?? join(root, "target/pictures");
+  mkdirSync(folder, { recursive: true });
+  return join(folder, `${name}.png`);
+}
