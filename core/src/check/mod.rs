@@ -1,1 +1,143 @@
-//! (in work)
+//! The independent checker of a step stream (N14): it knows the stream and the machine, no program and no planner.
+//!
+//! | rule | refused with |
+//! |---|---|
+//! | only axes that exist step, runs are not empty, totals stay within bounds | `check.axis_missing`, `check.empty_run`, `check.too_large` |
+//! | every segment ends where it says, in the time it says | `check.count`, `check.late_step` |
+//! | no axis leaves its range | `check.range` |
+//! | no pulse closer to the last than the drive allows, directions set up in time | `check.interval`, `check.direction_setup` |
+//! | mean speed over 8 steps, and its change over 5 ms, within the axis's limits | `check.speed`, `check.acceleration` |
+//! | no XY step while the bit is below the clearance over the board | `check.xy_in_board` |
+//! | no bit below the surface before the spindle runs, and has had its time to spin up | `check.spindle_off`, `check.spin_up` |
+//! | a gate only where a single axis moves | `check.gate_not_alone` |
+//! | bits are changed with the spindle off and up | `check.await_bit` |
+//! | every leg ends above the board, the stream with the spindle off | `check.leg_ends_low`, `check.spindle_left_on` |
+//!
+//! Comes in: a stream, a machine, where its work zero is. Goes out: a [`CheckReport`], or every reason why not. A
+//! stream passes only if nothing at all was found.
+
+mod interlocks;
+mod pulses;
+
+use crate::job::Mark;
+use crate::machine::{AXES, Machine, Steps, axis_name};
+use crate::remark::{Remark, Weight};
+use crate::steps::stream::{Segment, StepStream};
+use interlocks::Interlocks;
+use pulses::Walker;
+
+/// The longest stream: ten days, in ticks.
+const MOST_TICKS: u64 = 10 * 24 * 3600 * crate::units::TICK_HZ;
+
+/// The most steps of all axes together.
+const MOST_STEPS: u64 = 20_000_000_000;
+
+/// After so many remarks the rest of the stream is not looked at.
+const MOST_REMARKS: usize = 20;
+
+/// Axes of today's machines: X, Y and one spindle.
+const AXES_PRESENT: usize = 3;
+
+/// What a stream that passed does.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CheckReport {
+    /// How long it takes.
+    pub total_ticks: u64,
+    /// Steps of every axis, both ways together.
+    pub steps: [u64; AXES],
+    /// Lowest position of every axis, steps from the work zero.
+    pub lowest: Steps,
+    /// Highest position of every axis.
+    pub highest: Steps,
+    /// Holes drilled.
+    pub holes: u32,
+    /// Segments.
+    pub segments: usize,
+    /// Runs.
+    pub runs: usize,
+}
+
+/// The work zero (machine coordinates, in steps) that leaves a board the most room: the low corner, on the surface.
+pub fn corner_zero(machine: &Machine) -> Steps {
+    let mut zero = Steps::default();
+    zero[0] = machine.x.scale.steps(machine.x.min);
+    zero[1] = machine.y.scale.steps(machine.y.min);
+    zero[2] = machine.z.scale.steps(machine.process.surface);
+    zero
+}
+
+/// Looks through `stream`. `zero_steps` is the work zero in machine coordinates, Z on the board's surface.
+pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Result<CheckReport, Vec<Remark>> {
+    let mut report = measure(stream)?;
+    let mut walkers: [Walker; AXES] =
+        std::array::from_fn(|axis| Walker::new(machine, axis, zero_steps[axis], stream.start[axis]));
+    let mut interlocks = Interlocks::new(machine);
+    let mut remarks = Vec::new();
+    let mut now = 0;
+    for (index, segment) in stream.segments.iter().enumerate() {
+        let last_of_leg = stream.segments.get(index + 1).is_none_or(|next| next.leg != segment.leg);
+        let start_z = walkers[2].at;
+        for found in walk(segment, &mut walkers, now) {
+            remarks.push(found.with("leg", segment.leg).with("segment", index));
+        }
+        for found in interlocks.segment(segment, start_z, walkers[2].low_in_segment, now, last_of_leg) {
+            remarks.push(found.with("leg", segment.leg).with("segment", index));
+        }
+        if remarks.len() >= MOST_REMARKS {
+            break;
+        }
+        now += segment.duration_ticks;
+    }
+    if remarks.is_empty() && interlocks.spindle_runs() {
+        remarks.push(Remark::new(Weight::Loss, "check.spindle_left_on"));
+    }
+    if !remarks.is_empty() {
+        return Err(remarks);
+    }
+    for (axis, walker) in walkers.iter().enumerate() {
+        (report.lowest[axis], report.highest[axis]) = (walker.lowest, walker.highest);
+    }
+    Ok(report)
+}
+
+/// Counts everything without looking at any single step, so that what is too large is refused at once.
+fn measure(stream: &StepStream) -> Result<CheckReport, Vec<Remark>> {
+    let mut report = CheckReport { segments: stream.segments.len(), ..CheckReport::default() };
+    let mut last_hole = None;
+    for segment in &stream.segments {
+        report.total_ticks = report.total_ticks.saturating_add(segment.duration_ticks);
+        report.runs += segment.runs.len();
+        for run in &segment.runs {
+            if let Some(steps) = report.steps.get_mut(usize::from(run.axis)) {
+                *steps += u64::from(run.count);
+            }
+        }
+        if matches!(segment.mark, Mark::Hole(_)) && last_hole != Some(segment.leg) {
+            last_hole = Some(segment.leg);
+            report.holes += 1;
+        }
+    }
+    let all_steps = report.steps.iter().fold(0, |sum: u64, steps| sum.saturating_add(*steps));
+    if report.total_ticks > MOST_TICKS || all_steps > MOST_STEPS {
+        let hours = report.total_ticks / crate::units::TICK_HZ / 3600;
+        let remark =
+            Remark::new(Weight::Loss, "check.too_large").with("steps", all_steps).with("hours", hours);
+        return Err(vec![remark]);
+    }
+    Ok(report)
+}
+
+/// The pulses of one segment, axis by axis; at most one finding for each axis.
+fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64) -> Vec<Remark> {
+    let mut found = Vec::new();
+    if let Some(run) = segment.runs.iter().find(|run| usize::from(run.axis) >= AXES_PRESENT) {
+        found.push(Remark::new(Weight::Loss, "check.axis_missing").with("axis", run.axis));
+    }
+    for (axis, walker) in walkers.iter_mut().enumerate() {
+        let runs = segment.runs.iter().filter(|run| usize::from(run.axis) == axis);
+        if let Err(remark) = walker.segment(runs, now, segment.duration_ticks, segment.end[axis]) {
+            found.push(remark.with("axis", axis_name(axis)));
+        }
+    }
+    found
+}

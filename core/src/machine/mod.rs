@@ -203,6 +203,16 @@ pub struct Process {
     pub surface: Length,
 }
 
+/// The name of an axis of a stream, as people say it.
+pub fn axis_name(axis: usize) -> String {
+    match axis {
+        0 => "X".to_owned(),
+        1 => "Y".to_owned(),
+        2 => "Z".to_owned(),
+        more => format!("Z{}", more - 1),
+    }
+}
+
 impl Machine {
     /// The axis with index `axis` of a stream: 0 is X, 1 is Y, 2 … are the spindles.
     pub fn axis(&self, axis: usize) -> &Axis {

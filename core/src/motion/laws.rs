@@ -4,7 +4,7 @@
 //! Comes in: a timeline, a machine. Goes out: what is broken, if anything. Does not know how it was planned.
 
 use super::timeline::{Move, Timeline};
-use crate::machine::{AXES, Machine};
+use crate::machine::{AXES, Machine, axis_name};
 use crate::remark::{Remark, Weight};
 use crate::units::TICK_HZ;
 
@@ -45,14 +45,4 @@ fn too_much(timeline: &Timeline, machine: &Machine, planned: &Move, axis: usize)
     over(profile.speed_mm_per_s, settings.max_speed_mm_per_s)
         || over(profile.acceleration_mm_per_s2, settings.max_acceleration_mm_per_s2)
         || over(profile.jerk_mm_per_s3, settings.max_jerk_mm_per_s3)
-}
-
-/// The name of an axis of a stream, as people say it.
-pub fn axis_name(axis: usize) -> String {
-    match axis {
-        0 => "X".to_owned(),
-        1 => "Y".to_owned(),
-        2 => "Z".to_owned(),
-        more => format!("Z{}", more - 1),
-    }
 }

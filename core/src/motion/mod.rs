@@ -7,6 +7,7 @@
 //!
 //! Comes in: a program or a wish, and a machine. Goes out: a [`Timeline`]. Does not know how steps are timed.
 
+pub mod bench;
 pub mod cycles;
 pub mod laws;
 mod limits;

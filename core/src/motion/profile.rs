@@ -16,12 +16,13 @@
 //! The second ramp is the first one turned around, so only the first half is ever computed.
 
 use crate::remark::{Remark, Weight};
+use serde::{Deserialize, Serialize};
 
 /// Shorter moves than this (a millionth of a nanometre) take no time: below it a power of the length could vanish.
 const NOTHING_MM: f64 = 1e-12;
 
 /// A move of one length, from rest to rest.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// Length of the path, mm.
     pub length_mm: f64,

@@ -18,6 +18,7 @@ use crate::job::{Command, Effect, Gate, Leg, Mark, Program, Stage};
 use crate::machine::{AXES, Machine, Steps};
 use crate::remark::{Remark, Weight};
 use crate::units::{Length, TICK_HZ};
+use serde::{Deserialize, Serialize};
 
 /// Rapid descent ends this far over the board's surface, or at the safe height where that is lower.
 const CLEARANCE: Length = Length::from_um(500);
@@ -29,7 +30,7 @@ const LONGEST_MOVE_S: f64 = 400.0;
 const REST_TICKS: u64 = 20;
 
 /// A straight line from rest to rest, or a time of rest.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Move {
     /// Index of the leg in the program.
     pub leg: u32,
@@ -75,7 +76,7 @@ impl Move {
 }
 
 /// Moves one after the other.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timeline {
     /// Where all axes stand before the first move, in steps from the work zero.
     pub start: Steps,
@@ -273,11 +274,13 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Rest needed before a move, so that no axis steps earlier than its direction has been set up. An axis first steps
-/// when it is half a step along.
+/// Rest needed before a move, so that no axis steps earlier than its direction has been set up, nor sooner than one
+/// pulse may follow another. An axis first steps when it is half a step along.
 fn lead_s(machine: &Machine, profile: &Profile, from: &Steps, to: &Steps) -> f64 {
     let most = (0..AXES).map(|axis| (to[axis] - from[axis]).unsigned_abs()).max().unwrap_or(0);
     let first_step_s = Inverse::of(profile).time_at(0.5 * profile.length_mm / most.max(1) as f64);
-    let needed_s = f64::from(machine.direction_setup_us) * 1e-6 + REST_TICKS as f64 / TICK_HZ as f64;
+    let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
+    let pulse_s = 1.0 / f64::from(machine.max_step_hz.max(1));
+    let needed_s = direction_s.max(pulse_s) + REST_TICKS as f64 / TICK_HZ as f64;
     (needed_s - first_step_s).max(0.0)
 }

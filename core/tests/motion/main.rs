@@ -2,72 +2,18 @@
 #![cfg(not(target_arch = "wasm32"))]
 
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Leg, Mark, Program};
-use annulus_core::machine::{Machine, lab, virtual_drill};
+use annulus_core::machine::{AXES, virtual_drill};
 use annulus_core::motion::{Timeline, hop_time_s, laws, profile, timeline};
-use annulus_core::steps::{self, AXES, Segment, TICK_HZ};
-use annulus_core::units::Length;
+use annulus_core::steps::{self, Segment, TICK_HZ};
 
-/// Small, seeded, the same everywhere (SplitMix64).
-struct Chance(u64);
+mod check;
+mod cycles;
+mod golden;
+#[path = "../programs/mod.rs"]
+mod programs;
+mod vectors;
 
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Evenly over the powers of ten.
-    fn scale(&mut self, low: f64, high: f64) -> f64 {
-        libm::pow(10.0, self.between(libm::log10(low), libm::log10(high)))
-    }
-}
-
-fn machines() -> [Machine; 2] {
-    [virtual_drill(), lab()]
-}
-
-/// A program of a few holes at random places.
-fn random_program(chance: &mut Chance, machine: &Machine, holes: u32) -> Program {
-    let process = &machine.process;
-    let hole = |chance: &mut Chance, index: u32| {
-        let reach = chance.scale(0.05, 100.0);
-        let to = Point::from_mm(chance.between(0.0, reach), chance.between(0.0, reach));
-        let bottom = Length::ZERO - process.board_thickness - process.breakthrough;
-        let commands = vec![
-            Command::Rapid { to },
-            Command::Plunge { to: bottom, feed_um_per_s: (process.feed_mm_per_s * 1e3) as u32, gate: None },
-            Command::Dwell { us: (chance.next() % 3_000) as u32 },
-            Command::Retract { to: process.safe_height },
-        ];
-        Leg { mark: Mark::Hole(index), commands }
-    };
-    let prepare = vec![Command::Spindle { rpm: process.spindle_rpm }, Command::Dwell { us: 1_000 }];
-    let finish = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
-    let mut legs = vec![Leg { mark: Mark::Prepare, commands: prepare }];
-    legs.extend((0..holes).map(|index| hole(chance, index)));
-    legs.push(Leg { mark: Mark::Finish, commands: finish });
-    Program {
-        name: "random".into(),
-        machine: machine.fingerprint(),
-        origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
-        safe_height: process.safe_height,
-        legs,
-        accepted: vec![],
-    }
-}
+use programs::{Chance, machines, random_program};
 
 /// Replays a segment beside its plan: before and after every step the motor is within half a step of the plan, and
 /// as much more as the plan goes in 1 µs.

@@ -1,0 +1,254 @@
+//! The rules for one axis: counts, range, intervals, direction, speed, acceleration.
+//!
+//! ```text
+//! place ^        ┌──  k+1     the motor passes k + ½ in the moment of the step,
+//!       |     ┌──┘    k       so mean speeds are taken between steps, from half-way
+//!       |  ───┘               place to half-way place
+//!       +--------------> t
+//! ```
+//!
+//! Steps may be 1 µs off their time, either way: that much is forgiven at both ends of every stretch, and no more.
+//!
+//! Comes in: runs of one axis, segment after segment. Goes out: the first rule broken. Knows no other axis.
+
+use crate::machine::Machine;
+use crate::remark::{Remark, Weight};
+use crate::steps::stream::Run;
+use crate::units::TICK_HZ;
+
+/// Forgiven over a stretch between two steps: 1 µs at either end, and a tick of rounding.
+const SLACK_TICKS: f64 = 21.0;
+
+/// Steps over which the mean speed is taken.
+const SPEED_STEPS: usize = 8;
+
+/// Ticks over which a mean speed is taken to compare it with the one before: 5 ms.
+const ACCELERATION_TICKS: u64 = TICK_HZ / 200;
+
+/// Room for the arithmetic itself, as a share of a limit.
+const ROUNDING: f64 = 1e-3;
+
+/// One axis on its way through the stream.
+#[derive(Debug)]
+pub(super) struct Walker {
+    /// Where it stands.
+    pub(super) at: i64,
+    /// Lowest place in the whole stream.
+    pub(super) lowest: i64,
+    /// Highest place.
+    pub(super) highest: i64,
+    /// Lowest place in the last segment.
+    pub(super) low_in_segment: i64,
+    min: i64,
+    max: i64,
+    /// Tick and direction of the last step.
+    last: Option<(u64, bool)>,
+    least_interval: u64,
+    direction_setup: u64,
+    /// Ticks of a step at the greatest speed.
+    least_period: f64,
+    /// Greatest acceleration in steps per tick².
+    acceleration: f64,
+}
+
+impl Walker {
+    /// Axis `axis` of `machine`, standing at `start`.
+    pub(super) fn new(machine: &Machine, axis: usize, zero: i64, start: i64) -> Self {
+        let settings = machine.axis(axis);
+        let steps_per_mm = settings.scale.steps_per_mm();
+        let hz = TICK_HZ as f64;
+        Self {
+            at: start,
+            lowest: start,
+            highest: start,
+            low_in_segment: start,
+            min: settings.scale.steps(settings.min).saturating_sub(zero),
+            max: settings.scale.steps(settings.max).saturating_sub(zero),
+            last: None,
+            least_interval: TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1))),
+            direction_setup: u64::from(machine.direction_setup_us) * (TICK_HZ / 1_000_000),
+            least_period: hz / (settings.max_speed_mm_per_s * steps_per_mm),
+            acceleration: settings.max_acceleration_mm_per_s2 * steps_per_mm / hz / hz,
+        }
+    }
+
+    /// Goes through the runs of a segment that begins at tick `now`. Whatever is found, it stands at `end` afterwards.
+    pub(super) fn segment<'a>(
+        &mut self,
+        runs: impl Iterator<Item = &'a Run>,
+        now: u64,
+        duration: u64,
+        end: i64,
+    ) -> Result<(), Remark> {
+        self.low_in_segment = self.at;
+        let verdict = self.runs(runs, now, duration).and_then(|()| {
+            if self.at == end {
+                return Ok(());
+            }
+            Err(refuse("check.count").with("found", self.at).with("expected", end))
+        });
+        if self.at != end {
+            self.at = end;
+            self.low_in_segment = self.low_in_segment.min(end);
+        }
+        verdict
+    }
+
+    fn runs<'a>(
+        &mut self,
+        runs: impl Iterator<Item = &'a Run>,
+        now: u64,
+        duration: u64,
+    ) -> Result<(), Remark> {
+        let mut pace = Pace::new(now, self.at);
+        let mut tick = i128::from(now);
+        let mut any = false;
+        for run in runs {
+            any = true;
+            tick = self.run(run, tick, &mut pace)?;
+        }
+        if tick > i128::from(now) + i128::from(duration) {
+            let late_us = (tick - i128::from(now) - i128::from(duration)) / 10;
+            return Err(refuse("check.late_step").with("late_us", late_us));
+        }
+        if any { pace.rest(now + duration, self) } else { Ok(()) }
+    }
+
+    /// One run; the tick of its last step.
+    fn run(&mut self, run: &Run, begin: i128, pace: &mut Pace) -> Result<i128, Remark> {
+        if run.count == 0 {
+            return Err(refuse("check.empty_run"));
+        }
+        let interval_before =
+            |step: u32| i128::from(run.interval) + i128::from(run.change) * i128::from(step - 1);
+        let shortest = interval_before(run.count).min(interval_before(2));
+        if run.count > 1 && shortest < i128::from(self.least_interval) {
+            return Err(self.too_close(shortest));
+        }
+        self.first_step(run, begin + i128::from(run.interval))?;
+        let way = i64::from(run.count) * if run.forward { 1 } else { -1 };
+        let end = self.at.saturating_add(way);
+        if end < self.min || end > self.max {
+            let remark = refuse("check.range").with("place", end);
+            return Err(remark.with("low", self.min).with("high", self.max));
+        }
+        let (mut tick, mut interval) = (begin, i128::from(run.interval));
+        for _ in 0..run.count {
+            tick += interval;
+            interval += i128::from(run.change);
+            self.at += if run.forward { 1 } else { -1 };
+            let at_tick = tick as u64;
+            pace.step(at_tick, run.forward, self)?;
+            self.last = Some((at_tick, run.forward));
+        }
+        self.lowest = self.lowest.min(end);
+        self.highest = self.highest.max(end);
+        self.low_in_segment = self.low_in_segment.min(end);
+        Ok(tick)
+    }
+
+    /// The first step of a run against the last step before it, wherever that was.
+    fn first_step(&self, run: &Run, tick: i128) -> Result<(), Remark> {
+        let (since, turned) = match self.last {
+            Some((last, forward)) => (tick - i128::from(last), forward != run.forward),
+            None => (tick, true),
+        };
+        if self.last.is_some() && since < i128::from(self.least_interval) {
+            return Err(self.too_close(since));
+        }
+        if turned && since < i128::from(self.direction_setup) {
+            let needed_us = self.direction_setup / 10;
+            return Err(refuse("check.direction_setup")
+                .with("us", since as f64 / 10.0)
+                .with("needed", needed_us));
+        }
+        Ok(())
+    }
+
+    fn too_close(&self, ticks: i128) -> Remark {
+        refuse("check.interval")
+            .with("us", ticks as f64 / 10.0)
+            .with("least", self.least_interval as f64 / 10.0)
+    }
+}
+
+fn refuse(code: &str) -> Remark {
+    Remark::new(Weight::Loss, code)
+}
+
+/// The pace of one axis within one segment, which begins and ends at rest.
+struct Pace {
+    /// Ticks of the latest steps in one direction, as a ring.
+    ticks: [u64; SPEED_STEPS + 1],
+    count: usize,
+    forward: bool,
+    /// Place of the motor at rest, before the first step.
+    place: i64,
+    /// The stretch before: its length in ticks, its mean speed in steps per tick.
+    stretch: f64,
+    speed: f64,
+    /// Where this stretch began: tick and twice the place.
+    since: u64,
+    from_twice: i64,
+}
+
+impl Pace {
+    fn new(now: u64, place: i64) -> Self {
+        Self {
+            ticks: [0; SPEED_STEPS + 1],
+            count: 0,
+            forward: true,
+            place,
+            stretch: 0.0,
+            speed: 0.0,
+            since: now,
+            from_twice: 2 * place,
+        }
+    }
+
+    fn step(&mut self, tick: u64, forward: bool, axis: &Walker) -> Result<(), Remark> {
+        let before = self.place;
+        self.place += if forward { 1 } else { -1 };
+        if forward != self.forward {
+            (self.forward, self.count) = (forward, 0);
+        }
+        let slot = self.count % (SPEED_STEPS + 1);
+        self.ticks[slot] = tick;
+        self.count += 1;
+        if self.count > SPEED_STEPS {
+            let first = self.ticks[self.count % (SPEED_STEPS + 1)];
+            let span = (tick - first) as f64;
+            let least = SPEED_STEPS as f64 * axis.least_period;
+            if span + SLACK_TICKS < least * (1.0 - ROUNDING) {
+                let percent = libm::round(100.0 * least / span.max(1.0));
+                return Err(refuse("check.speed").with("percent", percent));
+            }
+        }
+        if tick - self.since >= ACCELERATION_TICKS {
+            self.stretch(tick, before + self.place, axis)?;
+        }
+        Ok(())
+    }
+
+    /// Ends a stretch at `tick`, at half the place `twice`, and compares its mean speed with that of the one before.
+    /// Mean speeds of neighbouring stretches differ by no more than the acceleration times half their joint length.
+    fn stretch(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Remark> {
+        let length = (tick - self.since) as f64;
+        let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
+        let blur = |speed: f64, length: f64| speed.abs() * SLACK_TICKS / length.max(1.0);
+        let allowed = 0.5 * axis.acceleration * (self.stretch + length) * (1.0 + ROUNDING);
+        let blurred = blur(speed, length) + blur(self.speed, self.stretch);
+        let change = (speed - self.speed).abs();
+        if change > allowed + blurred {
+            return Err(refuse("check.acceleration").with("percent", libm::round(100.0 * change / allowed)));
+        }
+        (self.stretch, self.speed, self.since, self.from_twice) = (length, speed, tick, twice);
+        Ok(())
+    }
+
+    /// The end of the segment, at rest.
+    fn rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Remark> {
+        self.stretch(tick, 2 * self.place, axis)?;
+        self.stretch(tick, 2 * self.place, axis)
+    }
+}

@@ -1,0 +1,210 @@
+//! A cursor over a timeline: any second, forwards or backwards, in a few comparisons.
+//!
+//! ```text
+//! legs   |prepare|  hole 17     |  hole 4      | …
+//! moves  |  |    |   |  |   |   |   |  |   |   |
+//!                      ^ t      holes done so far: 0
+//! ```
+//!
+//! Comes in: a [`Timeline`]. Goes out: a [`Moment`] for a second. The places are the plan's; the motors are never
+//! further than half a step away. Does not know how fast it is shown.
+
+use crate::job::{Mark, Stage};
+use crate::motion::{Move, Timeline};
+use crate::units::TICK_HZ;
+
+/// A timeline that can be looked at from any second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Playback {
+    timeline: Timeline,
+    legs: Vec<LegStart>,
+    drilled: Vec<Drilled>,
+}
+
+/// Where a leg begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LegStart {
+    /// Index of the leg in the program.
+    pub leg: u32,
+    /// What it is for.
+    pub mark: Mark,
+    /// When it begins.
+    pub start_s: f64,
+    /// The bit in the spindle during it, if one was put in (index into the program's bits).
+    pub bit: Option<u32>,
+}
+
+/// A hole and when it is through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drilled {
+    /// Index into the board's holes.
+    pub hole: u32,
+    /// When the bit has been through.
+    pub done_s: f64,
+}
+
+/// What is seen at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Tip of the bit in work coordinates: X, Y, Z.
+    pub position_mm: [f64; 3],
+    /// Speed along the path, mm/s.
+    pub speed_mm_per_s: f64,
+    /// Index of the leg in the program.
+    pub leg: u32,
+    /// What the leg is for.
+    pub mark: Mark,
+    /// What is being done.
+    pub stage: Stage,
+    /// How many holes are through: that many of [`Playback::drilled`].
+    pub holes_done: u32,
+    /// The bit in the spindle, if one was put in.
+    pub bit: Option<u32>,
+}
+
+fn seconds(ticks: u64) -> f64 {
+    ticks as f64 / TICK_HZ as f64
+}
+
+impl Playback {
+    /// Of `timeline`.
+    pub fn new(timeline: Timeline) -> Self {
+        let (mut legs, mut drilled) = (Vec::<LegStart>::new(), Vec::<Drilled>::new());
+        let (mut bit, mut drilled_leg) = (None, None);
+        for planned in &timeline.moves {
+            if legs.last().is_none_or(|last| last.leg != planned.leg) {
+                if let Mark::ChangeBit(change) = planned.mark {
+                    bit = Some(change);
+                }
+                let (leg, mark, start_s) = (planned.leg, planned.mark, seconds(planned.start_tick));
+                legs.push(LegStart { leg, mark, start_s, bit });
+            }
+            if let (Stage::Drill, Mark::Hole(hole)) = (planned.stage, planned.mark) {
+                if drilled_leg == Some(planned.leg) {
+                    drilled.pop();
+                }
+                drilled_leg = Some(planned.leg);
+                drilled.push(Drilled { hole, done_s: seconds(planned.start_tick + planned.duration_ticks) });
+            }
+        }
+        Self { timeline, legs, drilled }
+    }
+
+    /// What is played.
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// How long all of it takes.
+    pub fn total_s(&self) -> f64 {
+        self.timeline.total_s()
+    }
+
+    /// All legs that take any time, in order.
+    pub fn legs(&self) -> &[LegStart] {
+        &self.legs
+    }
+
+    /// All holes in the order in which they are drilled.
+    pub fn drilled(&self) -> &[Drilled] {
+        &self.drilled
+    }
+
+    /// When leg `leg` begins.
+    pub fn time_of_leg(&self, leg: u32) -> Option<f64> {
+        let index = self.legs.binary_search_by_key(&leg, |start| start.leg).ok()?;
+        self.legs.get(index).map(|start| start.start_s)
+    }
+
+    /// When hole `hole` is through.
+    pub fn time_of_hole(&self, hole: u32) -> Option<f64> {
+        self.drilled.iter().find(|drilled| drilled.hole == hole).map(|drilled| drilled.done_s)
+    }
+
+    /// The moment at second `t_s`; before the start it is the start, after the end the end. None for an empty timeline.
+    pub fn at(&self, t_s: f64) -> Option<Moment> {
+        let tick = (t_s.max(0.0) * TICK_HZ as f64) as u64;
+        let begun = self.timeline.moves.partition_point(|planned| planned.start_tick <= tick);
+        let planned: &Move = self.timeline.moves.get(begun.saturating_sub(1))?;
+        let within_s = t_s.max(0.0) - seconds(planned.start_tick);
+        let steps = planned.at(within_s);
+        let leg = self.legs.partition_point(|start| start.leg <= planned.leg);
+        Some(Moment {
+            position_mm: std::array::from_fn(|axis| steps[axis] * self.timeline.mm_per_step[axis]),
+            speed_mm_per_s: planned.profile.speed(within_s - planned.lead_s),
+            leg: planned.leg,
+            mark: planned.mark,
+            stage: planned.stage,
+            holes_done: self.drilled.partition_point(|drilled| drilled.done_s <= t_s) as u32,
+            bit: self.legs.get(leg.saturating_sub(1)).and_then(|start| start.bit),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::job::{Command, Leg, Program};
+    use crate::machine::virtual_drill;
+    use crate::motion::timeline;
+    use crate::units::Length;
+
+    fn two_holes() -> Playback {
+        let hole = |index, x, y| Leg {
+            mark: Mark::Hole(index),
+            commands: vec![
+                Command::Rapid { to: Point::from_mm(x, y) },
+                Command::Plunge { to: Length::from_um(-2_100), feed_um_per_s: 12_000, gate: None },
+                Command::Retract { to: Length::from_um(2_000) },
+            ],
+        };
+        let change = vec![Command::AwaitBit { bit: 0 }, Command::Dwell { us: 500_000 }];
+        let program = Program {
+            name: String::new(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits: vec![],
+            safe_height: Length::from_um(2_000),
+            legs: vec![
+                Leg { mark: Mark::ChangeBit(0), commands: change },
+                hole(7, 10.0, 5.0),
+                hole(3, 20.0, 0.0),
+            ],
+            accepted: vec![],
+        };
+        Playback::new(timeline(&program, &virtual_drill()).unwrap())
+    }
+
+    #[test]
+    fn every_moment_is_where_the_plan_is() {
+        let play = two_holes();
+        let start = play.at(-1.0).unwrap();
+        assert_eq!((start.position_mm, start.stage, start.bit), ([0.0, 0.0, 2.0], Stage::Dwell, Some(0)));
+        let end = play.at(play.total_s() + 1.0).unwrap();
+        assert_eq!((end.position_mm, end.holes_done, end.mark), ([20.0, 0.0, 2.0], 2, Mark::Hole(3)));
+        let through = play.time_of_hole(7).unwrap();
+        let bottom = play.at(through - 1e-6).unwrap();
+        assert_eq!(
+            (bottom.position_mm, bottom.stage, bottom.holes_done),
+            ([10.0, 5.0, -2.1], Stage::Drill, 0)
+        );
+        assert_eq!(play.at(through).unwrap().holes_done, 1);
+        assert_eq!(play.at(play.time_of_leg(2).unwrap() + 1e-7).unwrap().leg, 2);
+        assert_eq!(play.time_of_leg(3), None);
+    }
+
+    #[test]
+    fn nothing_jumps_while_it_plays() {
+        let play = two_holes();
+        let (dt, mut before) = (1e-3, play.at(0.0).unwrap());
+        for index in 1..=(play.total_s() / dt) as u32 {
+            let moment = play.at(f64::from(index) * dt).unwrap();
+            for (axis, limit) in [150.0, 150.0, 50.0].into_iter().enumerate() {
+                let way = (moment.position_mm[axis] - before.position_mm[axis]).abs();
+                assert!(way <= limit * dt * (1.0 + 1e-9), "axis {axis} jumps {way} mm at {index} ms");
+            }
+            before = moment;
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The checker passes what was planned, and refuses each fault with its own code.
+
+use crate::programs::{Chance, machines, random_program};
+use annulus_core::check::{corner_zero, verify};
+use annulus_core::job::{Effect, Gate, Input, Otherwise, Stage};
+use annulus_core::locale;
+use annulus_core::machine::{Machine, virtual_drill};
+use annulus_core::motion::timeline;
+use annulus_core::steps::{self, Run, Segment, StepStream};
+
+fn planned(machine: &Machine, seed: u64, holes: u32) -> StepStream {
+    let program = random_program(&mut Chance(seed), machine, holes);
+    steps::stream(&timeline(&program, machine).unwrap(), machine).unwrap()
+}
+
+#[test]
+fn every_planned_stream_passes_with_the_right_numbers() {
+    for seed in 0..2_000 {
+        for machine in machines() {
+            let stream = planned(&machine, seed, 6);
+            let report = verify(&stream, &machine, corner_zero(&machine)).unwrap_or_else(|remarks| {
+                panic!("seed {seed} on {}: {:?}", machine.name, remarks[0].message("en"))
+            });
+            assert_eq!(report.holes, 6);
+            let pulses = steps::replay_stream(&stream).map(|pulse| u64::from(pulse.axes.count_ones()));
+            assert_eq!(report.steps.iter().sum::<u64>(), pulses.sum::<u64>());
+        }
+    }
+}
+
+/// The first segment of a hole with this stage.
+fn first(stream: &mut StepStream, stage: Stage) -> &mut Segment {
+    stream.segments.iter_mut().find(|segment| segment.stage == stage && !segment.runs.is_empty()).unwrap()
+}
+
+/// Even steps over the same way in `ticks` for each step.
+fn evenly(segment: &mut Segment, axis: u8, interval: u32) {
+    let count = segment.runs.iter().filter(|run| run.axis == axis).map(|run| run.count).sum();
+    let forward = segment.runs.iter().any(|run| run.axis == axis && run.forward);
+    segment.runs.retain(|run| run.axis != axis);
+    segment.runs.push(Run { axis, forward, interval, count, change: 0 });
+    segment.runs.sort_by_key(|run| run.axis);
+    segment.duration_ticks = segment.duration_ticks.max(u64::from(interval) * u64::from(count));
+}
+
+type Fault = fn(&mut StepStream);
+
+const FAULTS: [(&str, Fault); 16] = [
+    ("check.axis_missing", |s| {
+        first(s, Stage::Travel).runs.push(Run {
+            axis: 9,
+            forward: true,
+            interval: 9_000,
+            count: 1,
+            change: 0,
+        });
+    }),
+    ("check.empty_run", |s| {
+        let run = Run { axis: 0, forward: true, interval: 9_000, count: 0, change: 0 };
+        first(s, Stage::Travel).runs.insert(0, run);
+    }),
+    ("check.too_large", |s| s.segments[0].duration_ticks = u64::MAX),
+    ("check.count", |s| first(s, Stage::Travel).end[0] += 1),
+    ("check.late_step", |s| {
+        let last = first(s, Stage::Retract).runs.last_mut().unwrap();
+        (last.interval, last.change) = (last.interval + 300_000, last.change.max(0));
+    }),
+    ("check.range", |s| {
+        let run = Run { axis: 0, forward: false, interval: 900_000, count: 400, change: 0 };
+        let travel = first(s, Stage::Travel);
+        travel.runs.retain(|run| run.axis != 0);
+        travel.runs.insert(0, run);
+    }),
+    ("check.interval", |s| evenly(first(s, Stage::Travel), 0, 199)),
+    ("check.direction_setup", |s| {
+        let retract = first(s, Stage::Retract);
+        let there = Run { axis: 2, forward: true, interval: 100_000, count: 1, change: 0 };
+        retract.runs.extend([there, Run { forward: false, interval: 15_000, ..there }]);
+        retract.duration_ticks += 200_000;
+    }),
+    ("check.speed", |s| evenly(first(s, Stage::Approach), 2, 300)),
+    ("check.acceleration", |s| evenly(first(s, Stage::Approach), 2, 520)),
+    ("check.xy_in_board", |s| {
+        let travel = first(s, Stage::Travel).clone();
+        let drill = first(s, Stage::Drill);
+        drill.runs = travel.runs.into_iter().chain(drill.runs.clone()).collect();
+        drill.duration_ticks = drill.duration_ticks.max(travel.duration_ticks);
+        drill.end[..2].copy_from_slice(&[travel.end[0] * 2, travel.end[1] * 2]);
+    }),
+    ("check.spindle_off", |s| s.segments[0].effect = Effect::None),
+    ("check.spin_up", |s| s.segments[1].duration_ticks = 0),
+    ("check.gate_not_alone", |s| {
+        let gate = Gate { input: Input::XMax, deadline_us: 1_000_000, otherwise: Otherwise::GoOn };
+        first(s, Stage::Travel).gate = Some(gate);
+    }),
+    ("check.await_bit", |s| {
+        let at = s.segments.iter().position(|segment| segment.stage == Stage::Drill).unwrap();
+        s.segments[at].effect = Effect::AwaitBit(0);
+    }),
+    ("check.spindle_left_on", |s| {
+        let off = s.segments.iter().rposition(|segment| segment.effect == Effect::Spindle(0)).unwrap();
+        s.segments[off].effect = Effect::None;
+    }),
+];
+
+#[test]
+fn every_fault_is_refused_with_its_own_code() {
+    let machine = Machine { direction_setup_us: 2_000, ..virtual_drill() };
+    let mut wrong = Vec::new();
+    for (code, spoil) in FAULTS {
+        let mut stream = planned(&machine, 2, 3);
+        spoil(&mut stream);
+        let remarks = verify(&stream, &machine, corner_zero(&machine)).expect_err(code);
+        if remarks[0].code != code {
+            wrong.push(format!("{code}: {remarks:?}"));
+            continue;
+        }
+        for text in [remarks[0].message("en"), remarks[0].advice("en")] {
+            assert!(!text.contains('{') && !text.starts_with("check."), "{text}");
+        }
+        for part in ["message", "advice"] {
+            assert!(locale::lookup("en", &format!("{code}.{part}")).is_some());
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_leg_that_ends_low_is_refused() {
+    let machine = virtual_drill();
+    let mut stream = planned(&machine, 2, 1);
+    let up = stream.segments.iter().position(|segment| segment.stage == Stage::Retract).unwrap();
+    stream.segments.truncate(up);
+    let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+    assert_eq!(remarks[0].code, "check.leg_ends_low");
+}
