@@ -161,11 +161,10 @@ impl Bridge {
         self.tell(viewer, &Tell::Refused { why });
     }
 
-    /// Says why and lets the page go; comes back when it had time to hear it.
-    async fn dismiss(&self, viewer: Viewer, why: Remark) {
+    /// Says why and lets the page go.
+    fn dismiss(&self, viewer: Viewer, why: Remark) {
         self.refuse(viewer, why);
         self.desk().dismiss(viewer);
-        sleep(GRACE).await;
     }
 
     /// Stops, at once, whoever asks.
@@ -209,7 +208,9 @@ pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: i
     let routes = routes(Arc::clone(&bridge));
     let doors: Vec<_> = listeners
         .into_iter()
-        .map(|listener| tokio::spawn(accept(Arc::clone(&bridge), listener, routes.clone(), Arc::clone(&connections))))
+        .map(|listener| {
+            tokio::spawn(accept(Arc::clone(&bridge), listener, routes.clone(), Arc::clone(&connections)))
+        })
         .collect();
     let pump = tokio::spawn(pump(Arc::clone(&bridge)));
     end.await;

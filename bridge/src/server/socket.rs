@@ -23,7 +23,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, interval, timeout};
+use tokio::time::{Instant, interval, sleep, timeout};
 
 /// Time from challenge to hello.
 const HELLO_TIME: Duration = Duration::from_secs(2);
@@ -33,6 +33,8 @@ const SEND_TIME: Duration = Duration::from_secs(10);
 const PULSE: Duration = Duration::from_secs(15);
 /// A page that gives none for this long is gone.
 const SILENCE: Duration = Duration::from_secs(45);
+/// Time for a page to answer the goodbye.
+const LINGER: Duration = Duration::from_secs(2);
 /// Frames a page may send in a second, on the long run.
 pub(crate) const RATE: f64 = 100.0;
 /// Frames it may send at once.
@@ -106,13 +108,27 @@ async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat) {
     }
 }
 
-/// Reads frames until the page goes, breaks a rule, or falls silent.
+/// Listens, and gives a page that broke a rule the time to hear why.
 async fn read(
     bridge: &Arc<Bridge>,
     viewer: Viewer,
     mut frames: SplitStream<WebSocket>,
     queue: mpsc::Sender<(Ask, u64)>,
 ) {
+    if let Some(why) = listen(bridge, viewer, &mut frames, &queue).await {
+        bridge.dismiss(viewer, why);
+        // Read on without listening: a connection closed over unread frames would take the last words with it.
+        while let Some(Ok(_)) = frames.next().await {}
+    }
+}
+
+/// Listens until the page goes or falls silent (`None`), or breaks a rule.
+async fn listen(
+    bridge: &Arc<Bridge>,
+    viewer: Viewer,
+    frames: &mut SplitStream<WebSocket>,
+    queue: &mpsc::Sender<(Ask, u64)>,
+) -> Option<Remark> {
     let mut allowance = BURST;
     let mut last = Instant::now();
     while let Ok(Some(Ok(frame))) = timeout(SILENCE, frames.next()).await {
@@ -120,21 +136,22 @@ async fn read(
         allowance = (allowance + (now - last).as_secs_f64() * RATE).min(BURST) - 1.0;
         last = now;
         let text = match frame {
-            _ if allowance < 0.0 => return bridge.dismiss(viewer, no("socket.too_fast")).await,
+            _ if allowance < 0.0 => return Some(no("socket.too_fast")),
             Message::Text(text) if text.len() > FRAME_LIMIT => {
-                return bridge.dismiss(viewer, no("socket.too_large").with("limit", FRAME_LIMIT)).await;
+                return Some(no("socket.too_large").with("limit", FRAME_LIMIT));
             }
             Message::Text(text) => text,
-            Message::Binary(_) => return bridge.dismiss(viewer, no("socket.not_text")).await,
-            Message::Close(_) => return,
+            Message::Binary(_) => return Some(no("socket.not_text")),
+            Message::Close(_) => return None,
             Message::Ping(_) | Message::Pong(_) => continue,
         };
         bridge.control(viewer, Event::Heard(viewer));
         match understand(&text) {
-            Ok(ask) => take(bridge, viewer, ask, &queue),
+            Ok(ask) => take(bridge, viewer, ask, queue),
             Err(why) => bridge.refuse(viewer, why),
         }
     }
+    None
 }
 
 /// What can be done at once is done; the rest waits its turn.
@@ -186,6 +203,7 @@ async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
         }
     }
     let _ = timeout(SEND_TIME, sink.send(goodbye(close_code::AWAY))).await;
+    sleep(LINGER).await;
 }
 
 /// What a frame asks.
