@@ -155,9 +155,13 @@ fn parse(file: &str, text: &str) -> Result<Machine, Remark> {
             Ok(machine)
         }
         Err(refusals) => {
-            let why = refusals.into_iter().next().unwrap_or_else(|| Remark::new(Weight::Loss, "machine.file_syntax"));
+            let why = refusals
+                .into_iter()
+                .next()
+                .unwrap_or_else(|| Remark::new(Weight::Loss, "machine.file_syntax"));
             let key = why.args.iter().find(|(name, _)| name == "key").map(|(_, key)| key.clone());
-            let at = changes.iter().find(|((name, _), _)| Some(name) == key.as_ref()).map_or(0, |(_, at)| *at);
+            let at =
+                changes.iter().find(|((name, _), _)| Some(name) == key.as_ref()).map_or(0, |(_, at)| *at);
             Err(place(why, at))
         }
     }
@@ -166,9 +170,9 @@ fn parse(file: &str, text: &str) -> Result<Machine, Remark> {
 fn plain(value: &toml::de::DeValue<'_>) -> Value {
     use toml::de::DeValue;
     let number = |value: &DeValue<'_>| match value {
-        DeValue::Integer(number) => {
-            i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()).ok().map(|whole| whole as f64)
-        }
+        DeValue::Integer(number) => i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
+            .ok()
+            .map(|whole| whole as f64),
         DeValue::Float(number) => number.as_str().replace('_', "").parse::<f64>().ok(),
         _ => None,
     };
@@ -176,7 +180,11 @@ fn plain(value: &toml::de::DeValue<'_>) -> Value {
         DeValue::String(text) => Value::Text(text.to_string()),
         DeValue::Array(items) => {
             let numbers: Vec<_> = items.iter().filter_map(|item| number(item.get_ref())).collect();
-            if numbers.len() == items.len() { Value::Numbers(numbers) } else { Value::Text("a list".to_owned()) }
+            if numbers.len() == items.len() {
+                Value::Numbers(numbers)
+            } else {
+                Value::Text("a list".to_owned())
+            }
         }
         other => number(other).map_or_else(|| Value::Text(other.type_str().to_owned()), Value::Number),
     }
@@ -216,7 +224,9 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// The file of `machine`, with a comment over every setting: its sentence, unit and range.
 pub(crate) fn text_of(machine: &Machine) -> String {
-    let mut out = format!("# A machine of Annulus. Lines that are left out keep the virtual drill's value.\nschema = {SCHEMA}\n");
+    let mut out = format!(
+        "# A machine of Annulus. Lines that are left out keep the virtual drill's value.\nschema = {SCHEMA}\n"
+    );
     for (section, rows) in SECTIONS {
         let _ = write!(out, "\n[{section}]\n");
         for row in *rows {

@@ -6,6 +6,8 @@
 mod browser;
 mod cli;
 mod drill;
+mod executor;
+mod journal;
 mod machine_file;
 mod server;
 

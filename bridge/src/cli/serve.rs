@@ -43,6 +43,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     let folder = machine_file::data_folder();
     runtime::make_folder(&folder)?;
     let drill = Drill::open(&folder, known.machine, args.speed.unwrap_or(1.0))?;
+    drill.keep_settings_in(known.path);
     let bridge = Bridge::new(drill, port).map_err(Refusal::surroundings)?;
     claim.say(&bridge.note())?;
     let url = bridge.address().map_err(Refusal::surroundings)?;

@@ -1,62 +1,181 @@
 //! The drill: one owner of machine, job, journal and pins. Everything that can move goes through here.
 //!
 //! ```text
-//! server, `run` ── ask ──▶ owner thread ── legs ──▶ executor thread ── steps ──▶ pins (virtual drill)
+//! server, `run` ── ask ──▶ owner thread ── tasks ──▶ executor thread ── steps ──▶ pins (virtual drill)
 //!       ▲                  │  ▲   control: (session, event) → (session, actions)     │
-//!       └──── watch ───────┘  └── leg done, stopped, alarm ◀─────────────────────────┘
+//!       └──── watch ───────┘  └── report: done, gated, stopped, alarm ◀──────────────┘
 //!                          └── legs begun and done ──▶ journal thread ── durable ──▶ lets the next stroke start
 //! ```
 //!
 //! Comes in: asks and uploaded programs. Goes out: tells. Does not know sockets, sessions or leases.
 
+mod moves;
+mod owner;
+mod prepare;
+mod recorder;
+mod status;
+mod store;
+#[cfg(test)]
+mod tests;
+
 use crate::cli::Refusal;
+use crate::journal::{self, Contents, Journal};
 use annulus_core::machine::Machine;
-use annulus_core::remark::Remark;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::twin::{Drilled, Faults};
 use annulus_core::wire::{Ask, Tell};
-use std::path::Path;
+use owner::{Message, Owner};
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
 use tokio::sync::broadcast;
+
+/// Name of the drilled-board record in the drill's folder: one line a hole, written by the virtual drill itself.
+pub(crate) const RECORD: &str = "drilled.txt";
+
+/// Name of the journal in the drill's folder.
+pub(crate) const JOURNAL: &str = "journal.redb";
+
+/// Tells that a slow listener may be behind before it misses some.
+const BACKLOG: usize = 256;
 
 /// A handle on the drill. Clones speak to the same drill; it shuts down with [`Drill::shutdown`].
 #[derive(Clone)]
-pub(crate) struct Drill {}
+pub(crate) struct Drill {
+    folder: PathBuf,
+    messages: Sender<Message>,
+    tells: broadcast::Sender<Tell>,
+    owner: Arc<Mutex<Option<JoinHandle<()>>>>,
+}
 
 impl Drill {
     /// Opens the drill whose jobs, journal and drilled-board record live in `folder`. Nothing moves. `speed` is
     /// how many times faster than life the virtual drill runs.
     pub(crate) fn open(folder: &Path, machine: Machine, speed: f64) -> Result<Self, Refusal> {
-        todo!("{folder:?} {machine:?} {speed}")
+        Self::open_with(folder, machine, speed, Faults::default())
+    }
+
+    /// The same with a virtual drill that has faults.
+    pub(crate) fn open_with(
+        folder: &Path,
+        machine: Machine,
+        speed: f64,
+        faults: Faults,
+    ) -> Result<Self, Refusal> {
+        if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
+            let why = Remark::new(Weight::Loss, "control.speed_range").with("speed", speed);
+            return Err(Refusal::usage(why));
+        }
+        fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+        let (journal, contents, aside) =
+            journal::open(&folder.join(JOURNAL)).map_err(Refusal::surroundings)?;
+        let damaged =
+            aside.map(|path| Remark::new(Weight::Loss, "journal.damaged").with("file", path.display()));
+        Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
+            .map_err(|error| unwritable(folder, &error))
+    }
+
+    fn assemble(
+        folder: &Path,
+        machine: Machine,
+        speed: f64,
+        faults: Faults,
+        (journal, contents, alarm): (Journal, Contents, Option<Remark>),
+    ) -> std::io::Result<Self> {
+        let record = drilled_record(&folder.join(RECORD))?;
+        let (messages, inbox) = channel();
+        let (tells, _) = broadcast::channel(BACKLOG);
+        let owner = Owner::new(owner::Parts {
+            folder: folder.to_owned(),
+            machine,
+            speed,
+            faults,
+            record,
+            journal,
+            contents,
+            alarm,
+            messages: messages.clone(),
+            tells: tells.clone(),
+        })?;
+        let thread = thread::Builder::new().name("drill".to_owned()).spawn(move || owner.run(&inbox))?;
+        let owner = Arc::new(Mutex::new(Some(thread)));
+        Ok(Self { folder: folder.to_owned(), messages, tells, owner })
+    }
+
+    /// Changed settings go to this machine file from now on.
+    pub(crate) fn keep_settings_in(&self, path: PathBuf) {
+        let _ = self.messages.send(Message::KeepSettingsIn(path));
     }
 
     /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
     pub(crate) fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Remark> {
-        todo!("{key} {bytes:?}")
+        store::keep(&self.folder, key, bytes)
     }
 
     /// The bytes kept under `key`.
     pub(crate) fn job(&self, key: &str) -> Option<Vec<u8>> {
-        todo!("{key}")
+        store::load(&self.folder, key)
     }
 
     /// Does what is asked, or says why not. The answers are for the asker alone; changes that everybody should
     /// see come through [`Drill::watch`]. `Arm` takes as long as planning does: call it where waiting is allowed.
     /// Who may ask is the caller's business.
     pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Remark> {
-        todo!("{ask:?}")
+        let Ask::Arm { job } = ask else {
+            return self.send(|reply| Message::Ask(ask, reply)).unwrap_or_else(|| Err(gone()));
+        };
+        let bytes = self.job(&job).ok_or_else(|| Remark::new(Weight::Loss, "control.no_such_job"))?;
+        let context = self.send(Message::Context).ok_or_else(gone)?;
+        let prepared = prepare::prepare(&job, &bytes, &context)?;
+        self.send(|reply| Message::Prepared(Box::new(prepared), reply)).unwrap_or_else(|| Err(gone()))
     }
 
     /// Everything that happens: `Status` 10 times a second and after every change, `Armed`, `Ended`,
     /// `Interrupted`, `Machine`. A slow listener misses the oldest.
     pub(crate) fn watch(&self) -> broadcast::Receiver<Tell> {
-        todo!()
+        self.tells.subscribe()
     }
 
     /// What a newcomer must know: `Machine`, `Status`, and `Armed` and `Interrupted` where there are.
     pub(crate) fn greeting(&self) -> Vec<Tell> {
-        todo!()
+        self.send(Message::Greeting).unwrap_or_default()
     }
 
     /// Comes to rest in a controlled way, makes the journal durable and ends the threads.
     pub(crate) fn shutdown(&self) {
-        todo!()
+        let _ = self.messages.send(Message::Shutdown);
+        let thread = self.owner.lock().ok().and_then(|mut owner| owner.take());
+        if let Some(thread) = thread {
+            let _ = thread.join();
+        }
     }
+
+    fn send<T>(&self, message: impl FnOnce(Sender<T>) -> Message) -> Option<T> {
+        let (reply, answer) = channel();
+        self.messages.send(message(reply)).ok()?;
+        answer.recv().ok()
+    }
+}
+
+fn gone() -> Remark {
+    Remark::new(Weight::Loss, "control.shut_down")
+}
+
+fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
+    let why = Remark::new(Weight::Loss, "control.folder_unwritable").with("folder", folder.display());
+    Refusal::surroundings(why.with("reason", error))
+}
+
+/// The drilled-board record: a plain append a hole, the moment it is made. It knows nothing of the journal.
+fn drilled_record(path: &Path) -> std::io::Result<Box<dyn FnMut(&Drilled) + Send>> {
+    let mut file = OpenOptions::new().create(true).append(true).open(path)?;
+    Ok(Box::new(move |hole| {
+        let line = format!("{:.4} {:.4} {:.4}\n", hole.x_mm, hole.y_mm, hole.depth_mm);
+        if let Err(error) = file.write_all(line.as_bytes()) {
+            tracing::warn!("the drilled-board record cannot be written: {error}");
+        }
+    }))
 }

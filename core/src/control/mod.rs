@@ -4,6 +4,9 @@
 //! thread, no disk.
 
 pub mod lease;
+mod session;
+
+pub use session::{Action, Event, Session, step};
 
 use crate::remark::Remark;
 use serde::{Deserialize, Serialize};

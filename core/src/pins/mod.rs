@@ -14,6 +14,13 @@
 //!
 //! Comes in: runs. Goes out: calls on the traits. Does not know who computed the stream.
 
+mod pace;
+mod play;
+mod recorder;
+
+pub use play::{Brakes, Desk, Line, Order, Outcome, play};
+pub use recorder::{Recorder, Written};
+
 use crate::steps::AXES;
 
 /// A set of axes, one bit each: bit 0 is X, bit 1 is Y, bits 2 … 7 are Z1 … Z6.
@@ -43,4 +50,14 @@ pub trait Clock {
 
     /// Wait until `tick`; returns the tick it is then, never less than `tick`.
     fn wait_until(&mut self, tick: u64) -> u64;
+}
+
+/// The phases that a two-phase motor gets at step `steps`, full steps with two phases on, bits 0 … 3.
+pub fn phase_byte(steps: i64) -> u8 {
+    match steps.rem_euclid(4) {
+        0 => 0b0011,
+        1 => 0b0110,
+        2 => 0b1100,
+        _ => 0b1001,
+    }
 }

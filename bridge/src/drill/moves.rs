@@ -1,0 +1,395 @@
+//! What each moving action means in segments, and what the executor's report of it means in events.
+//!
+//! ```text
+//! leg   [ travel ][ dwell ][ approach ][ drill, gate ]│[ retract ]       a gate that ended a segment early parts the leg:
+//!       ───────────── task 17 ───────────────────────▶│ ── task 18 ──▶   what follows is planned anew from where it rests
+//! ```
+//!
+//! Comes in: actions and reports. Goes out: tasks and events. Does not know asks.
+
+use super::owner::Owner;
+use super::prepare::Prepared;
+use super::recorder::Record;
+use crate::executor::{Ended, Report, Task};
+use crate::journal::Progress;
+use annulus_core::control::{Event, State, Trust};
+use annulus_core::job::{Input, Mark, Otherwise};
+use annulus_core::machine::{HomeEnd, Machine, Steps, ToolChange};
+use annulus_core::motion::{Timeline, cycles};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
+use annulus_core::units::Length;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Steps by which a count may be off before it is worth an alarm.
+const COUNT_TOLERANCE: i64 = 2;
+
+/// The job in work.
+pub(super) struct Work {
+    pub(super) job: Arc<Prepared>,
+    /// The leg in work or to come.
+    pub(super) leg: usize,
+    /// The next segment of the stream.
+    pub(super) segment: usize,
+    /// Holes drilled.
+    pub(super) holes: u32,
+    pub(super) started: Instant,
+    /// Bit in the spindle.
+    pub(super) bit: Option<u32>,
+    /// Where a sensor ended the stroke of this leg.
+    stop: Option<Steps>,
+    /// On the way to the first leg a bit is asked for once.
+    confirm_bit: bool,
+}
+
+impl Work {
+    pub(super) fn new(job: Arc<Prepared>, leg: usize) -> Self {
+        let segment = job.legs.get(leg).map_or(0, |range| range.start);
+        let (bit, _) = job.in_force(segment);
+        let holes = job.holes_before(leg);
+        Self {
+            job,
+            leg,
+            segment,
+            holes,
+            started: Instant::now(),
+            bit,
+            stop: None,
+            confirm_bit: bit.is_some(),
+        }
+    }
+
+    pub(super) fn progress(&self) -> Progress {
+        let leg = u32::try_from(self.leg).unwrap_or(u32::MAX);
+        Progress { done: leg, begun: leg, holes: self.holes }
+    }
+
+    fn leg_end(&self) -> usize {
+        self.job.legs.get(self.leg).map_or(self.segment, |range| range.end)
+    }
+}
+
+/// What the executor has in hand.
+#[derive(Debug, PartialEq)]
+pub(super) enum Doing {
+    /// Nothing.
+    Nothing,
+    /// Homing; the segments to come with their axis, and what the count was off by.
+    Homing(Homing),
+    /// A move by hand.
+    Jog,
+    /// To where the job starts, or the spindle on again.
+    Approach,
+    /// Some segments of the leg in work.
+    Leg,
+    /// Tip up, spindle off.
+    Safe,
+}
+
+/// A homing in work.
+#[derive(Debug, PartialEq)]
+pub(super) struct Homing {
+    later: VecDeque<(usize, Segment)>,
+    /// The axis and stage being played.
+    now: Option<(usize, Stage)>,
+    /// Counts were believed before; how far off they were.
+    counted: bool,
+    off: Vec<(usize, i64)>,
+}
+
+/// A pause with an effect.
+fn rest(stage: Stage, effect: Effect, duration_ticks: u64, end: Steps) -> Segment {
+    Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
+}
+
+fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
+    timeline.moves.iter().map(|planned| steps::segment(planned, machine)).collect()
+}
+
+/// The first step of `axis` at which its home sensor is on.
+fn home_edge(machine: &Machine, axis: usize) -> i64 {
+    let settings = machine.axis(axis);
+    match settings.home {
+        HomeEnd::Min => settings.scale.steps(settings.min) - 1,
+        HomeEnd::Max => settings.scale.steps(settings.max) + 1,
+    }
+}
+
+fn alarm(code: &str) -> Remark {
+    Remark::new(Weight::Loss, code)
+}
+
+fn name(input: Input) -> String {
+    format!("{input:?}")
+}
+
+fn letter(axis: usize) -> &'static str {
+    ["X", "Y", "Z"].get(axis).copied().unwrap_or("Z")
+}
+
+impl Owner {
+    /// Gives the executor something to do.
+    fn give(&mut self, doing: Doing, segments: Vec<Segment>) {
+        self.task += 1;
+        self.doing = doing;
+        let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
+        self.executor.give(Task { id: self.task, segments, needs_durable });
+    }
+
+    pub(super) fn home(&mut self, counted: bool) -> Result<(), Remark> {
+        let mut later = VecDeque::new();
+        for (axis, timeline) in cycles::home(&self.machine)? {
+            later.extend(segments(&timeline, &self.machine).into_iter().map(|segment| (axis, segment)));
+        }
+        self.next_homing(Homing { later, now: None, counted, off: Vec::new() });
+        Ok(())
+    }
+
+    fn next_homing(&mut self, mut homing: Homing) {
+        match homing.later.pop_front() {
+            Some((axis, segment)) => {
+                homing.now = Some((axis, segment.stage));
+                self.give(Doing::Homing(homing), vec![segment]);
+            }
+            None => {
+                self.pending.push_back(Event::Homed);
+                if let Some((axis, steps)) = homing.off.first() {
+                    let why = alarm("control.lost_count").with("axis", letter(*axis)).with("steps", steps);
+                    self.pending.push_back(Event::Failed(why, Trust::Trusted));
+                }
+            }
+        }
+    }
+
+    pub(super) fn jog(&mut self, axis: usize, steps: i64) -> Result<(), Remark> {
+        let speed = self.machine.axis(axis).home_speed_mm_per_s;
+        let timeline = cycles::jog(&self.machine, self.position, axis, steps, speed)?;
+        let segments = segments(&timeline, &self.machine);
+        self.give(Doing::Jog, segments);
+        Ok(())
+    }
+
+    /// The way of a jog in steps: inside the travel where the position is known, with the tip up where XY moves.
+    pub(super) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Remark> {
+        let index = usize::from(axis);
+        if index > 2 || distance_um == 0 {
+            return Err(alarm("control.no_such_jog"));
+        }
+        let settings = self.machine.axis(index);
+        let way = settings.scale.steps(Length::from_um(i64::from(distance_um)));
+        if self.session.trust != Trust::Trusted {
+            return Ok(way);
+        }
+        let process = &self.machine.process;
+        if index < 2 && self.position[2] < self.machine.z.scale.steps(process.surface + process.safe_height) {
+            return Err(alarm("control.tip_low"));
+        }
+        let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
+        let target = (self.position[index] + way).clamp(low, high);
+        match target - self.position[index] {
+            0 => Err(alarm("control.end_of_travel").with("axis", letter(index))),
+            clamped => Ok(clamped),
+        }
+    }
+
+    pub(super) fn approach(&mut self) -> Result<(), Remark> {
+        let Some(work) = &self.work else { return Ok(()) };
+        let to = work.job.start_of_leg(work.leg);
+        let timeline = cycles::go_to(&self.machine, self.position, to)?;
+        let mut segments = segments(&timeline, &self.machine);
+        if !work.confirm_bit {
+            segments.extend(self.spindle_up());
+        }
+        self.give(Doing::Approach, segments);
+        Ok(())
+    }
+
+    /// The spindle as it has to turn before the next segment, with time to get there.
+    pub(super) fn spindle_up(&self) -> Vec<Segment> {
+        let Some(work) = &self.work else { return Vec::new() };
+        let (_, rpm) = work.job.in_force(work.segment);
+        let ticks = (self.machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
+        let on = rest(Stage::Dwell, Effect::Spindle(rpm), ticks, self.position);
+        if rpm == 0 { Vec::new() } else { vec![on] }
+    }
+
+    pub(super) fn spindle_on(&mut self) {
+        let segments = self.spindle_up();
+        self.give(Doing::Approach, segments);
+    }
+
+    /// Runs the leg in work up to its end, or up to where a bit is wanted.
+    pub(super) fn leg(&mut self, mut segments: Vec<Segment>) {
+        let unattended = self.machine.tool_change == ToolChange::Unattended;
+        let Some(work) = &mut self.work else { return };
+        let end = work.leg_end();
+        while let Some(segment) = work.job.stream.segments.get(work.segment).filter(|_| work.segment < end) {
+            if let Effect::AwaitBit(bit) = segment.effect {
+                if !unattended {
+                    break;
+                }
+                work.bit = Some(bit);
+                work.segment += 1;
+                continue;
+            }
+            let gated = segment.gate.is_some();
+            segments.push(segment.clone());
+            work.segment += 1;
+            if gated {
+                break;
+            }
+        }
+        if segments.is_empty() { self.leg_ended() } else { self.give(Doing::Leg, segments) }
+    }
+
+    /// The bit is in: the leg goes on after it.
+    pub(super) fn rest_of_leg(&mut self) {
+        let spindle = self.spindle_up();
+        let Some(work) = &mut self.work else { return };
+        if std::mem::take(&mut work.confirm_bit) {
+            return self.give(Doing::Approach, spindle);
+        }
+        if let Some(Effect::AwaitBit(bit)) =
+            work.job.stream.segments.get(work.segment).map(|segment| segment.effect)
+        {
+            work.bit = Some(bit);
+            work.segment += 1;
+        }
+        self.leg(spindle);
+    }
+
+    /// All segments given are played: the leg is done, waits for a bit, or goes on behind a gate.
+    fn leg_ended(&mut self) {
+        self.doing = Doing::Nothing;
+        let Some(work) = &mut self.work else { return };
+        if work.segment < work.leg_end() {
+            let waits = matches!(work.job.stream.segments[work.segment].effect, Effect::AwaitBit(_));
+            return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
+        }
+        let hole = work.job.program.legs.get(work.leg).is_some_and(|leg| matches!(leg.mark, Mark::Hole(_)));
+        let stop = work.stop.take().map(|at| (u32::try_from(work.leg).unwrap_or(u32::MAX), at));
+        work.holes += u32::from(hole);
+        work.leg += 1;
+        let last = work.leg >= work.job.legs.len();
+        self.recorder.write(Record::Advance(work.progress(), stop));
+        self.pending.push_back(Event::LegDone(hole, last));
+    }
+
+    /// A sensor ended a stroke early: what follows in the leg starts from there.
+    fn rejoin(&mut self) -> Result<(), Remark> {
+        let Some(work) = &mut self.work else { return Ok(()) };
+        let (end, zero) = (work.leg_end(), work.job.zero);
+        let mut before = Vec::new();
+        while work.segment < end {
+            let segment = &work.job.stream.segments[work.segment];
+            work.segment += 1;
+            if segment.runs.is_empty() {
+                before.push(segment.clone());
+                continue;
+            }
+            let from = std::array::from_fn(|axis| self.position[axis] - zero[axis]);
+            let timeline = cycles::rejoin(&self.machine, segment.stage, from, segment.end)?;
+            let (leg, mark) = (segment.leg, segment.mark);
+            let fresh = segments(&timeline, &self.machine).into_iter();
+            before.extend(fresh.map(|planned| Segment { leg, mark, ..planned }));
+            break;
+        }
+        self.leg(before);
+        Ok(())
+    }
+
+    pub(super) fn make_safe(&mut self, lift: bool) {
+        let top = self.machine.z.scale.steps(self.machine.z.max - self.machine.z.home_offset);
+        let mut segments_up = Vec::new();
+        if lift && self.position[2] < top {
+            match cycles::retract(&self.machine, self.position, top) {
+                Ok(timeline) => segments_up = segments(&timeline, &self.machine),
+                Err(why) => self.pending.push_back(Event::Failed(why, self.session.trust)),
+            }
+        }
+        segments_up.push(rest(Stage::Dwell, Effect::Spindle(0), 0, self.position));
+        self.give(Doing::Safe, segments_up);
+    }
+
+    /// What a report means.
+    pub(super) fn reported(&mut self, report: &Report) {
+        if report.id != self.task {
+            return;
+        }
+        self.position = report.position;
+        let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
+        let stopping = self.session.state == State::Stopping;
+        match (doing, report.ended) {
+            (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
+            (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
+            (Doing::Homing(homing), ended) => self.homed(homing, ended, report, stopping),
+            (_, Ended::Guarded(input)) => {
+                let why = alarm("control.end_sensor").with("sensor", name(input));
+                self.pending.push_back(Event::Failed(why, Trust::Suspect));
+            }
+            (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
+                let us = f64::from(gate.deadline_us);
+                let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
+                self.pending.push_back(Event::Failed(why.with("seconds", us / 1e6), self.session.trust));
+            }
+            (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => {
+                if let (Ended::Gated(at), Some(work)) = (report.ended, &mut self.work) {
+                    work.stop = Some(at);
+                }
+                if stopping {
+                    return self.pending.push_back(Event::Rested);
+                }
+                if let Err(why) = self.rejoin() {
+                    self.pending.push_back(Event::Failed(why, self.session.trust));
+                }
+            }
+            (Doing::Leg, Ended::Completed) => {
+                let more = self.work.as_ref().is_some_and(|work| work.segment < work.leg_end());
+                if stopping && more { self.pending.push_back(Event::Rested) } else { self.leg_ended() }
+            }
+            (Doing::Approach, Ended::Completed) => {
+                let asks = self.work.as_ref().is_some_and(|work| work.confirm_bit);
+                let unattended = self.machine.tool_change == ToolChange::Unattended;
+                if asks && unattended && !stopping {
+                    return self.rest_of_leg();
+                }
+                self.pending.push_back(if asks { Event::BitWanted } else { Event::Arrived });
+            }
+            (_, _) => self.pending.push_back(Event::Arrived),
+        }
+    }
+
+    fn homed(&mut self, mut homing: Homing, ended: Ended, report: &Report, stopping: bool) {
+        let Some((axis, stage)) = homing.now else { return };
+        let input = self.machine.home_input(axis);
+        let fail = |code: &str| {
+            let why = alarm(code).with("axis", letter(axis)).with("sensor", name(input));
+            Event::Failed(why, Trust::Lost)
+        };
+        match (stage, ended) {
+            (_, Ended::Guarded(hit)) => {
+                let why = alarm("control.end_sensor").with("sensor", name(hit));
+                return self.pending.push_back(Event::Failed(why, Trust::Lost));
+            }
+            (_, Ended::Unmet(_)) => return self.pending.push_back(fail("control.sensor_not_found")),
+            (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
+                return self.pending.push_back(fail("control.sensor_stuck"));
+            }
+            (Stage::Locate, Ended::Gated(at)) => {
+                let off = home_edge(&self.machine, axis) - at[axis];
+                if homing.counted && off.abs() > COUNT_TOLERANCE {
+                    homing.off.push((axis, off));
+                }
+                self.executor.correct(axis, off);
+                self.position[axis] += off;
+            }
+            _ => {}
+        }
+        if stopping {
+            return self.pending.push_back(Event::Rested);
+        }
+        self.next_homing(homing);
+    }
+}

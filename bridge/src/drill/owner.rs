@@ -1,0 +1,397 @@
+//! The owner's thread: takes messages one by one, asks `control` what to do, and does it.
+//!
+//! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
+//! what segments a move is made of.
+
+use super::moves::{Doing, Work};
+use super::prepare::{Context, Prepared};
+use super::recorder::{Record, Recorder};
+use super::store;
+use crate::executor::{Executor, Report, Shared};
+use crate::journal::{Contents, JobRecord, Journal, Progress};
+use crate::machine_file;
+use annulus_core::control::{Action, Ending, Event, Session, State, Trust, step};
+use annulus_core::machine::{self, Machine, Steps, Value};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::twin::{DrilledBoard, Faults, Twin};
+use annulus_core::wire::{Ask, Status, Tell};
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+use tokio::sync::broadcast;
+
+/// Status at least this often.
+const HEARTBEAT: Duration = Duration::from_millis(100);
+
+/// How long `shutdown` waits for the machine to come to rest.
+const LAST_REST: Duration = Duration::from_secs(5);
+
+/// Settings that the virtual drill is built from: when one changes, it is another drill and must be homed.
+const BUILT_FROM: [&str; 9] = [
+    "x.",
+    "y.",
+    "z.",
+    "drive.",
+    "machine.output",
+    "stroke.end",
+    "stroke.surface",
+    "stroke.board_thickness",
+    "stroke.breakthrough",
+];
+
+/// What reaches the owner.
+pub(super) enum Message {
+    Ask(Ask, Sender<Result<Vec<Tell>, Remark>>),
+    Context(Sender<Context>),
+    Prepared(Box<Prepared>, Sender<Result<Vec<Tell>, Remark>>),
+    Greeting(Sender<Vec<Tell>>),
+    Report(Report),
+    CannotRecord(Remark),
+    KeepSettingsIn(PathBuf),
+    Shutdown,
+}
+
+/// What the owner is made of.
+pub(super) struct Parts {
+    pub(super) folder: PathBuf,
+    pub(super) machine: Machine,
+    pub(super) speed: f64,
+    pub(super) faults: Faults,
+    pub(super) record: DrilledBoard,
+    pub(super) journal: Journal,
+    pub(super) contents: Contents,
+    pub(super) alarm: Option<Remark>,
+    pub(super) messages: Sender<Message>,
+    pub(super) tells: broadcast::Sender<Tell>,
+}
+
+/// Everything about the one drill.
+pub(super) struct Owner {
+    settings: PathBuf,
+    pub(super) machine: Machine,
+    pub(super) speed: f64,
+    faults: Faults,
+    record: Arc<Mutex<DrilledBoard>>,
+    pub(super) session: Session,
+    pub(super) executor: Executor,
+    pub(super) recorder: Recorder,
+    pub(super) prepared: Option<Arc<Prepared>>,
+    pub(super) work: Option<Work>,
+    /// A job that did not come to its end.
+    pub(super) interrupted: Option<(JobRecord, Progress)>,
+    pub(super) doing: Doing,
+    pub(super) task: u64,
+    /// Machine steps at the last rest.
+    pub(super) position: Steps,
+    /// Events to come.
+    pub(super) pending: VecDeque<Event>,
+    messages: Sender<Message>,
+    pub(super) tells: broadcast::Sender<Tell>,
+    pub(super) told: (Option<Status>, Instant),
+}
+
+fn executor(
+    machine: &Machine,
+    speed: f64,
+    faults: &Faults,
+    record: &Arc<Mutex<DrilledBoard>>,
+    messages: &Sender<Message>,
+    shared: Arc<Shared>,
+) -> std::io::Result<Executor> {
+    let record = Arc::clone(record);
+    let drilled: DrilledBoard = Box::new(move |hole| {
+        if let Ok(mut record) = record.lock() {
+            record(hole);
+        }
+    });
+    let seed = u64::from(std::process::id());
+    let twin = Twin::new(machine, seed, faults.clone(), drilled);
+    let messages = messages.clone();
+    Executor::start(machine, Box::new(twin), speed, shared, move |report| {
+        let _ = messages.send(Message::Report(report));
+    })
+}
+
+fn remark(code: &str) -> Remark {
+    Remark::new(Weight::Loss, code)
+}
+
+impl Owner {
+    pub(super) fn new(parts: Parts) -> std::io::Result<Self> {
+        let Parts { folder, machine, speed, faults, record, journal, contents, alarm, messages, tells } =
+            parts;
+        let record = Arc::new(Mutex::new(record));
+        let shared = Arc::new(Shared::default());
+        let executor = executor(&machine, speed, &faults, &record, &messages, Arc::clone(&shared))?;
+        let interrupted = contents.job;
+        if let Some((job, _)) =
+            interrupted.as_ref().filter(|(job, _)| store::load(&folder, &job.key).is_none())
+            && let Some(program) = journal.program()
+        {
+            let _ = store::keep(&folder, &job.key, &program);
+        }
+        let recorder = Recorder::start(journal, shared, messages.clone())?;
+        let mut session = Session::default();
+        if let Some(why) = alarm {
+            (session.state, session.alarm) = (State::Alarm, Some(why));
+        }
+        session.offer = interrupted.as_ref().map(|(job, progress)| (job.key.clone(), progress.done));
+        session.zeros = interrupted.as_ref().map(|(job, _)| job.zero).or(contents.zero).into_iter().collect();
+        Ok(Self {
+            settings: folder.join("machines").join("virtual.toml"),
+            machine,
+            speed,
+            faults,
+            record,
+            session,
+            executor,
+            recorder,
+            prepared: None,
+            work: None,
+            interrupted,
+            doing: Doing::Nothing,
+            task: 0,
+            position: Steps::default(),
+            pending: VecDeque::new(),
+            messages,
+            tells,
+            told: (None, Instant::now()),
+        })
+    }
+
+    /// Takes messages until it is shut down.
+    pub(super) fn run(mut self, inbox: &Receiver<Message>) {
+        loop {
+            let left = HEARTBEAT.saturating_sub(self.told.1.elapsed());
+            match inbox.recv_timeout(left) {
+                Ok(Message::Shutdown) | Err(RecvTimeoutError::Disconnected) => {
+                    return self.come_to_rest(inbox);
+                }
+                Ok(message) => self.take(message),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            self.tell_status();
+        }
+    }
+
+    fn come_to_rest(&mut self, inbox: &Receiver<Message>) {
+        self.happen(Event::Stop);
+        let since = Instant::now();
+        while self.session.moving && since.elapsed() < LAST_REST {
+            match inbox.recv_timeout(HEARTBEAT) {
+                Ok(message @ (Message::Report(_) | Message::CannotRecord(_))) => self.take(message),
+                Err(RecvTimeoutError::Disconnected) => break,
+                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+        self.executor.shared.stop(u64::MAX);
+        self.tell_status();
+    }
+
+    fn take(&mut self, message: Message) {
+        match message {
+            Message::Ask(ask, reply) => drop(reply.send(self.ask(ask))),
+            Message::Context(reply) => drop(reply.send(self.context())),
+            Message::Prepared(prepared, reply) => drop(reply.send(self.arm(*prepared))),
+            Message::Greeting(reply) => drop(reply.send(self.greeting())),
+            Message::Report(report) => {
+                self.reported(&report);
+                self.drain();
+            }
+            Message::CannotRecord(why) => self.happen(Event::CannotRecord(why)),
+            Message::KeepSettingsIn(path) => self.settings = path,
+            Message::Shutdown => {}
+        }
+    }
+
+    fn ask(&mut self, ask: Ask) -> Result<Vec<Tell>, Remark> {
+        match ask {
+            Ask::Home => self.try_event(Event::Home)?,
+            Ask::SetZero => self.try_event(Event::SetZero([self.position[0], self.position[1]]))?,
+            Ask::UndoZero => self.try_event(Event::UndoZero)?,
+            Ask::Jog { axis, distance_um } => {
+                self.jog_steps(axis, distance_um)?;
+                self.try_event(Event::Jog(axis, distance_um))?;
+            }
+            Ask::Start { job, stream_digest, from_leg } => self.start(job, stream_digest, from_leg)?,
+            Ask::Pause => self.try_event(Event::Pause)?,
+            Ask::Resume => self.try_event(Event::Resume)?,
+            Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
+            Ask::Stop => self.try_event(Event::Stop)?,
+            Ask::BitChanged => self.try_event(Event::BitChanged)?,
+            Ask::AcknowledgeAlarm => self.try_event(Event::Acknowledge)?,
+            Ask::ForgetInterrupted => self.forget()?,
+            Ask::Configure { changes } => self.configure(&changes)?,
+            Ask::Arm { .. }
+            | Ask::Hello { .. }
+            | Ask::Ping { .. }
+            | Ask::TakeControl { .. }
+            | Ask::ReleaseControl => {
+                return Err(remark("control.not_for_the_drill"));
+            }
+        }
+        Ok(Vec::new())
+    }
+
+    /// Does what follows from `event`, or says why it is refused.
+    fn try_event(&mut self, event: Event) -> Result<(), Remark> {
+        let (next, actions) = step(&self.session, event);
+        if let [Action::Refuse(why)] = actions.as_slice() {
+            return Err(why.clone());
+        }
+        let counted = self.session.trust != Trust::Lost;
+        self.session = next;
+        for action in actions {
+            if let Err(why) = self.act(action, counted) {
+                // Nothing was set in motion after all.
+                self.pending.push_back(Event::Failed(why, self.session.trust));
+            }
+        }
+        self.drain();
+        Ok(())
+    }
+
+    pub(super) fn happen(&mut self, event: Event) {
+        self.pending.push_back(event);
+        self.drain();
+    }
+
+    fn drain(&mut self) {
+        while let Some(event) = self.pending.pop_front() {
+            let _ = self.try_event(event);
+        }
+    }
+
+    fn act(&mut self, action: Action, counted: bool) -> Result<(), Remark> {
+        match action {
+            Action::Home => self.home(counted)?,
+            Action::Jog(axis, um) => {
+                let steps = self.jog_steps(axis, um)?;
+                self.jog(usize::from(axis), steps)?;
+            }
+            Action::Approach(_) => self.approach()?,
+            Action::NextLeg => self.leg(Vec::new()),
+            Action::RestOfLeg => self.rest_of_leg(),
+            Action::SpindleOn => self.spindle_on(),
+            Action::MakeSafe { lift } => self.make_safe(lift),
+            Action::SpindleOff => self.executor.spindle(0),
+            Action::Brake => self.executor.shared.stop(self.task),
+            Action::KeepZero => {
+                self.prepared = None;
+                self.recorder.write(Record::Zero(self.session.zero()));
+            }
+            Action::End(ending) => self.end(ending),
+            Action::Refuse(why) => return Err(why),
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, job: String, digest: String, from_leg: u32) -> Result<(), Remark> {
+        let event = Event::Start(job, digest, from_leg);
+        let (_, actions) = step(&self.session, event.clone());
+        if let [Action::Refuse(why)] = actions.as_slice() {
+            return Err(why.clone());
+        }
+        let prepared = self.prepared.clone().ok_or_else(|| remark("control.not_armed"))?;
+        let plane = [prepared.zero[0], prepared.zero[1]];
+        if from_leg > 0 && self.interrupted.as_ref().is_some_and(|(begun, _)| begun.zero != plane) {
+            return Err(remark("control.zero_moved"));
+        }
+        let work = Work::new(Arc::clone(&prepared), from_leg as usize);
+        let record = JobRecord {
+            key: prepared.key.clone(),
+            name: prepared.program.name.clone(),
+            fingerprint: self.machine.fingerprint(),
+            zero: plane,
+            stream_digest: prepared.digest.clone(),
+            holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
+        };
+        let (reply, answer) = channel();
+        let begin = Record::Begin(Box::new(record.clone()), work.progress(), prepared.bytes.clone(), reply);
+        self.recorder.write(begin);
+        answer.recv().unwrap_or_else(|_| Err(remark("control.shut_down")))?;
+        self.interrupted = Some((record, work.progress()));
+        self.work = Some(work);
+        self.try_event(event)
+    }
+
+    fn end(&mut self, ending: Ending) {
+        let Some(work) = self.work.take() else { return };
+        self.prepared = None;
+        self.session.armed = None;
+        if ending == Ending::Done {
+            self.interrupted = None;
+            self.recorder.write(Record::Finish);
+        } else if let Some((_, progress)) = &mut self.interrupted {
+            *progress = work.progress();
+        }
+        self.session.offer =
+            self.interrupted.as_ref().map(|(job, progress)| (job.key.clone(), progress.done));
+        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done: work.holes });
+        if let Some(offer) = self.offer() {
+            self.tell(offer);
+        }
+    }
+
+    fn forget(&mut self) -> Result<(), Remark> {
+        if self.work.is_some() {
+            return Err(remark("control.busy"));
+        }
+        (self.interrupted, self.session.offer) = (None, None);
+        self.recorder.write(Record::Finish);
+        Ok(())
+    }
+
+    fn context(&self) -> Context {
+        let offer = self.interrupted.as_ref().filter(|_| self.work.is_none());
+        Context {
+            machine: self.machine.clone(),
+            zero: self.session.zero(),
+            state: self.session.state,
+            trust: self.session.trust,
+            offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, job.zero)),
+        }
+    }
+
+    fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Remark> {
+        if self.context() != prepared.context {
+            return Err(remark("control.changed_meanwhile"));
+        }
+        let tell = prepared.tell();
+        let event = match prepared.refusal() {
+            None => Event::Armed(prepared.key.clone(), prepared.digest.clone()),
+            Some(_) => Event::Disarmed(false),
+        };
+        self.try_event(event)?;
+        self.prepared = Some(Arc::new(prepared));
+        self.tell(tell.clone());
+        Ok(vec![tell])
+    }
+
+    fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Remark> {
+        let changed = machine::apply(&self.machine, changes)
+            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| remark("control.busy")))?;
+        let rebuilt = machine::settings().any(|setting| {
+            let differs = setting.value(&self.machine) != setting.value(&changed);
+            differs && BUILT_FROM.iter().any(|start| setting.key.starts_with(start))
+        });
+        if let [Action::Refuse(why)] = step(&self.session, Event::Disarmed(rebuilt)).1.as_slice() {
+            return Err(why.clone());
+        }
+        machine_file::save(&self.settings, &changed)?;
+        self.try_event(Event::Disarmed(rebuilt))?;
+        self.machine = changed;
+        self.prepared = None;
+        if rebuilt {
+            let shared = Arc::clone(&self.executor.shared);
+            self.executor =
+                executor(&self.machine, self.speed, &self.faults, &self.record, &self.messages, shared)
+                    .map_err(|error| remark("control.no_thread").with("reason", error))?;
+            self.position = Steps::default();
+        }
+        self.tell(self.machine_tell());
+        Ok(())
+    }
+}

@@ -1,0 +1,186 @@
+//! Arming: the program becomes a stream, the stream is checked, and the pre-flight says row by row what was found.
+//!
+//! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
+
+use annulus_core::check;
+use annulus_core::control::{State, Trust};
+use annulus_core::job::{Mark, Program};
+use annulus_core::machine::{Machine, Steps};
+use annulus_core::motion;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::steps::{self, Effect, StepStream, TICK_HZ};
+use annulus_core::wire::{PreflightRow, Tell, Verdict, program};
+use std::ops::Range;
+
+/// How the drill stands when a job is prepared.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Context {
+    pub(super) machine: Machine,
+    pub(super) zero: Option<[i64; 2]>,
+    pub(super) state: State,
+    pub(super) trust: Trust,
+    /// An interrupted job: key, leg, and the work zero it was begun with.
+    pub(super) offer: Option<(String, u32, [i64; 2])>,
+}
+
+/// A job that was checked.
+pub(super) struct Prepared {
+    pub(super) key: String,
+    pub(super) bytes: Vec<u8>,
+    pub(super) program: Program,
+    pub(super) stream: StepStream,
+    pub(super) digest: String,
+    /// The segments of every leg.
+    pub(super) legs: Vec<Range<usize>>,
+    /// Stream time from the start of every leg to the end of the job, in ticks.
+    pub(super) left_ticks: Vec<u64>,
+    /// Work zero in machine steps, Z on the board's surface.
+    pub(super) zero: Steps,
+    pub(super) checks: Vec<PreflightRow>,
+    /// What it was prepared for; arming is void when that changed meanwhile.
+    pub(super) context: Context,
+}
+
+impl Prepared {
+    /// The verdict as everybody sees it.
+    pub(super) fn tell(&self) -> Tell {
+        let (job, stream_digest) = (self.key.clone(), self.digest.clone());
+        Tell::Armed { job, stream_digest, checks: self.checks.clone() }
+    }
+
+    /// The first reason against starting.
+    pub(super) fn refusal(&self) -> Option<Remark> {
+        self.checks.iter().find(|row| row.verdict == Verdict::Fail).map(|row| row.finding.clone())
+    }
+
+    /// Where leg `leg` starts, in machine steps.
+    pub(super) fn start_of_leg(&self, leg: usize) -> Steps {
+        let first = self.legs.get(leg).map_or(self.stream.segments.len(), |range| range.start);
+        let from = first.checked_sub(1).map_or(self.stream.start, |last| self.stream.segments[last].end);
+        std::array::from_fn(|axis| from[axis] + self.zero[axis])
+    }
+
+    /// What is in force before segment `first`: bit and spindle speed.
+    pub(super) fn in_force(&self, first: usize) -> (Option<u32>, u32) {
+        let (mut bit, mut rpm) = (None, 0);
+        for segment in self.stream.segments.iter().take(first) {
+            match segment.effect {
+                Effect::Spindle(speed) => rpm = speed,
+                Effect::AwaitBit(wanted) => bit = Some(wanted),
+                Effect::None => {}
+            }
+        }
+        (bit, rpm)
+    }
+
+    /// Holes of the legs before `leg`.
+    pub(super) fn holes_before(&self, leg: usize) -> u32 {
+        let holes = self.program.legs.iter().take(leg).filter(|leg| matches!(leg.mark, Mark::Hole(_)));
+        u32::try_from(holes.count()).unwrap_or(u32::MAX)
+    }
+}
+
+fn row(verdict: Verdict, finding: Remark) -> PreflightRow {
+    PreflightRow { finding, verdict }
+}
+
+fn note(code: &str) -> Remark {
+    Remark::new(Weight::Note, code)
+}
+
+/// The job `bytes` prepared for the drill as it stands.
+pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, Remark> {
+    let machine = &context.machine;
+    let program = program::decode(bytes)?;
+    let timeline = motion::timeline(&program, machine)?;
+    let stream = steps::stream(&timeline, machine)?;
+    let taken_up = context.offer.as_ref().filter(|(offered, ..)| offered == key);
+    let plane = context.zero.or(taken_up.map(|(_, _, zero)| *zero));
+    let mut zero = Steps::default();
+    [zero[0], zero[1]] = plane.unwrap_or_default();
+    zero[2] = machine.z.scale.steps(machine.process.surface);
+    let digest = steps::digest(&stream);
+    let legs = legs_of(&stream, program.legs.len());
+    let left_ticks = left_ticks(&stream, &legs);
+    let total_s = left_ticks.first().copied().unwrap_or(0) as f64 / TICK_HZ as f64;
+    let mut checks = standing(context, plane);
+    checks.push(if program.machine == machine.fingerprint() {
+        row(Verdict::Pass, note("preflight.same_machine"))
+    } else {
+        row(Verdict::Fail, Remark::new(Weight::Loss, "preflight.other_machine"))
+    });
+    if plane.is_some() {
+        match check::verify(&stream, machine, zero) {
+            Ok(_) => checks.push(row(Verdict::Pass, note("preflight.stream_safe"))),
+            Err(reasons) => checks.extend(reasons.into_iter().take(20).map(|why| row(Verdict::Fail, why))),
+        }
+    }
+    if program.bits.iter().any(|bit| !machine.rack.contains(&bit.diameter)) {
+        checks.push(row(Verdict::Warn, Remark::new(Weight::Doubt, "preflight.bit_not_in_rack")));
+    }
+    if let Some(bit) = program.bits.first() {
+        checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", &bit.name)));
+    }
+    if !program.accepted.is_empty() {
+        let codes = program.accepted.join(", ");
+        checks
+            .push(row(Verdict::Warn, Remark::new(Weight::Doubt, "preflight.accepted").with("codes", codes)));
+    }
+    if let Some((other, ..)) = context.offer.as_ref().filter(|(offered, ..)| offered != key) {
+        let why = Remark::new(Weight::Doubt, "preflight.forgets").with("job", &other[..other.len().min(8)]);
+        checks.push(row(Verdict::Warn, why));
+    }
+    let holes = program.hole_count();
+    checks.push(row(
+        Verdict::Pass,
+        note("preflight.time").with("holes", holes).with("seconds", total_s.round()),
+    ));
+    let (key, bytes, context) = (key.to_owned(), bytes.to_vec(), context.clone());
+    Ok(Prepared { key, bytes, program, stream, digest, legs, left_ticks, zero, checks, context })
+}
+
+/// The rows about the drill itself.
+fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
+    let lost = |code| row(Verdict::Fail, Remark::new(Weight::Loss, code));
+    vec![
+        match context.trust {
+            Trust::Trusted => row(Verdict::Pass, note("preflight.homed")),
+            Trust::Suspect | Trust::Lost => lost("preflight.not_homed"),
+        },
+        match context.state {
+            State::Ready | State::NotHomed => row(Verdict::Pass, note("preflight.at_rest")),
+            _ => lost("preflight.busy"),
+        },
+        match plane {
+            Some(_) => row(Verdict::Pass, note("preflight.zero_set")),
+            None => lost("preflight.no_zero"),
+        },
+    ]
+}
+
+fn legs_of(stream: &StepStream, count: usize) -> Vec<Range<usize>> {
+    let mut legs = Vec::with_capacity(count);
+    let mut at = 0;
+    for leg in 0..count {
+        let start = at;
+        while stream.segments.get(at).is_some_and(|segment| segment.leg as usize == leg) {
+            at += 1;
+        }
+        legs.push(start..at);
+    }
+    legs
+}
+
+fn left_ticks(stream: &StepStream, legs: &[Range<usize>]) -> Vec<u64> {
+    let mut left = 0;
+    let mut rows: Vec<u64> = legs
+        .iter()
+        .rev()
+        .map(|range| {
+            left += stream.segments[range.clone()].iter().map(|segment| segment.duration_ticks).sum::<u64>();
+            left
+        })
+        .collect();
+    rows.reverse();
+    rows
+}

@@ -1,0 +1,90 @@
+//! The journal's thread: writes records in order and says how many legs are durable.
+//!
+//! Comes in: records. Goes out: the number that lets the next stroke start, or a remark when the disk refuses. After a
+//! refusal it writes no further leg: what the journal says stays true. Does not know the executor.
+
+use super::owner::Message;
+use crate::executor::Shared;
+use crate::journal::{JobRecord, Journal, Progress};
+use annulus_core::machine::Steps;
+use annulus_core::remark::Remark;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+
+/// What is to be written.
+pub(super) enum Record {
+    /// A job begins; answered when it is durable.
+    Begin(Box<JobRecord>, Progress, Vec<u8>, Sender<Result<(), Remark>>),
+    /// A leg is done, the next begun.
+    Advance(Progress, Option<(u32, Steps)>),
+    /// The job is over or forgotten.
+    Finish,
+    /// The work zero in force.
+    Zero(Option<[i64; 2]>),
+}
+
+/// The owner's end.
+pub(super) struct Recorder {
+    records: Option<Sender<Record>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Recorder {
+    pub(super) fn start(
+        journal: Journal,
+        shared: Arc<Shared>,
+        owner: Sender<Message>,
+    ) -> std::io::Result<Self> {
+        let (records, inbox) = channel();
+        let builder = thread::Builder::new().name("journal".to_owned());
+        let thread = builder.spawn(move || run(&journal, &inbox, &shared, &owner))?;
+        Ok(Self { records: Some(records), thread: Some(thread) })
+    }
+
+    pub(super) fn write(&self, record: Record) {
+        if let Some(records) = &self.records {
+            let _ = records.send(record);
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.records = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn run(journal: &Journal, inbox: &Receiver<Record>, shared: &Shared, owner: &Sender<Message>) {
+    let mut failed = false;
+    while let Ok(record) = inbox.recv() {
+        let written = match record {
+            Record::Begin(job, progress, program, reply) => {
+                let begun = journal.begin(&job, progress, &program);
+                failed = begun.is_err();
+                if begun.is_ok() {
+                    shared.set_durable(progress.done);
+                }
+                let _ = reply.send(begun);
+                Ok(())
+            }
+            Record::Advance(..) if failed => Ok(()),
+            Record::Advance(progress, stop) => {
+                let advanced = journal.advance(progress, stop);
+                match &advanced {
+                    Ok(()) => shared.set_durable(progress.done),
+                    Err(_) => failed = true,
+                }
+                advanced
+            }
+            Record::Finish => journal.finish(),
+            Record::Zero(zero) => journal.keep_zero(zero),
+        };
+        if let Err(why) = written {
+            let _ = owner.send(Message::CannotRecord(why));
+        }
+    }
+}

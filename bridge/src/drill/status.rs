@@ -1,0 +1,135 @@
+//! How things stand, as everybody sees it (A10, C8).
+//!
+//! Comes in: the owner's state and the executor's latest glimpse. Goes out: tells. Changes nothing but what was told.
+
+use super::moves::Doing;
+use super::owner::Owner;
+use annulus_core::job::{Command, Mark};
+use annulus_core::machine::{self, Steps};
+use annulus_core::pins::phase_byte;
+use annulus_core::steps::{Stage, TICK_HZ};
+use annulus_core::wire::{Status, Tell};
+use std::time::{Duration, Instant};
+
+/// Small changes are told at most this often.
+const PACE: Duration = Duration::from_millis(40);
+
+/// At the latest this long after the one before.
+const HEARTBEAT: Duration = Duration::from_millis(100);
+
+impl Owner {
+    pub(super) fn tell(&self, tell: Tell) {
+        // Nobody listening is fine.
+        let _ = self.tells.send(tell);
+    }
+
+    /// Tells the status when it is time, or when something changed that people wait for.
+    pub(super) fn tell_status(&mut self) {
+        let since = self.told.1.elapsed();
+        let coarse = self.told.0.as_ref().is_none_or(|told| {
+            told.state != self.session.state
+                || told.trust != self.session.trust
+                || told.alarm != self.session.alarm
+        });
+        if !coarse && since < PACE {
+            return;
+        }
+        let status = self.status();
+        if coarse || since >= HEARTBEAT || self.told.0.as_ref() != Some(&status) {
+            self.told = (Some(status.clone()), Instant::now());
+            self.tell(Tell::Status(Box::new(status)));
+        }
+    }
+
+    pub(super) fn machine_tell(&self) -> Tell {
+        Tell::Machine { settings: machine::read(&self.machine), fingerprint: self.machine.fingerprint() }
+    }
+
+    /// The interrupted job, if there is one and nothing runs.
+    pub(super) fn offer(&self) -> Option<Tell> {
+        let (job, progress) = self.interrupted.as_ref().filter(|_| self.work.is_none())?;
+        Some(Tell::Interrupted {
+            job: job.key.clone(),
+            name: job.name.clone(),
+            next_leg: progress.done,
+            holes_done: progress.holes,
+            holes_total: job.holes_total,
+        })
+    }
+
+    pub(super) fn greeting(&self) -> Vec<Tell> {
+        let mut tells = vec![self.machine_tell(), Tell::Status(Box::new(self.status()))];
+        tells.extend(self.prepared.as_ref().map(|prepared| prepared.tell()));
+        tells.extend(self.offer());
+        tells
+    }
+
+    fn mm(&self, steps: &Steps) -> [f64; 3] {
+        [0, 1, 2].map(|axis| self.machine.axis(axis).scale.length(steps[axis]).mm())
+    }
+
+    fn status(&self) -> Status {
+        let glimpse = self.executor.shared.glimpse();
+        let machine_mm = self.mm(&glimpse.position);
+        let zero = self.session.zero();
+        let axes = [&self.machine.x, &self.machine.y];
+        let zero_mm = zero.map(|zero| [0, 1].map(|axis: usize| axes[axis].scale.length(zero[axis]).mm()));
+        let origin = zero_mm.unwrap_or_default();
+        let surface = self.machine.process.surface.mm();
+        let work_mm = [machine_mm[0] - origin[0], machine_mm[1] - origin[1], machine_mm[2] - surface];
+        let work = self.work.as_ref();
+        let leg = work.and_then(|work| work.job.program.legs.get(work.leg));
+        let target = work.filter(|_| self.doing == Doing::Leg && glimpse.stage == Some(Stage::Travel));
+        let target_mm =
+            target.map(|_| [0, 1].map(|axis: usize| axes[axis].scale.length(glimpse.end[axis]).mm()));
+        let lowest = leg.and_then(|leg| {
+            leg.commands.iter().find_map(|command| match command {
+                Command::Plunge { to, .. } => Some(to.mm()),
+                _ => None,
+            })
+        });
+        let ticks = work.and_then(|work| work.job.left_ticks.get(work.leg)).copied().unwrap_or(0);
+        let bit = work.and_then(|work| work.bit);
+        let bits = work.map(|work| &work.job.program.bits);
+        Status {
+            state: self.session.state,
+            trust: self.session.trust,
+            steps: glimpse.position,
+            machine_mm,
+            work_mm,
+            zero_mm,
+            target_mm,
+            lower_dead_point_mm: lowest,
+            job: work.map(|work| work.job.key.clone()),
+            job_name: work.map(|work| work.job.program.name.clone()),
+            leg: work.map(|work| u32::try_from(work.leg).unwrap_or(u32::MAX)),
+            hole: leg.and_then(|leg| if let Mark::Hole(hole) = leg.mark { Some(hole) } else { None }),
+            holes_done: work.map_or(0, |work| work.holes),
+            holes_total: work
+                .map_or(0, |work| u32::try_from(work.job.program.hole_count()).unwrap_or(u32::MAX)),
+            stage: glimpse.stage,
+            command: glimpse.stage.map(|stage| command_name(stage).to_owned()),
+            bit,
+            bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
+            spindle_rpm: glimpse.rpm,
+            inputs: glimpse.inputs,
+            phases: [0, 1, 2].map(|axis| phase_byte(glimpse.position[axis])),
+            elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
+            left_s: ticks as f64 / TICK_HZ as f64 / self.speed,
+            alarm: self.session.alarm.clone(),
+        }
+    }
+}
+
+/// The command of a stage, as the program calls it.
+fn command_name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Travel => "rapid",
+        Stage::Approach | Stage::Drill => "plunge",
+        Stage::Retract => "retract",
+        Stage::Dwell => "dwell",
+        Stage::AwaitBit => "await_bit",
+        Stage::Seek | Stage::BackOff | Stage::Locate | Stage::Offset => "home",
+        Stage::Jog => "jog",
+    }
+}

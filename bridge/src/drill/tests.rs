@@ -1,0 +1,432 @@
+//! The drill in one process, on the virtual drill with and without faults. No disk but a temporary folder.
+
+use super::*;
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Gate, Input, Leg, Mark, Otherwise, Program};
+use annulus_core::machine::{StrokeEnd, ToolChange, Value, virtual_drill};
+use annulus_core::units::Length;
+use annulus_core::wire::{Status, Verdict, program};
+use redb::StorageBackend;
+use redb::backends::InMemoryBackend;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+const SPEED: f64 = 2_000.0;
+
+fn machine() -> Machine {
+    Machine { tool_change: ToolChange::Unattended, ..virtual_drill() }
+}
+
+/// `count` holes on a grid, one bit.
+fn grid(machine: &Machine, count: u32) -> Program {
+    let process = &machine.process;
+    let to = -(process.board_thickness + process.breakthrough);
+    let gate = (machine.stroke_end == StrokeEnd::Sensor).then(|| Gate {
+        input: Input::ZBottom,
+        deadline_us: (machine.longest_drilling_s * 1e6) as u32,
+        otherwise: Otherwise::Alarm,
+    });
+    let mut legs = vec![
+        Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] },
+        Leg {
+            mark: Mark::Prepare,
+            commands: vec![
+                Command::Spindle { rpm: 20_000 },
+                Command::Dwell { us: (process.spin_up_ms * 1e3) as u32 },
+            ],
+        },
+    ];
+    legs.extend((0..count).map(|hole| Leg {
+        mark: Mark::Hole(hole),
+        commands: vec![
+            Command::Rapid { to: place(hole) },
+            Command::Plunge { to, feed_um_per_s: (process.feed_mm_per_s * 1e3) as u32, gate },
+            Command::Retract { to: process.safe_height },
+        ],
+    }));
+    legs.push(Leg {
+        mark: Mark::Finish,
+        commands: vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }],
+    });
+    Program {
+        name: "grid".to_owned(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".to_owned() }],
+        safe_height: process.safe_height,
+        legs,
+        accepted: Vec::new(),
+    }
+}
+
+fn place(hole: u32) -> Point {
+    Point::from_mm(f64::from(hole % 10) * 2.5 + 1.0, f64::from(hole / 10) * 2.5 + 1.0)
+}
+
+struct Bench {
+    drill: Drill,
+    folder: tempfile::TempDir,
+    tells: broadcast::Receiver<Tell>,
+}
+
+impl Bench {
+    fn new(machine: &Machine, faults: Faults) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let drill = Drill::open_with(folder.path(), machine.clone(), SPEED, faults).unwrap();
+        let tells = drill.watch();
+        Self { drill, folder, tells }
+    }
+
+    fn status(&self) -> Status {
+        let tells = self.drill.greeting();
+        tells
+            .into_iter()
+            .find_map(|tell| if let Tell::Status(status) = tell { Some(*status) } else { None })
+            .unwrap()
+    }
+
+    /// Waits for a state, at most so long that a hanging test ends.
+    fn wait(&self, what: impl Fn(&Status) -> bool) -> Status {
+        let since = Instant::now();
+        loop {
+            let status = self.status();
+            if what(&status) {
+                return status;
+            }
+            assert!(since.elapsed() < Duration::from_secs(60), "waited in vain: {status:?}");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    fn home(&self) {
+        self.drill.ask(Ask::Home).unwrap();
+        self.wait(|status| status.state == State::Ready || status.state == State::Alarm);
+    }
+
+    fn arm(&self, program: &Program) -> (String, String, Vec<annulus_core::wire::PreflightRow>) {
+        let bytes = program::encode(program);
+        let key = program::key(&bytes);
+        self.drill.upload(&key, &bytes).unwrap();
+        let tells = self.drill.ask(Ask::Arm { job: key.clone() }).unwrap();
+        let Some(Tell::Armed { stream_digest, checks, .. }) = tells.into_iter().next() else {
+            panic!("no verdict")
+        };
+        (key, stream_digest, checks)
+    }
+
+    fn start(&self, program: &Program) {
+        self.home();
+        self.drill.ask(Ask::SetZero).unwrap();
+        let (job, stream_digest, checks) = self.arm(program);
+        assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+        self.drill.ask(Ask::Start { job, stream_digest, from_leg: 0 }).unwrap();
+    }
+
+    fn ended(&mut self) -> (Ending, u32) {
+        loop {
+            match self.tells.blocking_recv() {
+                Ok(Tell::Ended { ending, holes_done, .. }) => return (ending, holes_done),
+                Ok(_) | Err(broadcast::error::RecvError::Lagged(_)) => {}
+                Err(error) => panic!("{error}"),
+            }
+        }
+    }
+
+    /// Holes of the drilled-board record.
+    fn record(&self) -> Vec<[f64; 3]> {
+        holes(&self.folder.path().join(RECORD))
+    }
+}
+
+fn holes(path: &Path) -> Vec<[f64; 3]> {
+    let text = fs::read_to_string(path).unwrap();
+    let rows = text.lines().map(|line| {
+        let numbers: Vec<f64> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+        [numbers[0], numbers[1], numbers[2]]
+    });
+    rows.collect()
+}
+
+/// How often each hole of the grid is in the record; every line must be a hole of it.
+fn counts(record: &[[f64; 3]], count: u32) -> Vec<u32> {
+    let mut counts = vec![0; count as usize];
+    for [x, y, depth] in record {
+        let hole = (0..count).find(|hole| {
+            let at = place(*hole);
+            // After homing the head rests 1 mm from the sensors, and that is work zero here.
+            (at.x.mm() + 1.0 - x).abs() < 0.03 && (at.y.mm() + 1.0 - y).abs() < 0.03
+        });
+        counts[hole.unwrap_or_else(|| panic!("a hole where none should be: {x} {y}")) as usize] += 1;
+        assert!(*depth >= 1.6, "{depth}");
+    }
+    counts
+}
+
+#[test]
+fn a_whole_board_is_drilled_where_it_should_be() {
+    let mut bench = Bench::new(&machine(), Faults::default());
+    bench.start(&grid(&machine(), 30));
+    assert_eq!(bench.ended(), (Ending::Done, 30));
+    assert_eq!(counts(&bench.record(), 30), [1; 30]);
+    let status = bench.wait(|status| status.state == State::Ready);
+    assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0));
+    assert!(bench.drill.greeting().iter().all(|tell| !matches!(tell, Tell::Interrupted { .. })));
+}
+
+#[test]
+fn a_stop_at_any_moment_keeps_the_position_and_the_job_goes_on_at_the_right_hole() {
+    let program = grid(&machine(), 20);
+    let mut seed = 99_u64;
+    for round in 0..12 {
+        let mut bench = Bench::new(&machine(), Faults::default());
+        bench.start(&program);
+        let mut stops = 0;
+        loop {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            std::thread::sleep(Duration::from_micros((seed >> 33) % 6_000));
+            bench.drill.ask(Ask::Stop).unwrap();
+            let status = bench.wait(|status| status.state == State::Ready);
+            assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0), "round {round}");
+            assert!(status.machine_mm[2] > -1.01, "the tip is up: {status:?}");
+            let (ending, _) = bench.ended();
+            if ending == Ending::Done {
+                break;
+            }
+            assert_eq!(ending, Ending::Stopped);
+            stops += 1;
+            let offer = bench.drill.greeting().into_iter().find_map(|tell| match tell {
+                Tell::Interrupted { next_leg, .. } => Some(next_leg),
+                _ => None,
+            });
+            let (job, stream_digest, _) = bench.arm(&program);
+            let from_leg = offer.unwrap();
+            bench.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap();
+            if stops > 4 {
+                assert_eq!(bench.ended().0, Ending::Done);
+                break;
+            }
+        }
+        let counts = counts(&bench.record(), 20);
+        let repeated: u32 = counts.iter().map(|count| count - 1).sum();
+        assert!(counts.iter().all(|count| *count >= 1), "round {round}: {counts:?}");
+        assert!(repeated <= stops, "round {round}, {stops} stops: {counts:?}");
+    }
+}
+
+#[test]
+fn a_pause_holds_between_two_holes_and_stop_after_hole_ends_there() {
+    let mut bench = Bench::new(&machine(), Faults::default());
+    bench.start(&grid(&machine(), 60));
+    bench.drill.ask(Ask::Pause).unwrap();
+    let status = bench.wait(|status| status.state == State::Paused);
+    assert_eq!(status.spindle_rpm, 0);
+    let before = status.holes_done;
+    bench.drill.ask(Ask::Resume).unwrap();
+    bench.wait(|status| status.holes_done > before + 2);
+    bench.drill.ask(Ask::StopAfterHole).unwrap();
+    let (ending, done) = bench.ended();
+    assert_eq!(ending, Ending::StoppedAfterHole);
+    assert_eq!(bench.record().len() as u32, done, "whole holes only");
+}
+
+#[test]
+fn a_person_is_asked_for_the_bit_and_nothing_moves_until_then() {
+    let machine = virtual_drill();
+    let mut bench = Bench::new(&machine, Faults::default());
+    bench.start(&grid(&machine, 3));
+    let status = bench.wait(|status| status.state == State::ToolChange);
+    std::thread::sleep(Duration::from_millis(30));
+    assert_eq!(bench.status().machine_mm, status.machine_mm);
+    bench.drill.ask(Ask::BitChanged).unwrap();
+    assert_eq!(bench.ended(), (Ending::Done, 3));
+}
+
+#[test]
+fn what_must_not_start_does_not() {
+    let bench = Bench::new(&machine(), Faults::default());
+    let program = grid(&machine(), 3);
+    let (job, stream_digest, checks) = bench.arm(&program);
+    let failed: Vec<_> =
+        checks.iter().filter(|row| row.verdict == Verdict::Fail).map(|row| &row.finding.code).collect();
+    assert_eq!(failed, ["preflight.not_homed", "preflight.no_zero"]);
+    let start =
+        |digest: &str, from_leg| Ask::Start { job: job.clone(), stream_digest: digest.into(), from_leg };
+    assert_eq!(bench.drill.ask(start(&stream_digest, 0)).unwrap_err().code, "control.not_homed");
+    assert_eq!(bench.drill.ask(Ask::SetZero).unwrap_err().code, "control.not_homed");
+    bench.home();
+    assert_eq!(bench.drill.ask(start(&stream_digest, 0)).unwrap_err().code, "control.not_armed");
+    bench.drill.ask(Ask::SetZero).unwrap();
+    bench.arm(&program);
+    assert_eq!(bench.drill.ask(start("other", 0)).unwrap_err().code, "control.other_stream");
+    assert_eq!(bench.drill.ask(start(&stream_digest, 2)).unwrap_err().code, "control.leg_not_offered");
+    let faster = vec![("stroke.feed".to_owned(), Value::Number(9.0))];
+    bench.drill.ask(Ask::Configure { changes: faster }).unwrap();
+    assert_eq!(bench.drill.ask(start(&stream_digest, 0)).unwrap_err().code, "control.not_armed");
+    let (.., checks) = bench.arm(&program);
+    assert!(
+        checks
+            .iter()
+            .any(|row| row.finding.code == "preflight.other_machine" && row.verdict == Verdict::Fail)
+    );
+    assert_eq!(bench.drill.upload(&"0".repeat(64), b"junk").unwrap_err().code, "control.wrong_key");
+    let saved = bench.folder.path().join("machines/virtual.toml");
+    assert_eq!(crate::machine_file::load(&saved).unwrap().process.feed_mm_per_s, 9.0);
+    assert_eq!(bench.record().len(), 0, "nothing was drilled");
+}
+
+/// Homes with a fault and gives the alarm's code.
+fn homing_alarm(faults: Faults) -> String {
+    let bench = Bench::new(&machine(), faults);
+    bench.home();
+    let status = bench.status();
+    assert_eq!((status.state, status.trust), (State::Alarm, Trust::Lost));
+    assert_eq!(bench.drill.ask(Ask::Home).unwrap_err().code, "control.alarm_unread");
+    bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
+    assert_eq!(bench.status().state, State::NotHomed);
+    status.alarm.unwrap().code
+}
+
+#[test]
+fn stuck_sensors_raise_homing_alarms() {
+    let stuck_on = |input: Input| Faults { stuck_on: input.bit(), ..Faults::default() };
+    let stuck_off = |input: Input| Faults { stuck_off: input.bit(), ..Faults::default() };
+    assert_eq!(homing_alarm(stuck_on(Input::XMin)), "control.sensor_stuck");
+    assert_eq!(homing_alarm(stuck_on(Input::ZTop)), "control.sensor_stuck");
+    assert_eq!(homing_alarm(stuck_off(Input::YMin)), "control.sensor_not_found");
+    assert_eq!(homing_alarm(stuck_off(Input::ZTop)), "control.sensor_not_found");
+}
+
+#[test]
+fn a_motor_that_loses_steps_is_found_out() {
+    // The motor stalls above 9 kHz; rapids of this program ask for more, homing does not.
+    let weak = Faults { weak_motors: [Some(9_000.0), None, None], ..Faults::default() };
+    let mut bench = Bench::new(&machine(), weak);
+    let mut program = grid(&machine(), 2);
+    let far = Command::Rapid { to: Point::from_mm(200.0, 10.0) };
+    program.legs[3].commands[0] = far;
+    bench.start(&program);
+    let (ending, _) = bench.ended();
+    if ending == Ending::Alarm {
+        let code = bench.status().alarm.unwrap().code;
+        assert_eq!(code, "control.end_sensor");
+        bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
+        assert_eq!(bench.status().state, State::NotHomed);
+    }
+    bench.home();
+    let status = bench.status();
+    let alarm = status.alarm.expect("homing finds what is missing");
+    assert_eq!((status.state, alarm.code.as_str()), (State::Alarm, "control.lost_count"));
+}
+
+#[test]
+fn a_dull_bit_raises_the_time_alarm_and_the_hole_stays_open() {
+    let sharp = Machine { stroke_end: StrokeEnd::Sensor, longest_drilling_s: 1.0, ..machine() };
+    let mut bench = Bench::new(&sharp, Faults::default());
+    bench.start(&grid(&sharp, 5));
+    assert_eq!(bench.ended(), (Ending::Done, 5));
+    assert_eq!(bench.record().len(), 5, "strokes ended by the lower sensor");
+
+    let dull = Faults { dull_bit_hz: Some(300.0), ..Faults::default() };
+    let mut bench = Bench::new(&sharp, dull);
+    bench.start(&grid(&sharp, 5));
+    assert_eq!(bench.ended(), (Ending::Alarm, 0));
+    let status = bench.wait(|status| status.state == State::Alarm && status.spindle_rpm == 0);
+    assert_eq!(status.alarm.unwrap().code, "control.drilling_too_long");
+}
+
+/// A disk that fills up: once told so, nothing new is written.
+#[derive(Debug)]
+struct FullDisk(InMemoryBackend, Arc<AtomicBool>);
+
+impl FullDisk {
+    fn room(&self) -> std::io::Result<()> {
+        if self.1.load(Ordering::SeqCst) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+    }
+}
+
+impl StorageBackend for FullDisk {
+    fn len(&self) -> std::io::Result<u64> {
+        self.0.len()
+    }
+    fn read(&self, offset: u64, out: &mut [u8]) -> std::io::Result<()> {
+        self.0.read(offset, out)
+    }
+    fn set_len(&self, len: u64) -> std::io::Result<()> {
+        self.room().and_then(|()| self.0.set_len(len))
+    }
+    fn sync_data(&self) -> std::io::Result<()> {
+        self.room().and_then(|()| self.0.sync_data())
+    }
+    fn write(&self, offset: u64, data: &[u8]) -> std::io::Result<()> {
+        self.room().and_then(|()| self.0.write(offset, data))
+    }
+}
+
+#[test]
+fn a_full_disk_stops_the_job_after_a_whole_hole() {
+    let is_full = Arc::new(AtomicBool::new(false));
+    let folder = tempfile::tempdir().unwrap();
+    let journal = Journal::on(FullDisk(InMemoryBackend::new(), Arc::clone(&is_full))).unwrap();
+    let parts = (journal, Contents::default(), None);
+    let drill = Drill::assemble(folder.path(), machine(), SPEED, Faults::default(), parts).unwrap();
+    let tells = drill.watch();
+    let mut bench = Bench { drill, folder, tells };
+    bench.start(&grid(&machine(), 60));
+    bench.wait(|status| status.holes_done >= 5);
+    is_full.store(true, Ordering::SeqCst);
+    let (ending, done) = bench.ended();
+    assert_eq!(ending, Ending::Alarm);
+    let status = bench.wait(|status| status.state == State::Alarm);
+    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("journal.cannot_write", Trust::Trusted));
+    let counts = counts(&bench.record(), 60);
+    assert_eq!(
+        counts.iter().sum::<u32>(),
+        done,
+        "no hole was begun that the journal may not know: {counts:?}"
+    );
+    assert!(counts.iter().all(|count| *count <= 1) && done < 60);
+}
+
+#[test]
+fn damaged_journals_are_moved_aside() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(JOURNAL);
+    let mut bench = Bench::new(&machine(), Faults::default());
+    bench.start(&grid(&machine(), 8));
+    bench.wait(|status| status.holes_done >= 2);
+    bench.drill.ask(Ask::Stop).unwrap();
+    bench.ended();
+    bench.drill.shutdown();
+    let good = fs::read(bench.folder.path().join(JOURNAL)).unwrap();
+    let mut seed = 5_u64;
+    let mut moved = 0;
+    for round in 0..60_usize {
+        let mut bytes = good.clone();
+        if round < 20 {
+            bytes.truncate(bytes.len() * round / 20);
+        } else {
+            for _ in 0..(1 << (round % 12)) {
+                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let at = (seed >> 33) as usize % if round % 2 == 0 { bytes.len() } else { 4096 };
+                bytes[at] = (seed >> 20) as u8;
+            }
+        }
+        fs::write(&path, &bytes).unwrap();
+        let (_, contents, aside) =
+            journal::open(&path).unwrap_or_else(|why| panic!("round {round}: {why:?}"));
+        moved += u32::from(aside.is_some());
+        if let Some((job, _)) = contents.job {
+            assert_eq!(job.holes_total, 8, "what is believed is what was written");
+        }
+    }
+    assert!(moved > 15, "{moved} of 60 were found damaged");
+    fs::write(&path, b"not a journal at all").unwrap();
+    let drill = Drill::open(folder.path(), machine(), SPEED).unwrap();
+    let tells = drill.greeting();
+    let damaged = tells.iter().any(|tell| matches!(tell, Tell::Status(status)
+        if status.alarm.as_ref().is_some_and(|why| why.code == "journal.damaged") && status.trust == Trust::Lost));
+    assert!(damaged, "{tells:?}");
+    assert_eq!(Drill::open(folder.path(), machine(), SPEED).err().unwrap().why.code, "journal.in_use");
+    drill.shutdown();
+}

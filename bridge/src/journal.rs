@@ -1,0 +1,244 @@
+//! The journal: what was begun and done, on the disk before the next stroke starts (N16).
+//!
+//! ```text
+//! leg k   travel ─ [earlier legs durable?] ─ stroke ─ up │ record {done: k+1, begun: k+1} ── fsync ── durable = k+1
+//! leg k+1                                                │ travel … waits here ───────────────────────┴─▶ stroke
+//! ```
+//!
+//! So at any moment at most one stroke is made and not yet on the disk: that one is made twice, none is left out.
+//!
+//! Comes in: records. Goes out: the interrupted job, if there is one. A journal that is damaged is moved aside, never
+//! overwritten. Does not know what a leg is.
+
+use annulus_core::machine::Steps;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::auth;
+use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+const TABLE: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("journal");
+const STOPS: TableDefinition<'_, u32, &[u8]> = TableDefinition::new("stops");
+
+/// A job that was started.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct JobRecord {
+    /// SHA-256 of the program.
+    pub(crate) key: String,
+    /// Its name.
+    pub(crate) name: String,
+    /// Machine it runs on.
+    pub(crate) fingerprint: String,
+    /// Work zero, machine steps.
+    pub(crate) zero: [i64; 2],
+    /// Digest of its stream.
+    pub(crate) stream_digest: String,
+    /// Holes in all.
+    pub(crate) holes_total: u32,
+}
+
+/// How far it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Progress {
+    /// Legs done: the next one to run.
+    pub(crate) done: u32,
+    /// The leg begun last.
+    pub(crate) begun: u32,
+    /// Holes drilled.
+    pub(crate) holes: u32,
+}
+
+/// What a journal holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Contents {
+    /// The job that did not come to its end.
+    pub(crate) job: Option<(JobRecord, Progress)>,
+    /// Work zero in force, machine steps.
+    pub(crate) zero: Option<[i64; 2]>,
+}
+
+/// An open journal.
+pub(crate) struct Journal {
+    database: Database,
+}
+
+/// Why there is no journal.
+#[derive(Debug)]
+pub(crate) enum Trouble {
+    /// Another process has it.
+    InUse,
+    /// It cannot be understood.
+    Damaged(String),
+    /// The disk refused.
+    Disk(String),
+}
+
+/// The journal at `path`, what it holds, and where a damaged one was moved to.
+pub(crate) fn open(path: &Path) -> Result<(Journal, Contents, Option<PathBuf>), Remark> {
+    match try_open(path) {
+        Ok((journal, contents)) => Ok((journal, contents, None)),
+        Err(Trouble::Damaged(_)) => {
+            let aside = free_name(path);
+            fs::rename(path, &aside)
+                .map_err(|error| cannot("journal.cannot_open", path, &error.to_string()))?;
+            let (journal, contents) = try_open(path).map_err(|trouble| refusal(path, trouble))?;
+            Ok((journal, contents, Some(aside)))
+        }
+        Err(trouble) => Err(refusal(path, trouble)),
+    }
+}
+
+fn refusal(path: &Path, trouble: Trouble) -> Remark {
+    match trouble {
+        Trouble::InUse => cannot("journal.in_use", path, ""),
+        Trouble::Damaged(why) | Trouble::Disk(why) => cannot("journal.cannot_open", path, &why),
+    }
+}
+
+fn cannot(code: &str, path: &Path, why: &str) -> Remark {
+    Remark::new(Weight::Loss, code).with("file", path.display()).with("reason", why)
+}
+
+fn free_name(path: &Path) -> PathBuf {
+    let candidates = (1..).map(|number| path.with_extension(format!("damaged-{number}")));
+    candidates
+        .into_iter()
+        .find(|candidate| !candidate.exists())
+        .unwrap_or_else(|| path.with_extension("damaged"))
+}
+
+/// Opens and reads. The library may panic on files that were tampered with; that counts as damaged.
+fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
+    if fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0) {
+        return Err(Trouble::Damaged("it is empty".to_owned()));
+    }
+    let opened = catch_unwind(AssertUnwindSafe(|| {
+        let database = Database::create(path).map_err(|error| match error {
+            DatabaseError::DatabaseAlreadyOpen => Trouble::InUse,
+            DatabaseError::Storage(redb::StorageError::Io(error))
+                if !matches!(
+                    error.kind(),
+                    std::io::ErrorKind::InvalidData | std::io::ErrorKind::UnexpectedEof
+                ) =>
+            {
+                Trouble::Disk(error.to_string())
+            }
+            other => Trouble::Damaged(other.to_string()),
+        })?;
+        let journal = Journal { database };
+        let contents = journal.contents().map_err(Trouble::Damaged)?;
+        Ok((journal, contents))
+    }));
+    opened.unwrap_or_else(|_| Err(Trouble::Damaged("its structure is broken".to_owned())))
+}
+
+/// A value with the start of its digest in front, so that no damaged one is believed.
+fn sealed(value: &impl Serialize) -> Vec<u8> {
+    let body = serde_json::to_vec(value).unwrap_or_default();
+    let mut bytes = auth::sha256(&body).into_bytes();
+    bytes.truncate(16);
+    bytes.extend(body);
+    bytes
+}
+
+fn unsealed<T: for<'a> Deserialize<'a>>(bytes: &[u8]) -> Result<T, String> {
+    let (seal, body) = bytes.split_at_checked(16).ok_or("a record is too short")?;
+    if !auth::sha256(body).as_bytes().starts_with(seal) {
+        return Err("a record does not match its digest".to_owned());
+    }
+    serde_json::from_slice(body).map_err(|error| error.to_string())
+}
+
+impl Journal {
+    /// On a backend of the caller's, to see what a failing disk does.
+    #[cfg(test)]
+    pub(crate) fn on(backend: impl redb::StorageBackend) -> Result<Self, String> {
+        let database = Database::builder().create_with_backend(backend).map_err(|error| error.to_string())?;
+        Ok(Self { database })
+    }
+
+    fn contents(&self) -> Result<Contents, String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        let read = self.database.begin_read().map_err(|error| text(&error))?;
+        let table = match read.open_table(TABLE) {
+            Ok(table) => table,
+            Err(redb::TableError::TableDoesNotExist(_)) => return Ok(Contents::default()),
+            Err(error) => return Err(text(&error)),
+        };
+        let get = |key| table.get(key).map_err(|error| text(&error));
+        let zero = get("zero")?.map(|value| unsealed(value.value())).transpose()?;
+        let job = get("job")?.map(|value| unsealed::<JobRecord>(value.value())).transpose()?;
+        let progress = get("progress")?.map(|value| unsealed::<Progress>(value.value())).transpose()?;
+        let job = job.map(|job| progress.map(|progress| (job, progress)).ok_or("the progress is missing"));
+        Ok(Contents { job: job.transpose()?, zero })
+    }
+
+    fn write(
+        &self,
+        rows: &[(&str, Option<Vec<u8>>)],
+        stop: Option<(u32, Steps)>,
+        fresh: bool,
+    ) -> Result<(), String> {
+        let written = || -> Result<(), redb::Error> {
+            let mut transaction = self.database.begin_write()?;
+            transaction.set_durability(Durability::Immediate)?;
+            if fresh {
+                transaction.delete_table(STOPS)?;
+            }
+            {
+                let mut table = transaction.open_table(TABLE)?;
+                for (key, value) in rows {
+                    match value {
+                        Some(value) => drop(table.insert(key, value.as_slice())?),
+                        None => drop(table.remove(key)?),
+                    }
+                }
+            }
+            if let Some((leg, steps)) = stop {
+                let bytes: Vec<u8> = steps.iter().flat_map(|step| step.to_le_bytes()).collect();
+                transaction.open_table(STOPS)?.insert(leg, bytes.as_slice())?;
+            }
+            transaction.commit()?;
+            Ok(())
+        };
+        written().map_err(|error| error.to_string())
+    }
+
+    /// A job begins at leg `progress.done`. Its program is kept here too, so that it can always be taken up.
+    pub(crate) fn begin(&self, job: &JobRecord, progress: Progress, program: &[u8]) -> Result<(), Remark> {
+        let rows = [
+            ("job", Some(sealed(job))),
+            ("progress", Some(sealed(&progress))),
+            ("program", Some(program.to_vec())),
+        ];
+        self.write(&rows, None, progress.done == 0).map_err(full)
+    }
+
+    /// A leg is done and the next begun. `stop` is where a sensor ended the stroke of a leg.
+    pub(crate) fn advance(&self, progress: Progress, stop: Option<(u32, Steps)>) -> Result<(), Remark> {
+        self.write(&[("progress", Some(sealed(&progress)))], stop, false).map_err(full)
+    }
+
+    /// The job came to its end, or is to be forgotten.
+    pub(crate) fn finish(&self) -> Result<(), Remark> {
+        self.write(&[("job", None), ("progress", None), ("program", None)], None, true).map_err(full)
+    }
+
+    /// The work zero in force.
+    pub(crate) fn keep_zero(&self, zero: Option<[i64; 2]>) -> Result<(), Remark> {
+        self.write(&[("zero", zero.map(|zero| sealed(&zero)))], None, false).map_err(full)
+    }
+
+    /// The program of the interrupted job.
+    pub(crate) fn program(&self) -> Option<Vec<u8>> {
+        let read = self.database.begin_read().ok()?;
+        let value = read.open_table(TABLE).ok()?.get("program").ok()??;
+        Some(value.value().to_vec())
+    }
+}
+
+fn full(reason: String) -> Remark {
+    Remark::new(Weight::Loss, "journal.cannot_write").with("reason", reason)
+}

@@ -1,0 +1,605 @@
+//! The session: what the drill is doing, what it may do next, and how well it knows where it is.
+//!
+//! ```text
+//!            Home                Start              Pause            leg done
+//! NotHomed ───────▶ Homing ─▶ Ready ───▶ Running ─────────▶ Pausing ─────────▶ Paused
+//!     ▲                       ▲  │ Jog     │  ▲  ◀───────────── Resume ─────────┘
+//!     │ acknowledged            │  ▼         │  └─ bit changed ── ToolChange ◀── bit wanted
+//!     │ or stopped,             │ Jogging    ▼
+//!   Alarm ◀── failed ── any     └────────── Stopping ◀── Stop, from anywhere
+//! ```
+//!
+//! Comes in: asks, and what the executor reports. Goes out: the next session and what to do. One thing moves at a time;
+//! the executor answers every moving action with exactly one report, at rest. Does not know how anything is moved.
+
+use super::{Alarm, Ending, State, Trust};
+use crate::remark::{Remark, Weight};
+
+/// Work zeros that can be taken back.
+const ZEROS_KEPT: usize = 5;
+
+/// Everything the drill's mind holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Session {
+    /// What it is doing.
+    pub state: State,
+    /// How well the position is known.
+    pub trust: Trust,
+    /// Work zeros in machine steps, the one in force last.
+    pub zeros: Vec<[i64; 2]>,
+    /// What went wrong, until acknowledged.
+    pub alarm: Option<Alarm>,
+    /// The job that is ready to start, and the digest of its stream.
+    pub armed: Option<(String, String)>,
+    /// An interrupted job and the leg to take it up at.
+    pub offer: Option<(String, u32)>,
+    /// Whether the executor has something to do.
+    pub moving: bool,
+    /// What is to happen at the next rest.
+    wish: Wish,
+    /// How the job in work is to end, once at rest.
+    ending: Option<Ending>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wish {
+    None,
+    Pause,
+    StopAfterHole,
+}
+
+/// Something asked, or something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// Initialise.
+    Home,
+    /// The place in the plane, machine steps, becomes work zero.
+    SetZero([i64; 2]),
+    /// The work zero before it.
+    UndoZero,
+    /// One axis by so many µm.
+    Jog(u8, i32),
+    /// This job was checked and may start; its digest.
+    Armed(String, String),
+    /// What was armed no longer holds; whether the position is lost with it.
+    Disarmed(bool),
+    /// Start this job with this stream digest from this leg on.
+    Start(String, String, u32),
+    /// Finish the leg, then hold.
+    Pause,
+    /// Go on.
+    Resume,
+    /// Finish the hole, then end.
+    StopAfterHole,
+    /// Come to rest now.
+    Stop,
+    /// The bit is in.
+    BitChanged,
+    /// The alarm was read.
+    Acknowledge,
+    /// Report: all axes are homed.
+    Homed,
+    /// Report: the move by hand is done, or the head stands where the job starts.
+    Arrived,
+    /// Report: a leg is done; whether it drilled a hole, whether it was the last.
+    LegDone(bool, bool),
+    /// Report: the leg waits for a bit.
+    BitWanted,
+    /// Report: at rest because of Stop.
+    Rested,
+    /// Report: the tip is up and the spindle off.
+    Safe,
+    /// Report, at rest: something went wrong, and what is left of the trust.
+    Failed(Alarm, Trust),
+    /// The journal cannot keep up: nothing new may be begun.
+    CannotRecord(Alarm),
+}
+
+/// Something to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Home all axes. Moves.
+    Home,
+    /// Move one axis by so many µm. Moves.
+    Jog(u8, i32),
+    /// Begin the job: go to where this leg starts, spindle on. Moves.
+    Approach(u32),
+    /// Run the next leg. Moves.
+    NextLeg,
+    /// Run what is left of the leg after its bit. Moves.
+    RestOfLeg,
+    /// Spindle on again, as before the pause, then the next leg. Moves.
+    SpindleOn,
+    /// Tip up where the position is known well enough, spindle off. Moves.
+    MakeSafe {
+        /// Whether Z may be lifted.
+        lift: bool,
+    },
+    /// Spindle off, nothing moves.
+    SpindleOff,
+    /// Whatever moves comes to rest.
+    Brake,
+    /// The work zero changed.
+    KeepZero,
+    /// The job is over.
+    End(Ending),
+    /// The ask is refused; nothing changed.
+    Refuse(Remark),
+}
+
+impl Action {
+    /// Whether the executor gets something to do.
+    pub fn moves(&self) -> bool {
+        matches!(
+            self,
+            Self::Home
+                | Self::Jog(..)
+                | Self::Approach(_)
+                | Self::NextLeg
+                | Self::RestOfLeg
+                | Self::SpindleOn
+                | Self::MakeSafe { .. }
+        )
+    }
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        Self {
+            state: State::NotHomed,
+            trust: Trust::Lost,
+            zeros: Vec::new(),
+            alarm: None,
+            armed: None,
+            offer: None,
+            moving: false,
+            wish: Wish::None,
+            ending: None,
+        }
+    }
+}
+
+fn refuse(code: &str) -> Vec<Action> {
+    vec![Action::Refuse(Remark::new(Weight::Loss, code))]
+}
+
+/// The session after `event`, and what to do.
+#[must_use]
+pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
+    let mut next = session.clone();
+    let actions = match event {
+        Event::Stop => next.stop(),
+        Event::Homed
+        | Event::Arrived
+        | Event::LegDone(..)
+        | Event::BitWanted
+        | Event::Rested
+        | Event::Safe => {
+            next.moving = false;
+            next.reported(&event)
+        }
+        Event::Failed(why, trust) => {
+            next.moving = false;
+            next.failed(why, trust)
+        }
+        Event::CannotRecord(why) => next.cannot_record(why),
+        Event::Pause | Event::Resume | Event::StopAfterHole | Event::BitChanged => next.while_running(&event),
+        ask => next.at_rest(ask),
+    };
+    next.moving |= actions.iter().any(Action::moves);
+    (next, actions)
+}
+
+impl Session {
+    /// The work zero in force.
+    pub fn zero(&self) -> Option<[i64; 2]> {
+        self.zeros.last().copied()
+    }
+
+    /// Whether a job is in work.
+    pub fn has_job(&self) -> bool {
+        matches!(self.state, State::Running | State::Pausing | State::Paused | State::ToolChange)
+            || self.ending.is_some()
+    }
+
+    fn resting_state(&self) -> State {
+        if self.trust == Trust::Trusted { State::Ready } else { State::NotHomed }
+    }
+
+    fn lift(&self) -> Action {
+        Action::MakeSafe { lift: self.trust != Trust::Lost }
+    }
+
+    /// Asks that need rest.
+    fn at_rest(&mut self, ask: Event) -> Vec<Action> {
+        if let (Event::Acknowledge, State::Alarm) = (&ask, self.state) {
+            if self.moving {
+                return refuse("control.busy");
+            }
+            self.alarm = None;
+            self.state = self.resting_state();
+            return Vec::new();
+        }
+        if self.state == State::Alarm {
+            return refuse("control.alarm_unread");
+        }
+        if self.moving || !matches!(self.state, State::NotHomed | State::Ready) {
+            return refuse("control.busy");
+        }
+        match ask {
+            Event::Home => {
+                (self.state, self.trust) = (State::Homing, Trust::Lost);
+                vec![Action::Home]
+            }
+            Event::Jog(axis, um) => {
+                self.state = State::Jogging;
+                vec![Action::Jog(axis, um)]
+            }
+            Event::SetZero(at) => self.set_zero(at),
+            Event::UndoZero if self.zeros.is_empty() => refuse("control.no_zero_before"),
+            Event::UndoZero => {
+                self.zeros.pop();
+                self.armed = None;
+                vec![Action::KeepZero]
+            }
+            Event::Armed(job, digest) => {
+                self.armed = Some((job, digest));
+                Vec::new()
+            }
+            Event::Disarmed(lost) => {
+                self.armed = None;
+                if lost {
+                    (self.trust, self.state) = (Trust::Lost, State::NotHomed);
+                }
+                Vec::new()
+            }
+            Event::Start(job, digest, leg) => self.start(&job, &digest, leg),
+            _ => refuse("control.nothing_to_do"),
+        }
+    }
+
+    fn set_zero(&mut self, at: [i64; 2]) -> Vec<Action> {
+        if self.trust != Trust::Trusted {
+            return refuse("control.not_homed");
+        }
+        self.zeros.push(at);
+        if self.zeros.len() > ZEROS_KEPT + 1 {
+            self.zeros.remove(0);
+        }
+        self.armed = None;
+        vec![Action::KeepZero]
+    }
+
+    fn start(&mut self, job: &str, digest: &str, leg: u32) -> Vec<Action> {
+        if self.trust != Trust::Trusted {
+            return refuse("control.not_homed");
+        }
+        match &self.armed {
+            Some((armed, _)) if armed != job => return refuse("control.not_armed"),
+            Some((_, known)) if known != digest => return refuse("control.other_stream"),
+            Some(_) => {}
+            None => return refuse("control.not_armed"),
+        }
+        let offered = self.offer.as_ref().is_some_and(|(offered, at)| offered == job && *at == leg);
+        if leg != 0 && !offered {
+            return refuse("control.leg_not_offered");
+        }
+        (self.state, self.wish, self.ending) = (State::Running, Wish::None, None);
+        vec![Action::Approach(leg)]
+    }
+
+    /// Asks that a job in work understands.
+    fn while_running(&mut self, ask: &Event) -> Vec<Action> {
+        match (ask, self.state) {
+            (Event::Pause, State::Running | State::Pausing) => {
+                (self.state, self.wish) = (State::Pausing, Wish::Pause);
+                Vec::new()
+            }
+            (Event::Resume, State::Pausing) => {
+                (self.state, self.wish) = (State::Running, Wish::None);
+                Vec::new()
+            }
+            (Event::Resume, State::Paused) => {
+                (self.state, self.wish) = (State::Running, Wish::None);
+                vec![Action::SpindleOn]
+            }
+            (Event::StopAfterHole, State::Running | State::Pausing) => {
+                (self.state, self.wish) = (State::Pausing, Wish::StopAfterHole);
+                Vec::new()
+            }
+            (Event::StopAfterHole, State::Paused | State::ToolChange) => {
+                self.finish(Ending::StoppedAfterHole)
+            }
+            (Event::BitChanged, State::ToolChange) => {
+                self.state = if self.wish == Wish::None { State::Running } else { State::Pausing };
+                vec![Action::RestOfLeg]
+            }
+            _ => refuse("control.nothing_to_do"),
+        }
+    }
+
+    /// Ends the job from rest: tip up, spindle off.
+    fn finish(&mut self, ending: Ending) -> Vec<Action> {
+        (self.state, self.ending) = (State::Stopping, Some(ending));
+        vec![self.lift()]
+    }
+
+    /// Stop is never refused.
+    fn stop(&mut self) -> Vec<Action> {
+        match self.state {
+            State::NotHomed | State::Ready => vec![Action::SpindleOff],
+            State::Alarm => vec![Action::Brake, Action::SpindleOff],
+            State::Paused | State::ToolChange => self.finish(Ending::Stopped),
+            State::Stopping => vec![Action::Brake],
+            State::Running | State::Pausing => {
+                (self.state, self.ending) = (State::Stopping, Some(Ending::Stopped));
+                vec![Action::Brake]
+            }
+            State::Homing | State::Jogging => {
+                self.state = State::Stopping;
+                vec![Action::Brake]
+            }
+        }
+    }
+
+    /// What the executor reports. A report that crosses Stop on its way is as good as rest.
+    fn reported(&mut self, report: &Event) -> Vec<Action> {
+        match (self.state, report) {
+            (State::Alarm, _) => Vec::new(),
+            (State::Stopping, Event::Safe) => {
+                self.state = if self.alarm.is_some() { State::Alarm } else { self.resting_state() };
+                self.ending.take().map(Action::End).into_iter().collect()
+            }
+            // Homing that was just finished when Stop came still counts.
+            (State::Stopping, Event::Homed) => {
+                self.trust = Trust::Trusted;
+                vec![self.lift()]
+            }
+            // The last leg was done already: nothing was stopped.
+            (State::Stopping, Event::LegDone(_, true)) if self.ending == Some(Ending::Stopped) => {
+                self.ending = Some(Ending::Done);
+                vec![self.lift()]
+            }
+            (State::Stopping, _) => vec![self.lift()],
+            (State::Homing, Event::Homed) => {
+                (self.state, self.trust) = (State::Ready, Trust::Trusted);
+                Vec::new()
+            }
+            (State::Jogging, Event::Arrived) => {
+                self.state = self.resting_state();
+                Vec::new()
+            }
+            (State::Running | State::Pausing, Event::BitWanted) => {
+                self.state = State::ToolChange;
+                vec![Action::SpindleOff]
+            }
+            (State::Running | State::Pausing, Event::LegDone(_, true)) => {
+                (self.state, self.wish) = (State::Stopping, Wish::None);
+                self.ending = Some(Ending::Done);
+                vec![self.lift()]
+            }
+            (State::Pausing, Event::LegDone(hole, false)) => match self.wish {
+                Wish::StopAfterHole if *hole => self.finish(Ending::StoppedAfterHole),
+                Wish::Pause => {
+                    self.state = State::Paused;
+                    vec![Action::SpindleOff]
+                }
+                _ => vec![Action::NextLeg],
+            },
+            (State::Running | State::Pausing, Event::LegDone(_, false) | Event::Arrived) => {
+                vec![Action::NextLeg]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn failed(&mut self, why: Alarm, trust: Trust) -> Vec<Action> {
+        let again = self.state == State::Alarm;
+        let had_job = self.has_job();
+        self.trust = worse(self.trust, trust);
+        self.state = State::Alarm;
+        self.alarm.get_or_insert(why);
+        (self.wish, self.ending) = (Wish::None, None);
+        if again {
+            return vec![Action::SpindleOff];
+        }
+        let mut actions = vec![self.lift()];
+        if had_job {
+            actions.push(Action::End(Ending::Alarm));
+        }
+        actions
+    }
+
+    /// Nothing more may be begun; what moves comes to rest first and then reports.
+    fn cannot_record(&mut self, why: Alarm) -> Vec<Action> {
+        if !self.has_job() {
+            return Vec::new();
+        }
+        if self.moving {
+            self.alarm.get_or_insert(why);
+            (self.state, self.ending) = (State::Stopping, Some(Ending::Alarm));
+            return vec![Action::Brake];
+        }
+        self.failed(why, self.trust)
+    }
+}
+
+fn worse(a: Trust, b: Trust) -> Trust {
+    let rank = |trust| match trust {
+        Trust::Trusted => 0,
+        Trust::Suspect => 1,
+        Trust::Lost => 2,
+    };
+    if rank(a) >= rank(b) { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alarm(code: &str) -> Remark {
+        Remark::new(Weight::Loss, code)
+    }
+
+    fn next(seed: &mut u64, below: u64) -> u64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 33) % below
+    }
+
+    /// A random ask, or, where something moves, a random report of it.
+    fn event(seed: &mut u64, session: &Session, busy_with: Option<&Action>) -> Event {
+        let job = || "job".to_owned();
+        if let (Some(action), 0..2) = (busy_with, next(seed, 4)) {
+            return match (next(seed, 8), action) {
+                (0, _) => Event::Failed(
+                    alarm("x"),
+                    [Trust::Trusted, Trust::Suspect, Trust::Lost][next(seed, 3) as usize],
+                ),
+                (1, _) if session.state == State::Stopping => Event::Rested,
+                (_, Action::Home) => Event::Homed,
+                (_, Action::Jog(..) | Action::Approach(_) | Action::SpindleOn) => Event::Arrived,
+                (2, Action::NextLeg) => Event::BitWanted,
+                (_, Action::MakeSafe { .. }) => Event::Safe,
+                _ => Event::LegDone(next(seed, 2) == 0, next(seed, 5) == 0),
+            };
+        }
+        match next(seed, 15) {
+            0 => Event::Home,
+            1 => Event::SetZero([next(seed, 99) as i64, 3]),
+            2 => Event::UndoZero,
+            3 => Event::Jog(next(seed, 3) as u8, 100),
+            4 => Event::Armed(job(), "d".into()),
+            5 => Event::Disarmed(next(seed, 4) == 0),
+            6 | 7 => {
+                Event::Start(job(), if next(seed, 4) == 0 { "e" } else { "d" }.into(), next(seed, 2) as u32)
+            }
+            8 => Event::Pause,
+            9 => Event::Resume,
+            10 => Event::StopAfterHole,
+            11 => Event::Stop,
+            12 => Event::BitChanged,
+            13 => Event::Acknowledge,
+            _ => Event::CannotRecord(alarm("y")),
+        }
+    }
+
+    fn is_report(event: &Event) -> bool {
+        matches!(
+            event,
+            Event::Homed
+                | Event::Arrived
+                | Event::LegDone(..)
+                | Event::BitWanted
+                | Event::Rested
+                | Event::Safe
+                | Event::Failed(..)
+                | Event::CannotRecord(_)
+        )
+    }
+
+    /// The laws that hold after every event.
+    fn check(before: &Session, event: &Event, after: &Session, actions: &[Action], trace: &str) {
+        let moving: Vec<_> = actions.iter().filter(|action| action.moves()).collect();
+        assert!(moving.len() <= 1, "two moves at once: {trace}");
+        let refused = actions.iter().any(|action| matches!(action, Action::Refuse(_)));
+        if refused {
+            assert_eq!((before, actions.len()), (after, 1), "a refusal changes nothing: {trace}");
+        }
+        if let Some(action) = moving.first() {
+            assert!(!before.moving || is_report(event), "a move on top of a move: {trace}");
+            let asked = match action {
+                Action::Home => *event == Event::Home,
+                Action::Jog(..) => matches!(event, Event::Jog(..)),
+                Action::Approach(_) => matches!(event, Event::Start(..)),
+                Action::RestOfLeg => *event == Event::BitChanged,
+                Action::SpindleOn => *event == Event::Resume,
+                Action::NextLeg => before.state == State::Running || before.state == State::Pausing,
+                _ => is_report(event) || matches!(event, Event::Stop | Event::StopAfterHole),
+            };
+            assert!(asked, "nothing moves unasked: {trace}");
+            let job = matches!(
+                action,
+                Action::Approach(_) | Action::NextLeg | Action::RestOfLeg | Action::SpindleOn
+            );
+            assert!(!job || after.trust == Trust::Trusted, "no job without trust: {trace}");
+            assert!(!job || after.alarm.is_none(), "no job with an alarm: {trace}");
+        }
+        if *event == Event::Stop {
+            assert!(!refused, "Stop is never refused: {trace}");
+            assert!(!before.moving || actions.contains(&Action::Brake), "Stop brakes: {trace}");
+            assert!(
+                !matches!(after.state, State::Running | State::Pausing | State::Homing | State::Jogging),
+                "{trace}"
+            );
+        }
+        if before.state == State::Alarm && after.state != State::Alarm {
+            assert_eq!(*event, Event::Acknowledge, "an alarm stays until it is read: {trace}");
+        }
+        if before.trust != Trust::Trusted && after.trust == Trust::Trusted {
+            assert_eq!(*event, Event::Homed, "only homing gives trust: {trace}");
+        }
+        assert!(after.zeros.len() <= ZEROS_KEPT + 1, "{trace}");
+        assert_eq!(
+            after.state == State::Alarm,
+            after.alarm.is_some() && after.state == State::Alarm,
+            "{trace}"
+        );
+        if matches!(after.state, State::Ready | State::NotHomed | State::Paused | State::ToolChange) {
+            assert!(!after.moving, "a state of rest while something moves: {trace}");
+        }
+    }
+
+    #[test]
+    fn a_hundred_thousand_random_events_keep_the_laws() {
+        let mut seed = 20_261_120;
+        let (mut session, mut busy_with) = (Session::default(), None);
+        let mut seen = std::collections::BTreeSet::new();
+        for number in 0..200_000 {
+            let event = event(&mut seed, &session, busy_with.as_ref());
+            let (after, actions) = step(&session, event.clone());
+            let trace = format!("event {number}: {event:?} in {session:?} gives {actions:?}");
+            check(&session, &event, &after, &actions, &trace);
+            if !after.moving {
+                busy_with = None;
+            }
+            if let Some(action) = actions.iter().find(|action| action.moves()) {
+                busy_with = Some(action.clone());
+            }
+            seen.insert(format!("{:?}", after.state));
+            session = after;
+        }
+        assert_eq!(seen.len(), 10, "every state was visited: {seen:?}");
+    }
+
+    #[test]
+    fn stop_leads_to_rest_from_every_state() {
+        let mut seed = 7;
+        for round in 0..2_000 {
+            let (mut session, mut busy_with) = (Session::default(), None);
+            for _ in 0..next(&mut seed, 40) {
+                let event = event(&mut seed, &session, busy_with.as_ref());
+                let (after, actions) = step(&session, event);
+                if !after.moving {
+                    busy_with = None;
+                }
+                busy_with = actions.iter().find(|action| action.moves()).cloned().or(busy_with);
+                session = after;
+            }
+            let (mut after, mut actions) = step(&session, Event::Stop);
+            let mut reports = 0;
+            while after.moving {
+                let made_safe = actions.iter().any(|action| matches!(action, Action::MakeSafe { .. }));
+                (after, actions) = step(
+                    &after,
+                    if made_safe || after.state == State::Alarm { Event::Safe } else { Event::Rested },
+                );
+                reports += 1;
+                assert!(reports <= 3, "round {round}: {after:?}");
+            }
+            assert!(
+                matches!(after.state, State::Ready | State::NotHomed | State::Alarm),
+                "round {round}: {after:?}"
+            );
+        }
+    }
+}

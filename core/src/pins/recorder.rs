@@ -1,0 +1,51 @@
+//! A board of pins that writes down what is done to it. It ships: for dry runs, and for tests.
+//!
+//! Comes in: calls. Goes out: the calls as data. Models nothing: its inputs are what it was told.
+
+use super::{AxisSet, Pins};
+use crate::steps::{AXES, Steps};
+
+/// One call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written {
+    /// Steps at a tick: the axes, and those of them that count up.
+    Step(u64, AxisSet, AxisSet),
+    /// Spindle speed at a tick.
+    Spindle(u64, u32),
+    /// Everything off.
+    Safe,
+}
+
+/// Writes down every call.
+#[derive(Clone, Debug, Default)]
+pub struct Recorder {
+    /// What was done, in order.
+    pub written: Vec<Written>,
+    /// Steps counted.
+    pub position: Steps,
+    /// Inputs from a tick on, in order of time; before the first, none is on.
+    pub script: Vec<(u64, u32)>,
+}
+
+impl Pins for Recorder {
+    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        for axis in 0..AXES {
+            if axes >> axis & 1 == 1 {
+                self.position[axis] += if forward >> axis & 1 == 1 { 1 } else { -1 };
+            }
+        }
+        self.written.push(Written::Step(at_tick, axes, forward));
+    }
+
+    fn spindle(&mut self, at_tick: u64, rpm: u32) {
+        self.written.push(Written::Spindle(at_tick, rpm));
+    }
+
+    fn inputs(&mut self, at_tick: u64) -> u32 {
+        self.script.iter().rev().find(|(from, _)| *from <= at_tick).map_or(0, |(_, inputs)| *inputs)
+    }
+
+    fn safe(&mut self) {
+        self.written.push(Written::Safe);
+    }
+}
