@@ -26,7 +26,7 @@ pub fn tsplib_gap(text: &str, optimum: f64, seed: u64) -> Option<f64> {
     places.sort_unstable();
     places.dedup();
     let effort = Effort { kicks: default_iterations(coordinates.len()), seed };
-    let ring = tour::closed(&places, &order::straight_mm, effort, &mut |_| true)?;
+    let ring = tour::closed(&places, &order::straight_hop(&places), effort, &mut |_| true)?;
     let first = *ring.first()?;
     let hops = ring.iter().zip(ring.iter().skip(1).chain([&first]));
     let length: f64 = hops

@@ -106,10 +106,11 @@ pub struct Progress {
     pub total: u64,
 }
 
-/// Iterations when nobody says how many: about a second for a thousand holes, less for few, and never so many that a
-/// hundred thousand holes take more than a few seconds.
+/// Iterations when nobody says how many: about a second for a thousand holes on one core, and so many fewer for very many
+/// holes, where each costs more, that a hundred thousand take a few seconds.
 pub fn default_iterations(holes: usize) -> u64 {
-    (holes as u64 * 150).min(250_000)
+    let holes = holes as u64;
+    (30 * holes).min(40_000).min(2_000_000_000 / holes.max(1))
 }
 
 /// Chooses bits and puts holes in order. `hop_time` tells the seconds from one place to another, the same there and

@@ -42,16 +42,10 @@ pub(super) fn arrange(
 ) -> Option<Vec<u32>> {
     let in_file: Vec<u32> = holes.iter().map(|(hole, _)| *hole).collect();
     let (places, stops) = stops(holes);
-    let (tour, cost): (_, &dyn Fn(Point, Point) -> f64) = match order {
+    let (tour, cost): (Vec<u32>, &dyn Fn(Point, Point) -> f64) = match order {
         Order::File => return Some(in_file),
-        Order::Shortest => {
-            let ring = tour::closed(&places, &straight_mm, effort, tick)?;
-            let by_first_hole = file_ring(&stops);
-            let length = |ring: &[u32]| ring_length(&places, ring);
-            let ring = if length(&by_first_hole) <= length(&ring) { by_first_hole } else { ring };
-            (opened(&places, ring, from), &straight_mm)
-        }
-        Order::Fastest => (tour::open(from, &places, &hop_time, effort, tick)?, hop_time),
+        Order::Shortest => (shortest(&places, &stops, from, effort, tick)?, &straight_mm),
+        Order::Fastest => (fastest(&places, from, hop_time, effort, tick)?, hop_time),
     };
     let before = way(from, holes.iter().map(|(_, at)| *at), cost);
     let after = way(from, tour.iter().map(|&stop| places[stop as usize]), cost);
@@ -59,6 +53,46 @@ pub(super) fn arrange(
         return Some(in_file);
     }
     Some(tour.iter().flat_map(|&stop| stops[stop as usize].iter().copied()).collect())
+}
+
+/// The shortest ring found, or the file's if that is shorter, cut open.
+fn shortest(
+    places: &[Point],
+    stops: &[Vec<u32>],
+    from: Point,
+    effort: Effort,
+    tick: &mut dyn FnMut(u64) -> bool,
+) -> Option<Vec<u32>> {
+    let ring = tour::closed(places, &straight_hop(places), effort, tick)?;
+    let by_first_hole = file_ring(stops);
+    let length = |ring: &[u32]| ring_length(places, ring);
+    let ring = if length(&by_first_hole) <= length(&ring) { by_first_hole } else { ring };
+    Some(opened(places, ring, from))
+}
+
+/// The quickest path found from `from`, ending anywhere.
+fn fastest(
+    places: &[Point],
+    from: Point,
+    hop_time: &dyn Fn(Point, Point) -> f64,
+    effort: Effort,
+    tick: &mut dyn FnMut(u64) -> bool,
+) -> Option<Vec<u32>> {
+    let mut points = vec![from];
+    points.extend_from_slice(places);
+    let hop = |a: u32, b: u32| hop_time(points[a as usize], points[b as usize]);
+    let path = tour::open(&points, &hop, effort, tick)?;
+    Some(path.into_iter().filter(|&node| node != 0).map(|node| node - 1).collect())
+}
+
+/// [`straight_mm`] between places by index, with the coordinates in mm at hand.
+pub(super) fn straight_hop(places: &[Point]) -> impl Fn(u32, u32) -> f64 + use<> {
+    let mm: Vec<(f64, f64)> = places.iter().map(|at| (at.x.mm(), at.y.mm())).collect();
+    move |a, b| {
+        let ((ax, ay), (bx, by)) = (mm[a as usize], mm[b as usize]);
+        let (dx, dy) = (ax - bx, ay - by);
+        (dx * dx + dy * dy).sqrt()
+    }
 }
 
 /// Places that are all different, ascending, and the holes at each.

@@ -18,10 +18,10 @@ use super::chance::Chance;
 use super::ring::Ring;
 
 /// How many links are tried at each depth of a move; at most 5.
-const BREADTH: [usize; DEPTH] = [5, 3, 2, 1, 1, 1];
+const BREADTH: [usize; DEPTH] = [5, 3, 1];
 
 /// How many links a move may have.
-const DEPTH: usize = 6;
+const DEPTH: usize = 3;
 
 /// Gains below this are rounding, not gains.
 pub(crate) const EPSILON: f64 = 1e-9;
@@ -29,11 +29,11 @@ pub(crate) const EPSILON: f64 = 1e-9;
 /// The cost of a hop that must stay: so cheap that no move gains by leaving it.
 pub(crate) const FIXED: f64 = -1e12;
 
-/// Longest stretch turned on very large rings: longer ones cost more time than they gain.
+/// Longest stretch turned: on very large rings longer ones cost more time than they gain.
 const LONGEST_TURN: usize = 50_000;
 
-/// Longest of the two stretches that a kick exchanges.
-const KICK: usize = 50;
+/// How many hops between near nodes the ends of a kick lie apart. Kicks must be small to be repaired at a gain.
+const WALK: u32 = 3;
 
 /// The way from t2 round to t1 as a move would leave it. Every link turns a front piece of it, so a list of lengths is
 /// enough, and nothing needs to be turned in memory until the move is known to gain.
@@ -84,7 +84,6 @@ pub(crate) struct Search<'a, C: Fn(u32, u32) -> f64> {
     queued: Vec<bool>,
     turns: Vec<(u32, u32, bool)>,
     mirrored: bool,
-    longest_turn: usize,
 }
 
 impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
@@ -92,8 +91,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
     /// first.
     pub(crate) fn new(ring: Ring, near: &'a [Vec<(f64, u32)>], cost: C) -> Self {
         let n = ring.len();
-        let longest_turn = if n > 2 * LONGEST_TURN { LONGEST_TURN / 50 } else { LONGEST_TURN };
-        Self { ring, near, cost, queue: Vec::new(), queued: vec![false; n], turns: Vec::new(), mirrored: false, longest_turn }
+        Self { ring, near, cost, queue: Vec::new(), queued: vec![false; n], turns: Vec::new(), mirrored: false }
     }
 
     /// Looks at every node, in the order of the ring; false when `go_on` said stop.
@@ -119,10 +117,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
             return 0.0;
         }
         self.turns.clear();
-        let longest = KICK.min(n / 4).max(1);
-        let a = chance.below(n) as u32;
-        let b = self.ring.further(a, 1 + chance.below(longest));
-        let c = self.ring.further(b, 1 + chance.below(longest));
+        let Some([a, b, c]) = self.three_near(chance) else { return 0.0 };
         let (a2, b2, c2) = (self.ring.next(a), self.ring.next(b), self.ring.next(c));
         let cut = [(a, a2), (b, b2), (c, c2)].map(|(from, to)| self.hop(from, to));
         if cut.contains(&FIXED) {
@@ -139,6 +134,21 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
             return 0.0;
         }
         gain
+    }
+
+    /// Three different nodes that lie near each other, in the order of the ring.
+    fn three_near(&self, chance: &mut Chance) -> Option<[u32; 3]> {
+        let a = chance.below(self.ring.len()) as u32;
+        let mut walk = || {
+            (0..WALK).fold(a, |at, _| {
+                let near = &self.near[at as usize];
+                near.get(chance.below(near.len())).map_or(at, |&(_, to)| to)
+            })
+        };
+        let (b, c) = (walk(), walk());
+        let (b, c) = if self.ring.ahead(a, b) <= self.ring.ahead(a, c) { (b, c) } else { (c, b) };
+        let far = self.ring.ahead(a, c);
+        (a != b && b != c && far.min(self.ring.len() - far) <= LONGEST_TURN).then_some([a, b, c])
     }
 
     fn hop(&self, a: u32, b: u32) -> f64 {
@@ -207,7 +217,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         let (links, count) = self.links(t1, t2, open, path);
         for &(value, t3, t4) in &links[..count] {
             let length = path.rank(&self.ring, t4) + 1;
-            if length.min(self.ring.len() - length) > self.longest_turn {
+            if length.min(self.ring.len() - length) > LONGEST_TURN {
                 continue;
             }
             let gain = value - self.hop(t4, t1);
@@ -271,7 +281,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
             }
             let t4 = self.ring.next(t3);
             let length = self.ring.ahead(t2, t3);
-            if length > self.longest_turn {
+            if length > LONGEST_TURN {
                 continue;
             }
             let missing = open - hop23 + self.hop(t3, t4);

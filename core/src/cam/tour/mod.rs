@@ -1,8 +1,8 @@
 //! Good orders of points: greedy start, Lin–Kernighan moves, kicks. Bounded by a number of kicks and seeded, so equal
 //! input gives equal output everywhere; time is nowhere asked.
 //!
-//! Comes in: points that are all different, the cost of a hop (the same there and back). Goes out: an order as indices
-//! of the points. Does not know holes, bits or machines.
+//! Comes in: points, the cost of a hop. Goes out: an order as indices of the points. Does not know holes, bits or
+//! machines.
 
 mod chance;
 mod lin_kernighan;
@@ -28,59 +28,55 @@ pub(crate) struct Effort {
     pub(crate) seed: u64,
 }
 
-/// A short ring through all points. None when `tick`, told the kicks done, said false.
+/// A short ring through all `points`, which are all different; `hop` is the cost between two of them by index, the same
+/// there and back. None when `tick`, told the kicks done, said false.
 pub(crate) fn closed(
     points: &[Point],
-    cost: &impl Fn(Point, Point) -> f64,
+    hop: &impl Fn(u32, u32) -> f64,
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
-    let hop = |a: u32, b: u32| cost(points[a as usize], points[b as usize]);
     let near = near::lists(points, QUADRANT, NEAR);
-    let ring = Ring::new(start::greedy(points, &near, &hop));
+    let ring = Ring::new(start::greedy(points, &near, hop));
     if points.len() < 4 {
         return Some(ring.from(0));
     }
-    let near = priced(&near, &hop);
+    let near = priced(&near, hop);
     let mut search = Search::new(ring, &near, hop);
     anneal(&mut search, effort, tick).then(|| search.ring.from(0))
 }
 
-/// A cheap path from `start` through all points, ending anywhere. None when `tick` said false.
+/// A cheap path from the first of `points` through all others, ending anywhere; the same arguments otherwise, and the
+/// first point may lie where another one does.
 ///
 /// The path is a ring with one node more, the end: every hop to the end is free, and the hop from the end back to the
-/// start must stay.
+/// first must stay.
 pub(crate) fn open(
-    start: Point,
     points: &[Point],
-    cost: &impl Fn(Point, Point) -> f64,
+    hop: &impl Fn(u32, u32) -> f64,
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
-    let mut all = vec![start];
-    all.extend_from_slice(points);
-    let end = all.len() as u32;
+    let end = points.len() as u32;
     let hop = |a: u32, b: u32| match (a.min(b), a.max(b)) {
         (0, b) if b == end => FIXED,
         (_, b) if b == end => 0.0,
-        (a, b) => cost(all[a as usize], all[b as usize]),
+        (a, b) => hop(a, b),
     };
-    let near = near::lists(&all, QUADRANT, NEAR);
-    let mut order = Ring::new(start::greedy(&all, &near, &hop)).from(0);
+    let near = near::lists(points, QUADRANT, NEAR);
+    let mut order = Ring::new(start::greedy(points, &near, &hop)).from(0);
     order.push(end);
     let mut near = priced(&near, &hop);
-    for list in &mut near[1..] {
-        list.insert(0, (0.0, end));
-    }
+    near.iter_mut().skip(1).for_each(|list| list.insert(0, (0.0, end)));
     near.push(Vec::new());
     let mut search = Search::new(Ring::new(order), &near, hop);
-    if points.len() > 1 && !anneal(&mut search, effort, tick) {
+    if points.len() > 2 && !anneal(&mut search, effort, tick) {
         return None;
     }
     if search.ring.next(0) == end {
         search.ring.mirror();
     }
-    Some(search.ring.from(0).into_iter().filter(|&node| node != 0 && node != end).map(|node| node - 1).collect())
+    Some(search.ring.from(0).into_iter().filter(|&node| node != end).collect())
 }
 
 /// Lists of near nodes with the cost of the hop, cheapest first.
