@@ -7,6 +7,7 @@ mod browser;
 mod cli;
 mod drill;
 mod executor;
+mod files;
 mod journal;
 mod machine_file;
 mod server;

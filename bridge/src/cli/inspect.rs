@@ -1,6 +1,18 @@
-//! Reads files and says what is in them (row A1, A2, P1, N1 … N5).
+//! Reads files and says what is in them (rows A1, A2, P1, N1, N2, N4, N5).
+//!
+//! Comes in: PATHs. Goes out: one object a file with the keys of the contract, or a table for people. Refuses only what
+//! cannot be opened: content never makes it fail.
 
-use super::{Answer, Refusal};
+use super::{Answer, Exit, Refusal};
+use crate::files;
+use annulus_core::artwork::{Counts, DrillFile, FileRead, Kind};
+use annulus_core::geometry::Bounds;
+use annulus_core::remark::{Remark, Weight};
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+/// Remarks shown of one file when people read.
+const SHOWN_REMARKS: usize = 12;
 
 /// Arguments of `annulus inspect`.
 #[derive(Debug, clap::Args)]
@@ -14,5 +26,167 @@ pub(crate) struct InspectArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &InspectArgs) -> Result<Answer, Refusal> {
-    todo!("{args:?}")
+    let read = files::read(&args.paths, &args.reading)?;
+    let listed: Vec<&FileRead> = read.listed.iter().map(|&index| &read.artwork.files[index]).collect();
+    let object = json!({ "files": listed.iter().map(|file| file_object(file)).collect::<Vec<_>>() });
+    let text = listed.iter().fold(String::new(), |text, file| text + &file_text(file));
+    Ok(Answer { object, text, exit: Exit::Done })
+}
+
+fn file_object(file: &FileRead) -> Value {
+    let evidence = file.evidence.as_ref().map(|evidence| {
+        json!({
+            "source": evidence.source.name(),
+            "score": evidence.score.map(rounded),
+            "runner_up": evidence.runner_up.map(rounded),
+            "runner_up_reading": evidence.runner_up_reading,
+            "shift_mm": evidence.shift_mm.map(|(x, y)| [rounded(x), rounded(y)]),
+        })
+    });
+    let mut object = json!({
+        "file": file.name,
+        "kind": file.kind.name(),
+        "role": file.role.name(),
+        "side": file.side.map(|side| side.name()),
+        "plated": file.plated,
+        "generator": file.generator,
+        "reason": file.reason.message("en"),
+        "units": file.units.map(|units| units.name()),
+        "number_format": file.number_format.map(|digits| json!({ "integer": digits.integer, "decimal": digits.decimal })),
+        "zeros_suppressed": file.zeros.map(|zeros| zeros.name()),
+        "format_evidence": evidence,
+    });
+    if let Value::Object(rows) = &mut object {
+        if let Some(drill) = &file.drill {
+            drill_rows(rows, drill);
+        }
+        if let Some(gerber) = &file.gerber {
+            let objects = gerber.objects;
+            rows.insert(
+                "image_polarity".into(),
+                json!(if gerber.negative_image { "negative" } else { "positive" }),
+            );
+            rows.insert("file_function".into(), json!(gerber.file_function));
+            rows.insert(
+                "objects".into(),
+                json!({ "flashes": objects.flashes, "lines": objects.lines, "arcs": objects.arcs,
+                    "regions": objects.regions, "total": objects.total() }),
+            );
+            for unpainted in ["painted_bbox_mm", "dark_area_mm2", "islands", "holes_in_islands"] {
+                rows.insert(unpainted.into(), Value::Null);
+            }
+        }
+        rows.insert("remarks".into(), file.remarks.iter().map(remark_object).collect());
+    }
+    object
+}
+
+fn drill_rows(rows: &mut Map<String, Value>, drill: &DrillFile) {
+    let tools: Vec<Value> = drill
+        .tools
+        .iter()
+        .zip(drill.counts())
+        .map(|(tool, counts)| {
+            json!({
+                "n": tool.code,
+                "diameter_mm": tool.diameter.map(|length| rounded(length.mm())),
+                "plated": tool.plated,
+                "hits": counts.hits,
+                "slots_g85": counts.slots,
+                "routed_paths": counts.routed_paths,
+                "routed_segments": counts.routed_segments,
+            })
+        })
+        .collect();
+    let totals = drill.totals();
+    rows.insert("tools".into(), tools.into());
+    rows.insert(
+        "totals".into(),
+        json!({ "hits": totals.hits, "slots_g85": totals.slots, "routed_paths": totals.routed_paths,
+            "routed_segments": totals.routed_segments }),
+    );
+    rows.insert("bbox_centres_mm".into(), json!(drill.centre_bounds().map(corners)));
+    rows.insert("bbox_outer_mm".into(), json!(drill.outer_bounds().map(corners)));
+    rows.insert("rapid_length_file_order_mm".into(), json!(rounded(drill.rapid_length_mm())));
+}
+
+fn corners(bounds: Bounds) -> [f64; 4] {
+    [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y].map(|length| rounded(length.mm()))
+}
+
+/// To six places; never a negative zero.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
+fn remark_object(remark: &Remark) -> Value {
+    let place = remark.place.as_ref();
+    json!({
+        "weight": weight(remark),
+        "code": remark.code,
+        "line": place.map_or(0, |place| place.line),
+        "column": place.map_or(0, |place| place.column),
+        "message": remark.message("en"),
+        "advice": remark.advice("en"),
+    })
+}
+
+const fn weight(remark: &Remark) -> &'static str {
+    match remark.weight {
+        Weight::Note => "note",
+        Weight::Doubt => "doubt",
+        Weight::Loss => "loss",
+    }
+}
+
+fn file_text(file: &FileRead) -> String {
+    let mut text = format!("{}\n  {} — {}\n", file.name, file.kind.name(), file.reason.message("en"));
+    if let Some(drill) = &file.drill {
+        drill_text(&mut text, file, drill);
+    }
+    if file.kind == Kind::Gerber {
+        let side = file.side.map_or("", |side| side.name());
+        let _ = writeln!(text, "  {} {side}", file.role.name());
+    }
+    for remark in file.remarks.iter().take(SHOWN_REMARKS) {
+        let line = remark.place.as_ref().map_or(0, |place| place.line);
+        let place = if line > 0 { format!("line {line}: ") } else { String::new() };
+        let _ =
+            writeln!(text, "  {}: {place}{} {}", weight(remark), remark.message("en"), remark.advice("en"));
+    }
+    if let Some(more) = file.remarks.len().checked_sub(SHOWN_REMARKS + 1) {
+        let _ = writeln!(text, "  … {} more", more + 1);
+    }
+    text.push('\n');
+    text
+}
+
+fn drill_text(text: &mut String, file: &FileRead, drill: &DrillFile) {
+    let units = file.units.map_or("?", |units| units.name());
+    let format =
+        file.number_format.map_or(String::new(), |digits| format!(" {}.{}", digits.integer, digits.decimal));
+    let zeros = file.zeros.map_or("?", |zeros| zeros.name());
+    let ground = file.evidence.as_ref().map_or(String::new(), |evidence| {
+        let score =
+            evidence.score.map_or(String::new(), |score| format!(", {:.0} % on copper", score * 100.0));
+        format!(" ({}{score})", evidence.source.name())
+    });
+    let _ = writeln!(text, "  {units}{format}, zeros left out: {zeros}{ground}");
+    let _ = writeln!(
+        text,
+        "  {:>6}  {:>9}  {:>7}  {:>5}  {:>6}  {}",
+        "tool", "diameter", "holes", "slots", "routes", "plated"
+    );
+    for (tool, counts) in drill.tools.iter().zip(drill.counts()) {
+        let diameter = tool.diameter.map_or("?".to_owned(), |length| format!("{:.3} mm", length.mm()));
+        let plated = tool.plated.map_or("", |plated| if plated { "yes" } else { "no" });
+        let code = format!("T{}", tool.code);
+        let Counts { hits, slots, routed_paths, .. } = counts;
+        let _ =
+            writeln!(text, "  {code:>6}  {diameter:>9}  {hits:>7}  {slots:>5}  {routed_paths:>6}  {plated}");
+    }
+    if let Some(bounds) = drill.centre_bounds() {
+        let (width, height) = ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
+        let _ = writeln!(text, "  {} holes within {width:.3} × {height:.3} mm", drill.hits.len());
+    }
 }

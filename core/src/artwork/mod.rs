@@ -1,1 +1,35 @@
-//! (in work)
+//! Files as written: what each file of a set is, and what it says.
+//!
+//! Comes in: names and bytes of a set of files, because neighbours carry evidence. Goes out: an [`Artwork`]: every
+//! file with its kind, the reason for it, its content as data, and remarks. Reading never fails on content. Does not
+//! know what the holes are for.
+//!
+//! ```text
+//! bytes ─ text ─ detect ─▶ excellon ─ survey ─ sense ─ reader ─▶ DrillFile
+//!   │                 ├──▶ drill_list ────────────────────────▶ DrillFile
+//!   │                 ├──▶ companion   (tool tables, formats)      ▲
+//!   │                 └──▶ gerber      (flashes, strokes) ─ registration: which reading fits the copper?
+//!   └─ archive: members, each as if it were a file
+//! ```
+
+mod archive;
+mod companion;
+mod decide;
+mod detect;
+mod drill;
+mod drill_list;
+mod excellon;
+mod findings;
+mod gerber;
+mod kinds;
+mod number;
+mod read;
+mod registration;
+mod text;
+
+pub use drill::{Counts, DrillFile, Hit, Route, Segment, SlotEntry, ToolEntry};
+pub use excellon::MOST_HITS;
+pub use findings::MOST_KEPT;
+pub use gerber::{Gerber, GerberObjects, Track, contour};
+pub use kinds::{Digits, Evidence, Kind, Overrides, Role, Side, Source, Units, Zeros};
+pub use read::{Artwork, FileRead, read_drill, read_set};

@@ -2,6 +2,10 @@
 //!
 //! Comes in: drill files as written. Goes out: a [`Board`]. Does not know the words of any file format.
 
+mod from_artwork;
+
+pub use from_artwork::from_artwork;
+
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
 

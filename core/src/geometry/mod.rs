@@ -2,6 +2,8 @@
 //!
 //! Comes in: [`Length`]. Goes out: points, boxes, distances in mm. Knows no boards.
 
+pub mod chords;
+
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 

@@ -144,7 +144,11 @@ impl Ask {
     pub fn needs_control(&self) -> bool {
         !matches!(
             self,
-            Self::Hello { .. } | Self::Ping { .. } | Self::TakeControl { .. } | Self::ReleaseControl | Self::Stop
+            Self::Hello { .. }
+                | Self::Ping { .. }
+                | Self::TakeControl { .. }
+                | Self::ReleaseControl
+                | Self::Stop
         )
     }
 }

@@ -1,0 +1,204 @@
+//! PATHs from the command line made into named bytes, and read.
+//!
+//! Comes in: files, folders and zips on disk. Goes out: an [`Artwork`] and which of its files were asked for; files
+//! beside a single file are read too, as evidence, and not listed. Does not look into the bytes.
+
+use crate::cli::{ReadingArgs, Refusal, Units, Zeros};
+use annulus_core::artwork::{self, Artwork, Digits, Overrides};
+use annulus_core::remark::{Remark, Weight};
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Files taken from folders.
+const MOST_FILES: usize = 5_000;
+/// Bytes of one file.
+const MOST_BYTES: u64 = 256 << 20;
+/// Bytes of all files.
+const MOST_BYTES_TOGETHER: u64 = 512 << 20;
+/// Bytes of a file that is only looked at because it lies beside another.
+const MOST_BYTES_BESIDE: u64 = 16 << 20;
+/// Files looked at because they lie beside another.
+const MOST_BESIDE: usize = 200;
+
+/// Files read, and which of them were asked for.
+#[derive(Debug)]
+pub(crate) struct ReadFiles {
+    /// All of them.
+    pub(crate) artwork: Artwork,
+    /// Those asked for, in order.
+    pub(crate) listed: Vec<usize>,
+}
+
+impl ReadFiles {
+    /// The files asked for that make the board unless somebody says otherwise.
+    pub(crate) fn default_use(&self) -> Vec<usize> {
+        self.artwork.default_use().into_iter().filter(|index| self.listed.contains(index)).collect()
+    }
+}
+
+/// Reads everything at `paths`.
+pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles, Refusal> {
+    let overrides = overrides(reading)?;
+    let mut files = Collected::default();
+    for path in paths {
+        files.collect(path)?;
+    }
+    let asked_for = files.named.len();
+    if !reading.alone {
+        for path in paths.iter().filter(|path| path.is_file()) {
+            files.beside(path);
+        }
+    }
+    let beside: Vec<String> = files.named.iter().skip(asked_for).map(|(name, _)| name.clone()).collect();
+    let artwork = artwork::read_set(&files.named, &overrides);
+    let is_beside =
+        |name: &str| beside.iter().any(|other| name == other || name.starts_with(&format!("{other}!/")));
+    let listed = (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
+    Ok(ReadFiles { artwork, listed })
+}
+
+/// What a person says about the numbers.
+fn overrides(reading: &ReadingArgs) -> Result<Overrides, Refusal> {
+    let digits = match reading.digits.as_deref() {
+        None => None,
+        Some(text) => Some(digits(text).ok_or_else(|| {
+            Refusal::usage(Remark::new(Weight::Loss, "files.bad_digits").with("found", text))
+        })?),
+    };
+    Ok(Overrides {
+        units: reading.units.map(|units| match units {
+            Units::Mm => artwork::Units::Mm,
+            Units::Inch => artwork::Units::Inch,
+        }),
+        digits,
+        zeros: reading.zeros.map(|zeros| match zeros {
+            Zeros::Leading => artwork::Zeros::Leading,
+            Zeros::Trailing => artwork::Zeros::Trailing,
+            Zeros::None => artwork::Zeros::None,
+        }),
+    })
+}
+
+fn digits(text: &str) -> Option<Digits> {
+    let (integer, decimal) = text.split_once(['.', ':'])?;
+    let digit = |text: &str| text.parse().ok().filter(|digit: &u8| *digit <= 9);
+    Some(Digits { integer: digit(integer)?, decimal: digit(decimal)? })
+}
+
+#[derive(Default)]
+struct Collected {
+    named: Vec<(String, Vec<u8>)>,
+    bytes: u64,
+}
+
+impl Collected {
+    /// A file, or a folder with everything in it, in the order of names.
+    fn collect(&mut self, path: &Path) -> Result<(), Refusal> {
+        let kind = fs::metadata(path).map_err(|error| trouble(path, &error))?;
+        if kind.is_dir() {
+            for inside in entries(path).map_err(|error| trouble(path, &error))? {
+                // A link could lead round in a circle.
+                if !inside.is_symlink() || inside.is_file() {
+                    self.collect(&inside)?;
+                }
+            }
+            return Ok(());
+        }
+        if !kind.is_file() {
+            return Ok(());
+        }
+        if kind.len() > MOST_BYTES
+            || self.bytes + kind.len() > MOST_BYTES_TOGETHER
+            || self.named.len() >= MOST_FILES
+        {
+            let why = Remark::new(Weight::Loss, "files.too_much").with("path", path.display());
+            return Err(Refusal::content(
+                why.with("files", MOST_FILES).with("megabytes", MOST_BYTES_TOGETHER >> 20),
+            ));
+        }
+        let bytes = read_bytes(path, MOST_BYTES).map_err(|error| trouble(path, &error))?;
+        self.bytes += bytes.len() as u64;
+        self.named.push((path.display().to_string(), bytes));
+        Ok(())
+    }
+
+    /// The files beside one that was asked for; what cannot be read is no evidence.
+    fn beside(&mut self, path: &Path) {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        for other in entries(folder).unwrap_or_default().into_iter().take(MOST_BESIDE) {
+            let name = path.with_file_name(other.file_name().unwrap_or_default()).display().to_string();
+            let zip = other.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("zip"));
+            if zip || !other.is_file() || self.named.iter().any(|(have, _)| *have == name) {
+                continue;
+            }
+            let small = other.metadata().is_ok_and(|kind| kind.len() <= MOST_BYTES_BESIDE);
+            if let Some(bytes) = small.then(|| read_bytes(&other, MOST_BYTES_BESIDE).ok()).flatten() {
+                self.named.push((name, bytes));
+            }
+        }
+    }
+}
+
+fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut paths =
+        fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// Reads at most `most` bytes, even if the file grows meanwhile.
+fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn trouble(path: &Path, error: &io::Error) -> Refusal {
+    let code = match error.kind() {
+        io::ErrorKind::NotFound => "files.missing",
+        io::ErrorKind::PermissionDenied => "files.no_permission",
+        _ => "files.unreadable",
+    };
+    Refusal::surroundings(Remark::new(Weight::Loss, code).with("path", path.display()).with("why", error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n";
+
+    #[test]
+    fn folders_are_walked_and_neighbours_are_not_listed() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("inner");
+        fs::create_dir(&inner).unwrap();
+        fs::write(folder.path().join("b.drl"), b"T01\nX0100Y0100\nX0200Y0300\nM30\n").unwrap();
+        fs::write(folder.path().join("b.tools.txt"), b"Tool table\nUnits: mm, 2.2\nT01 0.9\n").unwrap();
+        fs::write(inner.join("a.drl"), DRILL).unwrap();
+        let reading = ReadingArgs::default();
+        let all = read(&[folder.path().to_owned()], &reading).unwrap();
+        assert_eq!(all.listed.len(), 3);
+        assert_eq!(all.default_use().len(), 2);
+
+        let one = read(&[folder.path().join("b.drl")], &reading).unwrap();
+        let size =
+            |read: &ReadFiles| read.artwork.files[read.listed[0]].drill.as_ref().unwrap().tools[0].diameter;
+        assert_eq!(one.listed.len(), 1);
+        assert_eq!(size(&one).map(|length| length.nm()), Some(900_000));
+        let alone = read(&[folder.path().join("b.drl")], &ReadingArgs { alone: true, ..reading }).unwrap();
+        assert_eq!(size(&alone), None);
+    }
+
+    #[test]
+    fn surroundings_and_usage_are_told_apart() {
+        let missing = read(&[PathBuf::from("/no/such/file")], &ReadingArgs::default()).unwrap_err();
+        assert_eq!(
+            (missing.why.code.as_str(), missing.exit),
+            ("files.missing", crate::cli::Exit::Surroundings)
+        );
+        let digits = ReadingArgs { digits: Some("24".into()), ..ReadingArgs::default() };
+        assert_eq!(read(&[], &digits).unwrap_err().exit, crate::cli::Exit::Usage);
+    }
+}

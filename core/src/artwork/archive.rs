@@ -1,0 +1,210 @@
+//! Zips taken apart in memory, within hard limits.
+//!
+//! Comes in: the bytes of a zip. Goes out: its members, each with its bytes or the reason why it is left out. Writes
+//! nothing anywhere, follows no path, opens no zip in a zip in a zip.
+//!
+//! ```text
+//! local header ─ data ─ … ─ central directory ─ end record (found from the back, tells where the directory is)
+//! ```
+
+use crate::remark::{Remark, Weight};
+use miniz_oxide::inflate::decompress_to_vec_with_limit;
+use std::collections::BTreeMap;
+
+/// Members of one archive, those of a nested one with them.
+const MOST_MEMBERS: usize = 1_000;
+/// Bytes of one member.
+const MOST_BYTES: usize = 64 << 20;
+/// Bytes of all members.
+const MOST_BYTES_TOGETHER: usize = 128 << 20;
+/// How many times larger a member may be than what it was packed into; drill files reach 30.
+const HIGHEST_RATIO: usize = 200;
+/// A member this small may have any ratio.
+const SMALL: usize = 1 << 20;
+
+/// What became of a member.
+#[derive(Clone, Debug)]
+pub(super) enum Taken {
+    /// Its bytes.
+    Bytes(Vec<u8>),
+    /// Why it is left out.
+    Refused(Remark),
+}
+
+/// One member.
+#[derive(Clone, Debug)]
+pub(super) struct Member {
+    /// Path inside the archive, made fit to show.
+    pub(super) name: String,
+    pub(super) taken: Taken,
+}
+
+/// How much may still be unpacked.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Budget {
+    members: usize,
+    bytes: usize,
+}
+
+impl Budget {
+    pub(super) const fn new() -> Self {
+        Self { members: MOST_MEMBERS, bytes: MOST_BYTES_TOGETHER }
+    }
+}
+
+/// A row of the central directory.
+struct Row<'a> {
+    name: &'a [u8],
+    method: u16,
+    encrypted: bool,
+    crc: u32,
+    packed: usize,
+    size: usize,
+    local: usize,
+}
+
+/// Takes a zip apart. The error is the remark why none of it can be read.
+pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Remark> {
+    let refused = |code| Remark::new(Weight::Loss, code);
+    let end = end_record(zip).ok_or(refused("archive.damaged"))?;
+    let count = usize::from(number::<2>(zip, end + 10).ok_or(refused("archive.damaged"))? as u16);
+    let mut at = number::<4>(zip, end + 16).ok_or(refused("archive.damaged"))? as usize;
+    if count > budget.members {
+        return Err(refused("archive.too_many_members").with("count", count).with("most", MOST_MEMBERS));
+    }
+    let mut members: Vec<Member> = Vec::new();
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    for _ in 0..count {
+        let Some((row, next)) = directory_row(zip, at) else {
+            return Err(refused("archive.damaged"));
+        };
+        at = next;
+        let name = shown(row.name);
+        if ignored(&name) {
+            continue;
+        }
+        budget.members = budget.members.saturating_sub(1);
+        let clash = seen.insert(name.to_lowercase(), members.len()).is_some();
+        let taken = match take(zip, &row, &name, budget) {
+            Ok(_) if clash => Taken::Refused(refused("archive.name_clash")),
+            Ok(bytes) => Taken::Bytes(bytes),
+            Err(code) => Taken::Refused(refused(code)),
+        };
+        members.push(Member { name, taken });
+    }
+    Ok(members)
+}
+
+/// Folders, and what a certain system leaves behind.
+fn ignored(name: &str) -> bool {
+    name.ends_with('/') || name.starts_with("__MACOSX/") || name.ends_with(".DS_Store")
+}
+
+/// A name as text: control characters become `?`.
+fn shown(name: &[u8]) -> String {
+    String::from_utf8_lossy(name)
+        .chars()
+        .take(300)
+        .map(|letter| if letter.is_control() { '?' } else { letter })
+        .collect()
+}
+
+fn take(zip: &[u8], row: &Row<'_>, name: &str, budget: &mut Budget) -> Result<Vec<u8>, &'static str> {
+    let drive = name.as_bytes().get(1) == Some(&b':');
+    if name.starts_with('/') || drive || name.contains('\\') || name.split('/').any(|part| part == "..") {
+        return Err("archive.path_leads_out");
+    }
+    if row.encrypted {
+        return Err("archive.encrypted");
+    }
+    if row.size > MOST_BYTES || row.size > budget.bytes {
+        return Err("archive.too_large");
+    }
+    if row.size > SMALL && row.size / row.packed.max(1) > HIGHEST_RATIO {
+        return Err("archive.bomb");
+    }
+    let data = local_data(zip, row).ok_or("archive.damaged_member")?;
+    let bytes = match row.method {
+        0 => data.to_vec(),
+        8 => decompress_to_vec_with_limit(data, row.size).map_err(|_| "archive.damaged_member")?,
+        _ => return Err("archive.unknown_method"),
+    };
+    if bytes.len() != row.size || crc32(&bytes) != row.crc {
+        return Err("archive.damaged_member");
+    }
+    budget.bytes -= bytes.len();
+    Ok(bytes)
+}
+
+/// The end record stands within the last 64 KiB, before a comment.
+fn end_record(zip: &[u8]) -> Option<usize> {
+    let last = zip.len().checked_sub(22)?;
+    (last.saturating_sub(0xFFFF)..=last).rev().find(|&at| zip.get(at..at + 4) == Some(b"PK\x05\x06"))
+}
+
+fn directory_row(zip: &[u8], at: usize) -> Option<(Row<'_>, usize)> {
+    (zip.get(at..at.checked_add(4)?)? == b"PK\x01\x02").then_some(())?;
+    let two = |offset: usize| number::<2>(zip, at + offset).map(|value| value as usize);
+    let four = |offset: usize| number::<4>(zip, at + offset);
+    let (name, extra, comment) = (two(28)?, two(30)?, two(32)?);
+    let row = Row {
+        name: zip.get(at + 46..at + 46 + name)?,
+        encrypted: two(8)? & 1 == 1,
+        method: two(10)? as u16,
+        crc: four(16)?,
+        packed: four(20)? as usize,
+        size: four(24)? as usize,
+        local: four(42)? as usize,
+    };
+    Some((row, at + 46 + name + extra + comment))
+}
+
+fn local_data<'a>(zip: &'a [u8], row: &Row<'_>) -> Option<&'a [u8]> {
+    let at = row.local;
+    (zip.get(at..at.checked_add(4)?)? == b"PK\x03\x04").then_some(())?;
+    let start = at + 30 + number::<2>(zip, at + 26)? as usize + number::<2>(zip, at + 28)? as usize;
+    zip.get(start..start.checked_add(row.packed)?)
+}
+
+fn number<const BYTES: usize>(zip: &[u8], at: usize) -> Option<u32> {
+    let bytes = zip.get(at..at.checked_add(BYTES)?)?;
+    Some(bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte)))
+}
+
+/// The checksum of zips (polynomial 0xEDB88320), four bits at a time.
+fn crc32(bytes: &[u8]) -> u32 {
+    const TABLE: [u32; 16] = {
+        let mut table = [0; 16];
+        let mut index = 0;
+        while index < 16 {
+            let mut value = index as u32;
+            let mut bit = 0;
+            while bit < 4 {
+                value = if value & 1 == 1 { value >> 1 ^ 0xEDB8_8320 } else { value >> 1 };
+                bit += 1;
+            }
+            table[index] = value;
+            index += 1;
+        }
+        table
+    };
+    let nibble = |crc: u32, bits: u32| crc >> 4 ^ TABLE[((crc ^ bits) & 15) as usize];
+    !bytes.iter().fold(!0, |crc, &byte| nibble(nibble(crc, u32::from(byte)), u32::from(byte) >> 4))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksum_of_the_nine_digits() {
+        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn what_is_no_zip_is_said_to_be_damaged() {
+        for bytes in [&b"PK\x03\x04"[..], b"", &[b'P'; 100]] {
+            assert_eq!(unpack(bytes, &mut Budget::new()).unwrap_err().code, "archive.damaged");
+        }
+    }
+}

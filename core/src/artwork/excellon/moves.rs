@@ -1,0 +1,191 @@
+//! Slots, routes, repeats and patterns: whatever is more than one hit a line.
+//!
+//! Comes in: sorted lines. Goes out: more hits, slots and routes in the reader's file. Does not know setup.
+
+use super::arcs;
+use super::block::{Block, Pair};
+use super::reader::{MOST_REPEATED, Motion, Pattern, Reader};
+use crate::artwork::drill::{Hit, Route, Segment, SlotEntry};
+use crate::artwork::number::Decimal;
+use crate::geometry::Point;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+
+impl Reader<'_> {
+    /// A straight slot from here, or from `start`, to `end`.
+    pub(super) fn slot(&mut self, start: Pair, end: Pair) {
+        let reached = !start.any() || self.go(start);
+        let from = self.at;
+        if !end.any() {
+            self.say(Weight::Loss, "drill.slot_without_end", 1, b"");
+        } else if reached && self.go(end) {
+            let tool = self.tool_in_use();
+            let after_hits = self.out.hits.len() as u32;
+            self.out.slots.push(SlotEntry { from, to: self.at, line: self.line, tool, after_hits });
+        }
+    }
+
+    /// A move in routing: cutting if the tool is down.
+    pub(super) fn rout(&mut self, from: Point, block: &Block, line: &[u8]) {
+        let to = self.at;
+        if self.route.is_none() {
+            let moved_by_code = block.gs.iter().any(|(code, _)| *code == 0);
+            if !moved_by_code {
+                self.findings.once(Weight::Doubt, "drill.move_without_cut", self.line, 1, line);
+            }
+            return;
+        }
+        let segment = match self.motion {
+            Motion::Clockwise => self.arc(from, to, block, true),
+            Motion::Counterclockwise => self.arc(from, to, block, false),
+            Motion::Straight => Some(Segment::Line { to }),
+            Motion::Rapid => {
+                self.say(Weight::Doubt, "drill.rapid_while_down", 1, line);
+                Some(Segment::Line { to })
+            }
+        };
+        let segment = segment.unwrap_or_else(|| {
+            self.say(Weight::Loss, "drill.arc_without_centre", 1, line);
+            Segment::Line { to }
+        });
+        self.moves += 1;
+        if let Some(route) = &mut self.route {
+            route.segments.push(segment);
+        }
+    }
+
+    fn arc(&self, from: Point, to: Point, block: &Block, clockwise: bool) -> Option<Segment> {
+        let length =
+            |number: Option<Decimal>| number.map_or(Some(Length::ZERO), |number| self.scale.length(number));
+        let centre = if let Some(radius) = block.radius {
+            arcs::from_radius(from, to, self.scale.length(radius)?.mm(), clockwise)?
+        } else if block.centre.any() {
+            let middle = Point::new(from.x + length(block.centre.x)?, from.y + length(block.centre.y)?);
+            arcs::checked(from, to, middle)?
+        } else {
+            return None;
+        };
+        Some(Segment::Arc { to, centre, clockwise })
+    }
+
+    /// M15: the tool goes down.
+    pub(super) fn tool_down(&mut self) {
+        self.tool_up();
+        let tool = self.tool_in_use();
+        self.route = Some(Route { from: self.at, segments: Vec::new(), line: self.line, tool });
+    }
+
+    /// M16, M17: the tool comes up.
+    pub(super) fn tool_up(&mut self) {
+        match self.route.take() {
+            Some(route) if route.segments.is_empty() => {
+                self.findings.at(Weight::Loss, "drill.plunge_without_path", route.line, 1, b"");
+            }
+            Some(route) => {
+                self.moves += 1;
+                self.out.routes.push(route);
+            }
+            None => {}
+        }
+    }
+
+    /// `R5X1000`: the last hit again, five times, each a step further.
+    pub(super) fn repeat(&mut self, count: Decimal, step: Pair) -> Result<(), Remark> {
+        let last = self.out.hits.last().filter(|hit| hit.at == self.at).copied();
+        let (Some(hit), false, true) = (last, count.point || count.mantissa < 0, step.any()) else {
+            self.say(Weight::Loss, "drill.repeat_of_nothing", 1, b"");
+            return Ok(());
+        };
+        let count = usize::try_from(count.mantissa).unwrap_or(usize::MAX);
+        self.repeated = self.repeated.saturating_add(count);
+        if self.repeated >= MOST_REPEATED {
+            return Err(self.refusal("drill.too_many_repeats").with("most", MOST_REPEATED));
+        }
+        let was = (self.incremental, self.zero);
+        self.incremental = true;
+        for _ in 0..count {
+            if !self.go(step) {
+                break;
+            }
+            self.out.hits.push(Hit { at: self.at, line: self.line, ..hit });
+        }
+        (self.incremental, self.zero) = was;
+        Ok(())
+    }
+
+    fn lengths(&self) -> [usize; 3] {
+        [self.out.hits.len(), self.out.slots.len(), self.out.routes.len()]
+    }
+
+    /// M25: a pattern starts here.
+    pub(super) fn pattern_starts(&mut self) {
+        self.pattern = Some(Pattern { from: self.lengths(), to: None, shift: Point::default() });
+    }
+
+    /// M01: the pattern ends here.
+    pub(super) fn pattern_ends(&mut self) {
+        self.tool_up();
+        let lengths = self.lengths();
+        if let Some(pattern) = &mut self.pattern {
+            pattern.to.get_or_insert(lengths);
+        }
+    }
+
+    /// M02 with coordinates: the pattern once more, a step further than the last time.
+    pub(super) fn pattern_again(&mut self, step: Pair) -> Result<(), Remark> {
+        self.pattern_ends();
+        let Some(Pattern { from, to: Some(to), shift }) = self.pattern else {
+            self.say(Weight::Loss, "drill.repeat_of_nothing", 1, b"");
+            return Ok(());
+        };
+        let count = (0..3).map(|kind| to[kind] - from[kind]).sum::<usize>();
+        self.repeated = self.repeated.saturating_add(count.max(1));
+        if self.repeated >= MOST_REPEATED {
+            return Err(self.refusal("drill.too_many_repeats").with("most", MOST_REPEATED));
+        }
+        let was = (self.incremental, self.at, self.zero);
+        (self.incremental, self.at, self.zero) = (false, Point::default(), Point::default());
+        let good = self.go(step);
+        let by = Point::new(shift.x + self.at.x, shift.y + self.at.y);
+        (self.incremental, self.at, self.zero) = was;
+        if good && by.x.abs() <= Length::LIMIT && by.y.abs() <= Length::LIMIT {
+            self.copy(from, to, by);
+            self.pattern = Some(Pattern { from, to: Some(to), shift: by });
+        }
+        Ok(())
+    }
+
+    fn copy(&mut self, from: [usize; 3], to: [usize; 3], by: Point) {
+        let moved = |point: Point| Point::new(point.x + by.x, point.y + by.y);
+        let line = self.line;
+        let start = self.out.hits.len();
+        for index in from[0]..to[0] {
+            let Some(&hit) = self.out.hits.get(index) else { break };
+            self.out.hits.push(Hit { at: moved(hit.at), line, ..hit });
+        }
+        for index in from[1]..to[1] {
+            let Some(&slot) = self.out.slots.get(index) else { break };
+            let after_hits = slot.after_hits + (start - from[0]) as u32;
+            self.out.slots.push(SlotEntry {
+                from: moved(slot.from),
+                to: moved(slot.to),
+                line,
+                after_hits,
+                ..slot
+            });
+        }
+        for index in from[2]..to[2] {
+            let Some(route) = self.out.routes.get(index) else { break };
+            let segments = route.segments.iter().map(|segment| match *segment {
+                Segment::Line { to } => Segment::Line { to: moved(to) },
+                Segment::Arc { to, centre, clockwise } => {
+                    Segment::Arc { to: moved(to), centre: moved(centre), clockwise }
+                }
+            });
+            let route =
+                Route { from: moved(route.from), segments: segments.collect(), line, tool: route.tool };
+            self.moves += 1 + route.segments.len();
+            self.out.routes.push(route);
+        }
+    }
+}

@@ -1,0 +1,382 @@
+//! Reads a drill program once its numbers are understood: line by line, hits by the shortest way.
+//!
+//! Comes in: text, a [`Reading`], tool sizes known from elsewhere. Goes out: a [`DrillFile`] and remarks, or the one
+//! remark why nothing can be kept. Does not decide how numbers are read.
+//!
+//! A line that holds a fault has no effect at all and is a loss; reading goes on behind it.
+
+use super::block::{Block, Fault, Pair, sort};
+use super::hints::{self, Hint};
+use super::survey::{CommentTool, Survey};
+use super::words::{Content, Word, parse};
+use crate::artwork::Zeros;
+use crate::artwork::drill::{DrillFile, Hit, Route, ToolEntry};
+use crate::artwork::findings::Findings;
+use crate::artwork::number::{Decimal, Reading, Scale, decimal};
+use crate::artwork::text::line_end;
+use crate::geometry::Point;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// Hits kept of one file.
+pub const MOST_HITS: usize = 4_000_000;
+/// Hits that repeats and patterns may add.
+pub(super) const MOST_REPEATED: usize = 1_000_000;
+/// Slots, routes and moves kept of one file.
+const MOST_MOVES: usize = 500_000;
+/// Tools of one file.
+const MOST_TOOLS: usize = 1_000;
+
+/// Sizes and plating of tools, by number, known from another file.
+pub(in crate::artwork) type ToolTable = BTreeMap<u32, (Option<Length>, Option<bool>)>;
+
+/// Drilling or routing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    Drill,
+    Rout,
+}
+
+/// How a routing move goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Motion {
+    Rapid,
+    Straight,
+    Clockwise,
+    Counterclockwise,
+}
+
+/// A pattern that is being written down or repeated (M25 … M01, M02, M08).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pattern {
+    /// Where it starts in hits, slots and routes.
+    pub(super) from: [usize; 3],
+    /// Where it ends, once M01 was seen.
+    pub(super) to: Option<[usize; 3]>,
+    /// How far the last copy was moved.
+    pub(super) shift: Point,
+}
+
+/// What to read and how.
+pub(in crate::artwork) struct Task<'a> {
+    pub(in crate::artwork) name: &'a str,
+    pub(in crate::artwork) text: &'a [u8],
+    pub(in crate::artwork) reading: Reading,
+    pub(in crate::artwork) survey: &'a Survey,
+    pub(in crate::artwork) table: &'a ToolTable,
+}
+
+/// The state while reading.
+pub(super) struct Reader<'a> {
+    pub(super) task: &'a Task<'a>,
+    /// Next byte, and the number of the line it stands in.
+    index: usize,
+    pub(super) line: u32,
+    /// The reading in force, which a unit statement may change.
+    pub(super) reading: Reading,
+    pub(super) scale: Scale,
+    pub(super) findings: Findings,
+    pub(super) out: DrillFile,
+    /// Which entry of the table a tool number means.
+    pub(super) codes: BTreeMap<u32, u16>,
+    /// The tool in the spindle; none before the first one, or after one that could not be understood.
+    pub(super) tool: Option<u16>,
+    pub(super) at: Point,
+    pub(super) zero: Point,
+    pub(super) incremental: bool,
+    pub(super) header: bool,
+    pub(super) mode: Mode,
+    pub(super) motion: Motion,
+    pub(super) route: Option<Route>,
+    pub(super) pattern: Option<Pattern>,
+    pub(super) repeated: usize,
+    pub(super) moves: usize,
+    pub(super) section_plated: Option<bool>,
+    pub(super) next_plated: Option<bool>,
+    /// A stop was seen; the end was seen.
+    pub(super) stopped: bool,
+    pub(super) ended: bool,
+}
+
+/// Reads a drill program. The error is the remark why nothing of it is kept.
+pub(in crate::artwork) fn read(task: &Task<'_>) -> Result<(DrillFile, Vec<Remark>), Remark> {
+    let mut reader = Reader::new(task);
+    while reader.index < task.text.len() {
+        if reader.plain_hits() {
+            continue;
+        }
+        let (end, next) = line_end(task.text, reader.index);
+        let line = task.text.get(reader.index..end).unwrap_or_default();
+        reader.index = next;
+        reader.line(line)?;
+        reader.check_limits()?;
+        reader.line += 1;
+    }
+    reader.finish()
+}
+
+impl<'a> Reader<'a> {
+    fn new(task: &'a Task<'a>) -> Self {
+        let first_units = task.survey.first_units.unwrap_or(task.reading.units);
+        let reading = super::sense::after_switch(task.reading, first_units, None);
+        let mut out = DrillFile::default();
+        let mut codes = BTreeMap::new();
+        for &CommentTool { code, diameter, plated, line } in &task.survey.comment_tools {
+            codes.entry(code).or_insert_with(|| {
+                out.tools.push(ToolEntry { code, diameter, plated, line });
+                out.tools.len() as u16 - 1
+            });
+        }
+        let guess = task.text.len() / 12;
+        out.hits.reserve(guess.min(MOST_HITS));
+        Self {
+            task,
+            index: 0,
+            line: 1,
+            reading,
+            scale: Scale::new(reading),
+            findings: Findings::new(task.name),
+            out,
+            codes,
+            tool: None,
+            at: Point::default(),
+            zero: Point::default(),
+            incremental: false,
+            header: false,
+            mode: Mode::Drill,
+            motion: Motion::Rapid,
+            route: None,
+            pattern: None,
+            repeated: 0,
+            moves: 0,
+            section_plated: None,
+            next_plated: None,
+            stopped: false,
+            ended: false,
+        }
+    }
+
+    /// The hot path: whole lines of `X…Y…`, `X…` or `Y…` while drilling. Stops in front of anything else, and says
+    /// whether it read any line.
+    fn plain_hits(&mut self) -> bool {
+        if self.mode == Mode::Rout || self.header || self.ended {
+            return false;
+        }
+        let Some(tool) = self.tool else { return false };
+        let bytes = self.task.text;
+        let (start, scale) = (self.index, self.scale);
+        let room = MOST_HITS.saturating_sub(self.out.hits.len());
+        for _ in 0..room {
+            let Some((to, length)) = plain_pair(bytes.get(self.index..).unwrap_or_default(), &scale) else {
+                break;
+            };
+            let from = if self.incremental { self.at } else { self.zero };
+            let base = if self.incremental { Point::default() } else { self.at };
+            self.at = match to {
+                [Some(x), Some(y)] => Point::new(from.x + x, from.y + y),
+                [Some(x), None] => Point::new(from.x + x, if self.incremental { from.y } else { base.y }),
+                [None, Some(y)] => Point::new(if self.incremental { from.x } else { base.x }, from.y + y),
+                [None, None] => break,
+            };
+            if self.at.x.abs() > Length::LIMIT || self.at.y.abs() > Length::LIMIT {
+                break;
+            }
+            self.out.hits.push(Hit { at: self.at, line: self.line, tool });
+            self.index += length;
+            self.line += 1;
+        }
+        self.index > start
+    }
+
+    fn check_limits(&mut self) -> Result<(), Remark> {
+        let counts = [
+            ("drill.too_many_hits", self.out.hits.len(), MOST_HITS),
+            ("drill.too_many_repeats", self.repeated, MOST_REPEATED),
+            ("drill.too_many_moves", self.moves + self.out.slots.len(), MOST_MOVES),
+            ("drill.too_many_tools", self.out.tools.len(), MOST_TOOLS),
+        ];
+        match counts.into_iter().find(|(_, count, most)| count >= most) {
+            Some((code, _, most)) => Err(self.refusal(code).with("most", most)),
+            None => Ok(()),
+        }
+    }
+
+    /// The remark of a file that is refused here.
+    pub(super) fn refusal(&self, code: &str) -> Remark {
+        Remark::new(Weight::Loss, code).at(self.task.name, self.line, 1)
+    }
+
+    /// Says something about a word of the current line.
+    pub(super) fn say(&mut self, weight: Weight, code: &str, column: u32, found: &[u8]) {
+        self.findings.at(weight, code, self.line, column, found);
+    }
+
+    fn line(&mut self, line: &[u8]) -> Result<(), Remark> {
+        let parsed = parse(line);
+        for hint in parsed.comment.map(hints::comment).unwrap_or_default() {
+            match hint {
+                Hint::SectionPlated(plated) => self.section_plated = Some(plated),
+                Hint::NextPlated(plated) => self.next_plated = Some(plated),
+                _ => {}
+            }
+        }
+        if self.ended && !matches!(parsed.content, Content::Blank | Content::Percent) {
+            self.findings.once(Weight::Loss, "drill.after_end", self.line, 1, b"");
+            return Ok(());
+        }
+        match parsed.content {
+            Content::Blank => {}
+            Content::Percent => self.header = false,
+            Content::Optional if line.trim_ascii() == b"/" => {}
+            Content::Optional => self.say(Weight::Loss, "drill.optional_line", 1, line.trim_ascii()),
+            Content::Statement { keyword, args } => self.statement(keyword, args),
+            Content::Garbled(words, column) => {
+                self.fault(&words, Fault { code: "drill.bad_number", column }, line);
+            }
+            Content::Words(words) => match sort(&words) {
+                Ok(block) => self.block(&block, line)?,
+                Err(fault) => self.fault(&words, fault, line),
+            },
+        }
+        Ok(())
+    }
+
+    /// A line that makes no sense. If it chose a tool, what follows has no tool rather than the last one.
+    fn fault(&mut self, words: &[Word], fault: Fault, line: &[u8]) {
+        let found = line.get(fault.column.saturating_sub(1) as usize..).unwrap_or_default();
+        self.say(Weight::Loss, fault.code, fault.column, found);
+        if words.first().is_some_and(|word| word.letter == b'T') && !self.header {
+            self.tool = None;
+        }
+    }
+
+    fn block(&mut self, block: &Block, line: &[u8]) -> Result<(), Remark> {
+        if let Some(tool) = block.tool {
+            self.tool_word(tool, block.to.any());
+        }
+        self.feeds(block);
+        let takes_coordinates = self.codes_before(block, line);
+        if let Some(count) = block.repeat {
+            self.repeat(count, block.to)?;
+        } else if let Some(end) = block.slot_to {
+            self.slot(block.to, end);
+        } else if block.to.any() && !takes_coordinates {
+            self.coordinates(block, line);
+        }
+        self.codes_after(block, line)
+    }
+
+    fn coordinates(&mut self, block: &Block, line: &[u8]) {
+        if self.header {
+            self.header = false;
+            self.say(Weight::Doubt, "drill.header_open", 1, line);
+        }
+        let from = self.at;
+        if !self.go(block.to) {
+            return;
+        }
+        match self.mode {
+            Mode::Drill => {
+                let tool = self.tool_in_use();
+                self.out.hits.push(Hit { at: self.at, line: self.line, tool });
+            }
+            Mode::Rout => self.rout(from, block, line),
+        }
+    }
+
+    /// Moves to a pair of coordinates; false, with a remark, if it lies beyond any board.
+    pub(super) fn go(&mut self, to: Pair) -> bool {
+        let length = |number: Option<Decimal>| match number {
+            None => Some(None),
+            Some(number) => self.scale.length(number).map(Some),
+        };
+        if let (Some(x), Some(y)) = (length(to.x), length(to.y)) {
+            let step = |at: Length, zero: Length, value: Option<Length>| match value {
+                None => at,
+                Some(value) => value + if self.incremental { at } else { zero },
+            };
+            let there = Point::new(step(self.at.x, self.zero.x, x), step(self.at.y, self.zero.y, y));
+            if there.x.abs() <= Length::LIMIT && there.y.abs() <= Length::LIMIT {
+                self.at = there;
+                return true;
+            }
+        }
+        self.say(Weight::Loss, "drill.out_of_range", 1, b"");
+        false
+    }
+
+    /// The tool in the spindle; a nameless one where none was chosen.
+    pub(super) fn tool_in_use(&mut self) -> u16 {
+        if let Some(tool) = self.tool {
+            return tool;
+        }
+        self.findings.once(Weight::Loss, "drill.no_tool", self.line, 1, b"");
+        let index = self.tool_index(0);
+        self.tool = Some(index);
+        index
+    }
+
+    fn finish(mut self) -> Result<(DrillFile, Vec<Remark>), Remark> {
+        self.tool_up();
+        if self.header && (self.out.hits.is_empty() || !self.ended) {
+            self.findings.at(Weight::Loss, "drill.header_never_ends", self.line, 1, b"");
+        } else if !self.ended && !self.stopped {
+            self.missing_end();
+        }
+        let counts = self.out.counts();
+        for (tool, count) in self.out.tools.iter().zip(counts) {
+            let holes = count.hits + count.slots + count.routed_paths;
+            let remark = match tool.diameter {
+                Some(_) => continue,
+                None if holes > 0 => Remark::new(Weight::Loss, "drill.tool_without_diameter"),
+                None => Remark::new(Weight::Note, "drill.unused_tool_without_diameter"),
+            };
+            let remark = remark.with("tool", format!("T{}", tool.code)).with("holes", holes);
+            self.findings.push(remark.at(self.task.name, tool.line, 1));
+        }
+        self.out.hits.shrink_to_fit();
+        Ok((self.out, self.findings.finish()))
+    }
+
+    /// No end was written. If the last line is cut off and its number shorter than all others, a digit is missing.
+    fn missing_end(&mut self) {
+        let text = self.task.text;
+        let last = text.iter().rposition(|byte| matches!(byte, b'\n' | b'\r')).map_or(0, |at| at + 1);
+        let tail = text.get(last..).unwrap_or_default();
+        let number =
+            tail.iter().rposition(|byte| byte.is_ascii_alphabetic()).and_then(|at| tail.get(at + 1..));
+        let shape = &self.task.survey.shape;
+        let short = match number.map(decimal) {
+            Some(Some((number, _))) if shape.decimal() => {
+                number.decimals < shape.fewest_decimals.max(shape.most_decimals)
+            }
+            Some(Some((number, _))) => self.reading.zeros != Zeros::Leading && number.digits < shape.longest,
+            Some(None) => !tail.trim_ascii().is_empty(),
+            None => false,
+        };
+        let (weight, code) =
+            if short { (Weight::Loss, "drill.cut_short") } else { (Weight::Doubt, "drill.no_end") };
+        self.say(weight, code, 1, tail);
+    }
+}
+
+/// `X…`, `Y…` or both, up to and with the end of the line. None for anything else.
+#[inline]
+fn plain_pair(bytes: &[u8], scale: &Scale) -> Option<([Option<Length>; 2], usize)> {
+    let (mut index, mut pair) = (0, [None; 2]);
+    for (letter, axis) in [b'X', b'Y'].into_iter().zip(&mut pair) {
+        if bytes.get(index) == Some(&letter) {
+            let (number, used) = decimal(bytes.get(index + 1..)?)?;
+            *axis = Some(scale.length(number)?);
+            index += 1 + used;
+        }
+    }
+    match (bytes.get(index), bytes.get(index + 1)) {
+        _ if index == 0 => None,
+        (None, _) => Some((pair, index)),
+        (Some(b'\r'), Some(b'\n')) => Some((pair, index + 2)),
+        (Some(b'\n' | b'\r'), _) => Some((pair, index + 1)),
+        _ => None,
+    }
+}

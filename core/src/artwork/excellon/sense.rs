@@ -1,0 +1,131 @@
+//! How the numbers of a drill program are to be read, and on what ground.
+//!
+//! Comes in: what the program says, how its numbers look, what a companion and a person say. Goes out: a reading with
+//! the ground of each part. Does not look at copper.
+
+use super::survey::{Shape, Survey};
+use crate::artwork::number::{Decimal, Reading};
+use crate::artwork::{Digits, Overrides, Source, Units, Zeros};
+
+/// What another file says about the numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(in crate::artwork) struct Stated {
+    pub(in crate::artwork) units: Option<Units>,
+    pub(in crate::artwork) digits: Option<Digits>,
+    pub(in crate::artwork) zeros: Option<Zeros>,
+}
+
+/// A reading with the ground of each part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::artwork) struct Sensed {
+    pub(in crate::artwork) reading: Reading,
+    pub(in crate::artwork) units: Source,
+    pub(in crate::artwork) digits: Source,
+    pub(in crate::artwork) zeros: Source,
+    /// The companion says otherwise than the program.
+    pub(in crate::artwork) companion_disagrees: bool,
+}
+
+impl Sensed {
+    /// The weakest ground that matters.
+    pub(in crate::artwork) fn weakest(&self) -> Source {
+        let numbers =
+            if self.reading.zeros == Zeros::Decimal { self.units } else { self.digits.max(self.zeros) };
+        self.units.max(numbers)
+    }
+
+    /// Whether the part is settled by words rather than by guessing.
+    pub(in crate::artwork) fn stated(source: Source) -> bool {
+        source <= Source::Companion
+    }
+}
+
+/// Puts together what is known.
+pub(in crate::artwork) fn sense(survey: &Survey, companion: &Stated, person: &Overrides) -> Sensed {
+    let said = |value: Option<(Zeros, Source)>| value.filter(|(zeros, _)| *zeros != Zeros::Decimal);
+    let contradicts = |own: Option<(Zeros, Source)>, other: Option<Zeros>| matches!((said(own), other), (Some((own, _)), Some(other)) if own != other);
+    let units_contradict =
+        matches!((survey.units, companion.units), (Some((own, _)), Some(other)) if own != other);
+    let distrusted = !survey.shape.decimal() && contradicts(survey.zeros, companion.zeros);
+    let companion = if distrusted || units_contradict { &Stated::default() } else { companion };
+    let (units, units_by) = person
+        .units
+        .map(|units| (units, Source::Person))
+        .or(survey.units)
+        .or(companion.units.map(|units| (units, Source::Companion)))
+        .or_else(|| units_by_sizes(&survey.sizes).map(|units| (units, Source::Shape)))
+        .unwrap_or((Units::Inch, Source::Default));
+    let decimal = survey.shape.decimal() && person.zeros.is_none() && person.digits.is_none();
+    let (zeros, zeros_by) = person
+        .zeros
+        .map(|zeros| (zeros, Source::Person))
+        .or(decimal.then_some((Zeros::Decimal, Source::Header)))
+        .or(said(survey.zeros))
+        .or(companion.zeros.map(|zeros| (zeros, Source::Companion)))
+        .unwrap_or_else(|| zeros_by_shape(&survey.shape));
+    let (digits, digits_by) = person
+        .digits
+        .map(|digits| (digits, Source::Person))
+        .or(survey.digits)
+        .or(companion.digits.map(|digits| (digits, Source::Companion)))
+        .unwrap_or_else(|| digits_by_shape(units, zeros, &survey.shape));
+    Sensed {
+        reading: Reading { units, digits, zeros },
+        units: units_by,
+        digits: digits_by,
+        zeros: zeros_by,
+        companion_disagrees: distrusted || units_contradict,
+    }
+}
+
+/// What custom gives where nothing is said: Excellon's own formats.
+pub(in crate::artwork) const fn customary(units: Units) -> Digits {
+    match units {
+        Units::Mm => Digits { integer: 3, decimal: 3 },
+        Units::Inch => Digits { integer: 2, decimal: 4 },
+    }
+}
+
+/// The reading after a unit statement: as decided for the decided units, else as stated or customary.
+pub(super) fn after_switch(decided: Reading, units: Units, digits: Option<Digits>) -> Reading {
+    if units == decided.units {
+        decided
+    } else {
+        Reading { units, digits: digits.unwrap_or(customary(units)), zeros: decided.zeros }
+    }
+}
+
+/// Drill bits are between a tenth of a millimetre and a few: that tells inches from millimetres.
+pub(in crate::artwork) fn units_by_sizes(sizes: &[Decimal]) -> Option<Units> {
+    let share = |units| {
+        let plausible =
+            |size: &&Decimal| size.length(units).is_some_and(|length| (0.1..=7.0).contains(&length.mm()));
+        sizes.iter().filter(plausible).count()
+    };
+    let (mm, inch) = (share(Units::Mm), share(Units::Inch));
+    match mm.cmp(&inch) {
+        std::cmp::Ordering::Greater => Some(Units::Mm),
+        std::cmp::Ordering::Less => Some(Units::Inch),
+        std::cmp::Ordering::Equal => None,
+    }
+}
+
+fn zeros_by_shape(shape: &Shape) -> (Zeros, Source) {
+    if shape.longest > 0 && shape.shortest == shape.longest {
+        (Zeros::None, Source::Shape)
+    } else if shape.leading_zeros > 0 && shape.trailing_zeros == 0 {
+        (Zeros::Trailing, Source::Shape)
+    } else if shape.trailing_zeros > 0 && shape.leading_zeros == 0 {
+        (Zeros::Leading, Source::Shape)
+    } else {
+        (Zeros::Leading, Source::Default)
+    }
+}
+
+/// Numbers of the customary length, with nothing left out, confirm the custom.
+fn digits_by_shape(units: Units, zeros: Zeros, shape: &Shape) -> (Digits, Source) {
+    let digits = customary(units);
+    let full = shape.longest == digits.integer + digits.decimal;
+    let padded = shape.shortest == shape.longest || zeros == Zeros::Trailing;
+    (digits, if full && padded { Source::Shape } else { Source::Default })
+}

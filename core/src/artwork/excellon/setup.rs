@@ -1,0 +1,244 @@
+//! Everything of a drill program that is not a place: statements, tools, G and M codes, feeds.
+//!
+//! Comes in: statements and sorted lines. Goes out: changes of the reader's state. Does not make hits.
+
+use super::block::{Block, ToolWord};
+use super::hints::{self, Hint};
+use super::reader::{Mode, Motion, Reader};
+use super::survey::units_named;
+use crate::artwork::Units;
+use crate::artwork::drill::ToolEntry;
+use crate::artwork::number::{Decimal, Scale};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+
+/// The largest diameter taken for one.
+const LARGEST_DIAMETER: Length = Length::from_um(50_000);
+
+/// Setup words that concern the machine and not the board.
+const MACHINE_WORDS: [&str; 16] = [
+    "FMAT", "VER", "DETECT", "ATC", "TCST", "OSTOP", "OTCLMP", "OM", "R", "SBK", "SG", "SIXM", "AFS", "CCW",
+    "CP", "BLKD",
+];
+
+impl Reader<'_> {
+    /// A keyword and its arguments.
+    pub(super) fn statement(&mut self, keyword: &[u8], args: &[u8]) {
+        let upper = keyword.to_ascii_uppercase();
+        if let Some(units) = units_named(keyword) {
+            self.switch_units(units, &hints::arguments(args));
+            return;
+        }
+        match upper.as_slice() {
+            b"ICI" => self.incremental = args.eq_ignore_ascii_case(b"ON"),
+            b"FMAT" if args.starts_with(b"1") => self.say(Weight::Note, "drill.format_1", 1, args),
+            b"M97" | b"M98" => self.say(Weight::Loss, "drill.text_not_drilled", 1, args),
+            [b'M', b'4', _] => self.say(Weight::Note, "drill.operator_message", 1, args),
+            _ if MACHINE_WORDS.iter().any(|word| upper == word.as_bytes()) => {
+                self.findings.once(Weight::Note, "drill.machine_word", self.line, 1, keyword);
+            }
+            _ => {
+                let weight = if self.header { Weight::Doubt } else { Weight::Loss };
+                self.say(weight, "drill.unknown_statement", 1, keyword);
+            }
+        }
+    }
+
+    fn switch_units(&mut self, units: Units, hints: &[Hint]) {
+        let digits = hints.iter().find_map(|hint| match hint {
+            Hint::Digits(digits) => Some(*digits),
+            _ => None,
+        });
+        if units != self.reading.units {
+            if !self.out.hits.is_empty() {
+                self.say(Weight::Note, "drill.units_change", 1, units.name().as_bytes());
+            }
+            self.reading = super::sense::after_switch(self.task.reading, units, digits);
+            self.scale = Scale::new(self.reading);
+        }
+    }
+
+    /// Where a tool stands in the table; it is added, with what other files know of it, if it is not there.
+    pub(super) fn tool_index(&mut self, code: u32) -> u16 {
+        self.codes.get(&code).copied().unwrap_or_else(|| {
+            let (diameter, plated) = self.task.table.get(&code).copied().unwrap_or_default();
+            self.new_tool(ToolEntry { code, diameter, plated, line: self.line })
+        })
+    }
+
+    /// Adds a tool; from now on its number means this one.
+    pub(super) fn new_tool(&mut self, tool: ToolEntry) -> u16 {
+        let index = u16::try_from(self.out.tools.len()).unwrap_or(u16::MAX);
+        self.codes.insert(tool.code, index);
+        self.out.tools.push(tool);
+        index
+    }
+
+    /// `T01` chooses a tool, `T01C0.8` defines one, and outside the header chooses it too.
+    pub(super) fn tool_word(&mut self, word: ToolWord, with_coordinates: bool) {
+        let known = self.codes.contains_key(&word.code);
+        if word.code == 0 && word.size.is_none() && !known {
+            self.tool_up();
+            return; // T0 puts the tool away
+        }
+        if let Some(size) = word.size {
+            self.define(word, size);
+            if self.header {
+                return;
+            }
+        } else if self.header {
+            if !known {
+                let index = self.tool_index(word.code);
+                self.set_plating(index);
+                return;
+            }
+            self.header = false;
+            self.say(Weight::Doubt, "drill.header_open", word.column, b"");
+        }
+        self.tool_up();
+        let index = self.tool_index(word.code);
+        self.tool = Some(index);
+        if with_coordinates && self.mode == Mode::Rout {
+            self.motion = Motion::Rapid;
+        }
+    }
+
+    fn set_plating(&mut self, index: u16) {
+        let plated = self.next_plated.take().or(self.section_plated);
+        if let (Some(tool), Some(plated)) = (self.out.tools.get_mut(usize::from(index)), plated) {
+            tool.plated = Some(plated);
+        }
+    }
+
+    fn define(&mut self, word: ToolWord, size: Option<Decimal>) {
+        let diameter = size
+            .and_then(|size| size.length(self.reading.units))
+            .filter(|&length| Length::ZERO < length && length <= LARGEST_DIAMETER);
+        if diameter.is_none() {
+            self.say(Weight::Loss, "drill.tool_diameter", word.column, format!("T{}", word.code).as_bytes());
+        }
+        let before = self.codes.get(&word.code).and_then(|&index| self.out.tools.get(usize::from(index)));
+        let differs = before.and_then(|tool| tool.diameter).is_some_and(|old| Some(old) != diameter);
+        if differs {
+            self.say(
+                Weight::Doubt,
+                "drill.tool_defined_twice",
+                word.column,
+                format!("T{}", word.code).as_bytes(),
+            );
+        }
+        // Behind the header, what was drilled keeps the size it had then.
+        let index = if differs && !self.header {
+            self.new_tool(ToolEntry { code: word.code, diameter, plated: None, line: self.line })
+        } else {
+            self.tool_index(word.code)
+        };
+        if let Some(tool) = self.out.tools.get_mut(usize::from(index)) {
+            tool.diameter = diameter;
+            tool.line = self.line;
+        }
+        self.set_plating(index);
+    }
+
+    /// Feeds, speeds and hit counts: noted once each.
+    pub(super) fn feeds(&mut self, block: &Block) {
+        for (letter, number, column) in &block.feeds {
+            if number.mantissa != 0 {
+                self.findings.once(Weight::Note, "drill.feed_word", self.line, *column, &[*letter]);
+            }
+        }
+    }
+
+    /// Codes that act before the coordinates of their line. True if they use the coordinates up.
+    pub(super) fn codes_before(&mut self, block: &Block, line: &[u8]) -> bool {
+        let mut takes = false;
+        for &(code, column) in &block.gs {
+            match code {
+                0..=3 => {
+                    self.mode = Mode::Rout;
+                    self.motion =
+                        [Motion::Rapid, Motion::Straight, Motion::Clockwise, Motion::Counterclockwise]
+                            [usize::from(code)];
+                }
+                5 | 81 => {
+                    self.tool_up();
+                    self.mode = Mode::Drill;
+                }
+                90 => self.incremental = false,
+                91 => self.incremental = true,
+                92 | 93 => {
+                    takes = true;
+                    self.zero_set(block, line);
+                }
+                40 => {}
+                4 => {
+                    takes = true;
+                    self.findings.once(Weight::Note, "drill.machine_word", self.line, column, b"G04");
+                }
+                41 | 42 => self.say(Weight::Loss, "drill.cutter_compensation", column, line),
+                _ => {
+                    takes = true;
+                    self.say(Weight::Loss, "drill.unsupported_cycle", column, line);
+                }
+            }
+        }
+        for &(code, _) in &block.ms {
+            match code {
+                71 => self.switch_units(Units::Mm, &[]),
+                72 => self.switch_units(Units::Inch, &[]),
+                15 => self.tool_down(),
+                2 => takes |= block.to.any(),
+                70 | 80 | 90 => takes = true,
+                _ => {}
+            }
+        }
+        takes
+    }
+
+    /// G93: coordinates count from here on.
+    fn zero_set(&mut self, block: &Block, line: &[u8]) {
+        let was = (self.at, self.incremental);
+        self.incremental = false;
+        self.zero = crate::geometry::Point::default();
+        if self.go(block.to) {
+            self.zero = self.at;
+        }
+        (self.at, self.incremental) = was;
+        if self.zero != crate::geometry::Point::default() {
+            self.say(Weight::Note, "drill.zero_set", 1, line);
+        }
+    }
+
+    /// Codes that act behind the coordinates of their line.
+    pub(super) fn codes_after(&mut self, block: &Block, line: &[u8]) -> Result<(), Remark> {
+        for &(code, column) in &block.ms {
+            match code {
+                0 => self.stopped = true,
+                1 => self.pattern_ends(),
+                2 if block.to.any() => self.pattern_again(block.to)?,
+                2 if self.pattern.is_none() => self.stopped = true,
+                2 => {}
+                8 => self.pattern = None,
+                15 | 71 | 72 => {}
+                16 | 17 => self.tool_up(),
+                25 => self.pattern_starts(),
+                30 => self.ended = true,
+                48 => self.header = true,
+                95 => self.header = false,
+                70 | 80 | 90 => self.say(Weight::Loss, "drill.mirrored_pattern", column, line),
+                97 | 98 => self.say(Weight::Loss, "drill.text_not_drilled", column, line),
+                6 | 9 | 12..=14 | 18 | 21 | 22 | 31 | 40..=47 | 50 | 60 => {
+                    self.findings.once(
+                        Weight::Note,
+                        "drill.machine_word",
+                        self.line,
+                        column,
+                        format!("M{code:02}").as_bytes(),
+                    );
+                }
+                _ => self.say(Weight::Loss, "drill.unknown_code", column, line),
+            }
+        }
+        Ok(())
+    }
+}

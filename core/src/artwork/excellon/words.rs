@@ -1,0 +1,169 @@
+//! One line of an Excellon program taken apart.
+//!
+//! Comes in: the bytes of a line. Goes out: a comment, a statement such as `METRIC,LZ`, or words such as `X-5.08`.
+//! Does not know what they mean.
+//!
+//! ```text
+//! N30 t01c0.8128F200 (hole comment) ; more
+//! └┬┘ └──────┬─────┘ └────┬───────┘ └─┬──┘
+//! number   words       left out     comment
+//! ```
+
+use crate::artwork::number::{Decimal, decimal};
+use nom::branch::alt;
+use nom::bytes::complete::{tag, take_till, take_while_m_n, take_while1};
+use nom::character::complete::{digit0, digit1, one_of};
+use nom::combinator::{opt, recognize, value};
+use nom::multi::many0_count;
+use nom::sequence::preceded;
+use nom::{IResult, Parser};
+
+/// More words than this on a line are not a program.
+const MOST_WORDS: usize = 64;
+
+/// A letter with its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Word {
+    /// Upper-case letter.
+    pub(super) letter: u8,
+    /// Its number, if one can be read.
+    pub(super) number: Option<Decimal>,
+    /// Column in bytes, from 1.
+    pub(super) column: u32,
+}
+
+/// What a line is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Content<'a> {
+    /// Nothing.
+    Blank,
+    /// `%` alone: end of the header, or start of the tape.
+    Percent,
+    /// A keyword with what follows its comma.
+    Statement {
+        /// As written.
+        keyword: &'a [u8],
+        /// What follows the first comma, or nothing.
+        args: &'a [u8],
+    },
+    /// A line marked with `/`, which a machine may be told to leave out.
+    Optional,
+    /// Words.
+    Words(Vec<Word>),
+    /// Words up to the column where something else stands.
+    Garbled(Vec<Word>, u32),
+}
+
+/// A line with its comment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Parsed<'a> {
+    /// What it is.
+    pub(super) content: Content<'a>,
+    /// What follows `;`.
+    pub(super) comment: Option<&'a [u8]>,
+}
+
+/// Takes a line apart.
+pub(super) fn parse(line: &[u8]) -> Parsed<'_> {
+    let (code, comment) = match line.iter().position(|&byte| byte == b';') {
+        Some(at) => (line.get(..at).unwrap_or_default(), line.get(at + 1..)),
+        None => (line, None),
+    };
+    let content = match front(code) {
+        Ok((rest, _)) => content(code, rest),
+        Err(_) => Content::Blank,
+    };
+    Parsed { content, comment }
+}
+
+fn content<'a>(code: &'a [u8], rest: &'a [u8]) -> Content<'a> {
+    match rest.trim_ascii_end() {
+        [] => Content::Blank,
+        [b'%', ..] => Content::Percent,
+        [b'/', ..] => Content::Optional,
+        trimmed => match statement(trimmed) {
+            Ok((_, (keyword, args))) => {
+                Content::Statement { keyword, args: args.strip_prefix(b",").unwrap_or(args).trim_ascii() }
+            }
+            Err(_) => words(trimmed, code.len() - rest.len()),
+        },
+    }
+}
+
+/// Blanks and remarks in brackets, an unclosed one to the end of the line.
+fn gap(input: &[u8]) -> IResult<&[u8], ()> {
+    let blank = take_while1(|byte: u8| byte.is_ascii_whitespace() || byte == 0);
+    let bracket = recognize((tag("("), take_till(|byte| byte == b')'), opt(tag(")"))));
+    value((), many0_count(alt((blank, bracket)))).parse(input)
+}
+
+/// Leading blanks and a line number.
+fn front(input: &[u8]) -> IResult<&[u8], ()> {
+    value((), (gap, opt((one_of("Nn"), digit1, gap)))).parse(input)
+}
+
+/// `METRIC,LZ`, `M47,TEXT`, `R,H`: two letters or more, or a code with a comma.
+fn statement(input: &[u8]) -> IResult<&[u8], (&[u8], &[u8])> {
+    let letter = |byte: u8| byte.is_ascii_alphabetic();
+    let code = recognize((take_while_m_n(1, 1, letter), digit0));
+    let keyword = take_while_m_n(2, 40, letter);
+    let args = nom::combinator::rest;
+    alt(((code, preceded(tag(","), nom::combinator::rest)), (keyword, args))).parse(input)
+}
+
+fn words<'a>(rest: &[u8], start: usize) -> Content<'a> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(tail) = rest.get(at..) {
+        let skipped = gap(tail).map_or(0, |(after, ())| tail.len() - after.len());
+        at += skipped;
+        let column = (start + at + 1) as u32;
+        match rest.get(at) {
+            None => break,
+            Some(letter) if letter.is_ascii_alphabetic() && found.len() < MOST_WORDS => {
+                let number = rest.get(at + 1..).and_then(decimal);
+                at += 1 + number.map_or(0, |(_, used)| used);
+                let number = number.map(|(number, _)| number);
+                found.push(Word { letter: letter.to_ascii_uppercase(), number, column });
+            }
+            Some(_) => return Content::Garbled(found, column),
+        }
+    }
+    Content::Words(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_come_apart() {
+        for (line, want) in [
+            ("", "Blank"),
+            ("  % ", "Percent"),
+            ("; only a comment", "Blank"),
+            ("METRIC,LZ,000.000", "METRIC | LZ,000.000"),
+            ("metric (hole comment)", "metric | (hole comment)"),
+            ("M47,LOAD BOARD", "M47 | LOAD BOARD"),
+            ("R,H", "R | H"),
+            ("N30 t01c0.8128 (a) F2", "T1@5 C8128@8 F2@19"),
+            ("X001Y03M30", "X1@1 Y3@5 M30@8"),
+            ("X1.2.3Y4", "X12@1 garbled at 5"),
+            ("X--5.0", "X?@1 garbled at 2"),
+            ("/X1", "Optional"),
+        ] {
+            let words = |words: &[Word]| -> Vec<String> {
+                let number = |word: &Word| word.number.map_or("?".to_owned(), |n| n.mantissa.to_string());
+                words.iter().map(|w| format!("{}{}@{}", char::from(w.letter), number(w), w.column)).collect()
+            };
+            let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+            let found = match parse(line.as_bytes()).content {
+                Content::Statement { keyword, args } => format!("{} | {}", text(keyword), text(args)),
+                Content::Words(found) => words(&found).join(" "),
+                Content::Garbled(found, column) => format!("{} garbled at {column}", words(&found).join(" ")),
+                other => format!("{other:?}"),
+            };
+            assert_eq!(found, want, "{line}");
+        }
+    }
+}

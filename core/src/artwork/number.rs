@@ -1,0 +1,185 @@
+//! Coordinate numbers as written, and what they measure.
+//!
+//! Comes in: bytes such as `-00508` or `12.70`. Goes out: an exact decimal, then whole nanometres once units,
+//! digits and suppressed zeros are known. Knows no file format.
+//!
+//! ```text
+//! as written      3.3, leading zeros left out     3.3, trailing zeros left out
+//! 5080            5080 · 10⁻³ =    5.080          508.0   (the first digit is the hundreds)
+//! 00508             508 · 10⁻³ =    0.508           5.080
+//! ```
+
+use super::{Digits, Units, Zeros};
+use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
+
+/// More digits than this are refused: they would not fit 64 bits.
+pub(super) const MOST_DIGITS: u8 = 18;
+
+/// A decimal number exactly as written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Decimal {
+    /// All digits as one whole number, with the sign.
+    pub(crate) mantissa: i64,
+    /// How many digits were written.
+    pub(crate) digits: u8,
+    /// How many of them stand behind the point.
+    pub(crate) decimals: u8,
+    /// Whether a point was written.
+    pub(crate) point: bool,
+}
+
+impl Decimal {
+    /// The length this many millimetres or inches are; none beyond what a board can be.
+    pub(crate) fn length(self, units: Units) -> Option<Length> {
+        exact(self.mantissa, i32::from(self.decimals), units)
+    }
+}
+
+/// Reads a number at the front of `bytes`: an optional sign, digits, at most one point. Gives the number and how
+/// many bytes it took; none if there is no digit or there are too many.
+#[inline]
+pub(crate) fn decimal(bytes: &[u8]) -> Option<(Decimal, usize)> {
+    let mut index = 0;
+    let mut negative = false;
+    if let Some(&sign @ (b'-' | b'+')) = bytes.first() {
+        negative = sign == b'-';
+        index = 1;
+    }
+    let (mut mantissa, mut digits, mut decimals, mut point) = (0_i64, 0_u8, 0_u8, false);
+    while let Some(&byte) = bytes.get(index) {
+        let digit = byte.wrapping_sub(b'0');
+        if digit < 10 {
+            if digits == MOST_DIGITS {
+                return None;
+            }
+            mantissa = mantissa * 10 + i64::from(digit);
+            digits += 1;
+            decimals += u8::from(point);
+        } else if byte == b'.' && !point {
+            point = true;
+        } else {
+            break;
+        }
+        index += 1;
+    }
+    let mantissa = if negative { -mantissa } else { mantissa };
+    (digits > 0).then_some((Decimal { mantissa, digits, decimals, point }, index))
+}
+
+/// `mantissa · 10^-decimals` of `units`, to the nearest nanometre, halves away from zero.
+pub(super) fn exact(mantissa: i64, decimals: i32, units: Units) -> Option<Length> {
+    let unit = i128::from(nm_per(units));
+    let scaled = i128::from(mantissa) * unit;
+    let nm = if decimals <= 0 {
+        if decimals < -12 && mantissa != 0 {
+            return None;
+        }
+        scaled * 10_i128.pow(decimals.unsigned_abs().min(12))
+    } else {
+        let divisor = 10_i128.pow(decimals.unsigned_abs().min(30));
+        let half = if scaled < 0 { -divisor / 2 } else { divisor / 2 };
+        (scaled + half) / divisor
+    };
+    let length = Length::from_nm(i64::try_from(nm).ok()?);
+    (length.abs() <= Length::LIMIT).then_some(length)
+}
+
+const fn nm_per(units: Units) -> i64 {
+    match units {
+        Units::Mm => NM_PER_MM,
+        Units::Inch => NM_PER_INCH,
+    }
+}
+
+/// How the coordinates of a file are to be understood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Reading {
+    /// Units of the first coordinate.
+    pub(crate) units: Units,
+    /// Digits before and after the point that is not written.
+    pub(crate) digits: Digits,
+    /// Zeros that were left out. `Decimal`: numbers without a point are whole units.
+    pub(crate) zeros: Zeros,
+}
+
+/// A [`Reading`] made quick: nanometres per last digit, looked up by the number of decimals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    reading: Reading,
+    /// Whole nanometres per 10^-index units; 0 where that is not whole.
+    nm: [i64; 8],
+}
+
+impl Scale {
+    pub(super) fn new(reading: Reading) -> Self {
+        let mut nm = [0; 8];
+        let mut value = nm_per(reading.units);
+        for slot in &mut nm {
+            *slot = value;
+            value = if value % 10 == 0 { value / 10 } else { 0 };
+        }
+        Self { reading, nm }
+    }
+
+    /// The length of a coordinate; none beyond what a board can be.
+    #[inline]
+    pub(super) fn length(&self, number: Decimal) -> Option<Length> {
+        let decimals = if number.point {
+            i32::from(number.decimals)
+        } else {
+            match self.reading.zeros {
+                Zeros::Leading | Zeros::None => i32::from(self.reading.digits.decimal),
+                Zeros::Trailing => i32::from(number.digits) - i32::from(self.reading.digits.integer),
+                Zeros::Decimal => 0,
+            }
+        };
+        if let Some(&step) = usize::try_from(decimals).ok().and_then(|index| self.nm.get(index)) {
+            if step != 0 && number.digits < 12 {
+                let length = Length::from_nm(number.mantissa.checked_mul(step)?);
+                return (length.abs() <= Length::LIMIT).then_some(length);
+            }
+        }
+        exact(number.mantissa, decimals, self.reading.units)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mm(text: &str, units: Units, digits: (u8, u8), zeros: Zeros) -> f64 {
+        let digits = Digits { integer: digits.0, decimal: digits.1 };
+        let (number, used) = decimal(text.as_bytes()).unwrap();
+        assert_eq!(used, text.len());
+        Scale::new(Reading { units, digits, zeros }).length(number).unwrap().mm()
+    }
+
+    #[test]
+    fn zeros_left_out_are_put_back_on_the_right_side() {
+        for (text, units, digits, zeros, want) in [
+            ("5080", Units::Mm, (3, 3), Zeros::Leading, 5.08),
+            ("00508", Units::Mm, (3, 3), Zeros::Trailing, 5.08),
+            ("-00508", Units::Mm, (3, 3), Zeros::Trailing, -5.08),
+            ("254", Units::Mm, (3, 3), Zeros::Trailing, 254.0),
+            ("1", Units::Inch, (2, 4), Zeros::Trailing, 254.0),
+            ("0", Units::Inch, (2, 4), Zeros::Trailing, 0.0),
+            ("+006937", Units::Inch, (2, 4), Zeros::None, 17.61998),
+            ("12.7", Units::Mm, (3, 3), Zeros::Leading, 12.7),
+            (".5", Units::Inch, (2, 4), Zeros::Decimal, 12.7),
+            ("3", Units::Inch, (2, 4), Zeros::Decimal, 76.2),
+            ("00002365", Units::Mm, (4, 4), Zeros::Trailing, 0.2365),
+            ("1234567", Units::Inch, (1, 6), Zeros::None, 31.358002),
+        ] {
+            assert_eq!(mm(text, units, digits, zeros), want, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_no_board_can_have_is_refused() {
+        assert_eq!(decimal(b"9999999999999999999999"), None);
+        assert_eq!(decimal(b"-"), None);
+        assert_eq!(decimal(b"--5"), None);
+        let (far, _) = decimal(b"999999999").unwrap();
+        assert_eq!(far.length(Units::Mm), None);
+    }
+}

@@ -1,0 +1,330 @@
+//! A whole set of files read together.
+//!
+//! Comes in: names and bytes. Goes out: an [`Artwork`]. Never fails on content: whatever is wrong is a remark of the
+//! file it stands in.
+
+use super::archive::{Budget, Taken, unpack};
+use super::companion::{self, Companion, folder};
+use super::detect::{What, detect};
+use super::gerber::{self, Gerber};
+use super::registration::Copper;
+use super::text::{decode, holds};
+use super::{Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, decide, drill_list};
+use crate::remark::{Remark, Weight};
+use std::collections::BTreeMap;
+
+/// A set of files, read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Artwork {
+    /// Every file in the order given; members follow their archive.
+    pub files: Vec<FileRead>,
+}
+
+/// One file, read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileRead {
+    /// Its name as given; members are called `archive.zip!/dir/name`.
+    pub name: String,
+    /// What it is.
+    pub kind: Kind,
+    /// What it is for.
+    pub role: Role,
+    /// Which side of the board it shows.
+    pub side: Option<Side>,
+    /// Whether its holes are plated, if it says so for all of them, or its name does.
+    pub plated: Option<bool>,
+    /// The program that wrote it.
+    pub generator: Option<String>,
+    /// Why it is taken for what it is.
+    pub reason: Remark,
+    /// Units of the first coordinate.
+    pub units: Option<Units>,
+    /// Digits before and after the point that is not written.
+    pub number_format: Option<Digits>,
+    /// Zeros left out.
+    pub zeros: Option<Zeros>,
+    /// Why the numbers are read so.
+    pub evidence: Option<Evidence>,
+    /// The holes, if it is a drill file.
+    pub drill: Option<DrillFile>,
+    /// The layer, if it is Gerber.
+    pub gerber: Option<Gerber>,
+    /// What there is to say about it.
+    pub remarks: Vec<Remark>,
+    /// A number that equal contents share.
+    pub fingerprint: u64,
+}
+
+impl FileRead {
+    fn new(name: &str, kind: Kind, role: Role, reason: Remark) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind,
+            role,
+            side: None,
+            plated: None,
+            generator: None,
+            reason,
+            units: None,
+            number_format: None,
+            zeros: None,
+            evidence: None,
+            drill: None,
+            gerber: None,
+            remarks: Vec::new(),
+            fingerprint: 0,
+        }
+    }
+
+    /// A file of which nothing is kept.
+    pub(super) fn refused(name: &str, why: Remark) -> Self {
+        let why = if why.place.is_some() { why } else { why.at(name, 0, 0) };
+        let mut file = Self::new(name, Kind::Refused, Role::Other, why.clone());
+        file.remarks.push(why);
+        file
+    }
+
+    /// Whether anything of it is missing from the result.
+    pub fn has_loss(&self) -> bool {
+        self.remarks.iter().any(|remark| remark.weight == Weight::Loss)
+    }
+}
+
+impl Artwork {
+    /// The files that make the board unless a person says otherwise: every drill file, equal contents once.
+    pub fn default_use(&self) -> Vec<usize> {
+        let mut seen = Vec::new();
+        let mut used = Vec::new();
+        for (index, file) in self.files.iter().enumerate().filter(|(_, file)| file.kind == Kind::Drill) {
+            if !seen.contains(&file.fingerprint) {
+                seen.push(file.fingerprint);
+                used.push(index);
+            }
+        }
+        used
+    }
+}
+
+/// A file before its content is read through.
+struct Pending<'a> {
+    name: String,
+    bytes: std::borrow::Cow<'a, [u8]>,
+    what: What,
+    /// Settled already: an archive, or a member that is left out.
+    settled: Option<FileRead>,
+}
+
+/// Reads a set of files together.
+pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
+    let mut pending = Vec::new();
+    let mut budget = Budget::new();
+    for (name, bytes) in files {
+        collect(name.clone(), bytes.as_slice().into(), 0, &mut budget, &mut pending);
+    }
+    let companions: Vec<(usize, Companion)> = pending
+        .iter()
+        .enumerate()
+        .filter(|(_, file)| file.what == What::Report)
+        .map(|(index, file)| (index, companion::read(&decode(&file.bytes))))
+        .collect();
+    let layers: Vec<Option<FileRead>> = pending
+        .iter()
+        .map(|file| {
+            (file.what == What::Gerber && file.settled.is_none())
+                .then(|| gerber_file(&file.name, &file.bytes))
+        })
+        .collect();
+    let copper = copper_by_folder(&layers);
+    let mut out = Vec::new();
+    for ((index, file), layer) in pending.iter().enumerate().zip(&layers) {
+        let mut read = match (&file.settled, layer, file.what) {
+            (Some(settled), ..) => settled.clone(),
+            (_, Some(layer), _) => layer.clone(),
+            (_, _, What::Drill | What::List) => {
+                let neighbours = Neighbours {
+                    companions: companions
+                        .iter()
+                        .map(|(at, companion)| (pending[*at].name.as_str(), &*pending[*at].bytes, companion))
+                        .collect(),
+                    copper: copper.get(folder(&file.name)),
+                };
+                drill_file(&file.name, &file.bytes, file.what, &neighbours, overrides)
+            }
+            (_, _, what) => plain(&file.name, what),
+        };
+        read.fingerprint = fingerprint(&pending[index].bytes);
+        out.push(read);
+    }
+    Artwork { files: out }
+}
+
+/// Reads the bytes of one drill file with nothing beside it.
+pub fn read_drill(name: &str, bytes: &[u8]) -> FileRead {
+    drill_file(name, bytes, What::Drill, &Neighbours::default(), &Overrides::default())
+}
+
+/// What lies beside a drill file.
+#[derive(Default)]
+pub(super) struct Neighbours<'a> {
+    /// Reports: name, bytes, content.
+    pub(super) companions: Vec<(&'a str, &'a [u8], &'a Companion)>,
+    pub(super) copper: Option<&'a Copper>,
+}
+
+fn collect<'a>(
+    name: String,
+    bytes: std::borrow::Cow<'a, [u8]>,
+    depth: u32,
+    budget: &mut Budget,
+    out: &mut Vec<Pending<'a>>,
+) {
+    let what = detect(&bytes, &decode(&bytes));
+    if what != What::Archive {
+        out.push(Pending { name, bytes, what, settled: None });
+        return;
+    }
+    let unpacked =
+        if depth > 1 { Err(Remark::new(Weight::Loss, "archive.too_deep")) } else { unpack(&bytes, budget) };
+    let at = out.len();
+    let members = match unpacked {
+        Ok(members) => members,
+        Err(why) => {
+            let refused = FileRead::refused(&name, why);
+            out.push(Pending { name, bytes, what, settled: Some(refused) });
+            return;
+        }
+    };
+    let reason = Remark::new(Weight::Note, "kind.archive").with("count", members.len());
+    let archive = FileRead::new(&name, Kind::Archive, Role::Other, reason);
+    let inside = format!("{name}!/");
+    out.push(Pending { name, bytes, what, settled: Some(archive) });
+    for member in members {
+        let name = format!("{inside}{}", member.name);
+        match member.taken {
+            Taken::Bytes(bytes) => collect(name, bytes.into(), depth + 1, budget, out),
+            Taken::Refused(why) => {
+                let refused = FileRead::refused(&name, why.clone());
+                if let Some(archive) = out.get_mut(at).and_then(|archive| archive.settled.as_mut()) {
+                    archive.remarks.push(why.at(&name, 0, 0));
+                }
+                out.push(Pending {
+                    name,
+                    bytes: Vec::new().into(),
+                    what: What::Unknown,
+                    settled: Some(refused),
+                });
+            }
+        }
+    }
+}
+
+fn copper_by_folder(layers: &[Option<FileRead>]) -> BTreeMap<String, Copper> {
+    let mut folders: BTreeMap<&str, Vec<&FileRead>> = BTreeMap::new();
+    for layer in layers.iter().flatten() {
+        folders.entry(folder(&layer.name)).or_default().push(layer);
+    }
+    let of_role = |layers: &[&FileRead], role| -> Vec<Gerber> {
+        layers.iter().filter(|layer| layer.role == role).filter_map(|layer| layer.gerber.clone()).collect()
+    };
+    let mut found = BTreeMap::new();
+    for (folder, layers) in folders {
+        let copper = of_role(&layers, Role::Copper);
+        let layers = if copper.is_empty() { of_role(&layers, Role::Mask) } else { copper };
+        if let Some(copper) = Copper::new(layers.iter()) {
+            found.insert(folder.to_owned(), copper);
+        }
+    }
+    found
+}
+
+fn gerber_file(name: &str, bytes: &[u8]) -> FileRead {
+    let (layer, remarks) = gerber::read(name, &decode(bytes));
+    let found = gerber::role::find(name, &layer);
+    let mut file = FileRead::new(name, Kind::Gerber, found.role, found.reason);
+    (file.side, file.plated, file.remarks) = (found.side, found.plated, remarks);
+    (file.units, file.number_format, file.zeros) = (layer.units, layer.digits, layer.zeros);
+    file.generator = layer.generator.clone();
+    file.gerber = Some(layer);
+    file
+}
+
+fn drill_file(
+    name: &str,
+    bytes: &[u8],
+    what: What,
+    neighbours: &Neighbours<'_>,
+    person: &Overrides,
+) -> FileRead {
+    let text = decode(bytes);
+    let read = if what == What::List {
+        list(name, &text, person)
+    } else {
+        decide::program(name, &text, neighbours, person)
+    };
+    match read {
+        Ok(mut file) => {
+            file.plated = file.plated.or_else(|| same_plating(&file)).or_else(|| plated_by_name(name));
+            file
+        }
+        Err(why) => FileRead::refused(name, why),
+    }
+}
+
+fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Remark> {
+    let list = drill_list::read(name, text, person)?;
+    let mut file =
+        FileRead::new(name, Kind::Drill, Role::Drill, Remark::new(Weight::Note, "kind.drill_list"));
+    file.units = Some(list.units);
+    file.zeros = Some(Zeros::Decimal);
+    let source = list.units_by;
+    file.evidence =
+        Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
+    (file.drill, file.remarks) = (Some(list.drill), list.remarks);
+    Ok(file)
+}
+
+/// A drill program's file, still without content.
+pub(super) fn drill_program(name: &str) -> FileRead {
+    FileRead::new(name, Kind::Drill, Role::Drill, Remark::new(Weight::Note, "kind.drill_program"))
+}
+
+fn same_plating(file: &FileRead) -> Option<bool> {
+    let tools = &file.drill.as_ref()?.tools;
+    let first = tools.first()?.plated;
+    if tools.iter().all(|tool| tool.plated == first) { first } else { None }
+}
+
+fn plated_by_name(name: &str) -> Option<bool> {
+    let base = companion::base(name).to_ascii_lowercase();
+    let not =
+        ["npth", "non-plated", "nonplated", "non_plated", "unplated"].iter().any(|word| base.contains(word));
+    if not { Some(false) } else { (base.contains("pth") || base.contains("plated")).then_some(true) }
+}
+
+fn plain(name: &str, what: What) -> FileRead {
+    match what {
+        What::Refused(code) => FileRead::refused(name, Remark::new(Weight::Loss, code)),
+        What::Report => {
+            FileRead::new(name, Kind::Report, Role::Other, Remark::new(Weight::Note, "kind.report"))
+        }
+        _ => {
+            let mut file =
+                FileRead::new(name, Kind::Unknown, Role::Other, Remark::new(Weight::Note, "kind.unknown"));
+            if holds(name.as_bytes(), ".drl")
+                || holds(name.as_bytes(), ".xln")
+                || holds(name.as_bytes(), ".exc")
+            {
+                file.remarks.push(Remark::new(Weight::Loss, "drill.not_recognised").at(name, 0, 0));
+            }
+            file
+        }
+    }
+}
+
+/// FNV-1a over the bytes, eight at a time.
+fn fingerprint(bytes: &[u8]) -> u64 {
+    let step = |hash: u64, value: u64| (hash ^ value).wrapping_mul(0x0100_0000_01b3);
+    let (words, rest) = bytes.as_chunks::<8>();
+    let hash = words.iter().fold(0xcbf2_9ce4_8422_2325, |hash, word| step(hash, u64::from_le_bytes(*word)));
+    rest.iter().fold(step(hash, bytes.len() as u64), |hash, &byte| step(hash, u64::from(byte)))
+}
