@@ -146,7 +146,7 @@ mod tests {
             ("metric (hole comment)", "metric | (hole comment)"),
             ("M47,LOAD BOARD", "M47 | LOAD BOARD"),
             ("R,H", "R | H"),
-            ("N30 t01c0.8128 (a) F2", "T1@5 C8128@8 F2@19"),
+            ("N30 t01c0.8128 (a) F2", "T1@5 C8128@8 F2@20"),
             ("X001Y03M30", "X1@1 Y3@5 M30@8"),
             ("X1.2.3Y4", "X12@1 garbled at 5"),
             ("X--5.0", "X?@1 garbled at 2"),
