@@ -21,13 +21,18 @@ pub fn board(machine: &Machine, holes: u32) -> Program {
         let plunge = Command::Plunge { to: bottom, feed_um_per_s, gate: None };
         Leg { mark: Mark::Hole(index), commands: vec![Command::Rapid { to }, plunge, retract] }
     };
+    let spindle = |rpm| Command::Spindle { rpm };
+    let spin_up = Command::Dwell { us: libm::ceil(process.spin_up_ms * 1e3) as u32 };
+    let prepare = Leg { mark: Mark::Prepare, commands: vec![spindle(process.spindle_rpm), spin_up] };
+    let finish =
+        Leg { mark: Mark::Finish, commands: vec![spindle(0), Command::Rapid { to: Point::default() }] };
     Program {
         name: String::new(),
         machine: String::new(),
         origin: Point::default(),
         bits: Vec::new(),
         safe_height: process.safe_height,
-        legs: (0..holes).map(hole).collect(),
+        legs: std::iter::once(prepare).chain((0..holes).map(hole)).chain([finish]).collect(),
         accepted: Vec::new(),
     }
 }

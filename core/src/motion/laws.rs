@@ -41,7 +41,7 @@ fn too_much(timeline: &Timeline, machine: &Machine, planned: &Move, axis: usize)
     }
     let (profile, settings) = (&planned.profile, machine.axis(axis));
     let share = way_mm.abs() / profile.length_mm;
-    let over = |value: f64, limit: f64| !(value * share <= limit * (1.0 + ROUNDING));
+    let over = |value: f64, limit: f64| value.is_nan() || value * share > limit * (1.0 + ROUNDING);
     over(profile.speed_mm_per_s, settings.max_speed_mm_per_s)
         || over(profile.acceleration_mm_per_s2, settings.max_acceleration_mm_per_s2)
         || over(profile.jerk_mm_per_s3, settings.max_jerk_mm_per_s3)

@@ -1,8 +1,10 @@
 //! The laws of motion and steps, tried on many random moves and programs. Every failure prints its seed.
 #![cfg(not(target_arch = "wasm32"))]
 
+use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
-use annulus_core::machine::{AXES, virtual_drill};
+use annulus_core::job::Command;
+use annulus_core::machine::{AXES, Machine, Scale, virtual_drill};
 use annulus_core::motion::{Timeline, hop_time_s, laws, profile, timeline};
 use annulus_core::steps::{self, Segment, TICK_HZ};
 
@@ -63,6 +65,46 @@ fn replay_stays_within_half_a_step_of_the_plan_and_ends_exactly() {
             }
             moves += plan.moves.len();
         }
+    }
+}
+
+/// Any machine that the settings allow, its speeds as high as its drives take.
+fn random_machine(chance: &mut Chance) -> Machine {
+    let mut machine = virtual_drill();
+    machine.max_step_hz = chance.scale(200.0, 1e6) as u32;
+    machine.direction_setup_us = chance.scale(1.0, 1e4) as u32;
+    let fastest_hz = f64::from(machine.max_step_hz);
+    for axis in [&mut machine.x, &mut machine.y, &mut machine.z] {
+        axis.scale = Scale::per_mm(chance.scale(2.0, 5e3));
+        let drive = fastest_hz / axis.scale.steps_per_mm();
+        axis.max_speed_mm_per_s = chance.scale(2.0, 2e3).min(drive);
+        axis.max_acceleration_mm_per_s2 = chance.scale(10.0, 2e5);
+        axis.max_jerk_mm_per_s3 = chance.scale(100.0, 1e8);
+    }
+    machine.process.feed_mm_per_s = chance.scale(0.5, 100.0).min(machine.z.max_speed_mm_per_s);
+    machine.process.spin_up_ms = 0.0;
+    machine
+}
+
+#[test]
+fn every_machine_gets_streams_that_keep_the_plan_and_pass_the_check() {
+    for seed in 0..3_000 {
+        let mut chance = Chance(seed);
+        let machine = random_machine(&mut chance);
+        let mut program = random_program(&mut chance, &machine, 2);
+        for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
+            if let Command::Rapid { to } = command {
+                *to = Point::from_mm(to.x.mm() * 0.1, to.y.mm() * 0.1);
+            }
+        }
+        let plan = timeline(&program, &machine).unwrap();
+        laws::laws(&plan, &machine).unwrap();
+        let stream = steps::stream(&plan, &machine).unwrap();
+        for (index, segment) in stream.segments.iter().enumerate() {
+            replay_keeps_to_the_plan(&plan, index, segment, seed);
+        }
+        let verdict = verify(&stream, &machine, corner_zero(&machine));
+        assert!(verdict.is_ok(), "seed {seed}: {:?} on {machine:?}", verdict.unwrap_err()[0]);
     }
 }
 
