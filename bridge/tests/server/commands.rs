@@ -1,0 +1,141 @@
+//! `serve`, `link`, `machines` and `doctor` as scripts see them.
+
+use crate::client::{Running, annulus, output, take_apart};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read};
+use std::net::TcpListener;
+use std::process::Stdio;
+use tempfile::TempDir;
+
+fn code(object: &Value) -> &str {
+    assert_eq!(object["ok"], false, "{object}");
+    assert!(object["error"]["advice"].as_str().unwrap().len() > 10, "{object}");
+    object["error"]["code"].as_str().unwrap()
+}
+
+#[test]
+fn serve_prints_one_line_and_ends_when_told() {
+    for (signal, expected) in [(Signal::INT, 130), (Signal::TERM, 0)] {
+        let home = TempDir::new().unwrap();
+        let mut command = annulus(&home, &["serve", "--port", "0", "--no-open", "--json"]);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut out = BufReader::new(child.stdout.take().unwrap());
+        let mut line = String::new();
+        out.read_line(&mut line).unwrap();
+        let object: Value = serde_json::from_str(&line).unwrap();
+        let (port, token) = take_apart(object["url"].as_str().unwrap());
+        assert_eq!((object["ok"].as_bool(), object["port"].as_u64()), (Some(true), Some(port.into())));
+        assert_eq!(token.len(), 32, "128 bits");
+        kill_process(Pid::from_child(&child), signal).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(expected));
+        let mut rest = String::new();
+        out.read_to_string(&mut rest).unwrap();
+        assert_eq!(rest, "");
+    }
+}
+
+#[test]
+fn a_port_in_use_is_said() {
+    let home = TempDir::new().unwrap();
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    let (exit, object, text) = output(&home, &["serve", "--no-open", "--json", "--port", &port]);
+    assert_eq!((exit, code(&object)), (3, "serve.port_in_use"));
+    assert!(text.contains(&port), "{text}");
+}
+
+#[test]
+fn a_second_bridge_points_to_the_first() {
+    let bridge = Running::start();
+    let home = bridge.home.as_ref().unwrap();
+    let (exit, object, text) = output(home, &["serve", "--no-open", "--json", "--port", "0"]);
+    assert_eq!((exit, code(&object)), (3, "serve.already_running"));
+    assert!(text.contains("annulus link") && text.contains(&bridge.port.to_string()), "{text}");
+}
+
+#[test]
+fn link_lets_another_page_in() {
+    let bridge = Running::start();
+    let (one, two) = (bridge.link(), bridge.link());
+    assert_ne!(one, two);
+    bridge.page();
+    let stranger = TempDir::new().unwrap();
+    let (exit, object, _) = output(&stranger, &["link", "--json"]);
+    assert_eq!((exit, code(&object)), (3, "link.no_bridge"));
+}
+
+#[test]
+fn a_killed_bridge_leaves_nothing_in_the_way() {
+    let mut bridge = Running::start();
+    bridge.child.kill().unwrap();
+    bridge.child.wait().unwrap();
+    let home = bridge.home.take().unwrap();
+    let (exit, object, _) = output(&home, &["link", "--json"]);
+    assert_eq!((exit, code(&object)), (3, "link.no_bridge"));
+    let again = Running::start_in(home);
+    again.page();
+}
+
+#[cfg(unix)]
+#[test]
+fn the_secret_is_for_its_user_alone() {
+    use std::os::unix::fs::PermissionsExt;
+    let bridge = Running::start();
+    let note = bridge.home.as_ref().unwrap().path().join("bridge.json");
+    assert_eq!(std::fs::metadata(note).unwrap().permissions().mode() & 0o777, 0o600);
+}
+
+#[test]
+fn wrong_usage_is_one_object() {
+    let home = TempDir::new().unwrap();
+    let rows: [&[&str]; 4] = [
+        &["--json", "fly"],
+        &["serve", "--port", "many", "--json"],
+        &["serve", "--port", "70000", "--json"],
+        &["plan", "--json"],
+    ];
+    for arguments in rows {
+        let (exit, object, text) = output(&home, arguments);
+        assert_eq!((exit, code(&object)), (2, "cli.usage"), "{arguments:?}");
+        assert!(!text.is_empty());
+    }
+    let (exit, object, _) = output(&home, &["fly"]);
+    assert_eq!((exit, object), (2, Value::Null));
+    let (exit, _, _) = output(&home, &["--version"]);
+    assert_eq!(exit, 0);
+}
+
+#[test]
+fn machines_are_listed() {
+    let home = TempDir::new().unwrap();
+    let folder = home.path().join("machines");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("broken.toml"), "schema = ").unwrap();
+    let (exit, object, text) = output(&home, &["machines", "--json"]);
+    assert_eq!((exit, object["ok"].as_bool()), (0, Some(true)));
+    let rows = object["machines"].as_array().unwrap();
+    let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("{object}"));
+    assert_eq!(row("virtual")["output"], "virtual");
+    assert_eq!(row("virtual")["fingerprint"].as_str().unwrap().len(), 64);
+    assert_eq!(row("broken")["ok"], false);
+    assert!(text.contains("broken.toml"), "{text}");
+}
+
+#[test]
+fn the_doctor_looks_at_everything() {
+    let home = TempDir::new().unwrap();
+    let (exit, object, text) = output(&home, &["doctor", "--json"]);
+    assert_eq!((exit, object["ok"].as_bool()), (0, Some(true)), "{object}");
+    let names: Vec<_> =
+        object["checks"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["data_folder", "runtime_folder", "port", "journal", "timing", "browser"]);
+    let timing = &object["checks"][4]["numbers"];
+    let number = |name: &str| timing[name].as_f64().unwrap();
+    assert!(number("p50_us") <= number("p99_us") && number("p99_us") <= number("max_us"), "{timing}");
+    assert_eq!(text.lines().count(), names.len());
+    let bridge = Running::start();
+    let (_, object, _) = output(bridge.home.as_ref().unwrap(), &["doctor", "--json"]);
+    assert_eq!(object["checks"][2]["code"], "doctor.running");
+    assert_eq!(object["checks"][3]["code"], "doctor.journal_in_use");
+}

@@ -1,0 +1,8 @@
+//! The local server as strangers, friends and broken programs meet it: the real binary, real sockets, its own home.
+
+mod client;
+mod commands;
+mod door;
+mod limits;
+mod pages;
+mod uploads;

@@ -1,0 +1,138 @@
+//! Pages with a seat: who has control, who may stop, and frames that make no sense.
+
+use crate::client::{Page, Running};
+use annulus_core::control::State;
+use annulus_core::wire::{Ask, FRAME_LIMIT, Tell};
+use tungstenite::Message;
+
+fn is_in(tell: &Tell, states: &[State]) -> bool {
+    matches!(tell, Tell::Status(status) if states.contains(&status.state))
+}
+
+#[test]
+fn a_newcomer_is_told_how_things_stand() {
+    let bridge = Running::start();
+    let mut page = bridge.page();
+    page.until(|tell| matches!(tell, Tell::Machine { settings, .. } if !settings.is_empty()));
+    page.until(|tell| matches!(tell, Tell::Control { yours: false, taken: false, viewers: 1 }));
+    page.ask(&Ask::Ping { stamp: 12.5 });
+    page.until(|tell| *tell == Tell::Pong { stamp: 12.5 });
+}
+
+#[test]
+fn one_controller_many_viewers() {
+    let bridge = Running::start();
+    let (mut one, mut two) = (bridge.page(), bridge.page());
+    assert!(one.take_control(false));
+    two.until(|tell| matches!(tell, Tell::Control { yours: false, taken: true, viewers: 2 }));
+    assert!(!two.take_control(false));
+    for ask in
+        [Ask::Home, Ask::SetZero, Ask::Resume, Ask::Jog { axis: 0, distance_um: 100 }, Ask::AcknowledgeAlarm]
+    {
+        two.ask(&ask);
+        assert_eq!(two.refusal(), "control.needed", "{ask:?}");
+    }
+    assert!(two.take_control(true));
+    one.until(|tell| matches!(tell, Tell::Control { yours: false, taken: true, .. }));
+    one.ask(&Ask::Home);
+    assert_eq!(one.refusal(), "control.needed");
+    two.ask(&Ask::ReleaseControl);
+    one.until(|tell| matches!(tell, Tell::Control { taken: false, .. }));
+    assert!(one.take_control(false));
+}
+
+#[test]
+fn control_goes_with_the_page_and_lapses_in_silence() {
+    let bridge = Running::start();
+    let mut viewer = bridge.page();
+    let mut gone = bridge.page();
+    assert!(gone.take_control(false));
+    viewer.until(|tell| matches!(tell, Tell::Control { taken: true, .. }));
+    drop(gone);
+    viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 1, .. }));
+    let mut silent = bridge.page();
+    assert!(silent.take_control(false));
+    viewer.until(|tell| matches!(tell, Tell::Control { taken: true, .. }));
+    viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 2, .. }));
+}
+
+#[test]
+fn anybody_stops_the_machine() {
+    let bridge = Running::start();
+    let (mut one, mut two) = (bridge.page(), bridge.page());
+    assert!(one.take_control(false));
+    one.ask(&Ask::Home);
+    two.until(|tell| is_in(tell, &[State::Homing]));
+    two.ask(&Ask::Stop);
+    two.until(|tell| !is_in(tell, &[State::Homing, State::Stopping]) && matches!(tell, Tell::Status(_)));
+}
+
+#[test]
+fn frames_that_make_no_sense_move_nothing() {
+    let bridge = Running::start();
+    let mut page = bridge.page();
+    assert!(page.take_control(false));
+    let rows = [
+        ("", "socket.malformed"),
+        ("{\"t\":\"home\"", "socket.malformed"),
+        ("{\"t\":\"open_port\",\"address\":672}", "socket.unknown"),
+        ("{\"t\":\"jog\",\"axis\":0,\"distance_um\":\"far\"}", "socket.unknown"),
+        ("[{\"t\":\"home\"}]", "socket.unknown"),
+    ];
+    for (frame, code) in rows {
+        page.say(frame);
+        assert_eq!(page.refusal(), code, "{frame}");
+    }
+    page.until(|tell| is_in(tell, &[State::NotHomed]));
+}
+
+#[test]
+fn frames_that_are_too_large_or_too_many_end_the_conversation() {
+    let bridge = Running::start();
+    let long = |length: usize| format!("{{\"t\":\"ping\",\"stamp\":1{}}}", " ".repeat(length));
+    let mut page = bridge.page();
+    page.say(&long(FRAME_LIMIT));
+    assert_eq!(page.last_words(), ["socket.too_large"]);
+
+    let mut page = bridge.page();
+    page.say(&long(8 * FRAME_LIMIT));
+    assert_eq!(page.last_words(), [""; 0], "far too large: closed without reading it");
+
+    let mut page = bridge.page();
+    let _ = page.socket.send(Message::binary(vec![0; 10]));
+    assert_eq!(page.last_words(), ["socket.not_text"]);
+
+    let mut page = bridge.page();
+    for _ in 0..2_000 {
+        page.ask(&Ask::Ping { stamp: 0.0 });
+    }
+    assert_eq!(page.last_words(), ["socket.too_fast"]);
+    bridge.page();
+}
+
+#[test]
+fn a_page_that_does_not_read_holds_up_nobody() {
+    let bridge = Running::start();
+    let deaf = bridge.page();
+    let mut other = bridge.page();
+    for stamp in 0..60 {
+        other.ask(&Ask::Ping { stamp: f64::from(stamp) });
+        other.until(|tell| *tell == Tell::Pong { stamp: f64::from(stamp) });
+        other.until(|tell| matches!(tell, Tell::Status(_)));
+    }
+    drop(deaf);
+}
+
+#[test]
+fn seats_are_counted() {
+    let bridge = Running::start();
+    let pages: Vec<Page> = (0..16).map(|_| bridge.page()).collect();
+    assert_eq!(bridge.upgrade(&[]).err(), Some(503));
+    drop(pages);
+    // A seat is free again as soon as the bridge has seen that a page left.
+    let again = (0..100).find_map(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        bridge.upgrade(&[]).ok()
+    });
+    assert!(again.is_some());
+}
