@@ -5,7 +5,7 @@
 use super::{Answer, Exit, Refusal};
 use crate::server::runtime::{self, Note};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{PROOF_HEADER, auth};
+use annulus_core::wire::{Link, PROOF_HEADER, Scope, auth};
 use serde_json::{Value, json};
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
@@ -16,13 +16,37 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Arguments of `annulus link`.
 #[derive(Debug, Default, clap::Args)]
-pub(crate) struct LinkArgs {}
+pub(crate) struct LinkArgs {
+    /// What the page that uses the address may do; each includes those before it.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) scope: May,
+}
+
+/// The scopes, as words of the command line.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum May {
+    /// Watch, and stop.
+    View,
+    /// Take control and move by hand.
+    Jog,
+    /// Bring and run jobs.
+    Run,
+    /// Change the machine's settings.
+    #[default]
+    Configure,
+}
 
 /// Runs the command.
-pub(crate) fn run(_: &LinkArgs) -> Result<Answer, Refusal> {
+pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
     let refuse = |code| Refusal::surroundings(Remark::new(Weight::Loss, code));
     let note = runtime::running(&runtime::folder()).ok_or_else(|| refuse("link.no_bridge"))?;
-    let body = ask(&note).map_err(|error| {
+    let scope = match args.scope {
+        May::View => Scope::View,
+        May::Jog => Scope::Jog,
+        May::Run => Scope::Run,
+        May::Configure => Scope::Configure,
+    };
+    let body = ask(&note, scope).map_err(|error| {
         let why = Remark::new(Weight::Loss, "link.no_answer").with("port", note.port);
         Refusal::surroundings(why.with("reason", error))
     })?;
@@ -36,12 +60,14 @@ pub(crate) fn run(_: &LinkArgs) -> Result<Answer, Refusal> {
 }
 
 /// `POST /api/link`: the body of the answer.
-fn ask(note: &Note) -> io::Result<String> {
+fn ask(note: &Note, scope: Scope) -> io::Result<String> {
+    let body = serde_json::to_string(&Link { scope })?;
     let host = format!("127.0.0.1:{}", note.port);
     let proof = auth::request(&note.secret, "POST", "/api/link");
     let head = format!(
         "POST /api/link HTTP/1.1\r\nhost: {host}\r\norigin: http://{host}\r\n{PROOF_HEADER}: {proof}\r\n\
-         content-length: 0\r\nconnection: close\r\n\r\n"
+         content-length: {}\r\nconnection: close\r\n\r\n{body}",
+        body.len()
     );
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, note.port));
     let mut stream = TcpStream::connect_timeout(&address, PATIENCE)?;

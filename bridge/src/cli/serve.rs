@@ -9,6 +9,7 @@ use crate::server::runtime::{self, Claim};
 use crate::server::{self, Bridge};
 use crate::{browser, machine_file};
 use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::Scope;
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
@@ -46,7 +47,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     drill.keep_settings_in(known.path);
     let bridge = Bridge::new(drill, port).map_err(Refusal::surroundings)?;
     claim.say(&bridge.note())?;
-    let url = bridge.address().map_err(Refusal::surroundings)?;
+    let url = bridge.address(Scope::Configure).map_err(Refusal::surroundings)?;
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(|error| trouble("serve.cannot_start", &error))?;
     let signal = runtime.block_on(async {

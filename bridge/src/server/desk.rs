@@ -44,17 +44,14 @@ impl Desk {
         Self { lease: Lease::default(), next: 1, viewers: BTreeMap::new(), status, state: None }
     }
 
-    /// A page came. It is told `greeting`, and everybody that there is one more.
-    pub(crate) fn join(&mut self, greeting: &[Tell]) -> Seat {
+    /// A page came. It is welcomed, and everybody is told that there is one more.
+    pub(crate) fn join(&mut self) -> Seat {
         let viewer = self.next;
         self.next += 1;
         let (queue, tells) = mpsc::channel(QUEUE);
         self.viewers.insert(viewer, queue);
         let seat = Seat { viewer, tells, status: self.status.subscribe() };
         self.tell(viewer, &Tell::Welcome { viewer });
-        for tell in greeting {
-            self.tell(viewer, tell);
-        }
         self.tell_control();
         seat
     }
@@ -161,10 +158,10 @@ mod tests {
     #[test]
     fn everybody_hears_who_has_control() {
         let mut desk = Desk::new();
-        let mut one = desk.join(&[]);
+        let mut one = desk.join();
         assert_eq!(drain(&mut one).len(), 2, "welcome and control");
-        let mut two = desk.join(&[Tell::Pong { stamp: 1.0 }]);
-        assert_eq!(drain(&mut two).len(), 3);
+        let mut two = desk.join();
+        assert_eq!(drain(&mut two).len(), 2);
         assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":false,"viewers":2}"#]);
         desk.control(Event::Take { viewer: two.viewer, force: false }, 0);
         assert!(desk.has_control(two.viewer) && !desk.has_control(one.viewer));
@@ -177,8 +174,8 @@ mod tests {
     #[test]
     fn a_page_that_does_not_read_is_dropped_and_the_others_are_not() {
         let mut desk = Desk::new();
-        let mut slow = desk.join(&[]);
-        let mut good = desk.join(&[]);
+        let mut slow = desk.join();
+        let mut good = desk.join();
         for _ in 0..2 * QUEUE {
             desk.tell_all(&Tell::Pong { stamp: 0.0 });
             drain(&mut good);

@@ -5,7 +5,7 @@
 
 use super::Bridge;
 use super::reply::{Refused, json};
-use annulus_core::wire::{PROGRAM_LIMIT, PROOF_HEADER, SESSION_HEADER, auth};
+use annulus_core::wire::{PROGRAM_LIMIT, PROOF_HEADER, SESSION_HEADER, Scope, auth};
 use axum::body::{Body, Bytes};
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
@@ -26,7 +26,7 @@ pub(crate) async fn put(
     request: Request,
 ) -> Result<Response, Refused> {
     let (parts, body) = request.into_parts();
-    authorise(&bridge, &parts.method, &parts.uri, &parts.headers)?;
+    authorise(&bridge, Scope::Run, &parts.method, &parts.uri, &parts.headers)?;
     check_key(&key)?;
     let bytes = read_body(body, &parts.headers, PROGRAM_LIMIT, UPLOAD_TIME).await?;
     let drill = bridge.drill.clone();
@@ -51,7 +51,7 @@ pub(crate) async fn get(
     uri: Uri,
     headers: HeaderMap,
 ) -> Result<Response, Refused> {
-    authorise(&bridge, &method, &uri, &headers)?;
+    authorise(&bridge, Scope::View, &method, &uri, &headers)?;
     check_key(&key)?;
     let drill = bridge.drill.clone();
     let found = tokio::task::spawn_blocking(move || drill.job(&key)).await.ok().flatten();
@@ -61,17 +61,22 @@ pub(crate) async fn get(
     Ok(response)
 }
 
-fn authorise(bridge: &Bridge, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), Refused> {
+/// Whether the request comes from a session that may do `scope`.
+fn authorise(
+    bridge: &Bridge,
+    scope: Scope,
+    method: &Method,
+    uri: &Uri,
+    headers: &HeaderMap,
+) -> Result<(), Refused> {
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
-    let key = bridge.pairing().key(text(SESSION_HEADER)).map(str::to_owned);
     let refused = |code| Refused::new(StatusCode::UNAUTHORIZED, code);
-    let key = key.ok_or_else(|| refused("door.session"))?;
-    let expected = auth::request(&key, method.as_str(), uri.path());
-    if auth::same(expected.as_bytes(), text(PROOF_HEADER).as_bytes()) {
-        Ok(())
-    } else {
-        Err(refused("door.proof"))
+    let session = bridge.pairing().session(text(SESSION_HEADER)).ok_or_else(|| refused("door.session"))?;
+    let expected = auth::request(&session.key, method.as_str(), uri.path());
+    if !auth::same(expected.as_bytes(), text(PROOF_HEADER).as_bytes()) {
+        return Err(refused("door.proof"));
     }
+    if session.scope < scope { Err(Refused::new(StatusCode::FORBIDDEN, "control.scope")) } else { Ok(()) }
 }
 
 fn check_key(key: &str) -> Result<(), Refused> {

@@ -22,14 +22,15 @@ mod socket;
 use crate::drill::Drill;
 use annulus_core::control::lease::{Event, Viewer};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{Ask, PROOF_HEADER, Pair, Tell, auth};
+use annulus_core::wire::{Ask, Link, PROOF_HEADER, Pair, Scope, Tell, auth};
 use axum::Router;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{Request, State, WebSocketUpgrade};
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use desk::{Desk, Seat};
+use desk::Desk;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::{Service, service_fn};
@@ -68,6 +69,9 @@ const GRACE: Duration = Duration::from_secs(10);
 /// How often silence is looked for.
 const LEASE_CHECK: Duration = Duration::from_millis(250);
 
+/// Settings that decide which hardware is touched: nobody changes them from a page.
+const IN_FILE_ONLY: [&str; 2] = ["machine.output", "machine.card_address"];
+
 /// What all connections share.
 pub(crate) struct Bridge {
     drill: Drill,
@@ -105,9 +109,9 @@ impl Bridge {
         runtime::Note { port: self.port, secret: self.secret.clone() }
     }
 
-    /// A fresh address that works once.
-    pub(crate) fn address(&self) -> Result<String, Remark> {
-        let token = self.pairing().token(self.now_ms())?;
+    /// A fresh address that works once, for a page that may do `scope`.
+    pub(crate) fn address(&self, scope: Scope) -> Result<String, Remark> {
+        let token = self.pairing().token(scope, self.now_ms())?;
         Ok(format!("http://127.0.0.1:{}/#t={token}", self.port))
     }
 
@@ -121,11 +125,6 @@ impl Bridge {
 
     fn desk(&self) -> MutexGuard<'_, Desk> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn join(&self) -> Seat {
-        let greeting = self.drill.greeting();
-        self.desk().join(&greeting)
     }
 
     fn leave(self: &Arc<Self>, viewer: Viewer) {
@@ -185,6 +184,11 @@ impl Bridge {
         if stopped() {
             return self.refuse(viewer, Remark::new(Weight::Loss, "socket.stopped_meanwhile"));
         }
+        if let Ask::Configure { changes } = &ask
+            && let Some((key, _)) = changes.iter().find(|(key, _)| IN_FILE_ONLY.contains(&key.as_str()))
+        {
+            return self.refuse(viewer, Remark::new(Weight::Loss, "control.in_file_only").with("key", key));
+        }
         let moves =
             matches!(ask, Ask::Home | Ask::Jog { .. } | Ask::Start { .. } | Ask::Resume | Ask::BitChanged);
         self.pass_on(viewer, ask);
@@ -232,7 +236,8 @@ async fn pump(bridge: Arc<Bridge>) {
             tell = tells.recv() => match tell {
                 Ok(tell) => bridge.desk().tell_all(&tell),
                 Err(RecvError::Lagged(_)) => {
-                    let all = bridge.drill.greeting();
+                    let drill = bridge.drill.clone();
+                    let all = tokio::task::spawn_blocking(move || drill.greeting()).await.unwrap_or_default();
                     all.iter().for_each(|tell| bridge.desk().tell_all(tell));
                 }
                 Err(RecvError::Closed) => return,
@@ -339,14 +344,20 @@ async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
 }
 
 /// `POST /api/link`: whoever can read this user's note gets a fresh address.
-async fn link(State(bridge): State<Arc<Bridge>>, headers: HeaderMap) -> Result<Response, Refused> {
+async fn link(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Response, Refused> {
+    let (Parts { headers, .. }, body) = request.into_parts();
     let claimed = headers.get(PROOF_HEADER).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let expected = auth::request(&bridge.secret, "POST", "/api/link");
     if !auth::same(expected.as_bytes(), claimed.as_bytes()) {
         return Err(Refused::new(StatusCode::UNAUTHORIZED, "door.proof"));
     }
-    let url = bridge.address().map_err(|why| Refused { status: StatusCode::INTERNAL_SERVER_ERROR, why })?;
-    tracing::info!("fresh address given");
+    let bytes = jobs::read_body(body, &headers, SMALL_LIMIT, SMALL_TIME).await?;
+    let asked: Link = serde_json::from_slice(&bytes)
+        .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.not_understood"))?;
+    let url = bridge
+        .address(asked.scope)
+        .map_err(|why| Refused { status: StatusCode::INTERNAL_SERVER_ERROR, why })?;
+    tracing::info!(scope = ?asked.scope, "fresh address given");
     Ok(json(StatusCode::OK, &json!({ "ok": true, "url": url })))
 }
 

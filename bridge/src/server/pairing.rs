@@ -8,7 +8,7 @@
 //! to the log. Does not know HTTP.
 
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{Paired, auth};
+use annulus_core::wire::{Paired, Scope, auth};
 
 /// How long a token can be used, in ms.
 pub(crate) const TOKEN_LIFE_MS: u64 = 10 * 60 * 1000;
@@ -30,11 +30,27 @@ pub(crate) fn secret<const N: usize>() -> Result<String, Remark> {
     }
 }
 
+struct Token {
+    text: String,
+    scope: Scope,
+    end_ms: u64,
+}
+
+/// A page that was let in.
+#[derive(Clone)]
+pub(crate) struct Session {
+    id: String,
+    /// Its key, in hexadecimal.
+    pub(crate) key: String,
+    /// What it may do.
+    pub(crate) scope: Scope,
+}
+
 /// The tokens that wait and the sessions that came of them.
 #[derive(Default)]
 pub(crate) struct Pairing {
-    tokens: Vec<(String, u64)>,
-    sessions: Vec<(String, String)>,
+    tokens: Vec<Token>,
+    sessions: Vec<Session>,
     wrong: u32,
     closed_until_ms: u64,
 }
@@ -51,14 +67,14 @@ pub(crate) enum Rejection {
 }
 
 impl Pairing {
-    /// A fresh token.
-    pub(crate) fn token(&mut self, now_ms: u64) -> Result<String, Remark> {
-        let token = secret::<16>()?;
+    /// A fresh token for a session that may do `scope`.
+    pub(crate) fn token(&mut self, scope: Scope, now_ms: u64) -> Result<String, Remark> {
+        let text = secret::<16>()?;
         if self.tokens.len() == TOKENS {
             self.tokens.remove(0);
         }
-        self.tokens.push((token.clone(), now_ms + TOKEN_LIFE_MS));
-        Ok(token)
+        self.tokens.push(Token { text: text.clone(), scope, end_ms: now_ms + TOKEN_LIFE_MS });
+        Ok(text)
     }
 
     /// Exchanges `claimed` for a session. Every waiting token is compared, in constant time, so that the time tells
@@ -67,9 +83,9 @@ impl Pairing {
         if now_ms < self.closed_until_ms {
             return Err(Rejection::Wait((self.closed_until_ms - now_ms).div_ceil(1000)));
         }
-        self.tokens.retain(|(_, end_ms)| now_ms < *end_ms);
-        let found = self.tokens.iter().enumerate().fold(None, |found, (index, (token, _))| {
-            if auth::same(token.as_bytes(), claimed.as_bytes()) { Some(index) } else { found }
+        self.tokens.retain(|token| now_ms < token.end_ms);
+        let found = self.tokens.iter().enumerate().fold(None, |found, (index, token)| {
+            if auth::same(token.text.as_bytes(), claimed.as_bytes()) { Some(index) } else { found }
         });
         let Some(index) = found else {
             self.wrong = self.wrong.saturating_add(1);
@@ -79,20 +95,20 @@ impl Pairing {
             }
             return Err(Rejection::Token);
         };
-        let session = secret::<16>().map_err(Rejection::NoSecret)?;
+        let id = secret::<16>().map_err(Rejection::NoSecret)?;
         let key = secret::<32>().map_err(Rejection::NoSecret)?;
-        self.tokens.remove(index);
+        let scope = self.tokens.remove(index).scope;
         self.wrong = 0;
         if self.sessions.len() == SESSIONS {
             self.sessions.remove(0);
         }
-        self.sessions.push((session.clone(), key.clone()));
-        Ok(Paired { ok: true, session, key })
+        self.sessions.push(Session { id: id.clone(), key: key.clone(), scope });
+        Ok(Paired { ok: true, session: id, key })
     }
 
-    /// The key of a session.
-    pub(crate) fn key(&self, session: &str) -> Option<&str> {
-        self.sessions.iter().find(|(id, _)| id == session).map(|(_, key)| key.as_str())
+    /// The session called `id`.
+    pub(crate) fn session(&self, id: &str) -> Option<Session> {
+        self.sessions.iter().find(|session| session.id == id).cloned()
     }
 }
 
@@ -103,21 +119,22 @@ mod tests {
     #[test]
     fn a_token_works_once_and_not_for_ever() {
         let mut pairing = Pairing::default();
-        let (one, two) = (pairing.token(0).unwrap(), pairing.token(1_000).unwrap());
+        let (one, two) = (pairing.token(Scope::Run, 0).unwrap(), pairing.token(Scope::View, 1_000).unwrap());
         assert_eq!(one.len(), 32);
         assert_ne!(one, two);
         let paired = pairing.pair(&one, 1_000).unwrap();
-        assert_eq!(pairing.key(&paired.session), Some(paired.key.as_str()));
+        let session = pairing.session(&paired.session).unwrap();
+        assert_eq!((session.key, session.scope), (paired.key.clone(), Scope::Run));
         assert_eq!(paired.key.len(), 64);
         assert_eq!(pairing.pair(&one, 1_000), Err(Rejection::Token));
         assert_eq!(pairing.pair(&two, 1_000 + TOKEN_LIFE_MS), Err(Rejection::Token));
-        assert_eq!(pairing.key("no such session"), None);
+        assert!(pairing.session("no such session").is_none());
     }
 
     #[test]
     fn guessing_gets_slower_and_slower() {
         let mut pairing = Pairing::default();
-        let token = pairing.token(0).unwrap();
+        let token = pairing.token(Scope::Run, 0).unwrap();
         for _ in 0..FREE_ATTEMPTS {
             assert_eq!(pairing.pair("", 0), Err(Rejection::Token));
         }
@@ -136,15 +153,15 @@ mod tests {
     #[test]
     fn what_waits_is_bounded() {
         let mut pairing = Pairing::default();
-        let tokens: Vec<_> = (0..TOKENS + 1).map(|_| pairing.token(0).unwrap()).collect();
+        let tokens: Vec<_> = (0..TOKENS + 1).map(|_| pairing.token(Scope::Run, 0).unwrap()).collect();
         assert_eq!(pairing.pair(&tokens[0], 0), Err(Rejection::Token));
         assert!(pairing.pair(&tokens[TOKENS], 0).is_ok());
-        let first = pairing.sessions[0].0.clone();
+        let first = pairing.sessions[0].id.clone();
         for _ in 0..SESSIONS {
-            let token = pairing.token(0).unwrap();
+            let token = pairing.token(Scope::Run, 0).unwrap();
             pairing.pair(&token, 0).unwrap();
         }
-        assert_eq!(pairing.key(&first), None);
+        assert!(pairing.session(&first).is_none());
         assert_eq!(pairing.sessions.len(), SESSIONS);
     }
 }

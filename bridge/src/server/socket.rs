@@ -15,7 +15,7 @@ use super::desk::Seat;
 use super::pairing;
 use annulus_core::control::lease::{Event, Viewer};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Tell, auth};
+use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
@@ -52,25 +52,30 @@ fn no(code: &str) -> Remark {
 
 /// One page from challenge to goodbye.
 pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket) {
-    match timeout(HELLO_TIME + SEND_TIME, greet(&bridge, &mut socket)).await {
-        Ok(Ok(())) => {}
+    let scope = match timeout(HELLO_TIME + SEND_TIME, greet(&bridge, &mut socket)).await {
+        Ok(Ok(scope)) => scope,
         Ok(Err(Some(why))) => {
             tracing::warn!(code = why.code, "page turned away");
             refuse(&mut socket, why, close_code::POLICY).await;
             return;
         }
         _ => return,
-    }
-    let seat = bridge.join();
+    };
+    let seat = bridge.desk().join();
     let viewer = seat.viewer;
-    tracing::info!(viewer, "page joined");
-    converse(&bridge, socket, seat).await;
+    tracing::info!(viewer, ?scope, "page joined");
+    let bringing_up_to_date = tokio::task::spawn_blocking({
+        let bridge = Arc::clone(&bridge);
+        move || bridge.drill.greeting().iter().for_each(|tell| bridge.tell(viewer, tell))
+    });
+    let _ = bringing_up_to_date.await;
+    converse(&bridge, socket, seat, scope).await;
     bridge.leave(viewer);
     tracing::info!(viewer, "page left");
 }
 
-/// Sends the challenge and judges the hello. `Err(None)` is a page that went away.
-async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<(), Option<Remark>> {
+/// Sends the challenge and judges the hello: what the page may do. `Err(None)` is a page that went away.
+async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Scope, Option<Remark>> {
     let nonce = pairing::secret::<32>().map_err(Some)?;
     let challenge = Tell::Challenge {
         proto: PROTOCOL,
@@ -91,18 +96,22 @@ async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<(), Option<Rem
     if proto < OLDEST_PROTOCOL || min > PROTOCOL {
         return Err(Some(no("socket.other_version").with("page", proto).with("bridge", PROTOCOL)));
     }
-    let key = bridge.pairing().key(&session).map(str::to_owned).ok_or_else(|| Some(no("socket.session")))?;
-    let expected = auth::hello(&key, &nonce);
-    if auth::same(expected.as_bytes(), proof.as_bytes()) { Ok(()) } else { Err(Some(no("socket.proof"))) }
+    let session = bridge.pairing().session(&session).ok_or_else(|| Some(no("socket.session")))?;
+    let expected = auth::hello(&session.key, &nonce);
+    if auth::same(expected.as_bytes(), proof.as_bytes()) {
+        Ok(session.scope)
+    } else {
+        Err(Some(no("socket.proof")))
+    }
 }
 
 /// Both ways until one side has had enough.
-async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat) {
+async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat, scope: Scope) {
     let viewer = seat.viewer;
     let (sink, frames) = socket.split();
     let (queue, waiting) = mpsc::channel(WAITING);
     tokio::select! {
-        () = read(bridge, viewer, frames, queue) => {}
+        () = read(bridge, viewer, scope, frames, queue) => {}
         () = work(bridge, viewer, waiting) => {}
         () = write(seat, sink) => {}
     }
@@ -112,10 +121,11 @@ async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat) {
 async fn read(
     bridge: &Arc<Bridge>,
     viewer: Viewer,
+    scope: Scope,
     mut frames: SplitStream<WebSocket>,
     queue: mpsc::Sender<(Ask, u64)>,
 ) {
-    if let Some(why) = listen(bridge, viewer, &mut frames, &queue).await {
+    if let Some(why) = listen(bridge, viewer, scope, &mut frames, &queue).await {
         bridge.dismiss(viewer, why);
         // Read on without listening: a connection closed over unread frames would take the last words with it.
         while let Some(Ok(_)) = frames.next().await {}
@@ -126,6 +136,7 @@ async fn read(
 async fn listen(
     bridge: &Arc<Bridge>,
     viewer: Viewer,
+    scope: Scope,
     frames: &mut SplitStream<WebSocket>,
     queue: &mpsc::Sender<(Ask, u64)>,
 ) -> Option<Remark> {
@@ -147,6 +158,7 @@ async fn listen(
         };
         bridge.control(viewer, Event::Heard(viewer));
         match understand(&text) {
+            Ok(ask) if ask.scope() > scope => bridge.refuse(viewer, no("control.scope")),
             Ok(ask) => take(bridge, viewer, ask, queue),
             Err(why) => bridge.refuse(viewer, why),
         }

@@ -87,8 +87,8 @@ impl Running {
     }
 
     /// A fresh token, as `annulus link` gives it.
-    pub(crate) fn link(&self) -> String {
-        let (code, object, text) = output(self.home.as_ref().unwrap(), &["link", "--json"]);
+    pub(crate) fn link(&self, scope: &str) -> String {
+        let (code, object, text) = output(self.home.as_ref().unwrap(), &["link", "--json", "--scope", scope]);
         assert_eq!(code, 0, "{text}");
         let (port, token) = take_apart(object["url"].as_str().unwrap());
         assert_eq!(port, self.port);
@@ -96,8 +96,8 @@ impl Running {
     }
 
     /// Pairs: session id and key.
-    pub(crate) fn pair(&self) -> (String, String) {
-        let token = self.link();
+    pub(crate) fn pair(&self, scope: &str) -> (String, String) {
+        let token = self.link(scope);
         let reply = self.own("POST", "/api/pair", &[], json!({ "token": token }).to_string().as_bytes());
         assert_eq!(reply.status, 200, "{}", reply.text());
         let object = reply.json();
@@ -127,7 +127,12 @@ impl Running {
 
     /// A page that said hello with a session of its own.
     pub(crate) fn page(&self) -> Page {
-        let (session, key) = self.pair();
+        self.page_that_may("configure")
+    }
+
+    /// The same with less.
+    pub(crate) fn page_that_may(&self, scope: &str) -> Page {
+        let (session, key) = self.pair(scope);
         let mut page = Page { socket: self.upgrade(&[]).unwrap() };
         let nonce = page.nonce();
         page.hello(&session, &auth::hello(&key, &nonce));

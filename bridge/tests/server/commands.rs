@@ -57,7 +57,7 @@ fn a_second_bridge_points_to_the_first() {
 #[test]
 fn link_lets_another_page_in() {
     let bridge = Running::start();
-    let (one, two) = (bridge.link(), bridge.link());
+    let (one, two) = (bridge.link("configure"), bridge.link("configure"));
     assert_ne!(one, two);
     bridge.page();
     let stranger = TempDir::new().unwrap();

@@ -166,7 +166,7 @@ fn every_answer_is_dressed() {
 #[test]
 fn a_socket_says_who_it_is_first() {
     let bridge = Running::start();
-    let (session, key) = bridge.pair();
+    let (session, key) = bridge.pair("run");
     let connect = || Page { socket: bridge.upgrade(&[]).unwrap() };
 
     let mut silent = connect();
@@ -211,7 +211,7 @@ fn a_socket_says_who_it_is_first() {
 #[test]
 fn a_session_ends_with_its_bridge() {
     let mut bridge = Running::start();
-    let (session, key) = bridge.pair();
+    let (session, key) = bridge.pair("run");
     let home = bridge.home.take().unwrap();
     drop(bridge);
     let bridge = Running::start_in(home);

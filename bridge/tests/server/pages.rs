@@ -2,6 +2,7 @@
 
 use crate::client::{Page, Running};
 use annulus_core::control::State;
+use annulus_core::machine::Value;
 use annulus_core::wire::{Ask, FRAME_LIMIT, Tell};
 use tungstenite::Message;
 
@@ -13,8 +14,8 @@ fn is_in(tell: &Tell, states: &[State]) -> bool {
 fn a_newcomer_is_told_how_things_stand() {
     let bridge = Running::start();
     let mut page = bridge.page();
-    page.until(|tell| matches!(tell, Tell::Machine { settings, .. } if !settings.is_empty()));
     page.until(|tell| matches!(tell, Tell::Control { yours: false, taken: false, viewers: 1 }));
+    page.until(|tell| matches!(tell, Tell::Machine { settings, .. } if !settings.is_empty()));
     page.ask(&Ask::Ping { stamp: 12.5 });
     page.until(|tell| *tell == Tell::Pong { stamp: 12.5 });
 }
@@ -65,6 +66,43 @@ fn anybody_stops_the_machine() {
     two.until(|tell| is_in(tell, &[State::Homing]));
     two.ask(&Ask::Stop);
     two.until(|tell| !is_in(tell, &[State::Homing, State::Stopping]) && matches!(tell, Tell::Status(_)));
+}
+
+#[test]
+fn an_address_says_what_its_page_may() {
+    let bridge = Running::start();
+    let job = || "0".repeat(64);
+    let rows = [
+        ("view", Ask::TakeControl { force: true }),
+        ("view", Ask::Home),
+        ("jog", Ask::Arm { job: job() }),
+        ("jog", Ask::Resume),
+        ("run", Ask::Configure { changes: vec![] }),
+    ];
+    for (scope, ask) in rows {
+        let mut page = bridge.page_that_may(scope);
+        page.ask(&ask);
+        assert_eq!(page.refusal(), "control.scope", "{scope} {ask:?}");
+    }
+    let (mut one, mut two) = (bridge.page_that_may("jog"), bridge.page_that_may("view"));
+    assert!(one.take_control(false));
+    one.ask(&Ask::Home);
+    two.until(|tell| is_in(tell, &[State::Homing]));
+    two.ask(&Ask::Stop);
+    two.until(|tell| !is_in(tell, &[State::Homing, State::Stopping]) && matches!(tell, Tell::Status(_)));
+}
+
+#[test]
+fn no_page_chooses_the_hardware() {
+    let bridge = Running::start();
+    let mut page = bridge.page();
+    assert!(page.take_control(false));
+    for (key, value) in
+        [("machine.output", Value::Text("card".into())), ("machine.card_address", Value::Number(672.0))]
+    {
+        page.ask(&Ask::Configure { changes: vec![(key.to_owned(), value)] });
+        assert_eq!(page.refusal(), "control.in_file_only", "{key}");
+    }
 }
 
 #[test]

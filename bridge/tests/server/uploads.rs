@@ -28,7 +28,7 @@ struct Paired {
 impl Paired {
     fn new() -> Self {
         let bridge = Running::start();
-        let (session, key) = bridge.pair();
+        let (session, key) = bridge.pair("run");
         Self { bridge, session, key }
     }
 
@@ -42,6 +42,17 @@ impl Paired {
             body,
         )
     }
+}
+
+#[test]
+fn a_page_that_may_only_watch_brings_nothing() {
+    let bridge = Running::start();
+    let (session, key) = bridge.pair("jog");
+    let page = Paired { bridge, session, key };
+    let bytes = example();
+    let reply = page.job("PUT", &program::key(&bytes), &bytes);
+    assert_eq!((reply.status, reply.code().as_str()), (403, "control.scope"));
+    assert_eq!(page.job("GET", &program::key(&bytes), b"").code(), "upload.no_such_job");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! page                                    bridge
+//!  (annulus link)  POST /api/link Link  ──▶  a fresh one-time address
 //!  POST /api/pair Pair           ──▶        one-time token → Paired: session id and key
 //!  GET  /api/socket              ──▶
 //!                                ◀──        Tell::Challenge {nonce}
@@ -59,6 +60,29 @@ pub struct Paired {
     pub session: String,
     /// Session key in hexadecimal, never to be said again.
     pub key: String,
+}
+
+/// Body of `POST /api/link`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    /// What the page that uses the address may do.
+    pub scope: Scope,
+}
+
+/// What a session may do; each includes those before it. Whoever asks for an address chooses (`annulus link --scope`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// Watch, and stop.
+    View,
+    /// Take control, move by hand, home, set the zero.
+    Jog,
+    /// Bring and run jobs.
+    Run,
+    /// Change the machine's settings.
+    #[default]
+    Configure,
 }
 
 /// What a page asks of the bridge. Stop is taken from any page that said hello; the rest needs control, except
@@ -140,6 +164,28 @@ pub enum Ask {
 }
 
 impl Ask {
+    /// What a session must be allowed for this.
+    pub fn scope(&self) -> Scope {
+        match self {
+            Self::Hello { .. } | Self::Ping { .. } | Self::Stop => Scope::View,
+            Self::TakeControl { .. }
+            | Self::ReleaseControl
+            | Self::Home
+            | Self::SetZero
+            | Self::UndoZero
+            | Self::Jog { .. }
+            | Self::AcknowledgeAlarm => Scope::Jog,
+            Self::Arm { .. }
+            | Self::Start { .. }
+            | Self::Pause
+            | Self::Resume
+            | Self::StopAfterHole
+            | Self::BitChanged
+            | Self::ForgetInterrupted => Scope::Run,
+            Self::Configure { .. } => Scope::Configure,
+        }
+    }
+
     /// Whether only the page in control may ask this. Stop is everybody's.
     pub fn needs_control(&self) -> bool {
         !matches!(
@@ -306,4 +352,29 @@ pub struct Status {
     pub left_s: f64,
     /// What went wrong, until acknowledged.
     pub alarm: Option<Alarm>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stop_is_everybodys_and_what_moves_is_not() {
+        let jog = Ask::Jog { axis: 0, distance_um: 1 };
+        let start = Ask::Start { job: String::new(), stream_digest: String::new(), from_leg: 0 };
+        let rows = [
+            (Ask::Stop, Scope::View, false),
+            (Ask::Ping { stamp: 0.0 }, Scope::View, false),
+            (Ask::TakeControl { force: true }, Scope::Jog, false),
+            (Ask::Home, Scope::Jog, true),
+            (jog, Scope::Jog, true),
+            (start, Scope::Run, true),
+            (Ask::Resume, Scope::Run, true),
+            (Ask::Configure { changes: vec![] }, Scope::Configure, true),
+        ];
+        for (ask, scope, needs_control) in rows {
+            assert_eq!((ask.scope(), ask.needs_control()), (scope, needs_control), "{ask:?}");
+        }
+        assert!(Scope::View < Scope::Jog && Scope::Jog < Scope::Run && Scope::Run < Scope::Configure);
+    }
 }
