@@ -90,6 +90,18 @@ pub(crate) fn open(path: &Path) -> Result<(Journal, Contents, Option<PathBuf>), 
     }
 }
 
+/// Whether the journal at `path` can be read; one that is not there yet can. Nothing is moved aside.
+pub(crate) fn examine(path: &Path) -> Result<(), Remark> {
+    if !path.exists() {
+        return Ok(());
+    }
+    match try_open(path) {
+        Ok(_) => Ok(()),
+        Err(Trouble::Damaged(why)) => Err(cannot("doctor.journal_damaged", path, &why)),
+        Err(trouble) => Err(refusal(path, trouble)),
+    }
+}
+
 fn refusal(path: &Path, trouble: Trouble) -> Remark {
     match trouble {
         Trouble::InUse => cannot("journal.in_use", path, ""),

@@ -3,10 +3,8 @@
 //! Comes in: the surroundings. Goes out: one row a check, `good`, `note` or `bad`. Changes nothing.
 
 use super::{Answer, Exit, Refusal, serve};
-use crate::drill::Drill;
 use crate::server::runtime;
-use crate::{browser, machine_file};
-use annulus_core::machine;
+use crate::{browser, drill, journal, machine_file};
 use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::fs;
@@ -38,7 +36,7 @@ pub(crate) fn run(_: &DoctorArgs) -> Result<Answer, Refusal> {
         folder("data_folder", &machine_file::data_folder()),
         folder("runtime_folder", &runtime::folder()),
         port(running),
-        journal(running.is_some()),
+        check_journal(running.is_some()),
         timing(),
     ];
     checks.push(match browser::opener() {
@@ -114,20 +112,13 @@ fn port(running: Option<u16>) -> Check {
 }
 
 /// Whether the journal opens. A running bridge has it open already.
-fn journal(running: bool) -> Check {
+fn check_journal(running: bool) -> Check {
     if running {
         return good("journal", "doctor.journal_in_use");
     }
-    match Drill::open(&machine_file::data_folder(), machine::virtual_drill(), 1.0) {
-        Ok(drill) => {
-            drill.shutdown();
-            good("journal", "doctor.journal")
-        }
-        Err(refusal) => Check {
-            name: "journal",
-            finding: Remark { weight: Weight::Loss, ..refusal.why },
-            numbers: Value::Null,
-        },
+    match journal::examine(&machine_file::data_folder().join(drill::JOURNAL)) {
+        Ok(()) => good("journal", "doctor.journal"),
+        Err(finding) => Check { name: "journal", finding, numbers: Value::Null },
     }
 }
 

@@ -36,7 +36,12 @@ pub(crate) async fn put(
         if auth::sha256(&bytes) != key {
             return Err(Refused::new(StatusCode::UNPROCESSABLE_ENTITY, "upload.other_hash"));
         }
-        drill.upload(&key, &bytes).map_err(|why| Refused { status: StatusCode::UNPROCESSABLE_ENTITY, why })
+        drill.upload(&key, &bytes).map_err(|why| {
+            let content = why.code.starts_with("program.");
+            let status =
+                if content { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::INSUFFICIENT_STORAGE };
+            Refused { status, why }
+        })
     });
     stored.await.unwrap_or_else(|_| Err(Refused::new(StatusCode::INTERNAL_SERVER_ERROR, "door.broken")))?;
     tracing::info!(job, size, "program uploaded");

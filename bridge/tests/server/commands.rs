@@ -134,6 +134,10 @@ fn the_doctor_looks_at_everything() {
     let number = |name: &str| timing[name].as_f64().unwrap();
     assert!(number("p50_us") <= number("p99_us") && number("p99_us") <= number("max_us"), "{timing}");
     assert_eq!(text.lines().count(), names.len());
+    std::fs::write(home.path().join("journal.redb"), b"not a journal").unwrap();
+    let (exit, object, _) = output(&home, &["doctor", "--json"]);
+    assert_eq!((exit, &object["checks"][3]["verdict"]), (1, &"bad".into()), "{object}");
+    assert!(home.path().join("journal.redb").exists(), "a doctor moves nothing aside");
     let bridge = Running::start();
     let (_, object, _) = output(bridge.home.as_ref().unwrap(), &["doctor", "--json"]);
     assert_eq!(object["checks"][2]["code"], "doctor.running");
