@@ -1,6 +1,6 @@
 //! A bridge of its own for every test, and the smallest client that can be rude to it.
 
-use annulus_core::wire::{Ask, PROTOCOL, Tell, auth};
+use annulus_core::wire::{Ask, PROOF_HEADER, PROTOCOL, SESSION_HEADER, Tell, auth};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -42,7 +42,12 @@ impl Running {
     }
 
     pub(crate) fn start_in(home: TempDir) -> Self {
-        let mut command = annulus(&home, &["serve", "--port", "0", "--no-open"]);
+        Self::start_at(home, "1")
+    }
+
+    /// The same, so many times faster than life.
+    pub(crate) fn start_at(home: TempDir, speed: &str) -> Self {
+        let mut command = annulus(&home, &["serve", "--port", "0", "--no-open", "--speed", speed]);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut out = BufReader::new(child.stdout.take().unwrap());
         let mut line = String::new();
@@ -105,6 +110,18 @@ impl Running {
         (text("session"), text("key"))
     }
 
+    /// A request for a job, proven with `key`.
+    pub(crate) fn job(&self, (session, key): (&str, &str), method: &str, name: &str, body: &[u8]) -> Reply {
+        let path = format!("/api/jobs/{name}");
+        let proof = auth::request(key, method, &path);
+        self.own(method, &path, &[(SESSION_HEADER, session), (PROOF_HEADER, &proof)], body)
+    }
+
+    /// A socket that has not said hello.
+    pub(crate) fn stranger(&self) -> Page {
+        Page { session: String::new(), key: String::new(), socket: self.upgrade(&[]).unwrap() }
+    }
+
     /// The socket up to the challenge, with `headers` put in or, where empty, left out.
     pub(crate) fn upgrade(&self, headers: &[(&'static str, &str)]) -> Result<WebSocket<TcpStream>, u16> {
         let mut request = format!("ws://127.0.0.1:{}/api/socket", self.port).into_client_request().unwrap();
@@ -133,9 +150,9 @@ impl Running {
     /// The same with less.
     pub(crate) fn page_that_may(&self, scope: &str) -> Page {
         let (session, key) = self.pair(scope);
-        let mut page = Page { socket: self.upgrade(&[]).unwrap() };
+        let mut page = Page { session, key, socket: self.upgrade(&[]).unwrap() };
         let nonce = page.nonce();
-        page.hello(&session, &auth::hello(&key, &nonce));
+        page.hello(&page.session.clone(), &auth::hello(&page.key, &nonce));
         page.until(|tell| matches!(tell, Tell::Welcome { .. }));
         page
     }
@@ -203,6 +220,8 @@ impl Reply {
 
 /// The page's side of a socket.
 pub(crate) struct Page {
+    pub(crate) session: String,
+    pub(crate) key: String,
     pub(crate) socket: WebSocket<TcpStream>,
 }
 

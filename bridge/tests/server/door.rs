@@ -1,6 +1,6 @@
 //! Strangers at the door: names, origins, tokens.
 
-use crate::client::{Page, Running};
+use crate::client::Running;
 use annulus_core::wire::{Ask, auth};
 use serde_json::json;
 
@@ -167,7 +167,7 @@ fn every_answer_is_dressed() {
 fn a_socket_says_who_it_is_first() {
     let bridge = Running::start();
     let (session, key) = bridge.pair("run");
-    let connect = || Page { socket: bridge.upgrade(&[]).unwrap() };
+    let connect = || bridge.stranger();
 
     let mut silent = connect();
     silent.nonce();
@@ -215,7 +215,7 @@ fn a_session_ends_with_its_bridge() {
     let home = bridge.home.take().unwrap();
     drop(bridge);
     let bridge = Running::start_in(home);
-    let mut page = Page { socket: bridge.upgrade(&[]).unwrap() };
+    let mut page = bridge.stranger();
     let nonce = page.nonce();
     page.hello(&session, &auth::hello(&key, &nonce));
     page.ask(&Ask::Stop);

@@ -6,3 +6,4 @@ mod door;
 mod limits;
 mod pages;
 mod uploads;
+mod work;

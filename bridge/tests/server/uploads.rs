@@ -33,14 +33,7 @@ impl Paired {
     }
 
     fn job(&self, method: &str, name: &str, body: &[u8]) -> Reply {
-        let path = format!("/api/jobs/{name}");
-        let proof = auth::request(&self.key, method, &path);
-        self.bridge.own(
-            method,
-            &path,
-            &[("x-annulus-session", &self.session), ("x-annulus-proof", &proof)],
-            body,
-        )
+        self.bridge.job((&self.session, &self.key), method, name, body)
     }
 }
 

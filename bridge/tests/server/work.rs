@@ -1,0 +1,115 @@
+//! Work that goes on, and moves that do not, when the page that began them is gone (N15).
+
+use crate::client::{Page, Running};
+use annulus_core::control::{Ending, State};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Leg, Mark, Program};
+use annulus_core::machine::virtual_drill;
+use annulus_core::units::Length;
+use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use tempfile::TempDir;
+
+/// Holes in a row, 2 mm apart.
+fn row_of_holes(count: u32) -> Program {
+    let machine = virtual_drill();
+    let process = &machine.process;
+    let to = -(process.board_thickness + process.breakthrough);
+    let feed_um_per_s = (process.feed_mm_per_s * 1e3) as u32;
+    let spin_up_us = (process.spin_up_ms * 1e3) as u32;
+    let mut legs = vec![
+        Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] },
+        Leg {
+            mark: Mark::Prepare,
+            commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us: spin_up_us }],
+        },
+    ];
+    legs.extend((0..count).map(|hole| Leg {
+        mark: Mark::Hole(hole),
+        commands: vec![
+            Command::Rapid { to: Point::from_mm(f64::from(hole) * 2.0, 1.0) },
+            Command::Plunge { to, feed_um_per_s, gate: None },
+            Command::Retract { to: process.safe_height },
+        ],
+    }));
+    legs.push(Leg { mark: Mark::Finish, commands: vec![Command::Spindle { rpm: 0 }] });
+    Program {
+        name: "a row of holes".into(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        safe_height: process.safe_height,
+        legs,
+        accepted: vec![],
+    }
+}
+
+fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) -> Status {
+    match page.until(|tell| matches!(tell, Tell::Status(status) if wanted(status))) {
+        Tell::Status(status) => *status,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn home(page: &mut Page) {
+    assert!(page.take_control(false));
+    page.ask(&Ask::Home);
+    until_status(page, |status| status.state == State::Ready);
+}
+
+#[test]
+fn a_closed_tab_leaves_the_job_running_and_stoppable() {
+    let bridge = Running::start_at(TempDir::new().unwrap(), "5");
+    let (mut worker, mut viewer) = (bridge.page(), bridge.page());
+    home(&mut worker);
+    worker.ask(&Ask::SetZero);
+    let bytes = program::encode(&row_of_holes(100));
+    let job = program::key(&bytes);
+    assert_eq!(bridge.job((&worker.session, &worker.key), "PUT", &job, &bytes).status, 200);
+    worker.ask(&Ask::Arm { job: job.clone() });
+    let armed = worker.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
+    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+    worker.ask(&Ask::Start { job: job.clone(), stream_digest, from_leg: 0 });
+    until_status(&mut worker, |status| status.state == State::ToolChange);
+    worker.ask(&Ask::BitChanged);
+    until_status(&mut worker, |status| status.holes_done >= 2);
+    drop(worker);
+    viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 1, .. }));
+    let seen = until_status(&mut viewer, |status| status.holes_done >= 6);
+    assert_eq!(seen.state, State::Running);
+    viewer.ask(&Ask::Stop);
+    let end = viewer.until(|tell| matches!(tell, Tell::Ended { .. }));
+    assert!(
+        matches!(&end, Tell::Ended { job: ended, ending: Ending::Stopped, .. } if *ended == job),
+        "{end:?}"
+    );
+    until_status(&mut viewer, |status| status.state != State::Running && status.state != State::Stopping);
+
+    let mut newcomer = bridge.page();
+    newcomer.until(|tell| matches!(tell, Tell::Interrupted { job: offered, .. } if *offered == job));
+    let reply = bridge.job((&newcomer.session, &newcomer.key), "GET", &job, b"");
+    assert_eq!((reply.status, reply.body), (200, bytes));
+}
+
+#[test]
+fn a_jog_ends_when_its_page_is_gone() {
+    let bridge = Running::start();
+    let (mut worker, mut viewer) = (bridge.page(), bridge.page());
+    home(&mut worker);
+    worker.ask(&Ask::Jog { axis: 0, distance_um: 290_000 });
+    until_status(&mut worker, |status| status.state == State::Jogging);
+    drop(worker);
+    let rest = until_status(&mut viewer, |status| matches!(status.state, State::Ready | State::NotHomed));
+    assert!(rest.machine_mm[0] < 285.0, "went all the way: {rest:?}");
+}
+
+#[test]
+fn what_waited_when_somebody_stopped_is_not_done() {
+    let bridge = Running::start();
+    let mut page = bridge.page();
+    home(&mut page);
+    page.ask(&Ask::Jog { axis: 0, distance_um: 100_000 });
+    page.ask(&Ask::Stop);
+    let rest = until_status(&mut page, |status| matches!(status.state, State::Ready | State::NotHomed));
+    assert!(rest.machine_mm[0] < 95.0, "{rest:?}");
+}
