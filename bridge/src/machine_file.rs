@@ -284,7 +284,7 @@ mod tests {
             ("schema = 1\n[x]\nmax_speed = -4\n", "machine.setting_range", 3, 13),
             ("schema = 1\n[x]\n  colour = 4\n", "machine.setting_unknown", 3, 3),
             ("schema = 1\n[w]\ncolour = 4\n", "machine.setting_unknown", 3, 1),
-            ("schema = 1\nspeed = 4\n", "machine.setting_unknown", 2, 9),
+            ("schema = 1\nspeed = 4\n", "machine.setting_unknown", 2, 1),
             ("schema = 1\n[x]\nhome_end = \"left\"\n", "machine.setting_choice", 3, 12),
             ("schema = 1\n[y]\nmax = 10.0\nmin = 20.0\n", "machine.range_inside_out", 4, 1),
             ("schema = 7\n", "machine.file_schema", 1, 1),

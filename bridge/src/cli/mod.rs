@@ -168,7 +168,10 @@ fn explain(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         return Exit::Done.into();
     }
-    let asked = std::env::args_os().skip(1).take_while(|argument| argument != "--").any(|argument| argument == "--json");
+    let asked = std::env::args_os()
+        .skip(1)
+        .take_while(|argument| argument != "--")
+        .any(|argument| argument == "--json");
     if asked {
         let text = error.render().to_string();
         let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
