@@ -8,9 +8,10 @@ pub use from_artwork::from_artwork;
 
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
+use serde::{Deserialize, Serialize};
 
 /// A round hole.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hole {
     /// Its centre.
     pub at: Point,
@@ -27,7 +28,7 @@ pub struct Hole {
 }
 
 /// An elongated hole: a bit swept along a path of points (arcs already cut into chords of ≤ 5 µm error).
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Slot {
     /// Centre line, at least two points.
     pub path: Vec<Point>,
@@ -44,7 +45,7 @@ pub struct Slot {
 }
 
 /// A board to be drilled. Coordinates are the files' own.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Board {
     /// Name for people, from the files.
     pub name: String,

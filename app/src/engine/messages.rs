@@ -1,0 +1,276 @@
+//! What page and worker say to each other, as plain data. Page and worker are the same build, so nothing here needs to
+//! stay readable for long.
+//!
+//! Comes in, goes out: messages. Does not know how they travel.
+
+use annulus_core::board::Board;
+use annulus_core::geometry::Point;
+use annulus_core::machine::{self, Machine, Value};
+use annulus_core::motion::Timeline;
+use annulus_core::remark::Remark;
+use annulus_core::units::Length;
+use serde::{Deserialize, Serialize};
+
+/// One request with its number.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Envelope {
+    /// Number of the request; the answer bears it too.
+    pub id: u32,
+    /// What is wanted.
+    pub request: Request,
+}
+
+/// What can be asked of the worker. Every request carries all it needs, so that a new worker can take it up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Request {
+    /// Read files and make the board of some of them.
+    Read(ToRead),
+    /// Choose bits, order holes, make the program.
+    Plan(ToPlan),
+    /// Turn a program into moves and steps.
+    Time(ToTime),
+}
+
+/// Files to read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ToRead {
+    /// Names and bytes; zips are opened.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// What a person says about the numbers of drill files.
+    pub numbers: Numbers,
+    /// Which rows of [`Reading::files`] make the board; none for the reader's own choice.
+    pub used: Option<Vec<u32>>,
+}
+
+/// How the numbers of drill files are to be read, where a person knows better.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Numbers {
+    /// `mm` or `inch`.
+    pub units: Option<String>,
+    /// Digits before and behind the point.
+    pub digits: Option<(u8, u8)>,
+    /// `leading`, `trailing` or `none`: which zeros are left out.
+    pub zeros: Option<String>,
+}
+
+/// What was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// Every file and every member of every zip, in order.
+    pub files: Vec<FileRow>,
+    /// Which of them the board was made of.
+    pub used: Vec<u32>,
+    /// The board.
+    pub board: Board,
+    /// What was found in making it.
+    pub remarks: Vec<Remark>,
+}
+
+/// One file, as the import review shows it. The words are those of `annulus inspect --json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FileRow {
+    /// Its name, for example `board.zip!/drill.drl`.
+    pub name: String,
+    /// `drill`, `gerber`, `report`, `archive`, `refused` or `unknown`.
+    pub kind: String,
+    /// `drill`, `copper`, `outline`, ….
+    pub role: String,
+    /// `top`, `bottom` or `inner`.
+    pub side: Option<String>,
+    /// Why it is taken for what it is.
+    pub reason: Remark,
+    /// Plated, not plated, or not said.
+    pub plated: Option<bool>,
+    /// The program that wrote it.
+    pub generator: Option<String>,
+    /// For drill files: how its numbers are read.
+    pub drill: Option<DrillRow>,
+    /// What was found in it.
+    pub remarks: Vec<Remark>,
+}
+
+/// What a drill file holds and how it was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DrillRow {
+    /// `mm` or `inch`.
+    pub units: Option<String>,
+    /// Digits before and behind the point, where it is not written.
+    pub digits: Option<(u8, u8)>,
+    /// `leading`, `trailing`, `none` or `decimal`.
+    pub zeros: Option<String>,
+    /// What that rests on: `person`, `header`, `comment`, `companion`, `copper`, `shape` or `default`.
+    pub evidence: String,
+    /// Share of holes on copper under this reading, 0 to 1.
+    pub score: Option<f64>,
+    /// The same for the best other reading.
+    pub runner_up: Option<f64>,
+    /// That other reading, for people.
+    pub runner_up_reading: Option<String>,
+    /// Single holes.
+    pub hits: u32,
+    /// Straight slots.
+    pub slots: u32,
+    /// Routed paths.
+    pub routes: u32,
+    /// Sizes of its tools, in the file's order.
+    pub tools: Vec<ToolRow>,
+}
+
+/// One tool of a drill file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ToolRow {
+    /// Its number in the file.
+    pub code: u32,
+    /// Its diameter, if the file says.
+    pub diameter: Option<Length>,
+    /// Holes and slots made with it.
+    pub uses: u32,
+}
+
+/// A board to plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToPlan {
+    /// The board.
+    pub board: Board,
+    /// The machine.
+    pub machine: Settings,
+    /// Order of the holes of one bit.
+    pub order: Order,
+    /// The bit in the spindle: it goes first. None for ascending sizes.
+    pub loaded: Option<Length>,
+    /// Codes of losses that a person has seen.
+    pub accept: Vec<String>,
+}
+
+/// Order of the holes of one bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Order {
+    /// Shortest way.
+    #[default]
+    Shortest,
+    /// Least machine time.
+    Fastest,
+    /// As in the file.
+    File,
+}
+
+/// A plan and its program.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Planned {
+    /// The place in the files' coordinates that becomes the work zero.
+    pub origin: Point,
+    /// Bits in order of use.
+    pub bits: Vec<PlannedBit>,
+    /// Length of the ways as in the file, mm.
+    pub travel_before_mm: f64,
+    /// The same as planned.
+    pub travel_after_mm: f64,
+    /// Time of the ways as in the file, s.
+    pub hop_time_before_s: f64,
+    /// The same as planned.
+    pub hop_time_after_s: f64,
+    /// The program's bytes, to be uploaded.
+    pub program: Vec<u8>,
+    /// Their SHA-256.
+    pub key: String,
+    /// What was found in planning.
+    pub remarks: Vec<Remark>,
+}
+
+/// One bit of a plan.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlannedBit {
+    /// Its diameter.
+    pub diameter: Length,
+    /// The sizes in the files that it stands in for.
+    pub sizes: Vec<Length>,
+    /// Holes in order, as indices into the board's holes.
+    pub holes: Vec<u32>,
+}
+
+impl Planned {
+    /// All holes in order of drilling.
+    pub fn order(&self) -> Vec<u32> {
+        self.bits.iter().flat_map(|bit| bit.holes.iter().copied()).collect()
+    }
+}
+
+/// A program to time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToTime {
+    /// Its bytes.
+    pub program: Vec<u8>,
+    /// The machine.
+    pub machine: Settings,
+}
+
+/// A program in time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timed {
+    /// Every move, for playback.
+    pub timeline: Timeline,
+    /// SHA-256 of the step stream, to be compared with the bridge's before Start.
+    pub stream_digest: String,
+    /// How long all of it takes, s.
+    pub total_s: f64,
+    /// Steps of X, Y and Z.
+    pub steps: [u64; 3],
+    /// Holes drilled.
+    pub holes: u32,
+}
+
+/// A machine as it travels: its settings as JSON, as on the bridge's socket.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Settings(String);
+
+impl Settings {
+    /// The settings of `machine`.
+    pub fn of(machine: &Machine) -> Self {
+        Self::from_values(&machine::read(machine))
+    }
+
+    /// Keys and values, as the bridge tells them.
+    pub fn from_values(values: &[(String, Value)]) -> Self {
+        Self(serde_json::to_string(values).unwrap_or_default())
+    }
+
+    /// The machine, or what is wrong with it.
+    pub fn machine(&self) -> Result<Machine, Vec<Remark>> {
+        let values: Vec<(String, Value)> = serde_json::from_str(&self.0).unwrap_or_default();
+        machine::apply(&machine::virtual_drill(), &values)
+    }
+}
+
+/// What the worker says.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Report {
+    /// How far a request is.
+    Progress {
+        /// Which.
+        id: u32,
+        /// Done so far.
+        done: u64,
+        /// In all.
+        total: u64,
+    },
+    /// A request is done, or refused for reasons.
+    Done {
+        /// Which.
+        id: u32,
+        /// The answer.
+        answer: Result<Answer, Vec<Remark>>,
+    },
+    /// Its last words.
+    Panicked(String),
+}
+
+/// Answers, one kind a request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Answer {
+    /// To [`Request::Read`].
+    Read(Reading),
+    /// To [`Request::Plan`].
+    Planned(Planned),
+    /// To [`Request::Time`].
+    Timed(Timed),
+}

@@ -1,0 +1,235 @@
+//! The work itself: one request in, one answer out. Pure, so that it is tested without a browser.
+//!
+//! Comes in: a [`Request`], somebody to tell how far it is. Goes out: an [`Answer`] or remarks. Does not know workers.
+
+use super::messages::{
+    Answer, DrillRow, FileRow, Numbers, Order, Planned, PlannedBit, Reading, Request, Timed, ToPlan, ToRead,
+    ToTime, ToolRow,
+};
+use annulus_core::artwork::{self, Digits, DrillFile, FileRead, Overrides, Units, Zeros};
+use annulus_core::remark::Remark;
+use annulus_core::wire::program;
+use annulus_core::{board, cam, motion, steps};
+
+/// Does what is asked. `progress` is told what is done and how much there is.
+pub fn perform(request: Request, progress: &mut dyn FnMut(u64, u64)) -> Result<Answer, Vec<Remark>> {
+    match request {
+        Request::Read(wanted) => Ok(Answer::Read(read(&wanted))),
+        Request::Plan(wanted) => plan(&wanted, progress).map(Answer::Planned),
+        Request::Time(wanted) => time(&wanted).map(Answer::Timed),
+    }
+}
+
+fn read(wanted: &ToRead) -> Reading {
+    let artwork = artwork::read_set(&wanted.files, &overrides(&wanted.numbers));
+    let used: Vec<usize> = match &wanted.used {
+        Some(rows) => rows.iter().map(|row| *row as usize).filter(|row| *row < artwork.files.len()).collect(),
+        None => artwork.default_use(),
+    };
+    let (board, remarks) = board::from_artwork(&artwork, &used);
+    Reading {
+        files: artwork.files.iter().map(file_row).collect(),
+        used: used.iter().map(|row| *row as u32).collect(),
+        board,
+        remarks,
+    }
+}
+
+fn overrides(numbers: &Numbers) -> Overrides {
+    Overrides {
+        units: numbers.units.as_deref().and_then(|word| match word {
+            "mm" => Some(Units::Mm),
+            "inch" => Some(Units::Inch),
+            _ => None,
+        }),
+        digits: numbers.digits.map(|(integer, decimal)| Digits { integer, decimal }),
+        zeros: numbers.zeros.as_deref().and_then(|word| match word {
+            "leading" => Some(Zeros::Leading),
+            "trailing" => Some(Zeros::Trailing),
+            "none" => Some(Zeros::None),
+            _ => None,
+        }),
+    }
+}
+
+fn file_row(file: &FileRead) -> FileRow {
+    FileRow {
+        name: file.name.clone(),
+        kind: file.kind.name().to_owned(),
+        role: file.role.name().to_owned(),
+        side: file.side.map(|side| side.name().to_owned()),
+        reason: file.reason.clone(),
+        plated: file.plated,
+        generator: file.generator.clone(),
+        drill: file.drill.as_ref().map(|drill| drill_row(file, drill)),
+        remarks: file.remarks.clone(),
+    }
+}
+
+fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
+    let totals = drill.totals();
+    let evidence = file.evidence.as_ref();
+    let tools = drill.tools.iter().zip(drill.counts()).map(|(tool, counts)| ToolRow {
+        code: tool.code,
+        diameter: tool.diameter,
+        uses: counts.hits + counts.slots + counts.routed_paths,
+    });
+    DrillRow {
+        units: file.units.map(|units| units.name().to_owned()),
+        digits: file.number_format.map(|digits| (digits.integer, digits.decimal)),
+        zeros: file.zeros.map(|zeros| zeros.name().to_owned()),
+        evidence: evidence.map(|evidence| evidence.source.name().to_owned()).unwrap_or_default(),
+        score: evidence.and_then(|evidence| evidence.score),
+        runner_up: evidence.and_then(|evidence| evidence.runner_up),
+        runner_up_reading: evidence.and_then(|evidence| evidence.runner_up_reading.clone()),
+        hits: totals.hits,
+        slots: totals.slots,
+        routes: totals.routed_paths,
+        tools: tools.collect(),
+    }
+}
+
+fn plan(wanted: &ToPlan, progress: &mut dyn FnMut(u64, u64)) -> Result<Planned, Vec<Remark>> {
+    let machine = wanted.machine.machine()?;
+    let options = cam::PlanOptions {
+        order: match wanted.order {
+            Order::Shortest => cam::Order::Shortest,
+            Order::Fastest => cam::Order::Fastest,
+            Order::File => cam::Order::File,
+        },
+        group: if wanted.loaded.is_some() { cam::Group::LoadedFirst } else { cam::Group::Ascending },
+        loaded: wanted.loaded,
+        accept: wanted.accept.clone(),
+        ..cam::PlanOptions::default()
+    };
+    let hop_time = |from, to| motion::hop_time_s(&machine, from, to);
+    let mut tell = |at: cam::Progress| {
+        progress(at.done, at.total);
+        true
+    };
+    let (plan, remarks) = cam::plan(&wanted.board, &machine, &options, &hop_time, &mut tell)?;
+    let program = program::encode(&cam::lower(&wanted.board, &plan, &machine));
+    let bits =
+        plan.bits.into_iter().map(|bit| PlannedBit { diameter: bit.bit, sizes: bit.sizes, holes: bit.holes });
+    Ok(Planned {
+        origin: plan.origin,
+        bits: bits.collect(),
+        travel_before_mm: plan.travel_before_mm,
+        travel_after_mm: plan.travel_after_mm,
+        hop_time_before_s: plan.hop_time_before_s,
+        hop_time_after_s: plan.hop_time_after_s,
+        key: program::key(&program),
+        program,
+        remarks,
+    })
+}
+
+fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
+    let one = |remark| vec![remark];
+    let machine = wanted.machine.machine()?;
+    let program = program::decode(&wanted.program).map_err(one)?;
+    let timeline = motion::timeline(&program, &machine).map_err(one)?;
+    let stream = steps::stream(&timeline, &machine).map_err(one)?;
+    let mut counted = [0; 3];
+    for run in stream.segments.iter().flat_map(|segment| &segment.runs) {
+        if let Some(axis) = counted.get_mut(usize::from(run.axis)) {
+            *axis += u64::from(run.count);
+        }
+    }
+    Ok(Timed {
+        stream_digest: steps::digest(&stream),
+        total_s: timeline.total_s(),
+        timeline,
+        steps: counted,
+        holes: program.hole_count() as u32,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::messages::{Envelope, Settings};
+    use super::*;
+    use annulus_core::machine::virtual_drill;
+
+    const DRILL: &[u8] =
+        b"M48\nMETRIC\nT1C0.800\nT2C1.000\n%\nG90\nT1\nX10.0Y10.0\nX40.0Y10.0\nX12.0Y10.0\nX38.0Y11.0\nT2\nX20.0Y20.0\nM30\n";
+
+    fn reading() -> Reading {
+        let files =
+            vec![("board.drl".to_owned(), DRILL.to_vec()), ("notes.txt".to_owned(), b"hello".to_vec())];
+        let wanted = ToRead { files, ..ToRead::default() };
+        match perform(Request::Read(wanted), &mut |_, _| {}) {
+            Ok(Answer::Read(reading)) => reading,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn planned(order: Order, told: &mut Vec<(u64, u64)>) -> Planned {
+        let machine = Settings::of(&virtual_drill());
+        let wanted = ToPlan { board: reading().board, machine, order, loaded: None, accept: vec![] };
+        match perform(Request::Plan(wanted), &mut |done, total| told.push((done, total))) {
+            Ok(Answer::Planned(planned)) => planned,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn every_file_is_listed_and_drill_files_make_the_board() {
+        let reading = reading();
+        let rows: Vec<_> = reading.files.iter().map(|row| (row.name.as_str(), row.kind.as_str())).collect();
+        assert_eq!(rows[0], ("board.drl", "drill"));
+        assert_eq!(rows.len(), 2);
+        assert_eq!(reading.used, [0]);
+        assert_eq!(reading.board.holes.len(), 5);
+        let drill = reading.files[0].drill.as_ref().unwrap();
+        assert_eq!((drill.hits, drill.units.as_deref()), (5, Some("mm")));
+        assert_eq!(drill.tools.iter().map(|tool| tool.uses).collect::<Vec<_>>(), [4, 1]);
+    }
+
+    #[test]
+    fn a_plan_drills_every_hole_once_and_is_no_longer_than_the_file() {
+        for order in [Order::Shortest, Order::Fastest, Order::File] {
+            let mut told = Vec::new();
+            let planned = planned(order, &mut told);
+            let mut holes = planned.order();
+            holes.sort_unstable();
+            assert_eq!(holes, [0, 1, 2, 3, 4], "{order:?}");
+            assert!(planned.travel_after_mm <= planned.travel_before_mm + 1e-9, "{order:?}");
+            assert!(told.iter().all(|(done, total)| done <= total));
+        }
+    }
+
+    #[test]
+    fn a_program_is_timed_and_its_digest_repeats() {
+        let planned = planned(Order::Shortest, &mut Vec::new());
+        let wanted = ToTime { program: planned.program, machine: Settings::of(&virtual_drill()) };
+        let time = || perform(Request::Time(wanted.clone()), &mut |_, _| {});
+        let Ok(Answer::Timed(timed)) = time() else { panic!("{:?}", time()) };
+        assert_eq!(timed.holes, 5);
+        assert!(timed.total_s > 1.0 && timed.steps.iter().all(|steps| *steps > 100), "{:?}", timed.steps);
+        assert_eq!(time(), Ok(Answer::Timed(timed)));
+    }
+
+    #[test]
+    fn requests_and_answers_survive_the_way_to_the_worker() {
+        let machine = Settings::of(&virtual_drill());
+        assert_eq!(machine.machine(), Ok(virtual_drill()));
+        let request = Request::Plan(ToPlan {
+            board: reading().board,
+            machine,
+            order: Order::Fastest,
+            loaded: None,
+            accept: vec!["x".to_owned()],
+        });
+        let bytes = postcard::to_allocvec(&Envelope { id: 7, request: request.clone() }).unwrap();
+        let back: Envelope = postcard::from_bytes(&bytes).unwrap();
+        assert_eq!((back.id, back.request), (7, request));
+    }
+
+    #[test]
+    fn a_damaged_program_is_refused_with_a_remark() {
+        let wanted = ToTime { program: b"no program".to_vec(), machine: Settings::of(&virtual_drill()) };
+        let refused = perform(Request::Time(wanted), &mut |_, _| {});
+        assert!(refused.is_err_and(|remarks| remarks[0].code == "program.not_one"));
+    }
+}

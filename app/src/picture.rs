@@ -1,0 +1,168 @@
+//! A board, its plan and its travel as a scene. The one place that knows both boards and pictures.
+//!
+//! Comes in: a [`Board`], an order of holes. Goes out: a [`Scene`] in millimetres from the board's lower left corner, so
+//! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
+
+use crate::view::{Disc, Line, Palette, Plate, Scene, Slot, State, UNORDERED, Width};
+use annulus_core::board::Board;
+use annulus_core::geometry::{Bounds, Point};
+use annulus_core::units::Length;
+
+/// Free board around the outermost holes where no outline says better.
+const MARGIN: Length = Length::from_um(4_000);
+/// Rounding of the board's corners.
+const CORNER_MM: f32 = 1.5;
+/// A hole whose size no file says is drawn this large.
+const UNSIZED: Length = Length::from_um(800);
+/// Width of travel lines in CSS pixels.
+const TRAVEL_PX: f32 = 1.25;
+
+/// The place in the files' coordinates that the picture counts from.
+pub fn origin(board: &Board) -> Point {
+    body(board).map_or_else(Point::default, |bounds| bounds.min)
+}
+
+/// A place of the files in millimetres of the picture.
+pub fn place(origin: Point, at: Point) -> [f32; 2] {
+    [(at.x - origin.x).mm() as f32, (at.y - origin.y).mm() as f32]
+}
+
+/// The board's body: its outline, or a margin around its holes.
+fn body(board: &Board) -> Option<Bounds> {
+    let outline = Bounds::around(board.outline.iter().flatten().copied());
+    outline.or_else(|| board.bounds().map(|bounds| bounds.grown(MARGIN)))
+}
+
+/// The sizes of holes and slots there are, ascending; each has a colour.
+pub fn sizes(board: &Board) -> Vec<Length> {
+    let holes = board.holes.iter().map(|hole| hole.diameter.unwrap_or(UNSIZED));
+    let mut sizes: Vec<_> =
+        holes.chain(board.slots.iter().map(|slot| slot.width.unwrap_or(UNSIZED))).collect();
+    sizes.sort_unstable();
+    sizes.dedup();
+    sizes
+}
+
+/// The board with all holes planned and no travel.
+pub fn scene(board: &Board, palette: &Palette) -> Scene {
+    let origin = origin(board);
+    let sizes = sizes(board);
+    let colour = |size: Length| palette.tool(sizes.partition_point(|other| *other < size));
+    let disc = |hole: &annulus_core::board::Hole| {
+        let size = hole.diameter.unwrap_or(UNSIZED);
+        Disc {
+            centre_mm: place(origin, hole.at),
+            radius_mm: size.mm() as f32 / 2.0,
+            colour: colour(size),
+            state: State::Planned,
+            order: UNORDERED,
+        }
+    };
+    let slot = |slot: &annulus_core::board::Slot| {
+        let width = slot.width.unwrap_or(UNSIZED);
+        Slot {
+            path_mm: slot.path.iter().map(|point| place(origin, *point)).collect(),
+            width_mm: width.mm() as f32,
+            colour: colour(width),
+        }
+    };
+    let ring = |ring: &Vec<Point>| ring.iter().map(|point| place(origin, *point)).collect();
+    Scene {
+        plate: body(board).map(|bounds| plate(origin, bounds)),
+        outline: board.outline.iter().map(ring).collect(),
+        slots: board.slots.iter().map(slot).collect(),
+        lines: Vec::new(),
+        discs: board.holes.iter().map(disc).collect(),
+    }
+}
+
+fn plate(origin: Point, bounds: Bounds) -> Plate {
+    Plate { min_mm: place(origin, bounds.min), max_mm: place(origin, bounds.max), corner_mm: CORNER_MM }
+}
+
+/// The way of the head from `start` over `holes` (indices into the board's holes), in order: line `n` leads to the
+/// hole with number `n`.
+pub fn travel(board: &Board, start: Point, holes: &[u32], palette: &Palette) -> Vec<Line> {
+    let origin = origin(board);
+    let stops = holes.iter().filter_map(|index| board.holes.get(*index as usize)).map(|hole| hole.at);
+    let mut from = place(origin, start);
+    let leg = |(number, stop): (usize, Point)| {
+        let to = place(origin, stop);
+        let a_mm = std::mem::replace(&mut from, to);
+        Line { a_mm, b_mm: to, width: Width::Px(TRAVEL_PX), colour: palette.travel, order: number as u32 }
+    };
+    stops.enumerate().map(leg).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::board::{Hole, Slot};
+
+    fn hole(x: f64, y: f64, um: Option<i64>) -> Hole {
+        let diameter = um.map(Length::from_um);
+        Hole { at: Point::from_mm(x, y), diameter, plated: None, source: 0, tool_code: 1, line: 1 }
+    }
+
+    fn board() -> Board {
+        Board {
+            holes: vec![
+                hole(1000.0, 500.0, Some(900)),
+                hole(1010.0, 520.0, Some(600)),
+                hole(1010.0, 500.0, None),
+            ],
+            slots: vec![Slot {
+                path: vec![Point::from_mm(1002.0, 510.0), Point::from_mm(1004.0, 510.0)],
+                width: Some(Length::from_um(900)),
+                plated: None,
+                source: 0,
+                tool_code: 2,
+                line: 9,
+            }],
+            ..Board::default()
+        }
+    }
+
+    #[test]
+    fn the_picture_counts_from_the_boards_corner() {
+        let scene = scene(&board(), &Palette::DARK);
+        assert_eq!(scene.plate.map(|plate| (plate.min_mm, plate.max_mm)), Some(([0.0, 0.0], [18.0, 28.0])));
+        assert_eq!(scene.discs[0].centre_mm, [4.0, 4.0]);
+        assert_eq!(scene.discs[1].centre_mm, [14.0, 24.0]);
+        assert_eq!(scene.discs[0].radius_mm, 0.45);
+        assert_eq!(scene.slots[0].path_mm, [[6.0, 14.0], [8.0, 14.0]]);
+    }
+
+    #[test]
+    fn equal_sizes_share_a_colour_and_others_do_not() {
+        let palette = Palette::DARK;
+        let scene = scene(&board(), &palette);
+        assert_eq!(scene.discs[1].colour, palette.tool(0), "0.6 mm is the smallest");
+        assert_eq!(scene.discs[2].colour, palette.tool(1), "no size stands for 0.8 mm");
+        assert_eq!(scene.discs[0].colour, palette.tool(2));
+        assert_eq!(scene.slots[0].colour, scene.discs[0].colour);
+    }
+
+    #[test]
+    fn an_outline_is_the_body_where_there_is_one() {
+        let square = [(990.0, 490.0), (1050.0, 490.0), (1050.0, 540.0), (990.0, 540.0)];
+        let outline = vec![square.iter().map(|(x, y)| Point::from_mm(*x, *y)).collect()];
+        let scene = scene(&Board { outline, ..board() }, &Palette::DARK);
+        assert_eq!(scene.plate.map(|plate| plate.max_mm), Some([60.0, 50.0]));
+        assert_eq!(scene.outline[0][2], [60.0, 50.0]);
+    }
+
+    #[test]
+    fn travel_leads_from_hole_to_hole_in_order() {
+        let board = board();
+        let lines = travel(&board, origin(&board), &[1, 0, 7], &Palette::DARK);
+        assert_eq!(lines.len(), 2, "a hole that is not there has no line");
+        assert_eq!((lines[0].a_mm, lines[0].b_mm, lines[0].order), ([0.0, 0.0], [14.0, 24.0], 0));
+        assert_eq!((lines[1].a_mm, lines[1].b_mm, lines[1].order), ([14.0, 24.0], [4.0, 4.0], 1));
+    }
+
+    #[test]
+    fn an_empty_board_is_an_empty_scene() {
+        assert_eq!(scene(&Board::default(), &Palette::DARK), Scene::default());
+    }
+}

@@ -1,0 +1,191 @@
+//! The picture in a real browser: small scenes drawn on each back end, and their pixels read back.
+
+use super::*;
+use wasm_bindgen::JsCast;
+use wasm_bindgen_test::{wasm_bindgen_test, wasm_bindgen_test_configure};
+use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement, HtmlElement, PointerEvent, PointerEventInit};
+
+wasm_bindgen_test_configure!(run_in_browser);
+
+const SIDE: u32 = 240;
+
+fn host() -> HtmlElement {
+    let document = web_sys::window().unwrap().document().unwrap();
+    let host: HtmlElement = document.create_element("div").unwrap().dyn_into().unwrap();
+    host.style().set_css_text(&format!("position:fixed;left:0;top:0;width:{SIDE}px;height:{SIDE}px"));
+    document.body().unwrap().append_child(&host).unwrap();
+    host
+}
+
+/// A board of 20 mm with a hole of 8 mm in its middle, and a line below it.
+fn scene() -> Scene {
+    let colour = Palette::DARK.tool(0);
+    let middle = Disc { centre_mm: [10.0, 10.0], radius_mm: 4.0, colour, state: State::Planned, order: 0 };
+    let line = Line {
+        a_mm: [3.0, 2.0],
+        b_mm: [17.0, 2.0],
+        width: Width::Mm(1.0),
+        colour: Colour::rgb(0x00ff_0000),
+        order: UNORDERED,
+    };
+    Scene {
+        plate: Some(Plate { min_mm: [0.0, 0.0], max_mm: [20.0, 20.0], corner_mm: 2.0 }),
+        lines: vec![line],
+        discs: vec![middle],
+        ..Scene::default()
+    }
+}
+
+/// Paints now and copies the picture before the browser takes it away.
+fn pixels(view: &View) -> impl Fn([f32; 2]) -> [u8; 3] + use<> {
+    view.paint();
+    let canvas = view.0.borrow().canvas.clone();
+    let (width, height) = (canvas.width(), canvas.height());
+    let document = web_sys::window().unwrap().document().unwrap();
+    let copy: HtmlCanvasElement = document.create_element("canvas").unwrap().dyn_into().unwrap();
+    copy.set_width(width);
+    copy.set_height(height);
+    let context: CanvasRenderingContext2d = copy.get_context("2d").unwrap().unwrap().dyn_into().unwrap();
+    context.draw_image_with_html_canvas_element(&canvas, 0.0, 0.0).unwrap();
+    let data = context.get_image_data(0.0, 0.0, f64::from(width), f64::from(height)).unwrap().data();
+    let camera = view.camera();
+    let density = f64::from(width) / camera.viewport_px[0];
+    move |mm| {
+        let px = camera.to_px(mm.map(f64::from)).map(|px| (px * density) as usize);
+        let at = (px[1] * width as usize + px[0]) * 4;
+        [data[at], data[at + 1], data[at + 2]]
+    }
+}
+
+fn close(found: [u8; 3], wanted: Colour, what: &str) {
+    let apart = (0..3).map(|k| found[k].abs_diff(wanted.0[k])).max().unwrap();
+    assert!(apart <= 24, "{what}: found {found:?}, wanted {:?}", wanted.0);
+}
+
+const RIM: [f32; 2] = [13.85, 10.0];
+const MIDDLE: [f32; 2] = [10.0, 10.0];
+
+async fn draws(wanted: Wanted, backend: Backend) -> Vec<[u8; 3]> {
+    let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
+    assert_eq!(view.backend(), backend);
+    view.set_scene(scene());
+    view.fit();
+    let palette = Palette::DARK;
+    let seen = pixels(&view);
+    close(seen(MIDDLE), palette.bore, "the bore is dark");
+    close(seen(RIM), palette.tool(0), "the ring has the tool's colour");
+    close(seen([10.0, 2.0]), Colour::rgb(0x00ff_0000), "the line");
+    close(seen([5.3, 16.7]), palette.plate, "the board");
+    close(seen([22.5, 22.5]), palette.background, "beside the board");
+    let all = [MIDDLE, RIM, [10.0, 2.0], [5.3, 16.7], [22.5, 22.5]].map(&seen).to_vec();
+
+    view.set_states(&[(0, State::Done)]);
+    close(pixels(&view)(MIDDLE), palette.done, "a drilled hole is filled");
+    view.set_states(&[(0, State::Planned)]);
+    close(pixels(&view)(MIDDLE), palette.bore, "and empty again");
+    view.set_progress(Progress { discs: 1, drilling: false, lines: 0 });
+    close(pixels(&view)(MIDDLE), palette.done, "progress fills it too");
+    view.set_progress(Progress { discs: 0, drilling: true, lines: 0 });
+    close(pixels(&view)(RIM), palette.current, "the hole in work has the accent");
+    assert_eq!(view.0.borrow().canvas.get_attribute("data-holes").as_deref(), Some("1"));
+    assert_eq!(view.0.borrow().canvas.get_attribute("data-backend").as_deref(), Some(backend.name()));
+    all
+}
+
+#[wasm_bindgen_test]
+async fn webgpu_and_webgl2_and_the_plain_canvas_draw_the_same_picture() {
+    let webgpu = draws(Wanted::WebGpu, Backend::WebGpu).await;
+    let webgl2 = draws(Wanted::WebGl2, Backend::WebGl2).await;
+    draws(Wanted::Flat, Backend::Flat).await;
+    for (a, b) in webgpu.iter().zip(&webgl2) {
+        let apart = (0..3).map(|k| a[k].abs_diff(b[k])).max().unwrap();
+        assert!(apart <= 6, "{webgpu:?} and {webgl2:?} differ");
+    }
+}
+
+async fn tick() {
+    let promise = js_sys::Promise::new(&mut |resolve, _| {
+        web_sys::window()
+            .unwrap()
+            .set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, 30)
+            .unwrap();
+    });
+    wasm_bindgen_futures::JsFuture::from(promise).await.unwrap();
+}
+
+#[wasm_bindgen_test]
+async fn a_lost_device_comes_back_with_the_same_picture() {
+    for wanted in [Wanted::WebGpu, Wanted::WebGl2] {
+        let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
+        view.set_scene(scene());
+        view.set_states(&[(0, State::Done)]);
+        view.fit();
+        pixels(&view);
+        let backend = view.backend();
+        view.lose_device();
+        for _ in 0..200 {
+            tick().await;
+            if view.frames().losses == 1 && view.backend() == backend {
+                break;
+            }
+        }
+        assert_eq!((view.frames().losses, view.backend()), (1, backend), "{wanted:?}");
+        close(pixels(&view)(MIDDLE), Palette::DARK.done, "the same picture");
+    }
+}
+
+fn point(view: &View, kind: &str, at_mm: [f64; 2]) {
+    let [x, y] = view.camera().to_px(at_mm);
+    let init = PointerEventInit::new();
+    init.set_client_x(x as i32);
+    init.set_client_y(y as i32);
+    init.set_pointer_id(1);
+    let event = PointerEvent::new_with_event_init_dict(kind, &init).unwrap();
+    view.0.borrow().canvas.clone().dispatch_event(&event).unwrap();
+}
+
+#[wasm_bindgen_test]
+async fn a_press_picks_and_a_drag_pans() {
+    let view = View::new(&host(), Wanted::Flat, Palette::DARK).await.unwrap();
+    view.set_scene(scene());
+    view.fit();
+    let picked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
+    let note = picked.clone();
+    view.on_press(move |pressed| note.borrow_mut().push(pressed.disc));
+    for at in [MIDDLE.map(f64::from), [1.0, 1.0]] {
+        point(&view, "pointerdown", at);
+        point(&view, "pointerup", at);
+    }
+    assert_eq!(*picked.borrow(), [Some(0), None]);
+
+    let before = view.camera();
+    point(&view, "pointerdown", [10.0, 10.0]);
+    point(&view, "pointermove", [15.0, 10.0]);
+    point(&view, "pointerup", [15.0, 10.0]);
+    assert_eq!(picked.borrow().len(), 2, "a drag is no press");
+    let moved = view.camera().centre_mm[0] - before.centre_mm[0];
+    assert!((moved + 5.0).abs() < 0.2, "the board went along: {moved}");
+}
+
+#[wasm_bindgen_test]
+async fn the_canvas_goes_with_the_last_handle_and_frames_are_painted_on_demand() {
+    let host = host();
+    let view = View::new(&host, Wanted::Flat, Palette::DARK).await.unwrap();
+    view.set_scene(scene());
+    tick().await;
+    tick().await;
+    let painted = view.frames().painted;
+    assert!(painted >= 1);
+    for _ in 0..5 {
+        tick().await;
+    }
+    assert_eq!(view.frames().painted, painted, "nothing changed, nothing is painted");
+    view.set_head(Some([1.0, 1.0]));
+    view.set_head(Some([2.0, 1.0]));
+    tick().await;
+    tick().await;
+    assert_eq!(view.frames().painted, painted + 1, "two changes, one frame");
+    assert_eq!(host.child_element_count(), 1);
+    drop(view);
+    assert_eq!(host.child_element_count(), 0);
+}

@@ -1,0 +1,178 @@
+//! Where one looks from: which millimetre is at the middle of the window, and how many pixels a millimetre has.
+//!
+//! ```text
+//!  px (0,0) ┌────────────┐      Y of the board points up, y of the window down
+//!           │      + centre_mm
+//!           └────────────┘ viewport_px
+//! ```
+//!
+//! Comes in: pans, zooms, boxes. Goes out: places in CSS pixels and in mm. Does not know what is shown.
+
+/// CSS pixels in a millimetre at 100 %: the web's inch has 96 of them.
+const ACTUAL_PX_PER_MM: f64 = 96.0 / 25.4;
+/// A board of 10 m still fits a window.
+const LOWEST_PX_PER_MM: f64 = 0.05;
+/// A hair is as wide as a hand.
+const HIGHEST_PX_PER_MM: f64 = 4000.0;
+
+/// A flat view from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The place of the board in the middle of the window.
+    pub centre_mm: [f64; 2],
+    /// CSS pixels a millimetre takes.
+    pub px_per_mm: f64,
+    /// Size of the window in CSS pixels.
+    pub viewport_px: [f64; 2],
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { centre_mm: [0.0; 2], px_per_mm: ACTUAL_PX_PER_MM, viewport_px: [1.0; 2] }
+    }
+}
+
+impl Camera {
+    /// Where a place of the board is in the window.
+    pub fn to_px(&self, mm: [f64; 2]) -> [f64; 2] {
+        [
+            self.viewport_px[0] / 2.0 + (mm[0] - self.centre_mm[0]) * self.px_per_mm,
+            self.viewport_px[1] / 2.0 - (mm[1] - self.centre_mm[1]) * self.px_per_mm,
+        ]
+    }
+
+    /// Which place of the board a pixel shows.
+    pub fn to_mm(&self, px: [f64; 2]) -> [f64; 2] {
+        [
+            self.centre_mm[0] + (px[0] - self.viewport_px[0] / 2.0) / self.px_per_mm,
+            self.centre_mm[1] - (px[1] - self.viewport_px[1] / 2.0) / self.px_per_mm,
+        ]
+    }
+
+    /// Moves the board by so many pixels, as if it hung on the pointer.
+    pub fn pan_px(&mut self, by_px: [f64; 2]) {
+        self.centre_mm[0] -= by_px[0] / self.px_per_mm;
+        self.centre_mm[1] += by_px[1] / self.px_per_mm;
+    }
+
+    /// Makes everything `factor` times larger; the place under `at_px` stays where it is.
+    pub fn zoom_at(&mut self, at_px: [f64; 2], factor: f64) {
+        let fixed = self.to_mm(at_px);
+        self.set_zoom(self.px_per_mm * factor);
+        let moved = self.to_mm(at_px);
+        self.centre_mm[0] += fixed[0] - moved[0];
+        self.centre_mm[1] += fixed[1] - moved[1];
+    }
+
+    /// Sets the zoom about the middle of the window, within what makes sense.
+    pub fn set_zoom(&mut self, px_per_mm: f64) {
+        if px_per_mm.is_finite() {
+            self.px_per_mm = px_per_mm.clamp(LOWEST_PX_PER_MM, HIGHEST_PX_PER_MM);
+        }
+    }
+
+    /// Shows the whole box with `margin_px` to spare on every side.
+    pub fn fit(&mut self, bounds_mm: [[f64; 2]; 2], margin_px: f64) {
+        let [low, high] = bounds_mm;
+        let room =
+            |axis: usize| (self.viewport_px[axis] - 2.0 * margin_px).max(self.viewport_px[axis] * 0.25);
+        let zoom = |axis: usize| room(axis) / (high[axis] - low[axis]).max(0.5);
+        self.centre_mm = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
+        self.set_zoom(zoom(0).min(zoom(1)));
+    }
+
+    /// 1 is the board at its own size on a screen of 96 pixels an inch.
+    pub fn zoom(&self) -> f64 {
+        self.px_per_mm / ACTUAL_PX_PER_MM
+    }
+
+    /// Distance of grid lines in mm: a decade that is at least 10 pixels wide, and how far it has faded in (0 … 1).
+    pub fn grid(&self) -> (f64, f64) {
+        let exponent = libm::ceil(libm::log10(10.0 / self.px_per_mm));
+        let step = libm::pow(10.0, exponent);
+        let spacing_px = step * self.px_per_mm;
+        (step, ((spacing_px - 10.0) / 40.0).clamp(0.0, 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window() -> Camera {
+        Camera { viewport_px: [800.0, 600.0], ..Camera::default() }
+    }
+
+    fn near(a: [f64; 2], b: [f64; 2]) {
+        assert!((a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6, "{a:?} is not {b:?}");
+    }
+
+    #[test]
+    fn pixels_and_millimetres_are_each_others_inverse_and_y_points_up() {
+        let camera = Camera { centre_mm: [10.0, -4.0], px_per_mm: 20.0, ..window() };
+        near(camera.to_px([10.0, -4.0]), [400.0, 300.0]);
+        near(camera.to_px([11.0, -3.0]), [420.0, 280.0]);
+        for px in [[0.0, 0.0], [800.0, 600.0], [17.0, 555.0]] {
+            near(camera.to_px(camera.to_mm(px)), px);
+        }
+    }
+
+    #[test]
+    fn zooming_keeps_the_place_under_the_cursor_even_at_its_limits() {
+        for factor in [1.25, 0.5, 1e9, 1e-9] {
+            let mut camera = Camera { centre_mm: [3.0, 7.0], ..window() };
+            let fixed = camera.to_mm([120.0, 80.0]);
+            camera.zoom_at([120.0, 80.0], factor);
+            near(camera.to_mm([120.0, 80.0]), fixed);
+            assert!(camera.px_per_mm >= LOWEST_PX_PER_MM && camera.px_per_mm <= HIGHEST_PX_PER_MM);
+        }
+    }
+
+    #[test]
+    fn panning_carries_the_board_with_the_pointer() {
+        let mut camera = window();
+        let held = camera.to_mm([100.0, 100.0]);
+        camera.pan_px([40.0, -25.0]);
+        near(camera.to_mm([140.0, 75.0]), held);
+    }
+
+    #[test]
+    fn fitting_shows_the_whole_box_and_touches_the_margin_on_one_axis() {
+        let rows = [
+            [[0.0, 0.0], [100.0, 80.0]],
+            [[-500.0, 3.0], [500.0, 4.0]],
+            [[5.0, 5.0], [5.0, 5.0]],
+            [[0.0, 0.0], [0.1, 90.0]],
+        ];
+        for bounds in rows {
+            let mut camera = window();
+            camera.fit(bounds, 40.0);
+            let low = camera.to_px(bounds[0]);
+            let high = camera.to_px(bounds[1]);
+            assert!(low[0] >= 39.999 && high[0] <= 760.001, "{bounds:?}: {low:?} {high:?}");
+            assert!(high[1] >= 39.999 && low[1] <= 560.001, "{bounds:?}: {low:?} {high:?}");
+        }
+        let mut tiny = Camera { viewport_px: [30.0, 30.0], ..Camera::default() };
+        tiny.fit([[0.0, 0.0], [10.0, 10.0]], 40.0);
+        assert!(tiny.px_per_mm > 0.0 && tiny.px_per_mm.is_finite());
+    }
+
+    #[test]
+    fn the_grid_is_a_decade_and_never_finer_than_ten_pixels() {
+        for zoom in [0.06, 0.5, 3.0, 9.99, 10.0, 47.0, 3999.0] {
+            let mut camera = window();
+            camera.set_zoom(zoom);
+            let (step, faded) = camera.grid();
+            let px = step * camera.px_per_mm;
+            assert!((9.999..100.001).contains(&px), "{zoom}: {px}");
+            assert!((0.0..=1.0).contains(&faded));
+        }
+    }
+
+    #[test]
+    fn nonsense_zooms_change_nothing() {
+        let mut camera = window();
+        camera.set_zoom(f64::NAN);
+        assert_eq!(camera, window());
+    }
+}

@@ -1,0 +1,151 @@
+//! The painter without a GPU: the same scene on a plain 2D canvas. Slower, and without the board's shading.
+//!
+//! Comes in: what a frame is drawn from. Goes out: pixels in a canvas. Does not know pointers or clocks.
+
+use super::gpu::Look;
+use super::marks::Emphasis;
+use super::palette::Colour;
+use super::scene::{Disc, Line, State, UNORDERED, Width};
+use std::f64::consts::TAU;
+use wasm_bindgen::JsCast;
+use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
+
+/// A canvas drawn to by the processor.
+pub(super) struct Flat {
+    canvas: HtmlCanvasElement,
+    context: CanvasRenderingContext2d,
+}
+
+impl Flat {
+    /// Takes the canvas, or says why it cannot be had.
+    pub(super) fn new(canvas: &HtmlCanvasElement) -> Result<Self, String> {
+        let context = canvas.get_context("2d").ok().flatten().and_then(|context| context.dyn_into().ok());
+        let context = context.ok_or("this browser has no 2D canvas")?;
+        Ok(Self { canvas: canvas.clone(), context })
+    }
+
+    /// Draws one frame.
+    pub(super) fn paint(&self, look: &Look<'_>, emphasis: &Emphasis) {
+        let density = look.density;
+        let _ = self.context.set_transform(density, 0.0, 0.0, density, 0.0, 0.0);
+        let (width, height) = (f64::from(self.canvas.width()), f64::from(self.canvas.height()));
+        self.context.set_fill_style_str(&look.palette.background.css());
+        self.context.fill_rect(0.0, 0.0, width, height);
+        self.context.set_line_cap("round");
+        self.plate(look);
+        for ring in &look.scene.outline {
+            let closed: Vec<_> = ring.iter().chain(ring.first()).copied().collect();
+            self.path(look, &closed, 1.5, look.palette.outline);
+        }
+        for slot in &look.scene.slots {
+            let width = f64::from(slot.width_mm) * look.camera.px_per_mm;
+            self.path(look, &slot.path_mm, width, slot.colour);
+            self.path(look, &slot.path_mm, (width - 3.5).max(0.0), look.palette.bore);
+        }
+        for line in &look.scene.lines {
+            self.line(look, line);
+        }
+        for (index, disc) in look.scene.discs.iter().enumerate() {
+            self.disc(look, disc, emphasis.selected(index), emphasis.hovered(index));
+        }
+        if let Some(at) = look.head_mm {
+            self.head(look, at);
+        }
+    }
+
+    fn plate(&self, look: &Look<'_>) {
+        let Some(plate) = look.scene.plate else { return };
+        let low = look.camera.to_px(plate.min_mm.map(f64::from));
+        let high = look.camera.to_px(plate.max_mm.map(f64::from));
+        let corner = f64::from(plate.corner_mm) * look.camera.px_per_mm;
+        self.context.begin_path();
+        let _ = self.context.round_rect_with_f64(low[0], high[1], high[0] - low[0], low[1] - high[1], corner);
+        self.context.set_fill_style_str(&look.palette.plate.css());
+        self.context.fill();
+        self.stroke(1.5, look.palette.edge);
+    }
+
+    fn path(&self, look: &Look<'_>, points: &[[f32; 2]], width_px: f64, colour: Colour) {
+        self.context.begin_path();
+        for (index, point) in points.iter().enumerate() {
+            let [x, y] = look.camera.to_px(point.map(f64::from));
+            if index == 0 { self.context.move_to(x, y) } else { self.context.line_to(x, y) }
+        }
+        self.stroke(width_px, colour);
+    }
+
+    fn stroke(&self, width_px: f64, colour: Colour) {
+        if width_px > 0.0 {
+            self.context.set_line_width(width_px);
+            self.context.set_stroke_style_str(&colour.css());
+            self.context.stroke();
+        }
+    }
+
+    fn line(&self, look: &Look<'_>, line: &Line) {
+        let width = match line.width {
+            Width::Px(px) => f64::from(px),
+            Width::Mm(mm) => f64::from(mm) * look.camera.px_per_mm,
+        };
+        let passed = line.order != UNORDERED && line.order < look.progress.lines;
+        let colour = if passed { look.palette.travelled } else { line.colour };
+        self.path(look, &[line.a_mm, line.b_mm], width, colour);
+    }
+
+    fn disc(&self, look: &Look<'_>, disc: &Disc, selected: bool, hovered: bool) {
+        let palette = look.palette;
+        let at = look.camera.to_px(disc.centre_mm.map(f64::from));
+        let radius = (f64::from(disc.radius_mm) * look.camera.px_per_mm).max(1.4);
+        let rim = (0.3 * radius).clamp(1.25, 4.5);
+        let state = look.progress.state(disc.order, disc.state);
+        let (fill, ring, ring_width) = match state {
+            State::Done => (palette.done, palette.bore.alpha(110), 0.45 * rim),
+            State::Current => (palette.bore, palette.current, rim),
+            State::Failed => (palette.bore, palette.failed, rim),
+            State::Planned | State::Skipped | State::Dimmed => (palette.bore, disc.colour, rim),
+        };
+        self.context.set_global_alpha(if state == State::Dimmed { 0.35 } else { 1.0 });
+        self.circle(at, radius);
+        self.context.set_fill_style_str(&fill.css());
+        self.context.fill();
+        self.circle(at, radius - ring_width / 2.0);
+        self.stroke(ring_width, ring);
+        let arm = radius * 0.7;
+        if matches!(state, State::Skipped | State::Failed) {
+            self.segment([at[0] - arm, at[1] - arm], [at[0] + arm, at[1] + arm], rim, ring);
+        }
+        if state == State::Failed {
+            self.segment([at[0] - arm, at[1] + arm], [at[0] + arm, at[1] - arm], rim, ring);
+        }
+        self.context.set_global_alpha(1.0);
+        let halos =
+            [(state == State::Current, 4.0, palette.current), (selected || hovered, 3.0, palette.selected)];
+        for (_, away, colour) in halos.into_iter().filter(|halo| halo.0) {
+            self.circle(at, radius + away);
+            self.stroke(2.0, colour);
+        }
+    }
+
+    fn head(&self, look: &Look<'_>, at_mm: [f32; 2]) {
+        let at = look.camera.to_px(at_mm.map(f64::from));
+        let colour = look.palette.head;
+        self.circle(at, 9.0);
+        self.stroke(1.5, colour);
+        for [x, y] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
+            let from = [at[0] + 4.0 * x, at[1] + 4.0 * y];
+            self.segment(from, [at[0] + 16.0 * x, at[1] + 16.0 * y], 1.5, colour);
+        }
+    }
+
+    fn circle(&self, at: [f64; 2], radius: f64) {
+        self.context.begin_path();
+        let _ = self.context.arc(at[0], at[1], radius.max(0.0), 0.0, TAU);
+    }
+
+    fn segment(&self, a: [f64; 2], b: [f64; 2], width: f64, colour: Colour) {
+        self.context.begin_path();
+        self.context.move_to(a[0], a[1]);
+        self.context.line_to(b[0], b[1]);
+        self.stroke(width, colour);
+    }
+}

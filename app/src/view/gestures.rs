@@ -1,0 +1,197 @@
+//! What hands do on the picture: wheel and pinch zoom, drag pans, a press without a drag picks.
+//!
+//! ```text
+//! down ─▶ held ── moved > 4 px ──▶ panning ── up ─▶ nothing more
+//!            └────────── up ─────▶ pressed
+//! ```
+//!
+//! Comes in: pointer and wheel events of the canvas. Goes out: camera moves and presses. Does not know what a press means.
+
+use super::camera::Camera;
+use super::handle::View;
+use std::cell::RefCell;
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use web_sys::{AddEventListenerOptions, HtmlCanvasElement, PointerEvent, WheelEvent};
+
+/// A pointer that moved less is still.
+const STILL_PX: f64 = 4.0;
+
+/// A click or tap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pressed {
+    /// Where on the board.
+    pub at_mm: [f64; 2],
+    /// The disc there.
+    pub disc: Option<usize>,
+    /// Shift, Ctrl or Command was held: add to what is selected.
+    pub adding: bool,
+}
+
+type Act<T> = Option<Rc<RefCell<dyn FnMut(T)>>>;
+
+/// Pointers that are down, and who wants to know.
+#[derive(Default)]
+pub(super) struct Gestures {
+    held: Vec<Held>,
+    dragged: bool,
+    pub(super) on_press: Act<Pressed>,
+    pub(super) on_hover: Act<Option<([f64; 2], Option<usize>)>>,
+    pub(super) on_camera: Act<Camera>,
+    listeners: Vec<Closure<dyn FnMut(PointerEvent)>>,
+    wheel: Option<Closure<dyn FnMut(WheelEvent)>>,
+}
+
+#[derive(Clone, Copy)]
+struct Held {
+    id: i32,
+    from_px: [f64; 2],
+    at_px: [f64; 2],
+}
+
+/// Listens to the canvas of `view`, which may be a new one.
+pub(super) fn listen(view: &View) {
+    let canvas = view.0.borrow().canvas.clone();
+    let handlers: [(&str, fn(&View, &PointerEvent)); 5] = [
+        ("pointerdown", down),
+        ("pointermove", moved),
+        ("pointerup", up),
+        ("pointercancel", cancelled),
+        ("pointerleave", left),
+    ];
+    let mut listeners = Vec::new();
+    for (name, act) in handlers {
+        let stage = Rc::downgrade(&view.0);
+        let listener = Closure::<dyn FnMut(PointerEvent)>::new(move |event: PointerEvent| {
+            if let Some(stage) = stage.upgrade() {
+                act(&View(stage), &event);
+            }
+        });
+        let _ = canvas.add_event_listener_with_callback(name, listener.as_ref().unchecked_ref());
+        listeners.push(listener);
+    }
+    let wheel = listen_to_wheel(view, &canvas);
+    let gestures = &mut view.0.borrow_mut().gestures;
+    gestures.listeners = listeners;
+    gestures.wheel = Some(wheel);
+    gestures.held.clear();
+}
+
+fn listen_to_wheel(view: &View, canvas: &HtmlCanvasElement) -> Closure<dyn FnMut(WheelEvent)> {
+    let stage = Rc::downgrade(&view.0);
+    let listener = Closure::<dyn FnMut(WheelEvent)>::new(move |event: WheelEvent| {
+        let Some(stage) = stage.upgrade() else { return };
+        event.prevent_default();
+        let lines = if event.delta_mode() == WheelEvent::DOM_DELTA_LINE { 16.0 } else { 1.0 };
+        // a notch of a mouse wheel is about 100 pixels; a pinch on a trackpad comes as small steps with Ctrl
+        let speed = if event.ctrl_key() { 0.01 } else { 0.0018 };
+        let factor = libm::exp(-(event.delta_y() * lines).clamp(-400.0, 400.0) * speed);
+        let at = [f64::from(event.offset_x()), f64::from(event.offset_y())];
+        View(stage).move_camera(|camera| camera.zoom_at(at, factor));
+    });
+    let options = AddEventListenerOptions::new();
+    options.set_passive(false);
+    let _ = canvas.add_event_listener_with_callback_and_add_event_listener_options(
+        "wheel",
+        listener.as_ref().unchecked_ref(),
+        &options,
+    );
+    listener
+}
+
+fn place(event: &PointerEvent) -> [f64; 2] {
+    [f64::from(event.offset_x()), f64::from(event.offset_y())]
+}
+
+fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    libm::sqrt(dx * dx + dy * dy)
+}
+
+fn down(view: &View, event: &PointerEvent) {
+    let mut stage = view.0.borrow_mut();
+    let _ = stage.canvas.set_pointer_capture(event.pointer_id());
+    let at_px = place(event);
+    stage.gestures.dragged = !stage.gestures.held.is_empty() || event.button() != 0;
+    stage.gestures.held.push(Held { id: event.pointer_id(), from_px: at_px, at_px });
+}
+
+fn moved(view: &View, event: &PointerEvent) {
+    let at = place(event);
+    let held = view.0.borrow().gestures.held.clone();
+    let Some(index) = held.iter().position(|held| held.id == event.pointer_id()) else {
+        return hover(view, at);
+    };
+    let before = held[index].at_px;
+    let start = apart(held[index].from_px, at);
+    {
+        let gestures = &mut view.0.borrow_mut().gestures;
+        gestures.held[index].at_px = at;
+        if !gestures.dragged && start <= STILL_PX {
+            return;
+        }
+        gestures.dragged = true;
+    }
+    let other = held.iter().find(|held| held.id != event.pointer_id());
+    view.move_camera(|camera| match other {
+        None => camera.pan_px([at[0] - before[0], at[1] - before[1]]),
+        Some(other) => {
+            camera.pan_px([(at[0] - before[0]) / 2.0, (at[1] - before[1]) / 2.0]);
+            let middle = [(at[0] + other.at_px[0]) / 2.0, (at[1] + other.at_px[1]) / 2.0];
+            camera.zoom_at(middle, apart(at, other.at_px) / apart(before, other.at_px).max(1.0));
+        }
+    });
+}
+
+fn release(view: &View, id: i32) -> bool {
+    let gestures = &mut view.0.borrow_mut().gestures;
+    let known = gestures.held.iter().any(|held| held.id == id);
+    gestures.held.retain(|held| held.id != id);
+    known && !gestures.dragged
+}
+
+fn up(view: &View, event: &PointerEvent) {
+    if !release(view, event.pointer_id()) {
+        return;
+    }
+    let at_px = place(event);
+    let pressed = Pressed {
+        at_mm: view.camera().to_mm(at_px),
+        disc: view.pick(at_px),
+        adding: event.shift_key() || event.ctrl_key() || event.meta_key(),
+    };
+    let act = view.0.borrow().gestures.on_press.clone();
+    tell(act, pressed);
+}
+
+fn cancelled(view: &View, event: &PointerEvent) {
+    release(view, event.pointer_id());
+}
+
+fn hover(view: &View, at_px: [f64; 2]) {
+    let disc = view.pick(at_px);
+    view.set_hovered(disc);
+    let act = view.0.borrow().gestures.on_hover.clone();
+    tell(act, Some((view.camera().to_mm(at_px), disc)));
+}
+
+fn left(view: &View, _: &PointerEvent) {
+    view.set_hovered(None);
+    let act = view.0.borrow().gestures.on_hover.clone();
+    tell(act, None);
+}
+
+/// Tells whoever asked that the camera moved.
+pub(super) fn tell_camera(view: &View) {
+    let act = view.0.borrow().gestures.on_camera.clone();
+    tell(act, view.camera());
+}
+
+/// Nothing of the view is borrowed while `act` runs, so it may call the view.
+fn tell<T>(act: Act<T>, what: T) {
+    if let Some(act) = act
+        && let Ok(mut act) = act.try_borrow_mut()
+    {
+        act(what);
+    }
+}

@@ -1,0 +1,368 @@
+//! The painter on the GPU: WebGPU or WebGL2, one pipeline for the ground and one for the marks.
+//!
+//! Comes in: instances and a frame's numbers. Goes out: pixels in a canvas. Does not know pointers or clocks.
+//!
+//! Both back ends blend in linear light: where the canvas is not sRGB itself (WebGPU) it is drawn through an sRGB view.
+
+use super::camera::Camera;
+use super::marks::{self, Emphasis, Mark};
+use super::palette::Palette;
+use super::scene::{Progress, Scene};
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use web_sys::HtmlCanvasElement;
+
+const MARK_SIZE: u64 = size_of::<Mark>() as u64;
+
+/// Everything a frame is drawn with, but the marks. The shader has the same struct.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct FrameNumbers {
+    centre_mm: [f32; 2],
+    half_px: [f32; 2],
+    px_per_mm: f32,
+    density: f32,
+    grid_mm: f32,
+    grid_fade: f32,
+    plate_mm: [f32; 4],
+    corner_mm: f32,
+    has_plate: f32,
+    discs: u32,
+    lines: u32,
+    drilling: u32,
+    unused: [u32; 3],
+    colours: [[f32; 4]; 10],
+}
+
+/// What a frame is drawn from.
+pub(super) struct Look<'a> {
+    pub(super) camera: &'a Camera,
+    pub(super) density: f64,
+    pub(super) scene: &'a Scene,
+    pub(super) palette: &'a Palette,
+    pub(super) progress: Progress,
+    pub(super) head_mm: Option<[f32; 2]>,
+}
+
+/// What happened to a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Painted {
+    /// It is on the screen.
+    Shown,
+    /// Not now; ask again.
+    Later,
+    /// The device is gone; a new painter is needed.
+    Lost,
+}
+
+/// A canvas with a device behind it.
+pub(super) struct Gpu {
+    surface: wgpu::Surface<'static>,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    config: wgpu::SurfaceConfiguration,
+    view_format: wgpu::TextureFormat,
+    ground: wgpu::RenderPipeline,
+    strokes: wgpu::RenderPipeline,
+    numbers: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    marks: wgpu::Buffer,
+    mark_count: u32,
+    first_disc: usize,
+    head: wgpu::Buffer,
+    lost: Arc<AtomicBool>,
+}
+
+impl Gpu {
+    /// A device for `canvas` on one of `backends`, or why there is none. `when_lost` is called when it goes.
+    pub(super) async fn new(
+        canvas: &HtmlCanvasElement,
+        backends: wgpu::Backends,
+        when_lost: fn(),
+    ) -> Result<Self, String> {
+        let mut wanted = wgpu::InstanceDescriptor::new_without_display_handle();
+        wanted.backends = backends;
+        let instance = wgpu::Instance::new(wanted);
+        let target = wgpu::SurfaceTarget::Canvas(canvas.clone());
+        let surface = instance.create_surface(target).map_err(|error| error.to_string())?;
+        let options =
+            wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() };
+        let adapter = instance.request_adapter(&options).await.map_err(|error| error.to_string())?;
+        let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
+        let asked = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+        let (device, queue) = adapter.request_device(&asked).await.map_err(|error| error.to_string())?;
+        let lost = Arc::new(AtomicBool::new(false));
+        let told = lost.clone();
+        device.set_device_lost_callback(move |_, _| {
+            told.store(true, Ordering::Relaxed);
+            when_lost();
+        });
+        let (config, view_format) = surface_config(&surface, &adapter, canvas)?;
+        surface.configure(&device, &config);
+        Ok(Self::assemble(surface, device, queue, (config, view_format), lost))
+    }
+
+    fn assemble(
+        surface: wgpu::Surface<'static>,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        (config, view_format): (wgpu::SurfaceConfiguration, wgpu::TextureFormat),
+        lost: Arc<AtomicBool>,
+    ) -> Self {
+        let shader = device.create_shader_module(wgpu::include_wgsl!("marks.wgsl"));
+        let numbers = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<FrameNumbers>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &group_layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: numbers.as_entire_binding() }],
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&group_layout)],
+            immediate_size: 0,
+        });
+        let make = |names: [&str; 2], buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
+            pipeline(&device, &layout, &shader, view_format, names, buffers)
+        };
+        let ground = make(["ground_corner", "ground_colour"], &[]);
+        let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Unorm8x4, 3 => Uint32];
+        let instances = wgpu::VertexBufferLayout {
+            array_stride: MARK_SIZE,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &attributes,
+        };
+        let strokes = make(["stroke_corner", "stroke_colour"], &[Some(instances)]);
+        let marks = instance_buffer(&device, 1);
+        let head = instance_buffer(&device, 1);
+        Self {
+            surface,
+            device,
+            queue,
+            config,
+            view_format,
+            ground,
+            strokes,
+            numbers,
+            group,
+            marks,
+            mark_count: 0,
+            first_disc: 0,
+            head,
+            lost,
+        }
+    }
+
+    /// Which of the two it is.
+    pub(super) fn is_webgpu(&self) -> bool {
+        // WebGL2 canvases are sRGB themselves; only a WebGPU canvas needs another view.
+        self.view_format != self.config.format
+    }
+
+    /// The canvas has another size, in device pixels.
+    pub(super) fn resize(&mut self, width: u32, height: u32) {
+        let most = self.device.limits().max_texture_dimension_2d;
+        self.config.width = width.clamp(1, most);
+        self.config.height = height.clamp(1, most);
+        self.surface.configure(&self.device, &self.config);
+    }
+
+    /// Everything anew.
+    pub(super) fn set_scene(&mut self, scene: &Scene, palette: &Palette, emphasis: &Emphasis) {
+        let built = marks::build(scene, palette, emphasis);
+        self.mark_count = built.all.len() as u32;
+        self.first_disc = built.first_disc;
+        if self.marks.size() < self.mark_count as u64 * MARK_SIZE {
+            self.marks = instance_buffer(&self.device, self.mark_count as u64);
+        }
+        self.queue.write_buffer(&self.marks, 0, bytemuck::cast_slice(&built.all));
+    }
+
+    /// Only these discs anew.
+    pub(super) fn set_discs(&self, scene: &Scene, range: Range<usize>, emphasis: &Emphasis) {
+        let start = (self.first_disc + range.start) as u64 * MARK_SIZE;
+        let Some(discs) = scene.discs.get(range.clone()) else { return };
+        let written: Vec<Mark> =
+            range.zip(discs).map(|(index, disc)| marks::disc(index, disc, emphasis)).collect();
+        self.queue.write_buffer(&self.marks, start, bytemuck::cast_slice(&written));
+    }
+
+    /// Draws one frame.
+    pub(super) fn paint(&self, look: &Look<'_>) -> Painted {
+        use wgpu::CurrentSurfaceTexture as Current;
+        if self.lost.load(Ordering::Relaxed) {
+            return Painted::Lost;
+        }
+        let texture = match self.surface.get_current_texture() {
+            Current::Success(texture) | Current::Suboptimal(texture) => texture,
+            Current::Timeout | Current::Occluded => return Painted::Later,
+            Current::Outdated => {
+                self.surface.configure(&self.device, &self.config);
+                return Painted::Later;
+            }
+            Current::Lost | Current::Validation => return Painted::Lost,
+        };
+        self.queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&self.frame_numbers(look)));
+        if let Some(at) = look.head_mm {
+            self.queue.write_buffer(&self.head, 0, bytemuck::bytes_of(&marks::head(at, look.palette)));
+        }
+        let view = texture.texture.create_view(&wgpu::TextureViewDescriptor {
+            format: Some(self.view_format),
+            ..Default::default()
+        });
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.draw(&mut encoder, &view, look.head_mm.is_some());
+        self.queue.submit([encoder.finish()]);
+        self.queue.present(texture);
+        Painted::Shown
+    }
+
+    fn draw(&self, encoder: &mut wgpu::CommandEncoder, view: &wgpu::TextureView, with_head: bool) {
+        let attachment = wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                store: wgpu::StoreOp::Store,
+            },
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(attachment)],
+            ..Default::default()
+        });
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.set_pipeline(&self.ground);
+        pass.draw(0..3, 0..1);
+        pass.set_pipeline(&self.strokes);
+        pass.set_vertex_buffer(0, self.marks.slice(..));
+        pass.draw(0..4, 0..self.mark_count);
+        if with_head {
+            pass.set_vertex_buffer(0, self.head.slice(..));
+            pass.draw(0..4, 0..1);
+        }
+    }
+
+    fn frame_numbers(&self, look: &Look<'_>) -> FrameNumbers {
+        let (camera, palette) = (look.camera, look.palette);
+        let (grid_mm, grid_fade) = camera.grid();
+        let plate = look.scene.plate;
+        let corners = plate.map_or([0.0; 4], |p| [p.min_mm[0], p.min_mm[1], p.max_mm[0], p.max_mm[1]]);
+        let colours = [
+            palette.background,
+            palette.plate,
+            palette.edge,
+            palette.grid,
+            palette.bore,
+            palette.done,
+            palette.current,
+            palette.failed,
+            palette.selected,
+            palette.travelled,
+        ];
+        FrameNumbers {
+            centre_mm: camera.centre_mm.map(|mm| mm as f32),
+            half_px: [self.config.width as f32 / 2.0, self.config.height as f32 / 2.0],
+            px_per_mm: (camera.px_per_mm * look.density) as f32,
+            density: look.density as f32,
+            grid_mm: grid_mm as f32,
+            grid_fade: grid_fade as f32,
+            plate_mm: corners,
+            corner_mm: plate.map_or(0.0, |plate| plate.corner_mm),
+            has_plate: f32::from(u8::from(plate.is_some())),
+            discs: look.progress.discs,
+            lines: look.progress.lines,
+            drilling: u32::from(look.progress.drilling),
+            unused: [0; 3],
+            colours: colours.map(super::palette::Colour::linear),
+        }
+    }
+
+    /// Throws the device away.
+    pub(super) fn lose(&self) {
+        self.device.destroy();
+        self.lost.store(true, Ordering::Relaxed);
+    }
+}
+
+fn instance_buffer(device: &wgpu::Device, count: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("marks"),
+        size: count.max(1).next_power_of_two() * MARK_SIZE,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn surface_config(
+    surface: &wgpu::Surface<'_>,
+    adapter: &wgpu::Adapter,
+    canvas: &HtmlCanvasElement,
+) -> Result<(wgpu::SurfaceConfiguration, wgpu::TextureFormat), String> {
+    let (width, height) = (canvas.width().max(1), canvas.height().max(1));
+    let mut config = surface
+        .get_default_config(adapter, width, height)
+        .ok_or("this canvas cannot be drawn to by the adapter")?;
+    let view_format = config.format.add_srgb_suffix();
+    if view_format != config.format {
+        config.view_formats.push(view_format);
+    }
+    Ok((config, view_format))
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    shader: &wgpu::ShaderModule,
+    format: wgpu::TextureFormat,
+    [vertex, fragment]: [&str; 2],
+    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+) -> wgpu::RenderPipeline {
+    let target = wgpu::ColorTargetState {
+        format,
+        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+        write_mask: wgpu::ColorWrites::ALL,
+    };
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(fragment),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module: shader,
+            entry_point: Some(vertex),
+            compilation_options: Default::default(),
+            buffers,
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..Default::default()
+        },
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: shader,
+            entry_point: Some(fragment),
+            compilation_options: Default::default(),
+            targets: &[Some(target)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

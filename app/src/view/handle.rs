@@ -1,0 +1,356 @@
+//! The handle by which the page has a picture: painted when something changed and never otherwise.
+//!
+//! ```text
+//! set_… ──▶ repaint ──▶ requestAnimationFrame ──▶ paint ─┬─ shown
+//!                            ▲                           └─ device lost: new canvas, new painter, same scene
+//!                            └── ResizeObserver
+//! ```
+//!
+//! Comes in: scene, palette, marks. Goes out: a canvas in its host. Does not know what the discs are.
+
+use super::backend::{Backend, Painter, Wanted, set_up};
+use super::camera::Camera;
+use super::gestures::{self, Gestures, Pressed};
+use super::gpu::Painted;
+use super::marks::Emphasis;
+use super::palette::Palette;
+use super::pick::Picker;
+use super::scene::{Line, Progress, Scene, State, UNORDERED};
+use super::stage::{Frames, Stage};
+use std::cell::RefCell;
+use std::rc::{Rc, Weak};
+use wasm_bindgen::prelude::*;
+use web_sys::{HtmlElement, ResizeObserver};
+
+/// How far beside a disc a pointer still means it, in CSS pixels.
+const PICK_TOLERANCE_PX: f64 = 6.0;
+/// A device that is lost more often than this is not asked again.
+const MOST_LOSSES: u32 = 3;
+
+/// The picture. Cheap to clone: all clones are the same picture. It goes when the last clone goes.
+#[derive(Clone)]
+pub struct View(pub(super) Rc<RefCell<Stage>>);
+
+thread_local! {
+    /// Every picture there is, so that a lost device, which can only send a message, finds its own.
+    static STAGES: RefCell<Vec<Weak<RefCell<Stage>>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Asks every picture for a frame.
+pub(super) fn wake_all() {
+    STAGES.with_borrow_mut(|stages| {
+        stages.retain(|stage| stage.strong_count() > 0);
+        stages.iter().filter_map(Weak::upgrade).for_each(|stage| View(stage).repaint());
+    });
+}
+
+impl View {
+    /// A picture that fills `host`, which must have a size. Fails only where there is not even a 2D canvas.
+    pub async fn new(host: &HtmlElement, wanted: Wanted, palette: Palette) -> Result<Self, String> {
+        let (canvas, painter) = set_up(host, wanted).await?;
+        let view = Self(Rc::new(RefCell::new(Stage {
+            host: host.clone(),
+            canvas,
+            painter,
+            wanted,
+            scene: Scene::default(),
+            palette,
+            camera: Camera::default(),
+            density: 1.0,
+            emphasis: Emphasis::default(),
+            progress: Progress::default(),
+            head_mm: None,
+            picker: None,
+            fitted: true,
+            frames: Frames::default(),
+            recent_ms: [0.0; 60],
+            frame_asked: None,
+            on_frame: None,
+            observer: None,
+            on_context_lost: None,
+            gestures: Gestures::default(),
+        })));
+        STAGES.with_borrow_mut(|stages| stages.push(Rc::downgrade(&view.0)));
+        view.watch_frames_and_size();
+        view.listen_to_canvas();
+        view.measure();
+        Ok(view)
+    }
+
+    fn watch_frames_and_size(&self) {
+        let stage = Rc::downgrade(&self.0);
+        let on_frame = Closure::new(move || {
+            if let Some(stage) = stage.upgrade() {
+                View(stage).paint();
+            }
+        });
+        let stage = Rc::downgrade(&self.0);
+        let on_size = Closure::<dyn FnMut()>::new(move || {
+            if let Some(stage) = stage.upgrade() {
+                View(stage).measure();
+            }
+        });
+        let mut stage = self.0.borrow_mut();
+        stage.on_frame = Some(on_frame);
+        if let Ok(observer) = ResizeObserver::new(on_size.as_ref().unchecked_ref()) {
+            observer.observe(&stage.host);
+            stage.observer = Some((observer, on_size));
+        }
+    }
+
+    fn listen_to_canvas(&self) {
+        gestures::listen(self);
+        let stage = Rc::downgrade(&self.0);
+        let on_lost = Closure::<dyn FnMut()>::new(move || {
+            if let Some(stage) = stage.upgrade() {
+                View(stage).lose_device();
+            }
+        });
+        let mut stage = self.0.borrow_mut();
+        let listener = on_lost.as_ref().unchecked_ref();
+        // WebGPU's device tells of its loss itself; WebGL2's only by this event.
+        let _ = stage.canvas.add_event_listener_with_callback("webglcontextlost", listener);
+        stage.on_context_lost = Some(on_lost);
+    }
+
+    /// Shows something else. Selection and progress are taken back; the camera stays.
+    pub fn set_scene(&self, scene: Scene) {
+        {
+            let mut stage = self.0.borrow_mut();
+            stage.scene = scene;
+            stage.emphasis = Emphasis::default();
+            stage.progress = Progress::default();
+            stage.picker = None;
+            stage.rebuild();
+        }
+        self.repaint();
+    }
+
+    /// Changes lines alone, for example another order of travel.
+    pub fn set_lines(&self, lines: Vec<Line>) {
+        {
+            let mut stage = self.0.borrow_mut();
+            stage.scene.lines = lines;
+            stage.rebuild();
+        }
+        self.repaint();
+    }
+
+    /// Changes the states of some discs, by index; nothing else is written to the GPU.
+    pub fn set_states(&self, changes: &[(usize, State)]) {
+        {
+            let mut stage = self.0.borrow_mut();
+            for (index, state) in changes {
+                if let Some(disc) = stage.scene.discs.get_mut(*index) {
+                    disc.state = *state;
+                }
+            }
+            let indices = changes.iter().map(|(index, _)| *index).collect();
+            stage.rewrite(indices);
+        }
+        self.repaint();
+    }
+
+    /// Gives the discs of `order` their numbers in it: `order[0]` is drilled first. The others take no part.
+    pub fn set_order(&self, order: &[usize]) {
+        {
+            let mut stage = self.0.borrow_mut();
+            stage.scene.discs.iter_mut().for_each(|disc| disc.order = UNORDERED);
+            for (number, index) in order.iter().enumerate() {
+                if let Some(disc) = stage.scene.discs.get_mut(*index) {
+                    disc.order = number as u32;
+                }
+            }
+            stage.rebuild();
+        }
+        self.repaint();
+    }
+
+    /// Puts a halo around these discs, and around no others.
+    pub fn set_selected(&self, discs: &[usize]) {
+        {
+            let mut stage = self.0.borrow_mut();
+            let mut now: Vec<u32> = discs.iter().map(|index| *index as u32).collect();
+            now.sort_unstable();
+            let before = std::mem::replace(&mut stage.emphasis.selected, now);
+            let changed =
+                before.iter().chain(&stage.emphasis.selected).map(|index| *index as usize).collect();
+            stage.rewrite(changed);
+        }
+        self.repaint();
+    }
+
+    pub(super) fn set_hovered(&self, disc: Option<usize>) {
+        let now = disc.map(|index| index as u32);
+        {
+            let mut stage = self.0.borrow_mut();
+            if stage.emphasis.hovered == now {
+                return;
+            }
+            let before = std::mem::replace(&mut stage.emphasis.hovered, now);
+            stage.rewrite(before.iter().chain(&now).map(|index| *index as usize).collect());
+        }
+        self.repaint();
+    }
+
+    /// How far the plan has come. Costs a frame and nothing more.
+    pub fn set_progress(&self, progress: Progress) {
+        self.0.borrow_mut().progress = progress;
+        self.repaint();
+    }
+
+    /// Where the head is; none hides it.
+    pub fn set_head(&self, at_mm: Option<[f32; 2]>) {
+        self.0.borrow_mut().head_mm = at_mm;
+        self.repaint();
+    }
+
+    /// Other colours. Discs and lines keep theirs, which came with the scene.
+    pub fn set_palette(&self, palette: Palette) {
+        {
+            let mut stage = self.0.borrow_mut();
+            stage.palette = palette;
+            stage.rebuild();
+        }
+        self.repaint();
+    }
+
+    /// Text that says what the picture shows, for those who do not see it.
+    pub fn describe(&self, text: &str) {
+        let _ = self.0.borrow().canvas.set_attribute("aria-label", text);
+    }
+
+    /// Where one looks from.
+    pub fn camera(&self) -> Camera {
+        self.0.borrow().camera
+    }
+
+    /// Looks from somewhere else. The size of the window stays the real one.
+    pub fn set_camera(&self, camera: Camera) {
+        self.move_camera(|own| *own = Camera { viewport_px: own.viewport_px, ..camera });
+    }
+
+    /// Zooms about the middle of the window.
+    pub fn zoom_by(&self, factor: f64) {
+        self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), factor));
+    }
+
+    /// Shows everything. The picture stays fitted when the window changes, until somebody moves it.
+    pub fn fit(&self) {
+        self.0.borrow_mut().fit();
+        self.moved();
+    }
+
+    pub(super) fn move_camera(&self, change: impl FnOnce(&mut Camera)) {
+        {
+            let mut stage = self.0.borrow_mut();
+            stage.fitted = false;
+            change(&mut stage.camera);
+        }
+        self.moved();
+    }
+
+    fn moved(&self) {
+        gestures::tell_camera(self);
+        self.repaint();
+    }
+
+    /// The disc at a place in the window, in CSS pixels from the canvas's upper left corner.
+    pub fn pick(&self, at_px: [f64; 2]) -> Option<usize> {
+        let mut stage = self.0.borrow_mut();
+        if stage.picker.is_none() {
+            stage.picker = Some(Picker::new(&stage.scene.discs));
+        }
+        let at_mm = stage.camera.to_mm(at_px);
+        let tolerance = PICK_TOLERANCE_PX / stage.camera.px_per_mm;
+        stage.picker.as_ref().and_then(|picker| picker.nearest(at_mm, tolerance))
+    }
+
+    /// Called with the disc under a click or tap, or none beside all.
+    pub fn on_press(&self, act: impl FnMut(Pressed) + 'static) {
+        self.0.borrow_mut().gestures.on_press = Some(Rc::new(RefCell::new(act)));
+    }
+
+    /// Called with the place of the board and the disc under the pointer; none when it leaves.
+    pub fn on_hover(&self, act: impl FnMut(Option<([f64; 2], Option<usize>)>) + 'static) {
+        self.0.borrow_mut().gestures.on_hover = Some(Rc::new(RefCell::new(act)));
+    }
+
+    /// Called after the camera moved.
+    pub fn on_camera(&self, act: impl FnMut(Camera) + 'static) {
+        self.0.borrow_mut().gestures.on_camera = Some(Rc::new(RefCell::new(act)));
+    }
+
+    /// Which painter is used.
+    pub fn backend(&self) -> Backend {
+        self.0.borrow().painter.backend()
+    }
+
+    /// How painting went.
+    pub fn frames(&self) -> Frames {
+        self.0.borrow().frames
+    }
+
+    /// Throws the device away; the picture comes back on a new one, as after the graphics card slept.
+    pub fn lose_device(&self) {
+        if let Painter::Gpu(gpu) = &self.0.borrow().painter {
+            gpu.lose();
+        }
+        self.repaint();
+    }
+
+    /// Asks for a frame, once.
+    pub(super) fn repaint(&self) {
+        // A device may be lost while the picture is borrowed; whoever borrowed it asks for a frame afterwards.
+        let Ok(mut stage) = self.0.try_borrow_mut() else { return };
+        if stage.frame_asked.is_some() {
+            return;
+        }
+        let (Some(window), Some(act)) = (web_sys::window(), &stage.on_frame) else { return };
+        stage.frame_asked = window.request_animation_frame(act.as_ref().unchecked_ref()).ok();
+    }
+
+    fn measure(&self) {
+        self.0.borrow_mut().measure();
+        self.moved();
+    }
+
+    pub(super) fn paint(&self) {
+        let painted = self.0.borrow_mut().paint();
+        match painted {
+            Painted::Shown => {}
+            Painted::Later => self.repaint(),
+            Painted::Lost => self.restore(),
+        }
+    }
+
+    /// A new canvas and painter for the same scene.
+    fn restore(&self) {
+        let (host, wanted) = {
+            let mut stage = self.0.borrow_mut();
+            stage.painter = Painter::None;
+            stage.canvas.remove();
+            stage.frames.losses += 1;
+            let wanted = if stage.frames.losses > MOST_LOSSES { Wanted::Flat } else { stage.wanted };
+            (stage.host.clone(), wanted)
+        };
+        let stage = Rc::downgrade(&self.0);
+        wasm_bindgen_futures::spawn_local(async move {
+            let Ok((canvas, painter)) = set_up(&host, wanted).await else { return };
+            let Some(stage) = stage.upgrade() else { return canvas.remove() };
+            {
+                let mut stage = stage.borrow_mut();
+                let label = stage.canvas.get_attribute("aria-label");
+                stage.canvas = canvas;
+                stage.painter = painter;
+                if let Some(label) = label {
+                    let _ = stage.canvas.set_attribute("aria-label", &label);
+                }
+                stage.rebuild();
+            }
+            let view = Self(stage);
+            view.listen_to_canvas();
+            view.measure();
+        });
+    }
+}

@@ -1,0 +1,179 @@
+//! A scene as what the GPU repeats: one primitive, a stroke with round ends, 32 bytes each. A disc is a stroke of no
+//! length.
+//!
+//! ```text
+//!        radius        bits: 0..2 state   3 disc   4 selected   5 hovered   6 head   8..31 order
+//!      ╭───┴──────╮
+//!      │ a ──── b │    order in the buffer: outline, slots, lines, discs
+//!      ╰──────────╯
+//! ```
+//!
+//! Comes in: a [`Scene`]. Goes out: instances. Does not know the GPU.
+
+use super::palette::{Colour, Palette};
+use super::scene::{Disc, Line, Scene, Slot, State, UNORDERED, Width};
+
+const DISC: u32 = 1 << 3;
+const SELECTED: u32 = 1 << 4;
+const HOVERED: u32 = 1 << 5;
+const HEAD: u32 = 1 << 6;
+/// Reach of the head's cross-hair in CSS pixels.
+const HEAD_PX: f32 = 16.0;
+/// Rim of a slot in CSS pixels.
+const SLOT_RIM_PX: f32 = 1.75;
+
+/// One instance.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Mark {
+    a_mm: [f32; 2],
+    b_mm: [f32; 2],
+    radius_mm: f32,
+    radius_px: f32,
+    colour: Colour,
+    bits: u32,
+}
+
+/// A scene as instances.
+pub(super) struct Marks {
+    pub(super) all: Vec<Mark>,
+    /// Where the discs begin; they are in the scene's order.
+    pub(super) first_disc: usize,
+}
+
+/// What the pointer and the page have marked, by index of disc.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Emphasis {
+    /// Sorted.
+    pub(super) selected: Vec<u32>,
+    pub(super) hovered: Option<u32>,
+}
+
+impl Emphasis {
+    pub(super) fn selected(&self, disc: usize) -> bool {
+        self.selected.binary_search(&(disc as u32)).is_ok()
+    }
+
+    pub(super) fn hovered(&self, disc: usize) -> bool {
+        self.hovered == Some(disc as u32)
+    }
+}
+
+/// The whole scene.
+pub(super) fn build(scene: &Scene, palette: &Palette, emphasis: &Emphasis) -> Marks {
+    let mut all = Vec::with_capacity(scene.lines.len() + scene.discs.len() + 8 * scene.slots.len());
+    for ring in &scene.outline {
+        let closed = ring.iter().zip(ring.iter().cycle().skip(1));
+        all.extend(closed.map(|(a, b)| stroke(*a, *b, Width::Px(1.5), palette.outline, UNORDERED)));
+    }
+    for slot in &scene.slots {
+        sweep(slot, slot.colour, 0.0, &mut all);
+        sweep(slot, palette.bore, -SLOT_RIM_PX, &mut all);
+    }
+    all.extend(scene.lines.iter().map(line));
+    let first_disc = all.len();
+    all.extend(scene.discs.iter().enumerate().map(|(index, each)| disc(index, each, emphasis)));
+    Marks { all, first_disc }
+}
+
+/// One disc.
+pub(super) fn disc(index: usize, disc: &Disc, emphasis: &Emphasis) -> Mark {
+    let mut bits = disc.state as u32 | DISC | disc.order.min(UNORDERED) << 8;
+    if emphasis.selected(index) {
+        bits |= SELECTED;
+    }
+    if emphasis.hovered(index) {
+        bits |= HOVERED;
+    }
+    let at = disc.centre_mm;
+    Mark { a_mm: at, b_mm: at, radius_mm: disc.radius_mm, radius_px: 0.0, colour: disc.colour, bits }
+}
+
+/// The head's cross-hair.
+pub(super) fn head(at: [f32; 2], palette: &Palette) -> Mark {
+    let bits = HEAD | UNORDERED << 8;
+    Mark { a_mm: at, b_mm: at, radius_mm: 0.0, radius_px: HEAD_PX, colour: palette.head, bits }
+}
+
+fn line(line: &Line) -> Mark {
+    stroke(line.a_mm, line.b_mm, line.width, line.colour, line.order)
+}
+
+fn stroke(a_mm: [f32; 2], b_mm: [f32; 2], width: Width, colour: Colour, order: u32) -> Mark {
+    let (radius_mm, radius_px) = match width {
+        Width::Px(width) => (0.0, width / 2.0),
+        Width::Mm(width) => (width / 2.0, 0.0),
+    };
+    let bits = State::Planned as u32 | order.min(UNORDERED) << 8;
+    Mark { a_mm, b_mm, radius_mm, radius_px, colour, bits }
+}
+
+fn sweep(slot: &Slot, colour: Colour, grown_px: f32, into: &mut Vec<Mark>) {
+    into.extend(slot.path_mm.windows(2).map(|pair| Mark {
+        radius_px: grown_px,
+        ..stroke(pair[0], pair[1], Width::Mm(slot.width_mm), colour, UNORDERED)
+    }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> Scene {
+        let red = Colour::rgb(0x00ff_0000);
+        let hole = |x: f32, order| Disc {
+            centre_mm: [x, 1.0],
+            radius_mm: 0.5,
+            colour: red,
+            state: State::Planned,
+            order,
+        };
+        Scene {
+            outline: vec![vec![[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]],
+            slots: vec![Slot {
+                path_mm: vec![[1.0, 1.0], [2.0, 1.0], [2.0, 3.0]],
+                width_mm: 0.8,
+                colour: red,
+            }],
+            lines: vec![Line {
+                a_mm: [0.0; 2],
+                b_mm: [1.0; 2],
+                width: Width::Px(2.0),
+                colour: red,
+                order: 0,
+            }],
+            discs: vec![hole(1.0, 0), hole(2.0, UNORDERED), hole(3.0, 7)],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn discs_come_last_and_in_the_scenes_order() {
+        let marks = build(&scene(), &Palette::DARK, &Emphasis::default());
+        assert_eq!(marks.first_disc, 3 + 4 + 1, "a closed outline, a slot twice, a line");
+        assert_eq!(marks.all.len(), marks.first_disc + 3);
+        assert!(marks.all[..marks.first_disc].iter().all(|mark| mark.bits & DISC == 0));
+        let orders: Vec<_> = marks.all[marks.first_disc..].iter().map(|mark| mark.bits >> 8).collect();
+        assert_eq!(orders, [0, UNORDERED, 7]);
+    }
+
+    #[test]
+    fn one_disc_alone_equals_the_same_disc_in_the_whole() {
+        let scene = scene();
+        let emphasis = Emphasis { selected: vec![0, 2], hovered: Some(1) };
+        let marks = build(&scene, &Palette::DARK, &emphasis);
+        for (index, each) in scene.discs.iter().enumerate() {
+            assert_eq!(marks.all[marks.first_disc + index], disc(index, each, &emphasis));
+        }
+        let flags: Vec<_> =
+            marks.all[marks.first_disc..].iter().map(|mark| mark.bits & (SELECTED | HOVERED)).collect();
+        assert_eq!(flags, [SELECTED, HOVERED, SELECTED]);
+    }
+
+    #[test]
+    fn an_instance_is_thirty_two_bytes_without_holes() {
+        assert_eq!(size_of::<Mark>(), 32);
+        let mark = head([1.0, 2.0], &Palette::DARK);
+        assert_eq!(bytemuck::bytes_of(&mark)[8..16], bytemuck::bytes_of(&mark)[..8], "a disc has no length");
+    }
+}

@@ -1,0 +1,202 @@
+// The picture in two passes of one draw each: the ground (background, board, grid) and the marks (strokes and discs).
+// All distances inside are in device pixels from the middle of the window, Y up. Colours are linear light.
+
+struct Frame {
+  // centre of the window in mm; half its size in device pixels
+  centre: vec2f, half_px: vec2f,
+  // device pixels per mm; device pixels per CSS pixel; grid distance in mm; how far the grid has faded in
+  px_per_mm: f32, density: f32, grid_mm: f32, grid_fade: f32,
+  // board: lower left and upper right corner in mm
+  plate: vec4f,
+  // corner radius of the board in mm; 1 if there is a board
+  corner_mm: f32, has_plate: f32,
+  // discs with a lower number are done; lines with a lower number lie behind the head
+  discs: u32, lines: u32,
+  // 1 if disc number `discs` is in work
+  drilling: u32, unused_a: u32, unused_b: u32, unused_c: u32,
+  background: vec4f, body: vec4f, edge: vec4f, grid: vec4f, bore: vec4f,
+  done: vec4f, current: vec4f, failed: vec4f, selected: vec4f, travelled: vec4f,
+}
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+// How much of a pixel lies inside of an edge that is `distance` pixels away.
+fn inside(distance: f32) -> f32 { return clamp(0.5 - distance, 0.0, 1.0); }
+
+// A band around an edge.
+fn band(distance: f32, width: f32) -> f32 { return inside(abs(distance) - 0.5 * width); }
+
+// `top` over `under`, both straight alpha and opaque below.
+fn over(under: vec3f, top: vec3f, share: f32) -> vec3f { return mix(under, top, clamp(share, 0.0, 1.0)); }
+
+// ---- ground ----------------------------------------------------------------------------------------------
+
+@vertex fn ground_corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+  let corner = vec2f(f32(index & 1u), f32(index >> 1u));
+  return vec4f(corner * 4.0 - 1.0, 0.0, 1.0);
+}
+
+fn plate_distance(at_px: vec2f) -> f32 {
+  let low = (frame.plate.xy - frame.centre) * frame.px_per_mm;
+  let high = (frame.plate.zw - frame.centre) * frame.px_per_mm;
+  let corner = frame.corner_mm * frame.px_per_mm;
+  let from_middle = abs(at_px - 0.5 * (low + high)) - 0.5 * (high - low) + corner;
+  return length(max(from_middle, vec2f(0.0))) + min(max(from_middle.x, from_middle.y), 0.0) - corner;
+}
+
+// Lines every `step_mm`, one device-independent pixel wide.
+fn grid_lines(at_mm: vec2f, step_mm: f32) -> f32 {
+  let off = abs(at_mm - round(at_mm / step_mm) * step_mm) * frame.px_per_mm;
+  let lines = vec2f(inside(off.x - 0.5 * frame.density), inside(off.y - 0.5 * frame.density));
+  return max(lines.x, lines.y);
+}
+
+@fragment fn ground_colour(@builtin(position) position: vec4f) -> @location(0) vec4f {
+  let at_px = vec2f(position.x - frame.half_px.x, frame.half_px.y - position.y);
+  let at_mm = frame.centre + at_px / frame.px_per_mm;
+  let fine = grid_lines(at_mm, frame.grid_mm) * frame.grid_fade;
+  let coarse = grid_lines(at_mm, frame.grid_mm * 10.0);
+  let grid = max(fine * 0.55, coarse);
+  var colour = over(frame.background.rgb, frame.grid.rgb, grid * 0.045);
+  if frame.has_plate > 0.5 {
+    let distance = plate_distance(at_px);
+    let below = plate_distance(at_px + vec2f(0.0, 5.0 * frame.density));
+    let shadow = exp(-max(below, 0.0) / (9.0 * frame.density));
+    colour = colour * (1.0 - 0.34 * shadow);
+    // a breath of light from above, so that the board is a thing and not an area
+    let lit = 1.0 + 0.10 * clamp(at_px.y / frame.half_px.y, -1.0, 1.0);
+    let board = over(frame.body.rgb * lit, frame.grid.rgb, grid * 0.075);
+    colour = over(colour, board, inside(distance));
+    colour = over(colour, frame.edge.rgb, band(distance + 0.75 * frame.density, 1.5 * frame.density));
+  }
+  return vec4f(colour, 1.0);
+}
+
+// ---- marks -----------------------------------------------------------------------------------------------
+
+const DISC = 8u; const SELECTED = 16u; const HOVERED = 32u; const HEAD = 64u;
+const DONE = 1u; const CURRENT = 2u; const SKIPPED = 3u; const FAILED = 4u; const DIMMED = 5u;
+const UNORDERED = 0xffffffu;
+
+struct Stroke {
+  @builtin(position) position: vec4f,
+  // along the stroke from `a`, and across it, in pixels
+  @location(0) at: vec2f,
+  // length of the stroke; radius of its ends, in pixels
+  @location(1) @interpolate(flat) shape: vec2f,
+  @location(2) @interpolate(flat) colour: vec4f,
+  @location(3) @interpolate(flat) bits: u32,
+}
+
+fn linear(colour: vec4f) -> vec4f {
+  let low = colour.rgb / 12.92;
+  let high = pow((colour.rgb + 0.055) / 1.055, vec3f(2.4));
+  return vec4f(select(high, low, colour.rgb <= vec3f(0.04045)), colour.a);
+}
+
+// What the instance itself says, moved on by the progress of the plan.
+fn progressed(bits: u32) -> u32 {
+  let order = bits >> 8u;
+  if (bits & DISC) == 0u || (bits & 7u) != 0u || order == UNORDERED { return bits; }
+  if order < frame.discs { return bits | DONE; }
+  if order == frame.discs && frame.drilling == 1u { return bits | CURRENT; }
+  return bits;
+}
+
+@vertex fn stroke_corner(
+  @builtin(vertex_index) index: u32,
+  @location(0) ends: vec4f, @location(1) radii: vec2f, @location(2) colour: vec4f, @location(3) own_bits: u32,
+) -> Stroke {
+  let a = (ends.xy - frame.centre) * frame.px_per_mm;
+  let b = (ends.zw - frame.centre) * frame.px_per_mm;
+  let length_px = length(b - a);
+  var along = vec2f(1.0, 0.0);
+  if length_px > 0.001 { along = (b - a) / length_px; }
+  let bits = progressed(own_bits);
+  let is_disc = (bits & DISC) != 0u;
+  var radius = radii.x * frame.px_per_mm + radii.y * frame.density;
+  var tint = linear(colour);
+  if is_disc {
+    radius = max(radius, 1.4 * frame.density);
+  } else {
+    if (bits >> 8u) < frame.lines { tint = frame.travelled; }
+    // a hair is drawn a pixel wide and fainter
+    let thinnest = 0.5;
+    tint.a = tint.a * clamp(radius / thinnest, 0.0, 1.0);
+    radius = max(radius, thinnest);
+  }
+  var room = 1.0;
+  if (bits & (SELECTED | HOVERED)) != 0u || (bits & 7u) == CURRENT { room = 9.0 * frame.density; }
+  let reach = radius + room;
+  let corner = vec2f(
+    select(-reach, length_px + reach, (index & 1u) == 1u),
+    select(-reach, reach, (index & 2u) == 2u),
+  );
+  let place = a + along * corner.x + vec2f(-along.y, along.x) * corner.y;
+  var out: Stroke;
+  out.position = vec4f(place / frame.half_px, 0.0, 1.0);
+  out.at = corner;
+  out.shape = vec2f(length_px, radius);
+  out.colour = tint;
+  out.bits = bits;
+  return out;
+}
+
+// `top` over `under`, premultiplied.
+fn lay(under: vec4f, top: vec3f, share: f32) -> vec4f {
+  return under * (1.0 - share) + vec4f(top, 1.0) * share;
+}
+
+fn disc_colour(stroke: Stroke) -> vec4f {
+  let state = stroke.bits & 7u;
+  let density = frame.density;
+  let radius = stroke.shape.y;
+  let from_centre = length(stroke.at);
+  let distance = from_centre - radius;
+  let rim = clamp(0.30 * radius, 1.25 * density, 4.5 * density);
+  // the bore is a hole: darker under its upper edge
+  let depth = clamp(0.5 + 0.5 * stroke.at.y / radius, 0.0, 1.0);
+  let bore = frame.bore.rgb * (1.25 - 0.6 * depth);
+  var fill = bore;
+  var ring = stroke.colour.rgb;
+  var ring_width = rim;
+  if state == DONE { fill = frame.done.rgb; ring = frame.done.rgb * 0.45; ring_width = 0.45 * rim; }
+  if state == CURRENT { ring = frame.current.rgb; }
+  if state == FAILED { ring = frame.failed.rgb; }
+  var out = lay(vec4f(0.0), mix(fill, ring, inside(-distance - ring_width)), inside(distance));
+  let slash = abs(stroke.at.x + stroke.at.y) * 0.70711;
+  let backslash = abs(stroke.at.x - stroke.at.y) * 0.70711;
+  if state == SKIPPED { out = lay(out * 0.6, ring, inside(slash - 0.5 * ring_width) * inside(distance)); }
+  if state == FAILED {
+    out = lay(out, ring, inside(min(slash, backslash) - 0.6 * ring_width) * inside(distance));
+  }
+  if state == DIMMED { out = out * 0.35; }
+  if state == CURRENT {
+    out = lay(out, frame.current.rgb, band(distance - 4.0 * density, 2.0 * density));
+  }
+  if (stroke.bits & SELECTED) != 0u {
+    out = lay(out, frame.selected.rgb, band(distance - 3.0 * density, 2.0 * density));
+    out = lay(out, frame.selected.rgb, 0.25 * (1.0 - smoothstep(3.0 * density, 8.0 * density, distance)) * inside(-distance));
+  } else if (stroke.bits & HOVERED) != 0u {
+    out = lay(out, frame.selected.rgb, 0.6 * band(distance - 2.5 * density, 1.5 * density));
+  }
+  return out;
+}
+
+fn head_colour(stroke: Stroke) -> vec4f {
+  let density = frame.density;
+  let from_centre = length(stroke.at);
+  let away = abs(stroke.at);
+  let cross = min(away.x, away.y) - 0.75 * density;
+  let arms = inside(max(cross, 4.0 * density - from_centre)) * inside(from_centre - stroke.shape.y);
+  let ring = band(from_centre - 9.0 * density, 1.5 * density);
+  let shade = max(inside(max(cross - density, 3.0 * density - from_centre)) * inside(from_centre - stroke.shape.y),
+    band(from_centre - 9.0 * density, 3.5 * density));
+  return lay(vec4f(0.0, 0.0, 0.0, 0.45 * shade), stroke.colour.rgb, max(arms, ring));
+}
+
+@fragment fn stroke_colour(stroke: Stroke) -> @location(0) vec4f {
+  if (stroke.bits & DISC) != 0u { return disc_colour(stroke); }
+  if (stroke.bits & HEAD) != 0u { return head_colour(stroke); }
+  let off = stroke.at - vec2f(clamp(stroke.at.x, 0.0, stroke.shape.x), 0.0);
+  return lay(vec4f(0.0), stroke.colour.rgb, stroke.colour.a * inside(length(off) - stroke.shape.y));
+}

@@ -1,0 +1,47 @@
+//! The picture: discs, lines and a plate, drawn by the GPU as sharp as the screen allows.
+//!
+//! ```text
+//! Scene ─ marks ─▶ instances ─ gpu ──▶ canvas      pointer ─ gestures ─▶ Camera
+//!    └──────────────────────── flat ─▶ canvas                      └─ pick ─▶ index of a disc
+//! ```
+//!
+//! Comes in: a [`Scene`] in millimetres of the board, a [`Palette`], what is done. Goes out: pixels, and which disc lies
+//! under the pointer. Knows no boards, no screens and no leptos.
+//!
+//! WebGPU is taken where there is one, else WebGL2, else a plain 2D canvas. Frames are painted on demand.
+
+mod camera;
+mod marks;
+mod palette;
+mod pick;
+mod scene;
+
+#[cfg(target_arch = "wasm32")]
+mod backend;
+#[cfg(target_arch = "wasm32")]
+mod flat;
+#[cfg(target_arch = "wasm32")]
+mod gestures;
+#[cfg(target_arch = "wasm32")]
+mod gpu;
+#[cfg(target_arch = "wasm32")]
+mod handle;
+#[cfg(target_arch = "wasm32")]
+mod stage;
+
+pub use camera::Camera;
+pub use palette::{Colour, Palette};
+pub use pick::Picker;
+pub use scene::{Disc, Line, Plate, Progress, Scene, Slot, State, UNORDERED, Width};
+
+#[cfg(target_arch = "wasm32")]
+pub use backend::{Backend, Wanted};
+#[cfg(target_arch = "wasm32")]
+pub use gestures::Pressed;
+#[cfg(target_arch = "wasm32")]
+pub use handle::View;
+#[cfg(target_arch = "wasm32")]
+pub use stage::Frames;
+
+#[cfg(all(test, target_arch = "wasm32"))]
+mod browser_tests;

@@ -1,0 +1,188 @@
+//! Colours by what they mean. The page chooses the palette; the picture only uses it.
+//!
+//! Comes in: nothing. Goes out: sRGB colours. Does not know themes' names.
+
+/// A colour as on screens: sRGB with straight alpha, one byte each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+pub struct Colour(pub [u8; 4]);
+
+impl Colour {
+    /// From `0xRRGGBB`, opaque.
+    pub const fn rgb(hex: u32) -> Self {
+        Self([(hex >> 16) as u8, (hex >> 8) as u8, hex as u8, 255])
+    }
+
+    /// The same, let through: 0 is not there, 255 is opaque.
+    #[must_use]
+    pub const fn alpha(self, alpha: u8) -> Self {
+        Self([self.0[0], self.0[1], self.0[2], alpha])
+    }
+
+    /// As style sheets write it.
+    pub fn css(self) -> String {
+        let [red, green, blue, alpha] = self.0;
+        format!("#{red:02x}{green:02x}{blue:02x}{alpha:02x}")
+    }
+
+    /// Light of each channel from 0 to 1, alpha last, as the GPU blends it.
+    pub fn linear(self) -> [f32; 4] {
+        let [red, green, blue, alpha] = self.0;
+        [light(red), light(green), light(blue), f32::from(alpha) / 255.0]
+    }
+
+    /// Relative luminance as WCAG defines it.
+    pub fn luminance(self) -> f32 {
+        let [red, green, blue, _] = self.linear();
+        0.2126 * red + 0.7152 * green + 0.0722 * blue
+    }
+}
+
+fn light(byte: u8) -> f32 {
+    let share = f64::from(byte) / 255.0;
+    let out = if share <= 0.040_45 { share / 12.92 } else { libm::pow((share + 0.055) / 1.055, 2.4) };
+    out as f32
+}
+
+/// Every colour of the picture, by its meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Palette {
+    /// Around the board.
+    pub background: Colour,
+    /// Body of the board.
+    pub plate: Colour,
+    /// Its rim.
+    pub edge: Colour,
+    /// Grid lines, over plate and background.
+    pub grid: Colour,
+    /// Outline read from a file.
+    pub outline: Colour,
+    /// Inside of a hole that is to be drilled.
+    pub bore: Colour,
+    /// A hole that is drilled.
+    pub done: Colour,
+    /// The hole in work, and the accent.
+    pub current: Colour,
+    /// A hole that went wrong.
+    pub failed: Colour,
+    /// Halo of what is selected.
+    pub selected: Colour,
+    /// Cross-hair of the head.
+    pub head: Colour,
+    /// Travel still to come.
+    pub travel: Colour,
+    /// Travel behind the head.
+    pub travelled: Colour,
+    /// One colour a tool; told apart with every common colour blindness.
+    pub tools: [Colour; 8],
+}
+
+impl Palette {
+    /// For dark surroundings.
+    pub const DARK: Self = Self {
+        background: Colour::rgb(0x0012_161a),
+        plate: Colour::rgb(0x001b_2f2a),
+        edge: Colour::rgb(0x0047_6a5e),
+        grid: Colour::rgb(0x009f_c4b8),
+        outline: Colour::rgb(0x00f2_e8a0),
+        bore: Colour::rgb(0x000b_0e10),
+        done: Colour::rgb(0x004a_de80),
+        current: Colour::rgb(0x00e8_945f),
+        failed: Colour::rgb(0x00ff_5a52),
+        selected: Colour::rgb(0x00ff_ffff),
+        head: Colour::rgb(0x00ff_b37e),
+        travel: Colour::rgb(0x009f_b3c2).alpha(120),
+        travelled: Colour::rgb(0x004a_de80).alpha(110),
+        tools: TOOLS,
+    };
+
+    /// For light surroundings. The board stays dark, so that tools keep their colours.
+    pub const LIGHT: Self = Self {
+        background: Colour::rgb(0x00e9_edf0),
+        plate: Colour::rgb(0x0026_443b),
+        edge: Colour::rgb(0x0014_2a23),
+        grid: Colour::rgb(0x006f_8f85),
+        outline: Colour::rgb(0x00f2_e8a0),
+        bore: Colour::rgb(0x000e_1513),
+        done: Colour::rgb(0x004a_de80),
+        current: Colour::rgb(0x00ff_a26b),
+        failed: Colour::rgb(0x00ff_6b63),
+        selected: Colour::rgb(0x00ff_ffff),
+        head: Colour::rgb(0x00d9_5f1e),
+        travel: Colour::rgb(0x00b9_c9d6).alpha(130),
+        travelled: Colour::rgb(0x004a_de80).alpha(120),
+        tools: TOOLS,
+    };
+
+    /// The colour of the tool with this index; they repeat after eight.
+    pub fn tool(&self, index: usize) -> Colour {
+        self.tools[index % self.tools.len()]
+    }
+}
+
+/// After Okabe and Ito, lightened for a dark board; green is left to what is done.
+const TOOLS: [Colour; 8] = [
+    Colour::rgb(0x0055_cae8),
+    Colour::rgb(0x00f0_a830),
+    Colour::rgb(0x00f2_e85c),
+    Colour::rgb(0x00df_8fbe),
+    Colour::rgb(0x00bb_cacb),
+    Colour::rgb(0x00db_664c),
+    Colour::rgb(0x005c_85f8),
+    Colour::rgb(0x00a2_8bdf),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contrast(a: Colour, b: Colour) -> f32 {
+        let (a, b) = (a.luminance(), b.luminance());
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn light_and_css_are_the_standard_ones() {
+        assert_eq!(Colour::rgb(0x00ff_8000).css(), "#ff8000ff");
+        assert_eq!(Colour::rgb(0x00ff_8000).alpha(16).css(), "#ff800010");
+        assert_eq!(Colour::rgb(0x00ff_ffff).linear(), [1.0; 4]);
+        assert!((Colour::rgb(0x0080_8080).linear()[0] - 0.215_86).abs() < 1e-4);
+    }
+
+    #[test]
+    fn everything_that_says_something_has_three_to_one_on_the_board() {
+        for (theme, palette) in [("dark", Palette::DARK), ("light", Palette::LIGHT)] {
+            let signs = [palette.done, palette.current, palette.failed, palette.selected, palette.outline];
+            for (index, sign) in signs.iter().chain(&palette.tools).enumerate() {
+                for ground in [palette.plate, palette.bore] {
+                    let ratio = contrast(*sign, ground);
+                    assert!(ratio >= 3.0, "{theme} {index}: {} on {} is {ratio}", sign.css(), ground.css());
+                }
+            }
+        }
+    }
+
+    /// Colours as people without one kind of cone see them (Viénot, Brettel and Mollon 1999, linear light).
+    fn seen(colour: Colour, missing: usize) -> [f32; 3] {
+        let [r, g, b, _] = colour.linear();
+        let rows = [
+            [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
+            [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
+        ][missing];
+        rows.map(|row: [f32; 3]| (row[0] * r + row[1] * g + row[2] * b).max(0.0).sqrt())
+    }
+
+    #[test]
+    fn tools_differ_for_people_without_red_or_green_cones() {
+        let tools = Palette::DARK.tools;
+        for missing in [0, 1] {
+            for (i, a) in tools.iter().enumerate() {
+                for (j, b) in tools.iter().enumerate().skip(i + 1) {
+                    let (p, q) = (seen(*a, missing), seen(*b, missing));
+                    let apart = (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f32>().sqrt();
+                    assert!(apart > 0.12, "cone {missing}: tools {i} and {j} are {apart} apart");
+                }
+            }
+        }
+    }
+}

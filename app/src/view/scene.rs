@@ -1,0 +1,184 @@
+//! What is to be seen, as plain data: millimetres of the board, X to the right, Y up.
+//!
+//! Comes in: whatever somebody wants drawn. Goes out: the same. Does not know how it is drawn.
+
+use super::palette::Colour;
+
+/// A thing that takes no part in the order of a plan.
+pub const UNORDERED: u32 = 0x00ff_ffff;
+
+/// Everything in the picture but what changes while one looks: selection, progress and head are the view's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// The body of the board.
+    pub plate: Option<Plate>,
+    /// Closed lines of the board's edge.
+    pub outline: Vec<Vec<[f32; 2]>>,
+    /// Elongated holes.
+    pub slots: Vec<Slot>,
+    /// Lines, for example the way of the head. They lie under the discs.
+    pub lines: Vec<Line>,
+    /// Round holes. They are told apart by their index here.
+    pub discs: Vec<Disc>,
+}
+
+/// A rounded rectangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// Lower left corner.
+    pub min_mm: [f32; 2],
+    /// Upper right corner.
+    pub max_mm: [f32; 2],
+    /// Radius of its corners.
+    pub corner_mm: f32,
+}
+
+/// A round hole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Its centre.
+    pub centre_mm: [f32; 2],
+    /// Its radius.
+    pub radius_mm: f32,
+    /// Colour of its tool.
+    pub colour: Colour,
+    /// How far it is.
+    pub state: State,
+    /// Its number in the order of the plan, from 0, or [`UNORDERED`].
+    pub order: u32,
+}
+
+/// How far a hole is. Each state has a shape of its own beside its colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum State {
+    /// To be drilled: a ring around a dark bore.
+    #[default]
+    Planned = 0,
+    /// Drilled: filled.
+    Done = 1,
+    /// In work: a second ring around it.
+    Current = 2,
+    /// Left out: struck through.
+    Skipped = 3,
+    /// Went wrong: crossed.
+    Failed = 4,
+    /// Not of interest now: faint.
+    Dimmed = 5,
+}
+
+/// A straight stroke with round ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// From here …
+    pub a_mm: [f32; 2],
+    /// … to here.
+    pub b_mm: [f32; 2],
+    /// How wide.
+    pub width: Width,
+    /// Its colour until progress has passed it.
+    pub colour: Colour,
+    /// Its number in the order of the plan, from 0, or [`UNORDERED`].
+    pub order: u32,
+}
+
+/// How wide a line is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Width {
+    /// The same on the screen at every zoom, in CSS pixels.
+    Px(f32),
+    /// The same on the board.
+    Mm(f32),
+}
+
+/// A hole swept along a path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slot {
+    /// Its centre line, at least two points.
+    pub path_mm: Vec<[f32; 2]>,
+    /// Its width.
+    pub width_mm: f32,
+    /// Colour of its tool.
+    pub colour: Colour,
+}
+
+/// How far a plan has come, by the numbers of its order. Moving it repaints; it rewrites nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Discs with a lower number are done.
+    pub discs: u32,
+    /// The disc with number `discs` is in work.
+    pub drilling: bool,
+    /// Lines with a lower number lie behind the head.
+    pub lines: u32,
+}
+
+impl Scene {
+    /// Lower left and upper right corner of everything; none for an empty scene.
+    pub fn bounds_mm(&self) -> Option<[[f32; 2]; 2]> {
+        let plate = self.plate.iter().map(|plate| [plate.min_mm, plate.max_mm]);
+        let discs = self.discs.iter().map(|disc| around(disc.centre_mm, disc.radius_mm));
+        let edge = self.outline.iter().flatten().map(|point| [*point; 2]);
+        let slots = self
+            .slots
+            .iter()
+            .flat_map(|slot| slot.path_mm.iter().map(move |point| around(*point, slot.width_mm / 2.0)));
+        plate.chain(discs).chain(edge).chain(slots).reduce(|a, b| {
+            let low = [a[0][0].min(b[0][0]), a[0][1].min(b[0][1])];
+            [low, [a[1][0].max(b[1][0]), a[1][1].max(b[1][1])]]
+        })
+    }
+}
+
+fn around(centre: [f32; 2], radius: f32) -> [[f32; 2]; 2] {
+    [[centre[0] - radius, centre[1] - radius], [centre[0] + radius, centre[1] + radius]]
+}
+
+impl Progress {
+    /// The state of a disc with number `order` that itself says `state`.
+    pub fn state(self, order: u32, state: State) -> State {
+        match state {
+            State::Planned if order == UNORDERED => state,
+            State::Planned if order < self.discs => State::Done,
+            State::Planned if order == self.discs && self.drilling => State::Current,
+            _ => state,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_hold_the_rims_of_discs_and_the_plate() {
+        let disc = Disc {
+            centre_mm: [10.0, 5.0],
+            radius_mm: 2.0,
+            colour: Colour::rgb(0),
+            state: State::Planned,
+            order: 0,
+        };
+        let mut scene = Scene { discs: vec![disc], ..Scene::default() };
+        assert_eq!(scene.bounds_mm(), Some([[8.0, 3.0], [12.0, 7.0]]));
+        scene.plate = Some(Plate { min_mm: [0.0, 0.0], max_mm: [11.0, 20.0], corner_mm: 1.0 });
+        assert_eq!(scene.bounds_mm(), Some([[0.0, 0.0], [12.0, 20.0]]));
+        assert_eq!(Scene::default().bounds_mm(), None);
+    }
+
+    #[test]
+    fn progress_passes_planned_discs_and_leaves_the_others_alone() {
+        let at = Progress { discs: 3, drilling: true, lines: 0 };
+        let rows = [
+            (2, State::Planned, State::Done),
+            (3, State::Planned, State::Current),
+            (4, State::Planned, State::Planned),
+            (UNORDERED, State::Planned, State::Planned),
+            (1, State::Failed, State::Failed),
+            (9, State::Done, State::Done),
+        ];
+        for (order, own, expected) in rows {
+            assert_eq!(at.state(order, own), expected, "order {order}, {own:?}");
+        }
+        assert_eq!(Progress { drilling: false, ..at }.state(3, State::Planned), State::Planned);
+    }
+}

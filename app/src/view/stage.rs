@@ -1,0 +1,172 @@
+//! What a picture is made of while it stands in the page, and how one frame of it is painted.
+//!
+//! Comes in: changes, made by [`View`](super::View). Goes out: pixels, and `data-…` attributes of the canvas that say
+//! what is to be seen, for tests and helpers. Does not know when a frame is due.
+
+use super::backend::{Painter, Wanted};
+use super::camera::Camera;
+use super::gestures::Gestures;
+use super::gpu::{Look, Painted};
+use super::marks::Emphasis;
+use super::palette::Palette;
+use super::pick::Picker;
+use super::scene::{Progress, Scene, State};
+use wasm_bindgen::prelude::*;
+use web_sys::{HtmlCanvasElement, HtmlElement, ResizeObserver};
+
+/// Free room around a fitted board, in CSS pixels.
+const FIT_MARGIN_PX: f64 = 36.0;
+
+/// How painting went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Frames {
+    /// Frames painted so far.
+    pub painted: u64,
+    /// Time the page spent on the last one, in ms.
+    pub last_ms: f64,
+    /// The longest of the last 60, in ms.
+    pub longest_ms: f64,
+    /// How often the device was lost and made anew.
+    pub losses: u32,
+}
+
+/// A picture in the page.
+pub(super) struct Stage {
+    pub(super) host: HtmlElement,
+    pub(super) canvas: HtmlCanvasElement,
+    pub(super) painter: Painter,
+    pub(super) wanted: Wanted,
+    pub(super) scene: Scene,
+    pub(super) palette: Palette,
+    pub(super) camera: Camera,
+    pub(super) density: f64,
+    pub(super) emphasis: Emphasis,
+    pub(super) progress: Progress,
+    pub(super) head_mm: Option<[f32; 2]>,
+    pub(super) picker: Option<Picker>,
+    pub(super) fitted: bool,
+    pub(super) frames: Frames,
+    pub(super) recent_ms: [f64; 60],
+    pub(super) frame_asked: Option<i32>,
+    pub(super) on_frame: Option<Closure<dyn FnMut()>>,
+    pub(super) observer: Option<(ResizeObserver, Closure<dyn FnMut()>)>,
+    pub(super) on_context_lost: Option<Closure<dyn FnMut()>>,
+    pub(super) gestures: Gestures,
+}
+
+impl Stage {
+    pub(super) fn fit(&mut self) {
+        self.fitted = true;
+        if let Some(bounds) = self.scene.bounds_mm() {
+            self.camera.fit(bounds.map(|corner| corner.map(f64::from)), FIT_MARGIN_PX);
+        }
+    }
+
+    pub(super) fn rebuild(&mut self) {
+        if let Painter::Gpu(gpu) = &mut self.painter {
+            gpu.set_scene(&self.scene, &self.palette, &self.emphasis);
+        }
+        if self.fitted {
+            self.fit();
+        }
+    }
+
+    /// Writes the discs with these indices anew; neighbours go together.
+    pub(super) fn rewrite(&mut self, mut indices: Vec<usize>) {
+        let Painter::Gpu(gpu) = &self.painter else { return };
+        indices.sort_unstable();
+        indices.dedup();
+        for run in indices.chunk_by(|a, b| b - a <= 8) {
+            let last = run[run.len() - 1].min(self.scene.discs.len().saturating_sub(1));
+            if run[0] <= last {
+                gpu.set_discs(&self.scene, run[0]..last + 1, &self.emphasis);
+            }
+        }
+    }
+
+    pub(super) fn measure(&mut self) {
+        let (width, height) = (f64::from(self.host.client_width()), f64::from(self.host.client_height()));
+        self.density = web_sys::window().map_or(1.0, |window| window.device_pixel_ratio());
+        self.camera.viewport_px = [width.max(1.0), height.max(1.0)];
+        let device_px = self.camera.viewport_px.map(|px| (px * self.density).round() as u32);
+        if [self.canvas.width(), self.canvas.height()] != device_px || self.frames.painted == 0 {
+            self.canvas.set_width(device_px[0]);
+            self.canvas.set_height(device_px[1]);
+            if let Painter::Gpu(gpu) = &mut self.painter {
+                gpu.resize(device_px[0], device_px[1]);
+            }
+        }
+        if self.fitted {
+            self.fit();
+        }
+    }
+
+    pub(super) fn paint(&mut self) -> Painted {
+        self.frame_asked = None;
+        let started = now_ms();
+        let look = Look {
+            camera: &self.camera,
+            density: self.density,
+            scene: &self.scene,
+            palette: &self.palette,
+            progress: self.progress,
+            head_mm: self.head_mm,
+        };
+        let painted = match &self.painter {
+            Painter::Gpu(gpu) => gpu.paint(&look),
+            Painter::Flat(flat) => {
+                flat.paint(&look, &self.emphasis);
+                Painted::Shown
+            }
+            Painter::None => return Painted::Shown,
+        };
+        if painted == Painted::Shown {
+            self.count(now_ms() - started);
+            self.publish();
+        }
+        painted
+    }
+
+    fn count(&mut self, took_ms: f64) {
+        self.recent_ms[(self.frames.painted % 60) as usize] = took_ms;
+        self.frames.painted += 1;
+        self.frames.last_ms = took_ms;
+        self.frames.longest_ms = self.recent_ms.iter().copied().fold(0.0, f64::max);
+    }
+
+    /// Says in attributes what is to be seen.
+    fn publish(&self) {
+        let states = self.scene.discs.iter().map(|disc| self.progress.state(disc.order, disc.state));
+        let done = states.filter(|state| *state == State::Done).count();
+        let rows = [
+            ("data-backend", self.painter.backend().name().to_owned()),
+            ("data-holes", self.scene.discs.len().to_string()),
+            ("data-done", done.to_string()),
+            ("data-selected", self.emphasis.selected.len().to_string()),
+            ("data-zoom", format!("{:.4}", self.camera.zoom())),
+            ("data-centre", format!("{:.3} {:.3}", self.camera.centre_mm[0], self.camera.centre_mm[1])),
+            ("data-frames", self.frames.painted.to_string()),
+            ("data-frame-ms", format!("{:.2}", self.frames.last_ms)),
+            ("data-losses", self.frames.losses.to_string()),
+        ];
+        for (name, value) in rows {
+            let _ = self.canvas.set_attribute(name, &value);
+        }
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        if let (Some(window), Some(asked)) = (web_sys::window(), self.frame_asked) {
+            let _ = window.cancel_animation_frame(asked);
+        }
+        if let Some((observer, _)) = &self.observer {
+            observer.disconnect();
+        }
+        self.canvas.remove();
+    }
+}
+
+fn now_ms() -> f64 {
+    web_sys::window().and_then(|window| window.performance()).map_or(0.0, |performance| performance.now())
+}
