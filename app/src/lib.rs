@@ -8,6 +8,7 @@
 //!    └─▶ engine ═ worker ═▶ annulus-core
 //! ```
 
+pub mod engine;
 pub mod picture;
 pub mod view;
 
@@ -23,5 +24,7 @@ pub fn start() {
     if web_sys::window().is_some() {
         console_error_panic_hook::set_once();
         leptos::mount::mount_to_body(screens::App);
+    } else {
+        engine::worker::serve();
     }
 }

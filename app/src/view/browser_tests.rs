@@ -141,7 +141,8 @@ fn point(view: &View, kind: &str, at_mm: [f64; 2]) {
     init.set_client_y(y as i32);
     init.set_pointer_id(1);
     let event = PointerEvent::new_with_event_init_dict(kind, &init).unwrap();
-    view.0.borrow().canvas.clone().dispatch_event(&event).unwrap();
+    let canvas = view.0.borrow().canvas.clone();
+    canvas.dispatch_event(&event).unwrap();
 }
 
 #[wasm_bindgen_test]
