@@ -3,6 +3,7 @@
 //! Comes in: one word. Goes out: a running page, a tested tree, a built page, numbers, or a list of what is there.
 //! Does not know what Annulus does.
 
+mod bench;
 mod browser;
 mod doctor;
 mod npm;
@@ -20,6 +21,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   run     build page and bridge, start the bridge with the virtual drill and a sample board
   test    prepare and run every test and check; the last line counts them
   build   build the page into target/page and the bridge in release
+  bench   print the measured numbers: parsing, tours, steps, sizes
   doctor  list what is there and what would be installed
 ";
 
@@ -30,6 +32,7 @@ fn main() -> ExitCode {
         Some("run") => run::run(rest),
         Some("test") => test::run(rest),
         Some("build") => page::build().and_then(|_| run::build_bridge()).map(drop),
+        Some("bench") => bench::run(rest),
         Some("doctor") => doctor::run(),
         _ => Err(USAGE.to_owned()),
     };

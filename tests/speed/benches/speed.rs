@@ -1,0 +1,89 @@
+//! Speeds with criterion: parsing, planning, step streams. `cargo xtask bench` runs it and adds the gaps of the tours,
+//! the speed in WebAssembly and the sizes of the page.
+
+use annulus_core::artwork::{self, Overrides};
+use annulus_core::cam::{self, PlanOptions};
+use annulus_core::motion;
+use annulus_speed::{machine, make_stream, steps_of, timeline};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+
+fn corpus() -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/corpus");
+    let folder = std::env::var_os("ANNULUS_CORPUS").map_or(beside, PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no corpus");
+    None
+}
+
+/// The 120,000-hit file of the corpus with its hits repeated to 50 MB.
+fn large_drill_file(corpus: &Path) -> Vec<u8> {
+    let text = std::fs::read(corpus.join("synthetic/h01-huge-120000-hits.drl")).expect("the file is in the corpus");
+    let newline = |from: usize| text[from..].iter().position(|&byte| byte == b'\n').map_or(text.len(), |at| from + at + 1);
+    let first_hit = text.windows(2).position(|two| two == b"\nX").map_or(0, |at| at + 1);
+    let tail = text.windows(4).rposition(|four| four == b"\nM30").map_or(text.len(), |at| newline(at));
+    let mut large = text[..first_hit].to_vec();
+    while large.len() < 50_000_000 {
+        large.extend_from_slice(&text[first_hit..tail]);
+    }
+    large.extend_from_slice(b"M30\n");
+    large
+}
+
+fn parsing(criterion: &mut Criterion) {
+    let Some(corpus) = corpus() else { return };
+    let bytes = large_drill_file(&corpus);
+    let files = vec![("large.drl".to_owned(), bytes)];
+    let mut group = criterion.benchmark_group("parse");
+    group.sample_size(10).throughput(Throughput::Bytes(files[0].1.len() as u64));
+    group.bench_function("excellon 50 MB", |bencher| {
+        bencher.iter(|| black_box(artwork::read_set(&files, &Overrides::default())).files.len());
+    });
+    group.finish();
+}
+
+fn planning(criterion: &mut Criterion) {
+    let machine = machine();
+    let mut group = criterion.benchmark_group("plan");
+    group.sample_size(10);
+    for holes in [1_000_usize, 100_000] {
+        let board = cam::bench::scattered_board(holes, 1);
+        let hop = |from, to| motion::hop_time_s(&machine, from, to);
+        group.throughput(Throughput::Elements(holes as u64));
+        group.bench_with_input(BenchmarkId::new("shortest", holes), &board, |bencher, board| {
+            bencher.iter(|| {
+                let plan = cam::plan(board, &machine, &PlanOptions::default(), &hop, &mut |_| true);
+                plan.map(|(plan, _)| plan.travel_after_mm)
+            });
+        });
+    }
+    group.finish();
+}
+
+fn streams(criterion: &mut Criterion) {
+    let job = timeline(500);
+    let mut group = criterion.benchmark_group("stream");
+    group.sample_size(10).throughput(Throughput::Elements(steps_of(&job)));
+    group.bench_function("steps", |bencher| bencher.iter(|| black_box(make_stream(&job))));
+    group.finish();
+}
+
+fn tours(_: &mut Criterion) {
+    let Some(corpus) = corpus() else { return };
+    let text = std::fs::read_to_string(corpus.join("tsplib/optima.json")).expect("the optima are in the corpus");
+    let optima: serde_json::Value = serde_json::from_str(&text).expect("the optima are JSON");
+    let rows = optima["instances"].as_array().or(optima["tsplib"].as_array()).cloned().unwrap_or_default();
+    for row in rows {
+        let (Some(name), Some(optimum)) = (row["name"].as_str(), row["optimum"].as_f64()) else { continue };
+        let Ok(instance) = std::fs::read_to_string(corpus.join(format!("tsplib/{name}.tsp"))) else { continue };
+        let began = std::time::Instant::now();
+        let gap = cam::bench::tsplib_gap(&instance, optimum, 1).unwrap_or(f64::NAN);
+        println!("tour/{name:<10} {:+.2} % over the optimum in {:.2} s", gap * 100.0, began.elapsed().as_secs_f64());
+    }
+}
+
+criterion_group!(benches, parsing, tours, planning, streams);
+criterion_main!(benches);

@@ -1,0 +1,48 @@
+//! The work whose speed is measured, the same natively and in WebAssembly.
+//!
+//! Comes in: sizes. Goes out: counts of what was done; whoever calls looks at the clock.
+
+use annulus_core::cam::{self, Order, PlanOptions};
+use annulus_core::machine::{Machine, virtual_drill};
+use annulus_core::motion::{self, Timeline};
+use annulus_core::steps;
+
+/// The machine that is measured: the virtual drill with room for the scattered board.
+pub fn machine() -> Machine {
+    virtual_drill()
+}
+
+/// A planned job of `holes` scattered holes, in file order.
+pub fn timeline(holes: usize) -> Timeline {
+    let (board, machine) = (cam::bench::scattered_board(holes, 1), machine());
+    let options = PlanOptions { order: Order::File, ..PlanOptions::default() };
+    let hop = |from, to| motion::hop_time_s(&machine, from, to);
+    let (plan, _) = cam::plan(&board, &machine, &options, &hop, &mut |_| true).expect("0.8 mm is in the rack");
+    let program = cam::lower(&board, &plan, &machine);
+    motion::timeline(&program, &machine).expect("the machine is sound")
+}
+
+/// How many steps a timeline has.
+pub fn steps_of(timeline: &Timeline) -> u64 {
+    let ways = timeline.moves.iter().flat_map(|planned| planned.from.iter().zip(&planned.to));
+    ways.map(|(from, to)| to.abs_diff(*from)).sum()
+}
+
+/// Makes the stream of `timeline`; gives its length in bytes, so that nothing is optimised away.
+pub fn make_stream(timeline: &Timeline) -> u64 {
+    steps::stream(timeline, &machine()).map_or(0, |stream| steps::encoded_len(&stream))
+}
+
+static PREPARED: std::sync::OnceLock<Timeline> = std::sync::OnceLock::new();
+
+/// For WebAssembly: prepares a job of `holes` holes and gives its number of steps.
+#[unsafe(no_mangle)]
+pub extern "C" fn prepare(holes: u32) -> u64 {
+    steps_of(PREPARED.get_or_init(|| timeline(holes as usize)))
+}
+
+/// For WebAssembly: makes the stream of the prepared job.
+#[unsafe(no_mangle)]
+pub extern "C" fn make() -> u64 {
+    PREPARED.get().map_or(0, make_stream)
+}
