@@ -30,3 +30,12 @@ pub(crate) fn ensure() -> Done<PathBuf> {
     fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}.", stamp.display()))?;
     Ok(folder())
 }
+
+/// The browser tests, in order of name.
+pub(crate) fn tests() -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
+    let mut files: Vec<_> = entries.map(|entry| entry.path()).collect();
+    files.retain(|file| file.to_string_lossy().ends_with(".test.mjs"));
+    files.sort();
+    files
+}

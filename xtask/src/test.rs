@@ -79,7 +79,8 @@ fn suites() -> Done<Vec<Suite>> {
         toolchain.apply(&mut pack);
         suites.push(tests(name, pack));
     }
-    let mut pages = command("node", &["--test", "--test-concurrency=1", "--test-reporter=tap", "tests/browser/"]);
+    let mut pages = command("node", &["--test", "--test-concurrency=1", "--test-reporter=tap"]);
+    pages.args(npm::tests());
     pages.env("ANNULUS_BIN", target().join("debug/annulus")).env("ANNULUS_CHROMIUM", &browser.chromium);
     suites.push(tests("browser", pages));
     Ok(suites)

@@ -1,0 +1,125 @@
+// The machine screen under stress, against the real bridge: stop, pause, a closed page, a second page, a killed bridge.
+
+import assert from "node:assert/strict";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { spawnSync } from "node:child_process";
+import { openBrowser, openPage, startBridge, until } from "./harness.mjs";
+
+let browser;
+before(async () => (browser = await openBrowser()));
+after(async () => browser?.close());
+
+const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
+const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
+
+async function drilling(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click({ timeout: 60_000 });
+  await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+  await tab(page, "Machine").click();
+  await page.getByRole("button", { name: "Initialise" }).click();
+  await page.getByText("At rest, position known.").waitFor({ timeout: 60_000 });
+  await page.getByRole("button", { name: /^Base/ }).click();
+  await page.getByRole("button", { name: "Start…" }).click();
+  const dialog = page.getByRole("dialog", { name: "Before drilling" });
+  const start = dialog.getByRole("button", { name: "Start drilling" });
+  await until(async () => {
+    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
+    return start.isEnabled();
+  }, "a pre-flight that lets the job start");
+  await start.click();
+  await bit(page);
+  await until(async () => Number(await data(page, "done")) > 1, "the first holes");
+}
+
+/** Puts the bit in that is asked for. */
+async function bit(page) {
+  await page.getByRole("button", { name: "Continue: the bit is in" }).click({ timeout: 60_000 });
+}
+
+test("STOP stops at once, from the keyboard too, and the position stays known", async () => {
+  const bridge = await startBridge({ speed: 5 });
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await drilling(page);
+    await page.keyboard.press("Control+Shift+E");
+    await page.getByText(/^Stopped\. Holes drilled/).waitFor({ timeout: 5000 });
+    const done = await data(page, "done");
+    await new Promise((later) => setTimeout(later, 1500));
+    assert.equal(await data(page, "done"), done, "nothing was drilled after STOP");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("pause holds between holes, nothing resumes by itself, resume goes on", async () => {
+  const bridge = await startBridge({ speed: 5 });
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await drilling(page);
+    await page.getByRole("button", { name: "Pause", exact: true }).click();
+    await page.getByRole("button", { name: "Resume", exact: true }).waitFor({ timeout: 10_000 });
+    const done = Number(await data(page, "done"));
+    await new Promise((later) => setTimeout(later, 1500));
+    assert.equal(Number(await data(page, "done")), done, "a pause is a pause");
+    await page.getByRole("button", { name: "Resume", exact: true }).click();
+    await until(async () => Number(await data(page, "done")) > done, "more holes");
+    await page.getByRole("button", { name: "Stop after hole" }).click();
+    await page.getByText(/Stopped after the hole/).waitFor({ timeout: 10_000 });
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("a closed page leaves the job running; another page watches it and may stop it", async () => {
+  const bridge = await startBridge({ speed: 3 });
+  const first = await openPage(browser, bridge.url);
+  let second;
+  try {
+    await drilling(first.page);
+    await first.context.close();
+    const link = spawnSync(process.env.ANNULUS_BIN, ["link"], {
+      env: { ...process.env, ANNULUS_HOME: bridge.home },
+      encoding: "utf8",
+    });
+    const url = link.stdout.match(/http:\/\/\S+/)?.[0];
+    assert.ok(url, `annulus link printed an address: ${link.stdout}${link.stderr}`);
+    second = await openPage(browser, url);
+    await tab(second.page, "Machine").click({ timeout: 60_000 });
+    const seen = await until(async () => Number(await data(second.page, "done")) || null, "the job in the second page");
+    await until(async () => Number(await data(second.page, "done")) > seen, "more holes");
+    await second.page.getByRole("button", { name: /STOP/ }).first().dispatchEvent("pointerdown");
+    await second.page.getByText(/^Stopped\. Holes drilled/).waitFor({ timeout: 5000 });
+  } finally {
+    await second?.context.close();
+    await bridge.stop();
+  }
+});
+
+test("after a killed bridge the job is offered again at the right hole", async () => {
+  const home = mkdtempSync(join(tmpdir(), "annulus-test-"));
+  let bridge = await startBridge({ speed: 5, home });
+  const first = await openPage(browser, bridge.url);
+  let second;
+  try {
+    await drilling(first.page);
+    const done = Number(await data(first.page, "done"));
+    await bridge.kill("SIGKILL");
+    await first.context.close();
+    bridge = await startBridge({ speed: 60, home });
+    second = await openPage(browser, bridge.url);
+    await tab(second.page, "Machine").click({ timeout: 60_000 });
+    const offer = second.page.getByRole("button", { name: /Resume at hole/ });
+    await offer.waitFor({ timeout: 30_000 });
+    const next = Number((await offer.textContent()).match(/\d+/)[0]);
+    assert.ok(next >= done && next <= done + 3, `hole ${next} is offered after ${done} were seen done`);
+  } finally {
+    await second?.context.close();
+    await bridge.stop();
+    rmSync(home, { recursive: true, force: true });
+  }
+});

@@ -1,0 +1,138 @@
+// The walk of a board through the page, against the real bridge: open, look, play, initialise, drill, done.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { corpus, openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+
+let browser;
+before(async () => (browser = await openBrowser()));
+after(async () => browser?.close());
+
+const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
+const canvas = (page) => page.locator("canvas").first();
+const data = (page, name) => canvas(page).getAttribute(`data-${name}`);
+
+/** Opens the sample and waits until it is planned. */
+async function openSample(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
+  await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+}
+
+/** Initialises, sets the work zero and starts the planned job. */
+async function startJob(page) {
+  await tab(page, "Machine").click();
+  await page.getByRole("button", { name: "Initialise" }).click();
+  await page.getByText("At rest, position known.").waitFor({ timeout: 60_000 });
+  await page.getByRole("button", { name: /^Base/ }).click();
+  await page.getByText(/Zero at/).waitFor();
+  await page.getByRole("button", { name: "Start…" }).click();
+  const dialog = page.getByRole("dialog", { name: "Before drilling" });
+  const start = dialog.getByRole("button", { name: "Start drilling" });
+  await until(async () => {
+    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
+    return start.isEnabled();
+  }, "a pre-flight that lets the job start");
+  return { dialog, start };
+}
+
+/** Puts in every bit that is asked for until `done` says so. */
+async function changeBits(page, done) {
+  return until(async () => {
+    const go_on = page.getByRole("button", { name: "Continue: the bit is in" });
+    if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
+    return done();
+  }, "the end of the job", 120_000);
+}
+
+test("the sample goes from the welcome to drilled holes", async () => {
+  const bridge = await startBridge({ speed: 60 });
+  const { page, problems, context } = await openPage(browser, bridge.url);
+  try {
+    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
+    assert.equal(new URL(page.url()).hash.includes("t="), false, "the token left the address");
+    await page.screenshot({ path: picture("welcome-1440") });
+    await openSample(page);
+    const holes = Number(await data(page, "holes"));
+    await page.screenshot({ path: picture("board-1440") });
+
+    await tab(page, "Simulate").click();
+    await page.getByRole("button", { name: "Play" }).click();
+    await until(async () => Number(await data(page, "done")) > 3, "holes done in the playback");
+    await page.screenshot({ path: picture("simulate-1440") });
+    const time = page.getByRole("slider", { name: "Time", exact: true });
+    await time.focus();
+    await page.keyboard.press("End");
+    await until(async () => Number(await data(page, "done")) === holes, "all holes done at the end of the playback");
+
+    const { start } = await startJob(page);
+    await page.screenshot({ path: picture("preflight-1440") });
+    await start.click();
+    await changeBits(page, async () => Number(await data(page, "done")) > holes / 4);
+    await page.screenshot({ path: picture("drilling-1440") });
+    await changeBits(page, () => page.getByText(/The job is done/).isVisible());
+    await page.screenshot({ path: picture("done-1440") });
+    assert.equal(Number(await data(page, "done")), holes);
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("a real board of the corpus is read, planned and drilled", async (t) => {
+  const folder = corpus();
+  if (!folder) return t.skip("no corpus");
+  const bridge = await startBridge({ speed: 400 });
+  const { page, context } = await openPage(browser, bridge.url, { width: 1024, height: 768 });
+  try {
+    const heading = page.getByRole("heading", { name: /Drop the drill files/ });
+    await heading.waitFor({ timeout: 60_000 });
+    await page.screenshot({ path: picture("welcome-1024") });
+    const chooser = page.waitForEvent("filechooser");
+    await page.getByRole("button", { name: "Open files…" }).click();
+    await (await chooser).setFiles([
+      join(folder, "kicad/6.0-herovco-front/herovco_front.drl"),
+      join(folder, "kicad/6.0-herovco-front/herovco_front-EdgeCuts.gm1"),
+    ]);
+    await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
+    const expected = JSON.parse(
+      readFileSync(join(folder, "expected/kicad/6.0-herovco-front/herovco_front.drl.json"), "utf8"),
+    ).expected.totals;
+    assert.ok(Number(await data(page, "holes")) >= expected.hits, "every hit is in the picture");
+    // Slots cannot be drilled yet: that is a loss, and the job does not start before it was seen.
+    for (const tick of await page.getByRole("checkbox", { name: /Seen/ }).all()) await tick.check();
+    const go = page.getByRole("button", { name: "Use this board" });
+    if (await go.isVisible()) await go.click();
+    await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+    await page.screenshot({ path: picture("board-1024") });
+    await tab(page, "Simulate").click();
+    await page.screenshot({ path: picture("simulate-1024") });
+    const { start } = await startJob(page);
+    await start.click();
+    await changeBits(page, async () => Number(await data(page, "done")) > 5);
+    await page.screenshot({ path: picture("drilling-1024") });
+    await changeBits(page, () => page.getByText(/The job is done/).isVisible());
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("a hole in the picture and its row in the list choose each other", async () => {
+  const bridge = await startBridge();
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
+    await openSample(page);
+    assert.equal(await data(page, "selected"), "0");
+    const row = page.getByRole("region", { name: /Holes/ }).or(page.getByLabel("Holes in order of drilling"));
+    await row.getByRole("row").or(row.getByRole("option")).first().click();
+    await until(async () => (await data(page, "selected")) === "1", "the hole chosen in the picture");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
