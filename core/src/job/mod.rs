@@ -203,11 +203,12 @@ impl Program {
 
     /// Where the head stands in the plane before leg `index` (work zero before the first).
     pub fn start_of_leg(&self, index: usize) -> Point {
-        let commands = self.legs[..index.min(self.legs.len())].iter().flat_map(|leg| &leg.commands);
-        let rapids = commands.filter_map(|command| match command {
+        let before = self.legs[..index.min(self.legs.len())].iter().rev();
+        let mut commands = before.flat_map(|leg| leg.commands.iter().rev());
+        let rapid = commands.find_map(|command| match command {
             Command::Rapid { to } => Some(*to),
             _ => None,
         });
-        rapids.last().unwrap_or_default()
+        rapid.unwrap_or_default()
     }
 }

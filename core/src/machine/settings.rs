@@ -251,7 +251,7 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
                 false,
                 |m| Value::Numbers(m.rack.iter().map(|bit| bit.mm()).collect()),
                 |m, v| if let Value::Numbers(bits) = v {
-                    m.rack = bits.iter().map(|mm| Length::from_mm(*mm)).collect()
+                    m.rack = bits.iter().map(|mm| Length::from_mm(*mm)).collect();
                 }
             ),
             length!("rack.tolerance", Kind::Number(0.0, 1.0), false, rack_tolerance),
