@@ -11,7 +11,7 @@ use crate::{browser, machine_file};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::Scope;
 use serde_json::{Value, json};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 
 /// The port where people find the page unless they say otherwise.
@@ -77,7 +77,12 @@ fn announce(url: &str, port: u16, json: bool) {
 fn log() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("ANNULUS_LOG");
     let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
-    let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).try_init();
+    let colours = io::stderr().is_terminal();
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(colours)
+        .with_writer(io::stderr)
+        .try_init();
 }
 
 /// Listens on both loopback addresses; on the old one alone where there is no new one.
