@@ -8,6 +8,7 @@ mod cli;
 mod drill;
 mod executor;
 mod files;
+mod job;
 mod journal;
 mod machine_file;
 mod server;

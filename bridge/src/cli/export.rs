@@ -1,6 +1,14 @@
-//! Writes a program in another controller's words.
+//! Writes a program in another controller's words (S6, S8, N24).
+//!
+//! Comes in: a JOB and the name of a controller. Goes out: a file, whole or not at all. Does not know any controller.
 
-use super::{Answer, Refusal};
+use super::{Answer, Exit, Refusal};
+use crate::job;
+use annulus_core::locale;
+use annulus_core::post;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::program;
+use serde_json::json;
 
 /// Arguments of `annulus export`.
 #[derive(Debug, clap::Args)]
@@ -17,5 +25,34 @@ pub(crate) struct ExportArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
-    todo!("{args:?}")
+    let unknown = || {
+        let known = post::targets().join(", ");
+        Refusal::usage(Remark::new(Weight::Loss, "post.unknown_target").with("name", &args.to).with("known", known))
+    };
+    if !post::targets().contains(&args.to.as_str()) {
+        return Err(unknown());
+    }
+    let job = job::open(&args.job)?;
+    let (text, extension) = post::write(&args.to, &job.program).ok_or_else(unknown)?.map_err(Refusal::content)?;
+    let file = if args.output.is_dir() {
+        args.output.join(job::stem(&args.job.job)).with_extension(extension)
+    } else {
+        args.output.clone()
+    };
+    job::write_output(&file, text.as_bytes())?;
+    let (name, holes) = (file.display().to_string(), job.program.hole_count());
+    let words = [("holes".to_owned(), holes.to_string()), ("file".to_owned(), name.clone())];
+    let mut said = locale::text("en", "post.report", &words) + "\n";
+    for remark in &job.remarks {
+        said += &format!("- {} {} ({})\n", remark.message("en"), remark.advice("en"), remark.code);
+    }
+    let object = json!({
+        "to": args.to,
+        "file": name,
+        "bytes": text.len(),
+        "sha256": program::key(text.as_bytes()),
+        "holes": holes,
+        "tools": job.program.bits.len(),
+    });
+    Ok(Answer { object, text: said, exit: Exit::Done })
 }

@@ -1,0 +1,214 @@
+//! The JOB of the command line: a board that is read and planned, or a program that was planned before.
+//!
+//! ```text
+//!  JOB ─┬─ program file ──────────────────────────────▶ Job (program as it stands)
+//!       └─ drill files ─ files ─▶ Board ─ cam ─▶ Plan ─▶ Job (program and plan)
+//! ```
+//!
+//! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
+//! what becomes of it.
+
+use crate::cli::{Group, JobArgs, Order, Refusal};
+use crate::{files, machine_file};
+use annulus_core::artwork::Kind;
+use annulus_core::board::{Board, Hole, from_artwork};
+use annulus_core::cam::{self, Plan, PlanOptions, Progress};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Command, Mark, Program};
+use annulus_core::machine::Machine;
+use annulus_core::motion;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use annulus_core::wire::program;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Largest diameter that a loaded bit may have, in mm.
+const LARGEST_BIT_MM: f64 = 100.0;
+
+/// A job ready to be exported, simulated or run.
+#[derive(Debug)]
+pub(crate) struct Job {
+    /// The machine it is for.
+    pub(crate) machine: Machine,
+    /// What to do.
+    pub(crate) program: Program,
+    /// How the program came about, unless it was read as it stands.
+    pub(crate) plan: Option<Plan>,
+    /// The board it was planned from.
+    pub(crate) board: Option<Board>,
+    /// What reading and planning had to say, apart from refusals.
+    pub(crate) remarks: Vec<Remark>,
+}
+
+/// The job as it is to be used: a program file as it stands, anything else read and planned.
+pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
+    let machine = machine_file::named(&args.machine)?.machine;
+    match program_file(&args.job)? {
+        Some(program) => Ok(Job { machine, program, plan: None, board: None, remarks: Vec::new() }),
+        None => {
+            let (board, remarks) = read_board(args)?;
+            planned(args, machine, board, remarks)
+        }
+    }
+}
+
+/// The same for a job whose steps are wanted: a program must have been planned for this machine.
+pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
+    let job = open(args)?;
+    if job.program.machine != job.machine.fingerprint() {
+        let why = Remark::new(Weight::Loss, "job.other_machine").with("machine", &job.machine.name);
+        return Err(Refusal::content(why));
+    }
+    Ok(job)
+}
+
+/// The job planned anew, even from a program file.
+pub(crate) fn plan(args: &JobArgs) -> Result<Job, Refusal> {
+    let machine = machine_file::named(&args.machine)?.machine;
+    let (board, remarks) = match program_file(&args.job)? {
+        Some(program) => (board_of(&program), Vec::new()),
+        None => read_board(args)?,
+    };
+    planned(args, machine, board, remarks)
+}
+
+/// Writes `bytes` to `path`, whole or not at all. What is no plain file (a pipe, a terminal) is written straight.
+pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
+    let special = fs::metadata(path).is_ok_and(|kind| !kind.is_file() && !kind.is_dir());
+    let written = std::path::absolute(path).and_then(|whole| {
+        if special {
+            return fs::write(path, bytes);
+        }
+        fs::metadata(whole.parent().unwrap_or(&whole))?;
+        machine_file::write_whole(&whole, bytes)
+    });
+    written.map_err(|error| {
+        let why = Remark::new(Weight::Loss, "job.not_written").with("file", path.display()).with("reason", error);
+        Refusal::surroundings(why)
+    })
+}
+
+/// The program in the file `path`; none when it is something else.
+fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
+    let trouble = |error: std::io::Error| {
+        let why = Remark::new(Weight::Loss, "job.unreadable").with("file", path.display()).with("reason", error);
+        Refusal::surroundings(why)
+    };
+    if !fs::metadata(path).map_err(trouble)?.is_file() {
+        return Ok(None);
+    }
+    let mut file = fs::File::open(path).map_err(trouble)?;
+    let mut head = Vec::new();
+    file.by_ref().take(64).read_to_end(&mut head).map_err(trouble)?;
+    if !program::looks_like_one(&head) {
+        return Ok(None);
+    }
+    let most = annulus_core::wire::PROGRAM_LIMIT as u64 + 1;
+    file.take(most).read_to_end(&mut head).map_err(trouble)?;
+    let name = path.display().to_string();
+    program::decode(&head).map(Some).map_err(|remark| Refusal::content(remark.at(&name, 0, 0)))
+}
+
+/// The board of the files at JOB, and what there was to say about them.
+fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
+    let read = files::read(std::slice::from_ref(&args.job), &args.reading)?;
+    let used = read.default_use();
+    let (board, mut remarks) = from_artwork(&read.artwork, &used);
+    // A drill file that could not be read at all, or a member that was left out, is missing from the board.
+    let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
+    let missing = missing.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive));
+    remarks.extend(missing.flat_map(|file| file.remarks.iter().cloned()));
+    unseen(&remarks, &args.accept)?;
+    if used.is_empty() {
+        let why = Remark::new(Weight::Loss, "job.no_drill_file").with("path", args.job.display());
+        return Err(Refusal::content(why));
+    }
+    Ok((board, remarks))
+}
+
+/// Refuses with the first loss that was not accepted; the others go to standard error before it.
+fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
+    let is_unseen = |remark: &&Remark| remark.weight == Weight::Loss && !accept.contains(&remark.code);
+    let mut losses = remarks.iter().filter(is_unseen);
+    let Some(first) = losses.next() else { return Ok(()) };
+    losses.for_each(|loss| eprintln!("{}", Refusal::content(loss.clone())));
+    Err(Refusal::content(first.clone()))
+}
+
+fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Remark>) -> Result<Job, Refusal> {
+    let options = options(args)?;
+    let bar = indicatif::ProgressBar::new(0);
+    let mut tell = |at: Progress| {
+        bar.set_length(at.total);
+        bar.set_position(at.done);
+        true
+    };
+    let hop_time = |from: Point, to: Point| motion::hop_time_s(&machine, from, to);
+    let planned = cam::plan(&board, &machine, &options, &hop_time, &mut tell);
+    bar.finish_and_clear();
+    let (plan, said) = match planned {
+        Ok(planned) => planned,
+        Err(losses) => {
+            unseen(&losses, &[])?;
+            return Err(Refusal::content(Remark::new(Weight::Loss, "plan.nothing_to_drill")));
+        }
+    };
+    let mut program = cam::lower(&board, &plan, &machine);
+    let seen = remarks.iter().filter(|remark| remark.weight == Weight::Loss).map(|remark| remark.code.clone());
+    program.accepted.extend(seen);
+    program.accepted.sort();
+    program.accepted.dedup();
+    remarks.extend(said);
+    Ok(Job { machine, program, plan: Some(plan), board: Some(board), remarks })
+}
+
+fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
+    if let Some(loaded) = args.loaded.filter(|loaded| !(0.0..=LARGEST_BIT_MM).contains(loaded)) {
+        let why = Remark::new(Weight::Loss, "job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
+        return Err(Refusal::usage(why));
+    }
+    Ok(PlanOptions {
+        order: match args.order {
+            Order::Shortest => cam::Order::Shortest,
+            Order::Fastest => cam::Order::Fastest,
+            Order::File => cam::Order::File,
+        },
+        group: match args.group {
+            Group::Ascending => cam::Group::Ascending,
+            Group::LoadedFirst => cam::Group::LoadedFirst,
+        },
+        loaded: args.loaded.map(Length::from_mm),
+        seed: args.seed,
+        iterations: args.iterations,
+        accept: args.accept.clone(),
+    })
+}
+
+/// The holes that a program drills, as a board in the files' coordinates.
+fn board_of(program: &Program) -> Board {
+    let mut holes = Vec::new();
+    let mut bit = 0;
+    for (line, leg) in (1..).zip(&program.legs) {
+        if let Mark::ChangeBit(next) = leg.mark {
+            bit = next;
+        }
+        for command in &leg.commands {
+            if let (Mark::Hole(_), Command::Rapid { to }) = (leg.mark, *command) {
+                let at = Point::new(to.x + program.origin.x, to.y + program.origin.y);
+                let diameter = program.bits.get(bit as usize).map(|bit| bit.diameter);
+                holes.push(Hole { at, diameter, plated: None, source: 0, tool_code: bit + 1, line });
+            }
+        }
+    }
+    Board { name: program.name.clone(), sources: vec![program.name.clone()], holes, ..Board::default() }
+}
+
+/// The name without its folder and ending, made only of letters, digits, `-` and `_`: for the name of an output.
+pub(crate) fn stem(path: &Path) -> PathBuf {
+    let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+    let plain = |c: char| if c.is_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
+    let name: String = stem.chars().map(plain).collect();
+    PathBuf::from(if name.is_empty() { "board".to_owned() } else { name })
+}
