@@ -1,6 +1,19 @@
 //! Drills a job.
+//!
+//! Comes in: a job and a machine. Goes out: a drilled board, and how it ended. An interrupted job of the same program is
+//! taken up where it was left. Does not know how anything moves.
 
-use super::{Answer, Refusal};
+use super::{Answer, Exit, Refusal};
+use crate::drill::{Drill, RECORD};
+use crate::machine_file;
+use annulus_core::control::{Ending, State};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use serde_json::json;
+use std::io::IsTerminal;
+use std::time::Duration;
+use tokio::sync::broadcast::{Receiver, error::RecvError};
 
 /// Arguments of `annulus run`.
 #[derive(Debug, clap::Args)]
@@ -10,9 +23,193 @@ pub(crate) struct RunArgs {
     /// How many times faster than life the virtual drill runs.
     #[arg(long, default_value_t = 1.0)]
     pub(crate) speed: f64,
+    /// Begin anew even though this job was interrupted.
+    #[arg(long)]
+    pub(crate) from_start: bool,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
-    todo!("{args:?} {json}")
+    let known = machine_file::named(&args.job.machine)?;
+    let bytes = bytes_of(args, &known.machine)?;
+    let folder = machine_file::data_folder();
+    let drill = Drill::open(&folder, known.machine, args.speed)?;
+    drill.keep_settings_in(known.path);
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let ran = match runtime {
+        Ok(runtime) => runtime.block_on(Operator::new(&drill, json).drill_all(&bytes, args.from_start)),
+        Err(error) => Err(Refusal::surroundings(remark("run.no_runtime").with("reason", error))),
+    };
+    drill.shutdown();
+    let mut answer = ran?;
+    answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
+    Ok(answer)
+}
+
+fn remark(code: &str) -> Remark {
+    Remark::new(Weight::Loss, code)
+}
+
+/// Stands in for the person at the machine.
+struct Operator<'a> {
+    drill: &'a Drill,
+    tells: Receiver<Tell>,
+    bar: ProgressBar,
+    /// Ctrl-C was pressed.
+    interrupted: bool,
+}
+
+impl<'a> Operator<'a> {
+    fn new(drill: &'a Drill, json: bool) -> Self {
+        let shown = std::io::stderr().is_terminal() && !json;
+        let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes  {msg}") {
+            bar.set_style(style);
+        }
+        Self { drill, tells: drill.watch(), bar, interrupted: false }
+    }
+
+    fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Refusal> {
+        self.drill.ask(ask).map_err(Refusal::content)
+    }
+
+    fn status(&self) -> Option<Status> {
+        self.drill.greeting().into_iter().find_map(status_of)
+    }
+
+    async fn drill_all(mut self, bytes: &[u8], from_start: bool) -> Result<Answer, Refusal> {
+        let key = program::key(bytes);
+        self.drill.upload(&key, bytes).map_err(Refusal::content)?;
+        if let Some(alarm) = self.status().and_then(|status| status.alarm) {
+            eprintln!("{} {}", alarm.message("en"), alarm.advice("en"));
+            self.ask(Ask::AcknowledgeAlarm)?;
+        }
+        let offer = self.drill.greeting().into_iter().find_map(|tell| match tell {
+            Tell::Interrupted { job, next_leg, holes_done, .. } if job == key => Some((next_leg, holes_done)),
+            _ => None,
+        });
+        self.ask(Ask::Home)?;
+        let homed = self.settle().await;
+        if homed.state != State::Ready {
+            return Ok(self.answer(ending_of(&homed), 0, "", &homed));
+        }
+        let from_leg = match offer.filter(|_| !from_start) {
+            Some((leg, holes)) => {
+                eprintln!("This job was interrupted after {holes} holes; it goes on there.");
+                leg
+            }
+            None => {
+                self.ask(Ask::SetZero)?;
+                0
+            }
+        };
+        let digest = self.arm(&key)?;
+        self.ask(Ask::Start { job: key.clone(), stream_digest: digest.clone(), from_leg })?;
+        let (ending, holes) = self.until_ended(&key).await;
+        self.bar.finish_and_clear();
+        let rested = self.settle().await;
+        Ok(self.answer(ending, holes, &digest, &rested))
+    }
+
+    /// Arms the job; the first failed row of the pre-flight refuses it.
+    fn arm(&self, key: &str) -> Result<String, Refusal> {
+        for tell in self.ask(Ask::Arm { job: key.to_owned() })? {
+            if let Tell::Armed { stream_digest, checks, .. } = tell {
+                let failed = checks.into_iter().find(|row| row.verdict == Verdict::Fail);
+                return failed.map_or(Ok(stream_digest), |row| Err(Refusal::content(row.finding)));
+            }
+        }
+        Err(Refusal::content(remark("control.not_armed")))
+    }
+
+    /// The next tell; Ctrl-C stops the drill once.
+    async fn next(&mut self) -> Option<Tell> {
+        tokio::select! {
+            tell = self.tells.recv() => match tell {
+                Ok(tell) => Some(tell),
+                Err(RecvError::Lagged(_)) => self.status().map(|status| Tell::Status(Box::new(status))),
+                Err(RecvError::Closed) => None,
+            },
+            pressed = tokio::signal::ctrl_c() => {
+                if pressed.is_ok() && !self.interrupted {
+                    self.interrupted = true;
+                    eprintln!("Stopping.");
+                    let _ = self.drill.ask(Ask::Stop);
+                }
+                self.status().map(|status| Tell::Status(Box::new(status)))
+            }
+        }
+    }
+
+    /// Waits for rest.
+    async fn settle(&mut self) -> Status {
+        loop {
+            if let Some(status) = self.status()
+                && matches!(status.state, State::Ready | State::NotHomed | State::Alarm)
+                && status.spindle_rpm == 0
+            {
+                return status;
+            }
+            let _ = tokio::time::timeout(Duration::from_millis(20), self.next()).await;
+        }
+    }
+
+    /// Confirms bits and shows the progress until the job is over.
+    async fn until_ended(&mut self, key: &str) -> (Ending, u32) {
+        loop {
+            match self.next().await {
+                Some(Tell::Ended { job, ending, holes_done }) if job == *key => return (ending, holes_done),
+                Some(Tell::Status(status)) => {
+                    if status.state == State::ToolChange && self.drill.ask(Ask::BitChanged).is_ok() {
+                        eprintln!("The next bit is in: the virtual drill needs nobody to change it.");
+                    }
+                    self.bar.set_length(u64::from(status.holes_total));
+                    self.bar.set_position(u64::from(status.holes_done));
+                    let left = Duration::from_secs_f64(status.left_s.max(0.0));
+                    self.bar.set_message(format!("{} left", HumanDuration(left)));
+                }
+                Some(_) => {}
+                None => return (Ending::Alarm, 0),
+            }
+        }
+    }
+
+    fn answer(&self, ending: Ending, holes_done: u32, digest: &str, rested: &Status) -> Answer {
+        let exit = match ending {
+            Ending::Done => Exit::Done,
+            _ if self.interrupted => Exit::Interrupted,
+            _ => Exit::Content,
+        };
+        let mut object = json!({
+            "holes_done": holes_done,
+            "stopped_because": ending,
+            "position_trust": rested.trust,
+            "stream_digest": digest,
+        });
+        let why = rested.alarm.clone().unwrap_or_else(|| remark("run.stopped"));
+        let mut text = format!("{holes_done} holes drilled.\n");
+        if exit != Exit::Done {
+            let refusal = Refusal::content(why);
+            object["error"] = refusal.object()["error"].clone();
+            text += &format!("{refusal}\n");
+        }
+        Answer { object, text, exit }
+    }
+}
+
+fn ending_of(status: &Status) -> Ending {
+    if status.alarm.is_some() { Ending::Alarm } else { Ending::Stopped }
+}
+
+fn status_of(tell: Tell) -> Option<Status> {
+    if let Tell::Status(status) = tell { Some(*status) } else { None }
+}
+
+/// The program of the job, as bytes.
+fn bytes_of(args: &RunArgs, machine: &annulus_core::machine::Machine) -> Result<Vec<u8>, Refusal> {
+    let _ = machine;
+    let path = &args.job.job;
+    std::fs::read(path).map_err(|error| {
+        Refusal::surroundings(remark("machine.file_unreadable").with("file", path.display()).with("reason", error))
+    })
 }

@@ -20,7 +20,7 @@ mod tests;
 
 use crate::cli::Refusal;
 use crate::journal::{self, Contents, Journal};
-use annulus_core::machine::Machine;
+use annulus_core::machine::{Machine, Output};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::twin::{Drilled, Faults};
 use annulus_core::wire::{Ask, Tell};
@@ -68,6 +68,9 @@ impl Drill {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             let why = Remark::new(Weight::Loss, "control.speed_range").with("speed", speed);
             return Err(Refusal::usage(why));
+        }
+        if machine.output != Output::Virtual {
+            return Err(Refusal::content(Remark::new(Weight::Loss, "machine.no_output")));
         }
         fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
         let (journal, contents, aside) =

@@ -40,7 +40,7 @@ pub(super) struct Work {
     pub(super) bit: Option<u32>,
     /// Where a sensor ended the stroke of this leg.
     stop: Option<Steps>,
-    /// On the way to the first leg a bit is asked for once.
+    /// A job that is taken up asks for its bit before the first leg, unless that leg does.
     confirm_bit: bool,
 }
 
@@ -49,16 +49,10 @@ impl Work {
         let segment = job.legs.get(leg).map_or(0, |range| range.start);
         let (bit, _) = job.in_force(segment);
         let holes = job.holes_before(leg);
-        Self {
-            job,
-            leg,
-            segment,
-            holes,
-            started: Instant::now(),
-            bit,
-            stop: None,
-            confirm_bit: bit.is_some(),
-        }
+        let of_leg = job.legs.get(leg).and_then(|range| job.stream.segments.get(range.clone()));
+        let asks = of_leg.unwrap_or_default().iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
+        let confirm_bit = bit.is_some() && !asks;
+        Self { job, leg, segment, holes, started: Instant::now(), bit, stop: None, confirm_bit }
     }
 
     pub(super) fn progress(&self) -> Progress {

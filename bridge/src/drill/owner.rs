@@ -11,7 +11,7 @@ use crate::executor::{Executor, Report, Shared};
 use crate::journal::{Contents, JobRecord, Journal, Progress};
 use crate::machine_file;
 use annulus_core::control::{Action, Ending, Event, Session, State, Trust, step};
-use annulus_core::machine::{self, Machine, Steps, Value};
+use annulus_core::machine::{self, Machine, Output, Steps, Value};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::twin::{DrilledBoard, Faults, Twin};
 use annulus_core::wire::{Ask, Status, Tell};
@@ -373,6 +373,9 @@ impl Owner {
     fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Remark> {
         let changed = machine::apply(&self.machine, changes)
             .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| remark("control.busy")))?;
+        if changed.output != Output::Virtual {
+            return Err(remark("machine.no_output"));
+        }
         let rebuilt = machine::settings().any(|setting| {
             let differs = setting.value(&self.machine) != setting.value(&changed);
             differs && BUILT_FROM.iter().any(|start| setting.key.starts_with(start))

@@ -1,0 +1,158 @@
+//! The bridge killed at random moments, as a real process on a real disk (N16). Judged by the drilled-board record alone,
+//! which the virtual drill appends hole by hole and which knows nothing of the journal.
+
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Leg, Mark, Program};
+use annulus_core::machine::virtual_drill;
+use annulus_core::units::Length;
+use annulus_core::wire::program;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command as Process, Stdio};
+use std::time::{Duration, Instant};
+
+const HOLES: u32 = 24;
+const KILLS: u32 = 200;
+/// Kills until a board is left in peace.
+const KILLS_A_BOARD: u32 = 12;
+
+fn place(hole: u32) -> Point {
+    Point::from_mm(f64::from(hole % 6) * 2.0, f64::from(hole / 6) * 2.0)
+}
+
+/// A small board with two bits.
+fn board() -> Program {
+    let machine = virtual_drill();
+    let process = &machine.process;
+    let spin_up = [
+        Command::Spindle { rpm: 30_000 },
+        Command::Dwell { us: (process.spin_up_ms * 1e3) as u32 },
+    ];
+    let mut legs = Vec::new();
+    for hole in 0..HOLES {
+        if hole % (HOLES / 2) == 0 {
+            let bit = hole / (HOLES / 2);
+            let mut commands = vec![Command::Spindle { rpm: 0 }, Command::AwaitBit { bit }];
+            commands.extend(spin_up);
+            legs.push(Leg { mark: Mark::ChangeBit(bit), commands });
+        }
+        let commands = vec![
+            Command::Rapid { to: place(hole) },
+            Command::Plunge {
+                to: -(process.board_thickness + process.breakthrough),
+                feed_um_per_s: (process.feed_mm_per_s * 1e3) as u32,
+                gate: None,
+            },
+            Command::Retract { to: process.safe_height },
+        ];
+        legs.push(Leg { mark: Mark::Hole(hole), commands });
+    }
+    let commands = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
+    legs.push(Leg { mark: Mark::Finish, commands });
+    let bit = |mm: f64| Bit { diameter: Length::from_mm(mm), name: format!("{mm} mm") };
+    Program {
+        name: "kill test".to_owned(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![bit(0.8), bit(1.0)],
+        safe_height: process.safe_height,
+        legs,
+        accepted: Vec::new(),
+    }
+}
+
+fn start(home: &Path) -> Child {
+    Process::new(env!("CARGO_BIN_EXE_annulus"))
+        .args(["run", "board.annulus-program", "--machine", "virtual", "--speed", "2000", "--json"])
+        .current_dir(home)
+        .env("ANNULUS_HOME", home)
+        .stdout(Stdio::piped())
+        .stderr(fs::OpenOptions::new().create(true).append(true).open(home.join("said.txt")).unwrap())
+        .spawn()
+        .unwrap()
+}
+
+/// The holes in the record, in order. Every line is whole and lies where a hole of the board is.
+fn record(home: &Path) -> Vec<u32> {
+    let text = fs::read_to_string(home.join("drilled.txt")).unwrap_or_default();
+    let rows = text.lines().map(|line| {
+        let numbers: Vec<f64> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+        let [x, y, depth] = numbers[..] else { panic!("{line}") };
+        assert!(depth >= 1.6, "{line}");
+        // Work zero is where the head rests after homing: 1 mm from the sensors.
+        let near = |hole: &u32| (place(*hole).x.mm() + 1.0 - x).abs() < 0.03 && (place(*hole).y.mm() + 1.0 - y).abs() < 0.03;
+        (0..HOLES).find(near).unwrap_or_else(|| panic!("a hole where none should be: {line}"))
+    });
+    rows.collect()
+}
+
+fn finish(mut child: Child) {
+    let since = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if since.elapsed() > Duration::from_secs(60) {
+            child.kill().unwrap();
+            panic!("it hangs");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let output = child.wait_with_output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("\"stopped_because\":\"done\"") && text.contains("\"holes_done\":24"), "{text}");
+    assert!(text.contains("\"position_trust\":\"trusted\""), "{text}");
+}
+
+#[test]
+fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
+    let seed: u64 = std::env::var("ANNULUS_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(20_261_120);
+    println!("seed {seed}");
+    let bytes = program::encode(&board());
+    let mut chance = seed;
+    let (mut kills, mut boards, mut repeats, mut while_drilling) = (0, 0, 0, 0);
+    let mut whole_run = Duration::ZERO;
+    while kills < KILLS {
+        let folder = tempfile::tempdir().unwrap();
+        let home = folder.path();
+        fs::write(home.join("board.annulus-program"), &bytes).unwrap();
+        let mut seen = BTreeSet::new();
+        let mut known = 0;
+        for round in 0.. {
+            let begun = Instant::now();
+            let mut child = start(home);
+            let left_in_peace = boards == 0 || round >= KILLS_A_BOARD;
+            if !left_in_peace {
+                chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                std::thread::sleep(whole_run.mul_f64((chance >> 40) as f64 / f64::from(1 << 24)));
+            }
+            let over = left_in_peace || child.try_wait().unwrap().is_some();
+            if over {
+                finish(child);
+                whole_run = if boards == 0 { begun.elapsed() } else { whole_run.min(begun.elapsed()) };
+            } else {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                kills += 1;
+            }
+            // What this life of the bridge added: only its first hole may have been there before.
+            let holes = record(home);
+            for (index, hole) in holes[known..].iter().enumerate() {
+                let fresh = seen.insert(*hole);
+                let said = || fs::read_to_string(home.join("said.txt")).unwrap_or_default();
+                let now = &holes[known..];
+                assert!(fresh || index == 0, "board {boards}, life {round}: {hole} again in {now:?}\n{}", said());
+                repeats += u32::from(!fresh);
+            }
+            while_drilling += u32::from(!over && holes.len() > known);
+            known = holes.len();
+            // Killed after the last hole: whether the journal had closed the job by then cannot be told from outside.
+            if over || seen.len() == HOLES as usize {
+                break;
+            }
+        }
+        assert_eq!(seen.len(), HOLES as usize, "board {boards}: a hole was left out");
+        boards += 1;
+    }
+    println!("{kills} kills, {while_drilling} of them after a hole was drilled, {boards} boards, {repeats} holes twice");
+    assert!(while_drilling >= KILLS / 8, "the kills came too early or too late: {while_drilling}");
+}
