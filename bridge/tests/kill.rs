@@ -25,10 +25,8 @@ fn place(hole: u32) -> Point {
 fn board() -> Program {
     let machine = virtual_drill();
     let process = &machine.process;
-    let spin_up = [
-        Command::Spindle { rpm: 30_000 },
-        Command::Dwell { us: (process.spin_up_ms * 1e3) as u32 },
-    ];
+    let spin_up =
+        [Command::Spindle { rpm: 30_000 }, Command::Dwell { us: (process.spin_up_ms * 1e3) as u32 }];
     let mut legs = Vec::new();
     for hole in 0..HOLES {
         if hole % (HOLES / 2) == 0 {
@@ -81,7 +79,9 @@ fn record(home: &Path) -> Vec<u32> {
         let [x, y, depth] = numbers[..] else { panic!("{line}") };
         assert!(depth >= 1.6, "{line}");
         // Work zero is where the head rests after homing: 1 mm from the sensors.
-        let near = |hole: &u32| (place(*hole).x.mm() + 1.0 - x).abs() < 0.03 && (place(*hole).y.mm() + 1.0 - y).abs() < 0.03;
+        let near = |hole: &u32| {
+            (place(*hole).x.mm() + 1.0 - x).abs() < 0.03 && (place(*hole).y.mm() + 1.0 - y).abs() < 0.03
+        };
         (0..HOLES).find(near).unwrap_or_else(|| panic!("a hole where none should be: {line}"))
     });
     rows.collect()
@@ -105,7 +105,8 @@ fn finish(mut child: Child) {
 
 #[test]
 fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
-    let seed: u64 = std::env::var("ANNULUS_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(20_261_120);
+    let seed: u64 =
+        std::env::var("ANNULUS_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(20_261_120);
     println!("seed {seed}");
     let bytes = program::encode(&board());
     let mut chance = seed;
@@ -140,7 +141,11 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
                 let fresh = seen.insert(*hole);
                 let said = || fs::read_to_string(home.join("said.txt")).unwrap_or_default();
                 let now = &holes[known..];
-                assert!(fresh || index == 0, "board {boards}, life {round}: {hole} again in {now:?}\n{}", said());
+                assert!(
+                    fresh || index == 0,
+                    "board {boards}, life {round}: {hole} again in {now:?}\n{}",
+                    said()
+                );
                 repeats += u32::from(!fresh);
             }
             while_drilling += u32::from(!over && holes.len() > known);
@@ -153,6 +158,8 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
         assert_eq!(seen.len(), HOLES as usize, "board {boards}: a hole was left out");
         boards += 1;
     }
-    println!("{kills} kills, {while_drilling} of them after a hole was drilled, {boards} boards, {repeats} holes twice");
+    println!(
+        "{kills} kills, {while_drilling} of them after a hole was drilled, {boards} boards, {repeats} holes twice"
+    );
     assert!(while_drilling >= KILLS / 8, "the kills came too early or too late: {while_drilling}");
 }

@@ -5,7 +5,7 @@
 
 use super::{Answer, Exit, Refusal};
 use crate::drill::{Drill, RECORD};
-use crate::machine_file;
+use crate::{job, machine_file};
 use annulus_core::control::{Ending, State};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
@@ -31,7 +31,11 @@ pub(crate) struct RunArgs {
 /// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let known = machine_file::named(&args.job.machine)?;
-    let bytes = bytes_of(args, &known.machine)?;
+    let job = job::open_for_machine(&args.job)?;
+    for remark in &job.remarks {
+        eprintln!("{}", remark.message("en"));
+    }
+    let bytes = program::encode(&job.program);
     let folder = machine_file::data_folder();
     let drill = Drill::open(&folder, known.machine, args.speed)?;
     drill.keep_settings_in(known.path);
@@ -203,13 +207,4 @@ fn ending_of(status: &Status) -> Ending {
 
 fn status_of(tell: Tell) -> Option<Status> {
     if let Tell::Status(status) = tell { Some(*status) } else { None }
-}
-
-/// The program of the job, as bytes.
-fn bytes_of(args: &RunArgs, machine: &annulus_core::machine::Machine) -> Result<Vec<u8>, Refusal> {
-    let _ = machine;
-    let path = &args.job.job;
-    std::fs::read(path).map_err(|error| {
-        Refusal::surroundings(remark("machine.file_unreadable").with("file", path.display()).with("reason", error))
-    })
 }
