@@ -1,5 +1,7 @@
 //! What several tests share: where the repository and the corpus of real boards are.
 
+pub mod targets;
+
 use std::path::{Path, PathBuf};
 
 /// The root of the repository.

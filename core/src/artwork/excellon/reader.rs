@@ -228,7 +228,6 @@ impl<'a> Reader<'a> {
         match parsed.content {
             Content::Blank => {}
             Content::Percent => self.header = false,
-            Content::Optional if line.trim_ascii() == b"/" => {}
             Content::Optional => self.say(Weight::Loss, "drill.optional_line", 1, line.trim_ascii()),
             Content::Statement { keyword, args } => self.statement(keyword, args),
             Content::Garbled(words, column) => {

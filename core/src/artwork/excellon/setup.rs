@@ -32,6 +32,7 @@ impl Reader<'_> {
         match upper.as_slice() {
             b"ICI" => self.incremental = args.eq_ignore_ascii_case(b"ON"),
             b"FMAT" if args.starts_with(b"1") => self.say(Weight::Note, "drill.format_1", 1, args),
+            b"FMAT" if args.starts_with(b"2") => {}
             b"M97" | b"M98" => self.say(Weight::Loss, "drill.text_not_drilled", 1, args),
             [b'M', b'4', _] => self.say(Weight::Note, "drill.operator_message", 1, args),
             _ if MACHINE_WORDS.iter().any(|word| upper == word.as_bytes()) => {

@@ -80,6 +80,7 @@ fn content<'a>(code: &'a [u8], rest: &'a [u8]) -> Content<'a> {
     match rest.trim_ascii_end() {
         [] => Content::Blank,
         [b'%', ..] => Content::Percent,
+        [b'/', rest @ ..] if gap(rest).is_ok_and(|(behind, ())| behind.is_empty()) => Content::Blank,
         [b'/', ..] => Content::Optional,
         trimmed => match statement(trimmed) {
             Ok((_, (keyword, args))) => {
@@ -151,6 +152,7 @@ mod tests {
             ("X1.2.3Y4", "X12@1 garbled at 5"),
             ("X--5.0", "X?@1 garbled at 2"),
             ("/X1", "Optional"),
+            ("N5 / (nothing)", "Blank"),
         ] {
             let words = |words: &[Word]| -> Vec<String> {
                 let number = |word: &Word| word.number.map_or("?".to_owned(), |n| n.mantissa.to_string());

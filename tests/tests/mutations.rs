@@ -1,0 +1,103 @@
+//! Small sample files, damaged at random from a printed seed: the readers keep their promises on all of them.
+
+use annulus_tests::{root, targets};
+use std::fs;
+
+/// Inputs per sample and target, so that there are above 10⁵ together.
+const ROUNDS: u64 = 5_000;
+
+/// Small, quick and the same everywhere (splitmix64).
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
+    }
+
+    fn below(&mut self, bound: usize) -> usize {
+        (self.next() % bound.max(1) as u64) as usize
+    }
+}
+
+/// Pieces that mean something to a reader.
+const WORDS: [&[u8]; 24] = [
+    b"M25\n",
+    b"M01\n",
+    b"M02X1Y1\n",
+    b"R9999X1\n",
+    b"G85",
+    b"G00",
+    b"M15\n",
+    b"M16\n",
+    b"G91\n",
+    b"G93X1Y1\n",
+    b"M71\n",
+    b"M72\n",
+    b"T99999\n",
+    b"T1C0.8\n",
+    b"%\n",
+    b"M48\n",
+    b"METRIC,LZ,000.000\n",
+    b"INCH\n",
+    b"ICI,ON\n",
+    b"X99999999999\n",
+    b"*",
+    b"%FSLAX24Y24*%",
+    b";FILE_FORMAT=9:9\n",
+    b"G02X1Y1I1J0\n",
+];
+
+fn damage(sample: &[u8], chance: &mut Chance) -> Vec<u8> {
+    let mut bytes = sample.to_vec();
+    for _ in 0..=chance.below(4) {
+        let at = chance.below(bytes.len() + 1);
+        match chance.below(6) {
+            0 => bytes.truncate(at),
+            1 => {
+                let word = WORDS[chance.below(WORDS.len())];
+                bytes.splice(at..at, word.iter().copied());
+            }
+            2 if at < bytes.len() => bytes[at] ^= 1 << chance.below(8),
+            3 if at < bytes.len() => bytes[at] = b"0123456789XYTGMR.-+\n"[chance.below(20)],
+            4 if at < bytes.len() => {
+                let end = (at + chance.below(12)).min(bytes.len());
+                bytes.drain(at..end);
+            }
+            _ => {
+                let from = chance.below(bytes.len() + 1);
+                let piece = bytes[from..(from + chance.below(30)).min(bytes.len())].to_vec();
+                bytes.splice(at..at, piece);
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn damaged_files_break_no_promise() {
+    let mut samples: Vec<_> =
+        fs::read_dir(root().join("tests/data/drill")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    samples.sort();
+    let mut count = 0;
+    for path in &samples {
+        let sample = fs::read(path).unwrap();
+        for (name, target) in
+            [("drill", targets::drill as fn(&[u8])), ("any", targets::any), ("beside", targets::beside)]
+        {
+            for round in 0..ROUNDS {
+                let seed = round * 1_000 + count / ROUNDS;
+                let bytes = damage(&sample, &mut Chance(seed));
+                if let Err(panic) = std::panic::catch_unwind(|| target(&bytes)) {
+                    println!("{} {name} seed {seed}: {}", path.display(), String::from_utf8_lossy(&bytes));
+                    std::panic::resume_unwind(panic);
+                }
+                count += 1;
+            }
+        }
+    }
+    println!("{count} damaged inputs");
+    assert!(count >= 100_000, "only {count} inputs");
+}
