@@ -278,11 +278,11 @@ fn disagreements(name: &str, drill: &DrillFile, companion: &super::companion::Co
         if let Some(promised) = row.holes.filter(|&promised| promised != holes && holes > 0) {
             out.push(said("drill.report_counts_differ", holes.to_string(), promised.to_string()));
         }
-        if let (Some(own), Some(other)) = (tool.diameter, row.diameter) {
-            if (own - other).abs().nm() > 10_000 {
-                let mm = |length: crate::units::Length| format!("{:.3}", length.mm());
-                out.push(said("drill.report_sizes_differ", mm(own), mm(other)));
-            }
+        if let (Some(own), Some(other)) = (tool.diameter, row.diameter)
+            && (own - other).abs().nm() > 10_000
+        {
+            let mm = |length: crate::units::Length| format!("{:.3}", length.mm());
+            out.push(said("drill.report_sizes_differ", mm(own), mm(other)));
         }
     }
     out

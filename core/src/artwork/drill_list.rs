@@ -107,10 +107,10 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
     let comma = decimal_comma(text);
     let (mut units, mut units_by) =
         stated_units(text).map_or((Units::Mm, Source::Default), |u| (u, Source::Header));
-    if units_by == Source::Default {
-        if let Some(shaped) = units_by_sizes(&sizes(text, comma)) {
-            (units, units_by) = (shaped, Source::Shape);
-        }
+    if units_by == Source::Default
+        && let Some(shaped) = units_by_sizes(&sizes(text, comma))
+    {
+        (units, units_by) = (shaped, Source::Shape);
     }
     if let Some(chosen) = person.units {
         (units, units_by) = (chosen, Source::Person);
@@ -130,10 +130,10 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
     let mut findings = reader.findings;
     match units_by {
         Source::Shape => {
-            findings.whole(Remark::new(Weight::Doubt, "drill.units_by_sizes").with("units", units.name()))
+            findings.whole(Remark::new(Weight::Doubt, "drill.units_by_sizes").with("units", units.name()));
         }
         Source::Default => {
-            findings.whole(Remark::new(Weight::Loss, "drill.units_unknown").with("units", units.name()))
+            findings.whole(Remark::new(Weight::Loss, "drill.units_unknown").with("units", units.name()));
         }
         _ => {}
     }

@@ -133,11 +133,12 @@ impl Scale {
                 Zeros::Decimal => 0,
             }
         };
-        if let Some(&step) = usize::try_from(decimals).ok().and_then(|index| self.nm.get(index)) {
-            if step != 0 && number.digits < 12 {
-                let length = Length::from_nm(number.mantissa.checked_mul(step)?);
-                return (length.abs() <= Length::LIMIT).then_some(length);
-            }
+        if let Some(&step) = usize::try_from(decimals).ok().and_then(|index| self.nm.get(index))
+            && step != 0
+            && number.digits < 12
+        {
+            let length = Length::from_nm(number.mantissa.checked_mul(step)?);
+            return (length.abs() <= Length::LIMIT).then_some(length);
         }
         exact(number.mantissa, decimals, self.reading.units)
     }

@@ -22,7 +22,8 @@ pub fn tsplib_coordinates(text: &str) -> Vec<(f64, f64)> {
 /// unit as TSPLIB does. None for an instance without coordinates.
 pub fn tsplib_gap(text: &str, optimum: f64, seed: u64) -> Option<f64> {
     let coordinates = tsplib_coordinates(text);
-    let mut places: Vec<Point> = coordinates.iter().map(|&(x, y)| Point::from_mm(x / 100.0, y / 100.0)).collect();
+    let mut places: Vec<Point> =
+        coordinates.iter().map(|&(x, y)| Point::from_mm(x / 100.0, y / 100.0)).collect();
     places.sort_unstable();
     places.dedup();
     let effort = Effort { kicks: default_iterations(coordinates.len()), seed };

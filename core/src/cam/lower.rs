@@ -23,7 +23,8 @@ fn micros(us: f64) -> u32 {
 
 /// The program of `plan` on `machine`.
 pub fn lower(board: &Board, plan: &Plan, machine: &Machine) -> Program {
-    let bits = plan.bits.iter().map(|b| Bit { diameter: b.bit, name: format!("{} mm", rack::size_text(b.bit)) });
+    let bits =
+        plan.bits.iter().map(|b| Bit { diameter: b.bit, name: format!("{} mm", rack::size_text(b.bit)) });
     let mut legs = vec![Leg { mark: Mark::Prepare, commands: spindle_on(machine) }];
     for (index, bit) in (0..).zip(&plan.bits) {
         legs.push(change(index, machine));

@@ -7,7 +7,6 @@
 //! Comes in: a board, a machine, what a person wants, and the time of a hop as a function. Goes out: a [`Plan`] and its
 //! [`Program`](crate::job::Program). Does not know motion: how long a hop takes it is told.
 
-
 pub mod bench;
 mod lower;
 mod order;
@@ -123,7 +122,8 @@ pub fn plan(
     progress: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<(Plan, Vec<Remark>), Vec<Remark>> {
     let (mut bits, losses) = rack::assign(board, machine);
-    let unseen: Vec<Remark> = losses.iter().filter(|loss| !options.accept.contains(&loss.code)).cloned().collect();
+    let unseen: Vec<Remark> =
+        losses.iter().filter(|loss| !options.accept.contains(&loss.code)).cloned().collect();
     if !unseen.is_empty() {
         return Err(unseen);
     }

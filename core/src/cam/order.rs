@@ -17,7 +17,11 @@ use crate::geometry::Point;
 use tour::Effort;
 
 /// What a hop costs, and the way through a list of places.
-pub(super) fn way(from: Point, stops: impl IntoIterator<Item = Point>, cost: impl Fn(Point, Point) -> f64) -> f64 {
+pub(super) fn way(
+    from: Point,
+    stops: impl IntoIterator<Item = Point>,
+    cost: impl Fn(Point, Point) -> f64,
+) -> f64 {
     let walk = |(here, sum): (Point, f64), to: Point| (to, sum + cost(here, to));
     stops.into_iter().fold((from, 0.0), walk).1
 }

@@ -71,7 +71,8 @@ fn losses(without: &[(Length, usize)], unsized_holes: usize, slots: usize, toler
         let sizes: Vec<String> =
             without.iter().map(|(size, holes)| format!("{} mm ({holes})", size_text(*size))).collect();
         let holes: usize = without.iter().map(|(_, holes)| holes).sum();
-        let remark = Remark::new(Weight::Loss, "plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
+        let remark =
+            Remark::new(Weight::Loss, "plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
         remarks.push(remark.with("tolerance", size_text(tolerance)));
     }
     if unsized_holes > 0 {
@@ -127,9 +128,18 @@ mod tests {
             tool_code: 1,
             line: 1,
         };
-        let slot = Slot { path: vec![Point::default(); 2], width: None, plated: None, source: 0, tool_code: 1, line: 1 };
+        let slot = Slot {
+            path: vec![Point::default(); 2],
+            width: None,
+            plated: None,
+            source: 0,
+            tool_code: 1,
+            line: 1,
+        };
         let board = Board {
-            holes: [Some(1020), Some(800), Some(4000), None, Some(780), Some(1000), Some(4000)].map(hole).to_vec(),
+            holes: [Some(1020), Some(800), Some(4000), None, Some(780), Some(1000), Some(4000)]
+                .map(hole)
+                .to_vec(),
             slots: vec![slot],
             ..Board::default()
         };
@@ -137,10 +147,7 @@ mod tests {
         let found: Vec<_> = bits.iter().map(|b| (b.bit, b.sizes.clone(), b.holes.clone())).collect();
         assert_eq!(
             found,
-            [
-                (um(800), vec![um(780), um(800)], vec![1, 4]),
-                (um(1000), vec![um(1000), um(1020)], vec![0, 5]),
-            ]
+            [(um(800), vec![um(780), um(800)], vec![1, 4]), (um(1000), vec![um(1000), um(1020)], vec![0, 5]),]
         );
         let codes: Vec<_> = remarks.iter().map(|r| (r.weight, r.code.as_str())).collect();
         assert_eq!(

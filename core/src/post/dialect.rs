@@ -83,12 +83,15 @@ impl Dialect {
         if written.extension.is_empty() || !written.extension.chars().all(plain) {
             return Err(refuse("extension is not made of letters and digits", 0));
         }
-        if written.decimals > MOST_DECIMALS || written.shift_mm.iter().any(|shift| !(-1e4..=1e4).contains(shift)) {
+        if written.decimals > MOST_DECIMALS
+            || written.shift_mm.iter().any(|shift| !(-1e4..=1e4).contains(shift))
+        {
             return Err(refuse("decimals go from 0 to 6 and shift_mm from -10000 to 10000", 0));
         }
         let drill = &written.drill;
         let template = |field: Field, spanned: &Spanned<String>| {
-            let known = |name: &str| PARAMETERS.iter().any(|row| row.name == name && row.fields.contains(&field));
+            let known =
+                |name: &str| PARAMETERS.iter().any(|row| row.name == name && row.fields.contains(&field));
             Template::parse(spanned.get_ref(), known)
                 .map_err(|(fault, at)| explain(file, text, field, spanned, &fault, at))
         };
@@ -110,7 +113,14 @@ impl Dialect {
 }
 
 /// The remark for a fault at byte `at` of a template.
-fn explain(file: &str, text: &str, field: Field, value: &Spanned<String>, fault: &Fault, at: usize) -> Remark {
+fn explain(
+    file: &str,
+    text: &str,
+    field: Field,
+    value: &Spanned<String>,
+    fault: &Fault,
+    at: usize,
+) -> Remark {
     let span = value.span();
     let raw = text.get(span.clone()).unwrap_or_default();
     // A text in quotes of one or three signs; after three the first end of line does not count.
@@ -158,12 +168,27 @@ mod tests {
         // the four templates as written, code, line, column
         let rows = [
             ("start = \"\"\nchange = \"\"\nhole = \"@Q@\"\nend = \"\"\n", "post.unknown_parameter", 9, 9),
-            ("start = \"\"\nchange = \"\"\nhole = '''\nG0\n X@X@ @AX@\n'''\nend = \"\"\n", "post.unknown_parameter", 11, 7),
-            ("start = \"G0 X@X@\"\nchange = \"\"\nhole = \"\"\nend = \"\"\n", "post.unknown_parameter", 7, 14),
+            (
+                "start = \"\"\nchange = \"\"\nhole = '''\nG0\n X@X@ @AX@\n'''\nend = \"\"\n",
+                "post.unknown_parameter",
+                11,
+                7,
+            ),
+            (
+                "start = \"G0 X@X@\"\nchange = \"\"\nhole = \"\"\nend = \"\"\n",
+                "post.unknown_parameter",
+                7,
+                14,
+            ),
             ("start = \"\"\nchange = \"@T\"\nhole = \"\"\nend = \"\"\n", "post.unclosed_parameter", 8, 11),
             ("start = \"a\\n@Q@\"\nchange = \"\"\nhole = \"\"\nend = \"\"\n", "post.unknown_parameter", 7, 9),
             ("start = \"\"\nchange = \"\"\nend = \"\"\n", "post.dialect_unreadable", 6, 1),
-            ("start = \"\"\nwobble = 1\nchange = \"\"\nhole = \"\"\nend = \"\"\n", "post.dialect_unreadable", 8, 1),
+            (
+                "start = \"\"\nwobble = 1\nchange = \"\"\nhole = \"\"\nend = \"\"\n",
+                "post.dialect_unreadable",
+                8,
+                1,
+            ),
         ];
         for (drill, code, line, column) in rows {
             let remark = Dialect::parse("my.toml", &format!("{HEAD}[drill]\n{drill}")).unwrap_err();

@@ -107,6 +107,22 @@ fn by_ending(base: &str) -> Option<(Role, Option<Side>)> {
     ENDINGS.iter().find(|(name, ..)| *name == ending).map(|&(_, role, side)| (role, side))
 }
 
+/// Words that mean copper.
+const COPPER_WORDS: [&str; 10] = [
+    "copper",
+    "_cu",
+    ".cu",
+    "etch",
+    "signal",
+    "lyr",
+    "component side",
+    "solder side",
+    "toplayer",
+    "bottomlayer",
+];
+/// A side alone means its copper.
+const SIDE_WORDS: [&str; 3] = ["top", "bottom", "bot"];
+
 /// Roles and sides from words such as `F_Cu`, `Board Outline`, `EtchLayerTop`, `Top Solder Mask`.
 fn by_words(text: &str) -> Option<(Role, Option<Side>)> {
     let text = text.to_ascii_lowercase();
@@ -128,13 +144,8 @@ fn by_words(text: &str) -> Option<(Role, Option<Side>)> {
         Role::Paste
     } else if any(&["drl", "drill"]) {
         return Some((Role::Drill, None));
-    } else if any(&["copper", "_cu", ".cu", "etch", "signal", "lyr", "component side", "solder side"])
-        || any(&["toplayer", "bottomlayer"])
-    {
-        Role::Copper
-    } else if ["top", "bottom", "bot"]
-        .iter()
-        .any(|word| text.split(|c: char| !c.is_ascii_alphabetic()).any(|part| part == *word))
+    } else if any(&COPPER_WORDS)
+        || text.split(|c: char| !c.is_ascii_alphabetic()).any(|part| SIDE_WORDS.contains(&part))
     {
         Role::Copper
     } else {

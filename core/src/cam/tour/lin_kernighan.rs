@@ -91,7 +91,15 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
     /// first.
     pub(crate) fn new(ring: Ring, near: &'a [Vec<(f64, u32)>], cost: C) -> Self {
         let n = ring.len();
-        Self { ring, near, cost, queue: Vec::new(), queued: vec![false; n], turns: Vec::new(), mirrored: false }
+        Self {
+            ring,
+            near,
+            cost,
+            queue: Vec::new(),
+            queued: vec![false; n],
+            turns: Vec::new(),
+            mirrored: false,
+        }
     }
 
     /// Looks at every node, in the order of the ring; false when `go_on` said stop.

@@ -46,7 +46,8 @@ impl<'a> Tree<'a> {
     /// The `count` nearest to node `of`, itself left out, nearest first; ties by number. With a quadrant (0 … 3),
     /// only those that lie in it.
     pub(crate) fn nearest(&self, of: u32, count: usize, quadrant: Option<u8>) -> Vec<u32> {
-        let mut found = Found { of, at: self.points[of as usize], count, quadrant, best: Vec::with_capacity(count + 1) };
+        let mut found =
+            Found { of, at: self.points[of as usize], count, quadrant, best: Vec::with_capacity(count + 1) };
         self.visit(&self.nodes, true, &mut found);
         found.best.into_iter().map(|(_, node)| node).collect()
     }
@@ -144,7 +145,8 @@ mod tests {
             let tree = Tree::new(&points, (0..n as u32).collect());
             for of in 0..n as u32 {
                 for quadrant in [None, Some(0), Some(1), Some(2), Some(3)] {
-                    let mut probe = Found { of, at: points[of as usize], count: n, quadrant, best: Vec::new() };
+                    let mut probe =
+                        Found { of, at: points[of as usize], count: n, quadrant, best: Vec::new() };
                     for other in 0..n as u32 {
                         probe.offer(other, points[other as usize]);
                     }
