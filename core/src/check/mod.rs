@@ -73,6 +73,10 @@ pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Resu
         std::array::from_fn(|axis| Walker::new(machine, axis, zero_steps[axis], stream.start[axis]));
     let mut interlocks = Interlocks::new(machine);
     let mut remarks = Vec::new();
+    for (axis, walker) in walkers.iter().enumerate().take(AXES_PRESENT) {
+        let outside = walker.within_range(walker.at).err();
+        remarks.extend(outside.map(|remark| remark.with("axis", axis_name(axis)).with("leg", 0)));
+    }
     let mut now = 0;
     for (index, segment) in stream.segments.iter().enumerate() {
         let last_of_leg = stream.segments.get(index + 1).is_none_or(|next| next.leg != segment.leg);

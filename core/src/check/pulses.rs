@@ -100,7 +100,7 @@ impl Walker {
         now: u64,
         duration: u64,
     ) -> Result<(), Remark> {
-        let mut pace = Pace::new(now, self.at);
+        let mut pace = Pace::new(now);
         let mut tick = i128::from(now);
         let mut any = false;
         for run in runs {
@@ -128,10 +128,7 @@ impl Walker {
         self.first_step(run, begin + i128::from(run.interval))?;
         let way = i64::from(run.count) * if run.forward { 1 } else { -1 };
         let end = self.at.saturating_add(way);
-        if end < self.min || end > self.max {
-            let remark = refuse("check.range").with("place", end);
-            return Err(remark.with("low", self.min).with("high", self.max));
-        }
+        self.within_range(end)?;
         let (mut tick, mut interval) = (begin, i128::from(run.interval));
         for _ in 0..run.count {
             tick += interval;
@@ -145,6 +142,14 @@ impl Walker {
         self.highest = self.highest.max(end);
         self.low_in_segment = self.low_in_segment.min(end);
         Ok(tick)
+    }
+
+    /// Whether the axis can be at `place`.
+    pub(super) fn within_range(&self, place: i64) -> Result<(), Remark> {
+        if (self.min..=self.max).contains(&place) {
+            return Ok(());
+        }
+        Err(refuse("check.range").with("place", place).with("low", self.min).with("high", self.max))
     }
 
     /// The first step of a run against the last step before it, wherever that was.
@@ -182,7 +187,7 @@ struct Pace {
     ticks: [u64; SPEED_STEPS + 1],
     count: usize,
     forward: bool,
-    /// Place of the motor at rest, before the first step.
+    /// Place of the motor, counted from where the segment began.
     place: i64,
     /// The stretch before: its length in ticks, its mean speed in steps per tick.
     stretch: f64,
@@ -193,16 +198,16 @@ struct Pace {
 }
 
 impl Pace {
-    fn new(now: u64, place: i64) -> Self {
+    fn new(now: u64) -> Self {
         Self {
             ticks: [0; SPEED_STEPS + 1],
             count: 0,
             forward: true,
-            place,
+            place: 0,
             stretch: 0.0,
             speed: 0.0,
             since: now,
-            from_twice: 2 * place,
+            from_twice: 0,
         }
     }
 

@@ -134,3 +134,37 @@ fn a_leg_that_ends_low_is_refused() {
     let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
     assert_eq!(remarks[0].code, "check.leg_ends_low");
 }
+
+#[test]
+fn a_start_outside_the_machine_is_refused_and_nothing_overflows() {
+    let machine = virtual_drill();
+    for start in [i64::MIN, -1, 24_001, i64::MAX] {
+        let mut stream = planned(&machine, 2, 1);
+        stream.start[0] = start;
+        let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+        assert_eq!(remarks[0].code, "check.range");
+    }
+}
+
+#[test]
+fn damaged_streams_are_refused_or_pass_but_never_panic() {
+    let machine = virtual_drill();
+    let sound = planned(&machine, 2, 1);
+    for seed in 0..5_000 {
+        let mut chance = Chance(seed);
+        let mut stream = sound.clone();
+        let at = chance.next() as usize % stream.segments.len();
+        let segment = &mut stream.segments[at];
+        let wild = chance.next();
+        match (chance.next() % 5, segment.runs.first_mut()) {
+            (0, Some(run)) => run.change = wild as i32,
+            (1, Some(run)) => run.interval = wild as u32,
+            (2, Some(run)) => run.count = wild as u32 % 100_000,
+            (3, _) => segment.duration_ticks = wild,
+            _ => segment.end[(wild % 8) as usize] = wild as i64,
+        }
+        let _ = verify(&stream, &machine, corner_zero(&machine));
+        let _ = steps::digest(&stream);
+        assert!(steps::replay_stream(&stream).count() < 1_000_000);
+    }
+}

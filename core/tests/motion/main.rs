@@ -7,6 +7,7 @@ use annulus_core::job::Command;
 use annulus_core::machine::{AXES, Machine, Scale, virtual_drill};
 use annulus_core::motion::{Timeline, hop_time_s, laws, profile, timeline};
 use annulus_core::steps::{self, Segment, TICK_HZ};
+use annulus_core::units::Length;
 
 mod check;
 mod cycles;
@@ -105,6 +106,29 @@ fn every_machine_gets_streams_that_keep_the_plan_and_pass_the_check() {
         }
         let verdict = verify(&stream, &machine, corner_zero(&machine));
         assert!(verdict.is_ok(), "seed {seed}: {:?} on {machine:?}", verdict.unwrap_err()[0]);
+    }
+}
+
+#[test]
+fn any_program_gives_a_timeline_or_a_remark() {
+    for seed in 0..100_000 {
+        let mut chance = Chance(seed);
+        let machine = &machines()[(seed % 2) as usize];
+        let mut program = random_program(&mut chance, machine, 2);
+        let wild = Length::from_nm(chance.next() as i64 >> (chance.next() % 64));
+        let commands = [
+            Command::Rapid { to: Point::new(wild, Length::ZERO) },
+            Command::Plunge { to: wild, feed_um_per_s: chance.next() as u32, gate: None },
+            Command::Plunge { to: Length::from_um(-10), feed_um_per_s: (chance.next() % 3) as u32, gate: None },
+            Command::Retract { to: wild },
+            Command::Dwell { us: chance.next() as u32 },
+        ];
+        let leg = chance.next() as usize % program.legs.len();
+        program.legs[leg].commands.insert(0, commands[chance.next() as usize % commands.len()]);
+        match timeline(&program, machine) {
+            Ok(plan) => laws::laws(&plan, machine).unwrap(),
+            Err(remark) => assert!(!remark.message("en").contains('{'), "seed {seed}: {}", remark.message("en")),
+        }
     }
 }
 
