@@ -1,6 +1,16 @@
-//! Computes the step stream and says how long it takes.
+//! Computes the step stream, checks it, and says how long it takes (N13, N14, S10).
+//!
+//! Comes in: a JOB. Goes out: the keys of the contract, or sentences for people. Does not know how steps are made.
 
-use super::{Answer, Refusal};
+use super::{Answer, Exit, Refusal};
+use crate::job;
+use annulus_core::remark::Remark;
+use annulus_core::sim::{Summary, summary};
+use annulus_core::{check, locale, motion, steps};
+use serde_json::json;
+
+/// How many runs `--digest-trace` prints.
+const TRACED_RUNS: usize = 2_000;
 
 /// Arguments of `annulus simulate`.
 #[derive(Debug, clap::Args)]
@@ -14,5 +24,59 @@ pub(crate) struct SimulateArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
-    todo!("{args:?}")
+    let job = job::open_for_machine(&args.job)?;
+    let timeline = motion::timeline(&job.program, &job.machine).map_err(Refusal::content)?;
+    lawful(motion::laws::laws(&timeline, &job.machine))?;
+    let stream = steps::stream(&timeline, &job.machine).map_err(Refusal::content)?;
+    lawful(check::verify(&stream, &job.machine, check::corner_zero(&job.machine)))?;
+    let numbers = summary(&timeline, &stream);
+    let digest = steps::digest(&stream);
+    let mut object = json!({
+        "tick_hz": steps::TICK_HZ,
+        "total_time_s": rounded(numbers.total_s),
+        "holes_per_min": rounded(numbers.holes_per_min),
+        "holes_per_min_sequential": rounded(numbers.holes_per_min_sequential),
+        "time_per_hole_s": { "median": rounded(numbers.median_hole_s), "max": rounded(numbers.longest_hole_s) },
+        "steps": { "x": numbers.steps[0], "y": numbers.steps[1], "z": numbers.steps[2] },
+        "stream_bytes": steps::encoded_len(&stream),
+        "stream_digest": digest,
+        "holes": numbers.holes,
+    });
+    let mut text = sentences(&numbers, &digest);
+    if args.digest_trace {
+        let trace = steps::trace(&stream, TRACED_RUNS);
+        object["digest_trace"] = trace.lines().collect();
+        text.push_str(&trace);
+    }
+    Ok(Answer { object, text, exit: Exit::Done })
+}
+
+/// Refuses with the first finding, if there is any; the others go to standard error before it.
+fn lawful<T>(verdict: Result<T, Vec<Remark>>) -> Result<(), Refusal> {
+    let mut refusals = verdict.err().into_iter().flatten().map(Refusal::content);
+    let Some(first) = refusals.next() else { return Ok(()) };
+    refusals.for_each(|refusal| eprintln!("{refusal}"));
+    Err(first)
+}
+
+/// To a millionth, as the contract says.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+fn sentences(numbers: &Summary, digest: &str) -> String {
+    let minutes = (numbers.total_s / 60.0).floor();
+    let rows = [
+        ("holes", numbers.holes.to_string()),
+        ("minutes", format!("{minutes:.0}")),
+        ("seconds", format!("{:.1}", numbers.total_s - 60.0 * minutes)),
+        ("per_min", format!("{:.1}", numbers.holes_per_min)),
+        ("median", format!("{:.3}", numbers.median_hole_s)),
+        ("longest", format!("{:.3}", numbers.longest_hole_s)),
+        ("x", numbers.steps[0].to_string()),
+        ("y", numbers.steps[1].to_string()),
+        ("z", numbers.steps[2].to_string()),
+        ("digest", digest.to_owned()),
+    ];
+    locale::text("en", "simulate.answer", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
 }
