@@ -253,8 +253,10 @@ impl Gpu {
         pass.set_pipeline(&self.ground);
         pass.draw(0..3, 0..1);
         pass.set_pipeline(&self.strokes);
-        pass.set_vertex_buffer(0, self.marks.slice(..));
-        pass.draw(0..4, 0..self.mark_count);
+        if self.mark_count > 0 {
+            pass.set_vertex_buffer(0, self.marks.slice(..));
+            pass.draw(0..4, 0..self.mark_count);
+        }
         if with_head {
             pass.set_vertex_buffer(0, self.head.slice(..));
             pass.draw(0..4, 0..1);
