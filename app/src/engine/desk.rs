@@ -130,7 +130,7 @@ fn hear(desk: &Rc<RefCell<Desk>>, data: &JsValue) {
     let bytes = js_sys::Uint8Array::new(data).to_vec();
     match postcard::from_bytes(&bytes) {
         Ok(Report::Progress { id, done, total }) => {
-            tell_progress(desk, id, done as f64 / (total as f64).max(1.0))
+            tell_progress(desk, id, done as f64 / (total as f64).max(1.0));
         }
         Ok(Report::Done { id, answer }) => {
             let pending = desk.borrow_mut().pending.remove(&id);

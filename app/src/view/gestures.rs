@@ -49,10 +49,12 @@ struct Held {
     at_px: [f64; 2],
 }
 
+type Handler = fn(&View, &PointerEvent);
+
 /// Listens to the canvas of `view`, which may be a new one.
 pub(super) fn listen(view: &View) {
     let canvas = view.0.borrow().canvas.clone();
-    let handlers: [(&str, fn(&View, &PointerEvent)); 5] = [
+    let handlers: [(&str, Handler); 5] = [
         ("pointerdown", down),
         ("pointermove", moved),
         ("pointerup", up),

@@ -190,8 +190,8 @@ impl Gpu {
         let built = marks::build(scene, palette, emphasis);
         self.mark_count = built.all.len() as u32;
         self.first_disc = built.first_disc;
-        if self.marks.size() < self.mark_count as u64 * MARK_SIZE {
-            self.marks = instance_buffer(&self.device, self.mark_count as u64);
+        if self.marks.size() < u64::from(self.mark_count) * MARK_SIZE {
+            self.marks = instance_buffer(&self.device, u64::from(self.mark_count));
         }
         self.queue.write_buffer(&self.marks, 0, bytemuck::cast_slice(&built.all));
     }
