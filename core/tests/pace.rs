@@ -55,7 +55,13 @@ struct Played {
     pins: Recorder,
 }
 
-fn run(machine: &Machine, segment: &Segment, orders: Vec<(u64, Order)>, pins: Recorder, late_by: u64) -> Played {
+fn run(
+    machine: &Machine,
+    segment: &Segment,
+    orders: Vec<(u64, Order)>,
+    pins: Recorder,
+    late_by: u64,
+) -> Played {
     let (mut line, mut pins) = (Line::default(), pins);
     let mut clock = TestClock { late_by, seed: 3, now: 0 };
     let outcome =
@@ -81,7 +87,8 @@ fn extremes(ticks: &[u64]) -> (f64, f64) {
         .collect();
     let fastest = speeds.iter().fold(0.0_f64, |fastest, (_, speed)| fastest.max(*speed));
     let changes = speeds.iter().zip(speeds.iter().skip(16));
-    let hardest = changes.fold(0.0_f64, |hardest, ((t0, v0), (t1, v1))| hardest.max(((v1 - v0) / (t1 - t0)).abs()));
+    let hardest =
+        changes.fold(0.0_f64, |hardest, ((t0, v0), (t1, v1))| hardest.max(((v1 - v0) / (t1 - t0)).abs()));
     (fastest, hardest)
 }
 
