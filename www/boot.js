@@ -1,21 +1,13 @@
-// Starts the page. One Trusted Types policy, `annulus`, vouches for our own scripts and for the static markup that
-// leptos compiles out of `view!` and writes into <template> elements; nothing else may write markup.
+// Starts the page. The one Trusted Types policy, `annulus`, vouches for addresses of our own scripts; markup it never
+// makes, so nothing on the page can be written as markup.
 import init from "./annulus.js";
 
-const same = (text) => text;
-const policy = globalThis.trustedTypes?.createPolicy("annulus", { createHTML: same, createScriptURL: same });
-
-if (policy) {
-  const native = Object.getOwnPropertyDescriptor(Element.prototype, "innerHTML");
-  Object.defineProperty(HTMLTemplateElement.prototype, "innerHTML", {
-    configurable: true,
-    get: native.get,
-    set(markup) {
-      native.set.call(this, policy.createHTML(markup));
-    },
-  });
-  globalThis.annulusPolicy = policy;
-}
+const own = (address) => {
+  const url = new URL(address, import.meta.url);
+  if (url.origin !== location.origin) throw new TypeError(`not a script of ours: ${url}`);
+  return url.href;
+};
+globalThis.annulusPolicy = globalThis.trustedTypes?.createPolicy("annulus", { createScriptURL: own });
 
 init({ module_or_path: new URL("./annulus_bg.wasm", import.meta.url) }).catch((error) => {
   console.error(error);

@@ -5,24 +5,40 @@
 //! screens ─ widgets ─▶ view     the picture, knows no boards
 //!    │                  ▲
 //!    │               picture   a board and its plan as a scene
-//!    └─▶ engine ═ worker ═▶ annulus-core
+//!    ├─▶ document ─▶ engine ═ worker ═▶ annulus-core
+//!    └─▶ link ═ socket ═▶ bridge
 //! ```
 
 pub mod engine;
+pub mod format;
+pub mod health;
+pub mod keys;
 pub mod picture;
 pub mod view;
 
 #[cfg(target_arch = "wasm32")]
+pub mod document;
+#[cfg(target_arch = "wasm32")]
+pub mod fallen;
+#[cfg(target_arch = "wasm32")]
+pub mod i18n;
+#[cfg(target_arch = "wasm32")]
+pub mod link;
+#[cfg(target_arch = "wasm32")]
 pub mod screens;
 #[cfg(target_arch = "wasm32")]
+pub mod state;
+#[cfg(target_arch = "wasm32")]
 pub mod trusted;
+#[cfg(target_arch = "wasm32")]
+pub mod widgets;
 
 /// Where the browser begins: the page in a window, the engine in a worker.
 #[cfg(all(target_arch = "wasm32", not(test)))]
 #[wasm_bindgen::prelude::wasm_bindgen(start)]
 pub fn start() {
     if web_sys::window().is_some() {
-        console_error_panic_hook::set_once();
+        fallen::watch();
         leptos::mount::mount_to_body(screens::App);
     } else {
         engine::worker::serve();

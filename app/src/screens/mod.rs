@@ -1,23 +1,36 @@
-//! What people see. For now the picture alone.
+//! What people see: one folder a screen, and the frame around them.
+//!
+//! Comes in: state and link. Goes out: the page. Boards, plans and moves come from `annulus-core` alone.
 
-use crate::picture;
-use crate::view::{Palette, View, Wanted};
-use annulus_core::board::Board;
-use leptos::html::Div;
+mod board;
+pub mod machine;
+mod opening;
+mod regions;
+mod review;
+mod settings;
+mod shell;
+mod shown;
+mod simulate;
+mod stage;
+mod status_bar;
+mod top_bar;
+mod welcome;
+
+use crate::{link, state};
 use leptos::prelude::*;
 
 /// The whole page.
 #[component]
 pub fn App() -> impl IntoView {
-    let host = NodeRef::<Div>::new();
-    let shown = StoredValue::new_local(None::<View>);
-    host.on_load(move |host| {
-        leptos::task::spawn_local(async move {
-            if let Ok(view) = View::new(&host, Wanted::Auto, Palette::DARK).await {
-                view.set_scene(picture::scene(&Board::default(), &Palette::DARK));
-                shown.set_value(Some(view));
-            }
-        });
-    });
-    view! { <div class="picture" node_ref=host></div> }
+    link::begin();
+    state::begin();
+    crate::document::begin();
+    simulate::begin();
+    if let Some(word) = settings::kept_theme() {
+        state::state().theme.set(top_bar::theme_of(&word));
+    }
+    settings::keep_theme();
+    regions::listen();
+    opening::listen();
+    shell::shell()
 }

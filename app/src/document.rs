@@ -1,0 +1,266 @@
+//! The open board: read in the worker, planned in the worker, again whenever something it depends on changes.
+//!
+//! ```text
+//! files ─▶ read ─▶ Document ─┬─ review (forced by doubt and loss) ─┐
+//!                            └───── all certain ──────────────────┴▶ plan ─▶ time ─▶ Job, Timed
+//!            order, bit loaded, accepted losses, machine ───────────▶ ┘
+//! ```
+//!
+//! Comes in: names and bytes, choices of the person. Goes out: signals. Does not know how it is shown.
+
+use crate::engine::messages::{Numbers, Order, Planned, Reading, Settings, Timed, ToPlan, ToRead, ToTime};
+use crate::engine::{Engine, Stopped};
+use crate::i18n::{key, say};
+use crate::state::{Job, Task, state};
+use crate::widgets::toast;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use annulus_core::wire::program;
+use leptos::prelude::*;
+use std::cell::Cell;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Files and what was read from them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Document {
+    /// Names and bytes as they were given.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// How the person says that numbers are to be read.
+    pub numbers: Numbers,
+    /// What came of it.
+    pub reading: Reading,
+}
+
+impl Document {
+    /// Every finding, file by file, then those about the board.
+    pub fn remarks(&self) -> impl Iterator<Item = &Remark> {
+        self.reading.files.iter().flat_map(|file| &file.remarks).chain(&self.reading.remarks)
+    }
+
+    /// Codes of what is missing from the board.
+    pub fn losses(&self) -> BTreeSet<String> {
+        self.remarks()
+            .filter(|remark| remark.weight == Weight::Loss)
+            .map(|remark| remark.code.clone())
+            .collect()
+    }
+
+    /// Whether a person has to look before anything is planned.
+    pub fn doubtful(&self) -> bool {
+        self.remarks().any(|remark| remark.weight > Weight::Note)
+    }
+}
+
+/// The open board and all that follows from it.
+#[derive(Clone, Copy)]
+pub struct Desk {
+    /// The board.
+    pub document: RwSignal<Option<Arc<Document>>>,
+    /// Its import review is on show.
+    pub reviewing: RwSignal<bool>,
+    /// Losses that were seen, by code.
+    pub accepted: RwSignal<BTreeSet<String>>,
+    /// Order of the holes of one bit.
+    pub order: RwSignal<Order>,
+    /// The bit in the spindle, if it is to go first.
+    pub loaded: RwSignal<Option<Length>>,
+    /// The plan.
+    pub plan: RwSignal<Option<Arc<Planned>>>,
+    /// The plan in time.
+    pub timed: RwSignal<Option<Arc<Timed>>>,
+    /// Why there is no plan.
+    pub refused: RwSignal<Vec<Remark>>,
+}
+
+thread_local! {
+    static DESK: Cell<Option<Desk>> = const { Cell::new(None) };
+    static ENGINE: Engine = Engine::new();
+    /// Counts the wishes, so that a late answer to an old one is dropped.
+    static WISH: Cell<u32> = const { Cell::new(0) };
+}
+
+/// The open board. Made by [`begin`].
+pub fn desk() -> Desk {
+    DESK.get().expect("the desk is made before the first screen")
+}
+
+/// Makes it in the root of the page, after the state.
+pub fn begin() {
+    let desk = Desk {
+        document: RwSignal::new(None),
+        reviewing: RwSignal::new(false),
+        accepted: RwSignal::new(BTreeSet::new()),
+        order: RwSignal::new(Order::default()),
+        loaded: RwSignal::new(None),
+        plan: RwSignal::new(None),
+        timed: RwSignal::new(None),
+        refused: RwSignal::new(Vec::new()),
+    };
+    DESK.set(Some(desk));
+    Effect::new(move |_| {
+        let document = desk.document.get();
+        let wanted = document.filter(|_| !desk.reviewing.get()).map(|document| ToPlan {
+            board: document.reading.board.clone(),
+            machine: Settings::of(&state().machine.get()),
+            order: desk.order.get(),
+            loaded: desk.loaded.get(),
+            accept: desk.accepted.get().into_iter().collect(),
+        });
+        if let Some(wanted) = wanted {
+            leptos::task::spawn_local(plan(desk, wanted));
+        }
+    });
+}
+
+fn next_wish() -> u32 {
+    WISH.set(WISH.get() + 1);
+    WISH.get()
+}
+
+fn engine() -> Engine {
+    ENGINE.with(Clone::clone)
+}
+
+/// Opens files. What was open is replaced only when they could be read.
+pub async fn open(files: Vec<(String, Vec<u8>)>) {
+    read(files, Numbers::default(), None).await;
+}
+
+/// Reads the open files again, as the person says.
+pub async fn read_again(numbers: Numbers, used: Option<Vec<u32>>) {
+    if let Some(document) = desk().document.get_untracked() {
+        read(document.files.clone(), numbers, used).await;
+    }
+}
+
+async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<u32>>) {
+    let desk = desk();
+    let again = desk.document.with_untracked(|open| open.as_ref().is_some_and(|open| open.files == files));
+    let wish = next_wish();
+    engine().cancel();
+    state().task.set(Some(Task { word: key!("page.task.reading"), share: 0.0 }));
+    let wanted = ToRead { files: files.clone(), numbers: numbers.clone(), used };
+    let answer = engine().read(wanted).await;
+    if wish != WISH.get() {
+        return;
+    }
+    state().task.set(None);
+    match answer {
+        Ok(reading) => {
+            let document = Document { files, numbers, reading };
+            desk.accepted.set(BTreeSet::new());
+            clear_plan(desk);
+            let doubtful = document.doubtful() || document.reading.board.holes.is_empty();
+            if !again {
+                desk.reviewing.set(doubtful);
+            }
+            if !doubtful && !again {
+                toast(say!("page.open.certain"), Some((say!("page.open.review"), || desk_review())));
+            }
+            desk.document.set(Some(Arc::new(document)));
+            if !again {
+                state().tab.set(crate::keys::Tab::Board);
+            }
+        }
+        Err(Stopped::Refused(why)) => {
+            for remark in why {
+                toast(crate::i18n::message(&remark), None);
+            }
+        }
+        Err(Stopped::Cancelled) => {}
+    }
+}
+
+fn desk_review() {
+    desk().reviewing.set(true);
+}
+
+fn clear_plan(desk: Desk) {
+    desk.plan.set(None);
+    desk.timed.set(None);
+    desk.refused.set(Vec::new());
+    state().job.set(None);
+    state().selected.set(None);
+}
+
+async fn plan(desk: Desk, wanted: ToPlan) {
+    let wish = next_wish();
+    engine().cancel();
+    let machine = wanted.machine.clone();
+    let progress = move |share| {
+        if wish == WISH.get() {
+            state().task.set(Some(Task { word: key!("page.task.planning"), share }));
+        }
+    };
+    progress(0.0);
+    let answer = engine().plan(wanted, progress).await;
+    if wish != WISH.get() {
+        return;
+    }
+    let planned = match answer {
+        Ok(planned) => Arc::new(planned),
+        Err(stopped) => {
+            state().task.set(None);
+            clear_plan(desk);
+            if let Stopped::Refused(why) = stopped {
+                desk.refused.set(why);
+            }
+            return;
+        }
+    };
+    desk.refused.set(Vec::new());
+    desk.plan.set(Some(planned.clone()));
+    state().task.set(Some(Task { word: key!("page.task.timing"), share: 0.9 }));
+    let timed = engine().time(ToTime { program: planned.program.clone(), machine }).await;
+    if wish != WISH.get() {
+        return;
+    }
+    state().task.set(None);
+    match timed {
+        Ok(timed) => finish(desk, &planned, timed),
+        Err(Stopped::Refused(why)) => desk.refused.set(why),
+        Err(Stopped::Cancelled) => {}
+    }
+}
+
+fn finish(desk: Desk, planned: &Planned, timed: Timed) {
+    let Ok(program) = program::decode(&planned.program) else { return };
+    let (bytes, key) = (planned.program.clone(), planned.key.clone());
+    state().job.set(Some(Arc::new(Job { program, bytes, key, stream_digest: timed.stream_digest.clone() })));
+    desk.timed.set(Some(Arc::new(timed)));
+}
+
+/// Calls off what the worker does.
+pub fn cancel() {
+    next_wish();
+    engine().cancel();
+    state().task.set(None);
+}
+
+/// The digest of the steps of a program that was not planned here, computed in the worker.
+pub async fn digest(program: Vec<u8>) -> Option<String> {
+    let machine = Settings::of(&state().machine.get_untracked());
+    Engine::new().time(ToTime { program, machine }).await.ok().map(|timed| timed.stream_digest)
+}
+
+impl Desk {
+    /// Losses of the files that nobody has seen yet.
+    pub fn losses_unseen(self) -> bool {
+        let accepted = self.accepted.get();
+        self.document.with(|document| {
+            document
+                .as_ref()
+                .is_some_and(|document| document.losses().iter().any(|code| !accepted.contains(code)))
+        })
+    }
+
+    /// Says that a loss was seen, or takes it back.
+    pub fn flip_accepted(self, code: &str) {
+        self.accepted.update(|accepted| {
+            if !accepted.remove(code) {
+                accepted.insert(code.to_owned());
+            }
+        });
+    }
+}

@@ -1,0 +1,122 @@
+//! Numbers as people read them: lengths in the unit on show, times as clocks.
+//!
+//! Comes in: millimetres and seconds. Goes out: text without its unit (that stands beside it, from the locale
+//! tables). Knows no browser.
+
+/// The unit lengths are shown in. Everything inside stays millimetres; this is for the eye alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Unit {
+    /// Millimetres.
+    #[default]
+    Millimetre,
+    /// Inches.
+    Inch,
+}
+
+impl Unit {
+    /// `mm` in this unit.
+    pub fn of_mm(self, mm: f64) -> f64 {
+        match self {
+            Self::Millimetre => mm,
+            Self::Inch => mm / 25.4,
+        }
+    }
+
+    /// A coordinate with the digits a machine can tell apart: 1 µm, or 0.0001 inch.
+    pub fn coordinate(self, mm: f64) -> String {
+        self.with_digits(mm, if self == Self::Inch { 4 } else { 3 })
+    }
+
+    /// A size as written on a drill bit.
+    pub fn size(self, mm: f64) -> String {
+        match self {
+            Self::Inch => self.with_digits(mm, 4),
+            Self::Millimetre => {
+                let text = format!("{mm:.3}");
+                let short = text.strip_suffix('0').unwrap_or(&text);
+                short.strip_suffix('0').filter(|s| !s.ends_with('.')).unwrap_or(short).to_owned()
+            }
+        }
+    }
+
+    fn with_digits(self, mm: f64, digits: usize) -> String {
+        let text = format!("{:.*}", digits, self.of_mm(mm));
+        let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+        if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+    }
+}
+
+/// A number with as many digits as it has, at most three.
+pub fn plain(value: f64) -> String {
+    let text = format!("{value:.3}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// `00:42`, or `1:02:03` from an hour on.
+pub fn clock(seconds: f64) -> String {
+    let whole = if seconds.is_finite() { seconds.max(0.0) as u64 } else { 0 };
+    let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
+    if hours > 0 {
+        format!("{hours}:{minutes:02}:{seconds:02}")
+    } else {
+        format!("{minutes:02}:{seconds:02}")
+    }
+}
+
+/// A number typed by a person: `0,8` is `0.8`. Both marks in one number, or a thousands mark, is no number.
+pub fn typed(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let marks = text.chars().filter(|c| matches!(c, ',' | '.')).count();
+    if marks > 1 || text.is_empty() || text.contains(char::is_whitespace) {
+        return None;
+    }
+    text.replace(',', ".").parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_and_sizes() {
+        let rows = [
+            (Unit::Millimetre, 12.7, "12.700", "12.7"),
+            (Unit::Millimetre, 0.85, "0.850", "0.85"),
+            (Unit::Millimetre, 3.0, "3.000", "3.0"),
+            (Unit::Millimetre, 0.813, "0.813", "0.813"),
+            (Unit::Millimetre, -0.0001, "0.000", "-0.0"),
+            (Unit::Inch, 12.7, "0.5000", "0.5000"),
+            (Unit::Inch, 0.8, "0.0315", "0.0315"),
+        ];
+        for (unit, mm, coordinate, size) in rows {
+            assert_eq!(unit.coordinate(mm), coordinate);
+            assert_eq!(unit.size(mm), size);
+        }
+    }
+
+    #[test]
+    fn clocks() {
+        for (seconds, text) in
+            [(0.0, "00:00"), (42.9, "00:42"), (870.0, "14:30"), (3723.0, "1:02:03"), (-3.0, "00:00")]
+        {
+            assert_eq!(clock(seconds), text);
+        }
+        assert_eq!(clock(f64::NAN), "00:00");
+    }
+
+    #[test]
+    fn numbers_as_people_type_them() {
+        let rows = [
+            ("0,8", Some(0.8)),
+            (" 12.5 ", Some(12.5)),
+            ("1,234.5", None),
+            ("1 000", None),
+            ("", None),
+            ("-3", Some(-3.0)),
+            ("1e999", None),
+        ];
+        for (text, value) in rows {
+            assert_eq!(typed(text), value, "{text:?}");
+        }
+    }
+}

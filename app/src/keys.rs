@@ -1,0 +1,231 @@
+//! Which key means what, and where. No key starts or resumes motion.
+//!
+//! Comes in: a key press as plain data. Goes out: an [`Action`]. Knows no browser.
+
+/// The screens, in the order of their numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tab {
+    /// The board and its holes.
+    #[default]
+    Board,
+    /// The playback.
+    Simulate,
+    /// The drill.
+    Machine,
+    /// What is set once.
+    Settings,
+}
+
+impl Tab {
+    /// All of them, in order.
+    pub const ALL: [Self; 4] = [Self::Board, Self::Simulate, Self::Machine, Self::Settings];
+
+    /// Its word in the address: `#/board`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Board => "board",
+            Self::Simulate => "simulate",
+            Self::Machine => "machine",
+            Self::Settings => "settings",
+        }
+    }
+
+    /// The screen of an address.
+    pub fn of_address(hash: &str) -> Option<Self> {
+        let word = hash.strip_prefix("#/")?.split(['/', '?']).next()?;
+        Self::ALL.into_iter().find(|tab| tab.word() == word)
+    }
+}
+
+/// A key press.
+#[derive(Clone, Debug, Default)]
+pub struct Press {
+    /// `KeyboardEvent.key`.
+    pub key: String,
+    /// `KeyboardEvent.code`.
+    pub code: String,
+    /// Control, or Command on a Mac.
+    pub ctrl: bool,
+    /// Shift.
+    pub shift: bool,
+    /// Alt.
+    pub alt: bool,
+    /// The key is held and repeats.
+    pub repeat: bool,
+    /// An input method is composing a word.
+    pub composing: bool,
+    /// The focus is where text is typed.
+    pub in_text: bool,
+    /// The focus is on something that Space or the arrows already work.
+    pub on_control: bool,
+}
+
+/// What a press asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// STOP.
+    Stop,
+    /// Close what is open and pause; twice stops.
+    Escape,
+    /// Show this screen.
+    Show(Tab),
+    /// Choose files.
+    Open,
+    /// Millimetres or inches.
+    Units,
+    /// Next region of the page; backwards with Shift.
+    Region(bool),
+    /// Whole board.
+    Fit,
+    /// Closer.
+    ZoomIn,
+    /// Further.
+    ZoomOut,
+    /// Play or hold the playback.
+    Play,
+    /// Back or on: by a step.
+    Step(Stride),
+    /// To the beginning of the playback.
+    Beginning,
+    /// To its end.
+    End,
+    /// Slower or faster.
+    Faster(bool),
+    /// Pause the job.
+    Pause,
+    /// Read the position out.
+    Speak,
+}
+
+/// How far a step of the playback goes; `true` is onwards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stride {
+    /// To the next segment.
+    Segment(bool),
+    /// To the next hole.
+    Hole(bool),
+    /// A hundredth of the whole.
+    Percent(bool),
+}
+
+/// What `press` asks for on `tab`.
+pub fn action(press: &Press, tab: Tab) -> Option<Action> {
+    if press.composing {
+        return None;
+    }
+    let key = press.key.as_str();
+    if press.ctrl && press.shift && !press.alt && (key.eq_ignore_ascii_case("e") || press.code == "KeyE") {
+        return Some(Action::Stop);
+    }
+    if key == "Escape" {
+        return (!press.repeat).then_some(Action::Escape);
+    }
+    if key == "F6" {
+        return Some(Action::Region(!press.shift));
+    }
+    if press.in_text || press.alt {
+        return None;
+    }
+    if press.ctrl {
+        return match (tab, key) {
+            (_, "o" | "O") => Some(Action::Open),
+            (_, "u" | "U") => Some(Action::Units),
+            (_, ",") => Some(Action::Show(Tab::Settings)),
+            (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {
+                Some(Action::Step(Stride::Percent(key == "ArrowRight")))
+            }
+            _ => None,
+        };
+    }
+    on_screen(press, key, tab).or_else(|| anywhere(press, key))
+}
+
+fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
+    if press.on_control {
+        return None;
+    }
+    match (tab, key) {
+        (Tab::Machine, " ") => (!press.repeat).then_some(Action::Pause),
+        (Tab::Simulate, " ") => (!press.repeat).then_some(Action::Play),
+        (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {
+            let on = key == "ArrowRight";
+            Some(Action::Step(if press.shift { Stride::Hole(on) } else { Stride::Segment(on) }))
+        }
+        (Tab::Simulate, "Home") => Some(Action::Beginning),
+        (Tab::Simulate, "End") => Some(Action::End),
+        (Tab::Simulate, "," | ".") => Some(Action::Faster(key == ".")),
+        (Tab::Board | Tab::Machine, "Home") => Some(Action::Fit),
+        _ => None,
+    }
+}
+
+fn anywhere(press: &Press, key: &str) -> Option<Action> {
+    if press.shift {
+        return match (key, press.code.as_str()) {
+            (_, "Digit1") => Some(Action::Fit),
+            ("+" | "=", _) | (_, "Equal") => Some(Action::ZoomIn),
+            ("_" | "-", _) | (_, "Minus") => Some(Action::ZoomOut),
+            ("W" | "w", _) => Some(Action::Speak),
+            _ => None,
+        };
+    }
+    let number = key.parse::<usize>().ok().filter(|_| key.len() == 1)?;
+    Tab::ALL.get(number.checked_sub(1)?).map(|tab| Action::Show(*tab))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn press(text: &str) -> Press {
+        let mut press = Press::default();
+        for word in text.split('+') {
+            match word {
+                "Ctrl" => press.ctrl = true,
+                "Shift" => press.shift = true,
+                "Alt" => press.alt = true,
+                "text" => press.in_text = true,
+                "control" => press.on_control = true,
+                "composing" => press.composing = true,
+                "repeat" => press.repeat = true,
+                "Space" => press.key = " ".to_owned(),
+                key => press.key = key.to_owned(),
+            }
+        }
+        press
+    }
+
+    #[test]
+    fn every_key_where_it_means_something() {
+        let rows = [
+            ("Ctrl+Shift+E", Tab::Board, Some(Action::Stop)),
+            ("text+Ctrl+Shift+E", Tab::Settings, Some(Action::Stop)),
+            ("text+Escape", Tab::Settings, Some(Action::Escape)),
+            ("repeat+Escape", Tab::Machine, None),
+            ("composing+Escape", Tab::Machine, None),
+            ("Space", Tab::Machine, Some(Action::Pause)),
+            ("Space", Tab::Simulate, Some(Action::Play)),
+            ("Space", Tab::Board, None),
+            ("control+Space", Tab::Machine, None),
+            ("text+Space", Tab::Machine, None),
+            ("Shift+ArrowRight", Tab::Simulate, Some(Action::Step(Stride::Hole(true)))),
+            ("Ctrl+ArrowLeft", Tab::Simulate, Some(Action::Step(Stride::Percent(false)))),
+            ("3", Tab::Board, Some(Action::Show(Tab::Machine))),
+            ("9", Tab::Board, None),
+            ("Ctrl+Alt+u", Tab::Board, None),
+            ("Enter", Tab::Machine, None),
+        ];
+        for (text, tab, expected) in rows {
+            assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");
+        }
+    }
+
+    #[test]
+    fn addresses_find_their_screen() {
+        for tab in Tab::ALL {
+            assert_eq!(Tab::of_address(&format!("#/{}", tab.word())), Some(tab));
+        }
+        assert_eq!(Tab::of_address("#/machine?view=operator"), Some(Tab::Machine));
+        assert_eq!(Tab::of_address("#t=abc"), None);
+    }
+}

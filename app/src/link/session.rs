@@ -1,0 +1,55 @@
+//! Pairing: the one-time token of the address becomes a session key, kept for this tab alone.
+//!
+//! ```text
+//! http://127.0.0.1:PORT/#t=TOKEN ─▶ address cleared at once ─▶ POST /api/pair ─▶ session id and key
+//!                                                                              └▶ sessionStorage
+//! ```
+//!
+//! Comes in: the address. Goes out: a session: id and key. Knows no socket.
+
+use super::browser::{request, tab_storage, window};
+use annulus_core::wire::{Pair, Paired};
+
+const KEPT_AS: &str = "annulus.session";
+
+/// Takes the token out of the address and clears it there before anything else happens.
+pub(super) fn token_from_address() -> Option<String> {
+    let location = window().location();
+    let token = location.hash().ok()?.strip_prefix("#t=")?.to_owned();
+    let rest = format!("{}{}", location.pathname().ok()?, location.search().ok()?);
+    let history = window().history().ok()?;
+    history.replace_state_with_url(&wasm_bindgen::JsValue::NULL, "", Some(&rest)).ok()?;
+    Some(token)
+}
+
+/// Exchanges `token` for a session.
+pub(super) async fn pair(token: String) -> Option<Paired> {
+    let body = serde_json::to_vec(&Pair { token }).ok()?;
+    let headers = [("content-type", "application/json")];
+    let answer = request("POST", "/api/pair", &headers, Some(&body)).await?;
+    if answer.status != 200 {
+        return None;
+    }
+    let paired = serde_json::from_slice(&answer.body).ok()?;
+    keep(&paired);
+    Some(paired)
+}
+
+fn keep(paired: &Paired) {
+    if let (Some(storage), Ok(text)) = (tab_storage(), serde_json::to_string(paired)) {
+        let _ = storage.set_item(KEPT_AS, &text);
+    }
+}
+
+/// The session of this tab, over a reload.
+pub(super) fn kept() -> Option<Paired> {
+    let text = tab_storage()?.get_item(KEPT_AS).ok()??;
+    serde_json::from_str(&text).ok()
+}
+
+/// Forgets it: the bridge does not know it any more.
+pub(super) fn forget() {
+    if let Some(storage) = tab_storage() {
+        let _ = storage.remove_item(KEPT_AS);
+    }
+}

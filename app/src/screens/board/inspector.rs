@@ -1,0 +1,159 @@
+//! How the holes are put in order, what that saves, and what stands in the way.
+//!
+//! Comes in: the plan. Goes out: order, first bit, accepted losses.
+
+use crate::document::{self, desk};
+use crate::engine::messages::{Order, Planned};
+use crate::format::clock;
+use crate::i18n::{key, say, t};
+use crate::screens::review::finding;
+use crate::state::state;
+use crate::widgets::{choice, fact, push, shape};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use leptos::ev;
+use leptos::html::{div, dl, h2, header, label, option, p, section, select, span};
+use leptos::prelude::*;
+
+/// The panel.
+pub(crate) fn inspector() -> impl IntoView {
+    (order(), gains(), problems())
+}
+
+const ORDERS: [(Order, &str); 3] = [
+    (Order::Shortest, key!("page.plan.shortest")),
+    (Order::Fastest, key!("page.plan.fastest")),
+    (Order::File, key!("page.plan.file")),
+];
+
+fn order() -> impl IntoView {
+    let desk = desk();
+    let choices = ORDERS.map(|(order, name)| {
+        choice(
+            move || desk.order.get() == order,
+            move || crate::i18n::text(name, &[]),
+            move |_| desk.order.set(order),
+        )
+    });
+    let bits = Memo::new(move |_| {
+        desk.plan.with(|plan| {
+            plan.as_ref().map(|plan| plan.bits.iter().map(|bit| bit.diameter).collect::<Vec<_>>())
+        })
+    });
+    let options = move || {
+        let mut bits = bits.get().unwrap_or_default();
+        bits.sort_unstable();
+        let unit = state().unit.get();
+        let one = |bit: Length| {
+            let size = unit.size(bit.mm());
+            option()
+                .attr("value", bit.nm().to_string())
+                .prop("selected", desk.loaded.get_untracked() == Some(bit))
+                .child(move || say!("page.plan.loaded", size = size, unit = state().unit_word()))
+        };
+        bits.into_iter().map(one).collect::<Vec<_>>()
+    };
+    section().class("block").attr("aria-label", t!("page.plan.order")).child((
+        header().child(h2().child(t!("page.plan.order"))),
+        div()
+            .class("segmented")
+            .attr("role", "group")
+            .attr("aria-label", t!("page.plan.order"))
+            .child(Vec::from(choices)),
+        label().class("field").child((
+            span().child(t!("page.plan.bits")),
+            select()
+                .on(ev::change, move |event| {
+                    desk.loaded.set(event_target_value(&event).parse().ok().map(Length::from_nm))
+                })
+                .child((option().attr("value", "").child(t!("page.plan.ascending")), options)),
+        )),
+    ))
+}
+
+fn bar(class: &'static str, share: f64) -> impl IntoView {
+    div().class(class).child(shape("").style(("--share", format!("{:.1}%", share.clamp(0.0, 1.0) * 100.0))))
+}
+
+fn travel(plan: &Planned) -> impl IntoView + use<> {
+    let (before, after) = (plan.travel_before_mm, plan.travel_after_mm);
+    let (slow, quick) = (plan.hop_time_before_s, plan.hop_time_after_s);
+    let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
+    let largest = before.max(after).max(1e-9);
+    let before_text = t!("page.plan.before", metres = metres(before), time = clock(slow));
+    let after_text = t!("page.plan.after", metres = metres(after), time = clock(quick));
+    let saved = if before > 0.0 { (1.0 - after / before) * 100.0 } else { 0.0 };
+    div().class("travel").child((
+        span().child(before_text),
+        bar("bar before", before / largest),
+        span().child(after_text),
+        bar("bar", after / largest),
+        span().class("quiet").child(t!("page.plan.saved", percent = format!("{saved:.0}"))),
+    ))
+}
+
+fn gains() -> impl IntoView {
+    let desk = desk();
+    let before = state().show_before;
+    let total = move || {
+        desk.timed.with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| clock(timed.total_s)))
+    };
+    let holes = move || {
+        desk.timed
+            .with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| timed.holes.to_string()))
+    };
+    let changes = move || desk.plan.with(|plan| plan.as_ref().map_or(0, |plan| plan.bits.len()).to_string());
+    section().class("block").attr("aria-label", t!("page.plan.travel")).child((
+        header().child(h2().child(t!("page.plan.travel"))),
+        move || desk.plan.with(|plan| plan.as_ref().map(|plan| travel(plan))),
+        div().class("segmented").attr("role", "group").attr("aria-label", t!("page.plan.shown")).child((
+            choice(move || before.get(), t!("page.plan.show_before"), move |_| before.set(true)),
+            choice(move || !before.get(), t!("page.plan.show_after"), move |_| before.set(false)),
+        )),
+        dl().class("facts").child((
+            fact(t!("page.plan.total"), total),
+            fact(t!("page.plan.holes"), holes),
+            fact(t!("page.plan.changes"), changes),
+        )),
+    ))
+}
+
+/// Findings of files and plan; losses can be ticked as seen here too.
+fn problems() -> impl IntoView {
+    let desk = desk();
+    let all = Memo::new(move |_| {
+        let mut remarks: Vec<Remark> = desk.refused.get();
+        desk.plan.with(|plan| remarks.extend(plan.iter().flat_map(|plan| plan.remarks.iter().cloned())));
+        desk.document.with(|document| {
+            let found = document.iter().flat_map(|document| document.remarks().cloned().collect::<Vec<_>>());
+            remarks.extend(found.filter(|remark| remark.weight > Weight::Note));
+        });
+        remarks.truncate(100);
+        remarks
+    });
+    let list = move || {
+        let remarks = all.get();
+        if remarks.is_empty() {
+            p().class("quiet").child(t!("page.problems.none")).into_any()
+        } else {
+            div()
+                .class("row")
+                .child(remarks.into_iter().map(|remark| finding(remark).into_any()).collect::<Vec<_>>())
+                .into_any()
+        }
+    };
+    section().class("block").attr("aria-label", t!("page.problems.title")).child((
+        header().child((
+            h2().child(move || say!("page.problems.count", count = all.with(Vec::len))),
+            push("button small", t!("page.problems.review"), move |_| desk.reviewing.set(true)),
+        )),
+        list,
+        move || {
+            state()
+                .task
+                .get()
+                .is_some()
+                .then(|| push("button", t!("page.task.cancel"), |_| document::cancel()))
+        },
+    ))
+}

@@ -1,0 +1,20 @@
+//! The Board screen: the holes by tool beside the picture, and how they are put in order.
+//!
+//! Comes in: the open board and its plan. Goes out: choices of order, accepted losses, the hole chosen.
+
+mod holes;
+mod inspector;
+mod rows;
+
+pub(crate) use rows::swatch;
+
+use leptos::html::div;
+use leptos::prelude::*;
+
+/// The panels beside the picture.
+pub(crate) fn board() -> impl IntoView {
+    (
+        div().class("panel left holes").child(holes::holes()),
+        div().class("panel right inspector").child(inspector::inspector()),
+    )
+}

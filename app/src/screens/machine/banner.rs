@@ -1,0 +1,137 @@
+//! What the machine is doing, readable from two metres; the alarm under it, and the question of a broken-off job.
+//!
+//! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging, forgetting.
+
+use super::{preflight, words};
+use crate::i18n::{advice, message, say, t};
+use crate::link::{self, Freshness, Link, Phase};
+use crate::widgets::{Icon, icon, push, push_if};
+use annulus_core::control::State;
+use annulus_core::wire::Ask;
+use leptos::html::{div, p, span, strong};
+use leptos::prelude::*;
+
+fn look(line: Link) -> words::Look {
+    if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
+        let lost = line.ever.get();
+        return words::phase(if lost { Phase::Lost } else { line.phase.get() });
+    }
+    line.state().map_or_else(|| words::phase(Phase::Connecting), words::state)
+}
+
+/// State, its meaning, and who has control.
+pub(crate) fn banner() -> impl IntoView {
+    let line = link::link();
+    move || {
+        let look = look(line);
+        let (word, meaning) = (look.word, look.meaning);
+        div().class(format!("banner {}", look.tone)).attr("role", "status").child((
+            icon(look.icon),
+            strong().child(move || crate::i18n::text(word, &[])),
+            span().class("grow").child(move || crate::i18n::text(meaning, &[])),
+            control(line),
+        ))
+    }
+}
+
+fn control(line: Link) -> impl IntoView {
+    move || {
+        if line.phase.get() != Phase::Open {
+            return None;
+        }
+        let control = line.control.get();
+        let viewers = (control.viewers > 1)
+            .then(|| span().class("quiet").child(t!("page.control.viewers", count = control.viewers)));
+        let button = if control.yours {
+            push("button small", t!("page.control.release"), |_| link::ask(&Ask::ReleaseControl)).into_any()
+        } else {
+            let taken = control.taken;
+            let take = move |_| link::ask(&Ask::TakeControl { force: taken });
+            (span().child(t!("page.control.observer")), push("button small", t!("page.control.take"), take))
+                .into_any()
+        };
+        Some(div().class("row").child((viewers, button)))
+    }
+}
+
+/// The alarm, on every screen until it was acknowledged.
+pub fn alarm() -> impl IntoView {
+    let line = link::link();
+    let alarm = Memo::new(move |_| {
+        line.status.with(|status| status.as_ref().and_then(|status| status.alarm.clone()))
+    });
+    move || {
+        alarm.get().map(|alarm| {
+            let (code, what, cure) = (alarm.code.clone(), alarm.clone(), alarm);
+            div().class("alarm-bar").attr("role", "alert").child((
+                icon(Icon::Alarm),
+                div()
+                    .class("grow")
+                    .child((strong().child(move || message(&what)), p().child(move || advice(&cure)))),
+                span().class("quiet tabular").child(code),
+                push_if(
+                    "button",
+                    move || line.control.get().yours,
+                    t!("page.alarm.acknowledge"),
+                    |_| {
+                        link::ask(&Ask::AcknowledgeAlarm);
+                    },
+                ),
+            ))
+        })
+    }
+}
+
+/// A job that was broken off and can be taken up.
+pub(crate) fn interrupted() -> impl IntoView {
+    let line = link::link();
+    move || {
+        let offer = line.interrupted.get()?;
+        let idle = matches!(line.state(), Some(State::Ready | State::NotHomed | State::Alarm));
+        if !idle {
+            return None;
+        }
+        let (name, next, total) = (offer.name.clone(), offer.holes_done + 1, offer.holes_total);
+        let resume = move |_| preflight::resume(&offer);
+        let forget = move |_| {
+            link::ask(&Ask::ForgetInterrupted);
+            line.interrupted.set(None);
+        };
+        let text = move || say!("page.interrupted.text", name = name, next = next, total = total);
+        Some(div().class("notice tone-pause").attr("role", "status").child((
+            icon(Icon::Pause),
+            span().class("grow").child(text),
+            push_if("button", move || line.may_act(), t!("page.interrupted.resume", next = next), resume),
+            push_if("button quiet", move || line.may_act(), t!("page.interrupted.forget"), forget),
+        )))
+    }
+}
+
+/// Why the last wish was refused, and how the last job ended: both stay until somebody closes them.
+pub(crate) fn answers() -> impl IntoView {
+    let line = link::link();
+    let refused = move || {
+        line.refused.get().map(|why| {
+            let cure = why.clone();
+            div().class("notice tone-alarm").attr("role", "alert").child((
+                icon(Icon::Warning),
+                div()
+                    .class("grow")
+                    .child((strong().child(move || message(&why)), p().child(move || advice(&cure)))),
+                push("button small quiet", t!("page.close"), move |_| line.refused.set(None)),
+            ))
+        })
+    };
+    let ended = move || {
+        line.ended.get().map(|ended| {
+            let word = words::ending(ended.ending);
+            let text = move || crate::i18n::text(word, &[("holes", ended.holes_done.to_string())]);
+            div().class("notice tone-run").attr("role", "status").child((
+                icon(Icon::Check),
+                span().class("grow").child(text),
+                push("button small quiet", t!("page.close"), move |_| line.ended.set(None)),
+            ))
+        })
+    };
+    (refused, ended)
+}

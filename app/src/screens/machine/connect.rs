@@ -1,0 +1,31 @@
+//! No machine yet: how to get one.
+//!
+//! Comes in: how far the connection is. Goes out: a card with the one thing to do.
+
+use crate::i18n::{say, t};
+use crate::link::{self, Phase};
+use crate::widgets::{Icon, icon, push};
+use leptos::html::{code, div, h2, p};
+use leptos::prelude::*;
+
+/// The card.
+pub(crate) fn connect() -> impl IntoView {
+    let line = link::link();
+    let text = move || match line.phase.get() {
+        Phase::Unpaired => say!("page.connect.unpaired"),
+        _ => say!("page.connect.looking"),
+    };
+    let again = move || {
+        (line.phase.get() != Phase::Unpaired)
+            .then(|| push("button primary", t!("page.connect.again"), |_| link::reconnect_now()))
+    };
+    let command =
+        move || (line.phase.get() == Phase::Unpaired).then(|| code().child(t!("page.connect.command")));
+    div().class("whole welcome").child(div().class("sheet").child(div().class("drop").child((
+        icon(Icon::Plug),
+        h2().child(t!("page.connect.title")),
+        p().child(text),
+        command,
+        again,
+    ))))
+}

@@ -1,0 +1,157 @@
+//! The job in work: how far, which hole, which stage, how long, and the controls that go with it.
+//!
+//! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
+
+use super::{preflight, words};
+use crate::document::desk;
+use crate::format::clock;
+use crate::i18n::{say, t};
+use crate::link::{self, Link};
+use crate::state::state;
+use crate::widgets::{fact, push_if};
+use annulus_core::control::State;
+use annulus_core::wire::{Ask, Status};
+use leptos::html::{self, div, dl, h2, header, p, section, span, strong};
+use leptos::prelude::*;
+
+fn from<T: Default>(line: Link, get: impl FnOnce(&Status) -> T) -> T {
+    line.status.with(|status| status.as_ref().map(|status| get(status)).unwrap_or_default())
+}
+
+/// The whole column.
+pub(crate) fn job() -> impl IntoView {
+    let line = link::link();
+    let name = move || {
+        let running = from(line, |status| status.job_name.clone());
+        let planned = state().job.with(|job| job.as_ref().map(|job| job.program.name.clone()));
+        running.or(planned).unwrap_or_else(|| say!("page.job.none"))
+    };
+    section().class("block").attr("aria-label", t!("page.job.title")).child((
+        header().child(h2().child(name)),
+        progress(line),
+        stages(line),
+        controls(line),
+        facts(line),
+    ))
+}
+
+fn progress(line: Link) -> impl IntoView {
+    let counts = Memo::new(move |_| from(line, |status| (status.holes_done, status.holes_total)));
+    let percent = move || {
+        let (done, total) = counts.get();
+        if total > 0 { format!("{} %", u64::from(done) * 100 / u64::from(total)) } else { String::new() }
+    };
+    let holes = move || {
+        let (done, total) = counts.get();
+        say!("page.job.holes", done = done, total = total)
+    };
+    let times = move || {
+        let (elapsed, left) = from(line, |status| (status.elapsed_s, status.left_s));
+        say!("page.job.times", elapsed = clock(elapsed), left = clock(left))
+    };
+    div().class("job-progress").child((
+        div().class("big").child((strong().child(holes), span().child(percent))),
+        html::progress()
+            .attr("aria-label", t!("page.job.progress"))
+            .attr("max", move || counts.get().1.max(1).to_string())
+            .prop("value", move || f64::from(counts.get().0)),
+        p().class("quiet tabular").child(times),
+    ))
+}
+
+/// XY › approach › drilling › retract, the one in work marked.
+fn stages(line: Link) -> impl IntoView {
+    let now = Memo::new(move |_| from(line, |status| status.stage));
+    let chips = words::STAGES.map(|(stage, word)| {
+        span()
+            .class("stage-chip")
+            .attr("aria-current", move || (now.get() == Some(stage)).then_some("step"))
+            .child(move || crate::i18n::text(word, &[]))
+    });
+    div()
+        .class("stages")
+        .attr("role", "group")
+        .attr("aria-label", t!("page.stage.title"))
+        .child(Vec::from(chips))
+}
+
+fn controls(line: Link) -> impl IntoView {
+    let may =
+        move |states: &[State]| line.may_act() && line.state().is_some_and(|state| states.contains(&state));
+    let can_start =
+        move || may(&[State::Ready]) && state().job.with(Option::is_some) && !desk().losses_unseen();
+    let paused = Memo::new(move |_| line.state() == Some(State::Paused));
+    let hold = move || {
+        if paused.get() {
+            push_if(
+                "button large primary",
+                move || line.may_act(),
+                t!("page.job.resume"),
+                |_| link::ask(&Ask::Resume),
+            )
+            .into_any()
+        } else {
+            push_if(
+                "button large",
+                move || may(&[State::Running]),
+                t!("page.job.pause"),
+                |_| link::ask(&Ask::Pause),
+            )
+            .into_any()
+        }
+    };
+    let why = move || (line.state() == Some(State::Ready)).then(|| reason(line)).flatten();
+    div().class("buttons").child((
+        push_if("button large primary wide", can_start, t!("page.job.start"), |_| preflight::open()),
+        p().class("quiet wide").child(why),
+        hold,
+        push_if(
+            "button large",
+            move || may(&[State::Running, State::Pausing, State::Paused, State::ToolChange]),
+            t!("page.job.stop_after_hole"),
+            |_| link::ask(&Ask::StopAfterHole),
+        ),
+    ))
+}
+
+/// Why Start is not to be had.
+fn reason(line: Link) -> Option<String> {
+    if !line.control.get().yours {
+        return Some(say!("page.job.needs_control"));
+    }
+    if desk().losses_unseen() {
+        return Some(say!("page.job.losses_unseen"));
+    }
+    if !desk().refused.with(Vec::is_empty) {
+        return Some(say!("page.job.refused"));
+    }
+    state().job.with(Option::is_none).then(|| say!("page.job.no_plan"))
+}
+
+fn facts(line: Link) -> impl IntoView {
+    let text =
+        move |get: fn(&Status) -> Option<String>| move || from(line, get).unwrap_or_else(|| "–".to_owned());
+    let bit = move || {
+        let unit = state().unit.get();
+        let mm = from(line, |status| status.bit_mm);
+        mm.map_or_else(|| "–".to_owned(), |mm| format!("{} {}", unit.size(mm), state().unit_word()))
+    };
+    let lowest = move || {
+        let unit = state().unit.get();
+        let mm = from(line, |status| status.lower_dead_point_mm);
+        mm.map_or_else(|| "–".to_owned(), |mm| format!("{} {}", unit.coordinate(mm), state().unit_word()))
+    };
+    dl().class("facts").child((
+        fact(t!("page.job.command"), text(|status| status.command.clone())),
+        fact(t!("page.job.bit"), bit),
+        fact(t!("page.job.spindle"), move || {
+            say!("page.job.rpm", rpm = from(line, |status| status.spindle_rpm))
+        }),
+        fact(t!("page.job.lower_dead_point"), lowest),
+        fact(t!("page.job.delay"), move || {
+            line.delay_ms
+                .get()
+                .map_or_else(|| "–".to_owned(), |ms| say!("page.job.ms", ms = format!("{ms:.0}")))
+        }),
+    ))
+}

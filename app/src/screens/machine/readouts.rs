@@ -1,0 +1,58 @@
+//! Where the head is, in big digits: work position first, machine position and target smaller.
+//!
+//! Comes in: the latest status. Goes out: digits, painted at most ten times a second because the status is.
+
+use crate::i18n::t;
+use crate::link::{self, Freshness, Link};
+use crate::state::state;
+use annulus_core::wire::Status;
+use leptos::html::{div, span};
+use leptos::prelude::*;
+
+fn of(line: Link, get: impl Fn(&Status) -> f64) -> String {
+    let unit = state().unit.get();
+    line.status
+        .with(|status| status.as_ref().map_or_else(|| "–".to_owned(), |status| unit.coordinate(get(status))))
+}
+
+fn readout(axis: &'static str, index: usize) -> impl IntoView {
+    let line = link::link();
+    div().class("readout").child((
+        span().class("axis").child(axis),
+        span()
+            .class("digits")
+            .attr("data-axis", axis)
+            .child(move || of(line, |status| status.work_mm[index])),
+    ))
+}
+
+/// The line of digits.
+pub(crate) fn readouts() -> impl IntoView {
+    let line = link::link();
+    let aged = move || if line.freshness.get() == Freshness::Fresh { "readouts" } else { "readouts stale" };
+    let machine = move || {
+        let [x, y, z] = [0, 1, 2].map(|axis| of(line, |status| status.machine_mm[axis]));
+        crate::i18n::say!("page.machine.position", x = x, y = y, z = z)
+    };
+    let target = move || {
+        let unit = state().unit.get();
+        let target = line.status.with(|status| status.as_ref().and_then(|status| status.target_mm))?;
+        let [x, y] = target.map(|mm| unit.coordinate(mm));
+        Some(crate::i18n::say!("page.machine.target", x = x, y = y))
+    };
+    let age = move || {
+        (line.freshness.get() != Freshness::Fresh && line.ever.get()).then(|| t!("page.machine.stale"))
+    };
+    div().class(aged).attr("aria-label", t!("page.machine.readouts")).attr("role", "group").child((
+        span().class("quiet").child(t!("page.machine.work")),
+        readout("X", 0),
+        readout("Y", 1),
+        readout("Z", 2),
+        span().class("unit quiet").child(move || state().unit_word()),
+        div().class("machine-position").child((
+            span().class("live").child(machine),
+            span().class("live").child(target),
+            span().child(age),
+        )),
+    ))
+}

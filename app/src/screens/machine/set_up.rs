@@ -1,0 +1,108 @@
+//! Getting ready: initialise, base, and moving by hand.
+//!
+//! Comes in: what the machine allows now. Goes out: `Home`, `SetZero`, `UndoZero`, `Jog`. Nothing here starts a job.
+
+use crate::i18n::t;
+use crate::link::{self, Link};
+use crate::state::state;
+use crate::widgets::{Icon, choice, icon, push_if};
+use annulus_core::control::State;
+use annulus_core::wire::Ask;
+use leptos::ev;
+use leptos::html::{button, div, h2, header, p, section, span};
+use leptos::prelude::*;
+
+/// Whether the machine is at rest and ours.
+fn at_rest(line: Link) -> bool {
+    line.may_act() && matches!(line.state(), Some(State::Ready | State::NotHomed))
+}
+
+fn ready(line: Link) -> bool {
+    line.may_act() && line.state() == Some(State::Ready)
+}
+
+/// Initialise and base.
+pub(crate) fn set_up() -> impl IntoView {
+    let line = link::link();
+    let homed = move || line.state().is_some_and(|state| state != State::NotHomed);
+    let home_class = move || if homed() { "button large" } else { "button large primary" };
+    let home = button()
+        .attr("type", "button")
+        .class(home_class)
+        .prop("disabled", move || !at_rest(line))
+        .on(ev::click, |_| link::ask(&Ask::Home))
+        .child((icon(Icon::Home), t!("page.machine.home")));
+    let zero = move || {
+        let zero = line.status.with(|status| status.as_ref().and_then(|status| status.zero_mm));
+        let unit = state().unit.get();
+        zero.map_or_else(
+            || crate::i18n::say!("page.machine.no_zero"),
+            |[x, y]| {
+                crate::i18n::say!("page.machine.zero_at", x = unit.coordinate(x), y = unit.coordinate(y))
+            },
+        )
+    };
+    section().class("block").attr("aria-label", t!("page.machine.set_up")).child((
+        header().child(h2().child(t!("page.machine.set_up"))),
+        home,
+        p().class("quiet").child(t!("page.machine.home_is")),
+        push_if("button large", move || ready(line), t!("page.machine.base"), |_| link::ask(&Ask::SetZero)),
+        div().class("row").child((
+            span().class("quiet tabular grow").child(zero),
+            push_if(
+                "button small quiet",
+                move || ready(line),
+                t!("page.undo"),
+                |_| link::ask(&Ask::UndoZero),
+            ),
+        )),
+    ))
+}
+
+/// Steps of the jog pad, in µm; they stay millimetres whatever unit is shown.
+const STEPS_UM: [i32; 4] = [10, 100, 1_000, 10_000];
+
+fn jog_button(
+    line: Link,
+    step_um: RwSignal<i32>,
+    (axis, sign): (u8, i32),
+    word: &'static str,
+    name: &'static str,
+) -> impl IntoView {
+    let place = format!(
+        "button jog-{}{}",
+        ["x", "y", "z"][usize::from(axis)],
+        if sign > 0 { "-plus" } else { "-minus" }
+    );
+    button()
+        .attr("type", "button")
+        .class(place)
+        .attr("aria-label", move || crate::i18n::text(name, &[]))
+        .prop("disabled", move || !ready(line))
+        .on(ev::click, move |_| link::ask(&Ask::Jog { axis, distance_um: sign * step_um.get_untracked() }))
+        .child(word)
+}
+
+/// The jog pad. No diagonals, and Initialise is not among its keys.
+pub(crate) fn jog() -> impl IntoView {
+    let line = link::link();
+    let step_um = RwSignal::new(1_000);
+    let steps = STEPS_UM.map(|um| {
+        let mm = crate::format::plain(f64::from(um) / 1000.0);
+        choice(move || step_um.get() == um, move || mm.clone(), move |_| step_um.set(um))
+    });
+    use crate::i18n::key;
+    let pad = div().class("jog").attr("role", "group").attr("aria-label", t!("page.jog.title")).child((
+        jog_button(line, step_um, (1, 1), "Y+", key!("page.jog.y_plus")),
+        jog_button(line, step_um, (0, -1), "X−", key!("page.jog.x_minus")),
+        jog_button(line, step_um, (0, 1), "X+", key!("page.jog.x_plus")),
+        jog_button(line, step_um, (1, -1), "Y−", key!("page.jog.y_minus")),
+        jog_button(line, step_um, (2, 1), "Z+", key!("page.jog.z_plus")),
+        jog_button(line, step_um, (2, -1), "Z−", key!("page.jog.z_minus")),
+    ));
+    section().class("block").attr("aria-label", t!("page.jog.title")).child((
+        header().child((h2().child(t!("page.jog.title")), span().class("quiet").child(t!("page.jog.step")))),
+        div().class("segmented").child(Vec::from(steps)),
+        pad,
+    ))
+}

@@ -1,0 +1,139 @@
+//! The words, colours and signs of what the machine does.
+//!
+//! Comes in: states of `control`. Goes out: keys of the locale tables, classes, icons. Knows no layout.
+
+use crate::i18n::key;
+use crate::link::Phase;
+use crate::widgets::Icon;
+use annulus_core::control::{Ending, State};
+use annulus_core::job::Input;
+use annulus_core::steps::Stage;
+use annulus_core::wire::Verdict;
+
+/// How a state is shown: word, colour class, sign.
+pub struct Look {
+    /// Key of its word.
+    pub word: &'static str,
+    /// Key of the sentence beside it.
+    pub meaning: &'static str,
+    /// Class that sets the colour.
+    pub tone: &'static str,
+    /// Its sign.
+    pub icon: Icon,
+}
+
+const fn look(word: &'static str, meaning: &'static str, tone: &'static str, icon: Icon) -> Look {
+    Look { word, meaning, tone, icon }
+}
+
+/// How `state` is shown.
+pub fn state(state: State) -> Look {
+    match state {
+        State::NotHomed => {
+            look(key!("page.state.not_homed"), key!("page.state.not_homed_is"), "tone-pause", Icon::Home)
+        }
+        State::Homing => {
+            look(key!("page.state.homing"), key!("page.state.homing_is"), "tone-homing", Icon::Home)
+        }
+        State::Ready => {
+            look(key!("page.state.ready"), key!("page.state.ready_is"), "tone-quiet", Icon::Check)
+        }
+        State::Jogging => {
+            look(key!("page.state.jogging"), key!("page.state.jogging_is"), "tone-run", Icon::Arrow)
+        }
+        State::Running => {
+            look(key!("page.state.running"), key!("page.state.running_is"), "tone-run", Icon::Play)
+        }
+        State::Pausing => {
+            look(key!("page.state.pausing"), key!("page.state.pausing_is"), "tone-pause", Icon::Pause)
+        }
+        State::Paused => {
+            look(key!("page.state.paused"), key!("page.state.paused_is"), "tone-pause", Icon::Pause)
+        }
+        State::ToolChange => {
+            look(key!("page.state.tool_change"), key!("page.state.tool_change_is"), "tone-change", Icon::Bit)
+        }
+        State::Stopping => {
+            look(key!("page.state.stopping"), key!("page.state.stopping_is"), "tone-alarm", Icon::Alarm)
+        }
+        State::Alarm => {
+            look(key!("page.state.alarm"), key!("page.state.alarm_is"), "tone-alarm", Icon::Alarm)
+        }
+    }
+}
+
+/// How a connection that is not open is shown.
+pub fn phase(phase: Phase) -> Look {
+    match phase {
+        Phase::Unpaired => {
+            look(key!("page.state.no_bridge"), key!("page.state.no_bridge_is"), "tone-none", Icon::Plug)
+        }
+        Phase::Connecting | Phase::Open => {
+            look(key!("page.state.connecting"), key!("page.state.connecting_is"), "tone-none", Icon::Plug)
+        }
+        Phase::Lost => {
+            look(key!("page.state.link_lost"), key!("page.state.link_lost_is"), "tone-alarm", Icon::Warning)
+        }
+    }
+}
+
+/// The stages of a hole, in their order.
+pub const STAGES: [(Stage, &str); 4] = [
+    (Stage::Travel, key!("page.stage.travel")),
+    (Stage::Approach, key!("page.stage.approach")),
+    (Stage::Drill, key!("page.stage.drill")),
+    (Stage::Retract, key!("page.stage.retract")),
+];
+
+/// The word for `stage`.
+pub fn stage(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Travel => key!("page.stage.travel"),
+        Stage::Approach => key!("page.stage.approach"),
+        Stage::Drill => key!("page.stage.drill"),
+        Stage::Retract => key!("page.stage.retract"),
+        Stage::Dwell => key!("page.stage.dwell"),
+        Stage::AwaitBit => key!("page.stage.await_bit"),
+        Stage::Seek => key!("page.stage.seek"),
+        Stage::BackOff => key!("page.stage.back_off"),
+        Stage::Locate => key!("page.stage.locate"),
+        Stage::Offset => key!("page.stage.offset"),
+        Stage::Jog => key!("page.stage.jog"),
+    }
+}
+
+/// The word for the sensor `input`.
+pub fn sensor(input: Input) -> &'static str {
+    match input {
+        Input::XMin => key!("page.sensor.x_min"),
+        Input::XMax => key!("page.sensor.x_max"),
+        Input::YMin => key!("page.sensor.y_min"),
+        Input::YMax => key!("page.sensor.y_max"),
+        Input::ZTop => key!("page.sensor.z_top"),
+        Input::ZBottom => key!("page.sensor.z_bottom"),
+        Input::Contact => key!("page.sensor.contact"),
+    }
+}
+
+/// How a job ended.
+pub fn ending(ending: Ending) -> &'static str {
+    match ending {
+        Ending::Done => key!("page.ended.done"),
+        Ending::StoppedAfterHole => key!("page.ended.after_hole"),
+        Ending::Stopped => key!("page.ended.stopped"),
+        Ending::Alarm => key!("page.ended.alarm"),
+    }
+}
+
+/// How a row of the pre-flight is shown.
+pub fn verdict(verdict: Verdict) -> Look {
+    match verdict {
+        Verdict::Pass => look(key!("page.verdict.pass"), key!("page.verdict.pass"), "tone-run", Icon::Check),
+        Verdict::Warn => {
+            look(key!("page.verdict.warn"), key!("page.verdict.warn"), "tone-pause", Icon::Warning)
+        }
+        Verdict::Fail => {
+            look(key!("page.verdict.fail"), key!("page.verdict.fail"), "tone-alarm", Icon::Cross)
+        }
+    }
+}

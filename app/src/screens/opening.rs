@@ -1,0 +1,191 @@
+//! Files from the person: chosen, dropped (files, folders, zips), or the sample.
+//!
+//! ```text
+//! drop ─▶ entries ─▶ files, folder by folder ─┐
+//! Open… ─▶ <input type=file> ─────────────────┼─▶ (name, bytes)* ─▶ document::open
+//! sample ─▶ our own server ───────────────────┘
+//! ```
+//!
+//! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
+
+use crate::document;
+use crate::i18n::say;
+use crate::keys::Tab;
+use crate::link::browser;
+use crate::state::state;
+use crate::widgets::toast;
+use js_sys::{Array, Function, Promise, Uint8Array};
+use leptos::ev;
+use leptos::prelude::*;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{
+    DataTransfer, File, FileList, FileSystemDirectoryEntry, FileSystemEntry, FileSystemFileEntry,
+    HtmlInputElement,
+};
+
+/// More files than this in one drop are somebody's home folder, not a board.
+const MOST_FILES: usize = 2_000;
+
+/// Largest drop, in bytes.
+const MOST_BYTES: usize = 256 * 1024 * 1024;
+
+/// The sample board on our own server, in this folder.
+const SAMPLE_FOLDER: &str = "examples/";
+const SAMPLE: [&str; 3] = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"];
+
+/// A file by its name, folders in front.
+type Named = (String, File);
+
+/// Shows the machine.
+pub(crate) fn to_machine() {
+    state().tab.set(Tab::Machine);
+}
+
+/// Opens the sample board.
+pub(crate) fn sample() {
+    leptos::task::spawn_local(async {
+        let mut files = Vec::new();
+        for name in SAMPLE {
+            match browser::request("GET", &format!("{SAMPLE_FOLDER}{name}"), &[], None).await {
+                Some(answer) if answer.status == 200 => files.push((name.to_owned(), answer.body)),
+                _ => return toast(say!("page.open.no_sample"), None),
+            }
+        }
+        document::open(files).await;
+    });
+}
+
+/// Lets the person choose files.
+pub(crate) fn choose() {
+    let made =
+        document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
+    let Some(input) = made else { return };
+    input.set_type("file");
+    input.set_multiple(true);
+    let chosen = input.clone();
+    let changed = Closure::once_into_js(move || {
+        if let Some(list) = chosen.files() {
+            take(in_list(&list));
+        }
+    });
+    input.set_onchange(Some(changed.unchecked_ref()));
+    input.click();
+}
+
+/// The whole window is where files can be dropped.
+pub(crate) fn listen() {
+    let over = window_event_listener(ev::dragover, |event| {
+        event.prevent_default();
+        mark(true);
+    });
+    let leave = window_event_listener(ev::dragleave, |event| {
+        if event.related_target().is_none() {
+            mark(false);
+        }
+    });
+    let dropped = window_event_listener(ev::drop, |event| {
+        event.prevent_default();
+        mark(false);
+        if let Some(data) = event.data_transfer() {
+            take_drop(&data);
+        }
+    });
+    on_cleanup(move || {
+        over.remove();
+        leave.remove();
+        dropped.remove();
+    });
+}
+
+fn mark(on: bool) {
+    if let Some(body) = document().body() {
+        let _ = body.class_list().toggle_with_force("dropping", on);
+    }
+}
+
+fn in_list(list: &FileList) -> Vec<Named> {
+    (0..list.length()).filter_map(|index| list.get(index)).map(|file| (file.name(), file)).collect()
+}
+
+/// Entries must be asked for before anything is awaited: afterwards the drop is empty.
+fn take_drop(data: &DataTransfer) {
+    let items = data.items();
+    let entries: Vec<FileSystemEntry> =
+        (0..items.length()).filter_map(|index| items.get(index)?.webkit_get_as_entry().ok()?).collect();
+    if entries.is_empty() {
+        if let Some(list) = data.files() {
+            take(in_list(&list));
+        }
+        return;
+    }
+    leptos::task::spawn_local(async move {
+        let mut found = Vec::new();
+        let mut waiting = entries;
+        while let Some(entry) = waiting.pop() {
+            if found.len() >= MOST_FILES {
+                return toast(say!("page.open.too_many", most = MOST_FILES), None);
+            }
+            let name = entry.full_path().trim_start_matches('/').to_owned();
+            if entry.is_file() {
+                found.extend(file_of(entry.unchecked_into()).await.map(|file| (name, file)));
+            } else {
+                waiting.extend(inside(entry.unchecked_into()).await);
+            }
+        }
+        found.sort_by(|a, b| a.0.cmp(&b.0));
+        take(found);
+    });
+}
+
+/// A call with two callbacks, as a value to wait for.
+async fn answer(call: impl FnOnce(&Function, &Function)) -> Option<JsValue> {
+    let mut call = Some(call);
+    let promise = Promise::new(&mut |resolve, reject| {
+        if let Some(call) = call.take() {
+            call(&resolve, &reject);
+        }
+    });
+    JsFuture::from(promise).await.ok()
+}
+
+async fn file_of(entry: FileSystemFileEntry) -> Option<File> {
+    let file = answer(|resolve, reject| entry.file_with_callback_and_callback(resolve, reject)).await?;
+    file.dyn_into().ok()
+}
+
+/// A folder is read in portions until an empty one comes.
+async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
+    let reader = folder.create_reader();
+    let mut found = Vec::new();
+    loop {
+        let portion = answer(|resolve, reject| {
+            let _ = reader.read_entries_with_callback_and_callback(resolve, reject);
+        });
+        let portion = portion.await.and_then(|portion| portion.dyn_into::<Array>().ok());
+        match portion {
+            Some(portion) if portion.length() > 0 && found.len() < MOST_FILES => {
+                found.extend(portion.iter().filter_map(|entry| entry.dyn_into::<FileSystemEntry>().ok()));
+            }
+            _ => return found,
+        }
+    }
+}
+
+fn take(files: Vec<Named>) {
+    let total: f64 = files.iter().map(|(_, file)| file.size()).sum();
+    if total > MOST_BYTES as f64 {
+        return toast(say!("page.open.too_large", most = MOST_BYTES / 1024 / 1024), None);
+    }
+    leptos::task::spawn_local(async move {
+        let mut read = Vec::new();
+        for (name, file) in files {
+            if let Ok(buffer) = JsFuture::from(file.array_buffer()).await {
+                read.push((name, Uint8Array::new(&buffer).to_vec()));
+            }
+        }
+        if !read.is_empty() {
+            document::open(read).await;
+        }
+    });
+}

@@ -1,0 +1,148 @@
+//! Keys, the address, and going round the regions of the page with F6.
+//!
+//! Comes in: the browser's key presses. Goes out: what [`crate::keys`] says they mean.
+
+use crate::format::Unit;
+use crate::i18n::say;
+use crate::keys::{self, Action, Press, Tab};
+use crate::link;
+use crate::screens::{opening, simulate, stage};
+use crate::state::state;
+use crate::widgets::toast;
+use annulus_core::control::State;
+use annulus_core::wire::Ask;
+use leptos::ev;
+use leptos::prelude::*;
+use std::cell::Cell;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{HtmlElement, KeyboardEvent};
+
+/// A second Escape within this time stops.
+const ESCAPE_TWICE_MS: f64 = 1500.0;
+
+thread_local! {
+    static ESCAPED_MS: Cell<f64> = const { Cell::new(f64::NEG_INFINITY) };
+}
+
+/// Listens to keys and to the address for the life of the page.
+pub(crate) fn listen() {
+    let keys = window_event_listener(ev::keydown, |event| {
+        if let Some(action) = keys::action(&press(&event), state().tab.get_untracked()) {
+            if action != Action::Escape {
+                event.prevent_default();
+            }
+            act(action);
+        }
+    });
+    let address = window_event_listener(ev::hashchange, |_| follow_address());
+    on_cleanup(move || {
+        keys.remove();
+        address.remove();
+    });
+    follow_address();
+    Effect::new(|_| {
+        let address = format!("#/{}", state().tab.get().word());
+        if let Ok(history) = window().history() {
+            let _ = history.replace_state_with_url(&JsValue::NULL, "", Some(&address));
+        }
+    });
+}
+
+fn follow_address() {
+    let hash = window().location().hash().unwrap_or_default();
+    if let Some(tab) = Tab::of_address(&hash) {
+        state().tab.set(tab);
+    }
+}
+
+fn press(event: &KeyboardEvent) -> Press {
+    let target = event.target().and_then(|target| target.dyn_into::<HtmlElement>().ok());
+    let tag = target.as_ref().map(|target| target.tag_name()).unwrap_or_default();
+    let kind = target.as_ref().and_then(|target| target.get_attribute("type")).unwrap_or_default();
+    let role = target.as_ref().and_then(|target| target.get_attribute("role")).unwrap_or_default();
+    Press {
+        key: event.key(),
+        code: event.code(),
+        ctrl: event.ctrl_key() || event.meta_key(),
+        shift: event.shift_key(),
+        alt: event.alt_key(),
+        repeat: event.repeat(),
+        composing: event.is_composing(),
+        in_text: tag == "TEXTAREA"
+            || (tag == "INPUT" && !matches!(kind.as_str(), "checkbox" | "range" | "radio")),
+        on_control: matches!(tag.as_str(), "BUTTON" | "SELECT" | "INPUT") || role == "listbox",
+    }
+}
+
+/// Does what a key asks for.
+pub(crate) fn act(action: Action) {
+    match action {
+        Action::Stop => link::stop(),
+        Action::Escape => escape(),
+        Action::Pause => pause(),
+        Action::Show(tab) => state().tab.set(tab),
+        Action::Open => opening::choose(),
+        Action::Units => state().unit.update(|unit| {
+            *unit = if *unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
+        }),
+        Action::Region(onwards) => next_region(onwards),
+        Action::Fit | Action::ZoomIn | Action::ZoomOut => stage::act(action),
+        Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
+            simulate::play().act(action)
+        }
+        Action::Speak => speak(),
+    }
+}
+
+/// Reads the work position out.
+fn speak() {
+    let unit = state().unit.get_untracked();
+    let place = link::link().status.with_untracked(|status| status.as_ref().map(|status| status.work_mm));
+    if let Some(place) = place {
+        let [x, y, z] = place.map(|mm| unit.coordinate(mm));
+        toast(say!("page.machine.spoken", x = x, y = y, z = z), None);
+    }
+}
+
+/// Pauses a job of ours; never resumes one.
+fn pause() {
+    let line = link::link();
+    if line.control.get_untracked().yours && line.state() == Some(State::Running) {
+        link::ask(&Ask::Pause);
+    }
+}
+
+/// Escape closes what is open by itself; here it pauses, and the second one stops.
+fn escape() {
+    let line = link::link();
+    if !line.busy() || !line.control.get_untracked().yours {
+        return;
+    }
+    let now = link::browser::now_ms();
+    if now - ESCAPED_MS.replace(now) <= ESCAPE_TWICE_MS {
+        link::stop();
+    } else {
+        pause();
+    }
+}
+
+/// Puts the focus on the next region of the page.
+fn next_region(onwards: bool) {
+    let Ok(found) = document().query_selector_all(
+        "header.top-bar, main .left, main .stage, main .right, main .bottom, footer.status-bar, main .whole",
+    ) else {
+        return;
+    };
+    let regions: Vec<HtmlElement> =
+        (0..found.length()).filter_map(|i| found.get(i)?.dyn_into().ok()).collect();
+    let active = document().active_element();
+    let here = regions.iter().position(|region| region.contains(active.as_deref()));
+    let count = regions.len();
+    let next = match here {
+        _ if count == 0 => return,
+        None => 0,
+        Some(at) => (at + if onwards { 1 } else { count - 1 }) % count,
+    };
+    let _ = regions[next].set_attribute("tabindex", "-1");
+    let _ = regions[next].focus();
+}

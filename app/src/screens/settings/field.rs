@@ -1,0 +1,77 @@
+//! One field of the machine's table: its name, its unit, its sentence, and why it cannot be what was typed.
+//!
+//! Comes in: a row of the table. Goes out: a field that writes into the draft.
+
+use super::Draft;
+use crate::i18n::{self, advice, message};
+use crate::state::state;
+use crate::widgets::menu_word;
+use annulus_core::machine::{Kind, Setting};
+use annulus_core::remark::Remark;
+use leptos::ev;
+use leptos::html::{input, label, p, select, small, span};
+use leptos::prelude::*;
+
+fn id(setting: &Setting) -> String {
+    format!("setting-{}", setting.key.replace('.', "-"))
+}
+
+fn shown(setting: &'static Setting, draft: Draft) -> String {
+    let typed = draft.with(|draft| draft.get(setting.key).cloned());
+    typed.unwrap_or_else(|| state().machine.with(|machine| setting.value(machine).to_string()))
+}
+
+/// The field.
+pub(crate) fn field(setting: &'static Setting, draft: Draft, refused: Memo<Vec<Remark>>) -> impl IntoView {
+    let why = Memo::new(move |_| {
+        let about =
+            |remark: &&Remark| remark.args.iter().any(|(name, value)| name == "key" && value == setting.key);
+        refused.with(|remarks| remarks.iter().find(about).cloned())
+    });
+    let changed = move || draft.with(|draft| draft.contains_key(setting.key));
+    let (help_id, described) = (format!("{}-help", id(setting)), format!("{}-help", id(setting)));
+    let write = move |text: String| draft.update(|draft| drop(draft.insert(setting.key, text)));
+    let entry = match setting.kind {
+        Kind::Choice(words) => {
+            let options = words
+                .iter()
+                .copied()
+                .map(|word| menu_word(word, move || shown(setting, draft) == word, move || word.to_owned()));
+            select()
+                .attr("id", id(setting))
+                .attr("aria-describedby", described)
+                .on(ev::change, move |event| write(event_target_value(&event)))
+                .child(options.collect::<Vec<_>>())
+                .into_any()
+        }
+        _ => input()
+            .attr("type", "text")
+            .attr("id", id(setting))
+            .attr("inputmode", if matches!(setting.kind, Kind::Text(_)) { "text" } else { "decimal" })
+            .attr("aria-describedby", described)
+            .attr("aria-invalid", move || why.with(Option::is_some).then_some("true"))
+            .prop("value", move || shown(setting, draft))
+            .on(ev::input, move |event| write(event_target_value(&event)))
+            .into_any(),
+    };
+    let refusal = move || {
+        why.get().map(|why| {
+            let cure = why.clone();
+            p().class("refusal").attr("role", "alert").child((
+                move || message(&why),
+                " ",
+                move || advice(&cure),
+            ))
+        })
+    };
+    let sentence = setting.sentence_key();
+    label()
+        .class(move || if changed() { "setting changed" } else { "setting" })
+        .attr("for", id(setting))
+        .child((
+            span().child(move || i18n::text(&sentence, &[])),
+            span().class("with-unit").child((entry, span().child(setting.unit))),
+            small().attr("id", help_id).child(setting.key),
+            refusal,
+        ))
+}

@@ -1,0 +1,56 @@
+//! The frame: top bar, work area, status bar; keys, drops and the address.
+//!
+//! Comes in: the state. Goes out: the page. Knows no screen's content.
+
+use super::{board, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
+use crate::document::desk;
+use crate::i18n::{say, t};
+use crate::keys::Tab;
+use crate::link;
+use crate::state::state;
+use crate::widgets::{Icon, icon, push, toasts};
+use leptos::html::{div, h1, main, span};
+use leptos::prelude::*;
+
+/// The page inside its frame.
+pub(crate) fn shell() -> impl IntoView {
+    let tab = state().tab;
+    let empty = Memo::new(move |_| desk().document.with(Option::is_none));
+    let reviewing = Memo::new(move |_| desk().reviewing.get() && !empty.get());
+    let screen = move || match tab.get() {
+        Tab::Machine => machine::machine().into_any(),
+        Tab::Settings => settings::settings().into_any(),
+        _ if empty.get() => welcome::welcome().into_any(),
+        _ if reviewing.get() => review::review().into_any(),
+        Tab::Board => board::board().into_any(),
+        Tab::Simulate => simulate::simulate().into_any(),
+    };
+    div().class("shell").child((
+        div().child((top_bar::top_bar(), machine::alarm())),
+        main()
+            .class("work")
+            .attr("id", "work")
+            .attr("tabindex", "-1")
+            .attr("data-screen", move || tab.get().word())
+            .attr("aria-label", move || top_bar::name_of(tab.get()))
+            .child((h1().class("unseen").child(move || top_bar::name_of(tab.get())), stage::stage(), screen)),
+        status_bar::status_bar(),
+        machine::bit_change(),
+        not_confirmed(),
+        toasts(),
+    ))
+}
+
+/// STOP was pressed and nobody answered.
+fn not_confirmed() -> impl IntoView {
+    let line = link::link();
+    move || {
+        line.stop_unconfirmed.get().then(|| {
+            div().class("not-confirmed").attr("role", "alert").child((
+                icon(Icon::Alarm),
+                span().child(move || say!("page.stop.not_confirmed")),
+                push("button", t!("page.close"), move |_| line.stop_unconfirmed.set(false)),
+            ))
+        })
+    }
+}

@@ -1,0 +1,142 @@
+//! Which board is in the picture, and how far along it is, on each screen.
+//!
+//! Comes in: the open document, its plan, the job of the machine, the playback. Goes out: [`Shown`] and [`Moment`].
+//! Knows no pixels.
+
+use super::simulate;
+use crate::document::desk;
+use crate::keys::Tab;
+use crate::link;
+use crate::picture;
+use crate::state::{Job, state};
+use crate::view::Progress;
+use annulus_core::board::{Board, Hole};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Command, Leg, Mark, Program, Stage};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+/// A board with the order its holes are drilled in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Shown {
+    /// The board.
+    pub board: Arc<Board>,
+    /// Its holes in order of drilling.
+    pub order: Vec<u32>,
+    /// The place in the files' coordinates that is the work zero.
+    pub work_zero: Point,
+    /// Show the ways as in the file instead of the planned ones.
+    pub before: bool,
+}
+
+impl Shown {
+    /// The hole that disc `disc` stands for.
+    pub(crate) fn hole_of_disc(&self, disc: usize) -> Option<u32> {
+        (disc < self.board.holes.len()).then_some(disc as u32)
+    }
+
+    /// The disc of hole `hole`.
+    pub(crate) fn disc_of_hole(&self, hole: u32) -> Option<usize> {
+        self.hole_of_disc(hole as usize).map(|hole| hole as usize)
+    }
+
+    /// Millimetres of the picture to work coordinates.
+    pub(crate) fn work_of_picture(&self, at_mm: [f64; 2]) -> [f64; 2] {
+        let origin = picture::origin(&self.board);
+        [at_mm[0] + (origin.x - self.work_zero.x).mm(), at_mm[1] + (origin.y - self.work_zero.y).mm()]
+    }
+
+    /// And back.
+    pub(crate) fn picture_of_work(&self, at_mm: [f64; 2]) -> [f32; 2] {
+        let [x, y] = self.work_of_picture([0.0, 0.0]);
+        [(at_mm[0] - x) as f32, (at_mm[1] - y) as f32]
+    }
+}
+
+/// How far the shown board is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Moment {
+    /// Holes and ways behind the head.
+    pub progress: Progress,
+    /// The head in work coordinates.
+    pub head_mm: Option<[f64; 2]>,
+}
+
+/// The board in the picture.
+pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
+    let desk = desk();
+    let planned = Memo::new(move |_| {
+        let document = desk.document.get()?;
+        let board = Arc::new(document.reading.board.clone());
+        let plan = desk.plan.get();
+        let (order, work_zero) =
+            plan.map_or_else(|| (Vec::new(), picture::origin(&board)), |plan| (plan.order(), plan.origin));
+        Some(Arc::new(Shown { board, order, work_zero, before: state().show_before.get() }))
+    });
+    let at_machine = Memo::new(move |_| {
+        let Some(job) = state().shown_job.get() else { return planned.get() };
+        let own = state().job.with(|own| own.as_ref().is_some_and(|own| own.key == job.key));
+        if own { planned.get() } else { Some(Arc::new(of_program(&job))) }
+    });
+    Memo::new(move |_| if state().tab.get() == Tab::Machine { at_machine.get() } else { planned.get() })
+}
+
+/// A board made of a program alone, for a page that opened later: its holes in order of drilling.
+fn of_program(job: &Job) -> Shown {
+    let program = &job.program;
+    let mut bit = None;
+    let mut holes = Vec::new();
+    for leg in &program.legs {
+        match leg.mark {
+            Mark::ChangeBit(index) => bit = program.bits.get(index as usize),
+            Mark::Hole(_) => holes.extend(hole(program, leg, bit.map(|bit| bit.diameter))),
+            _ => {}
+        }
+    }
+    let order = (0..holes.len() as u32).collect();
+    let board = Board { name: program.name.clone(), holes, ..Board::default() };
+    Shown { board: Arc::new(board), order, work_zero: program.origin, before: false }
+}
+
+fn hole(program: &Program, leg: &Leg, diameter: Option<annulus_core::units::Length>) -> Option<Hole> {
+    let to = leg.commands.iter().find_map(|command| match command {
+        Command::Rapid { to } => Some(*to),
+        _ => None,
+    })?;
+    let at = Point::new(to.x + program.origin.x, to.y + program.origin.y);
+    Some(Hole { at, diameter, plated: None, source: 0, tool_code: 0, line: 0 })
+}
+
+/// How far the screen's board is.
+pub(crate) fn moment() -> Moment {
+    match state().tab.get() {
+        Tab::Simulate => simulate::moment(),
+        Tab::Machine => at_machine(),
+        _ => Moment::default(),
+    }
+}
+
+/// Nothing runs: what the last job left behind, if it is the one shown.
+fn at_end(line: link::Link) -> u32 {
+    let shown = state().shown_job.with(|job| job.as_ref().map(|job| job.key.clone()));
+    line.ended.with(|ended| {
+        ended.as_ref().filter(|ended| Some(&ended.job) == shown.as_ref()).map_or(0, |ended| ended.holes_done)
+    })
+}
+
+/// Holes whose legs lie behind the leg in work are done; in the leg itself once the bit goes up again.
+fn at_machine() -> Moment {
+    let line = link::link();
+    let Some(status) = line.status.get() else { return Moment::default() };
+    let done = state().shown_job.with(|job| {
+        let (Some(job), Some(leg)) = (job, status.leg) else { return at_end(line) };
+        let legs = &job.program.legs;
+        let behind =
+            legs.iter().take(leg as usize).filter(|leg| matches!(leg.mark, Mark::Hole(_))).count() as u32;
+        let here = legs.get(leg as usize).is_some_and(|leg| matches!(leg.mark, Mark::Hole(_)));
+        behind + u32::from(here && status.stage == Some(Stage::Retract))
+    });
+    let drilling = matches!(status.stage, Some(Stage::Approach | Stage::Drill));
+    let [x, y, _] = status.work_mm;
+    Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
+}

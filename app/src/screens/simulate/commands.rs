@@ -1,0 +1,100 @@
+//! The legs of the program as a list: the one in work is marked, and a press goes there.
+//!
+//! Comes in: the playback and the program. Goes out: the second on show, the hole chosen.
+
+use super::{Play, play};
+use crate::i18n::{say, t};
+use crate::state::state;
+use crate::widgets::{ROW_PX, virtual_list};
+use annulus_core::job::{Command, Leg, Mark};
+use annulus_core::sim::LegStart;
+use leptos::ev;
+use leptos::html::{div, h2, header, section, span};
+use leptos::prelude::*;
+
+/// The list.
+pub(super) fn commands() -> impl IntoView {
+    let play = play();
+    let count = Signal::derive(move || {
+        play.playback.with(|playback| playback.as_ref().map_or(0, |p| p.legs().len()))
+    });
+    let now = Memo::new(move |_| {
+        let at_s = play.at_s.get();
+        play.playback.with(|playback| {
+            let begun = playback.as_ref()?.legs().partition_point(|leg| leg.start_s <= at_s);
+            begun.checked_sub(1)
+        })
+    });
+    let row = move |index: usize| line(play, index, now).into_any();
+    let walk = move |by: i64| {
+        let to = now.get_untracked().unwrap_or(0) as i64 + by;
+        go(play, usize::try_from(to).unwrap_or(0));
+    };
+    (
+        section().class("block").attr("aria-label", t!("page.simulate.commands")).child(header().child((
+            h2().child(t!("page.simulate.commands")),
+            span().class("quiet tabular").child(move || say!("page.simulate.legs", count = count.get())),
+        ))),
+        virtual_list(t!("page.simulate.commands"), count, now.into(), row, walk),
+    )
+}
+
+fn start(play: Play, index: usize) -> Option<LegStart> {
+    play.playback.with_untracked(|playback| playback.as_ref()?.legs().get(index).copied())
+}
+
+fn go(play: Play, index: usize) {
+    if let Some(leg) = start(play, index) {
+        play.running.set(false);
+        play.seek(leg.start_s);
+        if let Mark::Hole(hole) = leg.mark {
+            state().selected.set(Some(hole));
+        }
+    }
+}
+
+fn place(leg: &Leg) -> Option<(f64, f64)> {
+    leg.commands.iter().find_map(|command| match command {
+        Command::Rapid { to } => Some((to.x.mm(), to.y.mm())),
+        _ => None,
+    })
+}
+
+fn text(leg: LegStart) -> String {
+    let unit = state().unit.get();
+    state().job.with(|job| {
+        let program = job.as_ref().map(|job| &job.program);
+        match leg.mark {
+            Mark::Prepare => say!("page.leg.prepare"),
+            Mark::Finish => say!("page.leg.finish"),
+            Mark::ChangeBit(bit) => {
+                let size = program
+                    .and_then(|program| program.bits.get(bit as usize))
+                    .map_or(0.0, |bit| bit.diameter.mm());
+                say!("page.leg.change", size = unit.size(size), unit = state().unit_word())
+            }
+            Mark::Hole(hole) => {
+                let at = program.and_then(|program| place(program.legs.get(leg.leg as usize)?));
+                let (x, y) = at.unwrap_or_default();
+                say!("page.leg.hole", hole = hole + 1, x = unit.coordinate(x), y = unit.coordinate(y))
+            }
+        }
+    })
+}
+
+fn line(play: Play, index: usize, now: Memo<Option<usize>>) -> Option<impl IntoView> {
+    let leg = start(play, index)?;
+    let chosen = move || now.get() == Some(index);
+    Some(
+        div()
+            .class("line command-line")
+            .attr("role", "option")
+            .attr("aria-selected", move || if chosen() { "true" } else { "false" })
+            .style(("top", format!("{}px", index as f64 * ROW_PX)))
+            .on(ev::click, move |_| go(play, index))
+            .child((
+                span().class("quiet tabular").child(crate::format::clock(leg.start_s)),
+                span().child(move || text(leg)),
+            )),
+    )
+}

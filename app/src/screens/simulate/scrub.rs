@@ -1,0 +1,122 @@
+//! Two sliders over the whole: a coarse one with a band for each tool, and a fine one of a hundredth either way.
+//!
+//! ```text
+//! coarse  [==T1===|##T2######|==T3==]
+//! fine          [ . . | . . ]      ± 1 % around where it was taken
+//! ```
+//!
+//! Comes in: the playback. Goes out: the second on show.
+
+use super::{Play, play};
+use crate::document::desk;
+use crate::format::clock;
+use crate::i18n::{say, t};
+use crate::screens::board::swatch;
+use crate::state::state;
+use annulus_core::units::Length;
+use leptos::ev;
+use leptos::html::{div, input, label, span};
+use leptos::prelude::*;
+
+/// The speeds there are.
+pub(super) const SPEEDS: [f64; 9] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0];
+
+/// The next speed up or down.
+pub(super) fn next_speed(speed: f64, more: bool) -> f64 {
+    let mut speeds = SPEEDS.into_iter();
+    let found = if more { speeds.find(|one| *one > speed) } else { speeds.rev().find(|one| *one < speed) };
+    found.unwrap_or(speed)
+}
+
+fn in_words(play: Play) -> String {
+    let hole = play.now().map_or(0, |now| now.holes_done);
+    say!("page.simulate.spoken", now = clock(play.at_s.get()), total = clock(play.total_s()), hole = hole)
+}
+
+/// Stretches of the time with the same bit: bit and length in seconds.
+fn bands(play: Play) -> Vec<(Option<u32>, f64)> {
+    play.playback.with(|playback| {
+        let Some(playback) = playback else { return Vec::new() };
+        let mut bands: Vec<(Option<u32>, f64)> = Vec::new();
+        let ends = playback.legs().iter().skip(1).map(|leg| leg.start_s).chain([playback.total_s()]);
+        for (leg, end_s) in playback.legs().iter().zip(ends) {
+            let length_s = end_s - leg.start_s;
+            match bands.last_mut() {
+                Some((bit, total_s)) if *bit == leg.bit => *total_s += length_s,
+                _ => bands.push((leg.bit, length_s)),
+            }
+        }
+        bands
+    })
+}
+
+fn band(bit: Option<u32>, length_s: f64) -> impl IntoView {
+    let planned = desk().plan.with(|plan| {
+        let bit = plan.as_ref()?.bits.get(bit? as usize)?;
+        Some((bit.diameter, bit.sizes.first().copied()))
+    });
+    let size: Option<Length> = planned.map(|(diameter, _)| diameter);
+    let colour = desk().document.with(|document| {
+        document.as_ref().map(|document| swatch(&document.reading.board, planned.and_then(|(_, size)| size)))
+    });
+    let name = move || size.map(|size| state().unit.get().size(size.mm()));
+    span()
+        .style(("--span", format!("{length_s:.3}")))
+        .style(("--swatch", colour.filter(|_| size.is_some()).unwrap_or_else(|| "transparent".to_owned())))
+        .child(name)
+}
+
+/// The whole.
+pub(super) fn coarse() -> impl IntoView {
+    let play = play();
+    div().class("scrub").child((
+        div().class("bands").attr("aria-hidden", "true").child(move || {
+            bands(play).into_iter().map(|(bit, length_s)| band(bit, length_s).into_any()).collect::<Vec<_>>()
+        }),
+        slider(play, t!("page.simulate.coarse"), move || (0.0, play.total_s())),
+    ))
+}
+
+/// A hundredth either way of where it was when the coarse one was let go.
+pub(super) fn fine() -> impl IntoView {
+    let play = play();
+    let middle_s = RwSignal::new(0.0);
+    Effect::new(move |_| {
+        let at_s = play.at_s.get();
+        if (at_s - middle_s.get_untracked()).abs() > play.total_s() * 0.01 {
+            middle_s.set(at_s);
+        }
+    });
+    let range = move || {
+        let total_s = play.total_s();
+        ((middle_s.get() - total_s * 0.01).max(0.0), (middle_s.get() + total_s * 0.01).min(total_s))
+    };
+    label().class("row").child((
+        span().class("quiet").child(t!("page.simulate.fine_label")),
+        div().class("grow").child(slider(play, t!("page.simulate.fine"), range)),
+    ))
+}
+
+fn slider(
+    play: Play,
+    name: impl Fn() -> String + Send + Sync + 'static,
+    range: impl Fn() -> (f64, f64) + Copy + Send + Sync + 'static,
+) -> impl IntoView {
+    input()
+        .attr("type", "range")
+        .attr("aria-label", name)
+        .attr("aria-valuetext", move || in_words(play))
+        .attr("min", move || range().0.to_string())
+        .attr("max", move || range().1.to_string())
+        .attr("step", "any")
+        .prop("value", move || {
+            range();
+            play.at_s.get().to_string()
+        })
+        .on(ev::input, move |event| {
+            if let Ok(at_s) = event_target_value(&event).parse() {
+                play.running.set(false);
+                play.seek(at_s);
+            }
+        })
+}

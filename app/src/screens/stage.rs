@@ -1,0 +1,186 @@
+//! The one canvas of the page: the board of the screen that is shown, its progress and its head.
+//!
+//! ```text
+//! Board     document and plan         nothing done
+//! Simulate  document and plan         the moment of the playback
+//! Machine   the job the machine has   its status
+//! ```
+//!
+//! Comes in: what the screen shows. Goes out: the picture, hole under the pointer, hole pressed. Knows no GPU.
+
+use super::shown::{Shown, moment, shown};
+use crate::i18n::{key, say, t};
+use crate::keys::{Action, Tab};
+use crate::picture;
+use crate::state::{Theme, state};
+use crate::view::{Backend, Line, Palette, Scene, View, Wanted, Width};
+use crate::widgets::{Icon, picture_button};
+use leptos::html::{self, div};
+use leptos::prelude::*;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+thread_local! {
+    static VIEW: RefCell<Option<View>> = const { RefCell::new(None) };
+}
+
+fn with_view(act: impl FnOnce(&View)) {
+    let view = VIEW.with_borrow(Clone::clone);
+    if let Some(view) = view {
+        act(&view);
+    }
+}
+
+/// Fit and zoom, for keys and buttons.
+pub(crate) fn act(action: Action) {
+    with_view(|view| match action {
+        Action::Fit => view.fit(),
+        Action::ZoomIn => view.zoom_by(1.25),
+        Action::ZoomOut => view.zoom_by(0.8),
+        _ => {}
+    });
+}
+
+fn palette() -> Palette {
+    let dark = match state().theme.get() {
+        Theme::Dark | Theme::Contrast => true,
+        Theme::Light => false,
+        Theme::Auto => {
+            let asked = window().match_media("(prefers-color-scheme: dark)").ok().flatten();
+            asked.is_some_and(|asked| asked.matches())
+        }
+    };
+    if dark { Palette::DARK } else { Palette::LIGHT }
+}
+
+/// The canvas and its buttons.
+pub(crate) fn stage() -> impl IntoView {
+    let host = NodeRef::<html::Div>::new();
+    let ready = RwSignal::new(false);
+    let shown = shown();
+    let palette = Memo::new(move |_| palette());
+    host.on_load(move |host| {
+        leptos::task::spawn_local(async move {
+            if let Ok(view) = View::new(&host, wanted(), palette.get_untracked()).await {
+                state().backend.set(Some(match view.backend() {
+                    Backend::WebGpu => key!("page.status.webgpu"),
+                    Backend::WebGl2 => key!("page.status.webgl2"),
+                    Backend::Flat => key!("page.status.flat"),
+                }));
+                listen(&view, shown);
+                VIEW.set(Some(view));
+                ready.set(true);
+            }
+        });
+    });
+    show(ready, shown, palette);
+    let buttons = [
+        (Icon::Fit, Action::Fit, key!("page.view.fit")),
+        (Icon::Plus, Action::ZoomIn, key!("page.view.closer")),
+        (Icon::Minus, Action::ZoomOut, key!("page.view.further")),
+    ];
+    let buttons = buttons.map(|(icon, action, name)| {
+        picture_button(icon, move || crate::i18n::text(name, &[]), move |_| act(action))
+    });
+    div().class("stage").attr("role", "region").attr("aria-label", t!("page.view.title")).child((
+        div().class("canvas").node_ref(host),
+        div()
+            .class("tools")
+            .attr("role", "toolbar")
+            .attr("aria-label", t!("page.view.tools"))
+            .child(Vec::from(buttons)),
+    ))
+}
+
+/// What draws can be asked for in the address, for tests: `?draw=webgl2`.
+fn wanted() -> Wanted {
+    let search = window().location().search().unwrap_or_default();
+    let word = search
+        .trim_start_matches('?')
+        .split('&')
+        .find_map(|part| part.strip_prefix("draw=").map(str::to_owned));
+    word.map_or(Wanted::Auto, |word| Wanted::from_word(&word))
+}
+
+fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
+    view.on_press(move |pressed| {
+        let hole =
+            pressed.disc.and_then(|disc| shown.with_untracked(|shown| shown.as_ref()?.hole_of_disc(disc)));
+        state().selected.set(hole);
+    });
+    view.on_hover(move |place| {
+        let at = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(place?.0)));
+        state().cursor_mm.set(at);
+    });
+    view.on_camera(|camera| state().zoom.set(camera.px_per_mm));
+    state().zoom.set(view.camera().px_per_mm);
+}
+
+/// Whatever changes goes to the picture, each in its own effect so that little is written.
+fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
+    Effect::new(move |before: Option<Option<usize>>| {
+        if !ready.get() {
+            return None;
+        }
+        let (shown, palette) = (shown.get(), palette.get());
+        let board = shown.as_ref().map(|shown| Arc::as_ptr(&shown.board) as usize);
+        with_view(|view| {
+            view.set_palette(palette);
+            view.set_scene(shown.as_ref().map_or_else(Scene::default, |shown| scene(shown, &palette)));
+            view.describe(&shown.as_ref().map_or_else(|| say!("page.view.empty"), |shown| describe(shown)));
+            if before.flatten() != board {
+                view.fit();
+            }
+        });
+        board
+    });
+    Effect::new(move |_| {
+        let (ready, shown) = (ready.get(), shown.get());
+        let disc = state().selected.get().and_then(|hole| shown.as_ref()?.disc_of_hole(hole));
+        let chosen: Vec<usize> = disc.into_iter().collect();
+        if ready {
+            with_view(|view| view.set_selected(&chosen));
+        }
+    });
+    Effect::new(move |_| {
+        let moment = moment();
+        let head = shown.with(|shown| {
+            let at = moment.head_mm?;
+            Some(shown.as_ref()?.picture_of_work(at))
+        });
+        if ready.get() {
+            with_view(|view| {
+                view.set_progress(moment.progress);
+                view.set_head(head);
+            });
+        }
+    });
+}
+
+fn scene(shown: &Shown, palette: &Palette) -> Scene {
+    let mut scene = picture::scene(&shown.board, palette);
+    let file_order: Vec<u32>;
+    let order = if shown.before && state().tab.get() == Tab::Board {
+        file_order = (0..shown.board.holes.len() as u32).collect();
+        &file_order
+    } else {
+        &shown.order
+    };
+    scene.lines = picture::travel(&shown.board, shown.work_zero, order, palette);
+    if shown.before {
+        let quiet = |line: Line| Line { width: Width::Px(1.0), ..line };
+        scene.lines = scene.lines.into_iter().map(quiet).collect();
+    }
+    for (number, hole) in shown.order.iter().enumerate() {
+        if let Some(disc) = scene.discs.get_mut(*hole as usize) {
+            disc.order = number as u32;
+        }
+    }
+    scene
+}
+
+/// The picture in words.
+fn describe(shown: &Shown) -> String {
+    let sizes = picture::sizes(&shown.board).len();
+    say!("page.view.summary", name = shown.board.name, holes = shown.board.holes.len(), sizes = sizes)
+}

@@ -1,0 +1,58 @@
+//! The status bar: where the pointer is, how close, what is chosen, what is being worked on, what draws.
+//!
+//! Comes in: the state. Goes out: a line of small text, and Cancel.
+
+use crate::document;
+use crate::i18n::{self, say, t};
+use crate::state::state;
+use crate::widgets::push;
+use leptos::html::{footer, progress, span};
+use leptos::prelude::*;
+
+/// The bar.
+pub(crate) fn status_bar() -> impl IntoView {
+    let state = state();
+    let place = move || {
+        let unit = state.unit.get();
+        state.cursor_mm.get().map(|[x, y]| {
+            say!(
+                "page.status.cursor",
+                x = unit.coordinate(x),
+                y = unit.coordinate(y),
+                unit = state.unit_word()
+            )
+        })
+    };
+    let zoom = move || {
+        (state.zoom.get() > 0.0).then(|| say!("page.status.zoom", px = format!("{:.1}", state.zoom.get())))
+    };
+    let backend = move || state.backend.get().map(|word| i18n::text(word, &[]));
+    footer()
+        .class("status-bar")
+        .attr("id", "status")
+        .attr("tabindex", "-1")
+        .attr("aria-label", t!("page.status.title"))
+        .child((
+            span().class("where").child(place),
+            span().child(zoom),
+            span().class("grow").child(task),
+            span().child(backend),
+        ))
+}
+
+fn task() -> impl IntoView {
+    let task = state().task;
+    let word = Memo::new(move |_| task.get().map(|task| task.word));
+    move || {
+        word.get().map(|word| {
+            (
+                span().attr("role", "status").child(move || i18n::text(word, &[])),
+                progress()
+                    .attr("max", "1")
+                    .attr("aria-label", move || i18n::text(word, &[]))
+                    .prop("value", move || task.get().map_or(0.0, |task| task.share)),
+                push("button small quiet", t!("page.cancel"), |_| document::cancel()),
+            )
+        })
+    }
+}

@@ -1,0 +1,137 @@
+//! The top bar: whose board, which screen, units, language, connection, and STOP with room around it.
+//!
+//! Comes in: the state. Goes out: choices of the person.
+
+use crate::document::desk;
+use crate::format::Unit;
+use crate::i18n::{self, key, say, t};
+use crate::keys::Tab;
+use crate::link::{self, Phase};
+use crate::screens::machine::words;
+use crate::state::{Theme, state};
+use crate::widgets::{Icon, icon, menu_word, stop_button};
+use annulus_core::locale;
+use leptos::ev;
+use leptos::html::{button, div, header, nav, select, span, strong};
+use leptos::prelude::*;
+
+/// The name of a screen.
+pub(crate) fn name_of(tab: Tab) -> String {
+    match tab {
+        Tab::Board => say!("page.tab.board"),
+        Tab::Simulate => say!("page.tab.simulate"),
+        Tab::Machine => say!("page.tab.machine"),
+        Tab::Settings => say!("page.tab.settings"),
+    }
+}
+
+/// The bar.
+pub(crate) fn top_bar() -> impl IntoView {
+    header().class("top-bar").attr("id", "top").attr("tabindex", "-1").child((
+        div().class("brand").child((icon(Icon::Annulus), strong().child(project))),
+        tabs(),
+        div().class("top-tools").child((units(), themes(), languages(), connection())),
+        div().class("stop-zone").child(stop_button()),
+    ))
+}
+
+fn project() -> String {
+    let name = desk()
+        .document
+        .with(|document| document.as_ref().map(|document| document.reading.board.name.clone()));
+    name.filter(|name| !name.is_empty()).unwrap_or_else(|| say!("page.name"))
+}
+
+fn tabs() -> impl IntoView {
+    let tab = state().tab;
+    let buttons = Tab::ALL.into_iter().enumerate().map(|(index, this)| {
+        let chosen = move || tab.get() == this;
+        button()
+            .attr("type", "button")
+            .class("tab")
+            .attr("aria-current", move || chosen().then_some("page"))
+            .on(ev::click, move |_| tab.set(this))
+            .child((
+                leptos::html::kbd().attr("aria-hidden", "true").child(index + 1),
+                span().child(move || name_of(this)),
+            ))
+    });
+    nav().class("tabs").attr("aria-label", t!("page.tab.title")).child(buttons.collect::<Vec<_>>())
+}
+
+fn units() -> impl IntoView {
+    let unit = state().unit;
+    let choose = move |event| {
+        unit.set(if event_target_value(&event) == "inch" { Unit::Inch } else { Unit::Millimetre });
+    };
+    select().class("plain").attr("aria-label", t!("page.unit.title")).on(ev::change, choose).child((
+        menu_word("mm", move || unit.get() == Unit::Millimetre, t!("page.unit.mm")),
+        menu_word("inch", move || unit.get() == Unit::Inch, t!("page.unit.inch")),
+    ))
+}
+
+const THEMES: [(Theme, &str, &str); 4] = [
+    (Theme::Auto, "auto", key!("page.theme.auto")),
+    (Theme::Light, "light", key!("page.theme.light")),
+    (Theme::Dark, "dark", key!("page.theme.dark")),
+    (Theme::Contrast, "contrast", key!("page.theme.contrast")),
+];
+
+/// The word of `theme` in the style sheet and in the storage.
+pub(crate) fn theme_word(theme: Theme) -> &'static str {
+    THEMES.iter().find(|(this, ..)| *this == theme).map_or("auto", |(_, word, _)| word)
+}
+
+/// The theme called `word`.
+pub(crate) fn theme_of(word: &str) -> Theme {
+    THEMES.iter().find(|(_, this, _)| *this == word).map_or(Theme::Auto, |(theme, ..)| *theme)
+}
+
+fn themes() -> impl IntoView {
+    let theme = state().theme;
+    let options = THEMES.map(|(this, word, name)| {
+        menu_word(word, move || theme.get() == this, move || i18n::text(name, &[]))
+    });
+    select()
+        .class("plain wide")
+        .attr("aria-label", t!("page.theme.title"))
+        .on(ev::change, move |event| theme.set(theme_of(&event_target_value(&event))))
+        .child(Vec::from(options))
+}
+
+/// Shown only when there is a choice.
+fn languages() -> impl IntoView {
+    let all: Vec<_> = locale::languages().collect();
+    (all.len() > 1).then(|| {
+        let name = |language: &str| locale::lookup(language, "page.language").unwrap_or(language).to_owned();
+        let options = all.iter().copied().map(|language| {
+            menu_word(language, move || i18n::language() == language, move || name(language))
+        });
+        select()
+            .class("plain")
+            .attr("aria-label", t!("page.language_title"))
+            .on(ev::change, |event| i18n::choose(&event_target_value(&event)))
+            .child(options.collect::<Vec<_>>())
+    })
+}
+
+fn connection() -> impl IntoView {
+    let line = link::link();
+    let look = move || match line.state() {
+        Some(state) if line.phase.get() == Phase::Open => words::state(state),
+        _ => words::phase(line.phase.get()),
+    };
+    let text = move || {
+        let state = i18n::text(look().word, &[]);
+        if line.ever.get() { format!("{}: {state}", state_name()) } else { state }
+    };
+    button()
+        .attr("type", "button")
+        .class(move || format!("chip {}", look().tone))
+        .on(ev::click, |_| state().tab.set(Tab::Machine))
+        .child((span().class("dot").attr("aria-hidden", "true"), text))
+}
+
+fn state_name() -> String {
+    state().machine.with(|machine| machine.name.clone())
+}

@@ -1,0 +1,102 @@
+//! The parts screens are built from: native elements in one dress.
+//!
+//! Everything is built with leptos' functions (`div().child(…)`) and not with its macro: that one writes static parts
+//! as markup, which the page's security policy refuses.
+
+mod dialog;
+mod icon;
+mod stop;
+mod toast;
+mod virtual_list;
+
+pub use dialog::{Dialog, dialog};
+pub use icon::{Icon, icon};
+pub use stop::stop_button;
+pub use toast::{toast, toasts};
+pub use virtual_list::{ROW_PX, virtual_list};
+
+use leptos::ev::{self, MouseEvent};
+use leptos::html::{self, button, dd, dt, span};
+use leptos::prelude::*;
+
+/// A plain button. More is added by the caller (`.class`, `.prop`, `.attr`).
+pub fn push(
+    class: &'static str,
+    text: impl Fn() -> String + Send + Sync + 'static,
+    act: impl FnMut(MouseEvent) + 'static,
+) -> impl IntoView {
+    button().attr("type", "button").class(class).on(ev::click, act).child(text)
+}
+
+/// A button that can be switched off.
+pub fn push_if(
+    class: &'static str,
+    enabled: impl Fn() -> bool + Send + Sync + 'static,
+    text: impl Fn() -> String + Send + Sync + 'static,
+    act: impl FnMut(MouseEvent) + 'static,
+) -> impl IntoView {
+    button()
+        .attr("type", "button")
+        .class(class)
+        .prop("disabled", move || !enabled())
+        .on(ev::click, act)
+        .child(text)
+}
+
+/// A button with a picture and a name for those who do not see it.
+pub fn picture_button(
+    picture: Icon,
+    name: impl Fn() -> String + Clone + Send + Sync + 'static,
+    act: impl FnMut(MouseEvent) + 'static,
+) -> impl IntoView {
+    button()
+        .attr("type", "button")
+        .class("button icon")
+        .attr("aria-label", name.clone())
+        .attr("title", name)
+        .on(ev::click, act)
+        .child(icon(picture))
+}
+
+/// One choice of several side by side.
+pub fn choice(
+    chosen: impl Fn() -> bool + Send + Sync + 'static,
+    text: impl Fn() -> String + Send + Sync + 'static,
+    act: impl FnMut(MouseEvent) + 'static,
+) -> impl IntoView {
+    button()
+        .attr("type", "button")
+        .class("button")
+        .attr("aria-pressed", move || if chosen() { "true" } else { "false" })
+        .on(ev::click, act)
+        .child(text)
+}
+
+/// A name and its value, for a list of facts.
+pub fn fact(
+    name: impl Fn() -> String + Send + Sync + 'static,
+    value: impl Fn() -> String + Send + Sync + 'static,
+) -> impl IntoView {
+    (dt().child(name), dd().child(value))
+}
+
+/// One word of a menu. The choice is said by the word and not by the menu, which is made before its words are.
+pub fn menu_word(
+    word: &'static str,
+    chosen: impl Fn() -> bool + Send + Sync + 'static,
+    text: impl Fn() -> String + Send + Sync + 'static,
+) -> impl IntoView {
+    html::option().attr("value", word).prop("selected", chosen).child(text)
+}
+
+/// Text only those hear who do not see.
+pub fn unseen(text: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
+    span().class("unseen").child(text)
+}
+
+/// An empty element with a class, for shapes that the style sheet draws.
+pub fn shape(
+    class: &'static str,
+) -> html::HtmlElement<html::I, impl leptos::tachys::html::attribute::Attribute, ()> {
+    html::i().attr("aria-hidden", "true").class(class)
+}

@@ -1,0 +1,155 @@
+//! No text on the page that is not in the locale tables, and no key without its text (N23).
+//!
+//! Comes in: the sources of the page. Goes out: a list of what is missing. Knows Rust only as far as string literals.
+
+use annulus_core::locale;
+use annulus_tests::root;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn sources(folder: &Path, out: &mut Vec<(PathBuf, String)>) {
+    let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            sources(&path, out);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            let end = text.find("\n#[cfg(test)]").unwrap_or(text.len());
+            out.push((path, text[..end].to_owned()));
+        }
+    }
+}
+
+/// A string literal with the code before and behind it, spaces left out.
+struct Literal {
+    before: String,
+    text: String,
+    behind: String,
+    line: usize,
+}
+
+/// Every string literal that is not in a comment.
+fn literals(source: &str) -> Vec<Literal> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    let bytes = source.as_bytes();
+    while at < bytes.len() {
+        if source[at..].starts_with("//") {
+            at += source[at..].find('\n').unwrap_or(source.len() - at);
+        } else if bytes[at] == b'\'' && source[at..].starts_with("'\"'") {
+            at += 3;
+        } else if bytes[at] == b'"' {
+            let start = at + 1;
+            at = start;
+            while at < bytes.len() && bytes[at] != b'"' {
+                at += if bytes[at] == b'\\' { 2 } else { 1 };
+            }
+            let packed = |text: &str| text.split_whitespace().collect::<String>();
+            let before: String = source[..start - 1].chars().rev().take(40).collect();
+            let before: String = packed(&before.chars().rev().collect::<String>());
+            let behind: String = packed(&source[at + 1..].chars().take(12).collect::<String>());
+            let line = source[..start].lines().count();
+            found.push(Literal { before, text: source[start..at].to_owned(), behind, line });
+            at += 1;
+        } else {
+            at += source[at..].chars().next().map_or(1, char::len_utf8);
+        }
+    }
+    found
+}
+
+fn is_key(literal: &Literal) -> bool {
+    ["t!(", "say!(", "key!("].iter().any(|call| literal.before.ends_with(call))
+}
+
+/// A word as people write it: a capital, then small letters; or something shown as it stands.
+fn looks_like_words(literal: &Literal) -> bool {
+    let is_name_of_key =
+        literal.behind.starts_with("=>") || literal.behind.starts_with('|') || literal.before.ends_with('|');
+    let letters: Vec<char> = literal.text.chars().collect();
+    let sentence = letters.windows(3).enumerate().any(|(at, three)| {
+        let begins = at == 0 || letters[at - 1] == ' ';
+        begins && three[0].is_uppercase() && three[1].is_lowercase() && three[2].is_lowercase()
+    });
+    let shown = literal.before.ends_with(".child(")
+        && letters.windows(2).any(|two| two.iter().all(|c| c.is_alphabetic()));
+    (sentence && !is_name_of_key && !literal.text.contains('+') && !literal.before.ends_with("reason="))
+        || shown
+}
+
+fn page() -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    sources(&root().join("app/src"), &mut found);
+    found
+}
+
+#[test]
+fn every_key_of_the_page_has_its_text() {
+    let mut missing = Vec::new();
+    for (path, text) in page() {
+        for literal in literals(&text).iter().filter(|literal| is_key(literal)) {
+            let key = &literal.text;
+            let remark = [".message", ".advice"]
+                .iter()
+                .all(|part| locale::lookup("en", &format!("{key}{part}")).is_some());
+            if locale::lookup("en", key).is_none() && !remark {
+                missing.push(format!("{}:{}: {key}", path.display(), literal.line));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "keys without text:\n{}", missing.join("\n"));
+}
+
+#[test]
+fn no_screen_says_a_word_of_its_own() {
+    let mut bare = Vec::new();
+    for (path, text) in page() {
+        let inside = path.strip_prefix(root().join("app/src")).unwrap();
+        if !inside.starts_with("screens") && !inside.starts_with("widgets") {
+            continue;
+        }
+        for literal in literals(&text).iter().filter(|literal| !is_key(literal) && looks_like_words(literal))
+        {
+            bare.push(format!("{}:{}: {:?}", path.display(), literal.line, literal.text));
+        }
+        if text.contains("view!") {
+            bare.push(format!("{}: view! writes markup, which the security policy refuses", path.display()));
+        }
+    }
+    assert!(bare.is_empty(), "text that is not in the locale tables:\n{}", bare.join("\n"));
+}
+
+#[test]
+fn no_sentence_of_the_page_is_left_over() {
+    let all: String = page().into_iter().map(|(_, text)| text).collect();
+    let used: BTreeSet<String> = literals(&all).into_iter().map(|literal| literal.text).collect();
+    let stem = |key: &str| {
+        key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice")).unwrap_or(key).to_owned()
+    };
+    let left: Vec<_> = locale::entries("en")
+        .iter()
+        .map(|(key, _)| stem(key))
+        .filter(|key| key.starts_with("page.") && !used.contains(key))
+        .collect();
+    assert!(left.is_empty(), "sentences nobody says:\n{}", left.join("\n"));
+}
+
+#[test]
+fn the_scan_finds_what_it_is_for() {
+    let rows = [
+        (r#"span().child("Open files")"#, true),
+        (r#"span().child("mm")"#, true),
+        (r#"let text = "Drop them here";"#, true),
+        (r#"span().child(t!("page.open"))"#, false),
+        (r#"div().class("button large")"#, false),
+        (r#"match key { "ArrowDown" => 1 }"#, false),
+        ("// \"Nothing said\"", false),
+        (r#"path().attr("d", "M12 3a9 9 0")"#, false),
+    ];
+    for (source, expected) in rows {
+        let found = literals(source).iter().any(|literal| !is_key(literal) && looks_like_words(literal));
+        assert_eq!(found, expected, "{source}");
+    }
+}
