@@ -42,8 +42,7 @@ fn a_rotor_follows_ramps_and_stalls_where_it_is_overdriven() {
         for step in 0..count {
             // Even acceleration: the square of the rate grows evenly with the way.
             let share = f64::from(step) / f64::from(count);
-            let square =
-                f64::from(from) * f64::from(from) * (1.0 - share) + f64::from(to) * f64::from(to) * share;
+            let square = from * from * (1.0 - share) + to * to * share;
             time_s += 1.0 / square.sqrt();
             rotor.step((time_s * TICK_HZ as f64) as u64, true, false);
         }

@@ -22,7 +22,7 @@ use crate::cli::Refusal;
 use crate::journal::{self, Contents, Journal};
 use annulus_core::machine::{Machine, Output};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{Drilled, Faults};
+use annulus_core::twin::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
 use owner::{Message, Owner};
 use std::fs::{self, OpenOptions};
@@ -173,7 +173,7 @@ fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
 }
 
 /// The drilled-board record: a plain append a hole, the moment it is made. It knows nothing of the journal.
-fn drilled_record(path: &Path) -> std::io::Result<Box<dyn FnMut(&Drilled) + Send>> {
+fn drilled_record(path: &Path) -> std::io::Result<DrilledBoard> {
     let mut file = OpenOptions::new().create(true).append(true).open(path)?;
     Ok(Box::new(move |hole| {
         let line = format!("{:.4} {:.4} {:.4}\n", hole.x_mm, hole.y_mm, hole.depth_mm);

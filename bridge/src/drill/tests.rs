@@ -22,7 +22,7 @@ fn machine() -> Machine {
 fn grid(machine: &Machine, count: u32) -> Program {
     let process = &machine.process;
     let to = -(process.board_thickness + process.breakthrough);
-    let gate = (machine.stroke_end == StrokeEnd::Sensor).then(|| Gate {
+    let gate = (machine.stroke_end == StrokeEnd::Sensor).then_some(Gate {
         input: Input::ZBottom,
         deadline_us: (machine.longest_drilling_s * 1e6) as u32,
         otherwise: Otherwise::Alarm,
