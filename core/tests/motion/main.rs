@@ -119,7 +119,11 @@ fn any_program_gives_a_timeline_or_a_remark() {
         let commands = [
             Command::Rapid { to: Point::new(wild, Length::ZERO) },
             Command::Plunge { to: wild, feed_um_per_s: chance.next() as u32, gate: None },
-            Command::Plunge { to: Length::from_um(-10), feed_um_per_s: (chance.next() % 3) as u32, gate: None },
+            Command::Plunge {
+                to: Length::from_um(-10),
+                feed_um_per_s: (chance.next() % 3) as u32,
+                gate: None,
+            },
             Command::Retract { to: wild },
             Command::Dwell { us: chance.next() as u32 },
         ];
@@ -127,7 +131,9 @@ fn any_program_gives_a_timeline_or_a_remark() {
         program.legs[leg].commands.insert(0, commands[chance.next() as usize % commands.len()]);
         match timeline(&program, machine) {
             Ok(plan) => laws::laws(&plan, machine).unwrap(),
-            Err(remark) => assert!(!remark.message("en").contains('{'), "seed {seed}: {}", remark.message("en")),
+            Err(remark) => {
+                assert!(!remark.message("en").contains('{'), "seed {seed}: {}", remark.message("en"))
+            }
         }
     }
 }
