@@ -85,7 +85,8 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
         machine_file::write_whole(&whole, bytes)
     });
     written.map_err(|error| {
-        let why = Remark::new(Weight::Loss, "job.not_written").with("file", path.display()).with("reason", error);
+        let why =
+            Remark::new(Weight::Loss, "job.not_written").with("file", path.display()).with("reason", error);
         Refusal::surroundings(why)
     })
 }
@@ -93,7 +94,8 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
 /// The program in the file `path`; none when it is something else.
 fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     let trouble = |error: std::io::Error| {
-        let why = Remark::new(Weight::Loss, "job.unreadable").with("file", path.display()).with("reason", error);
+        let why =
+            Remark::new(Weight::Loss, "job.unreadable").with("file", path.display()).with("reason", error);
         Refusal::surroundings(why)
     };
     if !fs::metadata(path).map_err(trouble)?.is_file() {
@@ -156,7 +158,8 @@ fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Rema
         }
     };
     let mut program = cam::lower(&board, &plan, &machine);
-    let seen = remarks.iter().filter(|remark| remark.weight == Weight::Loss).map(|remark| remark.code.clone());
+    let seen =
+        remarks.iter().filter(|remark| remark.weight == Weight::Loss).map(|remark| remark.code.clone());
     program.accepted.extend(seen);
     program.accepted.sort();
     program.accepted.dedup();
@@ -166,7 +169,8 @@ fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Rema
 
 fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
     if let Some(loaded) = args.loaded.filter(|loaded| !(0.0..=LARGEST_BIT_MM).contains(loaded)) {
-        let why = Remark::new(Weight::Loss, "job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
+        let why =
+            Remark::new(Weight::Loss, "job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
         return Err(Refusal::usage(why));
     }
     Ok(PlanOptions {

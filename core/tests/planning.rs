@@ -74,10 +74,13 @@ fn holds(board: &Board, plan: &Plan, order: Order) {
     for bit in &plan.bits {
         let mut in_file = bit.holes.clone();
         in_file.sort_unstable();
-        let (file, planned): (Vec<_>, Vec<_>) = (in_file.iter().map(at).collect(), bit.holes.iter().map(at).collect());
+        let (file, planned): (Vec<_>, Vec<_>) =
+            (in_file.iter().map(at).collect(), bit.holes.iter().map(at).collect());
         match order {
             Order::File => assert_eq!(in_file, bit.holes),
-            Order::Shortest => assert!(ring(&planned) <= ring(&file) + 1e-9, "{} > {}", ring(&planned), ring(&file)),
+            Order::Shortest => {
+                assert!(ring(&planned) <= ring(&file) + 1e-9, "{} > {}", ring(&planned), ring(&file))
+            }
             Order::Fastest => {
                 let time = |places: Vec<Point>| way(plan.origin, places, hop_time);
                 assert!(time(planned) <= time(file) + 1e-9);
@@ -94,8 +97,9 @@ fn holds(board: &Board, plan: &Plan, order: Order) {
     match order {
         Order::Shortest => assert!(plan.travel_after_mm <= plan.travel_before_mm + 1e-9),
         Order::Fastest => assert!(plan.hop_time_after_s <= plan.hop_time_before_s + 1e-9),
-        Order::File => assert!((plan.travel_after_mm, plan.hop_time_after_s)
-            == (plan.travel_before_mm, plan.hop_time_before_s)),
+        Order::File => assert!(
+            (plan.travel_after_mm, plan.hop_time_after_s) == (plan.travel_before_mm, plan.hop_time_before_s)
+        ),
     }
 }
 
@@ -106,7 +110,8 @@ fn every_plan_of_many_small_boards_holds() {
         let mut chance = Chance(seed);
         let board = board(&mut chance);
         let order = [Order::Shortest, Order::Fastest, Order::File][chance.below(3) as usize];
-        let options = PlanOptions { order, seed, iterations: Some(chance.below(12)), ..PlanOptions::default() };
+        let options =
+            PlanOptions { order, seed, iterations: Some(chance.below(12)), ..PlanOptions::default() };
         let one = std::panic::catch_unwind(|| {
             let one = plan(&board, &machine, &options);
             holds(&board, &one, order);
@@ -157,7 +162,11 @@ fn few_holes_are_ordered_as_well_as_can_be() {
         let fastest = plan(&board, &machine, &options(Order::Fastest));
         let origin = fastest.origin;
         let best = least(&mut places, 0, &|places| way(origin, places.iter().copied(), hop_time));
-        assert!(fastest.hop_time_after_s <= best + 1e-9, "seed {seed}: {} > {best}", fastest.hop_time_after_s);
+        assert!(
+            fastest.hop_time_after_s <= best + 1e-9,
+            "seed {seed}: {} > {best}",
+            fastest.hop_time_after_s
+        );
     }
 }
 
@@ -220,7 +229,8 @@ fn clusters_lines_and_crowds_are_no_trouble() {
 
 #[test]
 fn losses_stop_a_plan_until_they_are_seen() {
-    let mut board = Board { holes: vec![hole(0, 0, 800), hole(10, 0, 9_000), hole(20, 0, 800)], ..Board::default() };
+    let mut board =
+        Board { holes: vec![hole(0, 0, 800), hole(10, 0, 9_000), hole(20, 0, 800)], ..Board::default() };
     board.holes[2].diameter = None;
     let mut options = PlanOptions::default();
     let codes = |board: &Board, options: &PlanOptions| -> Vec<String> {
@@ -253,7 +263,8 @@ fn the_loaded_bit_can_go_first() {
     for (loaded, bits, code) in rows {
         let loaded = loaded.map(Length::from_um);
         let options = PlanOptions { group: Group::LoadedFirst, loaded, ..PlanOptions::default() };
-        let (plan, remarks) = cam::plan(&board, &virtual_drill(), &options, &hop_time, &mut |_| true).unwrap();
+        let (plan, remarks) =
+            cam::plan(&board, &virtual_drill(), &options, &hop_time, &mut |_| true).unwrap();
         assert_eq!(plan.bits.iter().map(|bit| bit.bit).collect::<Vec<_>>(), bits.map(Length::from_um));
         assert_eq!(remarks.first().map(|remark| remark.code.as_str()), code);
     }
@@ -272,7 +283,9 @@ fn print(program: &Program) -> String {
     let command = |command: &Command| match command {
         Command::Rapid { to } => format!("rapid {} {}", to.x.mm(), to.y.mm()),
         Command::Plunge { to, feed_um_per_s, gate } => {
-            let gate = gate.map_or(String::new(), |g| format!(" until {:?} or {} µs: {:?}", g.input, g.deadline_us, g.otherwise));
+            let gate = gate.map_or(String::new(), |g| {
+                format!(" until {:?} or {} µs: {:?}", g.input, g.deadline_us, g.otherwise)
+            });
             format!("plunge {} at {feed_um_per_s} µm/s{gate}", to.mm())
         }
         Command::Retract { to } => format!("retract {}", to.mm()),
@@ -396,7 +409,8 @@ fn nanometres_survive_a_drill_file() {
     let mut board = Board { holes: vec![hole(0, 0, 800)], ..Board::default() };
     board.holes[0].at = Point::new(Length::from_nm(1_234_567), Length::from_nm(-1));
     let machine = virtual_drill();
-    let text = post::excellon(&cam::lower(&board, &plan(&board, &machine, &PlanOptions::default()), &machine));
+    let text =
+        post::excellon(&cam::lower(&board, &plan(&board, &machine, &PlanOptions::default()), &machine));
     assert!(text.contains("X1.234567Y-0.000001\n"), "{text}");
     let unique: BTreeMap<&str, usize> = post::targets().into_iter().map(|name| (name, 1)).collect();
     assert_eq!(unique.len(), post::targets().len());

@@ -27,13 +27,16 @@ pub(crate) struct ExportArgs {
 pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     let unknown = || {
         let known = post::targets().join(", ");
-        Refusal::usage(Remark::new(Weight::Loss, "post.unknown_target").with("name", &args.to).with("known", known))
+        Refusal::usage(
+            Remark::new(Weight::Loss, "post.unknown_target").with("name", &args.to).with("known", known),
+        )
     };
     if !post::targets().contains(&args.to.as_str()) {
         return Err(unknown());
     }
     let job = job::open(&args.job)?;
-    let (text, extension) = post::write(&args.to, &job.program).ok_or_else(unknown)?.map_err(Refusal::content)?;
+    let (text, extension) =
+        post::write(&args.to, &job.program).ok_or_else(unknown)?.map_err(Refusal::content)?;
     let file = if args.output.is_dir() {
         args.output.join(job::stem(&args.job.job)).with_extension(extension)
     } else {

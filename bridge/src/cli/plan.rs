@@ -32,7 +32,10 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
         job::write_output(path, &bytes)?;
     }
     let Job { plan: Some(plan), board: Some(board), remarks, .. } = &job else {
-        return Err(Refusal::content(Remark::new(annulus_core::remark::Weight::Loss, "plan.nothing_to_drill")));
+        return Err(Refusal::content(Remark::new(
+            annulus_core::remark::Weight::Loss,
+            "plan.nothing_to_drill",
+        )));
     };
     let rows = rows(plan, board);
     let tools: Vec<Value> = rows
@@ -92,10 +95,12 @@ fn text(plan: &Plan, rows: &[Row], remarks: &[Remark]) -> String {
         locale::text("en", key, &args)
     };
     let holes: usize = rows.iter().map(|row| row.holes).sum();
-    let mut out = say("plan.report.head", &[("holes", holes.to_string()), ("bits", plan.bits.len().to_string())]);
+    let mut out =
+        say("plan.report.head", &[("holes", holes.to_string()), ("bits", plan.bits.len().to_string())]);
     out.push('\n');
     for row in rows {
-        let (n, bit, holes) = (format!("{:>3}", row.n), format!("{:>7.3}", row.bit.mm()), format!("{:>6}", row.holes));
+        let (n, bit, holes) =
+            (format!("{:>3}", row.n), format!("{:>7.3}", row.bit.mm()), format!("{:>6}", row.holes));
         let size = format!("{:.3}", row.size.mm());
         out += &say("plan.report.bit", &[("n", n), ("bit", bit), ("holes", holes), ("size", size)]);
         out.push('\n');

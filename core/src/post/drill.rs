@@ -65,7 +65,7 @@ impl Values {
             match *command {
                 Command::Rapid { to } => self.at = to,
                 Command::Plunge { to, feed_um_per_s, .. } => {
-                    (self.depth, self.feed_um_per_s) = (to, feed_um_per_s)
+                    (self.depth, self.feed_um_per_s) = (to, feed_um_per_s);
                 }
                 Command::Dwell { us } if matches!(leg.mark, Mark::Hole(_)) => self.pause_us = us,
                 Command::Dwell { us } => self.spin_up_us = us,
