@@ -61,7 +61,11 @@ fn literals(source: &str) -> Vec<Literal> {
 }
 
 fn is_key(literal: &Literal) -> bool {
-    ["t!(", "say!(", "key!("].iter().any(|call| literal.before.ends_with(call))
+    let called = |call: &str| {
+        let name = literal.before.strip_suffix(call)?;
+        (!name.ends_with(|last: char| last.is_alphanumeric() || last == '_')).then_some(())
+    };
+    ["t!(", "say!(", "key!("].into_iter().any(|call| called(call).is_some())
 }
 
 /// A word as people write it: a capital, then small letters; or something shown as it stands.

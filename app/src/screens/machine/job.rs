@@ -7,6 +7,7 @@ use crate::document::desk;
 use crate::format::clock;
 use crate::i18n::{say, t};
 use crate::link::{self, Link};
+use crate::screens::shown;
 use crate::state::state;
 use crate::widgets::{fact, push_if};
 use annulus_core::control::State;
@@ -36,7 +37,12 @@ pub(crate) fn job() -> impl IntoView {
 }
 
 fn progress(line: Link) -> impl IntoView {
-    let counts = Memo::new(move |_| from(line, |status| (status.holes_done, status.holes_total)));
+    let planned =
+        move || state().shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count() as u32));
+    let counts = Memo::new(move |_| match from(line, |status| (status.holes_done, status.holes_total)) {
+        (_, 0) => (shown::moment().progress.discs, planned()),
+        counts => counts,
+    });
     let percent = move || {
         let (done, total) = counts.get();
         if total > 0 { format!("{} %", u64::from(done) * 100 / u64::from(total)) } else { String::new() }
