@@ -32,7 +32,7 @@ pub(super) fn heard(tell: Tell) {
         }
         Tell::Control { yours, taken, viewers } => line.control.set(Control { yours, taken, viewers }),
         Tell::Armed { job, stream_digest, checks } => {
-            line.armed.set(Some(Armed { job, stream_digest, checks }))
+            line.armed.set(Some(Armed { job, stream_digest, checks }));
         }
         Tell::Ended { job, ending, holes_done } => {
             line.interrupted.set(None);

@@ -88,7 +88,7 @@ pub(crate) fn act(action: Action) {
         Action::Region(onwards) => next_region(onwards),
         Action::Fit | Action::ZoomIn | Action::ZoomOut => stage::act(action),
         Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
-            simulate::play().act(action)
+            simulate::play().act(action);
         }
         Action::Speak => speak(),
     }

@@ -42,7 +42,7 @@ pub fn virtual_list(
     let rows = move || {
         let from = first.get().saturating_sub(MORE);
         let to = (first.get() + seen.get() + MORE).min(count.get());
-        (from..to).map(|index| row(index)).collect::<Vec<_>>()
+        (from..to).map(&row).collect::<Vec<_>>()
     };
     div()
         .node_ref(element)

@@ -64,7 +64,7 @@ fn order() -> impl IntoView {
             span().child(t!("page.plan.bits")),
             select()
                 .on(ev::change, move |event| {
-                    desk.loaded.set(event_target_value(&event).parse().ok().map(Length::from_nm))
+                    desk.loaded.set(event_target_value(&event).parse().ok().map(Length::from_nm));
                 })
                 .child((option().attr("value", "").child(t!("page.plan.ascending")), options)),
         )),

@@ -41,7 +41,7 @@ pub(crate) fn readouts() -> impl IntoView {
         Some(crate::i18n::say!("page.machine.target", x = x, y = y))
     };
     let age = move || {
-        (line.freshness.get() != Freshness::Fresh && line.ever.get()).then(|| t!("page.machine.stale"))
+        (line.freshness.get() != Freshness::Fresh && line.ever.get()).then_some(t!("page.machine.stale"))
     };
     div().class(aged).attr("aria-label", t!("page.machine.readouts")).attr("role", "group").child((
         span().class("quiet").child(t!("page.machine.work")),

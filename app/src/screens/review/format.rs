@@ -98,7 +98,7 @@ pub(crate) fn format(numbers: Numbers, drill: DrillRow) -> impl IntoView {
             },
         ),
         pick(key!("page.review.zeros"), numbers.zeros, &["leading", "trailing", "none"], |numbers, word| {
-            numbers.zeros = word
+            numbers.zeros = word;
         }),
     ))
 }

@@ -128,7 +128,7 @@ impl Play {
             Action::Step(stride) => self.step(stride),
             Action::Beginning => self.seek(0.0),
             Action::End => {
-                self.seek(self.playback.with_untracked(|p| p.as_ref().map_or(0.0, |p| p.total_s())))
+                self.seek(self.playback.with_untracked(|p| p.as_ref().map_or(0.0, |p| p.total_s())));
             }
             Action::Faster(more) => self.speed.update(|speed| *speed = scrub::next_speed(*speed, more)),
             _ => {}
