@@ -8,7 +8,7 @@
 //! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
 //! what becomes of it.
 
-use crate::cli::{Group, JobArgs, Order, Refusal};
+use crate::cli::{self, Group, JobArgs, Order, Refusal};
 use crate::{files, machine_file};
 use annulus_core::artwork::Kind;
 use annulus_core::board::{Board, Hole, from_artwork};
@@ -135,7 +135,7 @@ fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
     let is_unseen = |remark: &&Remark| remark.weight == Weight::Loss && !accept.contains(&remark.code);
     let mut losses = remarks.iter().filter(is_unseen);
     let Some(first) = losses.next() else { return Ok(()) };
-    losses.for_each(|loss| eprintln!("{}", Refusal::content(loss.clone())));
+    losses.for_each(|loss| cli::say(Refusal::content(loss.clone())));
     Err(Refusal::content(first.clone()))
 }
 

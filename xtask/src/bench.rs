@@ -29,7 +29,8 @@ pub(crate) fn run(arguments: &[String]) -> Done {
 
 fn wasm_speed() -> Done {
     let toolchain = wasm::ensure()?;
-    let mut build = command("cargo", &["build", "-p", "annulus-speed", "--release", "--target", wasm::TRIPLE]);
+    let mut build =
+        command("cargo", &["build", "-p", "annulus-speed", "--release", "--target", wasm::TRIPLE]);
     call(toolchain.apply(&mut build))?;
     let module = target().join(wasm::TRIPLE).join("release/annulus_speed.wasm");
     let script = target().join("speed.mjs");
@@ -41,7 +42,8 @@ fn sizes() -> Done {
     let folder = page::build()?;
     say("Sizes of the page");
     for name in ["annulus_bg.wasm", "annulus.js"] {
-        let size = |suffix: &str| fs::metadata(folder.join(format!("{name}{suffix}"))).map_or(0, |file| file.len());
+        let size =
+            |suffix: &str| fs::metadata(folder.join(format!("{name}{suffix}"))).map_or(0, |file| file.len());
         println!("size/{name}: {} raw, {} gzip, {} brotli (bytes)", size(""), size(".gz"), size(".br"));
     }
     Ok(())

@@ -16,7 +16,8 @@ pub(crate) struct Browser {
 
 /// Looks for them.
 pub(crate) fn find() -> Option<Browser> {
-    let chromium = which("chromium").or_else(|| which("chromium-browser")).or_else(|| which("google-chrome"))?;
+    let chromium =
+        which("chromium").or_else(|| which("chromium-browser")).or_else(|| which("google-chrome"))?;
     Some(Browser { chromium, driver: which("chromedriver")? })
 }
 

@@ -15,10 +15,18 @@ pub(crate) fn run() -> Done {
     line(wasm::present(), "WebAssembly target", "rustup target add, or Debian's packages");
     let node = output(&mut command("node", &["--version"]));
     line(node.is_some(), "Node 20 or newer", node.as_deref().unwrap_or("from your system or nodejs.org"));
-    line(npm::folder().join("node_modules").exists(), "npm packages", "installed from the lock file when needed");
+    line(
+        npm::folder().join("node_modules").exists(),
+        "npm packages",
+        "installed from the lock file when needed",
+    );
     line(browser::find().is_some(), "Chromium and its driver", "only the tests need them");
     let absent = tools::missing();
-    line(absent.is_empty(), "test tools", &if absent.is_empty() { "built".to_owned() } else { absent.join(", ") });
+    line(
+        absent.is_empty(),
+        "test tools",
+        &if absent.is_empty() { "built".to_owned() } else { absent.join(", ") },
+    );
     line(which("cc").is_some(), "C compiler", "links what cargo builds");
     Ok(())
 }

@@ -14,16 +14,20 @@ pub(crate) fn folder() -> PathBuf {
 
 /// Installs what the lock file says, unless that was done already.
 pub(crate) fn ensure() -> Done<PathBuf> {
-    let lock = fs::read(folder().join("package-lock.json")).map_err(|error| format!("No lock file: {error}."))?;
+    let lock =
+        fs::read(folder().join("package-lock.json")).map_err(|error| format!("No lock file: {error}."))?;
     let stamp = folder().join("node_modules/.annulus-stamp");
     let wanted = format!("{:x}", Sha256::digest(&lock));
     if fs::read_to_string(&stamp).is_ok_and(|found| found == wanted) {
         return Ok(folder());
     }
     let version = output(&mut command("node", &["--version"])).unwrap_or_default();
-    let major: u32 = version.trim_start_matches('v').split('.').next().and_then(|n| n.parse().ok()).unwrap_or(0);
+    let major: u32 =
+        version.trim_start_matches('v').split('.').next().and_then(|n| n.parse().ok()).unwrap_or(0);
     if major < 20 || which("npm").is_none() {
-        return Err("Node 20 or newer with npm is needed. Install it from your system or from nodejs.org.".to_owned());
+        return Err(
+            "Node 20 or newer with npm is needed. Install it from your system or from nodejs.org.".to_owned()
+        );
     }
     let mut install = command("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"]);
     run(install.current_dir(folder()))?;

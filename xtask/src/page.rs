@@ -22,7 +22,8 @@ pub(crate) fn folder() -> PathBuf {
 /// Builds the page, unless nothing changed since it was built.
 pub(crate) fn build() -> Done<PathBuf> {
     let toolchain = wasm::ensure()?;
-    let mut cargo = command("cargo", &["build", "-p", "annulus-app", "--profile", "page", "--target", wasm::TRIPLE]);
+    let mut cargo =
+        command("cargo", &["build", "-p", "annulus-app", "--profile", "page", "--target", wasm::TRIPLE]);
     run(toolchain.apply(&mut cargo))?;
     let compiled = target().join(wasm::TRIPLE).join("page/annulus_app.wasm");
     let stamp = stamp(&compiled)?;
@@ -115,7 +116,8 @@ fn compress(folder: &Path) -> Done {
         }
         let name = file.to_string_lossy();
         let save = |extension: &str, packed: &[u8]| {
-            fs::write(format!("{name}.{extension}"), packed).map_err(|error| format!("{name}.{extension}: {error}."))
+            fs::write(format!("{name}.{extension}"), packed)
+                .map_err(|error| format!("{name}.{extension}: {error}."))
         };
         save("br", &brotli(&bytes)?)?;
         save("gz", &gzip(&bytes)?)?;

@@ -62,10 +62,14 @@ pub(crate) fn which(program: &str) -> Option<PathBuf> {
 pub(crate) fn install_packages(why: &str, packages: &[&str]) -> Done {
     let line = format!("apt-get install --no-install-recommends {}", packages.join(" "));
     if which("apt-get").is_none() {
-        return Err(format!("{why} is missing. On Debian or Ubuntu: `sudo {line}`; elsewhere install the same."));
+        return Err(format!(
+            "{why} is missing. On Debian or Ubuntu: `sudo {line}`; elsewhere install the same."
+        ));
     }
     if output(&mut command("id", &["-u"])).as_deref() != Some("0") {
-        return Err(format!("{why} is missing, and only root may install it. Type:\n\n  sudo {line}\n\nthen start again."));
+        return Err(format!(
+            "{why} is missing, and only root may install it. Type:\n\n  sudo {line}\n\nthen start again."
+        ));
     }
     say(&format!("{why} is missing; installing the system packages {}", packages.join(" ")));
     run(&mut command("apt-get", &["update", "-q"]))?;

@@ -71,7 +71,10 @@ fn suites() -> Done<Vec<Suite>> {
     let mut suites = checks(&toolchain, &tools);
     suites.insert(1, tests("native", native()));
     for (name, package) in [("wasm-core", "core"), ("wasm-app", "app")] {
-        let mut pack = command(tools.join("wasm-pack"), &["test", "--headless", "--chrome", "--mode", "no-install", package]);
+        let mut pack = command(
+            tools.join("wasm-pack"),
+            &["test", "--headless", "--chrome", "--mode", "no-install", package],
+        );
         let old = std::env::var_os("PATH").unwrap_or_default();
         let path = std::env::join_paths(std::iter::once(tools.clone()).chain(std::env::split_paths(&old)));
         pack.env("PATH", path.map_err(|error| error.to_string())?).env("CHROMEDRIVER", &browser.driver);
@@ -136,7 +139,9 @@ fn run_suite(suite: &mut Suite) -> Done<Count> {
 fn counted(line: &str) -> Count {
     let number = |text: &str| text.split_whitespace().next().and_then(|word| word.parse().ok()).unwrap_or(0);
     if let Some((_, rest)) = line.split_once("test result: ").and_then(|(_, rest)| rest.split_once(". ")) {
-        let field = |name: &str| rest.split(';').find(|part| part.contains(name)).map_or(0, |part| number(part.trim()));
+        let field = |name: &str| {
+            rest.split(';').find(|part| part.contains(name)).map_or(0, |part| number(part.trim()))
+        };
         return Count { passed: field(" passed"), failed: field(" failed"), skipped: field(" ignored") };
     }
     if let Some(rest) = line.strip_prefix("# pass ") {

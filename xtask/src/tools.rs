@@ -16,7 +16,12 @@ struct Tool {
 }
 
 const TOOLS: &[Tool] = &[
-    Tool { program: "wasm-bindgen-test-runner", package: "wasm-bindgen-cli", version: "0.2.130", locked: false },
+    Tool {
+        program: "wasm-bindgen-test-runner",
+        package: "wasm-bindgen-cli",
+        version: "0.2.130",
+        locked: false,
+    },
     Tool { program: "wasm-pack", package: "wasm-pack", version: "0.15.1", locked: true },
     Tool { program: "cargo-deny", package: "cargo-deny", version: "0.20.2", locked: true },
 ];
@@ -40,15 +45,21 @@ pub(crate) fn missing() -> Vec<&'static str> {
 /// are used for seconds.
 pub(crate) fn ensure() -> Done<PathBuf> {
     for tool in TOOLS.iter().filter(|tool| !is_there(tool)) {
-        say(&format!("{} {} is missing; building it once (one to three minutes)", tool.program, tool.version));
+        say(&format!(
+            "{} {} is missing; building it once (one to three minutes)",
+            tool.program, tool.version
+        ));
         let home = home();
-        let mut install = command("cargo", &["install", tool.package, "--version", tool.version, "--force", "--root"]);
+        let mut install =
+            command("cargo", &["install", tool.package, "--version", tool.version, "--force", "--root"]);
         install.arg(home).env("CARGO_TARGET_DIR", target().join("tools-build"));
         if tool.locked {
             install.arg("--locked");
         }
         install.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1").env("CARGO_PROFILE_RELEASE_LTO", "off");
-        run(install.env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16").env("CARGO_PROFILE_RELEASE_DEBUG", "0"))?;
+        run(install
+            .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16")
+            .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))?;
     }
     Ok(home().join("bin"))
 }

@@ -33,7 +33,8 @@ pub(crate) fn ensure() -> Done<Toolchain> {
         if present() {
             return Ok(Toolchain(None));
         }
-        let added = which("rustup").is_some() && run(&mut command("rustup", &["target", "add", TRIPLE])).is_ok();
+        let added =
+            which("rustup").is_some() && run(&mut command("rustup", &["target", "add", TRIPLE])).is_ok();
         if added && present() {
             return Ok(Toolchain(None));
         }

@@ -19,6 +19,8 @@ pub(crate) use refusal::{Exit, Refusal};
 use annulus_core::remark::{Remark, Weight};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -175,9 +177,35 @@ fn explain(error: &clap::Error) -> ExitCode {
     if asked {
         let text = error.render().to_string();
         let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        println!("{}", Refusal::usage(Remark::new(Weight::Loss, "cli.usage").with("what", first)).object());
+        let refusal = Refusal::usage(Remark::new(Weight::Loss, "cli.usage").with("what", first));
+        return ended(refusal.exit, print(format_args!("{}\n", refusal.object())));
     }
     Exit::Usage.into()
+}
+
+/// Prints on standard output.
+fn print(text: impl Display) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    write!(out, "{text}")?;
+    out.flush()
+}
+
+/// Says a line to the person on standard error; whoever does not listen need not.
+pub(crate) fn say(line: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Exit code after printing: a reader that went away (`annulus … | head`) has had enough, a full disk has not.
+fn ended(exit: Exit, printed: io::Result<()>) -> ExitCode {
+    match printed {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            let why = Remark::new(Weight::Loss, "cli.not_printed").with("reason", error);
+            let refusal = Refusal::surroundings(why);
+            say(&refusal);
+            refusal.exit.into()
+        }
+        _ => exit.into(),
+    }
 }
 
 fn run(arguments: Arguments) -> ExitCode {
@@ -185,25 +213,21 @@ fn run(arguments: Arguments) -> ExitCode {
     match dispatch(arguments) {
         // What a command already said itself is not said again.
         Ok(answer) if answer.object.is_null() => answer.exit.into(),
-        Ok(answer) => {
-            if json {
-                let mut object = json!({ "ok": answer.exit == Exit::Done });
-                if let (Value::Object(out), Value::Object(rows)) = (&mut object, answer.object) {
-                    out.extend(rows);
-                }
-                println!("{object}");
-                eprint!("{}", answer.text);
-            } else {
-                print!("{}", answer.text);
+        Ok(answer) if json => {
+            let mut object = json!({ "ok": answer.exit == Exit::Done });
+            if let (Value::Object(out), Value::Object(rows)) = (&mut object, answer.object) {
+                out.extend(rows);
             }
-            answer.exit.into()
+            if !answer.text.is_empty() {
+                say(answer.text.trim_end());
+            }
+            ended(answer.exit, print(format_args!("{object}\n")))
         }
+        Ok(answer) => ended(answer.exit, print(answer.text)),
         Err(refusal) => {
-            if json {
-                println!("{}", refusal.object());
-            }
-            eprintln!("{refusal}");
-            refusal.exit.into()
+            say(&refusal);
+            let object = if json { format!("{}\n", refusal.object()) } else { String::new() };
+            ended(refusal.exit, print(object))
         }
     }
 }

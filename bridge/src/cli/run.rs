@@ -33,7 +33,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let known = machine_file::named(&args.job.machine)?;
     let job = job::open_for_machine(&args.job)?;
     for remark in &job.remarks {
-        eprintln!("{}", remark.message("en"));
+        super::say(remark.message("en"));
     }
     let bytes = program::encode(&job.program);
     let folder = machine_file::data_folder();
@@ -85,7 +85,7 @@ impl<'a> Operator<'a> {
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         if let Some(alarm) = self.status().and_then(|status| status.alarm) {
-            eprintln!("{} {}", alarm.message("en"), alarm.advice("en"));
+            super::say(format_args!("{} {}", alarm.message("en"), alarm.advice("en")));
             self.ask(Ask::AcknowledgeAlarm)?;
         }
         let offer = self.drill.greeting().into_iter().find_map(|tell| match tell {
@@ -99,7 +99,7 @@ impl<'a> Operator<'a> {
         }
         let from_leg = match offer.filter(|_| !from_start) {
             Some((leg, holes)) => {
-                eprintln!("This job was interrupted after {holes} holes; it goes on there.");
+                super::say(format_args!("This job was interrupted after {holes} holes; it goes on there."));
                 leg
             }
             None => {
@@ -137,7 +137,7 @@ impl<'a> Operator<'a> {
             pressed = tokio::signal::ctrl_c() => {
                 if pressed.is_ok() && !self.interrupted {
                     self.interrupted = true;
-                    eprintln!("Stopping.");
+                    super::say("Stopping.");
                     let _ = self.drill.ask(Ask::Stop);
                 }
                 self.status().map(|status| Tell::Status(Box::new(status)))
@@ -165,7 +165,7 @@ impl<'a> Operator<'a> {
                 Some(Tell::Ended { job, ending, holes_done }) if job == *key => return (ending, holes_done),
                 Some(Tell::Status(status)) => {
                     if status.state == State::ToolChange && self.drill.ask(Ask::BitChanged).is_ok() {
-                        eprintln!("The next bit is in: the virtual drill needs nobody to change it.");
+                        super::say("The next bit is in: the virtual drill needs nobody to change it.");
                     }
                     self.bar.set_length(u64::from(status.holes_total));
                     self.bar.set_position(u64::from(status.holes_done));

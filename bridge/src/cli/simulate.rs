@@ -55,7 +55,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
 fn lawful<T>(verdict: Result<T, Vec<Remark>>) -> Result<(), Refusal> {
     let mut refusals = verdict.err().into_iter().flatten().map(Refusal::content);
     let Some(first) = refusals.next() else { return Ok(()) };
-    refusals.for_each(|refusal| eprintln!("{refusal}"));
+    refusals.for_each(super::say);
     Err(first)
 }
 

@@ -21,8 +21,11 @@ fn corpus() -> Option<PathBuf> {
 
 /// The 120,000-hit file of the corpus with its hits repeated to 50 MB.
 fn large_drill_file(corpus: &Path) -> Vec<u8> {
-    let text = std::fs::read(corpus.join("synthetic/h01-huge-120000-hits.drl")).expect("the file is in the corpus");
-    let newline = |from: usize| text[from..].iter().position(|&byte| byte == b'\n').map_or(text.len(), |at| from + at + 1);
+    let text =
+        std::fs::read(corpus.join("synthetic/h01-huge-120000-hits.drl")).expect("the file is in the corpus");
+    let newline = |from: usize| {
+        text[from..].iter().position(|&byte| byte == b'\n').map_or(text.len(), |at| from + at + 1)
+    };
     let first_hit = text.windows(2).position(|two| two == b"\nX").map_or(0, |at| at + 1);
     let tail = text.windows(4).rposition(|four| four == b"\nM30").map_or(text.len(), |at| newline(at));
     let mut large = text[..first_hit].to_vec();
@@ -73,15 +76,22 @@ fn streams(criterion: &mut Criterion) {
 
 fn tours(_: &mut Criterion) {
     let Some(corpus) = corpus() else { return };
-    let text = std::fs::read_to_string(corpus.join("tsplib/optima.json")).expect("the optima are in the corpus");
+    let text =
+        std::fs::read_to_string(corpus.join("tsplib/optima.json")).expect("the optima are in the corpus");
     let optima: serde_json::Value = serde_json::from_str(&text).expect("the optima are JSON");
     let rows = optima["instances"].as_array().or(optima["tsplib"].as_array()).cloned().unwrap_or_default();
     for row in rows {
         let (Some(name), Some(optimum)) = (row["name"].as_str(), row["optimum"].as_f64()) else { continue };
-        let Ok(instance) = std::fs::read_to_string(corpus.join(format!("tsplib/{name}.tsp"))) else { continue };
+        let Ok(instance) = std::fs::read_to_string(corpus.join(format!("tsplib/{name}.tsp"))) else {
+            continue;
+        };
         let began = std::time::Instant::now();
         let gap = cam::bench::tsplib_gap(&instance, optimum, 1).unwrap_or(f64::NAN);
-        println!("tour/{name:<10} {:+.2} % over the optimum in {:.2} s", gap * 100.0, began.elapsed().as_secs_f64());
+        println!(
+            "tour/{name:<10} {:+.2} % over the optimum in {:.2} s",
+            gap * 100.0,
+            began.elapsed().as_secs_f64()
+        );
     }
 }
 

@@ -17,7 +17,8 @@ pub fn timeline(holes: usize) -> Timeline {
     let (board, machine) = (cam::bench::scattered_board(holes, 1), machine());
     let options = PlanOptions { order: Order::File, ..PlanOptions::default() };
     let hop = |from, to| motion::hop_time_s(&machine, from, to);
-    let (plan, _) = cam::plan(&board, &machine, &options, &hop, &mut |_| true).expect("0.8 mm is in the rack");
+    let (plan, _) =
+        cam::plan(&board, &machine, &options, &hop, &mut |_| true).expect("0.8 mm is in the rack");
     let program = cam::lower(&board, &plan, &machine);
     motion::timeline(&program, &machine).expect("the machine is sound")
 }
