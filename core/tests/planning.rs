@@ -306,7 +306,7 @@ fn golden_program() {
     let program = cam::lower(&board, &plan, &machine);
     assert_eq!((program.origin, program.machine.len()), (Point::from_mm(10.0, 20.0), 64));
     let expected = "\
-Prepare: spindle 30000, dwell 1500000 µs
+Prepare: spindle 0
 ChangeBit(0): spindle 0, rapid 0 0, await 0.8 mm, spindle 30000, dwell 1500000 µs
 Hole(3): rapid 1 0.5, plunge -2.1 at 12000 µm/s, retract 2
 Hole(0): rapid 1 1, plunge -2.1 at 12000 µm/s, retract 2

@@ -25,7 +25,8 @@ fn micros(us: f64) -> u32 {
 pub fn lower(board: &Board, plan: &Plan, machine: &Machine) -> Program {
     let bits =
         plan.bits.iter().map(|b| Bit { diameter: b.bit, name: format!("{} mm", rack::size_text(b.bit)) });
-    let mut legs = vec![Leg { mark: Mark::Prepare, commands: spindle_on(machine) }];
+    // Every change of bits turns the spindle on again once the bit is in.
+    let mut legs = vec![Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 0 }] }];
     for (index, bit) in (0..).zip(&plan.bits) {
         legs.push(change(index, machine));
         for &hole in &bit.holes {

@@ -46,7 +46,7 @@ pub struct Bit {
 /// What a leg is for, and the way back to the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mark {
-    /// Spindle up, first height.
+    /// Spindle off, at safe height.
     Prepare,
     /// Put this bit (index into [`Program::bits`]) in; a person or the magazine does it.
     ChangeBit(u32),
