@@ -2,7 +2,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
 
 const BOARD: &str =
     "M48\nMETRIC,TZ\nT1C0.8\nT2C1.0\n%\nT1\nX5.0Y5.0\nX10.0Y5.0\nX10.0Y9.0\nT2\nX3.0Y3.0\nM30\n";
@@ -78,4 +79,96 @@ fn a_corrupted_journal_is_moved_aside_and_the_board_drilled() {
     assert!(said.contains("journal was damaged"), "{said}");
     let kept = fs::read(folder.path().join("home/journal.damaged-1")).unwrap();
     assert_eq!(kept, [7_u8; 9_000]);
+}
+
+/// Runs `annulus run`, waits for so many holes in the record and sends a signal. Never judged by the clock.
+#[cfg(unix)]
+fn signalled(home: &Path, arguments: &str, holes: usize, signal: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+    command.arg("run").args(arguments.split_whitespace()).current_dir(home);
+    command.env("ANNULUS_HOME", home.join("home")).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child: Child = command.spawn().unwrap();
+    while fs::read_to_string(home.join("home/drilled.txt")).map_or(0, |text| text.lines().count() + 1)
+        <= holes
+    {
+        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let sent = Command::new("sh").args(["-c", &format!("kill -s {signal} {}", child.id())]).status();
+    assert!(sent.unwrap().success());
+    child.wait_with_output().unwrap()
+}
+
+#[test]
+#[cfg(unix)]
+fn a_signal_stops_in_a_controlled_way_and_the_job_goes_on_later() {
+    const HOLES: usize = 200;
+    for signal in ["INT", "TERM", "HUP"] {
+        let folder = folder();
+        let places: String = (0..HOLES).map(|n| format!("X{}.0Y{}.0\n", n % 20 * 2, n / 20 * 2)).collect();
+        let board = format!("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\n{places}M30\n");
+        fs::write(folder.path().join("board.drl"), board).unwrap();
+        let output = signalled(folder.path(), "board.drl --speed 20 --json", 3, signal);
+        let object = json(&output);
+        assert_eq!((output.status.code(), object["ok"].as_bool()), (Some(130), Some(false)), "{object}");
+        assert_eq!(
+            (&object["stopped_because"], &object["position_trust"]),
+            (&"stopped".into(), &"trusted".into())
+        );
+        assert_eq!(object["error"]["code"], "run.stopped", "{object}");
+        assert_eq!(object["stream_digest"].as_str().map(str::len), Some(64));
+        let known = object["holes_done"].as_u64().unwrap() as usize;
+        let places = || -> Vec<String> {
+            let text = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
+            text.lines().map(|line| line.rsplit_once(' ').unwrap().0.to_owned()).collect()
+        };
+        // Stopped below the board, the hole is there but its leg is not done.
+        let before = places().len();
+        assert!((2..HOLES).contains(&known) && (known..=known + 1).contains(&before), "{known} {before}");
+        let output = annulus(folder.path(), "run board.drl --speed 2000 --json");
+        let object = json(&output);
+        assert_eq!(
+            (output.status.code(), object["holes_done"].as_u64()),
+            (Some(0), Some(HOLES as u64)),
+            "{object}"
+        );
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains(&format!("interrupted after {known} holes")), "{said}");
+        let all = places();
+        let different: std::collections::BTreeSet<_> = all.iter().collect();
+        assert_eq!((different.len(), all.len() - HOLES), (HOLES, before - known), "{signal}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_signal_while_homing_starts_nothing() {
+    let folder = folder();
+    let output = signalled(folder.path(), "board.drl --speed 0.1 --json", 0, "INT");
+    let object = json(&output);
+    assert_eq!((output.status.code(), object["holes_done"].as_u64()), (Some(130), Some(0)), "{object}");
+    assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"stopped".into(), &"lost".into()));
+    assert_eq!(fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap(), "");
+}
+
+#[test]
+fn the_laboratory_drill_ends_its_strokes_by_the_sensor() {
+    let folder = folder();
+    // A stroke whose sensor never turns on ends in an alarm, so that a job that is done met it at every hole.
+    let output = annulus(folder.path(), "run board.drl --machine lab --speed 200 --json");
+    let object = json(&output);
+    assert_eq!((output.status.code(), object["holes_done"].as_u64()), (Some(0), Some(4)), "{object}");
+    assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));
+    let text = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
+    let holes: Vec<Vec<f64>> =
+        text.lines().map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect()).collect();
+    let zero = holes.iter().find(|hole| holes.iter().all(|other| hole[0] <= other[0])).unwrap();
+    for (x, y) in [(0.0, 0.0), (2.0, 2.0), (7.0, 2.0), (7.0, 6.0)] {
+        // A step of this drill is 0.21 mm.
+        let near =
+            |hole: &&Vec<f64>| (hole[0] - zero[0] - x).abs() < 0.25 && (hole[1] - zero[1] - y).abs() < 0.25;
+        assert_eq!(holes.iter().filter(near).count(), 1, "{x} {y}: {text}");
+    }
+    let simulated = json(&annulus(folder.path(), "simulate board.drl --machine lab --json"));
+    assert_eq!(simulated["stream_digest"], object["stream_digest"]);
 }

@@ -12,6 +12,7 @@ mod plan;
 mod refusal;
 mod run;
 mod serve;
+mod signals;
 mod simulate;
 
 pub(crate) use refusal::{Exit, Refusal};

@@ -3,6 +3,7 @@
 //! Comes in: a job and a machine. Goes out: a drilled board, and how it ended. An interrupted job of the same program is
 //! taken up where it was left. Does not know how anything moves.
 
+use super::signals::Signals;
 use super::{Answer, Exit, Refusal};
 use crate::drill::{Drill, RECORD};
 use crate::{job, machine_file};
@@ -37,13 +38,14 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     }
     let bytes = program::encode(&job.program);
     let folder = machine_file::data_folder();
+    let no_runtime =
+        |error: std::io::Error| Refusal::surroundings(remark("run.no_runtime").with("reason", error));
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
+    let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let drill = Drill::open(&folder, known.machine, args.speed)?;
     drill.keep_settings_in(known.path);
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    let ran = match runtime {
-        Ok(runtime) => runtime.block_on(Operator::new(&drill, json).drill_all(&bytes, args.from_start)),
-        Err(error) => Err(Refusal::surroundings(remark("run.no_runtime").with("reason", error))),
-    };
+    let operator = Operator::new(&drill, signals, json);
+    let ran = runtime.block_on(operator.drill_all(&bytes, args.from_start));
     drill.shutdown();
     let mut answer = ran?;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
@@ -59,18 +61,19 @@ struct Operator<'a> {
     drill: &'a Drill,
     tells: Receiver<Tell>,
     bar: ProgressBar,
-    /// Ctrl-C was pressed.
+    signals: Signals,
+    /// A signal came.
     interrupted: bool,
 }
 
 impl<'a> Operator<'a> {
-    fn new(drill: &'a Drill, json: bool) -> Self {
+    fn new(drill: &'a Drill, signals: Signals, json: bool) -> Self {
         let shown = std::io::stderr().is_terminal() && !json;
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes  {msg}") {
             bar.set_style(style);
         }
-        Self { drill, tells: drill.watch(), bar, interrupted: false }
+        Self { drill, tells: drill.watch(), bar, signals, interrupted: false }
     }
 
     fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Refusal> {
@@ -94,7 +97,7 @@ impl<'a> Operator<'a> {
         });
         self.ask(Ask::Home)?;
         let homed = self.settle().await;
-        if homed.state != State::Ready {
+        if self.interrupted || homed.state != State::Ready {
             return Ok(self.answer(ending_of(&homed), 0, "", &homed));
         }
         let from_leg = match offer.filter(|_| !from_start) {
@@ -126,7 +129,7 @@ impl<'a> Operator<'a> {
         Err(Refusal::content(remark("control.not_armed")))
     }
 
-    /// The next tell; Ctrl-C stops the drill once.
+    /// The next tell; the first signal stops the drill.
     async fn next(&mut self) -> Option<Tell> {
         tokio::select! {
             tell = self.tells.recv() => match tell {
@@ -134,8 +137,8 @@ impl<'a> Operator<'a> {
                 Err(RecvError::Lagged(_)) => self.status().map(|status| Tell::Status(Box::new(status))),
                 Err(RecvError::Closed) => None,
             },
-            pressed = tokio::signal::ctrl_c() => {
-                if pressed.is_ok() && !self.interrupted {
+            _ = self.signals.wait() => {
+                if !self.interrupted {
                     self.interrupted = true;
                     super::say("Stopping.");
                     let _ = self.drill.ask(Ask::Stop);

@@ -3,6 +3,7 @@
 //! Comes in: port, machine, speed. Goes out: one line on standard output with the address that works once; the log on
 //! standard error. Ends with Ctrl-C or a signal, after the drill came to rest. Does not know what is served.
 
+use super::signals::Signals;
 use super::{Answer, Exit, Refusal};
 use crate::drill::Drill;
 use crate::server::runtime::{self, Claim};
@@ -51,7 +52,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(|error| trouble("serve.cannot_start", &error))?;
     let signal = runtime.block_on(async {
-        let signals = Signals::new()?;
+        let mut signals = Signals::new()?;
         let listeners =
             listeners.into_iter().map(tokio::net::TcpListener::from_std).collect::<io::Result<Vec<_>>>()?;
         announce(&url, port, json);
@@ -59,7 +60,11 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
             tracing::info!("no browser to open: copy the address");
         }
         let mut signal = Exit::Done;
-        server::run(bridge, listeners, async { signal = signals.wait().await }).await;
+        let ended = async {
+            signal = signals.wait().await;
+            tracing::info!("ending: the drill comes to rest first");
+        };
+        server::run(bridge, listeners, ended).await;
         Ok(signal)
     });
     let exit = signal.map_err(|error: io::Error| trouble("serve.cannot_start", &error))?;
@@ -130,46 +135,4 @@ fn already_running(port: Option<u16>) -> Refusal {
 
 fn trouble(code: &str, error: &io::Error) -> Refusal {
     Refusal::surroundings(Remark::new(Weight::Loss, code).with("reason", error))
-}
-
-/// The ways a person or the system ends a bridge.
-#[cfg(unix)]
-struct Signals([tokio::signal::unix::Signal; 3]);
-
-#[cfg(unix)]
-impl Signals {
-    fn new() -> io::Result<Self> {
-        use tokio::signal::unix::{SignalKind, signal};
-        let all = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
-        let [interrupt, terminate, hangup] = all.map(signal);
-        Ok(Self([interrupt?, terminate?, hangup?]))
-    }
-
-    async fn wait(self) -> Exit {
-        let [mut interrupt, mut terminate, mut hangup] = self.0;
-        let exit = tokio::select! {
-            _ = interrupt.recv() => Exit::Interrupted,
-            _ = terminate.recv() => Exit::Done,
-            _ = hangup.recv() => Exit::Done,
-        };
-        tracing::info!("ending: the drill comes to rest first");
-        exit
-    }
-}
-
-/// The ways a person ends a bridge.
-#[cfg(not(unix))]
-struct Signals;
-
-#[cfg(not(unix))]
-impl Signals {
-    fn new() -> io::Result<Self> {
-        Ok(Self)
-    }
-
-    async fn wait(self) -> Exit {
-        let _ = tokio::signal::ctrl_c().await;
-        tracing::info!("ending: the drill comes to rest first");
-        Exit::Interrupted
-    }
 }
