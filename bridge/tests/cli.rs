@@ -1,5 +1,6 @@
 //! The other commands as real processes: what scripts rely on, and who stops listening (N24).
 
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -47,4 +48,127 @@ fn a_full_disk_under_the_answer_is_said() {
     let Output { status, stderr, .. } = command.stdout(full).stderr(Stdio::piped()).output().unwrap();
     assert_eq!(status.code(), Some(3));
     assert!(String::from_utf8_lossy(&stderr).contains("could not be printed"));
+}
+
+fn json(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(text.lines().count(), 1, "{text}");
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// The answer of a command that has to succeed.
+fn answer(home: &Path, arguments: &str) -> Value {
+    let output = annulus(home, &format!("{arguments} --json")).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{arguments}: {output:?}");
+    let object = json(&output);
+    assert_eq!(object["ok"], true);
+    object
+}
+
+#[test]
+fn answers_have_the_keys_of_the_contract_in_its_order() {
+    let folder = folder();
+    for (arguments, keys) in [
+        (
+            "plan board.drl -o board.annulus-program",
+            "travel_before_mm travel_after_mm hop_time_before_s hop_time_after_s tools iterations program_sha256",
+        ),
+        (
+            "plan board.annulus-program --order fastest",
+            "travel_before_mm hop_time_after_s tools program_sha256",
+        ),
+        (
+            "simulate board.drl",
+            "tick_hz total_time_s holes_per_min holes_per_min_sequential time_per_hole_s steps stream_bytes \
+             stream_digest",
+        ),
+        ("simulate board.annulus-program --machine virtual", "tick_hz total_time_s stream_digest"),
+        ("export board.drl --to excellon -o out.drl", "to file holes remarks"),
+        ("export board.annulus-program --to grbl -o out.nc", "to file holes remarks"),
+        (
+            "run board.annulus-program --machine virtual --speed 2000",
+            "holes_done stopped_because position_trust stream_digest",
+        ),
+    ] {
+        let object = answer(folder.path(), arguments);
+        let there: Vec<&str> = object.as_object().unwrap().keys().map(String::as_str).collect();
+        let places: Vec<Option<usize>> =
+            keys.split_whitespace().map(|key| there.iter().position(|name| *name == key)).collect();
+        assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{arguments}: {keys} in {there:?}");
+    }
+    let plan = answer(folder.path(), "plan board.drl");
+    let tool = serde_json::json!({ "n": 1, "file_diameter_mm": 0.8, "rack_diameter_mm": 0.8, "holes": 3 });
+    assert_eq!((&plan["tools"][0], plan["tools"].as_array().unwrap().len()), (&tool, 2));
+    let simulated = answer(folder.path(), "simulate board.drl --digest-trace");
+    assert_eq!((&simulated["tick_hz"], &simulated["holes"]), (&10_000_000.into(), &4.into()));
+    assert!(simulated["time_per_hole_s"]["median"].as_f64() <= simulated["time_per_hole_s"]["max"].as_f64());
+    assert!(["x", "y", "z"].iter().all(|axis| simulated["steps"][axis].as_u64() > Some(0)), "{simulated}");
+    assert!(!simulated["digest_trace"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn an_exported_board_is_read_as_the_same_holes() {
+    let folder = folder();
+    answer(folder.path(), "export board.drl --to excellon -o out.drl --order file");
+    fs::create_dir(folder.path().join("twice")).unwrap();
+    answer(folder.path(), "export out.drl --alone --to excellon -o twice --order file");
+    let file = |name: &str| answer(folder.path(), &format!("inspect {name} --alone"))["files"][0].clone();
+    let (first, second) = (file("board.drl"), file("out.drl"));
+    for key in ["tools", "totals", "bbox_centres_mm", "bbox_outer_mm", "rapid_length_file_order_mm"] {
+        assert!(!first[key].is_null(), "{key}");
+        if key == "tools" {
+            let sizes = |file: &Value| -> Vec<(String, String)> {
+                let rows = file["tools"].as_array().unwrap().iter();
+                rows.map(|row| (row["diameter_mm"].to_string(), row["hits"].to_string())).collect()
+            };
+            assert_eq!(sizes(&first), sizes(&second));
+        } else {
+            assert_eq!(first[key], second[key], "{key}");
+        }
+    }
+    let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(text("out.drl"), text("twice/out.drl"));
+}
+
+#[test]
+fn refusals_are_one_object_with_its_exit_code() {
+    let folder = folder();
+    fs::write(folder.path().join("letter.txt"), "Dear Sir,\nno holes today.\n").unwrap();
+    let huge = BOARD.replace("T1C0.8", "T1C9.0");
+    fs::write(folder.path().join("huge.drl"), huge).unwrap();
+    fs::write(folder.path().join("broken.annulus-program"), b"annulus-program 1\n\xFF\xFF\xFF").unwrap();
+    for (arguments, exit) in [
+        ("plan huge.drl", 1),
+        ("simulate huge.drl", 1),
+        ("export huge.drl --to grbl -o x.nc", 1),
+        ("run huge.drl", 1),
+        ("plan letter.txt", 1),
+        ("simulate broken.annulus-program", 1),
+        ("plan board.drl --order sideways", 2),
+        ("simulate", 2),
+        ("export board.drl --to wobble -o x.nc", 2),
+        ("export board.drl --to grbl", 2),
+        ("run board.drl --speed 0", 2),
+        ("plan missing.drl", 3),
+        ("simulate missing.drl", 3),
+        ("simulate board.drl --machine missing", 3),
+        ("export board.drl --to grbl -o nowhere/x.nc", 3),
+        ("run missing.drl", 3),
+    ] {
+        let output = annulus(folder.path(), &format!("{arguments} --json")).output().unwrap();
+        let object = json(&output);
+        assert_eq!(
+            (output.status.code(), &object["ok"]),
+            (Some(exit), &Value::Bool(false)),
+            "{arguments}: {object}"
+        );
+        for key in ["code", "message", "advice"] {
+            assert!(
+                object["error"][key].as_str().is_some_and(|text| !text.is_empty()),
+                "{arguments}: {object}"
+            );
+        }
+        assert!(object["error"].get("place").is_some(), "{arguments}: {object}");
+        assert!(!folder.path().join("x.nc").exists(), "{arguments}");
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! Comes in: a JOB and the name of a controller. Goes out: a file, whole or not at all. Does not know any controller.
 
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Exit, Refusal, remark_lines, remark_objects};
 use crate::job;
 use annulus_core::locale;
 use annulus_core::post;
@@ -45,10 +45,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     job::write_output(&file, text.as_bytes())?;
     let (name, holes) = (file.display().to_string(), job.program.hole_count());
     let words = [("holes".to_owned(), holes.to_string()), ("file".to_owned(), name.clone())];
-    let mut said = locale::text("en", "post.report", &words) + "\n";
-    for remark in &job.remarks {
-        said += &format!("- {} {} ({})\n", remark.message("en"), remark.advice("en"), remark.code);
-    }
+    let said = locale::text("en", "post.report", &words) + "\n" + &remark_lines(&job.remarks);
     let object = json!({
         "to": args.to,
         "file": name,
@@ -56,6 +53,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         "sha256": program::key(text.as_bytes()),
         "holes": holes,
         "tools": job.program.bits.len(),
+        "remarks": remark_objects(&job.remarks),
     });
     Ok(Answer { object, text: said, exit: Exit::Done })
 }

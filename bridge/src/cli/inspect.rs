@@ -3,7 +3,7 @@
 //! Comes in: PATHs. Goes out: one object a file with the keys of the contract, or a table for people. Refuses only what
 //! cannot be opened: content never makes it fail.
 
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Exit, Refusal, rounded};
 use crate::files;
 use annulus_core::artwork::{Counts, DrillFile, FileRead, Kind};
 use annulus_core::geometry::Bounds;
@@ -114,11 +114,6 @@ fn corners(bounds: Bounds) -> [f64; 4] {
     [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y].map(|length| rounded(length.mm()))
 }
 
-/// To six places; never a negative zero.
-fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6 + 0.0
-}
-
 fn remark_object(remark: &Remark) -> Value {
     let place = remark.place.as_ref();
     json!({
@@ -174,8 +169,8 @@ fn drill_text(text: &mut String, file: &FileRead, drill: &DrillFile) {
     let _ = writeln!(text, "  {units}{format}, zeros left out: {zeros}{ground}");
     let _ = writeln!(
         text,
-        "  {:>6}  {:>9}  {:>7}  {:>5}  {:>6}  {}",
-        "tool", "diameter", "holes", "slots", "routes", "plated"
+        "  {:>6}  {:>9}  {:>7}  {:>5}  {:>6}  plated",
+        "tool", "diameter", "holes", "slots", "routes"
     );
     for (tool, counts) in drill.tools.iter().zip(drill.counts()) {
         let diameter = tool.diameter.map_or("?".to_owned(), |length| format!("{:.3} mm", length.mm()));

@@ -157,6 +157,30 @@ pub(crate) struct Answer {
     pub(crate) exit: Exit,
 }
 
+/// To a millionth, as the contract says.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+/// Remarks for scripts.
+fn remark_objects(remarks: &[Remark]) -> Vec<Value> {
+    let object = |remark: &Remark| {
+        let place = remark.place.as_ref();
+        json!({ "weight": remark.weight, "code": remark.code,
+            "file": place.map(|place| place.file.as_str()), "line": place.map(|place| place.line),
+            "column": place.map(|place| place.column), "message": remark.message("en"),
+            "advice": remark.advice("en") })
+    };
+    remarks.iter().map(object).collect()
+}
+
+/// Remarks for people, a line each.
+fn remark_lines(remarks: &[Remark]) -> String {
+    let line =
+        |remark: &Remark| format!("- {} {} ({})\n", remark.message("en"), remark.advice("en"), remark.code);
+    remarks.iter().map(line).collect()
+}
+
 /// Reads the command line, runs the command and reports.
 pub(crate) fn main() -> ExitCode {
     match Arguments::try_parse() {

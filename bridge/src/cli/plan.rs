@@ -3,7 +3,7 @@
 //! Comes in: a JOB. Goes out: the keys of the contract, or a table for people; with `-o` a program file. Does not know
 //! how a plan is made.
 
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
 use crate::job::{self, Job};
 use annulus_core::board::Board;
 use annulus_core::cam::Plan;
@@ -12,7 +12,6 @@ use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
 use serde_json::{Value, json};
-use std::fmt::Write;
 
 /// Arguments of `annulus plan`.
 #[derive(Debug, clap::Args)]
@@ -53,7 +52,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
         "tools": tools,
         "iterations": plan.iterations,
         "program_sha256": program::key(&bytes),
-        "remarks": remarks.iter().map(remark_object).collect::<Vec<_>>(),
+        "remarks": remark_objects(remarks),
     });
     Ok(Answer { object, text: text(plan, &rows, remarks), exit: Exit::Done })
 }
@@ -75,18 +74,6 @@ fn rows(plan: &Plan, board: &Board) -> Vec<Row> {
         })
     });
     rows.collect()
-}
-
-/// To a millionth, as the contract says.
-fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
-}
-
-fn remark_object(remark: &Remark) -> Value {
-    let place = remark.place.as_ref();
-    json!({ "weight": remark.weight, "code": remark.code,
-        "file": place.map(|place| place.file.as_str()), "line": place.map(|place| place.line),
-        "column": place.map(|place| place.column), "message": remark.message("en"), "advice": remark.advice("en") })
 }
 
 fn text(plan: &Plan, rows: &[Row], remarks: &[Remark]) -> String {
@@ -111,8 +98,5 @@ fn text(plan: &Plan, rows: &[Row], remarks: &[Remark]) -> String {
     let times = [("before", plan.hop_time_before_s), ("after", plan.hop_time_after_s)];
     out += &say("plan.report.time", &times.map(|(name, s)| (name, format!("{s:.2}"))));
     out.push('\n');
-    for remark in remarks {
-        let _ = writeln!(out, "- {} {} ({})", remark.message("en"), remark.advice("en"), remark.code);
-    }
-    out
+    out + &remark_lines(remarks)
 }

@@ -2,7 +2,7 @@
 //!
 //! Comes in: a JOB. Goes out: the keys of the contract, or sentences for people. Does not know how steps are made.
 
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
 use crate::job;
 use annulus_core::remark::Remark;
 use annulus_core::sim::{Summary, summary};
@@ -41,8 +41,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         "stream_bytes": steps::encoded_len(&stream),
         "stream_digest": digest,
         "holes": numbers.holes,
+        "remarks": remark_objects(&job.remarks),
     });
-    let mut text = sentences(&numbers, &digest);
+    let mut text = sentences(&numbers, &digest) + &remark_lines(&job.remarks);
     if args.digest_trace {
         let trace = steps::trace(&stream, TRACED_RUNS);
         object["digest_trace"] = trace.lines().collect();
@@ -57,11 +58,6 @@ fn lawful<T>(verdict: Result<T, Vec<Remark>>) -> Result<(), Refusal> {
     let Some(first) = refusals.next() else { return Ok(()) };
     refusals.for_each(super::say);
     Err(first)
-}
-
-/// To a millionth, as the contract says.
-fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
 }
 
 fn sentences(numbers: &Summary, digest: &str) -> String {
