@@ -55,7 +55,7 @@ for (const scheme of ["dark", "light"]) {
       await page.emulateMedia({ colorScheme: scheme, reducedMotion: "reduce" });
       assert.deepEqual(await findings(page), [], "welcome");
       await page.getByRole("button", { name: /Sample board/ }).click();
-      await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+      await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
       for (const screen of ["Board", "Simulate", "Machine", "Settings"]) {
         await tab(page, screen).click();
         await page.waitForTimeout(300);
@@ -73,7 +73,7 @@ test("the screens are reached by their numbers, and no key starts anything", asy
   const { page } = await fresh(browser);
   try {
     await page.getByRole("button", { name: /Sample board/ }).click({ timeout: 60_000 });
-    await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+    await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
     for (const [number, screen] of ["Board", "Simulate", "Machine", "Settings"].entries()) {
       await page.keyboard.press(String(number + 1));
       await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);

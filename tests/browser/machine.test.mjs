@@ -17,7 +17,7 @@ const data = (page, name) => page.locator("canvas").first().getAttribute(`data-$
 
 async function drilling(page) {
   await page.getByRole("button", { name: /Sample board/ }).click({ timeout: 60_000 });
-  await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+  await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
   await tab(page, "Machine").click();
   await page.getByRole("button", { name: "Initialise" }).click();
   await page.getByText("At rest, position known.").waitFor({ timeout: 60_000 });

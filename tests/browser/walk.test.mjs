@@ -18,7 +18,12 @@ const data = (page, name) => canvas(page).getAttribute(`data-${name}`);
 async function openSample(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
-  await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+  await planned(page);
+}
+
+/** Waits until the plan stands beside the picture. */
+async function planned(page) {
+  await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
 }
 
 /** Initialises, sets the work zero and starts the planned job. */
@@ -103,10 +108,9 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
     ).expected.totals;
     assert.ok(Number(await data(page, "holes")) >= expected.hits, "every hit is in the picture");
     // Slots cannot be drilled yet: that is a loss, and the job does not start before it was seen.
-    for (const tick of await page.getByRole("checkbox", { name: /Seen/ }).all()) await tick.check();
-    const go = page.getByRole("button", { name: "Use this board" });
-    if (await go.isVisible()) await go.click();
-    await page.getByText("Planned", { exact: false }).first().waitFor({ timeout: 60_000 });
+    const seen = page.getByRole("checkbox", { name: /Seen/ });
+    await seen.first().check({ timeout: 30_000 });
+    await planned(page);
     await page.screenshot({ path: picture("board-1024") });
     await tab(page, "Simulate").click();
     await page.screenshot({ path: picture("simulate-1024") });
@@ -128,9 +132,17 @@ test("a hole in the picture and its row in the list choose each other", async ()
     await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
     await openSample(page);
     assert.equal(await data(page, "selected"), "0");
-    const row = page.getByRole("region", { name: /Holes/ }).or(page.getByLabel("Holes in order of drilling"));
-    await row.getByRole("row").or(row.getByRole("option")).first().click();
+    const list = page.getByRole("listbox", { name: "Holes in order of drilling" });
+    await list.getByRole("option").first().click();
     await until(async () => (await data(page, "selected")) === "1", "the hole chosen in the picture");
+    // Back: the hole of the sample at the centre of the picture's lower left corner hole is found by its place.
+    const [x, y] = (await data(page, "centre")).split(" ").map(Number);
+    const zoom = Number(await data(page, "zoom"));
+    const box = await canvas(page).boundingBox();
+    const at = { x: box.width / 2 + (3.81 - x) * zoom, y: box.height / 2 - (3.81 - y) * zoom };
+    await canvas(page).click({ position: at });
+    const chosen = list.getByRole("option", { selected: true });
+    await until(async () => /3\.810\s*3\.810/.test(await chosen.innerText().catch(() => "")), "the row of the hole clicked");
   } finally {
     await context.close();
     await bridge.stop();
