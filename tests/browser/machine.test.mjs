@@ -62,6 +62,7 @@ test("pause holds between holes, nothing resumes by itself, resume goes on", asy
     await drilling(page);
     await page.getByRole("button", { name: "Pause", exact: true }).click();
     await page.getByRole("button", { name: "Resume", exact: true }).waitFor({ timeout: 10_000 });
+    await new Promise((later) => setTimeout(later, 1000)); // the picture follows the status
     const done = Number(await data(page, "done"));
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal(Number(await data(page, "done")), done, "a pause is a pause");

@@ -135,7 +135,15 @@ test("a hole in the picture and its row in the list choose each other", async ()
     const list = page.getByRole("listbox", { name: "Holes in order of drilling" });
     await list.getByRole("option").first().click();
     await until(async () => (await data(page, "selected")) === "1", "the hole chosen in the picture");
-    // Back: the hole of the sample at the centre of the picture's lower left corner hole is found by its place.
+    // And back: the mounting hole in the lower left corner, clicked where the camera shows it.
+    let seen;
+    await until(async () => {
+      const now = `${await data(page, "zoom")} ${await data(page, "centre")}`;
+      const still = now === seen;
+      seen = now;
+      await page.waitForTimeout(400);
+      return still;
+    }, "a camera at rest");
     const [x, y] = (await data(page, "centre")).split(" ").map(Number);
     const zoom = Number(await data(page, "zoom"));
     const box = await canvas(page).boundingBox();

@@ -46,7 +46,9 @@ pub fn dialog(open: Signal<bool>, closed: impl Fn() + Clone + 'static, parts: Di
             cancel();
         })
         .on(ev::close, move |_| {
-            if open.get_untracked() {
+            // the event comes late: a dialog that was opened again meanwhile was not closed by the person
+            let shut = element.get_untracked().is_none_or(|element| !element.open());
+            if open.get_untracked() && shut {
                 closed();
             }
         })
