@@ -86,7 +86,8 @@ mod tests {
     #[test]
     fn templates_read_fill_and_refuse() {
         let known = |name: &str| ["X", "Y"].contains(&name);
-        let rows: [(&str, Result<&str, (Fault, usize)>); 8] = [
+        type Row = (&'static str, Result<&'static str, (Fault, usize)>);
+        let rows: [Row; 8] = [
             ("G0 X@X@ Y@Y@\n", Ok("G0 X<X> Y<Y>\n")),
             ("", Ok("")),
             ("@X@@Y@", Ok("<X><Y>")),
