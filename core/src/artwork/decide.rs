@@ -10,6 +10,7 @@
 
 use super::drill::DrillFile;
 use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
+use super::measure::oddity;
 use super::number::Reading;
 use super::read::{FileRead, Neighbours, drill_program};
 use super::registration::{Copper, FITS, Fit, SAMPLE, every};
@@ -38,9 +39,17 @@ pub(super) fn program(
     let (stated, table, beside) = companions(name, &survey, neighbours);
     let sensed = excellon::sense(&survey, &stated, person);
     let ranking = neighbours.copper.and_then(|copper| rank(name, text, &survey, &table, &sensed, copper));
-    let choice = choose(&sensed, ranking.as_deref());
+    let mut choice = choose(&sensed, ranking.as_deref());
+    let task = Task { name, text, reading: choice.reading, survey: &survey, table: &table };
+    let on_copper = choice.evidence.score.is_some_and(|score| score >= FITS);
+    let (mut drill, mut remarks);
+    (choice.reading, drill, remarks) = if on_copper {
+        let (drill, remarks) = excellon::read(&task)?;
+        (choice.reading, drill, remarks)
+    } else {
+        measured(task, &sensed)?
+    };
     let reading = choice.reading;
-    let (drill, mut remarks) = excellon::read(&Task { name, text, reading, survey: &survey, table: &table })?;
 
     let mut file = drill_program(name);
     let decimal = reading.zeros == Zeros::Decimal;
@@ -52,13 +61,45 @@ pub(super) fn program(
     remarks.extend(doubts(name, &sensed, &choice, &survey, !drill.hits.is_empty()));
     remarks.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
     file.evidence = Some(choice.evidence);
-    let mut drill = drill;
     for tool in drill.tools.iter_mut().filter(|tool| tool.plated.is_none()) {
         tool.plated = survey.file_plated;
     }
     file.drill = Some(drill);
     file.remarks = remarks;
     Ok(file)
+}
+
+/// Reads as `task` says; or, where that can hardly be a board, under a reading that is one and differs only in what nothing
+/// speaks for.
+fn measured(mut task: Task<'_>, sensed: &Sensed) -> Result<(Reading, DrillFile, Vec<Remark>), Remark> {
+    let (mut drill, mut remarks) = excellon::read(&task)?;
+    let Some(mut code) = oddity(&drill) else { return Ok((task.reading, drill, remarks)) };
+    let first = task.reading;
+    let open = |source| source == Source::Default;
+    let guessed = open(sensed.weakest());
+    if guessed {
+        let makes_a_board = |(drill, remarks): &(DrillFile, Vec<Remark>)| {
+            oddity(drill).is_none() && !remarks.iter().any(|remark| remark.code == "drill.out_of_range")
+        };
+        let sample = Task { text: sample(task.text).unwrap_or_default(), ..task };
+        let other = readings(sensed).into_iter().find(|&reading| {
+            agrees(&reading, sensed, |source| !open(source))
+                && excellon::read(&Task { reading, ..sample }).is_ok_and(|read| makes_a_board(&read))
+        });
+        if let Some(reading) = other
+            && let Ok(read) = excellon::read(&Task { reading, ..task })
+            && makes_a_board(&read)
+        {
+            ((drill, remarks), task.reading, code) = (read, reading, "drill.read_by_measure");
+        }
+    }
+    let weight = if guessed { Weight::Loss } else { Weight::Doubt };
+    let size = drill.centre_bounds().map_or(String::new(), |bounds| {
+        format!("{:.1} × {:.1} mm", (bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm())
+    });
+    let remark = Remark::new(weight, code).at(task.name, 0, 0).with("reading", shown(&task.reading));
+    remarks.push(remark.with("other", shown(&first)).with("size", size));
+    Ok((task.reading, drill, remarks))
 }
 
 /// What companions that speak of this file say about numbers and tools.
@@ -85,6 +126,13 @@ fn companions<'a>(
     (stated, table, beside)
 }
 
+/// Whole lines from the front of a program.
+fn sample(text: &[u8]) -> Option<&[u8]> {
+    let text = front(text, SAMPLED_BYTES);
+    let end = text.iter().rposition(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len());
+    text.get(..end)
+}
+
 /// A reading and how its holes fit.
 struct Ranked {
     reading: Reading,
@@ -103,9 +151,7 @@ fn rank(
     sensed: &Sensed,
     copper: &Copper,
 ) -> Option<Vec<Ranked>> {
-    let text = front(text, SAMPLED_BYTES);
-    let end = text.iter().rposition(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len());
-    let text = text.get(..end)?;
+    let text = sample(text)?;
     let mut all: Vec<Ranked> = Vec::new();
     for reading in readings(sensed) {
         let Ok((drill, _)) = excellon::read(&Task { name, text, reading, survey, table }) else { continue };
@@ -114,7 +160,7 @@ fn rank(
         if holes.len() < 3 || all.iter().any(|other| other.holes == holes) {
             continue;
         }
-        let allowed = agrees(&reading, sensed);
+        let allowed = agrees(&reading, sensed, Sensed::stated);
         all.push(Ranked { reading, fit: copper.fit(&holes), holes, allowed });
     }
     if all.iter().all(|ranked| ranked.fit.share < FITS) {
@@ -130,11 +176,12 @@ fn rank(
     (!all.is_empty()).then_some(all)
 }
 
-fn agrees(reading: &Reading, sensed: &Sensed) -> bool {
+/// Whether the reading is the sensed one in every part that is settled by its ground.
+fn agrees(reading: &Reading, sensed: &Sensed, settled: impl Fn(Source) -> bool) -> bool {
     let (own, decimal) = (&sensed.reading, sensed.reading.zeros == Zeros::Decimal);
-    let units = !Sensed::stated(sensed.units) || reading.units == own.units;
-    let digits = decimal || !Sensed::stated(sensed.digits) || reading.digits == own.digits;
-    let zeros = decimal || !Sensed::stated(sensed.zeros) || reading.zeros == own.zeros;
+    let units = !settled(sensed.units) || reading.units == own.units;
+    let digits = decimal || !settled(sensed.digits) || reading.digits == own.digits;
+    let zeros = decimal || !settled(sensed.zeros) || reading.zeros == own.zeros;
     units && digits && zeros
 }
 

@@ -22,6 +22,7 @@ mod excellon;
 mod findings;
 mod gerber;
 mod kinds;
+mod measure;
 mod number;
 mod read;
 mod registration;

@@ -59,6 +59,7 @@ pub(super) struct Pattern {
 }
 
 /// What to read and how.
+#[derive(Clone, Copy)]
 pub(in crate::artwork) struct Task<'a> {
     pub(in crate::artwork) name: &'a str,
     pub(in crate::artwork) text: &'a [u8],
