@@ -79,7 +79,7 @@ fn holds(board: &Board, plan: &Plan, order: Order) {
         match order {
             Order::File => assert_eq!(in_file, bit.holes),
             Order::Shortest => {
-                assert!(ring(&planned) <= ring(&file) + 1e-9, "{} > {}", ring(&planned), ring(&file))
+                assert!(ring(&planned) <= ring(&file) + 1e-9, "{} > {}", ring(&planned), ring(&file));
             }
             Order::Fastest => {
                 let time = |places: Vec<Point>| way(plan.origin, places, hop_time);

@@ -11,6 +11,7 @@
 //! WebGPU is taken where there is one, else WebGL2, else a plain 2D canvas. Frames are painted on demand.
 
 mod camera;
+#[cfg(any(target_arch = "wasm32", test))]
 mod marks;
 mod palette;
 mod pick;

@@ -6,7 +6,7 @@
 //!                                  Program ─ excellon ────────────▶ text
 //! ```
 //!
-//! Comes in: a [`Program`](crate::job::Program). Goes out: text. Does not know boards, plans or motion.
+//! Comes in: a [`Program`]. Goes out: text. Does not know boards, plans or motion.
 
 mod dialect;
 mod drill;

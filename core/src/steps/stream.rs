@@ -50,7 +50,7 @@ pub struct Segment {
 /// `change` after every step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Run {
-    /// Which axis, 0 … [`AXES`] − 1.
+    /// Which axis, 0 … [`AXES`](super::AXES) − 1.
     pub axis: u8,
     /// Whether the axis counts up.
     pub forward: bool,

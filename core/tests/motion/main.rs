@@ -132,7 +132,7 @@ fn any_program_gives_a_timeline_or_a_remark() {
         match timeline(&program, machine) {
             Ok(plan) => laws::laws(&plan, machine).unwrap(),
             Err(remark) => {
-                assert!(!remark.message("en").contains('{'), "seed {seed}: {}", remark.message("en"))
+                assert!(!remark.message("en").contains('{'), "seed {seed}: {}", remark.message("en"));
             }
         }
     }

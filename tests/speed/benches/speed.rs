@@ -27,7 +27,7 @@ fn large_drill_file(corpus: &Path) -> Vec<u8> {
         text[from..].iter().position(|&byte| byte == b'\n').map_or(text.len(), |at| from + at + 1)
     };
     let first_hit = text.windows(2).position(|two| two == b"\nX").map_or(0, |at| at + 1);
-    let tail = text.windows(4).rposition(|four| four == b"\nM30").map_or(text.len(), |at| newline(at));
+    let tail = text.windows(4).rposition(|four| four == b"\nM30").map_or(text.len(), newline);
     let mut large = text[..first_hit].to_vec();
     while large.len() < 50_000_000 {
         large.extend_from_slice(&text[first_hit..tail]);
