@@ -28,6 +28,8 @@ pub struct Document {
     pub files: Vec<(String, Vec<u8>)>,
     /// How the person says that numbers are to be read.
     pub numbers: Numbers,
+    /// Files that the person says are to be used, by index; none leaves it to the reader.
+    pub used: Option<Vec<u32>>,
     /// What came of it.
     pub reading: Reading,
 }
@@ -71,6 +73,8 @@ pub struct Desk {
     pub timed: RwSignal<Option<Arc<Timed>>>,
     /// Why there is no plan.
     pub refused: RwSignal<Vec<Remark>>,
+    /// What files and plan have to say that is more than a note, the first hundred.
+    pub problems: Memo<Vec<Remark>>,
 }
 
 thread_local! {
@@ -78,6 +82,8 @@ thread_local! {
     static ENGINE: Engine = Engine::new();
     /// Counts the wishes, so that a late answer to an old one is dropped.
     static WISH: Cell<u32> = const { Cell::new(0) };
+    /// The files were just opened; whether all went well is known when they are planned.
+    static JUST_OPENED: Cell<bool> = const { Cell::new(false) };
 }
 
 /// The open board. Made by [`begin`].
@@ -85,17 +91,34 @@ pub fn desk() -> Desk {
     DESK.get().expect("the desk is made before the first screen")
 }
 
+/// The most problems shown at once.
+const MOST_PROBLEMS: usize = 100;
+
 /// Makes it in the root of the page, after the state.
 pub fn begin() {
+    let document = RwSignal::new(None::<Arc<Document>>);
+    let plan = RwSignal::new(None::<Arc<Planned>>);
+    let refused = RwSignal::new(Vec::<Remark>::new());
+    let problems = Memo::new(move |_| {
+        let mut remarks = refused.get();
+        plan.with(|plan| remarks.extend(plan.iter().flat_map(|plan| plan.remarks.iter().cloned())));
+        document.with(|document| {
+            remarks.extend(document.iter().flat_map(|document| document.remarks().cloned()));
+        });
+        remarks.retain(|remark| remark.weight > Weight::Note);
+        remarks.truncate(MOST_PROBLEMS);
+        remarks
+    });
     let desk = Desk {
-        document: RwSignal::new(None),
+        document,
         reviewing: RwSignal::new(false),
         accepted: RwSignal::new(BTreeSet::new()),
         order: RwSignal::new(Order::default()),
         loaded: RwSignal::new(None),
-        plan: RwSignal::new(None),
+        plan,
         timed: RwSignal::new(None),
-        refused: RwSignal::new(Vec::new()),
+        refused,
+        problems,
     };
     DESK.set(Some(desk));
     Effect::new(move |_| {
@@ -108,7 +131,7 @@ pub fn begin() {
             accept: desk.accepted.get().into_iter().collect(),
         });
         if let Some(wanted) = wanted {
-            leptos::task::spawn_local(plan(desk, wanted));
+            leptos::task::spawn_local(make_plan(desk, wanted));
         }
     });
 }
@@ -140,7 +163,7 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     let wish = next_wish();
     engine().cancel();
     state().task.set(Some(Task { word: key!("page.task.reading"), share: 0.0 }));
-    let wanted = ToRead { files: files.clone(), numbers: numbers.clone(), used };
+    let wanted = ToRead { files: files.clone(), numbers: numbers.clone(), used: used.clone() };
     let answer = engine().read(wanted).await;
     if wish != WISH.get() {
         return;
@@ -148,16 +171,14 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     state().task.set(None);
     match answer {
         Ok(reading) => {
-            let document = Document { files, numbers, reading };
+            let document = Document { files, numbers, used, reading };
             desk.accepted.set(BTreeSet::new());
             clear_plan(desk);
             let doubtful = document.doubtful() || document.reading.board.holes.is_empty();
             if !again {
                 desk.reviewing.set(doubtful);
             }
-            if !doubtful && !again {
-                toast(say!("page.open.certain"), Some((say!("page.open.review"), || desk_review())));
-            }
+            JUST_OPENED.set(!doubtful && !again);
             desk.document.set(Some(Arc::new(document)));
             if !again {
                 state().tab.set(crate::keys::Tab::Board);
@@ -172,7 +193,7 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     }
 }
 
-fn desk_review() {
+fn show_review() {
     desk().reviewing.set(true);
 }
 
@@ -184,7 +205,7 @@ fn clear_plan(desk: Desk) {
     state().selected.set(None);
 }
 
-async fn plan(desk: Desk, wanted: ToPlan) {
+async fn make_plan(desk: Desk, wanted: ToPlan) {
     let wish = next_wish();
     engine().cancel();
     let machine = wanted.machine.clone();
@@ -198,6 +219,7 @@ async fn plan(desk: Desk, wanted: ToPlan) {
     if wish != WISH.get() {
         return;
     }
+    let just_opened = JUST_OPENED.replace(false);
     let planned = match answer {
         Ok(planned) => Arc::new(planned),
         Err(stopped) => {
@@ -211,6 +233,9 @@ async fn plan(desk: Desk, wanted: ToPlan) {
     };
     desk.refused.set(Vec::new());
     desk.plan.set(Some(planned.clone()));
+    if just_opened && desk.problems.with_untracked(Vec::is_empty) {
+        toast(say!("page.open.certain"), Some((say!("page.open.review"), show_review)));
+    }
     state().task.set(Some(Task { word: key!("page.task.timing"), share: 0.9 }));
     let timed = engine().time(ToTime { program: planned.program.clone(), machine }).await;
     if wish != WISH.get() {
@@ -253,6 +278,14 @@ impl Desk {
                 .as_ref()
                 .is_some_and(|document| document.losses().iter().any(|code| !accepted.contains(code)))
         })
+    }
+
+    /// Losses of files or plan that nobody has seen yet; planning waits for that.
+    pub fn waits_for_person(self) -> bool {
+        let unseen = |remark: &Remark| {
+            remark.weight == Weight::Loss && self.accepted.with(|accepted| !accepted.contains(&remark.code))
+        };
+        self.problems.with(|problems| problems.iter().any(unseen))
     }
 
     /// Says that a loss was seen, or takes it back.

@@ -8,7 +8,7 @@ use crate::i18n::{say, t};
 use crate::keys::Tab;
 use crate::link;
 use crate::state::state;
-use crate::widgets::{Icon, icon, push, toasts};
+use crate::widgets::{Icon, icon, push};
 use leptos::html::{div, h1, main, span};
 use leptos::prelude::*;
 
@@ -37,7 +37,6 @@ pub(crate) fn shell() -> impl IntoView {
         status_bar::status_bar(),
         machine::bit_change(),
         not_confirmed(),
-        toasts(),
     ))
 }
 

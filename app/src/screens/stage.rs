@@ -14,7 +14,7 @@ use crate::keys::{Action, Tab};
 use crate::picture;
 use crate::state::{Theme, state};
 use crate::view::{Backend, Line, Palette, Scene, View, Wanted, Width};
-use crate::widgets::{Icon, picture_button};
+use crate::widgets::{Icon, picture_button, toasts};
 use leptos::html::{self, div};
 use leptos::prelude::*;
 use std::cell::RefCell;
@@ -53,7 +53,7 @@ fn palette() -> Palette {
     if dark { Palette::DARK } else { Palette::LIGHT }
 }
 
-/// The canvas and its buttons.
+/// The canvas, its buttons, and the short words above it.
 pub(crate) fn stage() -> impl IntoView {
     let host = NodeRef::<html::Div>::new();
     let ready = RwSignal::new(false);
@@ -89,6 +89,7 @@ pub(crate) fn stage() -> impl IntoView {
             .attr("role", "toolbar")
             .attr("aria-label", t!("page.view.tools"))
             .child(Vec::from(buttons)),
+        toasts(),
     ))
 }
 

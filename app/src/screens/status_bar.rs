@@ -1,6 +1,6 @@
-//! The status bar: where the pointer is, how close, what is chosen, what is being worked on, what draws.
+//! The status bar: where the pointer is, how close, what is wrong, what is being worked on, what draws.
 //!
-//! Comes in: the state. Goes out: a line of small text, and Cancel.
+//! Comes in: the state. Goes out: a line of small text, the way to the problems, and Cancel.
 
 use crate::document;
 use crate::i18n::{self, say, t};
@@ -35,9 +35,21 @@ pub(crate) fn status_bar() -> impl IntoView {
         .child((
             span().class("where").child(place),
             span().child(zoom),
+            problems,
             span().class("grow").child(task),
             span().child(backend),
         ))
+}
+
+/// How much is wrong with the board; pressed, it is shown.
+fn problems() -> impl IntoView {
+    let count = Memo::new(move |_| document::desk().problems.with(Vec::len));
+    move || {
+        (count.get() > 0).then(|| {
+            let text = move || say!("page.problems.count", count = count.get());
+            push("button small quiet", text, |_| super::board::show_problems())
+        })
+    }
 }
 
 fn task() -> impl IntoView {

@@ -2,22 +2,27 @@
 //!
 //! Comes in: the plan. Goes out: order, first bit, accepted losses.
 
-use crate::document::{self, desk};
+use crate::document::{cancel, desk};
 use crate::engine::messages::{Order, Planned};
 use crate::format::clock;
 use crate::i18n::{key, say, t};
+use crate::keys::Tab;
 use crate::screens::review::finding;
 use crate::state::state;
 use crate::widgets::{choice, fact, push, shape};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{div, dl, h2, header, label, option, p, section, select, span};
 use leptos::prelude::*;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlElement;
 
 /// The panel.
 pub(crate) fn inspector() -> impl IntoView {
-    (order(), gains(), problems())
+    let waits = Memo::new(move |_| desk().waits_for_person());
+    let first = move || waits.get().then(problems);
+    let last = move || (!waits.get()).then(problems);
+    (first, order(), gains(waits), last)
 }
 
 const ORDERS: [(Order, &str); 3] = [
@@ -92,7 +97,7 @@ fn travel(plan: &Planned) -> impl IntoView + use<> {
     ))
 }
 
-fn gains() -> impl IntoView {
+fn gains(waits: Memo<bool>) -> impl IntoView {
     let desk = desk();
     let before = state().show_before;
     let total = move || {
@@ -105,6 +110,7 @@ fn gains() -> impl IntoView {
     let changes = move || desk.plan.with(|plan| plan.as_ref().map_or(0, |plan| plan.bits.len()).to_string());
     section().class("block").attr("aria-label", t!("page.plan.travel")).child((
         header().child(h2().child(t!("page.plan.travel"))),
+        move || waits.get().then(|| p().child(t!("page.plan.waits"))),
         move || desk.plan.with(|plan| plan.as_ref().map(|plan| travel(plan))),
         div().class("segmented").attr("role", "group").attr("aria-label", t!("page.plan.shown")).child((
             choice(move || before.get(), t!("page.plan.show_before"), move |_| before.set(true)),
@@ -118,21 +124,27 @@ fn gains() -> impl IntoView {
     ))
 }
 
+/// The block of problems, for whoever jumps to it.
+const PROBLEMS: &str = "problems";
+
+/// Shows the problems of the open board.
+pub(crate) fn show_problems() {
+    state().tab.set(Tab::Board);
+    request_animation_frame(|| {
+        let block =
+            document().get_element_by_id(PROBLEMS).and_then(|block| block.dyn_into::<HtmlElement>().ok());
+        if let Some(block) = block {
+            block.scroll_into_view();
+            let _ = block.focus();
+        }
+    });
+}
+
 /// Findings of files and plan; losses can be ticked as seen here too.
 fn problems() -> impl IntoView {
     let desk = desk();
-    let all = Memo::new(move |_| {
-        let mut remarks: Vec<Remark> = desk.refused.get();
-        desk.plan.with(|plan| remarks.extend(plan.iter().flat_map(|plan| plan.remarks.iter().cloned())));
-        desk.document.with(|document| {
-            let found = document.iter().flat_map(|document| document.remarks().cloned().collect::<Vec<_>>());
-            remarks.extend(found.filter(|remark| remark.weight > Weight::Note));
-        });
-        remarks.truncate(100);
-        remarks
-    });
     let list = move || {
-        let remarks = all.get();
+        let remarks = desk.problems.get();
         if remarks.is_empty() {
             p().class("quiet").child(t!("page.problems.none")).into_any()
         } else {
@@ -142,18 +154,13 @@ fn problems() -> impl IntoView {
                 .into_any()
         }
     };
-    section().class("block").attr("aria-label", t!("page.problems.title")).child((
+    let block = section().class("block").attr("id", PROBLEMS).attr("tabindex", "-1");
+    block.attr("aria-label", t!("page.problems.title")).child((
         header().child((
-            h2().child(move || say!("page.problems.count", count = all.with(Vec::len))),
+            h2().child(move || say!("page.problems.count", count = desk.problems.with(Vec::len))),
             push("button small", t!("page.problems.review"), move |_| desk.reviewing.set(true)),
         )),
         list,
-        move || {
-            state()
-                .task
-                .get()
-                .is_some()
-                .then(|| push("button", t!("page.task.cancel"), |_| document::cancel()))
-        },
+        move || state().task.get().is_some().then(|| push("button", t!("page.task.cancel"), |_| cancel())),
     ))
 }

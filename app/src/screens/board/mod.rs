@@ -6,6 +6,7 @@ mod holes;
 mod inspector;
 mod rows;
 
+pub(crate) use inspector::show_problems;
 pub(crate) use rows::swatch;
 
 use leptos::html::div;

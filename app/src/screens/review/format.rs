@@ -35,7 +35,7 @@ fn again(change: impl FnOnce(&mut Numbers)) {
     let Some(document) = desk().document.get_untracked() else { return };
     let mut numbers = document.numbers.clone();
     change(&mut numbers);
-    leptos::task::spawn_local(document::read_again(numbers, None));
+    leptos::task::spawn_local(document::read_again(numbers, document.used.clone()));
 }
 
 fn pick(
