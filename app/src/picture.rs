@@ -1,5 +1,11 @@
 //! A board, its plan and its travel as a scene. The one place that knows both boards and pictures.
 //!
+//! ```text
+//!        outline closed      ╭───╮
+//!        ──────────────▶  ╭──╯ ○ │ filled, rings inside are holes        none or open ─▶ plate around everything
+//!                         ╰──────╯
+//! ```
+//!
 //! Comes in: a [`Board`], an order of holes. Goes out: a [`Scene`] in millimetres from the board's lower left corner, so
 //! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
 
@@ -7,6 +13,7 @@ use crate::view::{Disc, Line, Palette, Plate, Scene, Slot, State, UNORDERED, Wid
 use annulus_core::board::Board;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
+use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
 
 /// Free board around the outermost holes where no outline says better.
 const MARGIN: Length = Length::from_um(4_000);
@@ -14,6 +21,8 @@ const MARGIN: Length = Length::from_um(4_000);
 const CORNER_MM: f32 = 1.5;
 /// A hole whose size no file says is drawn this large.
 const UNSIZED: Length = Length::from_um(800);
+/// More rings than this are no outline of a board.
+const MOST_RINGS: usize = 1_000;
 /// Width of travel lines in CSS pixels.
 const TRAVEL_PX: f32 = 1.25;
 
@@ -67,13 +76,40 @@ pub fn scene(board: &Board, palette: &Palette) -> Scene {
         }
     };
     let ring = |ring: &Vec<Point>| ring.iter().map(|point| place(origin, *point)).collect();
+    let outline: Vec<Vec<[f32; 2]>> = board.outline.iter().map(ring).collect();
+    let filled = fill(&outline);
     Scene {
-        plate: body(board).map(|bounds| plate(origin, bounds)),
-        outline: board.outline.iter().map(ring).collect(),
+        plate: body(board).filter(|_| filled.is_empty()).map(|bounds| plate(origin, bounds)),
+        body: filled,
+        outline,
         slots: board.slots.iter().map(slot).collect(),
         lines: Vec::new(),
         discs: board.holes.iter().map(disc).collect(),
     }
+}
+
+/// Rings as triangles. A ring within another is a hole in it, one within a hole is solid again.
+fn fill(rings: &[Vec<[f32; 2]>]) -> Vec<[f32; 2]> {
+    let ring = |ring: &Vec<[f32; 2]>| LineString::from(ring.clone());
+    let solid = |ring: LineString<f32>| Polygon::new(ring, Vec::new());
+    let mut all: Vec<Polygon<f32>> = rings.iter().map(ring).map(solid).collect();
+    all.retain(|ring| ring.unsigned_area() > 0.0);
+    all.sort_by(|a, b| b.unsigned_area().total_cmp(&a.unsigned_area()));
+    if all.len() > MOST_RINGS {
+        return Vec::new();
+    }
+    let mut bodies: Vec<Polygon<f32>> = Vec::new();
+    for (index, ring) in all.iter().enumerate() {
+        let Some(corner) = ring.exterior().points().next() else { continue };
+        let depth = all[..index].iter().filter(|outer| outer.contains(&corner)).count();
+        let around = bodies.iter_mut().rev().find(|body| depth % 2 == 1 && body.contains(&corner));
+        match around {
+            Some(body) => body.interiors_push(ring.exterior().clone()),
+            None => bodies.push(ring.clone()),
+        }
+    }
+    let triangles = bodies.iter().flat_map(TriangulateEarcut::earcut_triangles_iter);
+    triangles.flat_map(|triangle| triangle.to_array().map(|corner| [corner.x, corner.y])).collect()
 }
 
 fn plate(origin: Point, bounds: Bounds) -> Plate {
@@ -148,8 +184,38 @@ mod tests {
         let square = [(990.0, 490.0), (1050.0, 490.0), (1050.0, 540.0), (990.0, 540.0)];
         let outline = vec![square.iter().map(|(x, y)| Point::from_mm(*x, *y)).collect()];
         let scene = scene(&Board { outline, ..board() }, &Palette::DARK);
-        assert_eq!(scene.plate.map(|plate| plate.max_mm), Some([60.0, 50.0]));
+        assert_eq!(scene.plate, None);
         assert_eq!(scene.outline[0][2], [60.0, 50.0]);
+        assert_eq!(area(&scene.body), 60.0 * 50.0);
+    }
+
+    fn area(triangles: &[[f32; 2]]) -> f32 {
+        let half = |t: &[[f32; 2]]| {
+            ((t[1][0] - t[0][0]) * (t[2][1] - t[0][1]) - (t[2][0] - t[0][0]) * (t[1][1] - t[0][1])).abs()
+                / 2.0
+        };
+        triangles.chunks(3).map(half).sum()
+    }
+
+    fn square(corner: f32, side: f32) -> Vec<[f32; 2]> {
+        let far = corner + side;
+        vec![[corner, corner], [far, corner], [far, far], [corner, far]]
+    }
+
+    #[test]
+    fn only_what_lies_between_the_rings_is_filled() {
+        let notched = vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [6.0, 10.0], [6.0, 4.0], [0.0, 4.0]];
+        let rows: [(&str, Vec<Vec<[f32; 2]>>, f32); 6] = [
+            ("a corner is missing", vec![notched], 64.0),
+            ("a window", vec![square(2.0, 4.0), square(0.0, 10.0)], 84.0),
+            ("an island in the window", vec![square(0.0, 10.0), square(2.0, 4.0), square(3.0, 1.0)], 85.0),
+            ("two boards", vec![square(0.0, 10.0), square(20.0, 2.0)], 104.0),
+            ("a line is no body", vec![vec![[0.0, 0.0], [5.0, 0.0]]], 0.0),
+            ("nothing", vec![], 0.0),
+        ];
+        for (name, rings, expected) in rows {
+            assert_eq!(area(&fill(&rings)), expected, "{name}");
+        }
     }
 
     #[test]

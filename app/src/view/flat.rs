@@ -33,6 +33,7 @@ impl Flat {
         self.context.fill_rect(0.0, 0.0, width, height);
         self.context.set_line_cap("round");
         self.plate(look);
+        self.body(look);
         for ring in &look.scene.outline {
             let closed: Vec<_> = ring.iter().chain(ring.first()).copied().collect();
             self.path(look, &closed, 1.5, look.palette.outline);
@@ -63,6 +64,24 @@ impl Flat {
         self.context.set_fill_style_str(&look.palette.plate.css());
         self.context.fill();
         self.stroke(1.5, look.palette.edge);
+    }
+
+    fn body(&self, look: &Look<'_>) {
+        self.context.begin_path();
+        for triangle in look.scene.body.chunks_exact(3) {
+            for (index, corner) in triangle.iter().enumerate() {
+                let [x, y] = look.camera.to_px(corner.map(f64::from));
+                if index == 0 { self.context.move_to(x, y) } else { self.context.line_to(x, y) }
+            }
+        }
+        self.context.set_fill_style_str(&look.palette.plate.css());
+        self.context.fill();
+        // closes the hairs between neighbouring triangles
+        self.stroke(0.75, look.palette.plate);
+        for ring in &look.scene.outline {
+            let closed: Vec<_> = ring.iter().chain(ring.first()).copied().collect();
+            self.path(look, &closed, 4.0, look.palette.edge);
+        }
     }
 
     fn path(&self, look: &Look<'_>, points: &[[f32; 2]], width_px: f64, colour: Colour) {

@@ -1,4 +1,4 @@
-//! The painter on the GPU: WebGPU or WebGL2, one pipeline for the ground and one for the marks.
+//! The painter on the GPU: WebGPU or WebGL2, a pipeline each for the ground, the board's body and the marks.
 //!
 //! Comes in: instances and a frame's numbers. Goes out: pixels in a canvas. Does not know pointers or clocks.
 //!
@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use web_sys::HtmlCanvasElement;
 
 const MARK_SIZE: u64 = size_of::<Mark>() as u64;
+const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
 
 /// Everything a frame is drawn with, but the marks. The shader has the same struct.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -64,9 +65,12 @@ pub(super) struct Gpu {
     config: wgpu::SurfaceConfiguration,
     view_format: wgpu::TextureFormat,
     ground: wgpu::RenderPipeline,
+    body: wgpu::RenderPipeline,
     strokes: wgpu::RenderPipeline,
     numbers: wgpu::Buffer,
     group: wgpu::BindGroup,
+    triangles: wgpu::Buffer,
+    corner_count: u32,
     marks: wgpu::Buffer,
     mark_count: u32,
     first_disc: usize,
@@ -111,48 +115,33 @@ impl Gpu {
         lost: Arc<AtomicBool>,
     ) -> Self {
         let shader = device.create_shader_module(wgpu::include_wgsl!("marks.wgsl"));
-        let numbers = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("frame"),
-            size: size_of::<FrameNumbers>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &group_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: numbers.as_entire_binding() }],
-        });
+        let (numbers, group_layout, group) = frame_group(&device);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
             bind_group_layouts: &[Some(&group_layout)],
             immediate_size: 0,
         });
-        let make = |names: [&str; 2], buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
-            pipeline(&device, &layout, &shader, view_format, names, buffers)
+        let make = |names: [&str; 2], shape, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
+            pipeline(&device, &layout, &shader, view_format, names, shape, buffers)
         };
-        let ground = make(["ground_corner", "ground_colour"], &[]);
+        let (strip, list) = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::PrimitiveTopology::TriangleList);
+        let ground = make(["ground_corner", "ground_colour"], strip, &[]);
+        let corners = wgpu::VertexBufferLayout {
+            array_stride: CORNER_SIZE,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x2],
+        };
+        let body = make(["body_corner", "body_colour"], list, &[Some(corners)]);
         let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Unorm8x4, 3 => Uint32];
         let instances = wgpu::VertexBufferLayout {
             array_stride: MARK_SIZE,
             step_mode: wgpu::VertexStepMode::Instance,
             attributes: &attributes,
         };
-        let strokes = make(["stroke_corner", "stroke_colour"], &[Some(instances)]);
-        let marks = instance_buffer(&device, 1);
-        let head = instance_buffer(&device, 1);
+        let strokes = make(["stroke_corner", "stroke_colour"], strip, &[Some(instances)]);
+        let triangles = vertex_buffer(&device, CORNER_SIZE);
+        let marks = vertex_buffer(&device, MARK_SIZE);
+        let head = vertex_buffer(&device, MARK_SIZE);
         Self {
             surface,
             device,
@@ -160,9 +149,12 @@ impl Gpu {
             config,
             view_format,
             ground,
+            body,
             strokes,
             numbers,
             group,
+            triangles,
+            corner_count: 0,
             marks,
             mark_count: 0,
             first_disc: 0,
@@ -190,10 +182,9 @@ impl Gpu {
         let built = marks::build(scene, palette, emphasis);
         self.mark_count = built.all.len() as u32;
         self.first_disc = built.first_disc;
-        if self.marks.size() < u64::from(self.mark_count) * MARK_SIZE {
-            self.marks = instance_buffer(&self.device, u64::from(self.mark_count));
-        }
-        self.queue.write_buffer(&self.marks, 0, bytemuck::cast_slice(&built.all));
+        fill(&self.device, &self.queue, &mut self.marks, bytemuck::cast_slice(&built.all));
+        self.corner_count = scene.body.len() as u32;
+        fill(&self.device, &self.queue, &mut self.triangles, bytemuck::cast_slice(&scene.body));
     }
 
     /// Only these discs anew.
@@ -252,6 +243,11 @@ impl Gpu {
         pass.set_bind_group(0, &self.group, &[]);
         pass.set_pipeline(&self.ground);
         pass.draw(0..3, 0..1);
+        if self.corner_count > 0 {
+            pass.set_pipeline(&self.body);
+            pass.set_vertex_buffer(0, self.triangles.slice(..));
+            pass.draw(0..self.corner_count, 0..1);
+        }
         pass.set_pipeline(&self.strokes);
         if self.mark_count > 0 {
             pass.set_vertex_buffer(0, self.marks.slice(..));
@@ -305,10 +301,47 @@ impl Gpu {
     }
 }
 
-fn instance_buffer(device: &wgpu::Device, count: u64) -> wgpu::Buffer {
+/// The numbers of a frame as the shader sees them.
+fn frame_group(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout, wgpu::BindGroup) {
+    let numbers = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("frame"),
+        size: size_of::<FrameNumbers>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &group_layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: numbers.as_entire_binding() }],
+    });
+    (numbers, group_layout, group)
+}
+
+/// Puts `bytes` into `buffer`, or into a larger one.
+fn fill(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &mut wgpu::Buffer, bytes: &[u8]) {
+    if buffer.size() < bytes.len() as u64 {
+        *buffer = vertex_buffer(device, bytes.len() as u64);
+    }
+    queue.write_buffer(buffer, 0, bytes);
+}
+
+fn vertex_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("marks"),
-        size: count.max(1).next_power_of_two() * MARK_SIZE,
+        label: Some("vertices"),
+        size: bytes.max(MARK_SIZE).next_power_of_two(),
         usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
@@ -336,6 +369,7 @@ fn pipeline(
     shader: &wgpu::ShaderModule,
     format: wgpu::TextureFormat,
     [vertex, fragment]: [&str; 2],
+    topology: wgpu::PrimitiveTopology,
     buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
 ) -> wgpu::RenderPipeline {
     let target = wgpu::ColorTargetState {
@@ -352,10 +386,7 @@ fn pipeline(
             compilation_options: Default::default(),
             buffers,
         },
-        primitive: wgpu::PrimitiveState {
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
-            ..Default::default()
-        },
+        primitive: wgpu::PrimitiveState { topology, ..Default::default() },
         depth_stencil: None,
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {

@@ -62,9 +62,12 @@ impl Emphasis {
 /// The whole scene.
 pub(super) fn build(scene: &Scene, palette: &Palette, emphasis: &Emphasis) -> Marks {
     let mut all = Vec::with_capacity(scene.lines.len() + scene.discs.len() + 8 * scene.slots.len());
-    for ring in &scene.outline {
-        let closed = ring.iter().zip(ring.iter().cycle().skip(1));
-        all.extend(closed.map(|(a, b)| stroke(*a, *b, Width::Px(1.5), palette.outline, UNORDERED)));
+    // the rim covers the stairs of the triangles' edges, the outline lies on it
+    for (width, colour) in [(4.0, palette.edge), (1.5, palette.outline)] {
+        for ring in &scene.outline {
+            let closed = ring.iter().zip(ring.iter().cycle().skip(1));
+            all.extend(closed.map(|(a, b)| stroke(*a, *b, Width::Px(width), colour, UNORDERED)));
+        }
     }
     for slot in &scene.slots {
         sweep(slot, slot.colour, 0.0, &mut all);
@@ -150,7 +153,7 @@ mod tests {
     #[test]
     fn discs_come_last_and_in_the_scenes_order() {
         let marks = build(&scene(), &Palette::DARK, &Emphasis::default());
-        assert_eq!(marks.first_disc, 3 + 4 + 1, "a closed outline, a slot twice, a line");
+        assert_eq!(marks.first_disc, 2 * 3 + 4 + 1, "a closed outline on its rim, a slot twice, a line");
         assert_eq!(marks.all.len(), marks.first_disc + 3);
         assert!(marks.all[..marks.first_disc].iter().all(|mark| mark.bits & DISC == 0));
         let orders: Vec<_> = marks.all[marks.first_disc..].iter().map(|mark| mark.bits >> 8).collect();

@@ -1,4 +1,5 @@
-// The picture in two passes of one draw each: the ground (background, board, grid) and the marks (strokes and discs).
+// The picture in three draws: the ground (background, board without outline, grid), the board's body (triangles of its
+// outline), and the marks (strokes and discs).
 // All distances inside are in device pixels from the middle of the window, Y up. Colours are linear light.
 
 struct Frame {
@@ -39,8 +40,8 @@ fn plate_distance(at_px: vec2f) -> f32 {
   let low = (frame.plate.xy - frame.centre) * frame.px_per_mm;
   let high = (frame.plate.zw - frame.centre) * frame.px_per_mm;
   let corner = frame.corner_mm * frame.px_per_mm;
-  let from_middle = abs(at_px - 0.5 * (low + high)) - 0.5 * (high - low) + corner;
-  return length(max(from_middle, vec2f(0.0))) + min(max(from_middle.x, from_middle.y), 0.0) - corner;
+  let off = abs(at_px - 0.5 * (low + high)) - 0.5 * (high - low) + corner;
+  return length(max(off, vec2f(0.0))) + min(max(off.x, off.y), 0.0) - corner;
 }
 
 // Lines every `step_mm`, one device-independent pixel wide.
@@ -50,25 +51,46 @@ fn grid_lines(at_mm: vec2f, step_mm: f32) -> f32 {
   return max(lines.x, lines.y);
 }
 
-@fragment fn ground_colour(@builtin(position) position: vec4f) -> @location(0) vec4f {
-  let at_px = vec2f(position.x - frame.half_px.x, frame.half_px.y - position.y);
+fn from_middle(position: vec4f) -> vec2f {
+  return vec2f(position.x - frame.half_px.x, frame.half_px.y - position.y);
+}
+
+fn grid_share(at_px: vec2f) -> f32 {
   let at_mm = frame.centre + at_px / frame.px_per_mm;
   let fine = grid_lines(at_mm, frame.grid_mm) * frame.grid_fade;
-  let coarse = grid_lines(at_mm, frame.grid_mm * 10.0);
-  let grid = max(fine * 0.55, coarse);
+  return max(fine * 0.55, grid_lines(at_mm, frame.grid_mm * 10.0));
+}
+
+// A breath of light from above, so that the board is a thing and not an area.
+fn board_colour(at_px: vec2f, grid: f32) -> vec3f {
+  let lit = 1.0 + 0.10 * clamp(at_px.y / frame.half_px.y, -1.0, 1.0);
+  return over(frame.body.rgb * lit, frame.grid.rgb, grid * 0.075);
+}
+
+@fragment fn ground_colour(@builtin(position) position: vec4f) -> @location(0) vec4f {
+  let at_px = from_middle(position);
+  let grid = grid_share(at_px);
   var colour = over(frame.background.rgb, frame.grid.rgb, grid * 0.045);
   if frame.has_plate > 0.5 {
     let distance = plate_distance(at_px);
     let below = plate_distance(at_px + vec2f(0.0, 5.0 * frame.density));
     let shadow = exp(-max(below, 0.0) / (9.0 * frame.density));
     colour = colour * (1.0 - 0.34 * shadow);
-    // a breath of light from above, so that the board is a thing and not an area
-    let lit = 1.0 + 0.10 * clamp(at_px.y / frame.half_px.y, -1.0, 1.0);
-    let board = over(frame.body.rgb * lit, frame.grid.rgb, grid * 0.075);
-    colour = over(colour, board, inside(distance));
+    colour = over(colour, board_colour(at_px, grid), inside(distance));
     colour = over(colour, frame.edge.rgb, band(distance + 0.75 * frame.density, 1.5 * frame.density));
   }
   return vec4f(colour, 1.0);
+}
+
+// ---- body ------------------------------------------------------------------------------------------------
+
+@vertex fn body_corner(@location(0) corner: vec2f) -> @builtin(position) vec4f {
+  return vec4f((corner - frame.centre) * frame.px_per_mm / frame.half_px, 0.0, 1.0);
+}
+
+@fragment fn body_colour(@builtin(position) position: vec4f) -> @location(0) vec4f {
+  let at_px = from_middle(position);
+  return vec4f(board_colour(at_px, grid_share(at_px)), 1.0);
 }
 
 // ---- marks -----------------------------------------------------------------------------------------------

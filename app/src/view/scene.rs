@@ -10,8 +10,10 @@ pub const UNORDERED: u32 = 0x00ff_ffff;
 /// Everything in the picture but what changes while one looks: selection, progress and head are the view's.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// The body of the board.
+    /// The body of the board where no outline says better.
     pub plate: Option<Plate>,
+    /// The body of the board as triangles, three corners each.
+    pub body: Vec<[f32; 2]>,
     /// Closed lines of the board's edge.
     pub outline: Vec<Vec<[f32; 2]>>,
     /// Elongated holes.
