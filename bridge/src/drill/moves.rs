@@ -103,7 +103,7 @@ fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
 }
 
 /// The first step of `axis` at which its home sensor is on.
-fn home_edge(machine: &Machine, axis: usize) -> i64 {
+pub(super) fn home_edge(machine: &Machine, axis: usize) -> i64 {
     let settings = machine.axis(axis);
     match settings.home {
         HomeEnd::Min => settings.scale.steps(settings.min) - 1,
@@ -165,7 +165,8 @@ impl Owner {
         Ok(())
     }
 
-    /// The way of a jog in steps: inside the travel where the position is known, with the tip up where XY moves.
+    /// The way of a jog in steps: inside the travel where the position is known, with the tip up where XY moves, else no
+    /// longer than the travel.
     pub(super) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Remark> {
         let index = usize::from(axis);
         if index > 2 || distance_um == 0 {
@@ -173,14 +174,14 @@ impl Owner {
         }
         let settings = self.machine.axis(index);
         let way = settings.scale.steps(Length::from_um(i64::from(distance_um)));
+        let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
         if self.session.trust != Trust::Trusted {
-            return Ok(way);
+            return Ok(way.clamp(low - high, high - low));
         }
         let process = &self.machine.process;
         if index < 2 && self.position[2] < self.machine.z.scale.steps(process.surface + process.safe_height) {
             return Err(alarm("control.tip_low"));
         }
-        let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
         let target = (self.position[index] + way).clamp(low, high);
         match target - self.position[index] {
             0 => Err(alarm("control.end_of_travel").with("axis", letter(index))),

@@ -3,7 +3,7 @@
 //! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
 //! what segments a move is made of.
 
-use super::moves::{Doing, Work};
+use super::moves::{Doing, Work, home_edge};
 use super::prepare::{Context, Prepared};
 use super::recorder::{Record, Recorder};
 use super::store;
@@ -385,6 +385,13 @@ impl Owner {
         }
         machine_file::save(&self.settings, &changed)?;
         self.try_event(Event::Disarmed(rebuilt))?;
+        let count =
+            |machine: &Machine| [0, 1].map(|axis| (machine.axis(axis).scale, home_edge(machine, axis)));
+        if count(&self.machine) != count(&changed) {
+            // The work zero was counted in the old steps.
+            self.session.zeros.clear();
+            self.recorder.write(Record::Zero(None));
+        }
         self.machine = changed;
         self.prepared = None;
         if rebuilt {

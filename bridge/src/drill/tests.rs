@@ -276,6 +276,31 @@ fn what_must_not_start_does_not() {
 }
 
 /// Homes with a fault and gives the alarm's code.
+#[test]
+fn a_jog_from_an_unknown_place_is_no_longer_than_the_travel() {
+    let blind = Faults { stuck_off: Input::XMin.bit() | Input::XMax.bit(), ..Faults::default() };
+    let travel = machine().x.scale.steps(machine().x.max - machine().x.min);
+    for distance_um in [5_000_000, -5_000_000] {
+        let bench = Bench::new(&machine(), blind.clone());
+        bench.drill.ask(Ask::Jog { axis: 0, distance_um }).unwrap();
+        let status = bench.wait(|status| status.state != State::Jogging);
+        assert_eq!(status.steps[0].abs(), travel);
+    }
+}
+
+#[test]
+fn a_work_zero_does_not_outlive_the_steps_it_was_counted_in() {
+    let bench = Bench::new(&machine(), Faults::default());
+    bench.home();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    let finer = vec![("x.scale".to_owned(), Value::Number(machine().x.scale.steps_per_mm() * 2.0))];
+    bench.drill.ask(Ask::Configure { changes: finer }).unwrap();
+    bench.home();
+    assert_eq!(bench.status().zero_mm, None);
+    let (.., checks) = bench.arm(&grid(&machine(), 1));
+    assert!(checks.iter().any(|row| row.finding.code == "preflight.no_zero"), "{checks:?}");
+}
+
 fn homing_alarm(faults: Faults) -> String {
     let bench = Bench::new(&machine(), faults);
     bench.home();
