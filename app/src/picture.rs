@@ -205,7 +205,8 @@ mod tests {
     #[test]
     fn only_what_lies_between_the_rings_is_filled() {
         let notched = vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [6.0, 10.0], [6.0, 4.0], [0.0, 4.0]];
-        let rows: [(&str, Vec<Vec<[f32; 2]>>, f32); 6] = [
+        type Row = (&'static str, Vec<Vec<[f32; 2]>>, f32);
+        let rows: [Row; 6] = [
             ("a corner is missing", vec![notched], 64.0),
             ("a window", vec![square(2.0, 4.0), square(0.0, 10.0)], 84.0),
             ("an island in the window", vec![square(0.0, 10.0), square(2.0, 4.0), square(3.0, 1.0)], 85.0),
