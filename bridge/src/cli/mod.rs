@@ -157,9 +157,9 @@ pub(crate) struct Answer {
     pub(crate) exit: Exit,
 }
 
-/// To a millionth, as the contract says.
+/// To a millionth, as the contract says; never a negative zero.
 fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
+    (value * 1e6).round() / 1e6 + 0.0
 }
 
 /// Remarks for scripts.

@@ -14,7 +14,11 @@
 
 use super::{Order, tour};
 use crate::geometry::Point;
+use std::cell::Cell;
 use tour::Effort;
+
+/// How many hops are remembered.
+const REMEMBERED: usize = 1 << 16;
 
 /// What a hop costs, and the way through a list of places.
 pub(super) fn way(
@@ -84,9 +88,26 @@ fn fastest(
 ) -> Option<Vec<u32>> {
     let mut points = vec![from];
     points.extend_from_slice(places);
-    let hop = |a: u32, b: u32| hop_time(points[a as usize], points[b as usize]);
+    let hop = remembered(|a, b| hop_time(points[a as usize], points[b as usize]));
     let path = tour::open(&points, &hop, effort, tick)?;
     Some(path.into_iter().filter(|&node| node != 0).map(|node| node - 1).collect())
+}
+
+/// `hop` with the hops asked for lately at hand: the search asks for the same few again and again, and times are dear.
+fn remembered(hop: impl Fn(u32, u32) -> f64) -> impl Fn(u32, u32) -> f64 {
+    let slots = vec![Cell::new((u32::MAX, u32::MAX, 0.0)); REMEMBERED];
+    move |a, b| {
+        let (a, b) = (a.min(b), a.max(b));
+        let mixed = a.wrapping_mul(0x9E37_79B9) ^ b.wrapping_mul(0x85EB_CA6B);
+        let slot = &slots[(mixed >> 16) as usize % REMEMBERED];
+        let (from, to, known) = slot.get();
+        if (from, to) == (a, b) {
+            return known;
+        }
+        let cost = hop(a, b);
+        slot.set((a, b, cost));
+        cost
+    }
 }
 
 /// [`straight_mm`] between places by index, with the coordinates in mm at hand.

@@ -88,6 +88,12 @@ impl Ring {
             swaps = (n - length) / 2;
             self.backwards = !self.backwards;
         }
+        if swaps > 0 && low < high {
+            let stretch = &mut self.order[low..=high];
+            stretch.reverse();
+            (low as u32..).zip(stretch).for_each(|(at, &mut node)| self.place[node as usize] = at);
+            return;
+        }
         for _ in 0..swaps {
             let (a, b) = (self.order[low], self.order[high]);
             self.order[low] = b;
