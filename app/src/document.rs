@@ -37,7 +37,13 @@ pub struct Document {
 impl Document {
     /// Every finding, file by file, then those about the board.
     pub fn remarks(&self) -> impl Iterator<Item = &Remark> {
-        self.reading.files.iter().flat_map(|file| &file.remarks).chain(&self.reading.remarks)
+        self.reading.files.iter().flat_map(|file| &file.remarks).chain(self.board_remarks())
+    }
+
+    /// Findings about the board that no file has said already.
+    pub fn board_remarks(&self) -> impl Iterator<Item = &Remark> {
+        let said = |remark: &Remark| self.reading.files.iter().any(|file| file.remarks.contains(remark));
+        self.reading.remarks.iter().filter(move |remark| !said(remark))
     }
 
     /// Codes of what is missing from the board.

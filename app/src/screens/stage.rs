@@ -19,6 +19,8 @@ use leptos::html::{self, div};
 use leptos::prelude::*;
 use std::cell::RefCell;
 use std::sync::Arc;
+use wasm_bindgen::prelude::*;
+use web_sys::MediaQueryListEvent;
 
 thread_local! {
     static VIEW: RefCell<Option<View>> = const { RefCell::new(None) };
@@ -41,14 +43,27 @@ pub(crate) fn act(action: Action) {
     });
 }
 
-fn palette() -> Palette {
+/// Whether the system asks for dark surroundings, now and whenever it changes its mind.
+fn system_dark() -> RwSignal<bool> {
+    let dark = RwSignal::new(false);
+    let asked = window().match_media("(prefers-color-scheme: dark)").ok().flatten();
+    if let Some(asked) = asked {
+        dark.set(asked.matches());
+        let changed = Closure::<dyn FnMut(MediaQueryListEvent)>::new(move |event: MediaQueryListEvent| {
+            dark.set(event.matches());
+        });
+        asked.set_onchange(Some(changed.as_ref().unchecked_ref()));
+        on_cleanup(move || asked.set_onchange(None));
+        changed.forget();
+    }
+    dark
+}
+
+fn palette(system_dark: bool) -> Palette {
     let dark = match state().theme.get() {
         Theme::Dark | Theme::Contrast => true,
         Theme::Light => false,
-        Theme::Auto => {
-            let asked = window().match_media("(prefers-color-scheme: dark)").ok().flatten();
-            asked.is_some_and(|asked| asked.matches())
-        }
+        Theme::Auto => system_dark,
     };
     if dark { Palette::DARK } else { Palette::LIGHT }
 }
@@ -58,7 +73,8 @@ pub(crate) fn stage() -> impl IntoView {
     let host = NodeRef::<html::Div>::new();
     let ready = RwSignal::new(false);
     let shown = shown();
-    let palette = Memo::new(move |_| palette());
+    let system_dark = system_dark();
+    let palette = Memo::new(move |_| palette(system_dark.get()));
     host.on_load(move |host| {
         leptos::task::spawn_local(async move {
             if let Ok(view) = View::new(&host, wanted(), palette.get_untracked()).await {

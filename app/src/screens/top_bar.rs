@@ -30,7 +30,12 @@ pub(crate) fn top_bar() -> impl IntoView {
     header().class("top-bar").attr("id", "top").attr("tabindex", "-1").child((
         div().class("brand").child((icon(Icon::Annulus), strong().child(project))),
         tabs(),
-        div().class("top-tools").child((units(), themes(), languages(), connection())),
+        div().class("top-tools").child((
+            units(),
+            span().class("wide").child(themes()),
+            languages(),
+            connection(),
+        )),
         div().class("stop-zone").child(stop_button()),
     ))
 }
@@ -87,13 +92,14 @@ pub(crate) fn theme_of(word: &str) -> Theme {
     THEMES.iter().find(|(_, this, _)| *this == word).map_or(Theme::Auto, |(theme, ..)| *theme)
 }
 
-fn themes() -> impl IntoView {
+/// The menu of colours; small screens have it in the settings alone.
+pub(crate) fn themes() -> impl IntoView {
     let theme = state().theme;
     let options = THEMES.map(|(this, word, name)| {
         menu_word(word, move || theme.get() == this, move || i18n::text(name, &[]))
     });
     select()
-        .class("plain wide")
+        .class("plain")
         .attr("aria-label", t!("page.theme.title"))
         .on(ev::change, move |event| theme.set(theme_of(&event_target_value(&event))))
         .child(Vec::from(options))

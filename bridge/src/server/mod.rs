@@ -69,9 +69,6 @@ const GRACE: Duration = Duration::from_secs(10);
 /// How often silence is looked for.
 const LEASE_CHECK: Duration = Duration::from_millis(250);
 
-/// Settings that decide which hardware is touched: nobody changes them from a page.
-const IN_FILE_ONLY: [&str; 2] = ["machine.output", "machine.card_address"];
-
 /// What all connections share.
 pub(crate) struct Bridge {
     drill: Drill,
@@ -185,7 +182,8 @@ impl Bridge {
             return self.refuse(viewer, Remark::new(Weight::Loss, "socket.stopped_meanwhile"));
         }
         if let Ask::Configure { changes } = &ask
-            && let Some((key, _)) = changes.iter().find(|(key, _)| IN_FILE_ONLY.contains(&key.as_str()))
+            && let Some((key, _)) =
+                changes.iter().find(|(key, _)| annulus_core::machine::IN_FILE_ONLY.contains(&key.as_str()))
         {
             return self.refuse(viewer, Remark::new(Weight::Loss, "control.in_file_only").with("key", key));
         }

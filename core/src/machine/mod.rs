@@ -9,7 +9,7 @@ mod presets;
 mod settings;
 
 pub use presets::{lab, preset, presets, virtual_drill};
-pub use settings::{Kind, SECTIONS, Setting, Value, apply, read, setting, settings, validate};
+pub use settings::{IN_FILE_ONLY, Kind, SECTIONS, Setting, Value, apply, read, setting, settings, validate};
 
 use crate::job::Input;
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};

@@ -50,6 +50,9 @@ pub enum Kind {
     Numbers(f64, f64),
 }
 
+/// Settings that decide which hardware is touched: only the machine's file changes them, never a page.
+pub const IN_FILE_ONLY: [&str; 2] = ["machine.output", "machine.card_address"];
+
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {

@@ -51,7 +51,7 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
     let heads = COLUMNS.map(|name| th().attr("scope", "col").child(move || crate::i18n::text(name, &[])));
     let lines =
         (0..).zip(&document.reading.files).map(|(index, file)| line(document, index, file).into_any());
-    let board = document.reading.remarks.iter().map(|remark| finding(remark.clone()).into_any());
+    let board = document.board_remarks().map(|remark| finding(remark.clone()).into_any());
     (
         table()
             .child((thead().child(tr().child(Vec::from(heads))), tbody().child(lines.collect::<Vec<_>>()))),

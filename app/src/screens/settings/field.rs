@@ -3,10 +3,10 @@
 //! Comes in: a row of the table. Goes out: a field that writes into the draft.
 
 use super::Draft;
-use crate::i18n::{self, advice, message};
+use crate::i18n::{self, advice, message, t};
 use crate::state::state;
 use crate::widgets::menu_word;
-use annulus_core::machine::{Kind, Setting};
+use annulus_core::machine::{IN_FILE_ONLY, Kind, Setting};
 use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{input, label, p, select, small, span};
@@ -30,9 +30,10 @@ pub(crate) fn field(setting: &'static Setting, draft: Draft, refused: Memo<Vec<R
     });
     let changed = move || draft.with(|draft| draft.contains_key(setting.key));
     let (help_id, described) = (format!("{}-help", id(setting)), format!("{}-help", id(setting)));
+    let fixed = IN_FILE_ONLY.contains(&setting.key);
     let write = move |text: String| draft.update(|draft| drop(draft.insert(setting.key, text)));
     let entry = match setting.kind {
-        Kind::Choice(words) => {
+        Kind::Choice(words) if !fixed => {
             let options = words
                 .iter()
                 .copied()
@@ -47,6 +48,7 @@ pub(crate) fn field(setting: &'static Setting, draft: Draft, refused: Memo<Vec<R
         _ => input()
             .attr("type", "text")
             .attr("id", id(setting))
+            .prop("readOnly", fixed)
             .attr("inputmode", if matches!(setting.kind, Kind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-describedby", described)
             .attr("aria-invalid", move || why.with(Option::is_some).then_some("true"))
@@ -71,7 +73,9 @@ pub(crate) fn field(setting: &'static Setting, draft: Draft, refused: Memo<Vec<R
         .child((
             span().child(move || i18n::text(&sentence, &[])),
             span().class("with-unit").child((entry, span().child(setting.unit))),
-            small().attr("id", help_id).child(setting.key),
+            small()
+                .attr("id", help_id)
+                .child((setting.key, fixed.then(|| span().child((". ", t!("page.settings.in_file")))))),
             refusal,
         ))
 }

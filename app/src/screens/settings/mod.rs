@@ -9,16 +9,16 @@
 
 mod field;
 
-use crate::i18n::{self, key, say, t};
+use crate::i18n::{self, key, message, say, t};
 use crate::link;
-use crate::screens::top_bar::theme_word;
+use crate::screens::top_bar::{theme_word, themes};
 use crate::state::state;
 use crate::widgets::{push, push_if};
 use annulus_core::machine::{self, Kind, SECTIONS, Setting, Value};
 use annulus_core::remark::Remark;
 use annulus_core::wire::Ask;
 use leptos::ev;
-use leptos::html::{button, dd, div, dl, dt, h2, nav, p, section};
+use leptos::html::{button, dd, div, dl, dt, h2, label, nav, p, section, span};
 use leptos::prelude::*;
 use std::collections::BTreeMap;
 
@@ -87,17 +87,28 @@ pub(crate) fn settings() -> impl IntoView {
         rows.iter().map(|setting| field::field(setting, draft, refused).into_any()).collect::<Vec<_>>()
     };
     div().class("whole").child(div().class("settings").child((
-        nav().attr("aria-label", t!("page.settings.sections")).child(tabs.collect::<Vec<_>>()),
+        nav().attr("aria-label", t!("page.settings.sections")).child((
+            tabs.collect::<Vec<_>>(),
+            label().class("field").child((span().child(t!("page.theme.title")), themes())),
+        )),
         section().class("page").attr("aria-label", t!("page.settings.title")).child((
             h2().child(move || i18n::text(section_name(shown.get()), &[])),
             p().class("quiet").child(t!("page.settings.about")),
+            refused_by_bridge(),
             div().class("setting-grid").child(fields),
             diff(draft, refused),
         )),
     )))
 }
 
+/// Why the bridge did not take the last wish.
+fn refused_by_bridge() -> impl IntoView {
+    let refused = link::link().refused;
+    move || refused.get().map(|why| p().class("refusal").attr("role", "alert").child(message(&why)))
+}
+
 fn apply(draft: Draft) {
+    link::link().refused.set(None);
     link::ask(&Ask::Configure { changes: draft.with_untracked(changes) });
     draft.set(BTreeMap::new());
 }
