@@ -11,14 +11,16 @@
 use annulus_core::locale;
 use annulus_core::remark::Remark;
 use leptos::prelude::*;
+use leptos::reactive::diagnostics::SpecialNonReactiveZone;
 use std::sync::LazyLock;
 
 static LANGUAGE: LazyLock<ArcRwSignal<String>> =
     LazyLock::new(|| ArcRwSignal::new(locale::FALLBACK.to_owned()));
 
-/// The language now; whoever asks inside an effect follows it.
+/// The language now; whoever asks inside an effect follows it, whoever asks elsewhere says something once.
 pub fn language() -> String {
-    LANGUAGE.get()
+    let _once_is_fine = SpecialNonReactiveZone::enter();
+    LANGUAGE.try_get().unwrap_or_else(|| locale::FALLBACK.to_owned())
 }
 
 /// Chooses the language of the page.
@@ -29,7 +31,7 @@ pub fn choose(language: &str) {
 /// The text of `key`.
 pub fn text(key: &str, args: &[(&str, String)]) -> String {
     let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-    locale::text(&LANGUAGE.try_get().unwrap_or_else(|| locale::FALLBACK.to_owned()), key, &args)
+    locale::text(&language(), key, &args)
 }
 
 /// What happened and what it means.
