@@ -358,6 +358,8 @@ fn a_dull_bit_raises_the_time_alarm_and_the_hole_stays_open() {
     assert_eq!(bench.ended(), (Ending::Alarm, 0));
     let status = bench.wait(|status| status.state == State::Alarm && status.spindle_rpm == 0);
     assert_eq!(status.alarm.unwrap().code, "control.drilling_too_long");
+    let status = bench.wait(|status| status.work_mm[2] >= sharp.process.safe_height.mm());
+    assert_eq!(status.state, State::Alarm, "the bit was lifted");
 }
 
 /// A disk that fills up: once told so, nothing new is written.
