@@ -145,7 +145,7 @@ test("a hole in the picture and its row in the list choose each other", async ()
       return still;
     }, "a camera at rest");
     const [x, y] = (await data(page, "centre")).split(" ").map(Number);
-    const zoom = Number(await data(page, "zoom"));
+    const zoom = (Number(await data(page, "zoom")) * 96) / 25.4; // zoom 1 is the board at its own size
     const box = await canvas(page).boundingBox();
     const at = { x: box.width / 2 + (3.81 - x) * zoom, y: box.height / 2 - (3.81 - y) * zoom };
     await canvas(page).click({ position: at });
