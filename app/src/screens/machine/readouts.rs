@@ -36,9 +36,11 @@ pub(crate) fn readouts() -> impl IntoView {
     };
     let target = move || {
         let unit = state().unit.get();
-        let target = line.status.with(|status| status.as_ref().and_then(|status| status.target_mm))?;
-        let [x, y] = target.map(|mm| unit.coordinate(mm));
-        Some(crate::i18n::say!("page.machine.target", x = x, y = y))
+        let target = line.status.with(|status| status.as_ref().and_then(|status| status.target_mm));
+        // always there, so that the picture below keeps its place
+        let [x, y] =
+            target.map_or(["–".to_owned(), "–".to_owned()], |at| at.map(|mm| unit.coordinate(mm)));
+        crate::i18n::say!("page.machine.target", x = x, y = y)
     };
     let age = move || {
         (line.freshness.get() != Freshness::Fresh && line.ever.get()).then_some(t!("page.machine.stale"))
