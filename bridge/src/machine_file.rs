@@ -245,7 +245,9 @@ fn explain(row: &Setting) -> String {
         Kind::Text(longest) => format!("{sentence} At most {longest} characters."),
         Kind::Number(low, high) | Kind::Whole(low, high) => format!("{sentence} {low} … {high}{unit}."),
         Kind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
-        Kind::Numbers(low, high) => format!("{sentence} Each {low} … {high}{unit}, at most 64."),
+        Kind::Numbers(low, high) | Kind::Wholes(low, high) => {
+            format!("{sentence} Each {low} … {high}{unit}, at most 64.")
+        }
     }
 }
 

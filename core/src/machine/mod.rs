@@ -5,11 +5,17 @@
 //!
 //! Machine coordinates: X to the right, Y away, Z up. Z = 0 is the top sensor, so working heights are negative.
 
+mod drive;
 mod presets;
 mod settings;
+mod table;
+mod validate;
 
-pub use presets::{lab, preset, presets, virtual_drill};
-pub use settings::{IN_FILE_ONLY, Kind, SECTIONS, Setting, Value, apply, read, setting, settings, validate};
+pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
+pub use presets::{hobby_3018, lab, preset, presets, six_spindles, virtual_drill};
+pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
+pub use table::SECTIONS;
+pub use validate::validate;
 
 use crate::job::Input;
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
@@ -38,12 +44,26 @@ pub struct Machine {
     pub y: Axis,
     /// Up and down; all spindles alike.
     pub z: Axis,
+    /// How many spindles are on Z, 1 … 6. All are alike and work together.
+    pub spindles: u32,
+    /// How step times come about.
+    pub drive: DriveKind,
     /// Interrupt (takt) frequency of table-stepped drives, in Hz.
     pub interrupt_hz: u32,
+    /// Their table of dynamics.
+    pub dynamics: Dynamics,
     /// Fastest pulses any drive takes, steps per second.
     pub max_step_hz: u32,
     /// Time from a change of direction to the next step, in µs.
     pub direction_setup_us: u32,
+    /// How long a pulse lasts at least, and the pause after it, in µs.
+    pub pulse_width_us: f64,
+    /// The laws of motion.
+    pub motion: MotionLaws,
+    /// Limits of Z on its way down.
+    pub down: DownLimits,
+    /// How Z and the plane move together.
+    pub overlap: Overlap,
     /// Time at rest before the tip may enter the board, in ms.
     pub settle_ms: f64,
     /// How a stroke ends.
@@ -110,6 +130,10 @@ pub struct Axis {
     pub home_search: Length,
     /// Distance from the sensor's edge to the resting place after homing.
     pub home_offset: Length,
+    /// Play of the drive: way that the motor turns after a change of direction before the axis follows.
+    pub backlash: Length,
+    /// What the motor's phases get, takt by takt.
+    pub phases: PhaseTable,
 }
 
 /// Which end sensor an axis homes to.
@@ -187,6 +211,8 @@ impl Scale {
 pub struct Process {
     /// Height of rapid moves over the board's surface.
     pub safe_height: Length,
+    /// Height over the surface from which on Z goes down at feed.
+    pub feed_height: Length,
     /// Thickness of the board.
     pub board_thickness: Length,
     /// How far the tip goes below the board.

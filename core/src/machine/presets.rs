@@ -1,8 +1,12 @@
-//! Machines that ship: the virtual drill (default) and the laboratory drill of Arendt's paper.
+//! Machines that ship: the virtual drill (default), the laboratory drill of Arendt's paper, a small router of the 3018
+//! class, and a drill with six spindles.
 //!
 //! Goes out: complete, valid [`Machine`]s. Knows no files.
 
-use super::{Axis, HomeEnd, Machine, Output, Process, Scale, StrokeEnd, ToolChange};
+use super::{
+    Axis, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output, Overlap, PhaseTable,
+    Process, Scale, StrokeEnd, ToolChange,
+};
 use crate::units::Length;
 
 fn mm(value: f64) -> Length {
@@ -29,6 +33,8 @@ pub fn virtual_drill() -> Machine {
         home_speed_mm_per_s: 40.0,
         home_search: mm(max + 30.0),
         home_offset: mm(1.0),
+        backlash: Length::ZERO,
+        phases: PhaseTable::full_step(),
     };
     Machine {
         name: "Virtual drill".to_owned(),
@@ -48,10 +54,23 @@ pub fn virtual_drill() -> Machine {
             home_speed_mm_per_s: 15.0,
             home_search: mm(60.0),
             home_offset: mm(1.0),
+            backlash: Length::ZERO,
+            phases: PhaseTable::full_step(),
         },
+        spindles: 1,
+        drive: DriveKind::Planned,
         interrupt_hz: 500,
+        dynamics: Dynamics::arendt(),
         max_step_hz: 50_000,
         direction_setup_us: 5,
+        pulse_width_us: 2.0,
+        motion: MotionLaws { down: Law::Power, ..laws() },
+        down: DownLimits {
+            max_speed_mm_per_s: 50.0,
+            max_acceleration_mm_per_s2: 1_500.0,
+            max_jerk_mm_per_s3: 60_000.0,
+        },
+        overlap: Overlap { on: true, clear_mm: 0.5, latency_ms: 0.2, margin_ms: 5.0, dwell_top_ms: 0.0 },
         settle_ms: 10.0,
         stroke_end: StrokeEnd::Counted,
         longest_drilling_s: 5.0,
@@ -60,6 +79,7 @@ pub fn virtual_drill() -> Machine {
         tool_change: ToolChange::Manual,
         process: Process {
             safe_height: mm(2.0),
+            feed_height: mm(0.5),
             board_thickness: mm(1.6),
             breakthrough: mm(0.5),
             feed_mm_per_s: 12.0,
@@ -86,6 +106,8 @@ pub fn lab() -> Machine {
         home_speed_mm_per_s: 8.0,
         home_search: counts(max - min + 100.0),
         home_offset: counts(10.0),
+        backlash: Length::ZERO,
+        phases: PhaseTable::arendt(),
     };
     Machine {
         name: "Laboratory drill".to_owned(),
@@ -105,10 +127,23 @@ pub fn lab() -> Machine {
             home_speed_mm_per_s: 3.0,
             home_search: mm(25.0),
             home_offset: mm(0.25),
+            backlash: Length::ZERO,
+            phases: PhaseTable::arendt(),
         },
+        spindles: 1,
+        drive: DriveKind::Planned,
         interrupt_hz: 500,
+        dynamics: Dynamics::arendt(),
         max_step_hz: 580,
         direction_setup_us: 100,
+        pulse_width_us: 100.0,
+        motion: laws(),
+        down: DownLimits {
+            max_speed_mm_per_s: 5.0,
+            max_acceleration_mm_per_s2: 100.0,
+            max_jerk_mm_per_s3: 5_000.0,
+        },
+        overlap: Overlap { on: false, clear_mm: 0.5, latency_ms: 0.0, margin_ms: 0.0, dwell_top_ms: 0.0 },
         settle_ms: 20.0,
         stroke_end: StrokeEnd::Sensor,
         longest_drilling_s: 18.0,
@@ -117,6 +152,7 @@ pub fn lab() -> Machine {
         tool_change: ToolChange::Manual,
         process: Process {
             safe_height: mm(2.0),
+            feed_height: mm(0.5),
             board_thickness: mm(1.6),
             breakthrough: mm(0.5),
             feed_mm_per_s: 2.0,
@@ -128,9 +164,102 @@ pub fn lab() -> Machine {
     }
 }
 
+/// A small desktop router of the 3018 class: lead screws of 2 mm, 1/8 steps, linear ramps as its usual firmware makes them
+/// (reference part D: 1000 mm/min and 30 mm/s² in the plane, 10 mm/s and 30 mm/s² in Z, plunge at 2 mm/s).
+pub fn hobby_3018() -> Machine {
+    let base = virtual_drill();
+    let slow = |axis: Axis, speed: f64| Axis {
+        scale: Scale::per_mm(800.0),
+        max_speed_mm_per_s: speed,
+        max_acceleration_mm_per_s2: 30.0,
+        max_jerk_mm_per_s3: 3_000.0,
+        home_speed_mm_per_s: 5.0,
+        ..axis
+    };
+    Machine {
+        name: "3018 router".to_owned(),
+        description: "A desktop router of the 3018 class, driven directly.".to_owned(),
+        x: slow(Axis { max: mm(300.0), home_search: mm(330.0), ..base.x.clone() }, 1000.0 / 60.0),
+        y: slow(Axis { max: mm(180.0), home_search: mm(210.0), ..base.y.clone() }, 1000.0 / 60.0),
+        z: slow(base.z.clone(), 10.0),
+        max_step_hz: 25_000,
+        motion: MotionLaws { plane: Law::Linear, down: Law::Linear, up: Law::Linear, ..laws() },
+        down: DownLimits {
+            max_speed_mm_per_s: 10.0,
+            max_acceleration_mm_per_s2: 30.0,
+            max_jerk_mm_per_s3: 3_000.0,
+        },
+        overlap: Overlap { margin_ms: 20.0, ..base.overlap },
+        longest_drilling_s: 20.0,
+        process: Process { feed_mm_per_s: 2.0, spindle_rpm: 10_000, ..base.process.clone() },
+        ..base
+    }
+}
+
+/// A production drill with six spindles over one table (Leetro's article): linear motors of 1 m/s and 20 m/s² in the plane,
+/// strokes of 2 + 2.1 mm down at 400 mm/s and then at feed, the power law on the way down.
+pub fn six_spindles() -> Machine {
+    let base = virtual_drill();
+    let axis = |axis: Axis, max: f64| Axis {
+        scale: Scale::per_mm(200.0),
+        max: mm(max),
+        max_speed_mm_per_s: 1_000.0,
+        max_acceleration_mm_per_s2: 20_000.0,
+        max_jerk_mm_per_s3: 4_000_000.0,
+        home_speed_mm_per_s: 60.0,
+        home_search: mm(max + 30.0),
+        ..axis
+    };
+    Machine {
+        name: "Six spindles".to_owned(),
+        description: "Six spindles over one table, all drilling the same board.".to_owned(),
+        x: axis(base.x.clone(), 540.0),
+        y: axis(base.y.clone(), 620.0),
+        z: Axis {
+            max_speed_mm_per_s: 400.0,
+            max_acceleration_mm_per_s2: 20_000.0,
+            max_jerk_mm_per_s3: 4_000_000.0,
+            home_speed_mm_per_s: 30.0,
+            ..base.z.clone()
+        },
+        spindles: 6,
+        max_step_hz: 250_000,
+        direction_setup_us: 1,
+        pulse_width_us: 1.0,
+        settle_ms: 5.0,
+        down: DownLimits {
+            max_speed_mm_per_s: 400.0,
+            max_acceleration_mm_per_s2: 20_000.0,
+            max_jerk_mm_per_s3: 4_000_000.0,
+        },
+        overlap: Overlap { on: true, clear_mm: 0.3, latency_ms: 0.2, margin_ms: 3.0, dwell_top_ms: 1.0 },
+        tool_change: ToolChange::Manual,
+        process: Process {
+            feed_mm_per_s: 60.0,
+            feed_height: mm(0.1),
+            spindle_rpm: 120_000,
+            spin_up_ms: 3_000.0,
+            ..base.process.clone()
+        },
+        ..base
+    }
+}
+
+/// The laws of motion most machines start with.
+fn laws() -> MotionLaws {
+    MotionLaws {
+        plane: Law::SCurve,
+        down: Law::SCurve,
+        up: Law::SCurve,
+        order: 0.5,
+        reserve: 0.2,
+        corner_mm: 0.01,
+    }
+}
+
 /// All presets with the names they are called by on the command line.
-pub fn presets() -> [(&'static str, Machine); 2] {
-    [("virtual", virtual_drill()), ("lab", lab())]
+pub fn presets() -> [(&'static str, Machine); 4] {
+    [("virtual", virtual_drill()), ("lab", lab()), ("3018", hobby_3018()), ("six", six_spindles())]
 }
 
 /// The preset called `name`.

@@ -4,9 +4,9 @@
 //!
 //! Comes in: keys and values. Goes out: a [`Machine`] or remarks naming the field. Does not know any file format.
 
-use super::{HomeEnd, Machine, Output, ScaleUnit, StrokeEnd, ToolChange};
+use super::table::SECTIONS;
+use super::{Machine, validate};
 use crate::remark::{Remark, Weight};
-use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -48,6 +48,8 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// A list of numbers, each from … to …, at most 64 of them.
     Numbers(f64, f64),
+    /// The same of whole numbers.
+    Wholes(f64, f64),
 }
 
 /// Settings that decide which hardware is touched: only the machine's file changes them, never a page.
@@ -64,8 +66,8 @@ pub struct Setting {
     pub kind: Kind,
     /// Whether the step stream depends on it, so that it belongs into the fingerprint.
     pub shapes_stream: bool,
-    get: fn(&Machine) -> Value,
-    set: fn(&mut Machine, &Value),
+    pub(super) get: fn(&Machine) -> Value,
+    pub(super) set: fn(&mut Machine, &Value),
 }
 
 impl Setting {
@@ -125,144 +127,17 @@ impl Setting {
                 }
                 range(low, high)
             }
+            (Kind::Wholes(low, high), Value::Numbers(numbers)) => {
+                let whole = |n: &f64| inside(*n, low, high) && libm::trunc(*n) == *n;
+                if numbers.len() <= 64 && numbers.iter().all(whole) {
+                    return None;
+                }
+                range(low, high)
+            }
             _ => remark("kind"),
         }
     }
 }
-
-fn number(value: &Value) -> f64 {
-    if let Value::Number(number) = value { *number } else { 0.0 }
-}
-
-fn text(value: &Value) -> &str {
-    if let Value::Text(text) = value { text } else { "" }
-}
-
-macro_rules! row {
-    ($key:expr, $unit:literal, $kind:expr, $shapes:literal, $get:expr, $set:expr) => {
-        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: $shapes, get: $get, set: $set }
-    };
-}
-macro_rules! plain {
-    ($key:expr, $unit:literal, $kind:expr, $shapes:literal, $($field:ident).+) => {
-        row!($key, $unit, $kind, $shapes, |m| Value::Number(m.$($field).+), |m, v| m.$($field).+ = number(v))
-    };
-}
-macro_rules! whole {
-    ($key:expr, $unit:literal, $kind:expr, $shapes:literal, $($field:ident).+) => {
-        row!($key, $unit, $kind, $shapes,
-            |m| Value::Number(f64::from(m.$($field).+)), |m, v| m.$($field).+ = number(v) as u32)
-    };
-}
-macro_rules! length {
-    ($key:expr, $kind:expr, $shapes:literal, $($field:ident).+) => {
-        row!($key, "mm", $kind, $shapes,
-            |m| Value::Number(m.$($field).+.mm()), |m, v| m.$($field).+ = Length::from_mm(number(v)))
-    };
-}
-macro_rules! words {
-    ($key:expr, $shapes:literal, $($field:ident).+, $($word:literal => $variant:path),+) => {
-        row!($key, "", Kind::Choice(&[$($word),+]), $shapes,
-            |m| Value::Text(match m.$($field).+ { $($variant => $word),+ }.to_owned()),
-            |m, v| m.$($field).+ = match text(v) { $($word => $variant,)+ _ => m.$($field).+ })
-    };
-}
-macro_rules! axis {
-    ($axis:ident) => {
-        &[
-            row!(concat!(stringify!($axis), ".scale"), "steps", Kind::Number(0.01, 1e5), true,
-                |m| Value::Number(m.$axis.scale.micro_steps as f64 / 1e6),
-                |m, v| m.$axis.scale.micro_steps = libm::round(number(v) * 1e6) as i64),
-            words!(concat!(stringify!($axis), ".scale_per"), true, $axis.scale.per,
-                "mm" => ScaleUnit::Millimetre, "inch" => ScaleUnit::Inch),
-            length!(concat!(stringify!($axis), ".min"), Kind::Number(-2000.0, 2000.0), false, $axis.min),
-            length!(concat!(stringify!($axis), ".max"), Kind::Number(-2000.0, 2000.0), false, $axis.max),
-            plain!(concat!(stringify!($axis), ".max_speed"), "mm/s", Kind::Number(0.01, 5000.0), true,
-                $axis.max_speed_mm_per_s),
-            plain!(concat!(stringify!($axis), ".max_acceleration"), "mm/s²", Kind::Number(0.1, 200_000.0), true,
-                $axis.max_acceleration_mm_per_s2),
-            plain!(concat!(stringify!($axis), ".max_jerk"), "mm/s³", Kind::Number(1.0, 1e8), true,
-                $axis.max_jerk_mm_per_s3),
-            words!(concat!(stringify!($axis), ".home_end"), false, $axis.home,
-                "min" => HomeEnd::Min, "max" => HomeEnd::Max),
-            plain!(concat!(stringify!($axis), ".home_speed"), "mm/s", Kind::Number(0.01, 500.0), false,
-                $axis.home_speed_mm_per_s),
-            length!(concat!(stringify!($axis), ".home_search"), Kind::Number(0.1, 4000.0), false, $axis.home_search),
-            length!(concat!(stringify!($axis), ".home_offset"), Kind::Number(0.0, 100.0), false, $axis.home_offset),
-        ]
-    };
-}
-
-/// The whole table, section by section: a section is a `[table]` of the machine file.
-pub const SECTIONS: &[(&str, &[Setting])] = &[
-    (
-        "machine",
-        &[
-            row!("machine.name", "", Kind::Text(60), false, |m| Value::Text(m.name.clone()), |m, v| m.name =
-                text(v).to_owned()),
-            row!(
-                "machine.description",
-                "",
-                Kind::Text(400),
-                false,
-                |m| Value::Text(m.description.clone()),
-                |m, v| m.description = text(v).to_owned()
-            ),
-            words!("machine.output", false, output, "virtual" => Output::Virtual, "card" => Output::Card),
-            whole!("machine.card_address", "", Kind::Whole(0.0, 65_535.0), false, card_address),
-        ],
-    ),
-    ("x", axis!(x)),
-    ("y", axis!(y)),
-    ("z", axis!(z)),
-    (
-        "drive",
-        &[
-            whole!("drive.interrupt_frequency", "Hz", Kind::Whole(10.0, 20_000.0), false, interrupt_hz),
-            whole!("drive.max_step_rate", "Hz", Kind::Whole(10.0, 1_000_000.0), true, max_step_hz),
-            whole!("drive.direction_setup", "µs", Kind::Whole(0.0, 10_000.0), true, direction_setup_us),
-        ],
-    ),
-    (
-        "stroke",
-        &[
-            words!("stroke.end", true, stroke_end, "counted" => StrokeEnd::Counted, "sensor" => StrokeEnd::Sensor),
-            plain!("stroke.longest_drilling", "s", Kind::Number(0.1, 600.0), true, longest_drilling_s),
-            plain!("stroke.settle", "ms", Kind::Number(0.0, 5000.0), true, settle_ms),
-            length!("stroke.safe_height", Kind::Number(0.1, 100.0), true, process.safe_height),
-            length!("stroke.board_thickness", Kind::Number(0.1, 20.0), true, process.board_thickness),
-            length!("stroke.breakthrough", Kind::Number(0.0, 10.0), true, process.breakthrough),
-            plain!("stroke.feed", "mm/s", Kind::Number(0.01, 500.0), true, process.feed_mm_per_s),
-            plain!("stroke.dwell_bottom", "ms", Kind::Number(0.0, 10_000.0), true, process.dwell_bottom_ms),
-            length!("stroke.surface", Kind::Number(-500.0, 0.0), false, process.surface),
-        ],
-    ),
-    (
-        "spindle",
-        &[
-            whole!("spindle.speed", "rpm", Kind::Whole(0.0, 300_000.0), true, process.spindle_rpm),
-            plain!("spindle.spin_up", "ms", Kind::Number(0.0, 60_000.0), true, process.spin_up_ms),
-        ],
-    ),
-    (
-        "rack",
-        &[
-            row!(
-                "rack.bits",
-                "mm",
-                Kind::Numbers(0.05, 20.0),
-                false,
-                |m| Value::Numbers(m.rack.iter().map(|bit| bit.mm()).collect()),
-                |m, v| if let Value::Numbers(bits) = v {
-                    m.rack = bits.iter().map(|mm| Length::from_mm(*mm)).collect();
-                }
-            ),
-            length!("rack.tolerance", Kind::Number(0.0, 1.0), false, rack_tolerance),
-            words!("rack.change", false, tool_change,
-                "manual" => ToolChange::Manual, "unattended" => ToolChange::Unattended),
-        ],
-    ),
-];
 
 /// Every setting in the order of the table.
 pub fn settings() -> impl Iterator<Item = &'static Setting> {
@@ -297,60 +172,14 @@ pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, 
     if refusals.is_empty() { Ok(changed) } else { Err(refusals) }
 }
 
-/// What no single field can tell: ranges inside out, heights out of reach, drives asked for too much.
-pub fn validate(machine: &Machine) -> Vec<Remark> {
-    let mut remarks = Vec::new();
-    let mut refuse = |code: &str, key: &str, detail: f64, bound: f64| {
-        let remark = Remark::new(Weight::Loss, code).with("key", key);
-        remarks.push(remark.with("value", detail).with("bound", bound));
-    };
-    for (name, axis) in [("x", &machine.x), ("y", &machine.y), ("z", &machine.z)] {
-        if axis.min >= axis.max {
-            refuse("machine.range_inside_out", &format!("{name}.min"), axis.min.mm(), axis.max.mm());
-        }
-        if axis.home_offset > axis.max - axis.min {
-            let travel = axis.max - axis.min;
-            refuse(
-                "machine.offset_beyond_travel",
-                &format!("{name}.home_offset"),
-                axis.home_offset.mm(),
-                travel.mm(),
-            );
-        }
-        let rate_hz = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
-        if rate_hz > f64::from(machine.max_step_hz) {
-            let fastest = f64::from(machine.max_step_hz) / axis.scale.steps_per_mm();
-            refuse(
-                "machine.faster_than_drive",
-                &format!("{name}.max_speed"),
-                axis.max_speed_mm_per_s,
-                fastest,
-            );
-        }
-    }
-    let process = &machine.process;
-    let top = process.surface + process.safe_height;
-    if top > machine.z.max {
-        refuse("machine.safe_height_out_of_reach", "stroke.safe_height", top.mm(), machine.z.max.mm());
-    }
-    let bottom = process.surface - process.board_thickness - process.breakthrough;
-    if bottom < machine.z.min {
-        refuse("machine.stroke_out_of_reach", "stroke.surface", bottom.mm(), machine.z.min.mm());
-    }
-    if process.feed_mm_per_s > machine.z.max_speed_mm_per_s {
-        refuse("machine.feed_too_fast", "stroke.feed", process.feed_mm_per_s, machine.z.max_speed_mm_per_s);
-    }
-    remarks
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{lab, virtual_drill};
+    use super::super::{presets, virtual_drill};
     use super::*;
 
     #[test]
     fn every_setting_survives_a_round_trip_and_has_a_sentence() {
-        for machine in [virtual_drill(), lab()] {
+        for (_, machine) in presets() {
             assert_eq!(apply(&virtual_drill(), &read(&machine)).unwrap(), machine);
         }
         for setting in settings() {
@@ -361,13 +190,22 @@ mod tests {
 
     #[test]
     fn a_bad_value_names_its_field_and_changes_nothing() {
-        let rows: [(&str, Value, &str); 7] = [
+        let rows: [(&str, Value, &str); 16] = [
             ("x.max_speed", Value::Number(f64::NAN), "machine.setting_range"),
             ("x.max_speed", Value::Number(0.0), "machine.setting_range"),
             ("x.max_speed", Value::Text("fast".into()), "machine.setting_kind"),
             ("x.home_end", Value::Text("left".into()), "machine.setting_choice"),
             ("x.min", Value::Number(900.0), "machine.range_inside_out"),
             ("stroke.feed", Value::Number(400.0), "machine.feed_too_fast"),
+            ("motion.order", Value::Number(0.0), "machine.setting_range"),
+            ("motion.down_speed", Value::Number(-1.0), "machine.setting_range"),
+            ("motion.down_speed", Value::Number(4000.0), "machine.faster_than_drive"),
+            ("overlap.clear", Value::Number(2.0), "machine.clear_too_high"),
+            ("stroke.end", Value::Text("sensor".into()), "machine.overlap_without_count"),
+            ("stroke.feed_height", Value::Number(3.0), "machine.feed_height_too_high"),
+            ("drive.pulse_width", Value::Number(11.0), "machine.pulse_too_long"),
+            ("drive.period", Value::Numbers(vec![7.0, 4.0]), "machine.table_lengths"),
+            ("x.phases", Value::Numbers(vec![5.5]), "machine.setting_range"),
             ("x.colour", Value::Number(1.0), "machine.setting_unknown"),
         ];
         for (key, value, code) in rows {

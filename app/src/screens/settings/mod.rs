@@ -32,6 +32,8 @@ fn section_name(section: &str) -> &'static str {
         "y" => key!("page.settings.y"),
         "z" => key!("page.settings.z"),
         "drive" => key!("page.settings.drive"),
+        "motion" => key!("page.settings.motion"),
+        "overlap" => key!("page.settings.overlap"),
         "stroke" => key!("page.settings.stroke"),
         "spindle" => key!("page.settings.spindle"),
         _ => key!("page.settings.rack"),
@@ -45,7 +47,7 @@ fn value(setting: &Setting, typed: &str) -> Value {
         Kind::Number(..) | Kind::Whole(..) => {
             crate::format::typed(typed).map_or_else(|| Value::Text(typed.to_owned()), Value::Number)
         }
-        Kind::Numbers(..) => {
+        Kind::Numbers(..) | Kind::Wholes(..) => {
             let words: Option<Vec<_>> = typed.split_whitespace().map(crate::format::typed).collect();
             words.map_or_else(|| Value::Text(typed.to_owned()), Value::Numbers)
         }

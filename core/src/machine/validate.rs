@@ -1,0 +1,111 @@
+//! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
+//! whose rows do not belong together.
+//!
+//! Comes in: a machine. Goes out: remarks naming the field. Does not know what a table does when it runs.
+
+use super::{DriveKind, Machine, StrokeEnd};
+use crate::remark::{Remark, Weight};
+
+/// What no single field can tell: ranges inside out, heights out of reach, drives asked for too much.
+pub fn validate(machine: &Machine) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    let mut refuse = |code: &str, key: &str, value: f64, bound: f64| {
+        remarks.push(refuse(code, key, value, bound));
+    };
+    for (name, axis) in [("x", &machine.x), ("y", &machine.y), ("z", &machine.z)] {
+        if axis.min >= axis.max {
+            refuse("machine.range_inside_out", &format!("{name}.min"), axis.min.mm(), axis.max.mm());
+        }
+        if axis.home_offset > axis.max - axis.min {
+            let travel = axis.max - axis.min;
+            refuse(
+                "machine.offset_beyond_travel",
+                &format!("{name}.home_offset"),
+                axis.home_offset.mm(),
+                travel.mm(),
+            );
+        }
+        let rate_hz = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
+        if rate_hz > f64::from(machine.max_step_hz) {
+            let fastest = f64::from(machine.max_step_hz) / axis.scale.steps_per_mm();
+            refuse(
+                "machine.faster_than_drive",
+                &format!("{name}.max_speed"),
+                axis.max_speed_mm_per_s,
+                fastest,
+            );
+        }
+    }
+    remarks.extend(drives(machine));
+    remarks.extend(strokes(machine));
+    remarks
+}
+
+/// Tables and pulses.
+fn drives(machine: &Machine) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    let states = machine.dynamics.period.len();
+    let (enter, leave) = (machine.dynamics.enter.len(), machine.dynamics.leave.len());
+    if states == 0 || enter + 1 != states || leave + 1 != states {
+        let remark = Remark::new(Weight::Loss, "machine.table_lengths").with("key", "drive.period");
+        remarks.push(remark.with("states", states).with("enter", enter).with("leave", leave));
+    }
+    for (name, axis) in [("x", &machine.x), ("y", &machine.y), ("z", &machine.z)] {
+        if axis.phases.columns.is_empty() {
+            let key = format!("{name}.phases");
+            remarks.push(Remark::new(Weight::Loss, "machine.no_phases").with("key", key));
+        }
+    }
+    let period_us = 1e6 / f64::from(machine.max_step_hz);
+    if 2.0 * machine.pulse_width_us > period_us {
+        remarks.push(refuse(
+            "machine.pulse_too_long",
+            "drive.pulse_width",
+            machine.pulse_width_us,
+            period_us,
+        ));
+    }
+    let fastest = f64::from(machine.max_step_hz) / machine.z.scale.steps_per_mm();
+    if machine.down.max_speed_mm_per_s > fastest {
+        let asked = machine.down.max_speed_mm_per_s;
+        remarks.push(refuse("machine.faster_than_drive", "motion.down_speed", asked, fastest));
+    }
+    remarks
+}
+
+/// Heights and feeds.
+fn strokes(machine: &Machine) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    let mut refuse = |code: &str, key: &str, value: f64, bound: f64| {
+        remarks.push(refuse(code, key, value, bound));
+    };
+    let (process, overlap) = (&machine.process, &machine.overlap);
+    let top = process.surface + process.safe_height;
+    if top > machine.z.max {
+        refuse("machine.safe_height_out_of_reach", "stroke.safe_height", top.mm(), machine.z.max.mm());
+    }
+    let bottom = process.surface - process.board_thickness - process.breakthrough;
+    if bottom < machine.z.min {
+        refuse("machine.stroke_out_of_reach", "stroke.surface", bottom.mm(), machine.z.min.mm());
+    }
+    let fastest = machine.z.max_speed_mm_per_s.min(machine.down.max_speed_mm_per_s);
+    if process.feed_mm_per_s > fastest {
+        refuse("machine.feed_too_fast", "stroke.feed", process.feed_mm_per_s, fastest);
+    }
+    let safe_mm = process.safe_height.mm();
+    if process.feed_height > process.safe_height {
+        refuse("machine.feed_height_too_high", "stroke.feed_height", process.feed_height.mm(), safe_mm);
+    }
+    if overlap.on && overlap.clear_mm >= safe_mm {
+        refuse("machine.clear_too_high", "overlap.clear", overlap.clear_mm, safe_mm);
+    }
+    if overlap.on && (machine.stroke_end == StrokeEnd::Sensor || machine.drive == DriveKind::Table) {
+        let key = if machine.drive == DriveKind::Table { "drive.kind" } else { "stroke.end" };
+        refuse("machine.overlap_without_count", key, 1.0, 0.0);
+    }
+    remarks
+}
+
+fn refuse(code: &str, key: &str, value: f64, bound: f64) -> Remark {
+    Remark::new(Weight::Loss, code).with("key", key).with("value", value).with("bound", bound)
+}
