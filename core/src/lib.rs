@@ -28,6 +28,7 @@
 //! | `twin` | the virtual drill | programs |
 //! | `sim` | the moment shown in a playback | pins |
 //! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
+//! | `plot` | pictures of numbers: panels, axes, lines, as shapes and as SVG | what is plotted |
 //! | `wire` | what page and bridge say to each other | how it travels |
 
 pub mod artwork;
@@ -41,6 +42,7 @@ pub mod locale;
 pub mod machine;
 pub mod motion;
 pub mod pins;
+pub mod plot;
 pub mod post;
 pub mod remark;
 pub mod sim;

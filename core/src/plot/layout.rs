@@ -1,0 +1,250 @@
+//! Where each panel of a plot lies in the picture, and which values its edges have.
+//!
+//! Comes in: a plot and the size of the picture, px. Goes out: one [`Frame`] a panel. Does not draw.
+
+use super::ticks::{Ticks, ticks, usable};
+use super::{Axis, Look, Mark, Panel, Plot};
+
+/// Size of the words on axes, px.
+pub(super) const SMALL_PX: f64 = 11.0;
+/// Size of the title, px.
+pub(super) const TITLE_PX: f64 = 15.0;
+/// Height of a line of words, px.
+pub(super) const ROW_PX: f64 = 15.0;
+/// Room for the words at the upright axis, turned by a quarter, px.
+const TURNED_PX: f64 = 20.0;
+/// Empty border, px.
+const BORDER_PX: f64 = 10.0;
+/// Marks with words over each other at most; further ones have none.
+pub(super) const MARK_ROWS: usize = 5;
+/// Smallest panel that is still drawn, px.
+const LEAST_PX: f64 = 20.0;
+
+/// Where a panel lies, px from the top left corner, and what its edges mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Left edge.
+    pub left: f64,
+    /// Upper edge.
+    pub top: f64,
+    /// Width between the axes.
+    pub width: f64,
+    /// Height between the axes.
+    pub height: f64,
+    /// Value at the left and at the right edge.
+    pub x: [f64; 2],
+    /// Value at the lower and at the upper edge.
+    pub y: [f64; 2],
+    /// Round numbers along x.
+    pub x_ticks: Ticks,
+    /// Round numbers along y.
+    pub y_ticks: Ticks,
+    /// Whether the panel has its own legend over it.
+    pub legend: bool,
+    /// Whether the words of its x axis stand under it (else the panel below has the same axis).
+    pub x_words: bool,
+    /// Row of the word of each mark, from 0 next to the panel; none: no room.
+    pub mark_rows: Vec<Option<usize>>,
+}
+
+impl Frame {
+    /// Pixel of a value along x.
+    pub fn px(&self, x: f64) -> f64 {
+        self.left + (x - self.x[0]) / (self.x[1] - self.x[0]) * self.width
+    }
+
+    /// Pixel of a value along y.
+    pub fn py(&self, y: f64) -> f64 {
+        self.top + (self.y[1] - y) / (self.y[1] - self.y[0]) * self.height
+    }
+
+    /// Value along x under a pixel.
+    pub fn x_at(&self, px: f64) -> f64 {
+        self.x[0] + (px - self.left) / self.width * (self.x[1] - self.x[0])
+    }
+
+    /// Value along y under a pixel.
+    pub fn y_at(&self, py: f64) -> f64 {
+        self.y[1] - (py - self.top) / self.height * (self.y[1] - self.y[0])
+    }
+}
+
+/// Width of `text` in letters of size `px`; a middling guess that is right for most fonts within a fifth.
+pub(super) fn width_px(text: &str, px: f64) -> f64 {
+    0.58 * px * text.chars().count() as f64
+}
+
+/// Lays the panels of `plot` out in a picture of `width` × `height` px. A picture that is too small gets frames of
+/// at least 20 px, which then reach over its edge.
+pub fn layout(plot: &Plot, width: f64, height: f64) -> Vec<Frame> {
+    let mut frames: Vec<Frame> = plot.panels.iter().map(valued).collect();
+    share_x(plot, &mut frames);
+    let widest = |frame: &Frame, axis: &Axis| {
+        let words = if axis.names.is_empty() { &frame.y_ticks.words } else { &axis.names };
+        words.iter().map(|word| width_px(word, SMALL_PX)).fold(0.0, f64::max)
+    };
+    let labels =
+        frames.iter().zip(&plot.panels).map(|(frame, panel)| widest(frame, &panel.y)).fold(0.0, f64::max);
+    let left = BORDER_PX + TURNED_PX + labels + 6.0;
+    let inner = (width - left - 2.0 * BORDER_PX).max(LEAST_PX);
+    let mut fixed = 2.0 * BORDER_PX + if plot.title.is_empty() { 0.0 } else { TITLE_PX + 9.0 };
+    for (index, panel) in plot.panels.iter().enumerate() {
+        frames[index].left = left;
+        frames[index].width = inner;
+        frames[index].legend = has_legend(plot, index);
+        frames[index].x_words = has_x_words(plot, &frames, index);
+        frames[index].mark_rows = mark_rows(panel, &frames[index]);
+        let most = (inner / 70.0) as usize;
+        let [low, high] = frames[index].x;
+        frames[index].x_ticks = ticks(low, high, most);
+        fixed += over(&frames[index]) + under(&frames[index]);
+    }
+    let each = ((height - fixed) / plot.panels.len().max(1) as f64).max(LEAST_PX);
+    let mut top = BORDER_PX + if plot.title.is_empty() { 0.0 } else { TITLE_PX + 9.0 };
+    for (frame, panel) in frames.iter_mut().zip(&plot.panels) {
+        frame.top = top + over(frame);
+        frame.height = each;
+        if panel.y.names.is_empty() && panel.y.range.is_none() {
+            let found = ticks(frame.y[0], frame.y[1], (each / 24.0) as usize);
+            frame.y = outward(frame.y, found.step);
+        }
+        frame.y_ticks = ticks(frame.y[0], frame.y[1], (each / 24.0) as usize);
+        top = frame.top + each + under(frame);
+    }
+    frames
+}
+
+/// Panels whose x axes say the same, and are not bound by hand, reach equally far: moments stand over each other.
+fn share_x(plot: &Plot, frames: &mut [Frame]) {
+    let own: Vec<[f64; 2]> = frames.iter().map(|frame| frame.x).collect();
+    for (index, panel) in plot.panels.iter().enumerate().filter(|(_, panel)| panel.x.range.is_none()) {
+        let full =
+            |other: &Panel| other.series.iter().any(|one| !one.points.is_empty()) || !other.marks.is_empty();
+        let alike = plot.panels.iter().zip(&own).filter(|(other, _)| {
+            full(other) && other.x.range.is_none() && other.x.words() == panel.x.words()
+        });
+        let ends = alike.map(|(_, ends)| *ends);
+        let widest = ends.reduce(|one, other| [one[0].min(other[0]), one[1].max(other[1])]);
+        frames[index].x = widest.unwrap_or(own[index]);
+    }
+}
+
+/// Room over a frame: legend and the words of marks.
+fn over(frame: &Frame) -> f64 {
+    let rows = frame.mark_rows.iter().flatten().map(|row| row + 1).max().unwrap_or(0);
+    let legend = if frame.legend { ROW_PX + 3.0 } else { 0.0 };
+    6.0 + legend + rows as f64 * ROW_PX
+}
+
+/// Room under a frame: numbers, and the words of the axis.
+fn under(frame: &Frame) -> f64 {
+    ROW_PX + 3.0 + if frame.x_words { ROW_PX + 3.0 } else { 0.0 }
+}
+
+/// A frame that knows its values and not yet its place.
+fn valued(panel: &Panel) -> Frame {
+    let x = panel.x.range.filter(|[low, high]| usable(*low, *high)).unwrap_or_else(|| reach(panel, 0));
+    let y = if panel.y.names.is_empty() {
+        panel.y.range.filter(|[low, high]| usable(*low, *high)).unwrap_or_else(|| reach(panel, 1))
+    } else {
+        [-0.6, panel.y.names.len() as f64 - 0.4]
+    };
+    // Numbers as they stand on an axis of middling height, to see how wide they are.
+    let rounded = if panel.y.names.is_empty() { outward(y, ticks(y[0], y[1], 5).step) } else { y };
+    let y_ticks = ticks(rounded[0], rounded[1], 5);
+    let (legend, x_words, mark_rows) = (false, true, Vec::new());
+    let (left, top, width, height) = (0.0, 0.0, 1.0, 1.0);
+    Frame {
+        left,
+        top,
+        width,
+        height,
+        x,
+        y,
+        x_ticks: ticks(x[0], x[1], 5),
+        y_ticks,
+        legend,
+        x_words,
+        mark_rows,
+    }
+}
+
+/// From the lowest to the highest value of all series and marks along an axis (0: x, 1: y), widened where that is
+/// nothing.
+fn reach(panel: &Panel, axis: usize) -> [f64; 2] {
+    let marks = panel.marks.iter().filter_map(|mark| match mark {
+        Mark::At(x, _) if axis == 0 => Some(*x),
+        Mark::Level(y, _) if axis == 1 => Some(*y),
+        _ => None,
+    });
+    let points = panel.series.iter().flat_map(|series| series.points.iter().map(|point| point[axis]));
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for value in points.chain(marks).filter(|value| value.is_finite()) {
+        (low, high) = (low.min(value), high.max(value));
+    }
+    if low > high {
+        return [0.0, 1.0];
+    }
+    if usable(low, high) {
+        return [low, high];
+    }
+    let room = if low == 0.0 { 1.0 } else { 0.1 * low.abs().max(1e-290) };
+    let wide = [low - room, high + room];
+    if usable(wide[0], wide[1]) { wide } else { [0.0, 1.0] }
+}
+
+/// The ends moved outward to round numbers.
+fn outward([low, high]: [f64; 2], step: f64) -> [f64; 2] {
+    let wide = [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step];
+    if usable(wide[0], wide[1]) { wide } else { [low, high] }
+}
+
+/// A legend stands where there is something to tell apart and the panel above did not say the same.
+fn has_legend(plot: &Plot, index: usize) -> bool {
+    let names = |panel: &Panel| -> Vec<String> { panel.series.iter().map(|one| one.name.clone()).collect() };
+    let own = names(&plot.panels[index]);
+    let said = index > 0 && names(&plot.panels[index - 1]) == own;
+    !said && own.iter().any(|name| !name.is_empty())
+}
+
+fn has_x_words(plot: &Plot, frames: &[Frame], index: usize) -> bool {
+    match plot.panels.get(index + 1) {
+        Some(next) => {
+            next.x.words() != plot.panels[index].x.words() || frames[index + 1].x != frames[index].x
+        }
+        None => true,
+    }
+}
+
+/// Rows for the words of upright marks: each in the lowest row in which it does not touch the one before it.
+fn mark_rows(panel: &Panel, frame: &Frame) -> Vec<Option<usize>> {
+    let mut ends = [f64::NEG_INFINITY; MARK_ROWS];
+    let mut order: Vec<(usize, f64, f64)> = Vec::new();
+    for (index, mark) in panel.marks.iter().enumerate() {
+        if let Mark::At(x, words) = mark
+            && x.is_finite()
+            && !words.is_empty()
+        {
+            order.push((index, frame.px(*x), width_px(words, SMALL_PX)));
+        }
+    }
+    order.sort_by(|one, other| one.1.total_cmp(&other.1));
+    let mut rows = vec![None; panel.marks.len()];
+    for (index, px, width) in order {
+        // Words start at their mark and grow to the left where they would leave the panel.
+        let start = px.min(frame.left + frame.width - width);
+        if let Some(row) = ends.iter().position(|end| *end + 6.0 <= start) {
+            ends[row] = start + width;
+            rows[index] = Some(row);
+        }
+    }
+    rows
+}
+
+/// How high a bar is, in units of the axis.
+pub(super) const BAR: f64 = 0.6;
+
+/// Whether the series is drawn as bars.
+pub(super) fn is_bars(look: Look) -> bool {
+    look == Look::Bars
+}

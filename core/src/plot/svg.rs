@@ -1,0 +1,230 @@
+//! A plot as the text of an SVG file, fit for a report: white ground, colours that differ also in grey, dashes.
+//!
+//! Comes in: a plot and the size of the picture, px. Goes out: text. Names are escaped; what SVG cannot hold is left
+//! out. The same plot gives the same bytes.
+
+use super::Plot;
+use super::draw::{Anchor, Ink, Shape, draw};
+use std::fmt::Write as _;
+
+/// Colours of the series in turn: told apart by people who see colours differently, and by their brightness in print.
+const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#b8860b", "#444444"];
+/// Dashes of the series in turn, so that a black and white print tells them apart too.
+const DASHES: [&str; 7] = ["", "7 3", "2 2", "9 3 2 3", "12 3", "4 4", "1 3"];
+
+/// Writes `plot` as an SVG file of `width` × `height` px, each held between 100 and 10000.
+pub fn svg(plot: &Plot, width: f64, height: f64) -> String {
+    let size = |px: f64| if px.is_finite() { px.clamp(100.0, 10_000.0) } else { 100.0 };
+    let (width, height) = (size(width), size(height));
+    let mut out = String::new();
+    let _ = write!(
+        out,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"Helvetica, Arial, sans-serif\">\n\
+         <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
+        escaped(&plot.title)
+    );
+    for shape in draw(plot, width, height) {
+        write_shape(&mut out, &shape);
+    }
+    out.push_str("</svg>\n");
+    out
+}
+
+fn write_shape(out: &mut String, shape: &Shape) {
+    let _ = match shape {
+        Shape::Line { ink, points } => {
+            let mut path = String::new();
+            for point in points {
+                let gap = if path.is_empty() { "" } else { " " };
+                let _ = write!(path, "{gap}{},{}", short(point[0]), short(point[1]));
+            }
+            writeln!(out, "<polyline points=\"{path}\" fill=\"none\" {}/>", stroke(*ink))
+        }
+        Shape::Area { ink, at: [x, y, width, height] } => {
+            let (x, y, width, height) = (short(*x), short(*y), short(*width), short(*height));
+            let fill = colour(*ink);
+            writeln!(out, "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{fill}\"/>")
+        }
+        Shape::Dot { ink, at: [x, y] } => {
+            writeln!(
+                out,
+                "<circle cx=\"{}\" cy=\"{}\" r=\"2.2\" fill=\"{}\"/>",
+                short(*x),
+                short(*y),
+                colour(*ink)
+            )
+        }
+        Shape::Words { ink, at: [x, y], size, anchor, turned, text } => {
+            let (x, y) = (short(*x), short(*y));
+            let turn = if *turned { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
+            let anchor = match anchor {
+                Anchor::Start => "start",
+                Anchor::Middle => "middle",
+                Anchor::End => "end",
+            };
+            let (fill, text) = (colour(*ink), escaped(text));
+            writeln!(
+                out,
+                "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{fill}\"{turn}>{text}</text>"
+            )
+        }
+    };
+}
+
+fn colour(ink: Ink) -> &'static str {
+    match ink {
+        Ink::Text => "#111111",
+        Ink::Axis => "#333333",
+        Ink::Grid => "#dddddd",
+        Ink::Mark => "#777777",
+        Ink::Series(index) => COLOURS[index % COLOURS.len()],
+    }
+}
+
+fn stroke(ink: Ink) -> String {
+    let (width, dash) = match ink {
+        Ink::Series(index) => (1.6, DASHES[index % DASHES.len()]),
+        Ink::Mark => (0.8, "3 3"),
+        _ => (0.8, ""),
+    };
+    let dashes = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
+    format!("stroke=\"{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}", colour(ink))
+}
+
+/// To a hundredth of a pixel, without zeros that say nothing.
+fn short(px: f64) -> f64 {
+    let clamped = if px.is_finite() { px.clamp(-1e5, 1e5) } else { 0.0 };
+    (clamped * 100.0).round() / 100.0 + 0.0
+}
+
+/// Text as it may stand in SVG: the five signs with a meaning are written out, signs that XML forbids are left out.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for sign in text.chars() {
+        match sign {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            '\u{fffe}' | '\u{ffff}' => {}
+            sign if (sign as u32) < 0x20 && !matches!(sign, '\t' | '\n' | '\r') => {}
+            sign => out.push(sign),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Axis, Look, Mark, Panel, Plot, Series};
+    use super::*;
+
+    fn sample() -> Plot {
+        let curve = |k: f64| (0..20_000).map(|i| [f64::from(i) * 1e-5, k * f64::from(i % 700)]).collect();
+        let gantt = vec![[0.0, 0.0], [0.05, 0.0], [0.1, 1.0], [0.2, 1.0]];
+        let stairs = vec![[0.0, 1.0], [0.1, 3.0], [f64::NAN, 0.0], [0.15, 2.0], [0.2, 2.0]];
+        Plot {
+            title: "<Z & \"XY\">\u{1}".to_owned(),
+            panels: vec![
+                Panel {
+                    x: Axis::new("time", "s"),
+                    y: Axis::new("speed", "mm/s"),
+                    series: vec![Series::line("one", curve(1.0)), Series::line("two", curve(-1.0))],
+                    marks: vec![Mark::At(0.1, "contact".into()), Mark::Level(300.0, "limit".into())],
+                },
+                Panel {
+                    x: Axis::new("time", "s"),
+                    y: Axis { names: vec!["XY".into(), "Z1".into()], ..Axis::default() },
+                    series: vec![Series::line("move", gantt).looking(Look::Bars)],
+                    marks: Vec::new(),
+                },
+                Panel {
+                    x: Axis::new("time", "s"),
+                    y: Axis { range: Some([0.0, 2.5]), ..Axis::new("state", "") },
+                    series: vec![Series::line("", stairs).looking(Look::Stairs)],
+                    marks: Vec::new(),
+                },
+            ],
+        }
+    }
+
+    fn numbers(text: &str, attribute: &str) -> Vec<f64> {
+        text.match_indices(&format!(" {attribute}=\""))
+            .flat_map(|(at, found)| {
+                let rest = &text[at + found.len()..];
+                let inner = &rest[..rest.find('"').unwrap()];
+                inner.split([' ', ',']).map(|word| word.parse::<f64>().unwrap()).collect::<Vec<_>>()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_picture_is_whole_and_small_and_the_same_again() {
+        let text = svg(&sample(), 800.0, 600.0);
+        assert_eq!(text, svg(&sample(), 800.0, 600.0));
+        assert!(text.contains("<title>&lt;Z &amp; &quot;XY&quot;&gt;</title>"), "{}", &text[..300]);
+        assert!(!text.contains("NaN") && !text.contains("inf") && !text.contains('\u{1}'));
+        // 40 000 points became at most four a column.
+        assert!(text.len() < 200_000, "{}", text.len());
+        for word in ["speed / mm/s", "time / s", ">XY<", ">contact<", ">limit<", ">one<", "<rect x="] {
+            assert!(text.contains(word), "no {word}");
+        }
+        assert_eq!(text.matches("time / s").count(), 1, "panels over each other share the words of an axis");
+        for (attribute, most) in [("x", 800.0), ("y", 600.0), ("points", 800.0)] {
+            let found = numbers(&text, attribute);
+            assert!(found.len() > 3 && found.iter().all(|v| (0.0..=most).contains(v)), "{attribute}");
+        }
+    }
+
+    #[test]
+    fn lines_are_cut_at_the_frame_and_pixels_lead_back_to_values() {
+        let plot = sample();
+        let frames = super::super::layout(&plot, 640.0, 480.0);
+        for frame in &frames {
+            for value in [frame.x[0], 0.123, frame.x[1]] {
+                assert!((frame.x_at(frame.px(value)) - value).abs() < 1e-12);
+            }
+            for value in [frame.y[0], 0.3, frame.y[1]] {
+                assert!((frame.y_at(frame.py(value)) - value).abs() < 1e-9);
+            }
+        }
+        // The stairs leave their axis at 3 > 2.5 and are cut there.
+        let top = frames[2].top;
+        let lowest = draw(&plot, 640.0, 480.0).iter().fold(f64::INFINITY, |least, shape| match shape {
+            Shape::Line { ink: Ink::Series(0), points } if points.iter().all(|p| p[1] > frames[1].top) => {
+                points.iter().map(|p| p[1]).fold(least, f64::min)
+            }
+            _ => least,
+        });
+        assert!((lowest - (top - 0.5)).abs() < 1e-9, "{lowest} {top}");
+    }
+
+    #[test]
+    fn no_numbers_and_no_size_break_it() {
+        let strange = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MIN, f64::MAX, 5e-324, 1e300, 7.0];
+        let mut points = Vec::new();
+        for x in strange {
+            points.extend(strange.map(|y| [x, y]));
+        }
+        for look in [Look::Line, Look::Stairs, Look::Dots, Look::Bars] {
+            for cut in [0, 1, 2, points.len()] {
+                for range in [None, Some([0.0, 0.0]), Some([f64::NAN, 1.0]), Some([-1e308, 1e308])] {
+                    let series = Series::line("a", points[..cut].to_vec()).looking(look);
+                    let axis = Axis { range, ..Axis::new("a", "b") };
+                    let marks = vec![Mark::At(f64::NAN, "x".into()), Mark::Level(f64::INFINITY, "y".into())];
+                    let panel = Panel { x: axis.clone(), y: axis, series: vec![series], marks };
+                    let plot = Plot { title: String::new(), panels: vec![panel; 3] };
+                    for size in [0.0, -3.0, f64::NAN, 120.0, 1e9] {
+                        let text = svg(&plot, size, size);
+                        assert!(
+                            !text.contains("NaN") && !text.contains("inf"),
+                            "{look:?} {cut} {range:?} {size}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
