@@ -9,7 +9,7 @@
 //!
 //! Comes in: a machine, two places in steps. Goes out: a [`Profile`] along the line. Does not know why.
 
-use super::profile::{self, Profile};
+use super::profile::{self, Profile, Shape};
 use crate::geometry::Point;
 use crate::machine::{AXES, Axis, Machine, Steps};
 use crate::remark::Remark;
@@ -59,7 +59,7 @@ impl Limits {
 
     /// The fastest move over `length_mm` within these limits.
     pub fn plan(self, length_mm: f64) -> Result<Profile, Remark> {
-        profile::plan(length_mm, self.speed, self.acceleration, self.jerk)
+        profile::plan(Shape::SCurve, length_mm, self)
     }
 }
 

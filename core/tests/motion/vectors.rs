@@ -1,6 +1,8 @@
 //! Profiles against reference numbers computed elsewhere. They lie beside the repository, not in it.
 
-use annulus_core::motion::profile::plan;
+use annulus_core::motion::profile::{
+    Limits, Profile, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds,
+};
 use serde_json::Value;
 use std::path::Path;
 
@@ -19,32 +21,124 @@ fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or_else(|| panic!("no number {key} in {row}"))
 }
 
+fn numbers(row: &Value) -> Vec<f64> {
+    row.as_array().unwrap().iter().map(|value| value.as_f64().unwrap_or(0.0)).collect()
+}
+
 fn near(found: f64, expected: f64, room: f64, what: &str) {
     assert!((found - expected).abs() <= room, "{what}: {found} instead of {expected}");
 }
 
+fn limits(row: &Value, [speed, acceleration, jerk]: [&str; 3]) -> Limits {
+    let one = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+    Limits { speed: one(speed), acceleration: one(acceleration), jerk: one(jerk) }
+}
+
+/// One profile against everything that is said of it; the number of samples.
+fn agrees(profile: &Profile, limits: Limits, expected: &Value, tolerance: &Value, id: &str) -> usize {
+    let room = |key: &str, by: f64| number(tolerance, key) * by;
+    let total = number(expected, "total_time");
+    near(profile.duration_s(), total, room("time_rel", total), &format!("{id} time"));
+    assert_eq!(profile.case.name(), expected["case"].as_str().unwrap(), "{id} case");
+    let [v, a, s] = [
+        room("v_rel_vlimit", limits.speed),
+        room("a_rel_alimit", limits.acceleration),
+        room("s_rel_L", profile.length_mm),
+    ];
+    near(profile.speed_mm_per_s, number(expected, "v_peak"), v, &format!("{id} greatest speed"));
+    near(
+        profile.acceleration_mm_per_s2,
+        number(expected, "a_peak"),
+        a,
+        &format!("{id} greatest acceleration"),
+    );
+    let phases = numbers(&expected["phases"]);
+    assert_eq!(profile.phases().len(), phases.len(), "{id} phases");
+    for (index, (found, phase)) in profile.phases().into_iter().zip(phases).enumerate() {
+        near(found, phase, room("time_rel", total), &format!("{id} phase {}", index + 1));
+    }
+    let samples = expected["samples_t_s_v_a_j"].as_array().unwrap();
+    for row in samples {
+        let now = numbers(row);
+        let t = now[0];
+        near(profile.position_mm(t), now[1], s, &format!("{id} place at {t}"));
+        near(profile.speed(t), now[2], v, &format!("{id} speed at {t}"));
+        near(profile.acceleration(t), now[3], a, &format!("{id} acceleration at {t}"));
+        near(profile.time_at(now[1]), t, room("time_rel", total), &format!("{id} time at {} mm", now[1]));
+        if !row[4].is_null() {
+            near(profile.jerk(t), now[4], room("j_rel_jlimit", limits.jerk), &format!("{id} jerk at {t}"));
+        }
+    }
+    for row in expected["boundaries_t_s_v"].as_array().unwrap() {
+        let now = numbers(row);
+        near(profile.position_mm(now[0]), now[1], s, &format!("{id} place at the boundary {}", now[0]));
+        near(profile.speed(now[0]), now[2], v, &format!("{id} speed at the boundary {}", now[0]));
+    }
+    samples.len()
+}
+
 #[test]
-fn s_curves_agree_with_the_reference() {
+fn linear_and_s_curves_agree_with_the_reference() {
     let Some(file) = vectors("trapezoid_scurve.json") else { return };
     let mut samples = 0;
     for case in file["cases"].as_array().unwrap() {
-        let id = &case["id"];
-        let (length, v, a, j) = (number(case, "L"), number(case, "v"), number(case, "a"), number(case, "J"));
-        let expected = &case["scurve"];
-        let profile = plan(length, v, a, j).unwrap();
-        let total = number(expected, "total_time");
-        near(profile.duration_s(), total, 1e-9 * total, &format!("{id} time"));
-        near(profile.speed_mm_per_s, number(expected, "v_peak"), 1e-9 * v, &format!("{id} speed"));
-        for row in expected["samples_t_s_v_a_j"].as_array().unwrap() {
-            let [t, s, v_now, a_now] = [0, 1, 2, 3].map(|column| row[column].as_f64().unwrap());
-            near(profile.position_mm(t), s, 1e-9 * length, &format!("{id} place at {t}"));
-            near(profile.speed(t), v_now, 1e-9 * v, &format!("{id} speed at {t}"));
-            near(profile.acceleration(t), a_now, 1e-8 * a, &format!("{id} acceleration at {t}"));
-            near(profile.time_at(s), t, 1e-9 * total, &format!("{id} time at {s} mm"));
-            samples += 1;
+        let limits = limits(case, ["v", "a", "J"]);
+        for (shape, key) in [(Shape::SCurve, "scurve"), (Shape::Linear, "trapezoid")] {
+            let profile = plan(shape, number(case, "L"), limits).unwrap();
+            let id = format!("{} {key}", case["id"]);
+            samples += agrees(&profile, limits, &case[key], &file["tolerance"], &id);
         }
     }
-    assert!(samples > 50, "only {samples} samples");
+    assert!(samples > 150, "only {samples} samples");
+}
+
+#[test]
+fn power_laws_agree_with_the_reference() {
+    let Some(file) = vectors("power11.json") else { return };
+    let mut samples = 0;
+    for case in file["cases"].as_array().unwrap() {
+        let (limits, length) = (limits(case, ["Vm", "Am", "Jm"]), number(case, "L"));
+        let profile = plan(Shape::Power(number(case, "alpha")), length, limits).unwrap();
+        let id = case["id"].to_string();
+        samples += agrees(&profile, limits, case, &file["tolerance"], &id);
+        let room = number(&file["tolerance"], "time_rel") * number(case, "total_time");
+        near(0.5 * profile.jerk_time_s, number(case, "Tf"), room, &format!("{id} Tf"));
+        near(profile.time_at(0.5 * length), number(case, "time_at_half"), room, &format!("{id} half"));
+        let at_three_quarters = number(case, "time_at_three_quarters");
+        near(profile.time_at(0.75 * length), at_three_quarters, room, &format!("{id} three quarters"));
+        let s_curve = plan(Shape::SCurve, length, limits).unwrap().duration_s();
+        near(s_curve, number(case, "scurve_total_time"), room, &format!("{id} S-curve"));
+    }
+    assert!(samples > 150, "only {samples} samples");
+}
+
+#[test]
+fn the_choice_agrees_with_the_reference() {
+    let Some(file) = vectors("trapezoid_scurve.json") else { return };
+    let law = |shape: Shape| if shape == Shape::SCurve { "S" } else { "T" };
+    let profiles = file["cases"].as_array().unwrap().iter().map(|case| (case, &case["selection"]));
+    let rows: Vec<_> =
+        profiles.chain(file["selection_cases"].as_array().unwrap().iter().map(|case| (case, case))).collect();
+    assert!(rows.len() >= 40, "only {} rows", rows.len());
+    for (case, expected) in rows {
+        let (limits, length) = (limits(case, ["v", "a", "J"]), number(case, "L"));
+        let found = choose(length, limits).unwrap();
+        let (l_t, l_s) = (number(expected, "L_T"), number(expected, "L_S"));
+        near(found.linear_from_mm, l_t, 1e-9 * l_t, &format!("L_T of {case}"));
+        near(found.s_curve_from_mm, l_s, 1e-9 * l_s, &format!("L_S of {case}"));
+        assert_eq!(u64::from(found.case), expected["case"], "case of {case}");
+        assert_eq!(law(found.choice), expected["choice"], "choice of {case}");
+        assert_eq!(law(found.choice_strict), expected["choice_strict"], "strict choice of {case}");
+        assert_eq!(found.reaches_acceleration, expected["a_reached"], "acceleration of {case}");
+        if expected.get("v_peak_s").is_some() {
+            near(found.linear_peak, number(expected, "v_peak_linear"), 1e-9 * limits.speed, "linear peak");
+            near(found.s_curve_peak, number(expected, "v_peak_s"), 1e-9 * limits.speed, "S-curve peak");
+            for (shape, key) in [(Shape::Linear, "t_linear"), (Shape::SCurve, "t_s")] {
+                let time = number(expected, key);
+                near(plan(shape, length, limits).unwrap().duration_s(), time, 1e-9 * time, key);
+            }
+        }
+    }
 }
 
 #[test]
@@ -53,9 +147,102 @@ fn move_times_agree_with_an_independent_generator() {
     let cases = file["cases"].as_array().unwrap();
     assert!(!cases.is_empty());
     for case in cases {
-        let profile =
-            plan(number(case, "L"), number(case, "V"), number(case, "A"), number(case, "J")).unwrap();
-        let expected = number(case, "oracle_duration");
-        near(profile.duration_s(), expected, 1e-9 * expected, &case.to_string());
+        let limits = limits(case, ["V", "A", "J"]);
+        let rows = [
+            (Shape::SCurve, "oracle_duration"),
+            (Shape::SCurve, "scurve_duration"),
+            (Shape::Linear, "linear_duration"),
+            (Shape::Power(number(case, "alpha")), "power11_duration"),
+            (Shape::Power(number(case, "alpha")), "oracle_duration_at_J_over_1_plus_alpha"),
+        ];
+        for (shape, key) in rows {
+            let found = plan(shape, number(case, "L"), limits).unwrap().duration_s();
+            let expected = number(case, key);
+            near(
+                found,
+                expected,
+                number(&file["tolerance"], "duration_rel") * expected,
+                &format!("{key} {case}"),
+            );
+        }
     }
+}
+
+/// The down stroke of a row of the throughput file: `["s", V, A, J]` or `["2", V, A, J, feed]`.
+fn down(row: &Value, height: f64, depth: f64) -> Stroke {
+    let given = numbers(row);
+    let limits = Limits { speed: given[1], acceleration: given[2], jerk: given[3] };
+    if row[0] == "2" {
+        return two_speeds(Shape::SCurve, height, depth, given[4], limits).unwrap();
+    }
+    Stroke::One(plan(Shape::SCurve, height + depth, limits).unwrap())
+}
+
+#[test]
+fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
+    let Some(file) = vectors("throughput.json") else { return };
+    let rel = number(&file["tolerance"], "rel");
+    for (name, class) in file["z"].as_object().unwrap() {
+        let (height, depth, clear) = (number(class, "H"), number(class, "D"), number(class, "c"));
+        let stroke = down(&class["down"], height, depth);
+        let up = numbers(&class["up"]);
+        let up_limits = Limits { speed: up[0], acceleration: up[1], jerk: up[2] };
+        let up = plan(Shape::SCurve, height + depth, up_limits).unwrap();
+        let (t_z, t_leave) = (stroke.time_at(height), up.time_at(depth + clear));
+        let rows = [
+            ("t_z", t_z),
+            ("T_dn", stroke.duration_s()),
+            ("T_up", up.duration_s()),
+            ("t_leave", t_leave),
+            ("t_air", up.duration_s() - t_leave + t_z),
+            ("t_board", stroke.duration_s() - t_z + t_leave),
+        ];
+        for (key, found) in rows {
+            let expected = number(&class["times"], key);
+            near(found, expected, rel * expected, &format!("{key} of {name}"));
+        }
+    }
+    for row in file["rows"].as_array().unwrap() {
+        let axis = limits(&file["xy"][row["xy"].as_str().unwrap()], ["V", "A", "J"]);
+        let t_xy = plan(Shape::SCurve, number(row, "pitch"), axis).unwrap().duration_s();
+        near(t_xy, number(row, "t_xy"), rel * t_xy, &format!("hop of {row}"));
+        let times = &file["z"][row["z"].as_str().unwrap()]["times"];
+        let (air, board) = (number(times, "t_air"), number(times, "t_board"));
+        let cycle = air.max(t_xy + number(&file, "settle")) + board;
+        near(cycle, number(row, "cycle"), rel * cycle, &format!("cycle of {row}"));
+    }
+    let params = &file["hobby"]["params"];
+    let linear = |length: f64, given: Vec<f64>| {
+        let limits = Limits { speed: given[0], acceleration: given[1], jerk: f64::NAN };
+        plan(Shape::Linear, length, limits).unwrap().duration_s()
+    };
+    let (height, depth) = (number(params, "H"), number(params, "D"));
+    let z = numbers(&params["z"]);
+    let t_z = linear(height, z.clone())
+        + linear(depth, vec![number(params, "feed"), z[1]])
+        + linear(height + depth, z);
+    for row in file["hobby"]["rows"].as_array().unwrap() {
+        near(t_z, number(row, "t_z"), rel * t_z, "hobby Z");
+        let t_xy = linear(number(row, "pitch"), numbers(&params["xy"]));
+        near(t_xy, number(row, "t_xy"), rel * t_xy, "hobby hop");
+    }
+}
+
+#[test]
+fn the_last_moment_to_stop_agrees_with_the_reference() {
+    let Some(file) = vectors("xyz_timeline.json") else { return };
+    let mut spindles = 0;
+    for z in file["cases"].as_array().unwrap().iter().flat_map(|case| case["z"].as_array().unwrap()) {
+        let limits = limits(&z["down"], ["Vm", "Am", "Jm"]);
+        let height = number(z, "H");
+        let shape = Shape::Power(number(&z["down"], "alpha"));
+        let profile = plan(shape, height + number(z, "D"), limits).unwrap();
+        let abort = &z["derived"]["abort"];
+        let stop = Limits { acceleration: number(abort, "A_stop"), jerk: number(abort, "J_stop"), ..limits };
+        let found = point_of_no_return_s(&Stroke::One(profile), height, number(abort, "gap"), stop).unwrap();
+        near(found, number(abort, "t_pnr"), 1e-9, &format!("point of no return of {z}"));
+        near(profile.time_at(height) - found, number(abort, "safe_margin"), 1e-9, "safe margin");
+        spindles += 1;
+    }
+    assert!(spindles >= 4, "only {spindles} spindles");
 }

@@ -1,0 +1,69 @@
+//! What no profile can beat, and a yardstick beside the profiles: the move with limited snap.
+//!
+//! Comes in: length in mm, limits in mm/s … mm/s⁴. Goes out: seconds. Does not plan moves.
+//!
+//! Maths: `motion-profiles.md` D.1 (bounds; anchor after Lambrechts et al., Trajectory planning and feedforward design
+//! for electromechanical motion systems, 2005).
+
+use super::{GREATEST, LEAST_LIMIT, Limits, Shape, wrong};
+use crate::remark::Remark;
+
+/// How often the speed of the anchor is halved in: more than a number has digits.
+const HALVINGS: u32 = 120;
+
+fn check(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<(), Remark> {
+    if !(0.0..=GREATEST).contains(&length_mm) {
+        return Err(wrong("motion.bad_length", length_mm));
+    }
+    let bad_snap = snap.filter(|snap| !(LEAST_LIMIT..=GREATEST).contains(snap));
+    bad_snap.map_or(Ok(()), |snap| Err(wrong("motion.bad_snap", snap)))?;
+    Shape::SCurve.check(limits)
+}
+
+/// No move over `length_mm` from rest to rest within `limits`, and within `snap` (mm/s⁴) where given, takes less than
+/// this many seconds.
+pub fn least_duration_s(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<f64, Remark> {
+    check(length_mm, limits, snap)?;
+    let by_speed = length_mm / limits.speed;
+    let by_acceleration = 2.0 * libm::sqrt(length_mm / limits.acceleration);
+    let by_jerk = libm::cbrt(32.0 * length_mm / limits.jerk);
+    let by_snap = snap.map_or(0.0, |snap| libm::sqrt(libm::sqrt(384.0 * length_mm / snap)));
+    Ok(by_speed.max(by_acceleration).max(by_jerk).max(by_snap))
+}
+
+/// Seconds of the symmetric move of fifteen phases over `length_mm`: speed, acceleration, jerk and `snap` (mm/s⁴)
+/// limited. The fastest such move where it cruises; without cruise up to 7 % slower than that.
+pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap: f64) -> Result<f64, Remark> {
+    check(length_mm, limits, Some(snap))?;
+    let ramp_s = |speed: f64| snap_ramp_s(speed, limits, snap);
+    let full_s = ramp_s(limits.speed);
+    if length_mm >= limits.speed * full_s {
+        return Ok(full_s + length_mm / limits.speed);
+    }
+    let (mut low, mut high) = (0.0, limits.speed);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if middle * ramp_s(middle) < length_mm {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok(2.0 * ramp_s(high))
+}
+
+/// Seconds of a ramp to `speed` with limited snap.
+fn snap_ramp_s(speed: f64, limits: Limits, snap: f64) -> f64 {
+    let (j, a) = (limits.jerk, limits.acceleration);
+    let edge_s = |a: f64| if a >= j * j / snap { a / j + j / snap } else { 2.0 * libm::sqrt(a / snap) };
+    if speed >= a * edge_s(a) {
+        return speed / a + edge_s(a);
+    }
+    let t = j / snap;
+    let reached = if speed >= 2.0 * j * t * t {
+        2.0 * speed / (t + libm::sqrt(t * t + 4.0 * speed / j))
+    } else {
+        libm::cbrt(0.25 * speed * speed * snap)
+    };
+    2.0 * edge_s(reached)
+}

@@ -1,0 +1,71 @@
+//! Which profile a move of one length gets when the machine chooses.
+//!
+//! ```text
+//! length  0 ───────── L_T ─────────── L_S ──────────▶
+//!           case 3         case 2          case 1
+//!           neither law    only linear     both laws reach the speed:
+//!           reaches it: linear             S-curve, it is the smoother one
+//! ```
+//!
+//! Comes in: length in mm, limits. Goes out: a [`Choice`]. Does not plan the move.
+//!
+//! Maths: `motion-profiles.md` B.1–B.2 (Ma and You; thresholds and peak speeds reconstructed there).
+
+use super::{GREATEST, Limits, Shape, wrong};
+use crate::remark::Remark;
+use serde::{Deserialize, Serialize};
+
+/// The answer of the automatic choice with what it was decided on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// L_T: the least length on which the linear law reaches the speed, mm.
+    pub linear_from_mm: f64,
+    /// L_S: the least length on which the S-curve reaches the speed, mm.
+    pub s_curve_from_mm: f64,
+    /// Whether the S-curve reaches the full acceleration on the way to the speed.
+    pub reaches_acceleration: bool,
+    /// 1: both reach the speed. 2: only linear does. 3: neither.
+    pub case: u8,
+    /// The law to take.
+    pub choice: Shape,
+    /// The law by the letter of the source, which never takes an S-curve that does not use the full acceleration.
+    pub choice_strict: Shape,
+    /// Greatest speed of the linear law over this length, mm/s.
+    pub linear_peak: f64,
+    /// Greatest speed of the S-curve over this length, mm/s.
+    pub s_curve_peak: f64,
+}
+
+/// The choice between linear and S-curve for a move over `length_mm`. A length or limit that cannot be planned with is
+/// refused with a remark that names it.
+pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Remark> {
+    if !(0.0..=GREATEST).contains(&length_mm) {
+        return Err(wrong("motion.bad_length", length_mm));
+    }
+    Shape::SCurve.check(limits)?;
+    let Limits { speed: v, acceleration: a, jerk: j } = limits;
+    let theta = a / j;
+    let reaches_acceleration = v >= a * theta;
+    let linear_from_mm = v * v / a;
+    let s_curve_from_mm =
+        if reaches_acceleration { linear_from_mm + v * a / j } else { 2.0 * v * libm::sqrt(v / j) };
+    let (linear_reaches, s_reaches) = (length_mm >= linear_from_mm, length_mm >= s_curve_from_mm);
+    let law = |s_curve: bool| if s_curve { Shape::SCurve } else { Shape::Linear };
+    let s_curve_peak = if s_reaches {
+        v
+    } else if length_mm >= 2.0 * a * theta * theta {
+        2.0 * length_mm / (theta + libm::sqrt(theta * theta + 4.0 * length_mm / a))
+    } else {
+        libm::cbrt(0.25 * j * length_mm * length_mm)
+    };
+    Ok(Choice {
+        linear_from_mm,
+        s_curve_from_mm,
+        reaches_acceleration,
+        case: if s_reaches { 1 } else { 3 - u8::from(linear_reaches) },
+        choice: law(s_reaches),
+        choice_strict: law(s_reaches && reaches_acceleration),
+        linear_peak: if linear_reaches { v } else { libm::sqrt(a * length_mm) },
+        s_curve_peak,
+    })
+}

@@ -1,0 +1,346 @@
+//! The move from rest to rest, in closed form: the fastest one within speed, acceleration and jerk, under one of three
+//! laws of acceleration.
+//!
+//! ```text
+//! v ^            ________________            V
+//!   |          ,'                '.
+//!   |         /                    \        Θ  edge: acceleration rises or falls (linear law: Θ = 0)
+//!   |       ,'                      '.      H  hold: acceleration A is kept
+//!   +------'--------------------------'---> t
+//!    | Θ |H| Θ |    cruise       | Θ |H| Θ |
+//!    |<-ramp-->|                 |<-ramp-->|
+//! ```
+//!
+//! Comes in: length in mm, limits in mm/s, mm/s², mm/s³. Goes out: a [`Profile`], from which place, speed,
+//! acceleration and jerk at any second follow, and the second at any place. Does not know axes or steps.
+//!
+//! The second ramp is the first one turned around, so only the first half is ever computed.
+//!
+//! Maths: `motion-profiles.md` B.1–B.3 (linear and S-curve; Ma and You) and C.1–C.4 (seven and eleven phases; patent on
+//! PCB drilling control, its power law reconstructed there).
+
+pub mod bounds;
+mod choose;
+mod inverse;
+mod ramp;
+mod span;
+mod stop;
+mod stroke;
+
+pub use super::limits::Limits;
+pub use choose::{Choice, choose};
+pub use inverse::Inverse;
+pub use ramp::Ramp;
+pub use span::Span;
+pub use stop::{point_of_no_return_s, stopping_mm};
+pub use stroke::{Stroke, TwoSpeeds, two_speeds};
+
+use crate::remark::{Remark, Weight};
+use serde::{Deserialize, Serialize};
+
+/// Shorter moves than this (a millionth of a nanometre) take no time: below it a power of the length could vanish.
+const NOTHING_MM: f64 = 1e-12;
+
+/// Limits and lengths beyond these cannot be meant, and products of them could leave the numbers.
+const LEAST_LIMIT: f64 = 1e-9;
+const GREATEST: f64 = 1e15;
+
+/// The greatest order of the power law; the least is just over 0, where it becomes the S-curve.
+pub const GREATEST_ORDER: f64 = 2.0;
+
+/// The law by which the acceleration comes and goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// The acceleration jumps; jerk is not limited. Three phases.
+    Linear,
+    /// Constant jerk. Seven phases.
+    #[default]
+    SCurve,
+    /// Jerk as a power α of time, 0 < α ≤ 2: continuous jerk. Eleven phases.
+    Power(f64),
+}
+
+impl Shape {
+    /// α: 0 for the laws without a power.
+    #[inline]
+    pub fn order(self) -> f64 {
+        if let Self::Power(order) = self { order } else { 0.0 }
+    }
+
+    /// The constant jerk with which an edge would take as long (C.4).
+    fn equivalent_jerk(self, limits: Limits) -> f64 {
+        if let Self::Power(order) = self { limits.jerk / (1.0 + order) } else { limits.jerk }
+    }
+
+    /// Θ: how long the acceleration takes to its limit.
+    fn edge_s(self, limits: Limits) -> f64 {
+        if self == Self::Linear { 0.0 } else { limits.acceleration / self.equivalent_jerk(limits) }
+    }
+
+    /// Greatest jerk of an edge; 0 where the acceleration jumps.
+    fn peak_jerk(self, limits: Limits) -> f64 {
+        if self == Self::Linear { 0.0 } else { limits.jerk }
+    }
+
+    /// Whether moves can be planned with this law within `limits`; the remark names the one that is wrong. The linear
+    /// law does not look at the jerk.
+    pub fn check(self, limits: Limits) -> Result<(), Remark> {
+        if let Self::Power(order) = self
+            && !(order > 0.0 && order <= GREATEST_ORDER)
+        {
+            return Err(wrong("motion.bad_order", order).with("greatest", GREATEST_ORDER));
+        }
+        let rows = [
+            ("motion.bad_speed", limits.speed),
+            ("motion.bad_acceleration", limits.acceleration),
+            ("motion.bad_jerk", limits.jerk),
+        ];
+        let looked_at = if self == Self::Linear { 2 } else { 3 };
+        let bad =
+            rows.into_iter().take(looked_at).find(|(_, limit)| !(LEAST_LIMIT..=GREATEST).contains(limit));
+        bad.map_or(Ok(()), |(code, limit)| Err(wrong(code, limit)))
+    }
+}
+
+/// A remark about a number that cannot be planned with.
+pub(super) fn wrong(code: &str, value: f64) -> Remark {
+    Remark::new(Weight::Loss, code).with("value", value)
+}
+
+/// Which limits a move reaches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Case {
+    /// Speed and acceleration.
+    Both,
+    /// The speed, but not the acceleration.
+    Speed,
+    /// The acceleration, but not the speed.
+    Acceleration,
+    /// Only the jerk: a tiny move.
+    #[default]
+    Neither,
+    /// Linear law, the speed.
+    Cruise,
+    /// Linear law, not the speed.
+    Triangle,
+}
+
+impl Case {
+    /// Its name in tables: `VA`, `V-`, `-A`, `--`; `cruise` and `triangle` for the linear law.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Both => "VA",
+            Self::Speed => "V-",
+            Self::Acceleration => "-A",
+            Self::Neither => "--",
+            Self::Cruise => "cruise",
+            Self::Triangle => "triangle",
+        }
+    }
+}
+
+/// A move of one length, from rest to rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// Length of the path, mm.
+    pub length_mm: f64,
+    /// Law of its ramps.
+    pub shape: Shape,
+    /// Which limits it reaches.
+    pub case: Case,
+    /// Greatest speed reached, mm/s.
+    pub speed_mm_per_s: f64,
+    /// Greatest acceleration reached, mm/s².
+    pub acceleration_mm_per_s2: f64,
+    /// Greatest jerk, mm/s³; 0 for the linear law, whose acceleration jumps.
+    pub jerk_mm_per_s3: f64,
+    /// Θ: how long the acceleration takes to rise, s; 0 for the linear law.
+    pub jerk_time_s: f64,
+    /// H: how long the greatest acceleration is kept, s.
+    pub hold_s: f64,
+    /// How long the greatest speed is kept, s.
+    pub cruise_s: f64,
+}
+
+/// The fastest move of this shape over `length_mm` within `limits` (mm and s). A length, limit or order that cannot be
+/// planned with is refused with a remark that names it.
+///
+/// Four cases: whether the speed is reached, and whether the acceleration is. They join without a gap, so it does
+/// not matter on which side of a boundary a rounding error falls. With α the power law is planned as an S-curve of
+/// jerk J/(1 + α), which has edges of the same length (C.4).
+pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Remark> {
+    if !(0.0..=GREATEST).contains(&length_mm) {
+        return Err(wrong("motion.bad_length", length_mm));
+    }
+    shape.check(limits)?;
+    if length_mm < NOTHING_MM {
+        return Ok(Profile { length_mm, shape, ..Profile::default() });
+    }
+    if shape == Shape::Linear {
+        return Ok(linear(length_mm, limits));
+    }
+    let (v, a, j) = (limits.speed, limits.acceleration, shape.equivalent_jerk(limits));
+    let full_jerk_time_s = a / j;
+    let reaches_a = v >= a * full_jerk_time_s;
+    let full_ramp_s = if reaches_a { v / a + full_jerk_time_s } else { 2.0 * libm::sqrt(v / j) };
+    let (case, speed, acceleration, jerk_time_s, hold_s, cruise_s);
+    if length_mm >= v * full_ramp_s {
+        case = if reaches_a { Case::Both } else { Case::Speed };
+        speed = v;
+        cruise_s = (length_mm / v - full_ramp_s).max(0.0);
+        acceleration = if reaches_a { a } else { libm::sqrt(v * j) };
+        jerk_time_s = acceleration / j;
+        hold_s = if reaches_a { (v / a - full_jerk_time_s).max(0.0) } else { 0.0 };
+    } else {
+        cruise_s = 0.0;
+        if length_mm >= 2.0 * a * full_jerk_time_s * full_jerk_time_s {
+            case = Case::Acceleration;
+            let root = libm::sqrt(full_jerk_time_s * full_jerk_time_s + 4.0 * length_mm / a);
+            speed = 2.0 * length_mm / (full_jerk_time_s + root);
+            acceleration = a;
+            jerk_time_s = full_jerk_time_s;
+            hold_s = (speed / a - full_jerk_time_s).max(0.0);
+        } else {
+            case = Case::Neither;
+            jerk_time_s = libm::cbrt(length_mm / (2.0 * j));
+            acceleration = j * jerk_time_s;
+            speed = acceleration * jerk_time_s;
+            hold_s = 0.0;
+        }
+    }
+    Ok(Profile {
+        length_mm,
+        shape,
+        case,
+        speed_mm_per_s: speed,
+        acceleration_mm_per_s2: acceleration,
+        jerk_mm_per_s3: limits.jerk,
+        jerk_time_s,
+        hold_s,
+        cruise_s,
+    })
+}
+
+/// The move with jumping acceleration: three phases, or two where the speed is not reached (B.1).
+fn linear(length_mm: f64, limits: Limits) -> Profile {
+    let (v, a) = (limits.speed, limits.acceleration);
+    let reaches_v = length_mm >= v * v / a;
+    let speed = if reaches_v { v } else { libm::sqrt(a * length_mm) };
+    Profile {
+        length_mm,
+        shape: Shape::Linear,
+        case: if reaches_v { Case::Cruise } else { Case::Triangle },
+        speed_mm_per_s: speed,
+        acceleration_mm_per_s2: a,
+        hold_s: speed / a,
+        cruise_s: if reaches_v { (length_mm / v - v / a).max(0.0) } else { 0.0 },
+        ..Profile::default()
+    }
+}
+
+impl Profile {
+    /// How long the move takes.
+    pub fn duration_s(&self) -> f64 {
+        2.0 * self.ramp_s() + self.cruise_s
+    }
+
+    /// How long it takes to reach the greatest speed.
+    pub fn ramp_s(&self) -> f64 {
+        2.0 * self.jerk_time_s + self.hold_s
+    }
+
+    /// Its first ramp; the last is the same turned around.
+    #[inline]
+    pub fn ramp(&self) -> Ramp {
+        Ramp {
+            shape: self.shape,
+            rise_mm_per_s: self.speed_mm_per_s,
+            acceleration_mm_per_s2: self.acceleration_mm_per_s2,
+            jerk_mm_per_s3: self.jerk_mm_per_s3,
+            jerk_time_s: self.jerk_time_s,
+            hold_s: self.hold_s,
+        }
+    }
+
+    /// Lengths of its phases in seconds: 3 of the linear law, 7 of the S-curve, 11 of the power law (each edge is two).
+    pub fn phases(&self) -> Vec<f64> {
+        let (theta, hold, cruise) = (self.jerk_time_s, self.hold_s, self.cruise_s);
+        let half = 0.5 * theta;
+        match self.shape {
+            Shape::Linear => vec![hold, cruise, hold],
+            Shape::SCurve => vec![theta, hold, theta, cruise, theta, hold, theta],
+            Shape::Power(_) => vec![half, half, hold, half, half, cruise, half, half, hold, half, half],
+        }
+    }
+
+    /// Place along the path at second `t`: exactly 0 before the start and exactly the length after the end.
+    pub fn position_mm(&self, t: f64) -> f64 {
+        let (ramp_s, duration_s) = (self.ramp_s(), self.duration_s());
+        if t >= duration_s {
+            self.length_mm
+        } else if t <= 0.0 {
+            0.0
+        } else if t < ramp_s {
+            self.ramp().position_mm(t)
+        } else if t < ramp_s + self.cruise_s {
+            self.speed_mm_per_s * (t - 0.5 * ramp_s)
+        } else {
+            self.length_mm - self.ramp().position_mm(duration_s - t)
+        }
+    }
+
+    /// Speed at second `t`, mm/s.
+    pub fn speed(&self, t: f64) -> f64 {
+        match self.part(t) {
+            Part::Rest => 0.0,
+            Part::Rise(t) | Part::Fall(t) => self.ramp().speed(t),
+            Part::Cruise => self.speed_mm_per_s,
+        }
+    }
+
+    /// Acceleration at second `t`, mm/s²; negative while slowing down.
+    pub fn acceleration(&self, t: f64) -> f64 {
+        match self.part(t) {
+            Part::Rest | Part::Cruise => 0.0,
+            Part::Rise(t) => self.ramp().acceleration(t),
+            Part::Fall(left) => -self.ramp().acceleration(left),
+        }
+    }
+
+    /// Jerk at second `t`, mm/s³; 0 for the linear law, whose acceleration jumps.
+    pub fn jerk(&self, t: f64) -> f64 {
+        match self.part(t) {
+            Part::Rest | Part::Cruise => 0.0,
+            Part::Rise(t) | Part::Fall(t) => self.ramp().jerk(t),
+        }
+    }
+
+    /// The second at which the place `s_mm` is reached: 0 before the start, the duration after the end.
+    pub fn time_at(&self, s_mm: f64) -> f64 {
+        Inverse::of(self).time_at(s_mm)
+    }
+
+    /// Where in the move second `t` is.
+    fn part(&self, t: f64) -> Part {
+        let (ramp_s, duration_s) = (self.ramp_s(), self.duration_s());
+        if !(t > 0.0 && t < duration_s) {
+            Part::Rest
+        } else if t < ramp_s {
+            Part::Rise(t)
+        } else if t < ramp_s + self.cruise_s {
+            Part::Cruise
+        } else {
+            Part::Fall(duration_s - t)
+        }
+    }
+}
+
+/// A part of a move, with the second counted from rest.
+enum Part {
+    Rest,
+    Rise(f64),
+    Cruise,
+    Fall(f64),
+}

@@ -1,0 +1,273 @@
+//! A rise of speed: from one speed with zero acceleration to another with zero acceleration.
+//!
+//! ```text
+//! a ^   ________            linear: Θ = 0, the acceleration jumps
+//!   |  /        \           S-curve: the edge is a straight line, its jerk constant
+//!   | /          \          power: the edge is an S, its jerk rises as tᵅ and falls again in mirror image
+//!   +------------------> t
+//!    |Θ|  hold  |Θ|
+//! ```
+//!
+//! Comes in: a rise in mm/s, limits in mm/s² and mm/s³. Goes out: a [`Ramp`], from which way, speed, acceleration and
+//! jerk at any second follow. Does not know where it begins: it counts speed and way from nothing.
+//!
+//! Maths: `motion-profiles.md` B.3 (times), C.1 (S-curve), C.2–C.4 (power law, equivalent jerk). The way a ramp loses
+//! against full speed is the way it gained from rest, in reverse; so the last edge is the first one turned around.
+
+use super::{GREATEST, Limits, Shape, wrong};
+use crate::remark::Remark;
+use serde::{Deserialize, Serialize};
+
+/// A rise of speed with zero acceleration at both ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ramp {
+    /// Law of its edges.
+    pub shape: Shape,
+    /// How much speed is gained, mm/s.
+    pub rise_mm_per_s: f64,
+    /// Greatest acceleration, mm/s².
+    pub acceleration_mm_per_s2: f64,
+    /// Greatest jerk, mm/s³; 0 where the acceleration jumps.
+    pub jerk_mm_per_s3: f64,
+    /// Θ: how long the acceleration takes to rise, s.
+    pub jerk_time_s: f64,
+    /// How long the greatest acceleration is kept, s.
+    pub hold_s: f64,
+}
+
+impl Ramp {
+    /// The fastest rise by `rise_mm_per_s` within acceleration and jerk of `limits`. A rise or limit that cannot be
+    /// planned with is refused with a remark that names it; the speed of `limits` is not a bound here.
+    pub fn rising(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Remark> {
+        shape.check(limits)?;
+        if !(0.0..=GREATEST).contains(&rise_mm_per_s) {
+            return Err(wrong("motion.bad_rise", rise_mm_per_s));
+        }
+        Ok(Self::within(shape, rise_mm_per_s, limits))
+    }
+
+    /// The same for limits and a rise that are usable.
+    pub(in crate::motion) fn within(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Self {
+        let rise = rise_mm_per_s;
+        if rise <= 0.0 {
+            return Self { shape, ..Self::default() };
+        }
+        let (a, full_edge_s) = (limits.acceleration, shape.edge_s(limits));
+        let reaches_a = rise >= a * full_edge_s;
+        let j = shape.equivalent_jerk(limits);
+        let acceleration = if reaches_a { a } else { libm::sqrt(rise * j) };
+        Self {
+            shape,
+            rise_mm_per_s: rise,
+            acceleration_mm_per_s2: acceleration,
+            jerk_mm_per_s3: shape.peak_jerk(limits),
+            jerk_time_s: if reaches_a { full_edge_s } else { acceleration / j },
+            hold_s: if reaches_a { (rise / a - full_edge_s).max(0.0) } else { 0.0 },
+        }
+    }
+
+    /// Way of the rise that begins with `base` mm/s.
+    pub fn length_mm(&self, base: f64) -> f64 {
+        (base + 0.5 * self.rise_mm_per_s) * self.duration_s()
+    }
+
+    /// How long it takes.
+    pub fn duration_s(&self) -> f64 {
+        2.0 * self.jerk_time_s + self.hold_s
+    }
+
+    /// Way gained `t` seconds after the beginning, `t` from 0 to the end.
+    #[inline]
+    pub fn position_mm(&self, t: f64) -> f64 {
+        let theta = self.jerk_time_s;
+        if t <= theta {
+            return self.edge_position_mm(t);
+        }
+        let held = t - theta;
+        if held <= self.hold_s {
+            let (v1, s1) = (self.edge_speed(theta), self.edge_position_mm(theta));
+            return s1 + v1 * held + 0.5 * self.acceleration_mm_per_s2 * held * held;
+        }
+        let left = self.duration_s() - t;
+        self.rise_mm_per_s * (0.5 * self.duration_s() - left) + self.edge_position_mm(left)
+    }
+
+    /// Speed gained `t` seconds after the beginning, mm/s.
+    pub fn speed(&self, t: f64) -> f64 {
+        let theta = self.jerk_time_s;
+        if t <= theta {
+            return self.edge_speed(t);
+        }
+        let held = t - theta;
+        if held <= self.hold_s {
+            return self.edge_speed(theta) + self.acceleration_mm_per_s2 * held;
+        }
+        self.rise_mm_per_s - self.edge_speed((self.duration_s() - t).max(0.0))
+    }
+
+    /// Acceleration `t` seconds after the beginning, mm/s².
+    pub fn acceleration(&self, t: f64) -> f64 {
+        let edge_s = t.min(self.duration_s() - t).max(0.0);
+        if edge_s < self.jerk_time_s { self.edge_acceleration(edge_s) } else { self.acceleration_mm_per_s2 }
+    }
+
+    /// Jerk `t` seconds after the beginning, mm/s³; 0 for the linear law, whose acceleration jumps.
+    pub fn jerk(&self, t: f64) -> f64 {
+        let left = self.duration_s() - t;
+        if t < self.jerk_time_s {
+            self.edge_jerk(t)
+        } else if left < self.jerk_time_s {
+            -self.edge_jerk(left.max(0.0))
+        } else {
+            0.0
+        }
+    }
+
+    /// Way of the first edge alone.
+    #[inline]
+    pub(super) fn edge_position_mm(&self, x: f64) -> f64 {
+        if self.shape.order() == 0.0 {
+            return self.jerk_mm_per_s3 * x * x * x / 6.0;
+        }
+        self.power_edge(x).position_mm
+    }
+
+    /// Speed on the first edge.
+    #[inline]
+    pub(super) fn edge_speed(&self, x: f64) -> f64 {
+        if self.shape.order() == 0.0 {
+            return 0.5 * self.jerk_mm_per_s3 * x * x;
+        }
+        self.power_edge(x).speed
+    }
+
+    fn edge_acceleration(&self, x: f64) -> f64 {
+        if self.shape.order() == 0.0 { self.jerk_mm_per_s3 * x } else { self.power_edge(x).acceleration }
+    }
+
+    fn edge_jerk(&self, x: f64) -> f64 {
+        if self.shape.order() == 0.0 { self.jerk_mm_per_s3 } else { self.power_edge(x).jerk }
+    }
+
+    /// The power law's edge at `x`, 0 … Θ: rising up to its middle, mirrored from there (C.3, phases 1 and 2).
+    #[inline]
+    pub(super) fn power_edge(&self, x: f64) -> Point {
+        let (x, order, half_s) = (x.max(0.0), self.shape.order(), 0.5 * self.jerk_time_s);
+        if half_s <= 0.0 {
+            return Point::default();
+        }
+        let acceleration = self.acceleration_mm_per_s2;
+        let a1 = 0.5 * acceleration;
+        let v1 = a1 * half_s / (order + 2.0);
+        let s1 = v1 * half_s / (order + 3.0);
+        if x <= half_s {
+            let u = x / half_s;
+            let p = power(u, order);
+            return Point {
+                position_mm: s1 * (p * u * u * u),
+                speed: v1 * (p * u * u),
+                acceleration: a1 * (p * u),
+                jerk: self.jerk_mm_per_s3 * p,
+            };
+        }
+        let (beyond, w) = (x - half_s, ((self.jerk_time_s - x) / half_s).max(0.0));
+        let p = power(w, order);
+        Point {
+            position_mm: 2.0 * s1 + 0.5 * acceleration * beyond * beyond - s1 * (p * w * w * w),
+            speed: acceleration * beyond + v1 * (p * w * w),
+            acceleration: acceleration - a1 * (p * w),
+            jerk: self.jerk_mm_per_s3 * p,
+        }
+    }
+}
+
+/// The inverse: when the way of a rise that begins with `base` mm/s is done.
+impl Ramp {
+    /// The second at which the way `y` is done, `y` from 0 to the whole way.
+    pub fn time_at(&self, base: f64, y: f64) -> f64 {
+        let (theta, hold) = (self.jerk_time_s, self.hold_s);
+        let first = base * theta + self.edge_position_mm(theta);
+        if y <= first {
+            return self.edge_time(base, y.max(0.0));
+        }
+        let (v1, beyond) = (base + self.edge_speed(theta), y - first);
+        if beyond <= v1 * hold + 0.5 * self.acceleration_mm_per_s2 * hold * hold {
+            return theta + later(v1, self.acceleration_mm_per_s2, beyond);
+        }
+        let left_mm = (self.length_mm(base) - y).max(0.0);
+        (self.duration_s() - self.left_on_last_edge(base + self.rise_mm_per_s, left_mm)).max(0.0)
+    }
+
+    /// The second at the way `y` on the first edge: base·x + e(x) = y. The left side rises and bends up, so Newton's
+    /// steps fall onto the root from above; they start where one of its two parts alone would do all the way.
+    pub(super) fn edge_time(&self, base: f64, y: f64) -> f64 {
+        let (theta, order) = (self.jerk_time_s, self.shape.order());
+        if y <= 0.0 || theta <= 0.0 {
+            return 0.0;
+        }
+        let alone = if order > 0.0 {
+            let (half_s, middle) = (0.5 * theta, self.power_edge(0.5 * theta));
+            if y <= middle.position_mm {
+                half_s * libm::pow(y / middle.position_mm, 1.0 / (order + 3.0))
+            } else if base > 0.0 {
+                theta
+            } else {
+                half_s + later(middle.speed, self.acceleration_mm_per_s2, y - middle.position_mm)
+            }
+        } else {
+            libm::cbrt(6.0 * y / self.jerk_mm_per_s3)
+        };
+        if base <= 0.0 && alone <= theta && (order == 0.0 || alone <= 0.5 * theta) {
+            return alone;
+        }
+        let mut x = if base > 0.0 { alone.min(y / base) } else { alone };
+        for _ in 0..12 {
+            let speed = base + self.edge_speed(x);
+            let next = (x - (base * x + self.edge_position_mm(x) - y) / speed).clamp(0.0, theta);
+            if next == x {
+                break;
+            }
+            x = next;
+        }
+        x
+    }
+
+    /// The time x still needed to the end of the rise, `top` mm/s fast at its end and `y` of its way left:
+    /// top·x − e(x) = y. The left side rises and bends down, at the edge's other end with at least half of the speed,
+    /// so Newton's steps from y/top stay below the root and square the error.
+    pub(super) fn left_on_last_edge(&self, top: f64, y: f64) -> f64 {
+        let mut x = y / top;
+        for _ in 0..6 {
+            x -= (top * x - self.edge_position_mm(x) - y) / (top - self.edge_speed(x));
+        }
+        x.min(self.jerk_time_s)
+    }
+}
+
+/// When `way` is done with `speed` at its beginning and a constant acceleration.
+fn later(speed: f64, acceleration: f64, way: f64) -> f64 {
+    2.0 * way / (speed + libm::sqrt(speed * speed + 2.0 * acceleration * way))
+}
+
+/// Way, speed, acceleration and jerk at one second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Point {
+    pub(super) position_mm: f64,
+    pub(super) speed: f64,
+    pub(super) acceleration: f64,
+    pub(super) jerk: f64,
+}
+
+/// uᵅ for u from 0 to 1; the usual orders without a power function.
+#[inline]
+fn power(u: f64, order: f64) -> f64 {
+    if order == 0.5 {
+        libm::sqrt(u)
+    } else if order == 1.0 {
+        u
+    } else if order == 2.0 {
+        u * u
+    } else {
+        libm::pow(u, order)
+    }
+}

@@ -1,0 +1,90 @@
+//! How far a moving axis still goes when it must stop, and until when it may be told so.
+//!
+//! ```text
+//! s ^ . . . . . . . . . . . . . surface
+//!   | - - - - - - ,-' - - - - - gap
+//!   |          ,'o  <- the last moment from which a stop still ends over the gap
+//!   |       ,-'  |
+//!   +----'-------+------------> t
+//!               t_pnr
+//! ```
+//!
+//! Comes in: speed in mm/s, acceleration in mm/s², limits of the stop. Goes out: millimetres and seconds. Does not know
+//! why it stops.
+//!
+//! Maths: `motion-profiles.md` C2.3.
+
+use super::stroke::Stroke;
+use super::{GREATEST, Limits, Shape, wrong};
+use crate::remark::Remark;
+
+/// How often the time is halved in when the point of no return is looked for: more than a number has digits.
+const HALVINGS: u32 = 80;
+
+/// Way of the fastest stop from `speed` (mm/s, not negative) and `acceleration` (mm/s²) within acceleration and jerk of
+/// `limits`. The linear law stops with its full acceleration at once.
+///
+/// Where the speed is less than braking already takes away, the way is that to the moment of standing still.
+pub fn stopping_mm(shape: Shape, speed: f64, acceleration: f64, limits: Limits) -> f64 {
+    if shape == Shape::Linear {
+        return 0.5 * speed * speed / limits.acceleration;
+    }
+    let j = limits.jerk;
+    if acceleration >= 0.0 {
+        let t0 = acceleration / j;
+        let top = speed + 0.5 * acceleration * t0;
+        return speed * t0 + acceleration * t0 * t0 / 3.0 + from_steady_mm(top, limits);
+    }
+    let braking = -acceleration;
+    let lost = 0.5 * braking * braking / j;
+    if speed >= lost {
+        let before = speed + lost;
+        let gone = before * braking / j - braking * braking * braking / (6.0 * j * j);
+        return (from_steady_mm(before, limits) - gone).max(0.0);
+    }
+    let t = 2.0 * speed / (braking + libm::sqrt(braking * braking - 2.0 * j * speed));
+    t * (speed - 0.5 * braking * t + j * t * t / 6.0)
+}
+
+/// The stop from a steady speed.
+fn from_steady_mm(speed: f64, limits: Limits) -> f64 {
+    let (a, j) = (limits.acceleration, limits.jerk);
+    if speed >= a * (a / j) { 0.5 * speed * (speed / a + a / j) } else { speed * libm::sqrt(speed / j) }
+}
+
+/// The point of no return: the last second of `stroke` from which a stop within `limits` ends at least `gap_mm` before
+/// `surface_mm`, both along the stroke. Never later than the surface is reached.
+///
+/// Limits that cannot be planned with, and a gap that is negative or wider than the way to the surface, are refused.
+pub fn point_of_no_return_s(
+    stroke: &Stroke,
+    surface_mm: f64,
+    gap_mm: f64,
+    limits: Limits,
+) -> Result<f64, Remark> {
+    let shape = stroke.shape();
+    shape.check(limits)?;
+    if !(0.0..=GREATEST).contains(&surface_mm) {
+        return Err(wrong("motion.bad_length", surface_mm));
+    }
+    if !(0.0..=surface_mm).contains(&gap_mm) {
+        return Err(wrong("motion.bad_gap", gap_mm).with("height", surface_mm));
+    }
+    let ends_mm = |t: f64| {
+        let stop_mm = stopping_mm(shape, stroke.speed(t), stroke.acceleration(t), limits);
+        stroke.position_mm(t) + stop_mm
+    };
+    let (mut low, mut high) = (0.0, stroke.time_at(surface_mm));
+    if ends_mm(high) <= surface_mm - gap_mm {
+        return Ok(high);
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if ends_mm(middle) <= surface_mm - gap_mm {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok(low)
+}

@@ -1,0 +1,189 @@
+//! The stroke of a spindle down through the board: one profile, or two speeds.
+//!
+//! ```text
+//! v ^     ______                V_p: as fast as the height over the board allows
+//!   |   ,'      '.
+//!   | ,'          '.________    v_f: the feed, steady from the surface on
+//!   |'             |        '.
+//!   +--------------+-----------'-> t
+//!    | height H    | depth D   |
+//! ```
+//!
+//! Comes in: height over the board and depth in mm, limits, feed in mm/s. Goes out: a [`Stroke`] from rest to rest, from
+//! which place, speed, acceleration and jerk at any second follow, and the second at any place. Does not know X and Y.
+//!
+//! Maths: `motion-profiles.md` C2.5.
+
+use super::{GREATEST, LEAST_LIMIT, Limits, Profile, Shape, Span, wrong};
+use crate::remark::Remark;
+use serde::{Deserialize, Serialize};
+
+/// How often the speed of the approach is halved in: more than a number has digits.
+const HALVINGS: u32 = 120;
+
+/// A stroke from rest to rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stroke {
+    /// One profile over all of it.
+    One(Profile),
+    /// Fast to the surface, then with the feed.
+    Two(Box<TwoSpeeds>),
+}
+
+/// A stroke with an approach at one speed and a cut at another.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TwoSpeeds {
+    /// Height and depth together, mm.
+    pub length_mm: f64,
+    /// V_p: greatest speed of the approach, mm/s.
+    pub approach_mm_per_s: f64,
+    /// v_f: speed at the surface and in the board, mm/s.
+    pub feed_mm_per_s: f64,
+    /// t_z: second at which the surface is reached.
+    pub contact_s: f64,
+    /// Rise, steady run, fall to the feed, cut, stop.
+    pub spans: [Span; 5],
+}
+
+/// A stroke with two speeds: `height_mm` down to the surface as fast as `limits` allow, arriving with `feed_mm_per_s` and
+/// no acceleration, then `depth_mm` with the feed, at its end to rest.
+///
+/// Refused where the height is too small to reach the feed, or the depth too small to stop from it, each with what
+/// would be needed; and for numbers that cannot be planned with.
+pub fn two_speeds(
+    shape: Shape,
+    height_mm: f64,
+    depth_mm: f64,
+    feed_mm_per_s: f64,
+    limits: Limits,
+) -> Result<Stroke, Remark> {
+    shape.check(limits)?;
+    for length_mm in [height_mm, depth_mm] {
+        if !(0.0..=GREATEST).contains(&length_mm) {
+            return Err(wrong("motion.bad_length", length_mm));
+        }
+    }
+    if !(LEAST_LIMIT..=limits.speed).contains(&feed_mm_per_s) {
+        return Err(wrong("motion.bad_feed", feed_mm_per_s).with("greatest", limits.speed));
+    }
+    let change = |from, to| Span::change(shape, from, to, limits);
+    let approach_mm = |speed| change(0.0, speed).length_mm + change(speed, feed_mm_per_s).length_mm;
+    let stop = change(feed_mm_per_s, 0.0);
+    let needed_mm = approach_mm(feed_mm_per_s);
+    if needed_mm > height_mm {
+        return Err(wrong("motion.low_start", height_mm)
+            .with("feed", feed_mm_per_s)
+            .with("needed", needed_mm));
+    }
+    if stop.length_mm > depth_mm {
+        let remark = wrong("motion.shallow_stroke", depth_mm).with("feed", feed_mm_per_s);
+        return Err(remark.with("needed", stop.length_mm));
+    }
+    let mut speed = limits.speed;
+    if approach_mm(speed) > height_mm {
+        let mut high = speed;
+        speed = feed_mm_per_s;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (speed + high);
+            if approach_mm(middle) <= height_mm {
+                speed = middle;
+            } else {
+                high = middle;
+            }
+        }
+    }
+    let rise = change(0.0, speed);
+    let steady = Span::steady(speed, (height_mm - approach_mm(speed)).max(0.0)).after(&rise);
+    let fall = change(speed, feed_mm_per_s).after(&steady);
+    let cut = Span::steady(feed_mm_per_s, depth_mm - stop.length_mm).after(&fall);
+    Ok(Stroke::Two(Box::new(TwoSpeeds {
+        length_mm: height_mm + depth_mm,
+        approach_mm_per_s: speed,
+        feed_mm_per_s,
+        contact_s: fall.end_s(),
+        spans: [rise, steady, fall, cut, stop.after(&cut)],
+    })))
+}
+
+impl Stroke {
+    /// Height and depth together, mm.
+    pub fn length_mm(&self) -> f64 {
+        match self {
+            Self::One(profile) => profile.length_mm,
+            Self::Two(two) => two.length_mm,
+        }
+    }
+
+    /// Law of its ramps.
+    pub fn shape(&self) -> Shape {
+        match self {
+            Self::One(profile) => profile.shape,
+            Self::Two(two) => two.spans[0].ramp.shape,
+        }
+    }
+
+    /// How long it takes.
+    pub fn duration_s(&self) -> f64 {
+        match self {
+            Self::One(profile) => profile.duration_s(),
+            Self::Two(two) => two.spans[4].end_s(),
+        }
+    }
+
+    /// Place at second `t`, mm from the start: exactly 0 before it and exactly the length after the end.
+    pub fn position_mm(&self, t: f64) -> f64 {
+        match self {
+            Self::One(profile) => profile.position_mm(t),
+            Self::Two(two) if t >= two.spans[4].end_s() => two.length_mm,
+            Self::Two(two) => two.at(t).position_mm(t),
+        }
+    }
+
+    /// Speed at second `t`, mm/s.
+    pub fn speed(&self, t: f64) -> f64 {
+        match self {
+            Self::One(profile) => profile.speed(t),
+            Self::Two(two) => two.at(t).speed(t),
+        }
+    }
+
+    /// Acceleration at second `t`, mm/s²; negative while slowing down.
+    pub fn acceleration(&self, t: f64) -> f64 {
+        match self {
+            Self::One(profile) => profile.acceleration(t),
+            Self::Two(two) if t <= 0.0 || t >= two.spans[4].end_s() => 0.0,
+            Self::Two(two) => two.at(t).acceleration(t),
+        }
+    }
+
+    /// Jerk at second `t`, mm/s³.
+    pub fn jerk(&self, t: f64) -> f64 {
+        match self {
+            Self::One(profile) => profile.jerk(t),
+            Self::Two(two) if t <= 0.0 || t >= two.spans[4].end_s() => 0.0,
+            Self::Two(two) => two.at(t).jerk(t),
+        }
+    }
+
+    /// The second at which the place `s_mm` is reached: 0 before the start, the duration after the end.
+    pub fn time_at(&self, s_mm: f64) -> f64 {
+        match self {
+            Self::One(profile) => profile.time_at(s_mm),
+            Self::Two(two) if s_mm >= two.length_mm => two.spans[4].end_s(),
+            Self::Two(two) => {
+                let [first, others @ ..] = &two.spans;
+                let span = others.iter().rev().find(|span| s_mm >= span.start_mm).unwrap_or(first);
+                span.time_at(s_mm)
+            }
+        }
+    }
+}
+
+impl TwoSpeeds {
+    /// The stretch at second `t`.
+    fn at(&self, t: f64) -> &Span {
+        let [first, others @ ..] = &self.spans;
+        others.iter().rev().find(|span| t >= span.start_s).unwrap_or(first)
+    }
+}
