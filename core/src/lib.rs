@@ -28,6 +28,7 @@
 //! | `twin` | the virtual drill | programs |
 //! | `sim` | the moment shown in a playback | pins |
 //! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
+//! | `servo` | a closed-loop axis: staged fuzzy PID and the servo it drives | how moves are planned |
 //! | `plot` | pictures of numbers: panels, axes, lines, as shapes and as SVG | what is plotted |
 //! | `wire` | what page and bridge say to each other | how it travels |
 
@@ -45,6 +46,7 @@ pub mod pins;
 pub mod plot;
 pub mod post;
 pub mod remark;
+pub mod servo;
 pub mod sim;
 pub mod steps;
 pub mod twin;

@@ -27,6 +27,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("twin", &["pins", "steps", "machine", "geometry", "job"]),
     ("sim", &["steps", "motion", "job", "geometry", "machine"]),
     ("control", &["pins", "check", "steps", "motion", "job", "machine", "geometry"]),
+    ("servo", &[]),
     ("plot", &[]),
     ("wire", &["control", "steps", "job", "machine"]),
 ];

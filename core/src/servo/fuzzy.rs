@@ -1,0 +1,177 @@
+//! Fuzzy inference: two inputs on seven levels each, a table of rules, one number out.
+//!
+//! Comes in: error and its change, scaled to −3 … 3. Goes out: −3 … 3. Does not know gains.
+//!
+//! ```text
+//!  NB   NM   NS   ZO   PS   PM   PB          membership of each level: unit triangles
+//!  ‾\  /\  /\  /\  /\  /\  /‾               that add up to 1 everywhere, so product and
+//!    \/  \/  \/  \/  \/  \/                 weighted mean are bilinear interpolation
+//!  −3 −2   −1   0   1   2   3               in the table of rules
+//! ```
+
+/// Levels of each input: NB NM NS ZO PS PM PB.
+pub const LEVELS: usize = 7;
+
+/// Rules: row error, column change of the error, both from NB to PB; entries −3 … 3.
+pub type Table = [[i8; LEVELS]; LEVELS];
+
+/// The rules of the three gains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tables {
+    /// For the proportional gain.
+    pub kp: Table,
+    /// For the integral gain.
+    pub ki: Table,
+    /// For the derivative gain.
+    pub kd: Table,
+}
+
+/// The rule sets that ship.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rules {
+    /// Even: R(−e, −ec) = R(e, ec), so both directions of travel behave alike. The one to use.
+    #[default]
+    Even,
+    /// The table that most textbooks reprint. Almost odd in (e, ec): left and right behave differently. For comparison.
+    Classic,
+}
+
+impl Rules {
+    /// Its tables.
+    pub const fn tables(self) -> &'static Tables {
+        match self {
+            Self::Even => &EVEN,
+            Self::Classic => &CLASSIC,
+        }
+    }
+
+    /// The name it has in files and on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Even => "even",
+            Self::Classic => "classic",
+        }
+    }
+
+    /// The set of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Even, Self::Classic].into_iter().find(|rules| rules.name() == name)
+    }
+}
+
+/// What `table` says at error `e` and change `ec`; both are held within −3 … 3 first. Not a number counts as 0.
+pub fn infer(table: &Table, e: f64, ec: f64) -> f64 {
+    let (row, x) = level(e);
+    let (column, y) = level(ec);
+    let rule = |i: usize, k: usize| f64::from(table[row + i][column + k]);
+    (1.0 - x) * (1.0 - y) * rule(0, 0)
+        + x * (1.0 - y) * rule(1, 0)
+        + (1.0 - x) * y * rule(0, 1)
+        + x * y * rule(1, 1)
+}
+
+/// The level under a scaled input (0 … 5), and how far it is on the way to the next (0 … 1).
+fn level(scaled: f64) -> (usize, f64) {
+    let from_low = if scaled.is_nan() { 3.0 } else { scaled.clamp(-3.0, 3.0) + 3.0 };
+    let under = libm::floor(from_low).min(5.0);
+    (under as usize, from_low - under)
+}
+
+const EVEN: Tables = Tables {
+    kp: [
+        [3, 3, 3, 3, 2, 1, 0],
+        [3, 3, 2, 2, 0, -1, -2],
+        [2, 2, 1, 1, -1, -2, -3],
+        [-2, -1, 0, 1, 0, -1, -2],
+        [-3, -2, -1, 1, 1, 2, 2],
+        [-2, -1, 0, 2, 2, 3, 3],
+        [0, 1, 2, 3, 3, 3, 3],
+    ],
+    ki: [
+        [-3, -3, -3, -3, -3, -3, -3],
+        [-2, -2, -1, -1, -1, -2, -2],
+        [0, 1, 1, 2, 1, 0, -1],
+        [0, 1, 2, 3, 2, 1, 0],
+        [-1, 0, 1, 2, 1, 1, 0],
+        [-2, -2, -1, -1, -1, -2, -2],
+        [-3, -3, -3, -3, -3, -3, -3],
+    ],
+    kd: [
+        [1, 0, -1, -1, -1, 0, 1],
+        [2, 1, 0, 0, 0, 1, 2],
+        [3, 2, 1, 0, 1, 2, 3],
+        [3, 2, 1, 0, 1, 2, 3],
+        [3, 2, 1, 0, 1, 2, 3],
+        [2, 1, 0, 0, 0, 1, 2],
+        [1, 0, -1, -1, -1, 0, 1],
+    ],
+};
+
+const CLASSIC: Tables = Tables {
+    kp: [
+        [3, 3, 2, 2, 1, 0, 0],
+        [3, 3, 2, 1, 1, 0, -1],
+        [2, 2, 2, 1, 0, -1, -1],
+        [2, 2, 1, 0, -1, -2, -2],
+        [1, 1, 0, -1, -1, -2, -2],
+        [1, 0, -1, -2, -2, -2, -3],
+        [0, 0, -2, -2, -2, -3, -3],
+    ],
+    ki: [
+        [-3, -3, -2, -2, -1, 0, 0],
+        [-3, -3, -2, -1, -1, 0, 0],
+        [-3, -2, -1, -1, 0, 1, 1],
+        [-2, -2, -1, 0, 1, 2, 2],
+        [-2, -1, 0, 1, 1, 2, 3],
+        [0, 0, 1, 1, 2, 3, 3],
+        [0, 0, 1, 2, 2, 3, 3],
+    ],
+    kd: [
+        [1, -1, -3, -3, -3, -2, 1],
+        [1, -1, -3, -2, -2, -1, 0],
+        [0, -1, -2, -2, -1, -1, 0],
+        [0, -1, -1, -1, -1, -1, 0],
+        [0, 0, 0, 0, 0, 0, 0],
+        [3, -1, 1, 1, 1, 1, 3],
+        [3, 2, 2, 2, 1, 1, 3],
+    ],
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_even_set_is_even_and_the_classic_set_is_not() {
+        let even =
+            |table: &Table| (0..LEVELS).all(|i| (0..LEVELS).all(|k| table[i][k] == table[6 - i][6 - k]));
+        let tables = Rules::Even.tables();
+        assert!(even(&tables.kp) && even(&tables.ki) && even(&tables.kd));
+        assert!(!even(&Rules::Classic.tables().kp));
+        for rules in [Rules::Even, Rules::Classic] {
+            assert_eq!(Rules::named(rules.name()), Some(rules));
+            let all = [rules.tables().kp, rules.tables().ki, rules.tables().kd];
+            assert!(all.as_flattened().as_flattened().iter().all(|rule| (-3..=3).contains(rule)));
+        }
+    }
+
+    #[test]
+    fn on_a_level_the_rule_itself_and_between_levels_no_jump() {
+        for tables in [Rules::Even.tables(), Rules::Classic.tables()] {
+            for table in [&tables.kp, &tables.ki, &tables.kd] {
+                for i in 0..LEVELS {
+                    for k in 0..LEVELS {
+                        let (e, ec) = (i as f64 - 3.0, k as f64 - 3.0);
+                        assert_eq!(infer(table, e, ec), f64::from(table[i][k]));
+                        // Neighbouring rules differ by at most 4, so a thousandth of a level moves it by 0.008.
+                        let moved = infer(table, e + 1e-3, ec - 1e-3);
+                        assert!((moved - infer(table, e, ec)).abs() <= 0.008 + 1e-12, "{e} {ec}");
+                    }
+                }
+            }
+        }
+        let outside = infer(&EVEN.kd, 9.0, f64::NEG_INFINITY);
+        assert_eq!(outside, f64::from(EVEN.kd[6][0]));
+        assert!(infer(&EVEN.kd, f64::NAN, 0.0).is_finite());
+    }
+}

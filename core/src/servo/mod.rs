@@ -1,0 +1,50 @@
+//! A closed-loop axis: staged fuzzy PID, a plain PID beside it, the servo they drive, and whole runs of both.
+//!
+//! ```text
+//!  reference ──▶(−)── e ──▶ controller ── u, V ──▶(+)──▶ plant ──▶ place y, mm
+//!                ▲            ▲  stage, contact     ▲ load, V        │
+//!                └────────────┴─────────────────────┴────────────────┘
+//! ```
+//!
+//! Comes in: gains, rule tables, a plant, a reference as a function of time. Goes out: samples and the numbers one
+//! judges a loop by. mm, s, V. Does not know motion planning, machines or steps: what the reference is made of is
+//! handed in.
+//!
+//! Source: Ma Jie and You Youpeng, article on a drilling motion controller (structure, stages); membership, rules,
+//! gains and plant are reconstructed, see the manual's page on the Lab.
+
+mod fuzzy;
+mod pid;
+mod plant;
+mod run;
+mod stroke;
+
+pub use fuzzy::{LEVELS, Rules, Table, Tables, infer};
+pub use pid::{Controller, Fuzzy, Gains, Memory, Stage, control, retuned_pid, staged_fuzzy};
+pub use plant::{Plant, State, Zoh, default_plant};
+pub use run::{Load, LoadMetrics, Sample, StepMetrics, StepRun, load_metrics, step_metrics, step_response};
+pub use stroke::{Moment, Reference, StrokeMetrics, StrokeRun, StrokeSample, stroke};
+
+use crate::remark::{Remark, Weight};
+
+/// Runs have at most this many samples.
+pub const MOST_SAMPLES: usize = 1_000_000;
+
+/// Refuses a number outside `low` … `high`, or no number at all, with the name of its field.
+fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Remark> {
+    if value >= low && value <= high {
+        return Ok(());
+    }
+    let why = Remark::new(Weight::Loss, "servo.bad_parameter").with("field", field).with("value", value);
+    Err(why.with("low", low).with("high", high))
+}
+
+/// How many samples a run over `duration_s` has; refuses none and too many.
+fn samples_of(duration_s: f64, sample_s: f64) -> Result<usize, Remark> {
+    let count = duration_s / sample_s;
+    if count.is_finite() && (0.5..=MOST_SAMPLES as f64).contains(&count) {
+        return Ok(libm::round(count) as usize);
+    }
+    let why = Remark::new(Weight::Loss, "servo.too_long").with("duration", duration_s);
+    Err(why.with("sample", sample_s).with("most", MOST_SAMPLES))
+}

@@ -1,0 +1,97 @@
+//! The axis that is driven: a servo in velocity mode, second order, stepped exactly from sample to sample.
+//!
+//! Comes in: control and load, V, held over a sample. Goes out: place, mm, and speed, mm/s. Does not know controllers.
+//!
+//! ```text
+//!  dy/dt = w        dw/dt = (K·(u + d) − w)/τ          φ = exp(−Ts/τ), g = τ·(1 − φ), q = K·(u + d)
+//!  y := y + g·w + (Ts − g)·q                           exact for a control that holds over the sample
+//!  w := φ·w + (1 − φ)·q
+//! ```
+
+use super::within;
+use crate::remark::Remark;
+
+/// A servo in velocity mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plant {
+    /// K: speed a volt ends in, (mm/s)/V.
+    pub gain: f64,
+    /// τ: how fast it gets there, s.
+    pub tau_s: f64,
+}
+
+/// Where it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// Place, mm.
+    pub y_mm: f64,
+    /// Speed, mm/s.
+    pub w_mm_per_s: f64,
+}
+
+/// The exact step over one sample, worked out once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Zoh {
+    phi: f64,
+    g_s: f64,
+    sample_s: f64,
+    gain: f64,
+}
+
+/// The plant of the reference: 60 (mm/s)/V, 6 ms.
+pub const fn default_plant() -> Plant {
+    Plant { gain: 60.0, tau_s: 0.006 }
+}
+
+impl Plant {
+    /// Refuses what cannot be a plant, with the name of the field.
+    pub fn check(&self) -> Result<(), Remark> {
+        within("plant-gain", self.gain, 1e-6, 1e9)?;
+        within("plant-tau", self.tau_s, 1e-6, 1e3)
+    }
+
+    /// Its step over `sample_s`.
+    pub fn every(&self, sample_s: f64) -> Zoh {
+        let phi = libm::exp(-sample_s / self.tau_s);
+        Zoh { phi, g_s: self.tau_s * (1.0 - phi), sample_s, gain: self.gain }
+    }
+
+    /// The control that makes it follow a speed and an acceleration without an error: (v + τ·a)/K, V.
+    pub fn ahead_v(&self, v: f64, a: f64) -> f64 {
+        (v + self.tau_s * a) / self.gain
+    }
+}
+
+impl Zoh {
+    /// The state a sample later, under control and load `u_v` together.
+    pub fn step(&self, from: State, u_v: f64) -> State {
+        let q = self.gain * u_v;
+        State {
+            y_mm: from.y_mm + self.g_s * from.w_mm_per_s + (self.sample_s - self.g_s) * q,
+            w_mm_per_s: self.phi * from.w_mm_per_s + (1.0 - self.phi) * q,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_half_steps_are_one_step() {
+        let plant = default_plant();
+        let (whole, half) = (plant.every(0.002), plant.every(0.001));
+        let start = State { y_mm: 0.3, w_mm_per_s: -7.0 };
+        let (one, two) = (whole.step(start, 1.5), half.step(half.step(start, 1.5), 1.5));
+        assert!((one.y_mm - two.y_mm).abs() < 1e-15 && (one.w_mm_per_s - two.w_mm_per_s).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_held_volt_ends_in_its_speed() {
+        let step = default_plant().every(0.01);
+        let end = (0..100).fold(State::default(), |state, _| step.step(state, 0.5));
+        assert!((end.w_mm_per_s - 30.0).abs() < 1e-12, "{end:?}");
+        // The way is that of the speed from the start, less what the delay τ cost.
+        assert!((end.y_mm - 30.0 * (1.0 - 0.006)).abs() < 1e-12, "{end:?}");
+    }
+}
