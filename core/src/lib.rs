@@ -26,6 +26,7 @@
 //! | `check` | an independent verdict on a stream | planners |
 //! | `pins` | the traits under the executor, and its step | who computed the stream |
 //! | `twin` | the virtual drill | programs |
+//! | `queue` | work commands: text, dry check, the next piece of work | sockets |
 //! | `sim` | the moment shown in a playback | pins |
 //! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
 //! | `servo` | a closed-loop axis: staged fuzzy PID and the servo it drives | how moves are planned |
@@ -45,6 +46,7 @@ pub mod motion;
 pub mod pins;
 pub mod plot;
 pub mod post;
+pub mod queue;
 pub mod remark;
 pub mod servo;
 pub mod sim;

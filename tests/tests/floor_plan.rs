@@ -26,10 +26,11 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("pins", &["steps", "job", "machine"]),
     ("twin", &["pins", "steps", "machine", "geometry", "job"]),
     ("sim", &["steps", "motion", "job", "geometry", "machine"]),
+    ("queue", &["pins", "steps", "motion", "job", "machine", "geometry"]),
     ("control", &["pins", "check", "steps", "motion", "job", "machine", "geometry"]),
     ("servo", &[]),
     ("plot", &[]),
-    ("wire", &["control", "steps", "job", "machine"]),
+    ("wire", &["control", "queue", "steps", "job", "machine"]),
 ];
 
 const LONGEST_FILE: usize = 500;

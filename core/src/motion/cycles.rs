@@ -12,10 +12,10 @@
 //! follows is to be taken relative to where it really ended. Does not know why, nor what the sensors say.
 
 use super::timeline::{Timeline, Writer};
-use crate::job::{Gate, Otherwise, Stage};
+use crate::job::{Effect, Gate, Otherwise, Stage};
 use crate::machine::{HomeEnd, Machine, Steps};
 use crate::remark::Remark;
-use crate::units::Length;
+use crate::units::{Length, TICK_HZ};
 
 /// How far an axis backs off a sensor before it looks for the edge slowly.
 const BACK_OFF: Length = Length::from_um(2_000);
@@ -74,6 +74,25 @@ pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline,
     let mut to = from;
     to[2] = z_steps;
     one(machine, Stage::Retract, from, to, f64::INFINITY)
+}
+
+/// A stroke down from rest at `from`: the time to settle, rapidly to the feed height, then at the machine's feed to
+/// `bottom` (machine steps of Z), which a gate may end early; nothing where it stands at `bottom` or below.
+pub fn stroke(machine: &Machine, from: Steps, bottom: i64, gate: Option<Gate>) -> Result<Timeline, Remark> {
+    let process = &machine.process;
+    let z = &machine.z.scale;
+    let above = z.steps(process.surface) + z.steps(process.feed_height.min(process.safe_height));
+    let mut writer = Writer::new(machine, from);
+    if bottom >= from[2] {
+        return Ok(writer.done());
+    }
+    writer.rest(Stage::Dwell, libm::ceil(machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64, Effect::None);
+    let mut to = from;
+    to[2] = above.clamp(bottom, from[2]);
+    writer.line(Stage::Approach, to, f64::INFINITY, None)?;
+    to[2] = bottom;
+    writer.line(Stage::Drill, to, process.feed_mm_per_s, gate)?;
+    Ok(writer.done())
 }
 
 /// From rest at `from` to rest at `to`: Z up first where it goes up, then X and Y together, then Z down where it goes

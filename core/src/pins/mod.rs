@@ -6,7 +6,7 @@
 //!    its clock; one that drives wires has already waited for it.
 //! 3. `inputs` reports the inputs as they are at `at_tick`, one bit each ([`crate::job::Input::bit`]).
 //! 4. `safe` turns the spindle off and takes forcing voltage away. It may be called at any time, twice, and never
-//!    fails.
+//!    fails. Outputs switched by `output` are turned off with it.
 //!
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
@@ -39,7 +39,10 @@ pub trait Pins {
     /// The inputs, one bit each.
     fn inputs(&mut self, at_tick: u64) -> u32;
 
-    /// Spindle off, forcing voltage off.
+    /// Switch an output: its place among the machine's outputs. What has no outputs does nothing.
+    fn output(&mut self, _at_tick: u64, _place: u8, _on: bool) {}
+
+    /// Spindle off, forcing voltage off, outputs off.
     fn safe(&mut self);
 }
 

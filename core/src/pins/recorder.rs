@@ -12,6 +12,8 @@ pub enum Written {
     Step(u64, AxisSet, AxisSet),
     /// Spindle speed at a tick.
     Spindle(u64, u32),
+    /// An output switched at a tick: its place, and whether on.
+    Output(u64, u8, bool),
     /// Everything off.
     Safe,
 }
@@ -43,6 +45,10 @@ impl Pins for Recorder {
 
     fn inputs(&mut self, at_tick: u64) -> u32 {
         self.script.iter().rev().find(|(from, _)| *from <= at_tick).map_or(0, |(_, inputs)| *inputs)
+    }
+
+    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
+        self.written.push(Written::Output(at_tick, place, on));
     }
 
     fn safe(&mut self) {

@@ -1,0 +1,132 @@
+//! Homing inside a queue, axis by axis and stage by stage; the same four stages as everywhere (`motion::cycles`).
+//!
+//! ```text
+//! Seek ─gate▶ BackOff ─▶ Locate ─gate▶ the count is set right ─▶ Offset, to the very step where it always rests ─▶ next axis
+//! ```
+//!
+//! Comes in: reports of single segments. Goes out: the next segment and corrections of the count. Does not know why it is
+//! homed, nor who plays.
+
+use super::rules::{home_edge, home_place};
+use super::run::{Doubt, Report};
+use super::text::refuse;
+use crate::job::{Mark, Stage};
+use crate::machine::{Machine, Steps, axis_name};
+use crate::motion::cycles;
+use crate::pins::Outcome;
+use crate::remark::Remark;
+use crate::steps::{self, Segment};
+use std::collections::VecDeque;
+
+/// Steps by which a count may be off before it is worth an alarm.
+const COUNT_TOLERANCE: i64 = 2;
+
+/// A homing in work.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Homing {
+    /// Axes to come.
+    axes: VecDeque<usize>,
+    axis: usize,
+    /// Stages of this axis to come.
+    later: VecDeque<Segment>,
+    stage: Stage,
+    /// Axes whose count was believed before.
+    counted: [bool; 3],
+    /// The first count that was wrong: axis, and by how many steps.
+    off: Option<(usize, i64)>,
+}
+
+/// What follows from a report.
+pub(super) enum Next {
+    /// Play this; the count of the axis is to be corrected by so much before.
+    Play(Segment, i64),
+    /// All axes are homed.
+    Homed,
+}
+
+impl Homing {
+    /// Of these axes, in this order, with what is believed about each beforehand.
+    pub(super) fn new(axes: &[usize], counted: [bool; 3]) -> Self {
+        let axes = axes.iter().copied().collect();
+        Self { axes, axis: 0, later: VecDeque::new(), stage: Stage::Seek, counted, off: None }
+    }
+
+    /// Which axis is being homed.
+    pub(super) fn axis(&self) -> usize {
+        self.axis
+    }
+
+    /// The first segment of the next axis.
+    pub(super) fn begin(&mut self, machine: &Machine) -> Result<Next, Remark> {
+        let Some(axis) = self.axes.pop_front() else { return Ok(Next::Homed) };
+        self.axis = axis;
+        let timeline = cycles::home_axis(machine, axis)?;
+        let stages = timeline.moves.iter().filter(|planned| planned.stage != Stage::Offset);
+        self.later = stages.map(|planned| steps::segment(planned, machine)).collect();
+        Ok(self.stage(0).unwrap_or(Next::Homed))
+    }
+
+    fn stage(&mut self, correction: i64) -> Option<Next> {
+        let segment = self.later.pop_front()?;
+        self.stage = segment.stage;
+        Some(Next::Play(segment, correction))
+    }
+
+    /// What follows. `position` is where the axes were counted to be; it is set right here.
+    pub(super) fn reported(
+        &mut self,
+        machine: &Machine,
+        report: &Report,
+        position: &mut Steps,
+    ) -> Result<Next, (Remark, Doubt)> {
+        let input = machine.home_input(self.axis);
+        let lost = |code: &str| {
+            let why = refuse(code).with("axis", axis_name(self.axis)).with("sensor", format!("{input:?}"));
+            (why, Doubt::Lost)
+        };
+        let mut correction = 0;
+        match (self.stage, report.outcome) {
+            (_, Outcome::Guarded(hit)) => {
+                let why = refuse("control.end_sensor").with("sensor", format!("{hit:?}"));
+                return Err((why, Doubt::Lost));
+            }
+            (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
+            (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
+                return Err(lost("control.sensor_stuck"));
+            }
+            (Stage::Locate, Outcome::Gated(at)) => {
+                correction = home_edge(machine, self.axis).0 - at[self.axis];
+                let counted = self.counted.get(self.axis).copied().unwrap_or(false);
+                if counted && correction.abs() > COUNT_TOLERANCE {
+                    self.off.get_or_insert((self.axis, correction));
+                }
+                position[self.axis] += correction;
+                let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Doubt::Lost))?;
+                self.later.extend(to_rest);
+            }
+            _ => {}
+        }
+        if let Some(next) = self.stage(correction) {
+            return Ok(next);
+        }
+        if !self.axes.is_empty() {
+            return self.begin(machine).map_err(|why| (why, Doubt::Lost));
+        }
+        match self.off {
+            None => Ok(Next::Homed),
+            Some((axis, steps)) => {
+                let why = refuse("control.lost_count").with("axis", axis_name(axis)).with("steps", steps);
+                Err((why, Doubt::None))
+            }
+        }
+    }
+}
+
+/// From the sensor's edge to the step where the axis always rests after homing.
+fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Option<Segment>, Remark> {
+    let way = home_place(machine, axis) - from[axis];
+    let speed = machine.axis(axis).home_speed_mm_per_s;
+    let timeline = cycles::jog(machine, from, axis, way, speed)?;
+    let segments = timeline.moves.iter().map(|planned| steps::segment(planned, machine));
+    Ok(segments.map(|segment| Segment { stage: Stage::Offset, mark: Mark::Prepare, ..segment }).next())
+}

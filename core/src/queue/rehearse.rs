@@ -1,0 +1,147 @@
+//! A queue on pins without an executor: the page steps it on a virtual drill, with no hardware and no bridge.
+//!
+//! ```text
+//! Run ── Play ──▶ pins::play ──▶ Pins (Twin)         time passes as fast as it is computed
+//!  ▲                  │
+//!  └──── report ◀─────┘
+//! ```
+//!
+//! Comes in: a [`Run`], pins. Goes out: results a row, and the places the drill went through. Does not know what the pins
+//! are.
+
+use super::rules::Standing;
+use super::run::{Action, Mode, Report, Rest, Run};
+use super::text::read;
+use crate::machine::{Machine, Steps};
+use crate::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
+use crate::remark::Remark;
+use crate::steps::Segment;
+
+/// Where a drill on a bench stands between two queues.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bench {
+    /// What its executor remembers.
+    pub line: Line,
+    /// What is known of it.
+    pub standing: Standing,
+}
+
+impl Bench {
+    /// A drill that was homed just now; its work zero is where it rests.
+    pub fn homed(machine: &Machine, pins: &mut dyn Pins) -> Result<Self, Remark> {
+        let home = read("", "HOME ALL").map_err(|whys| whys.into_iter().next());
+        let home = home.map_err(|why| why.unwrap_or_else(|| super::text::refuse("queue.empty")))?;
+        let mut rehearsal = Rehearsal::new(home, Vec::new(), Self::default());
+        match rehearsal.go(machine, Mode::ToEnd, pins, usize::MAX) {
+            Some(Rest::Failed(why, _)) => Err(why),
+            _ => {
+                let mut bench = rehearsal.bench();
+                bench.standing.zero = Some([bench.standing.position[0], bench.standing.position[1]]);
+                Ok(bench)
+            }
+        }
+    }
+}
+
+/// A queue being tried on pins.
+#[derive(Clone, Debug)]
+pub struct Rehearsal {
+    run: Run,
+    line: Line,
+    /// What is to be played next, while it is interrupted for the page to breathe.
+    next: Option<Vec<Segment>>,
+    trail: Vec<(usize, Steps)>,
+}
+
+impl Rehearsal {
+    /// `queue` before its first row, on a drill that stands as `bench` says.
+    pub fn new(queue: super::Queue, outputs: Vec<String>, bench: Bench) -> Self {
+        let run = Run::new(queue, outputs, bench.standing);
+        Self { run, line: bench.line, next: None, trail: Vec::new() }
+    }
+
+    /// Results, cursor and standing.
+    pub fn run(&self) -> &Run {
+        &self.run
+    }
+
+    /// Row and machine steps at the end of every piece of motion, in order.
+    pub fn trail(&self) -> &[(usize, Steps)] {
+        &self.trail
+    }
+
+    /// How the drill stands now.
+    pub fn bench(&self) -> Bench {
+        Bench { line: self.line, standing: self.run.standing().clone() }
+    }
+
+    /// Goes as far as `mode` says, at most `pieces` pieces of motion or waiting; none when there is more to do: then call it
+    /// again.
+    pub fn go(&mut self, machine: &Machine, mode: Mode, pins: &mut dyn Pins, pieces: usize) -> Option<Rest> {
+        let mut actions = match self.next.take() {
+            Some(segments) => vec![Action::Play(segments)],
+            None => self.run.go(machine, mode),
+        };
+        let mut left = pieces;
+        loop {
+            let mut segments = None;
+            for action in actions {
+                match action {
+                    Action::Output(place, on) => pins.output(self.line.tick, place, on),
+                    Action::Correct(axis, steps) => self.line.position[axis] += steps,
+                    Action::Play(wanted) => segments = Some(wanted),
+                    Action::Rest(rest) => return Some(rest),
+                }
+            }
+            let segments = segments?;
+            if left == 0 {
+                self.next = Some(segments);
+                return None;
+            }
+            left -= 1;
+            let report = self.play(machine, &segments, pins);
+            if let Some(row) =
+                self.run.row().filter(|_| segments.iter().any(|segment| !segment.runs.is_empty()))
+            {
+                self.trail.push((row, report.position));
+            }
+            actions = self.run.reported(machine, &report);
+        }
+    }
+
+    fn play(&mut self, machine: &Machine, segments: &[Segment], pins: &mut dyn Pins) -> Report {
+        let brakes = Brakes::of(machine);
+        let start = self.line.tick;
+        let mut outcome = Outcome::Completed;
+        for segment in segments {
+            outcome = play(segment, &brakes, &mut self.line, pins, &mut AtOnce, &mut Nobody);
+            if outcome != Outcome::Completed {
+                break;
+            }
+        }
+        let inputs = pins.inputs(self.line.tick);
+        Report { outcome, position: self.line.position, inputs, ticks: self.line.tick - start }
+    }
+}
+
+/// A clock that is never late: time passes as fast as it is computed.
+struct AtOnce;
+
+impl Clock for AtOnce {
+    fn now(&mut self) -> u64 {
+        0
+    }
+    fn wait_until(&mut self, tick: u64) -> u64 {
+        tick
+    }
+}
+
+/// Nobody orders anything.
+struct Nobody;
+
+impl Desk for Nobody {
+    fn order(&mut self) -> Order {
+        Order::Go
+    }
+    fn passed(&mut self, _tick: u64, _position: &Steps, _inputs: u32) {}
+}

@@ -1,0 +1,181 @@
+//! What a row may do on this machine as it stands: the rules that hold before anything moves, and where the row ends.
+//!
+//! ```text
+//!         safe height ─────●── X and Y may move from here up
+//!  board's surface ════════╪═════
+//!                          ▼ below it: only up, with the spindle turning
+//! ```
+//!
+//! Comes in: a command, a machine, and how the drill stands. Goes out: how it will stand, or why not, with the field.
+//! Used for the dry check of a whole queue and once more before every row. Moves nothing.
+
+use super::text::refuse;
+use super::words::{Axes, Command};
+use crate::machine::{Machine, Steps, axis_name};
+use crate::remark::Remark;
+use crate::units::Length;
+
+/// How the drill stands as far as a queue must know.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// Machine steps.
+    pub position: Steps,
+    /// Work zero of X and Y in machine steps, if one is set.
+    pub zero: Option<[i64; 2]>,
+    /// Axes X, Y, Z whose position is known.
+    pub homed: [bool; 3],
+    /// Spindle speed, rpm.
+    pub rpm: u32,
+}
+
+impl Standing {
+    /// Whether the position of every axis is known.
+    pub fn all_homed(&self) -> bool {
+        self.homed == [true; 3]
+    }
+}
+
+/// Machine steps of a height over the board's surface.
+pub(super) fn z_steps(machine: &Machine, height: Length) -> i64 {
+    machine.z.scale.steps(machine.process.surface) + machine.z.scale.steps(height)
+}
+
+/// Where `axis` rests after homing.
+pub(super) fn home_place(machine: &Machine, axis: usize) -> i64 {
+    let (edge, towards) = home_edge(machine, axis);
+    edge - towards * machine.axis(axis).scale.steps(machine.axis(axis).home_offset)
+}
+
+/// First step of `axis` at which its home sensor is on, and the direction towards it.
+pub(super) fn home_edge(machine: &Machine, axis: usize) -> (i64, i64) {
+    use crate::machine::HomeEnd;
+    let settings = machine.axis(axis);
+    match settings.home {
+        HomeEnd::Min => (settings.scale.steps(settings.min) - 1, -1),
+        HomeEnd::Max => (settings.scale.steps(settings.max) + 1, 1),
+    }
+}
+
+/// How the drill stands after `command`, or why it must not be begun. `outputs` are the names that may be switched.
+pub fn after(
+    command: &Command,
+    machine: &Machine,
+    outputs: &[String],
+    standing: &Standing,
+) -> Result<Standing, Remark> {
+    let mut next = standing.clone();
+    match command {
+        Command::MoveBy { dx, dy } => {
+            may_travel(machine, standing)?;
+            let to = [standing.position[0].saturating_add(*dx), standing.position[1].saturating_add(*dy)];
+            travel(machine, &mut next, to, ["dX", "dY"])?;
+        }
+        Command::MoveTo { x, y } => {
+            may_travel(machine, standing)?;
+            let zero = standing.zero.ok_or_else(|| refuse("queue.no_zero"))?;
+            let to = [zero[0] + machine.x.scale.steps(*x), zero[1] + machine.y.scale.steps(*y)];
+            travel(machine, &mut next, to, ["X", "Y"])?;
+        }
+        Command::DrillDown => {
+            homed(standing, &[2])?;
+            if standing.rpm == 0 {
+                return Err(refuse("queue.spindle_off"));
+            }
+            let bottom = bottom(machine);
+            inside(machine, 2, bottom, "")?;
+            next.position[2] = standing.position[2].min(bottom);
+        }
+        Command::DrillUp => {
+            homed(standing, &[2])?;
+            let safe = z_steps(machine, machine.process.safe_height);
+            inside(machine, 2, safe, "")?;
+            next.position[2] = standing.position[2].max(safe);
+        }
+        Command::Home { axes } => home(machine, &mut next, *axes)?,
+        Command::Output { name, .. } => {
+            if !outputs.contains(name) {
+                let known = if outputs.is_empty() { "–".to_owned() } else { outputs.join(", ") };
+                let why = refuse("queue.no_such_output").with("field", "name").with("name", name);
+                return Err(why.with("known", known));
+            }
+        }
+        Command::Spindle { rpm } => {
+            if *rpm == 0 && tip_in_board(machine, standing) {
+                return Err(refuse("queue.spindle_off_in_board").with("field", "rpm"));
+            }
+            next.rpm = *rpm;
+        }
+        Command::Wait { .. }
+        | Command::WaitInput { .. }
+        | Command::Repeat { .. }
+        | Command::Sub { .. }
+        | Command::Call { .. }
+        | Command::End => {}
+    }
+    Ok(next)
+}
+
+/// The lowest place of a stroke, machine steps of Z.
+pub(super) fn bottom(machine: &Machine) -> i64 {
+    let process = &machine.process;
+    z_steps(machine, Length::ZERO - process.board_thickness - process.breakthrough)
+}
+
+fn tip_in_board(machine: &Machine, standing: &Standing) -> bool {
+    standing.homed[2] && standing.position[2] < z_steps(machine, Length::ZERO)
+}
+
+fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Remark> {
+    for &axis in axes.in_order() {
+        if axis < 2 {
+            homed(next, &[2])?;
+            tip_up(machine, next)?;
+        }
+        next.homed[axis] = true;
+        next.position[axis] = home_place(machine, axis);
+    }
+    Ok(())
+}
+
+fn homed(standing: &Standing, axes: &[usize]) -> Result<(), Remark> {
+    match axes.iter().find(|axis| !standing.homed[**axis]) {
+        None => Ok(()),
+        Some(axis) => Err(refuse("queue.not_homed").with("axis", axis_name(*axis))),
+    }
+}
+
+fn tip_up(machine: &Machine, standing: &Standing) -> Result<(), Remark> {
+    let safe = z_steps(machine, machine.process.safe_height);
+    if standing.position[2] >= safe {
+        return Ok(());
+    }
+    let height = machine.z.scale.length(standing.position[2]) - machine.process.surface;
+    Err(refuse("queue.tip_low").with("height", height.mm()).with("safe", machine.process.safe_height.mm()))
+}
+
+fn may_travel(machine: &Machine, standing: &Standing) -> Result<(), Remark> {
+    homed(standing, &[0, 1, 2])?;
+    tip_up(machine, standing)
+}
+
+fn travel(machine: &Machine, next: &mut Standing, to: [i64; 2], fields: [&str; 2]) -> Result<(), Remark> {
+    for axis in [0, 1] {
+        // An axis that rests on its sensor after homing stands a step outside; it may stay there.
+        if to[axis] != next.position[axis] {
+            inside(machine, axis, to[axis], fields[axis])?;
+        }
+        next.position[axis] = to[axis];
+    }
+    Ok(())
+}
+
+fn inside(machine: &Machine, axis: usize, place: i64, field: &str) -> Result<(), Remark> {
+    let settings = machine.axis(axis);
+    let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
+    if (low..=high).contains(&place) {
+        return Ok(());
+    }
+    let mm = |steps: i64| settings.scale.length(steps).mm();
+    let why = refuse("queue.outside").with("axis", axis_name(axis)).with("field", field);
+    Err(why.with("place", mm(place)).with("low", settings.min.mm()).with("high", settings.max.mm()))
+}

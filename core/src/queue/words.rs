@@ -1,0 +1,346 @@
+//! The work commands as one table: name, the paper's name, arguments with unit and range. Text, page and manual read it.
+//! The meaning of each stands in the locale tables under [`Word::sentence_key`].
+//!
+//! Comes in: values. Goes out: a [`Command`], and back. Does not know rows, lines or machines.
+
+use crate::job::Input;
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+
+/// Which axes to home.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Axes {
+    /// Z first, then X, then Y.
+    All,
+    /// X alone.
+    X,
+    /// Y alone.
+    Y,
+    /// Z alone.
+    Z,
+}
+
+impl Axes {
+    const NAMES: [&'static str; 4] = ["ALL", "X", "Y", "Z"];
+    const EVERY: [Self; 4] = [Self::All, Self::X, Self::Y, Self::Z];
+
+    /// The axes in the order of homing: 0 X, 1 Y, 2 Z.
+    pub const fn in_order(self) -> &'static [usize] {
+        match self {
+            Self::All => &[2, 0, 1],
+            Self::X => &[0],
+            Self::Y => &[1],
+            Self::Z => &[2],
+        }
+    }
+}
+
+/// One work command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Move by so many motor steps of X and Y.
+    MoveBy {
+        /// Steps of X, signed.
+        dx: i64,
+        /// Steps of Y, signed.
+        dy: i64,
+    },
+    /// Move to a place counted from the work zero.
+    MoveTo {
+        /// Left and right.
+        x: Length,
+        /// Away and back.
+        y: Length,
+    },
+    /// Down through the board: to the lower sensor where the machine has one, else by counted steps.
+    DrillDown,
+    /// Up to the safe height.
+    DrillUp,
+    /// To the end sensors.
+    Home {
+        /// Which axes.
+        axes: Axes,
+    },
+    /// Stay.
+    Wait {
+        /// For how long, in ms.
+        ms: u32,
+    },
+    /// Stay until an input is as wanted.
+    WaitInput {
+        /// Which input.
+        input: Input,
+        /// Wait until it is on, else until it is off.
+        on: bool,
+        /// Longest wait, in ms; after it the queue stops with an alarm.
+        timeout_ms: u32,
+    },
+    /// Switch an output of the machine.
+    Output {
+        /// Its name in the machine's settings.
+        name: String,
+        /// On or off.
+        on: bool,
+        /// Only for so long, in ms; then it goes back.
+        pulse_ms: Option<u32>,
+    },
+    /// Spindle speed.
+    Spindle {
+        /// In rpm; 0 is off.
+        rpm: u32,
+    },
+    /// Do the rows up to the matching `END` so often.
+    Repeat {
+        /// How often, from 1.
+        times: u32,
+    },
+    /// Rows up to the matching `END` that are done only where they are called.
+    Sub {
+        /// Their name.
+        name: String,
+    },
+    /// Do the rows of a `SUB`.
+    Call {
+        /// Its name.
+        name: String,
+    },
+    /// End of a `REPEAT` or `SUB`.
+    End,
+}
+
+/// A value of an argument.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Value {
+    /// A whole number in the argument's unit.
+    Whole(i64),
+    /// A length.
+    Mm(Length),
+    /// One of the argument's words, or a name.
+    Text(String),
+}
+
+/// What an argument may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A whole number from … to ….
+    Whole(i64, i64),
+    /// Millimetres from … to …, at most six decimals.
+    Mm(i64, i64),
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// A name: a letter, then letters, digits or `_`, at most 32 together.
+    Name,
+}
+
+/// One argument of a command.
+#[derive(Clone, Copy, Debug)]
+pub struct Argument {
+    /// Its name: the field that a refusal names.
+    pub name: &'static str,
+    /// Unit of its numbers, empty for words.
+    pub unit: &'static str,
+    /// What is allowed.
+    pub kind: Kind,
+    /// It may be left out.
+    pub optional: bool,
+}
+
+impl Argument {
+    /// Key of its meaning in the locale tables.
+    pub fn sentence_key(&self) -> String {
+        format!("queue.argument.{}", self.name.to_lowercase())
+    }
+}
+
+/// One row of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Word {
+    /// As it is printed.
+    pub name: &'static str,
+    /// Other spellings that are read: those of the paper first.
+    pub aliases: &'static [&'static str],
+    /// What follows it.
+    pub arguments: &'static [Argument],
+    make: fn(&[Value]) -> Command,
+    split: fn(&Command) -> Option<Vec<Value>>,
+}
+
+impl Word {
+    /// Key of its meaning in the locale tables.
+    pub fn sentence_key(&self) -> String {
+        format!("queue.word.{}", self.name.to_lowercase())
+    }
+
+    /// The command with these values; they must be of the arguments' kinds and in their ranges.
+    pub(super) fn command(&self, values: &[Value]) -> Command {
+        (self.make)(values)
+    }
+
+    /// The word called `name`, in any spelling that is read; letters large or small.
+    pub fn find(name: &str) -> Option<&'static Self> {
+        WORDS.iter().find(|word| word.spellings().any(|other| other.eq_ignore_ascii_case(name)))
+    }
+
+    /// Every spelling that is read, its own first.
+    pub fn spellings(&self) -> impl Iterator<Item = &'static str> {
+        std::iter::once(self.name).chain(self.aliases.iter().copied())
+    }
+}
+
+impl Command {
+    /// Its row of the table and its values.
+    pub fn split(&self) -> (&'static Word, Vec<Value>) {
+        let mut rows = WORDS.iter().filter_map(|word| (word.split)(self).map(|values| (word, values)));
+        rows.next().unwrap_or((&WORDS[WORDS.len() - 1], Vec::new()))
+    }
+}
+
+/// Inputs by name, in the order of [`Input::ALL`].
+pub(super) const INPUTS: [&str; 7] = ["X_MIN", "X_MAX", "Y_MIN", "Y_MAX", "Z_TOP", "Z_BOTTOM", "CONTACT"];
+/// States of inputs and outputs.
+pub(super) const STATES: [&str; 2] = ["OFF", "ON"];
+
+fn whole(values: &[Value], at: usize) -> i64 {
+    if let Some(Value::Whole(whole)) = values.get(at) { *whole } else { 0 }
+}
+fn count(values: &[Value], at: usize) -> u32 {
+    u32::try_from(whole(values, at)).unwrap_or(0)
+}
+fn mm(values: &[Value], at: usize) -> Length {
+    if let Some(Value::Mm(length)) = values.get(at) { *length } else { Length::ZERO }
+}
+fn text(values: &[Value], at: usize) -> String {
+    if let Some(Value::Text(text)) = values.get(at) { text.clone() } else { String::new() }
+}
+fn choice(values: &[Value], at: usize, words: &[&str]) -> usize {
+    let text = text(values, at);
+    words.iter().position(|word| *word == text).unwrap_or(0)
+}
+fn said(word: &str) -> Value {
+    Value::Text(word.to_owned())
+}
+fn state(on: bool) -> Value {
+    said(STATES[usize::from(on)])
+}
+
+const fn argument(name: &'static str, unit: &'static str, kind: Kind) -> Argument {
+    Argument { name, unit, kind, optional: false }
+}
+
+const STEPS: Kind = Kind::Whole(-1_000_000, 1_000_000);
+const PLACE: Kind = Kind::Mm(-2_000, 2_000);
+const TIMES: Kind = Kind::Whole(1, 10_000);
+const ON_OFF: Argument = argument("state", "", Kind::Choice(&STATES));
+const CALLED: Argument = argument("name", "", Kind::Name);
+
+macro_rules! word {
+    ($name:literal, $aliases:expr, $arguments:expr, $values:ident => $make:expr, $pattern:pat => $split:expr) => {
+        Word {
+            name: $name,
+            aliases: &$aliases,
+            arguments: &$arguments,
+            make: |$values| $make,
+            split: |command| if let $pattern = command { Some($split) } else { None },
+        }
+    };
+}
+
+/// The whole table, in the order of the menu.
+pub const WORDS: &[Word] = &[
+    word!("MOVE_BY", ["KMD_GOTOdXdY"], [argument("dX", "steps", STEPS), argument("dY", "steps", STEPS)],
+        v => Command::MoveBy { dx: whole(v, 0), dy: whole(v, 1) },
+        Command::MoveBy { dx, dy } => vec![Value::Whole(*dx), Value::Whole(*dy)]),
+    word!("MOVE_TO", ["KMD_GOTO_X_Y"], [argument("X", "mm", PLACE), argument("Y", "mm", PLACE)],
+        v => Command::MoveTo { x: mm(v, 0), y: mm(v, 1) },
+        Command::MoveTo { x, y } => vec![Value::Mm(*x), Value::Mm(*y)]),
+    word!("DRILL_DOWN", ["KMD_WIERTLO_DOL"], [], _v => Command::DrillDown, Command::DrillDown => Vec::new()),
+    word!("DRILL_UP", ["KMD_WIERTLO_GORA"], [], _v => Command::DrillUp, Command::DrillUp => Vec::new()),
+    word!("HOME", ["KMD_INICJALIZACJA"], [argument("axes", "", Kind::Choice(&Axes::NAMES))],
+        v => Command::Home { axes: Axes::EVERY[choice(v, 0, &Axes::NAMES)] },
+        Command::Home { axes } => vec![said(Axes::NAMES[*axes as usize])]),
+    word!("WAIT", [], [argument("ms", "ms", Kind::Whole(0, 600_000))],
+        v => Command::Wait { ms: count(v, 0) },
+        Command::Wait { ms } => vec![Value::Whole(i64::from(*ms))]),
+    word!("WAIT_INPUT", [],
+    [argument("input", "", Kind::Choice(&INPUTS)), ON_OFF, argument("timeout", "ms", Kind::Whole(1, 600_000))],
+    v => Command::WaitInput {
+        input: Input::ALL[choice(v, 0, &INPUTS)],
+        on: choice(v, 1, &STATES) == 1,
+        timeout_ms: count(v, 2),
+    },
+    Command::WaitInput { input, on, timeout_ms } => vec![
+        said(INPUTS[*input as usize]), state(*on), Value::Whole(i64::from(*timeout_ms)),
+    ]),
+    word!("OUTPUT", [],
+    [CALLED, ON_OFF, Argument { name: "pulse", unit: "ms", kind: Kind::Whole(1, 10_000), optional: true }],
+    v => Command::Output {
+        name: text(v, 0),
+        on: choice(v, 1, &STATES) == 1,
+        pulse_ms: v.get(2).map(|_| count(v, 2)),
+    },
+    Command::Output { name, on, pulse_ms } => {
+        let mut values = vec![said(name), state(*on)];
+        values.extend(pulse_ms.map(|ms| Value::Whole(i64::from(ms))));
+        values
+    }),
+    word!("SPINDLE", [], [argument("rpm", "rpm", Kind::Whole(0, 300_000))],
+        v => Command::Spindle { rpm: count(v, 0) },
+        Command::Spindle { rpm } => vec![Value::Whole(i64::from(*rpm))]),
+    word!("REPEAT", [], [argument("times", "", TIMES)],
+        v => Command::Repeat { times: count(v, 0) },
+        Command::Repeat { times } => vec![Value::Whole(i64::from(*times))]),
+    word!("CALL", [], [CALLED],
+        v => Command::Call { name: text(v, 0) }, Command::Call { name } => vec![said(name)]),
+    word!("SUB", [], [CALLED],
+        v => Command::Sub { name: text(v, 0) }, Command::Sub { name } => vec![said(name)]),
+    word!("END", [], [], _v => Command::End, Command::End => Vec::new()),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::locale;
+
+    #[test]
+    fn every_word_and_argument_has_its_sentence_and_its_own_name() {
+        let mut names = Vec::new();
+        for word in WORDS {
+            let key = word.sentence_key();
+            assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
+            names.extend(word.spellings().map(str::to_lowercase));
+            for argument in word.arguments {
+                let key = argument.sentence_key();
+                assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
+            }
+        }
+        let count = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), count, "two words share a name");
+    }
+
+    #[test]
+    fn what_is_split_is_made_again() {
+        let rows = [
+            Command::MoveBy { dx: -3, dy: 9 },
+            Command::MoveTo { x: Length::from_mm(1.5), y: Length::from_mm(-2.25) },
+            Command::DrillDown,
+            Command::DrillUp,
+            Command::Home { axes: Axes::Y },
+            Command::Wait { ms: 7 },
+            Command::WaitInput { input: Input::ZBottom, on: true, timeout_ms: 900 },
+            Command::Output { name: "lamp".into(), on: true, pulse_ms: Some(40) },
+            Command::Output { name: "lamp".into(), on: false, pulse_ms: None },
+            Command::Spindle { rpm: 20_000 },
+            Command::Repeat { times: 3 },
+            Command::Call { name: "hole".into() },
+            Command::Sub { name: "hole".into() },
+            Command::End,
+        ];
+        for command in rows {
+            let (word, values) = command.split();
+            assert_eq!(word.command(&values), command);
+        }
+    }
+}

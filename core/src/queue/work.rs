@@ -1,0 +1,52 @@
+//! The segments of one row, by the machine's own moves (`motion::cycles`).
+//!
+//! Comes in: a machine, where it stands, where it goes. Goes out: segments, each from rest to rest; none where nothing is
+//! to be done. Does not know rows.
+
+use super::rules::bottom;
+use crate::job::{Effect, Gate, Input, Mark, Otherwise, Stage};
+use crate::machine::{Machine, Steps, StrokeEnd};
+use crate::motion::{Timeline, cycles};
+use crate::remark::Remark;
+use crate::steps::{self, Segment, TICK_HZ};
+
+fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
+    timeline.moves.iter().map(|planned| steps::segment(planned, machine)).collect()
+}
+
+/// A time of rest, with something switched at its beginning.
+fn rest(end: Steps, duration_ticks: u64, effect: Effect) -> Segment {
+    let (stage, mark) = (Stage::Dwell, Mark::Prepare);
+    Segment { leg: 0, mark, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
+}
+
+/// X and Y in a straight line.
+pub(super) fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>, Remark> {
+    Ok(segments(&cycles::go_to(machine, from, to)?, machine))
+}
+
+/// Through the board: settle, down to just above it, then at feed to the lower sensor or, without one, by counted steps.
+pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Remark> {
+    let gate = (machine.stroke_end == StrokeEnd::Sensor).then(|| Gate {
+        input: Input::ZBottom,
+        deadline_us: libm::round(machine.longest_drilling_s * 1e6) as u32,
+        otherwise: Otherwise::Alarm,
+    });
+    Ok(segments(&cycles::stroke(machine, from, bottom(machine), gate)?, machine))
+}
+
+/// Z up.
+pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>, Remark> {
+    Ok(segments(&cycles::retract(machine, from, z)?, machine))
+}
+
+/// Another spindle speed, and the time to reach it.
+pub(super) fn spindle(machine: &Machine, at: Steps, rpm: u32) -> Vec<Segment> {
+    let spin_up = libm::ceil(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
+    vec![rest(at, if rpm == 0 { 0 } else { spin_up }, Effect::Spindle(rpm))]
+}
+
+/// Rest.
+pub(super) fn wait(at: Steps, ticks: u64) -> Vec<Segment> {
+    if ticks == 0 { Vec::new() } else { vec![rest(at, ticks, Effect::None)] }
+}
