@@ -11,6 +11,7 @@ pub mod bench;
 pub mod cycles;
 pub mod laws;
 mod limits;
+pub mod path;
 pub mod profile;
 mod timeline;
 

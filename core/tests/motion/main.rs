@@ -12,6 +12,7 @@ use annulus_core::units::Length;
 mod check;
 mod cycles;
 mod golden;
+mod paths;
 mod profiles;
 #[path = "../programs/mod.rs"]
 mod programs;

@@ -141,6 +141,16 @@ impl Ramp {
         self.power_edge(x).speed
     }
 
+    /// Way and speed on the first edge.
+    #[inline]
+    fn edge(&self, x: f64) -> (f64, f64) {
+        if self.shape.order() == 0.0 {
+            return (self.edge_position_mm(x), self.edge_speed(x));
+        }
+        let point = self.power_edge(x);
+        (point.position_mm, point.speed)
+    }
+
     fn edge_acceleration(&self, x: f64) -> f64 {
         if self.shape.order() == 0.0 { self.jerk_mm_per_s3 * x } else { self.power_edge(x).acceleration }
     }
@@ -222,8 +232,8 @@ impl Ramp {
         }
         let mut x = if base > 0.0 { alone.min(y / base) } else { alone };
         for _ in 0..12 {
-            let speed = base + self.edge_speed(x);
-            let next = (x - (base * x + self.edge_position_mm(x) - y) / speed).clamp(0.0, theta);
+            let (way, speed) = self.edge(x);
+            let next = (x - (base * x + way - y) / (base + speed)).clamp(0.0, theta);
             if next == x {
                 break;
             }
@@ -234,11 +244,16 @@ impl Ramp {
 
     /// The time x still needed to the end of the rise, `top` mm/s fast at its end and `y` of its way left:
     /// top·x − e(x) = y. The left side rises and bends down, at the edge's other end with at least half of the speed,
-    /// so Newton's steps from y/top stay below the root and square the error.
+    /// so Newton's steps from y/top stay below the root and square the error; they are done when they no longer rise.
     pub(super) fn left_on_last_edge(&self, top: f64, y: f64) -> f64 {
         let mut x = y / top;
-        for _ in 0..6 {
-            x -= (top * x - self.edge_position_mm(x) - y) / (top - self.edge_speed(x));
+        for _ in 0..8 {
+            let (way, speed) = self.edge(x);
+            let next = x + (y + way - top * x) / (top - speed);
+            if next <= x {
+                break;
+            }
+            x = next;
         }
         x.min(self.jerk_time_s)
     }

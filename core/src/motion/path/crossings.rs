@@ -1,0 +1,154 @@
+//! When an axis of a path makes its steps: the seconds at which it is half-way between two of them.
+//!
+//! ```text
+//! x ^       ,-.            a sweep: steps one way, from turn to turn
+//!   | k+½ ·/· ·\· · ·
+//!   |     /     \          a turn that comes back over the line too soon for the motor is left out with both its
+//!   | k-½·       \·        steps: the motor stays where it is, no further off than half a step and that little
+//!   +--------------> t
+//! ```
+//!
+//! Comes in: a path, an axis, the length of its step. Goes out: sweeps, and the second of every step in them. Does not
+//! know how steps are stored.
+
+use super::Path;
+use super::curve::Stretch;
+
+/// Steps one way, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    /// Whether they count up.
+    pub forward: bool,
+    /// The step at which the axis stands before, counted from the zero of the path's coordinates.
+    pub from_step: i64,
+    /// How many they are.
+    pub count: u64,
+    axis: usize,
+    mm_per_step: f64,
+    parts: Vec<Part>,
+}
+
+/// The steps of a sweep that are made in one stretch of one piece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    piece: usize,
+    stretch: Stretch,
+    /// Steps at which the axis stands before and after.
+    from: i64,
+    to: i64,
+}
+
+/// The steps of `axis` (0 X, 1 Y, 2 Z) along `path`, in the order of time. Where an axis turns, its last step one way
+/// and its first one back are at least `turn_s` apart. In all, the axis goes from the step next to its start to the step
+/// next to its end.
+pub fn sweeps(path: &Path, axis: usize, mm_per_step: f64, turn_s: f64) -> Vec<Sweep> {
+    let mut found: Vec<Sweep> = Vec::new();
+    if axis > 2 || mm_per_step.is_nan() || mm_per_step <= 0.0 {
+        return found;
+    }
+    let step = |mm: f64| libm::floor(mm / mm_per_step + 0.5) as i64;
+    for (piece, planned) in path.pieces.iter().enumerate() {
+        for stretch in planned.curve.stretches(axis) {
+            // Its start is where the piece before ended, which may differ by rounding: count on from there.
+            let from = found.last().map_or(step(path.start[axis]), Sweep::to_step);
+            let part = Part { piece, stretch, from, to: step(stretch.to) };
+            if part.from != part.to {
+                add(&mut found, Sweep::of(part, axis, mm_per_step));
+                settle(&mut found, path, turn_s);
+            }
+        }
+    }
+    found
+}
+
+/// Adds a sweep, to the last one where both go the same way.
+fn add(found: &mut Vec<Sweep>, next: Sweep) {
+    match found.last_mut() {
+        Some(last) if last.forward == next.forward => {
+            last.count += next.count;
+            last.parts.extend(next.parts);
+        }
+        _ => found.push(next),
+    }
+}
+
+/// Leaves out turns that come back too soon.
+fn settle(found: &mut Vec<Sweep>, path: &Path, turn_s: f64) {
+    while let Some(mut back) = found.pop() {
+        let Some(there) = found.last_mut() else { return found.push(back) };
+        let gap_s = back.time_s(path, 1) - there.time_s(path, there.count);
+        if there.forward != back.forward && gap_s < turn_s {
+            there.drop_last();
+            back.drop_first();
+            if there.count == 0 {
+                found.pop();
+            }
+            if back.count == 0 {
+                return;
+            }
+            add(found, back);
+        } else {
+            return found.push(back);
+        }
+    }
+}
+
+impl Sweep {
+    fn of(part: Part, axis: usize, mm_per_step: f64) -> Self {
+        Self {
+            forward: part.to > part.from,
+            from_step: part.from,
+            count: part.to.abs_diff(part.from),
+            axis,
+            mm_per_step,
+            parts: vec![part],
+        }
+    }
+
+    /// The step at which the axis stands afterwards.
+    pub fn to_step(&self) -> i64 {
+        self.after(self.count)
+    }
+
+    /// Where the axis stands after `steps` of its steps.
+    fn after(&self, steps: u64) -> i64 {
+        let steps = steps as i64;
+        if self.forward { self.from_step + steps } else { self.from_step - steps }
+    }
+
+    /// The second, from the start of `path`, at which its step number `step` is made, 1 … count: when the axis is
+    /// half-way between the steps.
+    pub fn time_s(&self, path: &Path, step: u64) -> f64 {
+        let to = self.after(step);
+        let found = self.parts.partition_point(|part| if self.forward { part.to < to } else { part.to > to });
+        let Some(part) = self.parts.get(found) else { return path.duration_s() };
+        let Some(planned) = path.pieces.get(part.piece) else { return path.duration_s() };
+        let half = if self.forward { -0.5 } else { 0.5 };
+        let place = (to as f64 + half) * self.mm_per_step;
+        let s_mm = planned.curve.length_at(self.axis, &part.stretch, place);
+        planned.start_s + planned.time_at(s_mm)
+    }
+
+    fn drop_last(&mut self) {
+        let way = if self.forward { 1 } else { -1 };
+        self.count -= 1;
+        if let Some(last) = self.parts.last_mut() {
+            last.to -= way;
+            if last.to == last.from {
+                self.parts.pop();
+            }
+        }
+    }
+
+    fn drop_first(&mut self) {
+        let way = if self.forward { 1 } else { -1 };
+        self.count -= 1;
+        self.from_step += way;
+        if let Some(first) = self.parts.first_mut() {
+            first.from += way;
+            if first.from == first.to {
+                self.parts.remove(0);
+            }
+        }
+    }
+}

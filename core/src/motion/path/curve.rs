@@ -1,0 +1,275 @@
+//! One piece of a path: a straight line in space or a true arc in the plane.
+//!
+//! ```text
+//! y ^     ,--- to           ψ: the angle from an axis; over [mπ, (m+1)π] the axis only rises
+//!   |   ,'  ψ  \            or only falls, so every place is passed once there
+//!   |  /____.   |           and acos finds it
+//!   | from  centre
+//!   +--------------> x
+//! ```
+//!
+//! Comes in: end points and centres in mm. Goes out: place, direction and curvature at any length along the piece, and
+//! the length at which an axis passes a place. Does not know time.
+
+use crate::remark::{Remark, Weight};
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
+use serde::{Deserialize, Serialize};
+
+/// Distances of an arc's start and end from its centre may differ by so much, as coordinates of files are rounded.
+const ARC_MISMATCH_MM: f64 = 5e-3;
+
+/// Arcs of less than a nanometre's radius cannot be meant.
+const LEAST_RADIUS_MM: f64 = 1e-6;
+
+/// An arc that leaves its chord by less than this is a line.
+const FLAT_MM: f64 = 1e-7;
+
+/// A place, mm: X, Y, Z.
+pub type Place = [f64; 3];
+
+/// A line or an arc, as long as it says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Curve {
+    /// A straight line in space.
+    Line {
+        /// Start.
+        from: Place,
+        /// End.
+        to: Place,
+        /// mm.
+        length_mm: f64,
+    },
+    /// An arc in the plane of X and Y.
+    Arc {
+        /// Centre, X and Y.
+        center: [f64; 2],
+        /// mm, greater than 0.
+        radius_mm: f64,
+        /// Angle of the start, seen from the centre.
+        from_rad: f64,
+        /// How far it turns; positive is counter-clockwise.
+        sweep_rad: f64,
+        /// End; its Z is that of all the arc.
+        to: Place,
+    },
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    libm::sqrt(a.iter().zip(b).map(|(a, b)| (b - a) * (b - a)).sum())
+}
+
+/// A straight line.
+pub(super) fn line(from: Place, to: Place) -> Curve {
+    Curve::Line { from, to, length_mm: distance(&from, &to) }
+}
+
+/// An arc around `center`, as one or two pieces. It ends where it says exactly: where its ends are not equally far from
+/// the centre, the centre is moved onto the line between them that is.
+pub(super) fn arc(from: Place, to: [f64; 2], center: [f64; 2], ccw: bool) -> Result<Vec<Curve>, Remark> {
+    let start = [from[0], from[1]];
+    let (r0, r1) = (distance(&start, &center), distance(&to, &center));
+    if !(r0 >= LEAST_RADIUS_MM && r1 >= LEAST_RADIUS_MM && (r0 - r1).abs() <= ARC_MISMATCH_MM) {
+        return Err(Remark::new(Weight::Loss, "motion.bad_arc").with("start", r0).with("end", r1));
+    }
+    let end = [to[0], to[1], from[2]];
+    let angle = |at: [f64; 2]| libm::atan2(at[1] - center[1], at[0] - center[0]);
+    let turn = angle(to) - angle(start);
+    let turn = if ccw { turn } else { -turn };
+    let turn = if start == to {
+        TAU
+    } else if turn > 0.0 {
+        turn
+    } else {
+        turn + TAU
+    };
+    let exact = (r0 - r1).abs() <= 1e-12 * r0;
+    if exact || turn <= 1.5 * PI {
+        return Ok(vec![one_arc(from, end, center, turn, ccw, exact)]);
+    }
+    // A centre can only be moved where the chord says where to: a nearly full circle becomes two arcs.
+    let middle_rad = angle(start) + if ccw { 0.5 * turn } else { -0.5 * turn };
+    let radius = 0.5 * (r0 + r1);
+    let middle =
+        [center[0] + radius * libm::cos(middle_rad), center[1] + radius * libm::sin(middle_rad), from[2]];
+    let half = 0.5 * turn;
+    Ok(vec![one_arc(from, middle, center, half, ccw, false), one_arc(middle, end, center, half, ccw, false)])
+}
+
+fn one_arc(from: Place, to: Place, center: [f64; 2], turn: f64, ccw: bool, exact: bool) -> Curve {
+    let mut center = center;
+    if !exact {
+        let chord = [to[0] - from[0], to[1] - from[1]];
+        let squared = chord[0] * chord[0] + chord[1] * chord[1];
+        let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
+        let beside = (middle[0] - center[0]) * chord[0] + (middle[1] - center[1]) * chord[1];
+        center = [center[0] + beside / squared * chord[0], center[1] + beside / squared * chord[1]];
+    }
+    let radius_mm = distance(&[from[0], from[1]], &center);
+    let angle = |at: Place| libm::atan2(at[1] - center[1], at[0] - center[0]);
+    let from_rad = angle(from);
+    let mut sweep_rad = turn;
+    if !exact {
+        let again = if ccw { angle(to) - from_rad } else { from_rad - angle(to) };
+        sweep_rad = if again > 0.0 { again } else { again + TAU };
+    }
+    if sweep_rad < 1.0 && radius_mm * (1.0 - libm::cos(0.5 * sweep_rad)) < FLAT_MM {
+        return line(from, to);
+    }
+    Curve::Arc { center, radius_mm, from_rad, sweep_rad: if ccw { sweep_rad } else { -sweep_rad }, to }
+}
+
+impl Curve {
+    /// How long it is.
+    pub fn length_mm(&self) -> f64 {
+        match *self {
+            Self::Line { length_mm, .. } => length_mm,
+            Self::Arc { radius_mm, sweep_rad, .. } => radius_mm * sweep_rad.abs(),
+        }
+    }
+
+    /// Where it ends.
+    pub fn end(&self) -> Place {
+        match *self {
+            Self::Line { to, .. } | Self::Arc { to, .. } => to,
+        }
+    }
+
+    /// Angle of an arc at the length `s_mm`.
+    fn angle(from_rad: f64, radius_mm: f64, sweep_rad: f64, s_mm: f64) -> f64 {
+        from_rad + libm::copysign(s_mm / radius_mm, sweep_rad)
+    }
+
+    /// The place at the length `s_mm`: exactly the end at the whole length and beyond.
+    pub fn at(&self, s_mm: f64) -> Place {
+        let length = self.length_mm();
+        if s_mm >= length {
+            return self.end();
+        }
+        let s = s_mm.max(0.0);
+        match *self {
+            Self::Line { from, to, .. } => {
+                let share = s / length;
+                core::array::from_fn(|axis| from[axis] + (to[axis] - from[axis]) * share)
+            }
+            Self::Arc { center, radius_mm, from_rad, sweep_rad, to } => {
+                let angle = Self::angle(from_rad, radius_mm, sweep_rad, s);
+                let (x, y) = (radius_mm * libm::cos(angle), radius_mm * libm::sin(angle));
+                [center[0] + x, center[1] + y, to[2]]
+            }
+        }
+    }
+
+    /// The direction at the length `s_mm`, of length 1.
+    pub fn tangent(&self, s_mm: f64) -> Place {
+        match *self {
+            Self::Line { from, to, length_mm } => {
+                core::array::from_fn(|axis| (to[axis] - from[axis]) / length_mm)
+            }
+            Self::Arc { radius_mm, from_rad, sweep_rad, .. } => {
+                let angle = Self::angle(from_rad, radius_mm, sweep_rad, s_mm);
+                let way = libm::copysign(1.0, sweep_rad);
+                [-way * libm::sin(angle), way * libm::cos(angle), 0.0]
+            }
+        }
+    }
+
+    /// How the direction changes with the length at `s_mm`, 1/mm: towards the centre of an arc, nothing on a line.
+    pub fn curvature(&self, s_mm: f64) -> Place {
+        match *self {
+            Self::Line { .. } => [0.0; 3],
+            Self::Arc { radius_mm, from_rad, sweep_rad, .. } => {
+                let angle = Self::angle(from_rad, radius_mm, sweep_rad, s_mm);
+                [-libm::cos(angle) / radius_mm, -libm::sin(angle) / radius_mm, 0.0]
+            }
+        }
+    }
+
+    /// The greatest share that an axis has of the way, 0 … 1.
+    pub fn greatest_share(&self, axis: usize) -> f64 {
+        match *self {
+            Self::Line { .. } => self.tangent(0.0)[axis].abs(),
+            Self::Arc { .. } if axis > 1 => 0.0,
+            Self::Arc { .. } => {
+                // |sin ψ| is greatest where ψ is half a turn from its zeros, or else at an end.
+                let (from, to) = self.psi(axis);
+                let (low, high) = (from.min(to), from.max(to));
+                let top = libm::ceil((low - FRAC_PI_2) / PI) * PI + FRAC_PI_2;
+                if top <= high { 1.0 } else { libm::sin(low).abs().max(libm::sin(high).abs()) }
+            }
+        }
+    }
+
+    /// Angles of start and end of an arc counted from the direction of `axis`.
+    fn psi(&self, axis: usize) -> (f64, f64) {
+        match *self {
+            Self::Arc { from_rad, sweep_rad, .. } => {
+                let from = if axis == 0 { from_rad } else { from_rad - FRAC_PI_2 };
+                (from, from + sweep_rad)
+            }
+            Self::Line { .. } => (0.0, 0.0),
+        }
+    }
+
+    /// The stretches over which `axis` only rises, only falls, or stands, in order.
+    pub(super) fn stretches(&self, axis: usize) -> Vec<Stretch> {
+        let length = self.length_mm();
+        let stretch = |from_mm: f64, to_mm: f64, half_turn: i32| {
+            let (from, to) = (self.at(from_mm)[axis], self.at(to_mm)[axis]);
+            Stretch { from_mm, to_mm, from, to, half_turn }
+        };
+        let Self::Arc { radius_mm, .. } = *self else { return vec![stretch(0.0, length, 0)] };
+        if axis > 1 {
+            return vec![stretch(0.0, length, 0)];
+        }
+        let (from, to) = self.psi(axis);
+        let way = if to > from { 1 } else { -1 };
+        let mut half_turn = libm::floor(from / PI) as i32;
+        let mut start_mm = 0.0;
+        let mut found = Vec::new();
+        // A turn has at most four ends of such stretches, with those at its own ends.
+        for _ in 0..4 {
+            let border = PI * f64::from(if way > 0 { half_turn + 1 } else { half_turn });
+            let end_mm = ((border - from).abs() * radius_mm).min(length);
+            if end_mm > start_mm {
+                found.push(stretch(start_mm, end_mm, half_turn));
+            }
+            if end_mm >= length {
+                break;
+            }
+            (start_mm, half_turn) = (end_mm, half_turn + way);
+        }
+        found
+    }
+
+    /// The length at which `axis` is at `value` in `stretch`.
+    pub(super) fn length_at(&self, axis: usize, stretch: &Stretch, value: f64) -> f64 {
+        let s = match *self {
+            _ if stretch.from == stretch.to => stretch.from_mm,
+            Self::Line { .. } => {
+                let share = (value - stretch.from) / (stretch.to - stretch.from);
+                stretch.from_mm + share * (stretch.to_mm - stretch.from_mm)
+            }
+            Self::Arc { center, radius_mm, .. } => {
+                let within = libm::acos(((value - center[axis.min(1)]) / radius_mm).clamp(-1.0, 1.0));
+                let rest = if stretch.half_turn % 2 == 0 { within } else { PI - within };
+                let psi = PI * f64::from(stretch.half_turn) + rest;
+                (psi - self.psi(axis).0).abs() * radius_mm
+            }
+        };
+        s.clamp(stretch.from_mm, stretch.to_mm)
+    }
+}
+
+/// A part of a curve over which one axis only rises, only falls, or stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stretch {
+    /// Lengths along the curve between which it lies.
+    pub(super) from_mm: f64,
+    pub(super) to_mm: f64,
+    /// Places of the axis there.
+    pub(super) from: f64,
+    pub(super) to: f64,
+    /// m, where the angle from the axis is between mπ and (m+1)π.
+    half_turn: i32,
+}

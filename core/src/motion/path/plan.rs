@@ -1,0 +1,291 @@
+//! The speeds of a path: how fast each piece may be, how fast each corner, and what can be reached in between.
+//!
+//! ```text
+//! corner speed    ·    ·  ·      ·      1. limits of every piece, then of every corner
+//! backward   <──/‾‾‾\──/‾\────────      2. from the end: no faster than what can still be braked from
+//! forward    ──/‾‾‾\──/‾\───────>       3. from the start: no faster than what can be reached
+//! ```
+//!
+//! Comes in: a [`Chain`], limits of X, Y and Z, [`Rules`]. Goes out: a [`Path`]. Does not know time before it is done.
+//!
+//! Maths. A piece is limited by its axes' shares of it. On an arc of radius r the pull to the centre v²/r and the
+//! acceleration along it a add up at right angles: v²/r is kept to 0.8 of what the axes may do, a to what is then
+//! left. In the same way jerk along (with v³/r²) and across (3va/r) the arc share the axes' jerk.
+//!
+//! A corner that turns by φ is taken as if an arc touched both sides and passed the corner in the distance d: its radius
+//! is R = d·cos(φ/2)/(1 − cos(φ/2)), from R/cos(φ/2) − R = d; the pull to its centre v²/R must stay within what the axes
+//! may do in the direction of the change. (The corner is still driven sharp: d is how far the machine may give way.) And
+//! no axis may change its speed in a corner by more than its acceleration does in [`Rules::corner_s`].
+//!
+//! What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
+//! (`motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
+
+use super::curve::{self, Curve, Place};
+use super::{Path, Planned};
+use crate::motion::profile::{Limits, Shape, Span};
+use crate::remark::{Remark, Weight};
+
+/// Shorter pieces than this are not driven: a thousandth of a nanometre.
+const NOTHING_MM: f64 = 1e-9;
+
+/// Slower feeds than this, a nanometre a second, cannot be meant.
+const LEAST_FEED: f64 = 1e-6;
+
+/// Coordinates beyond this cannot be meant.
+const FARTHEST_MM: f64 = 1e9;
+
+/// Share of the acceleration that may pull to the centre of an arc.
+const ACROSS: f64 = 0.8;
+
+/// Share of the jerk of an arc that turning the pull may take, and that changing it may take; what is left of the one
+/// that points along the arc is for changing the acceleration.
+const JERK_OF_TURNING: f64 = 0.5;
+const JERK_OF_PULL: f64 = 0.6;
+const JERK_ALONG: f64 = 0.3;
+
+/// How often the top speed of a piece is halved in.
+const HALVINGS: u32 = 60;
+
+/// Pieces from one place to the next, at rest at both ends.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chain {
+    /// Where it starts, mm.
+    pub start: Place,
+    /// What follows.
+    pub pieces: Vec<Piece>,
+}
+
+/// A piece as it is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Where it goes.
+    pub to: To,
+    /// Not faster than this along it, mm/s; infinite for as fast as the axes can.
+    pub feed_mm_per_s: f64,
+}
+
+/// How a piece goes to its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum To {
+    /// Straight to a place, mm.
+    Line(Place),
+    /// In the plane of X and Y around `center`, mm; a full circle where it ends where it starts.
+    Arc {
+        /// End.
+        to: [f64; 2],
+        /// Centre.
+        center: [f64; 2],
+        /// Counter-clockwise.
+        ccw: bool,
+    },
+}
+
+/// How a path is planned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules {
+    /// Share of every axis's acceleration that the plan may use, 0 < share ≤ 1; the rest is kept for hold and override.
+    pub share: f64,
+    /// d: how far the machine may give way in a corner, mm.
+    pub deviation_mm: f64,
+    /// In a corner an axis may change its speed by what its acceleration does in this time, s.
+    pub corner_s: f64,
+}
+
+/// A curve with its limits along it.
+struct Limited {
+    source: u32,
+    curve: Curve,
+    limits: Limits,
+}
+
+/// The fastest path along `chain` within the limits of X, Y and Z (`axes`, in this order).
+///
+/// Refused with the number of the piece, from 1: coordinates that are no numbers, arcs without a radius or whose ends
+/// are not equally far from the centre, feeds and limits that cannot be planned with.
+pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Remark> {
+    check(chain, axes, rules)?;
+    let axes = axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
+    let mut pieces: Vec<Limited> = Vec::with_capacity(chain.pieces.len());
+    let mut at = chain.start;
+    for (index, piece) in chain.pieces.iter().enumerate() {
+        let source = u32::try_from(index).map_err(|_| Remark::new(Weight::Loss, "motion.too_many_legs"))?;
+        let curves = match piece.to {
+            To::Line(to) => vec![curve::line(at, to)],
+            To::Arc { to, center, ccw } => {
+                curve::arc(at, to, center, ccw).map_err(|r| r.with("piece", index + 1))?
+            }
+        };
+        for curve in curves.into_iter().filter(|curve| curve.length_mm() >= NOTHING_MM) {
+            at = curve.end();
+            pieces.push(Limited { source, curve, limits: along(&curve, piece.feed_mm_per_s, &axes) });
+        }
+    }
+    let mut speeds = corners(&pieces, &axes, rules);
+    for index in (0..pieces.len()).rev() {
+        speeds[index] = speeds[index].min(reached(speeds[index + 1], &pieces[index]));
+    }
+    for index in 0..pieces.len() {
+        speeds[index + 1] = speeds[index + 1].min(reached(speeds[index], &pieces[index]));
+    }
+    let mut path = Path { start: chain.start, pieces: Vec::with_capacity(pieces.len()) };
+    let (mut start_s, mut start_mm) = (0.0, 0.0);
+    for (piece, ends) in pieces.iter().zip(speeds.windows(2)) {
+        let spans = spans(ends[0], ends[1], piece);
+        let planned = Planned { source: piece.source, curve: piece.curve, start_s, start_mm, spans };
+        start_s += planned.duration_s();
+        start_mm += planned.curve.length_mm();
+        path.pieces.push(planned);
+    }
+    Ok(path)
+}
+
+fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark> {
+    axes.iter().try_for_each(|axis| Shape::SCurve.check(*axis))?;
+    let wrong = |code: &str, value: f64| Err(Remark::new(Weight::Loss, code).with("value", value));
+    if !(rules.share > 1e-3 && rules.share <= 1.0) {
+        return wrong("motion.bad_share", rules.share);
+    }
+    if !(0.0..=1e3).contains(&rules.deviation_mm) {
+        return wrong("motion.bad_deviation", rules.deviation_mm);
+    }
+    if !(0.0..=1e3).contains(&rules.corner_s) {
+        return wrong("motion.bad_corner_time", rules.corner_s);
+    }
+    let usable = |places: &[f64]| places.iter().all(|place| place.abs() <= FARTHEST_MM);
+    let mut sound = usable(&chain.start);
+    for (index, piece) in chain.pieces.iter().enumerate() {
+        let feed = piece.feed_mm_per_s;
+        if !(LEAST_FEED..=f64::INFINITY).contains(&feed) {
+            return Err(Remark::new(Weight::Loss, "motion.bad_path_feed")
+                .with("value", feed)
+                .with("piece", index + 1));
+        }
+        sound &= match piece.to {
+            To::Line(to) => usable(&to),
+            To::Arc { to, center, .. } => usable(&to) && usable(&center),
+        };
+        if !sound {
+            return Err(Remark::new(Weight::Loss, "motion.bad_place").with("piece", index + 1));
+        }
+    }
+    Ok(())
+}
+
+/// The limits along a piece.
+fn along(curve: &Curve, feed: f64, axes: &[Limits; 3]) -> Limits {
+    let mut limits = Limits { speed: feed, acceleration: f64::INFINITY, jerk: f64::INFINITY };
+    for (axis, own) in axes.iter().enumerate() {
+        let share = curve.greatest_share(axis);
+        if share > 0.0 {
+            limits.speed = limits.speed.min(own.speed / share);
+        }
+        if share > 0.0 && matches!(curve, Curve::Line { .. }) {
+            limits.acceleration = limits.acceleration.min(own.acceleration / share);
+            limits.jerk = limits.jerk.min(own.jerk / share);
+        }
+    }
+    let Curve::Arc { radius_mm, .. } = *curve else { return limits };
+    let (a, j) = (axes[0].acceleration.min(axes[1].acceleration), axes[0].jerk.min(axes[1].jerk));
+    let by_pull = libm::sqrt(ACROSS * a * radius_mm);
+    let by_turning = libm::cbrt(JERK_OF_TURNING * j * radius_mm * radius_mm);
+    let speed = limits.speed.min(by_pull).min(by_turning);
+    let pull = speed * speed / radius_mm;
+    let left = libm::sqrt((a - pull) * (a + pull));
+    let by_change = JERK_OF_PULL * j * radius_mm / (3.0 * speed);
+    Limits { speed, acceleration: left.min(by_change), jerk: JERK_ALONG * j }
+}
+
+/// The greatest speed at every corner, with rest at both ends: one more than there are pieces.
+fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &Rules) -> Vec<f64> {
+    let mut speeds = vec![0.0; pieces.len() + 1];
+    for (speed, pair) in speeds.iter_mut().skip(1).zip(pieces.windows(2)) {
+        let before = pair[0].curve.tangent(pair[0].curve.length_mm());
+        let after = pair[1].curve.tangent(0.0);
+        *speed = corner(before, after, axes, rules).min(pair[0].limits.speed).min(pair[1].limits.speed);
+    }
+    speeds
+}
+
+/// The greatest speed in a corner between two directions.
+fn corner(before: Place, after: Place, axes: &[Limits; 3], rules: &Rules) -> f64 {
+    let change: Place = core::array::from_fn(|axis| after[axis] - before[axis]);
+    let size = libm::sqrt(change.iter().map(|part| part * part).sum());
+    // Directions that differ by less than rounding are one.
+    if size < 1e-12 {
+        return f64::INFINITY;
+    }
+    let half_sine = (0.5 * size).min(1.0);
+    let cosine = libm::sqrt((1.0 - half_sine) * (1.0 + half_sine));
+    let radius_mm = rules.deviation_mm * cosine * (1.0 + cosine) / (half_sine * half_sine);
+    let (mut pull, mut by_jump) = (f64::INFINITY, f64::INFINITY);
+    for (part, axis) in change.iter().map(|part| part.abs()).zip(axes).filter(|(part, _)| *part > 0.0) {
+        pull = pull.min(axis.acceleration * size / part);
+        by_jump = by_jump.min(axis.acceleration * rules.corner_s / part);
+    }
+    libm::sqrt(pull * radius_mm).min(by_jump)
+}
+
+/// The greatest speed at the other end of a piece that has `speed` at one end.
+fn reached(speed: f64, piece: &Limited) -> f64 {
+    let Limits { speed: most, acceleration: a, jerk: j } = piece.limits;
+    let length = piece.curve.length_mm();
+    if speed >= most {
+        return speed;
+    }
+    let full = a * a / j;
+    let rise = if (speed + 0.5 * full) * 2.0 * (a / j) <= length {
+        let half = speed + 0.5 * full;
+        let room = 2.0 * a * length - 2.0 * speed * full;
+        room / (half + libm::sqrt(half * half + room))
+    } else {
+        rise_by_jerk(speed, length * libm::sqrt(j))
+    };
+    // A hair less, so that rounding never makes the piece too short.
+    (speed + rise * (1.0 - 1e-12)).min(most)
+}
+
+/// Δ from x³ + 2·speed·x = y for x = √Δ. The left side rises and bends up, so Newton's steps fall onto the root from
+/// where one of its two parts alone would do.
+fn rise_by_jerk(speed: f64, y: f64) -> f64 {
+    let mut x = libm::cbrt(y);
+    if speed > 0.0 {
+        x = x.min(0.5 * y / speed);
+    }
+    for _ in 0..12 {
+        let next = x - (x * x * x + 2.0 * speed * x - y) / (3.0 * x * x + 2.0 * speed);
+        if next >= x {
+            break;
+        }
+        x = next;
+    }
+    x * x
+}
+
+/// Rise, steady run and fall of a piece between the speeds of its ends; those of no length are left out.
+fn spans(from: f64, to: f64, piece: &Limited) -> Vec<Span> {
+    let (limits, length) = (piece.limits, piece.curve.length_mm());
+    let change = |from, to| Span::change(Shape::SCurve, from, to, limits);
+    let needed = |top| change(from, top).length_mm + change(top, to).length_mm;
+    let mut top = limits.speed.max(from).max(to);
+    if needed(top) > length {
+        let mut high = top;
+        top = from.max(to);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (top + high);
+            if needed(middle) <= length {
+                top = middle;
+            } else {
+                high = middle;
+            }
+        }
+    }
+    let (rise, fall) = (change(from, top), change(top, to));
+    let steady_mm = length - rise.length_mm - fall.length_mm;
+    let steady = if steady_mm > 0.0 { Span::steady(top, steady_mm) } else { Span::default() };
+    let mut spans: Vec<Span> = Vec::with_capacity(3);
+    for span in [rise, steady, fall].into_iter().filter(|span| span.duration_s > 0.0) {
+        let placed = spans.last().map_or(span, |before| span.after(before));
+        spans.push(placed);
+    }
+    spans
+}

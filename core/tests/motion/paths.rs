@@ -1,0 +1,327 @@
+//! The laws of paths of lines and arcs, tried on many random ones. Every failure prints its seed.
+
+use crate::programs::Chance;
+use annulus_core::motion::path::{Chain, Path, Piece, Place, Rules, To, laws, plan, sweeps};
+use annulus_core::motion::profile::{self, Limits, Shape};
+use core::f64::consts::{PI, TAU};
+
+const RULES: Rules = Rules { share: 0.8, deviation_mm: 0.01, corner_s: 0.005 };
+
+fn axes(speed: f64, acceleration: f64, jerk: f64) -> [Limits; 3] {
+    [Limits { speed, acceleration, jerk }; 3]
+}
+
+fn random_axes(chance: &mut Chance) -> [Limits; 3] {
+    core::array::from_fn(|_| Limits {
+        speed: chance.scale(5.0, 500.0),
+        acceleration: chance.scale(50.0, 2e4),
+        jerk: chance.scale(1e3, 1e6),
+    })
+}
+
+/// Coordinates as files have them: whole nanometres.
+fn rounded(mm: f64) -> f64 {
+    libm::round(mm * 1e6) * 1e-6
+}
+
+fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
+    let feed = if chance.next().is_multiple_of(4) { f64::INFINITY } else { chance.scale(0.5, 200.0) };
+    let length = if chance.next().is_multiple_of(5) { 0.001 } else { chance.scale(0.001, 30.0) };
+    *way += match chance.next() % 6 {
+        0 => PI,
+        1 | 2 => 0.0,
+        3 => chance.between(-0.1, 0.1),
+        _ => chance.between(-PI, PI),
+    };
+    let beyond = [at[0] + length * libm::cos(*way), at[1] + length * libm::sin(*way)];
+    let to = match chance.next() % 8 {
+        0 => To::Line(at),
+        1 => To::Line([rounded(beyond[0]), rounded(beyond[1]), rounded(at[2] + chance.between(-2.0, 2.0))]),
+        2 => To::Line([at[0], at[1], rounded(at[2] + chance.between(-2.0, 2.0))]),
+        3 => To::Arc { to: [at[0], at[1]], center: beyond, ccw: chance.next().is_multiple_of(2) },
+        4 | 5 => {
+            let ccw = chance.next().is_multiple_of(2);
+            let side = if ccw { 0.5 * PI } else { -0.5 * PI };
+            let center = [at[0] + length * libm::cos(*way + side), at[1] + length * libm::sin(*way + side)];
+            let turn = if ccw { 1.0 } else { -1.0 } * chance.scale(1e-3, TAU);
+            let angle = *way - side + turn;
+            *way += turn;
+            let to = [center[0] + length * libm::cos(angle), center[1] + length * libm::sin(angle)];
+            To::Arc { to: to.map(rounded), center: center.map(rounded), ccw }
+        }
+        _ => To::Line([rounded(beyond[0]), rounded(beyond[1]), at[2]]),
+    };
+    Piece { to, feed_mm_per_s: feed }
+}
+
+fn end_of(piece: &Piece, at: Place) -> Place {
+    match piece.to {
+        To::Line(to) => to,
+        To::Arc { to, .. } => [to[0], to[1], at[2]],
+    }
+}
+
+fn random_chain(chance: &mut Chance, most: u64) -> Chain {
+    let mut chain = Chain { start: [rounded(chance.between(-10.0, 10.0)), 0.0, 2.0], pieces: Vec::new() };
+    let (mut at, mut way) = (chain.start, 0.0);
+    for _ in 0..1 + chance.next() % most {
+        let piece = random_piece(chance, at, &mut way);
+        at = end_of(&piece, at);
+        chain.pieces.push(piece);
+    }
+    chain
+}
+
+fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules, seed: u64) {
+    laws(path, axes, rules.share).unwrap_or_else(|remark| panic!("seed {seed}: {remark:?}"));
+    let total = path.duration_s();
+    let end = chain.pieces.iter().fold(chain.start, |at, piece| end_of(piece, at));
+    let nearly = |a: Place, b: Place| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9);
+    assert!(nearly(path.end(), end), "seed {seed}: ends at {:?} instead of {end:?}", path.end());
+    assert!(path.at(total) == path.end() && path.at(0.0) == chain.start, "seed {seed}");
+    assert!(path.speed(0.0) == 0.0 && path.speed(total) == 0.0, "seed {seed}");
+    let mut before = 0.0;
+    for part in 0..=40 {
+        let t = total * f64::from(part) / 40.0;
+        let s = path.position_mm(t);
+        assert!(s >= before - 1e-9, "seed {seed}: goes back at {t}");
+        before = s;
+        let back = path.position_mm(path.time_at_length(s));
+        assert!((back - s).abs() <= 1e-9 * (1.0 + s), "seed {seed}: inverse at {t}: {back} instead of {s}");
+        let (v, a) = (path.velocity(t), path.acceleration(t));
+        for axis in 0..3 {
+            let own = axes[axis];
+            assert!(
+                v[axis].abs() <= own.speed * (1.0 + 1e-9),
+                "seed {seed}: axis {axis} goes {} at {t}",
+                v[axis]
+            );
+            let most = own.acceleration * rules.share * (1.0 + 1e-9);
+            assert!(a[axis].abs() <= most, "seed {seed}: axis {axis} pulls {} at {t}", a[axis]);
+        }
+    }
+}
+
+#[test]
+fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
+    let mut pieces = 0;
+    for seed in 0..60_000 {
+        let mut chance = Chance(seed);
+        let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
+        let rules = Rules {
+            share: chance.between(0.3, 1.0),
+            deviation_mm: chance.scale(1e-4, 1.0),
+            corner_s: chance.scale(1e-4, 0.05),
+        };
+        let path = plan(&chain, &axes, &rules).unwrap_or_else(|remark| panic!("seed {seed}: {remark:?}"));
+        keeps_its_laws(&path, &chain, &axes, &rules, seed);
+        pieces += path.pieces.len();
+    }
+    assert!(pieces > 200_000, "only {pieces} pieces");
+}
+
+/// Speeds of the axes are the slopes of their places, accelerations those of the speeds, wherever both sides of a moment
+/// are in one span.
+#[test]
+fn places_speeds_and_accelerations_of_a_path_belong_together() {
+    let mut tried = 0;
+    for seed in 0..20_000 {
+        let mut chance = Chance(seed);
+        let (chain, axes) = (random_chain(&mut chance, 6), random_axes(&mut chance));
+        let path = plan(&chain, &axes, &RULES).unwrap();
+        let Some(planned) = path.pieces.get(chance.next() as usize % path.pieces.len().max(1)) else {
+            continue;
+        };
+        let span = planned.spans[chance.next() as usize % planned.spans.len()];
+        let h = 1e-4 * span.duration_s;
+        let t = planned.start_s + span.start_s + span.duration_s * chance.between(0.05, 0.95);
+        if h < 1e-9 * path.duration_s() {
+            continue;
+        }
+        tried += 1;
+        let (before, after) = (path.at(t - h), path.at(t + h));
+        let (v_before, v_after) = (path.velocity(t - h), path.velocity(t + h));
+        for axis in 0..3 {
+            let (v, a) = (path.velocity(t)[axis], path.acceleration(t)[axis]);
+            let slope = (after[axis] - before[axis]) / (2.0 * h);
+            let room = 1e-4 * axes[axis].speed + 1e-14 / h;
+            assert!((v - slope).abs() <= room, "seed {seed}: axis {axis} goes {v}, its slope {slope}");
+            let slope = (v_after[axis] - v_before[axis]) / (2.0 * h);
+            let room = 0.02 * axes[axis].acceleration + 1e-12 * path.speed(t) / h;
+            assert!((a - slope).abs() <= room, "seed {seed}: axis {axis} pulls {a}, its slope {slope}");
+        }
+    }
+    assert!(tried > 10_000, "only {tried} moments");
+}
+
+#[test]
+fn steps_of_a_path_are_made_half_way_and_end_where_it_ends() {
+    let mut steps = 0;
+    for seed in 0..6_000 {
+        let mut chance = Chance(seed);
+        let (chain, axes) = (random_chain(&mut chance, 8), random_axes(&mut chance));
+        let path = plan(&chain, &axes, &RULES).unwrap();
+        let mm = chance.scale(0.002, 0.2);
+        let turn_s = chance.scale(1e-6, 1e-3);
+        for axis in 0..3 {
+            let at_step = |mm_at: f64| libm::floor(mm_at / mm + 0.5) as i64;
+            let (mut at, mut last, mut forward) = (at_step(chain.start[axis]), 0.0, None);
+            for sweep in sweeps(&path, axis, mm, turn_s) {
+                assert!(sweep.count > 0 && sweep.from_step == at, "seed {seed}: {sweep:?} begins elsewhere");
+                assert_ne!(forward, Some(sweep.forward), "seed {seed}: two sweeps one way");
+                for step in 1..=sweep.count {
+                    let t = sweep.time_s(&path, step);
+                    let least = if step == 1 && forward.is_some() { last + turn_s } else { last };
+                    assert!(t >= least - 1e-9, "seed {seed}: step {step} of {sweep:?} at {t} after {last}");
+                    let half = at as f64 + if sweep.forward { 0.5 } else { -0.5 };
+                    let place = path.at(t)[axis];
+                    assert!(
+                        (place - half * mm).abs() <= 1e-7,
+                        "seed {seed}: {place} instead of {}",
+                        half * mm
+                    );
+                    at += if sweep.forward { 1 } else { -1 };
+                    last = t;
+                    steps += 1;
+                }
+                forward = Some(sweep.forward);
+            }
+            // Where a last turn was left out, the axis may stand a step aside of a place near the line between two.
+            let off = path.end()[axis] / mm - at as f64;
+            assert!(off.abs() <= 0.5 + 1e-6, "seed {seed}: axis {axis} ends {off} steps off");
+        }
+    }
+    assert!(steps > 1_000_000, "only {steps} steps");
+}
+
+fn line(x: f64, y: f64) -> Piece {
+    Piece { to: To::Line([x, y, 0.0]), feed_mm_per_s: 20.0 }
+}
+
+fn planned(pieces: Vec<Piece>, axes: &[Limits; 3]) -> Path {
+    let path = plan(&Chain { start: [0.0; 3], pieces }, axes, &RULES).unwrap();
+    laws(&path, axes, RULES.share).unwrap();
+    path
+}
+
+#[test]
+fn one_piece_alone_is_the_profile_from_rest_to_rest() {
+    let axes = axes(50.0, 1000.0, 5e4);
+    for length in [1e-3, 0.1, 3.0, 80.0] {
+        let path = planned(vec![line(length, 0.0)], &axes);
+        let limits = Limits { speed: 20.0, acceleration: 800.0, jerk: 5e4 };
+        let expected = profile::plan(Shape::SCurve, length, limits).unwrap().duration_s();
+        assert!((path.duration_s() - expected).abs() <= 1e-9 * expected, "{length} mm");
+    }
+}
+
+#[test]
+fn corners_slow_down_as_much_as_they_turn() {
+    let axes = axes(50.0, 1000.0, 5e4);
+    let corner = |angle: f64| {
+        let beyond = [20.0 + 20.0 * libm::cos(angle), 20.0 * libm::sin(angle)];
+        let path = planned(vec![line(20.0, 0.0), line(beyond[0], beyond[1])], &axes);
+        path.speed(path.pieces[1].start_s)
+    };
+    assert_eq!(corner(0.0), 20.0, "straight on is no corner");
+    assert!(corner(PI) < 1e-6, "back is a stop");
+    let speeds: Vec<f64> = (0..=18).map(|part| corner(PI * f64::from(part) / 18.0)).collect();
+    assert!(speeds.is_sorted_by(|a, b| a >= b), "{speeds:?}");
+    // A right angle: no axis changes its speed by more than 800 mm/s² do in 5 ms …
+    assert!((corner(0.5 * PI) - 4.0).abs() <= 1e-9, "{}", corner(0.5 * PI));
+    // … and with more time than that, R = d·(1 + √2) and the pull of both axes together, 800·√2.
+    let chain = Chain { start: [0.0; 3], pieces: vec![line(20.0, 0.0), line(20.0, 20.0)] };
+    let path = plan(&chain, &axes, &Rules { corner_s: 1.0, ..RULES }).unwrap();
+    let right = libm::sqrt(800.0 * libm::sqrt(2.0) * 0.01 * (1.0 + libm::sqrt(2.0)));
+    let found = path.speed(path.pieces[1].start_s);
+    assert!((found - right).abs() <= 1e-9, "{found} instead of {right}");
+}
+
+#[test]
+fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
+    let axes = axes(50.0, 1000.0, 5e4);
+    let circle =
+        |feed| Piece { to: To::Arc { to: [0.0; 2], center: [3.0, 0.0], ccw: true }, feed_mm_per_s: feed };
+    let path = planned(vec![circle(f64::INFINITY)], &axes);
+    assert!((path.length_mm() - 6.0 * PI).abs() < 1e-9);
+    let half = path.at(path.time_at_length(3.0 * PI));
+    assert!((half[0] - 6.0).abs() < 1e-9 && half[1].abs() < 1e-9, "{half:?}");
+    assert_eq!(path.at(path.duration_s()), [0.0; 3]);
+    // Only so fast that 0.8 of 0.8 of the acceleration pull to the centre.
+    let fastest =
+        (0..1000).map(|part| path.speed(path.duration_s() * f64::from(part) / 1000.0)).fold(0.0, f64::max);
+    assert!((fastest - libm::sqrt(0.64 * 1000.0 * 3.0)).abs() < 1e-9, "{fastest}");
+    let there_and_back = planned(vec![line(5.0, 0.0), line(0.0, 0.0)], &axes);
+    let one_way = planned(vec![line(5.0, 0.0)], &axes);
+    assert!((there_and_back.duration_s() - 2.0 * one_way.duration_s()).abs() < 1e-9);
+    let nothing = planned(vec![line(0.0, 0.0), line(0.0, 0.0)], &axes);
+    assert!(
+        nothing.duration_s() == 0.0
+            && nothing.at(1.0) == [0.0; 3]
+            && sweeps(&nothing, 0, 0.01, 0.0).is_empty()
+    );
+    assert_eq!(planned(Vec::new(), &axes).duration_s(), 0.0);
+    let dust = planned((1..=1000).map(|step| line(f64::from(step) * 1e-3, 0.0)).collect(), &axes);
+    assert!((dust.length_mm() - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_square_with_lookahead_is_faster_than_with_stops_and_slower_than_without_corners() {
+    let axes = axes(50.0, 1000.0, 5e4);
+    let square = [(10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0)];
+    let path = planned(square.map(|(x, y)| line(x, y)).to_vec(), &axes);
+    let side = planned(vec![line(10.0, 0.0)], &axes).duration_s();
+    let straight = planned(vec![line(40.0, 0.0)], &axes).duration_s();
+    assert!(path.duration_s() < 4.0 * side && path.duration_s() > straight, "{}", path.duration_s());
+}
+
+#[test]
+fn broken_chains_are_refused_with_the_piece() {
+    let good = axes(50.0, 1000.0, 5e4);
+    let refused = |piece: Piece| {
+        let chain = Chain { start: [0.0; 3], pieces: vec![line(1.0, 0.0), piece] };
+        let remark = plan(&chain, &good, &RULES).unwrap_err();
+        assert!(remark.args.contains(&("piece".to_owned(), "2".to_owned())), "{remark:?}");
+        for text in [remark.message("en"), remark.advice("en")] {
+            assert!(!text.contains('{') && !text.contains("motion."), "{text}");
+        }
+        remark.code
+    };
+    let arc = |to, center| Piece { to: To::Arc { to, center, ccw: true }, feed_mm_per_s: 10.0 };
+    assert_eq!(refused(line(f64::NAN, 0.0)), "motion.bad_place");
+    assert_eq!(refused(line(1e12, 0.0)), "motion.bad_place");
+    assert_eq!(refused(arc([2.0, 0.0], [f64::INFINITY, 0.0])), "motion.bad_place");
+    assert_eq!(refused(arc([2.0, 0.0], [1.2, 0.0])), "motion.bad_arc");
+    assert_eq!(refused(arc([1.0, 0.0], [1.0, 0.0])), "motion.bad_arc");
+    for feed in [0.0, -1.0, f64::NAN] {
+        assert_eq!(refused(Piece { feed_mm_per_s: feed, ..line(2.0, 0.0) }), "motion.bad_path_feed");
+    }
+    let chain = Chain { start: [0.0; 3], pieces: vec![line(1.0, 0.0)] };
+    let code = |axes: &[Limits; 3], rules: Rules| plan(&chain, axes, &rules).unwrap_err().code;
+    assert_eq!(code(&axes(0.0, 1.0, 1.0), RULES), "motion.bad_speed");
+    for wrong in [-1.0, f64::NAN, 1e9] {
+        assert_eq!(code(&good, Rules { share: wrong, ..RULES }), "motion.bad_share");
+        assert_eq!(code(&good, Rules { deviation_mm: wrong, ..RULES }), "motion.bad_deviation");
+        assert_eq!(code(&good, Rules { corner_s: wrong, ..RULES }), "motion.bad_corner_time");
+    }
+}
+
+#[test]
+fn a_path_that_was_tampered_with_breaks_the_laws() {
+    let axes = axes(50.0, 1000.0, 5e4);
+    let good = planned(vec![line(10.0, 0.0), line(10.0, 10.0)], &axes);
+    let mut path = good.clone();
+    path.start[0] = 1.0;
+    assert_eq!(laws(&path, &axes, RULES.share).unwrap_err().code, "motion.path_broken");
+    let mut path = good.clone();
+    path.pieces.remove(1);
+    assert_eq!(laws(&path, &axes, RULES.share).unwrap_err().code, "motion.path_broken");
+    let mut path = good.clone();
+    path.pieces[0].spans[1].duration_s *= 1.5;
+    assert_eq!(laws(&path, &axes, RULES.share).unwrap_err().code, "motion.path_broken");
+    let slower = [Limits { speed: 10.0, ..axes[0] }; 3];
+    assert_eq!(laws(&good, &slower, RULES.share).unwrap_err().code, "motion.path_over_limit");
+    assert_eq!(laws(&good, &axes, 0.5 * RULES.share).unwrap_err().code, "motion.path_over_limit");
+    let bytes = postcard::to_allocvec(&good).unwrap();
+    assert_eq!(postcard::from_bytes::<Path>(&bytes).unwrap(), good);
+}
