@@ -22,6 +22,24 @@ use std::path::{Path, PathBuf};
 const TABLE: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("journal");
 const STOPS: TableDefinition<'_, u32, &[u8]> = TableDefinition::new("stops");
 
+/// What the steps of X and Y were counted by: a work zero means a place only as long as this is the same.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Ruler {
+    /// Scale of X and Y: millionths of a step, per this many nanometres.
+    pub(crate) scale: [(i64, i64); 2],
+    /// The first step of X and Y at which the home sensor is on.
+    pub(crate) home_edge: [i64; 2],
+}
+
+/// A work zero, and what its steps were counted by.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct WorkZero {
+    /// Machine steps of X and Y.
+    pub(crate) steps: [i64; 2],
+    /// By this.
+    pub(crate) ruler: Ruler,
+}
+
 /// A job that was started.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct JobRecord {
@@ -33,6 +51,9 @@ pub(crate) struct JobRecord {
     pub(crate) fingerprint: String,
     /// Work zero, machine steps.
     pub(crate) zero: [i64; 2],
+    /// What they were counted by; not known of a job that an older bridge began.
+    #[serde(default)]
+    pub(crate) ruler: Option<Ruler>,
     /// Digest of its stream.
     pub(crate) stream_digest: String,
     /// Holes in all.
@@ -55,8 +76,8 @@ pub(crate) struct Progress {
 pub(crate) struct Contents {
     /// The job that did not come to its end.
     pub(crate) job: Option<(JobRecord, Progress)>,
-    /// Work zero in force, machine steps.
-    pub(crate) zero: Option<[i64; 2]>,
+    /// Work zero in force.
+    pub(crate) zero: Option<WorkZero>,
 }
 
 /// An open journal.
@@ -180,7 +201,7 @@ impl Journal {
             Err(error) => return Err(text(&error)),
         };
         let get = |key| table.get(key).map_err(|error| text(&error));
-        let zero = get("zero")?.map(|value| unsealed(value.value())).transpose()?;
+        let zero = get("work_zero")?.map(|value| unsealed(value.value())).transpose()?;
         let job = get("job")?.map(|value| unsealed::<JobRecord>(value.value())).transpose()?;
         let progress = get("progress")?.map(|value| unsealed::<Progress>(value.value())).transpose()?;
         let job = job.map(|job| progress.map(|progress| (job, progress)).ok_or("the progress is missing"));
@@ -239,8 +260,8 @@ impl Journal {
     }
 
     /// The work zero in force.
-    pub(crate) fn keep_zero(&self, zero: Option<[i64; 2]>) -> Result<(), Remark> {
-        self.write(&[("zero", zero.map(|zero| sealed(&zero)))], None, false).map_err(full)
+    pub(crate) fn keep_zero(&self, zero: Option<&WorkZero>) -> Result<(), Remark> {
+        self.write(&[("work_zero", zero.map(sealed))], None, false).map_err(full)
     }
 
     /// The program of the interrupted job.

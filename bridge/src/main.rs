@@ -11,6 +11,7 @@ mod files;
 mod job;
 mod journal;
 mod machine_file;
+mod outputs;
 mod server;
 
 use std::process::ExitCode;

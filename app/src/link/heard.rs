@@ -41,6 +41,7 @@ pub(super) fn heard(tell: Tell) {
         Tell::Interrupted { job, name, next_leg, holes_done, holes_total } => {
             line.interrupted.set(Some(Interrupted { job, name, next_leg, holes_done, holes_total }));
         }
+        Tell::Timing(timing) => line.timing.set(Some(Arc::new(*timing))),
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
         Tell::Refused { why } => line.refused.set(Some(why)),

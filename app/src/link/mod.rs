@@ -19,7 +19,7 @@ pub use jobs::{fetch, upload};
 pub use socket::{ask, reconnect_now};
 pub use stop::stop;
 
-use annulus_core::control::{Ending, State};
+use annulus_core::control::{Ending, State, Timing};
 use annulus_core::machine::Value;
 use annulus_core::remark::Remark;
 use annulus_core::wire::{PreflightRow, Status};
@@ -112,6 +112,8 @@ pub struct Link {
     pub interrupted: RwSignal<Option<Interrupted>>,
     /// How the last one ended.
     pub ended: RwSignal<Option<Ended>>,
+    /// What the bridge's clock is worth; none where the drill is virtual.
+    pub timing: RwSignal<Option<Arc<Timing>>>,
     /// Why the last wish was refused.
     pub refused: RwSignal<Option<Remark>>,
     /// There and back, ms.
@@ -142,6 +144,7 @@ pub fn begin() {
         armed: RwSignal::new(None),
         interrupted: RwSignal::new(None),
         ended: RwSignal::new(None),
+        timing: RwSignal::new(None),
         refused: RwSignal::new(None),
         delay_ms: RwSignal::new(None),
         stop_unconfirmed: RwSignal::new(false),

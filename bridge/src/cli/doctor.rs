@@ -3,23 +3,27 @@
 //! Comes in: the surroundings. Goes out: one row a check, `good`, `note` or `bad`. Changes nothing.
 
 use super::{Answer, Exit, Refusal, serve};
+use crate::executor::{clock, realtime};
 use crate::server::runtime;
 use crate::{browser, drill, journal, machine_file};
+use annulus_core::control::Lateness;
+use annulus_core::control::lateness::{EDGES_US, safe_rate};
 use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use std::thread;
-use std::time::{Duration, Instant};
 
-/// How long timing is measured.
-const MEASURED: Duration = Duration::from_secs(1);
-/// Time between two wake-ups that are asked for.
-const BEAT: Duration = Duration::from_millis(1);
+/// Longest bar of the histogram, in characters.
+const WIDEST: u32 = 40;
 
 /// Arguments of `annulus doctor`.
 #[derive(Debug, Default, clap::Args)]
-pub(crate) struct DoctorArgs {}
+pub(crate) struct DoctorArgs {
+    /// Show how late this computer is with pulses, bar by bar.
+    #[arg(long)]
+    timing: bool,
+}
 
 /// What one check found.
 struct Check {
@@ -29,22 +33,26 @@ struct Check {
 }
 
 /// Runs the command.
-pub(crate) fn run(_: &DoctorArgs) -> Result<Answer, Refusal> {
+pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
     let note = runtime::running(&runtime::folder());
     let running = note.as_ref().map(|note| note.port);
+    let (lateness, no_realtime) = measured();
     let mut checks = vec![
         folder("data_folder", &machine_file::data_folder()),
         folder("runtime_folder", &runtime::folder()),
         port(running),
         check_journal(running.is_some()),
-        timing(),
+        timing(&lateness, no_realtime),
     ];
     checks.push(match browser::opener() {
         Some(path) => good("browser", "doctor.browser").with("path", path.display()),
         None => Check::new("browser", Weight::Note, "doctor.no_browser"),
     });
     let bad = checks.iter().any(|check| check.finding.weight == Weight::Loss);
-    let text = checks.iter().map(Check::line).collect();
+    let mut text: String = checks.iter().map(Check::line).collect();
+    if args.timing {
+        text += &histogram(&lateness);
+    }
     let rows: Vec<Value> = checks.iter().map(Check::object).collect();
     let exit = if bad { Exit::Content } else { Exit::Done };
     Ok(Answer { object: json!({ "checks": rows }), text, exit })
@@ -122,21 +130,43 @@ fn check_journal(running: bool) -> Check {
     }
 }
 
-/// How late this computer wakes a program that asked for a time.
-fn timing() -> Check {
-    let begin = Instant::now();
-    let mut late_us = Vec::new();
-    let mut due = begin + BEAT;
-    while due < begin + MEASURED {
-        thread::sleep(due.saturating_duration_since(Instant::now()));
-        late_us.push(due.elapsed().as_secs_f64() * 1e6);
-        due += BEAT;
+/// How late this computer is with a pulse, measured as the executor does it, and why it is not in the real-time class.
+fn measured() -> (Lateness, Option<String>) {
+    let measure = || {
+        let refused = realtime::ask_for_class();
+        (clock::measure(&mut clock::StepClock::new(), clock::MEASURED), refused)
+    };
+    // In a thread of its own: the class is the thread's.
+    thread::spawn(measure).join().unwrap_or_default()
+}
+
+fn timing(late: &Lateness, no_realtime: Option<String>) -> Check {
+    let (half, most, worst) = (late.p50_us.round(), late.p99_us.round(), late.worst_us.round());
+    let safe_hz = safe_rate(late, 0.0);
+    let code = if no_realtime.is_none() { "doctor.timing" } else { "doctor.timing_unfavoured" };
+    let mut check = Check::new("timing", Weight::Note, code)
+        .with("p50", half)
+        .with("p99", most)
+        .with("max", worst)
+        .with("safe", safe_hz.floor());
+    if let Some(why) = &no_realtime {
+        check = check.with("reason", why);
     }
-    late_us.sort_by(f64::total_cmp);
-    let at =
-        |part: f64| late_us.get(((late_us.len() as f64 - 1.0) * part) as usize).copied().unwrap_or_default();
-    let (half, most, worst) = (at(0.5).round(), at(0.99).round(), at(1.0).round());
-    let mut check = good("timing", "doctor.timing").with("p50", half).with("p99", most).with("max", worst);
-    check.numbers = json!({ "beats": late_us.len(), "p50_us": half, "p99_us": most, "max_us": worst });
+    check.numbers = json!({ "beats": late.beats, "p50_us": half, "p99_us": most, "max_us": worst,
+        "p9999_us": late.p9999_us, "safe_hz": safe_hz, "no_realtime": no_realtime,
+        "edges_us": EDGES_US, "bars": late.bars });
     check
+}
+
+/// The histogram, a line a bar.
+fn histogram(late: &Lateness) -> String {
+    let tallest = late.bars.iter().max().copied().unwrap_or(0).max(1);
+    let last = late.bars.iter().rposition(|count| *count > 0).unwrap_or(0);
+    let line = |(index, count): (usize, &u32)| {
+        let edge = EDGES_US.get(index).map_or_else(|| "later".to_owned(), |edge| format!("{edge} µs"));
+        // Even one beat has a mark: it is the rare ones that count.
+        let width = (u64::from(*count) * u64::from(WIDEST)).div_ceil(u64::from(tallest)) as usize;
+        format!("{edge:>10} {count:>6} {}", "#".repeat(width)).trim_end().to_owned() + "\n"
+    };
+    late.bars.iter().take(last + 1).enumerate().map(line).collect()
 }

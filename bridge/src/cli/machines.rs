@@ -43,6 +43,7 @@ fn row(name: &str, file: Option<&str>, machine: &Machine) -> Value {
     let output = match machine.output {
         Output::Virtual => "virtual",
         Output::Card => "card",
+        Output::Parallel => "parallel",
     };
     json!({
         "name": name,

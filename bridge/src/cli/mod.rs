@@ -4,6 +4,7 @@
 //! refusal. Does not know what the commands do.
 
 mod doctor;
+mod executor;
 mod export;
 mod inspect;
 mod link;
@@ -16,6 +17,7 @@ mod signals;
 mod simulate;
 
 pub(crate) use refusal::{Exit, Refusal};
+pub(crate) use signals::Signals;
 
 use annulus_core::remark::{Remark, Weight};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -57,6 +59,9 @@ pub(crate) enum Command {
     Machines(machines::MachinesArgs),
     /// Check this computer: folders, ports, timing.
     Doctor(doctor::DoctorArgs),
+    /// Pulses for the bridge, which starts it.
+    #[command(hide = true)]
+    Executor,
 }
 
 /// How a job is read: shared by every command that takes one.
@@ -269,6 +274,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Link(args)) => link::run(&args),
         Some(Command::Machines(args)) => machines::run(&args),
         Some(Command::Doctor(args)) => doctor::run(&args),
+        Some(Command::Executor) => executor::run(),
         None => serve::run(&serve::ServeArgs::default(), json),
     }
 }

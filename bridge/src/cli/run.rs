@@ -8,6 +8,7 @@ use super::{Answer, Exit, Refusal};
 use crate::drill::{Drill, RECORD};
 use crate::{job, machine_file};
 use annulus_core::control::{Ending, State};
+use annulus_core::machine::Output;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -32,6 +33,9 @@ pub(crate) struct RunArgs {
 /// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let known = machine_file::named(&args.job.machine)?;
+    if known.machine.output != Output::Virtual {
+        return Err(Refusal::usage(remark("run.needs_page")));
+    }
     let job = job::open_for_machine(&args.job)?;
     for remark in &job.remarks {
         super::say(remark.message("en"));

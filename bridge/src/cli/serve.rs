@@ -9,6 +9,7 @@ use crate::drill::Drill;
 use crate::server::runtime::{self, Claim};
 use crate::server::{self, Bridge};
 use crate::{browser, machine_file};
+use annulus_core::control::Timing;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::Scope;
 use serde_json::{Value, json};
@@ -46,6 +47,10 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     runtime::make_folder(&folder)?;
     let drill = Drill::open(&folder, known.machine, args.speed.unwrap_or(1.0))?;
     drill.keep_settings_in(known.path);
+    let timing = drill.timing().cloned();
+    if let Some(timing) = &timing {
+        tracing::info!("{}", timing_line(timing));
+    }
     let bridge = Bridge::new(drill, port).map_err(Refusal::surroundings)?;
     claim.say(&bridge.note())?;
     let url = bridge.address(Scope::Configure).map_err(Refusal::surroundings)?;
@@ -55,7 +60,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
         let mut signals = Signals::new()?;
         let listeners =
             listeners.into_iter().map(tokio::net::TcpListener::from_std).collect::<io::Result<Vec<_>>>()?;
-        announce(&url, port, json);
+        announce(&url, port, timing.as_ref(), json);
         if !args.no_open && !browser::open(&url) {
             tracing::info!("no browser to open: copy the address");
         }
@@ -72,11 +77,39 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
 }
 
 /// The one line that scripts and people wait for. Nobody has to be reading it.
-fn announce(url: &str, port: u16, json: bool) {
-    let line =
-        if json { json!({ "ok": true, "url": url, "port": port }).to_string() } else { url.to_owned() };
+fn announce(url: &str, port: u16, timing: Option<&Timing>, json: bool) {
+    let line = if json {
+        let mut object = json!({ "ok": true, "url": url, "port": port });
+        if let Some(timing) = timing {
+            object["timing"] = json!(timing);
+        }
+        object.to_string()
+    } else {
+        url.to_owned()
+    };
     let mut out = io::stdout().lock();
     let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}
+
+/// What was found out about the clock, in a line.
+fn timing_line(timing: &Timing) -> String {
+    let late = &timing.lateness;
+    let found = Remark::new(Weight::Note, "output.timing")
+        .with("beats", late.beats)
+        .with("p50", late.p50_us.round())
+        .with("p9999", late.p9999_us.round())
+        .with("max", late.worst_us.round())
+        .with("safe", timing.safe_hz.floor());
+    let mut line = found.message("en");
+    let refused = [
+        timing.no_realtime.as_ref().map(|why| ("output.no_realtime", why)),
+        timing.not_locked.as_ref().map(|why| ("output.not_locked", why)),
+    ];
+    for (code, why) in refused.into_iter().flatten() {
+        let why = Remark::new(Weight::Doubt, code).with("reason", why);
+        line += &format!(" {} {}", why.message("en"), why.advice("en"));
+    }
+    line
 }
 
 fn log() {

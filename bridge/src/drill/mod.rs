@@ -1,7 +1,7 @@
 //! The drill: one owner of machine, job, journal and pins. Everything that can move goes through here.
 //!
 //! ```text
-//! server, `run` ── ask ──▶ owner thread ── tasks ──▶ executor thread ── steps ──▶ pins (virtual drill)
+//! server, `run` ── ask ──▶ owner thread ── tasks ──▶ executor ── steps ──▶ pins (virtual drill, or card)
 //!       ▲                  │  ▲   control: (session, event) → (session, actions)     │
 //!       └──── watch ───────┘  └── report: done, gated, stopped, alarm ◀──────────────┘
 //!                          └── legs begun and done ──▶ journal thread ── durable ──▶ lets the next stroke start
@@ -9,6 +9,7 @@
 //!
 //! Comes in: asks and uploaded programs. Goes out: tells. Does not know sockets, sessions or leases.
 
+mod hands;
 mod moves;
 mod owner;
 mod prepare;
@@ -20,6 +21,7 @@ mod tests;
 
 use crate::cli::Refusal;
 use crate::journal::{self, Contents, Journal};
+use annulus_core::control::Timing;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::twin::{DrilledBoard, Faults};
@@ -49,6 +51,7 @@ pub(crate) struct Drill {
     messages: Sender<Message>,
     tells: broadcast::Sender<Tell>,
     owner: Arc<Mutex<Option<JoinHandle<()>>>>,
+    timing: Option<Timing>,
 }
 
 impl Drill {
@@ -69,8 +72,8 @@ impl Drill {
             let why = Remark::new(Weight::Loss, "control.speed_range").with("speed", speed);
             return Err(Refusal::usage(why));
         }
-        if machine.output != Output::Virtual {
-            return Err(Refusal::content(Remark::new(Weight::Loss, "machine.no_output")));
+        if machine.output != Output::Virtual && speed != 1.0 {
+            return Err(Refusal::usage(Remark::new(Weight::Loss, "control.speed_is_real")));
         }
         fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
         let (journal, contents, aside) =
@@ -78,7 +81,6 @@ impl Drill {
         let damaged =
             aside.map(|path| Remark::new(Weight::Loss, "journal.damaged").with("file", path.display()));
         Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
-            .map_err(|error| unwritable(folder, &error))
     }
 
     fn assemble(
@@ -87,8 +89,8 @@ impl Drill {
         speed: f64,
         faults: Faults,
         (journal, contents, alarm): (Journal, Contents, Option<Remark>),
-    ) -> std::io::Result<Self> {
-        let record = drilled_record(&folder.join(RECORD))?;
+    ) -> Result<Self, Refusal> {
+        let record = drilled_record(&folder.join(RECORD)).map_err(|error| unwritable(folder, &error))?;
         let (messages, inbox) = channel();
         let (tells, _) = broadcast::channel(BACKLOG);
         let owner = Owner::new(owner::Parts {
@@ -102,10 +104,20 @@ impl Drill {
             alarm,
             messages: messages.clone(),
             tells: tells.clone(),
-        })?;
-        let thread = thread::Builder::new().name("drill".to_owned()).spawn(move || owner.run(&inbox))?;
+        })
+        .map_err(Refusal::surroundings)?;
+        let timing = owner.timing.clone();
+        let thread = thread::Builder::new()
+            .name("drill".to_owned())
+            .spawn(move || owner.run(&inbox))
+            .map_err(|error| unwritable(folder, &error))?;
         let owner = Arc::new(Mutex::new(Some(thread)));
-        Ok(Self { folder: folder.to_owned(), messages, tells, owner })
+        Ok(Self { folder: folder.to_owned(), messages, tells, owner, timing })
+    }
+
+    /// What was found out about this computer's clock when the drill was opened; none where the drill is virtual.
+    pub(crate) fn timing(&self) -> Option<&Timing> {
+        self.timing.as_ref()
     }
 
     /// Changed settings go to this machine file from now on.

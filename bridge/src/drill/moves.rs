@@ -11,14 +11,14 @@ use super::owner::Owner;
 use super::prepare::Prepared;
 use super::recorder::Record;
 use crate::executor::{Ended, Report, Task};
-use crate::journal::Progress;
-use annulus_core::control::{Event, State, Trust};
+use crate::journal::{Progress, Ruler};
+use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::job::{Input, Mark, Otherwise};
-use annulus_core::machine::{HomeEnd, Machine, Steps, ToolChange};
+use annulus_core::machine::{HomeEnd, Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
-use annulus_core::units::Length;
+use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
@@ -103,11 +103,24 @@ fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
 }
 
 /// The first step of `axis` at which its home sensor is on.
-pub(super) fn home_edge(machine: &Machine, axis: usize) -> i64 {
+fn home_edge(machine: &Machine, axis: usize) -> i64 {
     let settings = machine.axis(axis);
     match settings.home {
         HomeEnd::Min => settings.scale.steps(settings.min) - 1,
         HomeEnd::Max => settings.scale.steps(settings.max) + 1,
+    }
+}
+
+/// What the steps of X and Y are counted by.
+pub(super) fn ruler(machine: &Machine) -> Ruler {
+    let scale = |axis: usize| machine.axis(axis).scale;
+    let per_nm = |axis: usize| match scale(axis).per {
+        ScaleUnit::Millimetre => NM_PER_MM,
+        ScaleUnit::Inch => NM_PER_INCH,
+    };
+    Ruler {
+        scale: [0, 1].map(|axis| (scale(axis).micro_steps, per_nm(axis))),
+        home_edge: [0, 1].map(|axis| home_edge(machine, axis)),
     }
 }
 
@@ -127,15 +140,31 @@ impl Owner {
     /// Gives the executor something to do.
     fn give(&mut self, doing: Doing, segments: Vec<Segment>) {
         self.task += 1;
+        if self.executor.is_gone() {
+            // Nobody will report: what was to be made safe is out of reach, and nothing else can begin.
+            let dead = Event::Failed(alarm("output.executor_gone"), Trust::Lost);
+            self.pending.push_back(if doing == Doing::Safe { Event::Safe } else { dead });
+            return;
+        }
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
         self.executor.give(Task { id: self.task, segments, needs_durable });
     }
 
+    /// `segments`, where this computer can step them in time.
+    fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Remark> {
+        let safe_hz = self.timing.as_ref().map(|timing| timing.safe_hz);
+        match safe_hz.and_then(|safe_hz| lateness::too_fast(&segments, safe_hz)) {
+            Some(why) => Err(why),
+            None => Ok(segments),
+        }
+    }
+
     pub(super) fn home(&mut self, counted: bool) -> Result<(), Remark> {
         let mut later = VecDeque::new();
         for (axis, timeline) in cycles::home(&self.machine)? {
-            later.extend(segments(&timeline, &self.machine).into_iter().map(|segment| (axis, segment)));
+            let segments = self.in_time(segments(&timeline, &self.machine))?;
+            later.extend(segments.into_iter().map(|segment| (axis, segment)));
         }
         self.next_homing(Homing { later, now: None, counted, off: Vec::new() });
         Ok(())
@@ -160,7 +189,7 @@ impl Owner {
     pub(super) fn jog(&mut self, axis: usize, steps: i64) -> Result<(), Remark> {
         let speed = self.machine.axis(axis).home_speed_mm_per_s;
         let timeline = cycles::jog(&self.machine, self.position, axis, steps, speed)?;
-        let segments = segments(&timeline, &self.machine);
+        let segments = self.in_time(segments(&timeline, &self.machine))?;
         self.give(Doing::Jog, segments);
         Ok(())
     }
@@ -193,7 +222,7 @@ impl Owner {
         let Some(work) = &self.work else { return Ok(()) };
         let to = work.job.start_of_leg(work.leg);
         let timeline = cycles::go_to(&self.machine, self.position, to)?;
-        let mut segments = segments(&timeline, &self.machine);
+        let mut segments = self.in_time(segments(&timeline, &self.machine))?;
         if !work.confirm_bit {
             segments.extend(self.spindle_up());
         }

@@ -3,17 +3,18 @@
 //! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
 //! what segments a move is made of.
 
-use super::moves::{Doing, Work, home_edge};
+use super::hands::Hands;
+use super::moves::{Doing, Work, ruler};
 use super::prepare::{Context, Prepared};
 use super::recorder::{Record, Recorder};
 use super::store;
 use crate::executor::{Executor, Report, Shared};
-use crate::journal::{Contents, JobRecord, Journal, Progress};
+use crate::journal::{Contents, JobRecord, Journal, Progress, WorkZero};
 use crate::machine_file;
-use annulus_core::control::{Action, Ending, Event, Session, State, Trust, step};
-use annulus_core::machine::{self, Machine, Output, Steps, Value};
+use annulus_core::control::{Action, Ending, Event, Session, State, Timing, Trust, step};
+use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{DrilledBoard, Faults, Twin};
+use annulus_core::twin::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Status, Tell};
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -29,11 +30,12 @@ const HEARTBEAT: Duration = Duration::from_millis(100);
 const LAST_REST: Duration = Duration::from_secs(5);
 
 /// Settings that the virtual drill is built from: when one changes, it is another drill and must be homed.
-const BUILT_FROM: [&str; 9] = [
+const BUILT_FROM: [&str; 10] = [
     "x.",
     "y.",
     "z.",
     "drive.",
+    "card.",
     "machine.output",
     "stroke.end",
     "stroke.surface",
@@ -48,6 +50,7 @@ pub(super) enum Message {
     Prepared(Box<Prepared>, Sender<Result<Vec<Tell>, Remark>>),
     Greeting(Sender<Vec<Tell>>),
     Report(Report),
+    ExecutorGone(Remark),
     CannotRecord(Remark),
     KeepSettingsIn(PathBuf),
     Shutdown,
@@ -72,8 +75,9 @@ pub(super) struct Owner {
     settings: PathBuf,
     pub(super) machine: Machine,
     pub(super) speed: f64,
-    faults: Faults,
-    record: Arc<Mutex<DrilledBoard>>,
+    hands: Hands,
+    /// What the clock is worth, where time is real.
+    pub(super) timing: Option<Timing>,
     pub(super) session: Session,
     pub(super) executor: Executor,
     pub(super) recorder: Recorder,
@@ -87,31 +91,13 @@ pub(super) struct Owner {
     pub(super) position: Steps,
     /// Events to come.
     pub(super) pending: VecDeque<Event>,
-    messages: Sender<Message>,
     pub(super) tells: broadcast::Sender<Tell>,
     pub(super) told: (Option<Status>, Instant),
 }
 
-fn executor(
-    machine: &Machine,
-    speed: f64,
-    faults: &Faults,
-    record: &Arc<Mutex<DrilledBoard>>,
-    messages: &Sender<Message>,
-    shared: Arc<Shared>,
-) -> std::io::Result<Executor> {
-    let record = Arc::clone(record);
-    let drilled: DrilledBoard = Box::new(move |hole| {
-        if let Ok(mut record) = record.lock() {
-            record(hole);
-        }
-    });
-    let seed = u64::from(std::process::id());
-    let twin = Twin::new(machine, seed, faults.clone(), drilled);
-    let messages = messages.clone();
-    Executor::start(machine, Box::new(twin), speed, shared, move |report| {
-        let _ = messages.send(Message::Report(report));
-    })
+/// The work zero of a job, where its steps still mean what they meant.
+fn zero_of(job: &JobRecord, machine: &Machine) -> Option<[i64; 2]> {
+    (job.ruler.as_ref() == Some(&ruler(machine))).then_some(job.zero)
 }
 
 fn remark(code: &str) -> Remark {
@@ -119,12 +105,13 @@ fn remark(code: &str) -> Remark {
 }
 
 impl Owner {
-    pub(super) fn new(parts: Parts) -> std::io::Result<Self> {
+    pub(super) fn new(parts: Parts) -> Result<Self, Remark> {
         let Parts { folder, machine, speed, faults, record, journal, contents, alarm, messages, tells } =
             parts;
         let record = Arc::new(Mutex::new(record));
         let shared = Arc::new(Shared::default());
-        let executor = executor(&machine, speed, &faults, &record, &messages, Arc::clone(&shared))?;
+        let hands = Hands { folder: folder.clone(), faults, record, messages: messages.clone() };
+        let (executor, timing) = hands.executor(&machine, speed, None, Arc::clone(&shared))?;
         let interrupted = contents.job;
         if let Some((job, _)) =
             interrupted.as_ref().filter(|(job, _)| store::load(&folder, &job.key).is_none())
@@ -132,19 +119,22 @@ impl Owner {
         {
             let _ = store::keep(&folder, &job.key, &program);
         }
-        let recorder = Recorder::start(journal, shared, messages.clone())?;
+        let recorder = Recorder::start(journal, shared, messages)
+            .map_err(|error| remark("control.no_thread").with("reason", error))?;
         let mut session = Session::default();
         if let Some(why) = alarm {
             (session.state, session.alarm) = (State::Alarm, Some(why));
         }
         session.offer = interrupted.as_ref().map(|(job, progress)| (job.key.clone(), progress.done));
-        session.zeros = interrupted.as_ref().map(|(job, _)| job.zero).or(contents.zero).into_iter().collect();
+        let begun = interrupted.as_ref().and_then(|(job, _)| zero_of(job, &machine));
+        let kept = contents.zero.filter(|zero| zero.ruler == ruler(&machine)).map(|zero| zero.steps);
+        session.zeros = begun.or(kept).into_iter().collect();
         Ok(Self {
             settings: folder.join("machines").join("virtual.toml"),
             machine,
             speed,
-            faults,
-            record,
+            hands,
+            timing,
             session,
             executor,
             recorder,
@@ -155,7 +145,6 @@ impl Owner {
             task: 0,
             position: Steps::default(),
             pending: VecDeque::new(),
-            messages,
             tells,
             told: (None, Instant::now()),
         })
@@ -181,7 +170,9 @@ impl Owner {
         let since = Instant::now();
         while self.session.moving && since.elapsed() < LAST_REST {
             match inbox.recv_timeout(HEARTBEAT) {
-                Ok(message @ (Message::Report(_) | Message::CannotRecord(_))) => self.take(message),
+                Ok(message @ (Message::Report(_) | Message::ExecutorGone(_) | Message::CannotRecord(_))) => {
+                    self.take(message);
+                }
                 Err(RecvTimeoutError::Disconnected) => break,
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
             }
@@ -199,6 +190,10 @@ impl Owner {
             Message::Report(report) => {
                 self.reported(&report);
                 self.drain();
+            }
+            Message::ExecutorGone(why) => {
+                self.doing = Doing::Nothing;
+                self.happen(Event::Failed(why, Trust::Lost));
             }
             Message::CannotRecord(why) => self.happen(Event::CannotRecord(why)),
             Message::KeepSettingsIn(path) => self.settings = path,
@@ -221,7 +216,12 @@ impl Owner {
             Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
             Ask::Stop => self.try_event(Event::Stop)?,
             Ask::BitChanged => self.try_event(Event::BitChanged)?,
-            Ask::AcknowledgeAlarm => self.try_event(Event::Acknowledge)?,
+            Ask::AcknowledgeAlarm => {
+                if self.executor.is_gone() {
+                    self.renew_executor()?;
+                }
+                self.try_event(Event::Acknowledge)?;
+            }
             Ask::ForgetInterrupted => self.forget()?,
             Ask::Configure { changes } => self.configure(&changes)?,
             Ask::Arm { .. }
@@ -280,7 +280,9 @@ impl Owner {
             Action::Brake => self.executor.shared.stop(self.task),
             Action::KeepZero => {
                 self.prepared = None;
-                self.recorder.write(Record::Zero(self.session.zero()));
+                let ruler = ruler(&self.machine);
+                let zero = self.session.zero().map(|steps| WorkZero { steps, ruler });
+                self.recorder.write(Record::Zero(zero));
             }
             Action::End(ending) => self.end(ending),
             Action::Refuse(why) => return Err(why),
@@ -296,7 +298,8 @@ impl Owner {
         }
         let prepared = self.prepared.clone().ok_or_else(|| remark("control.not_armed"))?;
         let plane = [prepared.zero[0], prepared.zero[1]];
-        if from_leg > 0 && self.interrupted.as_ref().is_some_and(|(begun, _)| begun.zero != plane) {
+        let begun = self.interrupted.as_ref().map(|(begun, _)| zero_of(begun, &self.machine));
+        if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
             return Err(remark("control.zero_moved"));
         }
         let work = Work::new(Arc::clone(&prepared), from_leg as usize);
@@ -305,6 +308,7 @@ impl Owner {
             name: prepared.program.name.clone(),
             fingerprint: self.machine.fingerprint(),
             zero: plane,
+            ruler: Some(ruler(&self.machine)),
             stream_digest: prepared.digest.clone(),
             holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
         };
@@ -351,7 +355,8 @@ impl Owner {
             zero: self.session.zero(),
             state: self.session.state,
             trust: self.session.trust,
-            offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, job.zero)),
+            safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
+            offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, zero_of(job, &self.machine))),
         }
     }
 
@@ -373,8 +378,9 @@ impl Owner {
     fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Remark> {
         let changed = machine::apply(&self.machine, changes)
             .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| remark("control.busy")))?;
-        if changed.output != Output::Virtual {
-            return Err(remark("machine.no_output"));
+        // Which hardware is touched is said in the machine's file alone, whoever asks.
+        if let Some((key, _)) = changes.iter().find(|(key, _)| IN_FILE_ONLY.contains(&key.as_str())) {
+            return Err(remark("control.in_file_only").with("key", key));
         }
         let rebuilt = machine::settings().any(|setting| {
             let differs = setting.value(&self.machine) != setting.value(&changed);
@@ -385,9 +391,7 @@ impl Owner {
         }
         machine_file::save(&self.settings, &changed)?;
         self.try_event(Event::Disarmed(rebuilt))?;
-        let count =
-            |machine: &Machine| [0, 1].map(|axis| (machine.axis(axis).scale, home_edge(machine, axis)));
-        if count(&self.machine) != count(&changed) {
+        if ruler(&self.machine) != ruler(&changed) {
             // The work zero was counted in the old steps.
             self.session.zeros.clear();
             self.recorder.write(Record::Zero(None));
@@ -395,13 +399,20 @@ impl Owner {
         self.machine = changed;
         self.prepared = None;
         if rebuilt {
-            let shared = Arc::clone(&self.executor.shared);
-            self.executor =
-                executor(&self.machine, self.speed, &self.faults, &self.record, &self.messages, shared)
-                    .map_err(|error| remark("control.no_thread").with("reason", error))?;
-            self.position = Steps::default();
+            self.renew_executor()?;
         }
         self.tell(self.machine_tell());
+        Ok(())
+    }
+
+    /// Another executor in the place of this one, for the machine as it is now. It knows no position.
+    fn renew_executor(&mut self) -> Result<(), Remark> {
+        let shared = Arc::clone(&self.executor.shared);
+        self.executor.finish();
+        let measured = self.timing.as_ref().map(|timing| timing.lateness.clone());
+        let (executor, timing) = self.hands.executor(&self.machine, self.speed, measured, shared)?;
+        (self.executor, self.timing) = (executor, timing);
+        self.position = Steps::default();
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 //! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
 
 use annulus_core::check;
-use annulus_core::control::{State, Trust};
+use annulus_core::control::{State, Trust, lateness};
 use annulus_core::job::{Mark, Program};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::motion;
@@ -19,8 +19,10 @@ pub(super) struct Context {
     pub(super) zero: Option<[i64; 2]>,
     pub(super) state: State,
     pub(super) trust: Trust,
-    /// An interrupted job: key, leg, and the work zero it was begun with.
-    pub(super) offer: Option<(String, u32, [i64; 2])>,
+    /// The highest safe step rate, where time is real.
+    pub(super) safe_hz: Option<f64>,
+    /// An interrupted job: key, leg, and the work zero it was begun with, where its steps still mean what they meant.
+    pub(super) offer: Option<(String, u32, Option<[i64; 2]>)>,
 }
 
 /// A job that was checked.
@@ -95,7 +97,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     let timeline = motion::timeline(&program, machine)?;
     let stream = steps::stream(&timeline, machine)?;
     let taken_up = context.offer.as_ref().filter(|(offered, ..)| offered == key);
-    let plane = context.zero.or(taken_up.map(|(_, _, zero)| *zero));
+    let plane = context.zero.or(taken_up.and_then(|(_, _, zero)| *zero));
     let mut zero = Steps::default();
     [zero[0], zero[1]] = plane.unwrap_or_default();
     zero[2] = machine.z.scale.steps(machine.process.surface);
@@ -115,6 +117,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
             Err(reasons) => checks.extend(reasons.into_iter().take(20).map(|why| row(Verdict::Fail, why))),
         }
     }
+    checks.extend(context.safe_hz.map(|safe_hz| in_time(&stream, safe_hz)));
     if program.bits.iter().any(|bit| !machine.rack.contains(&bit.diameter)) {
         checks.push(row(Verdict::Warn, Remark::new(Weight::Doubt, "preflight.bit_not_in_rack")));
     }
@@ -156,6 +159,18 @@ fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
             None => lost("preflight.no_zero"),
         },
     ]
+}
+
+/// Whether this computer can step the stream in time.
+fn in_time(stream: &StepStream, safe_hz: f64) -> PreflightRow {
+    let fastest = lateness::fastest_rate(&stream.segments).map_or(0.0, |(hz, _)| hz);
+    match lateness::too_fast(&stream.segments, safe_hz) {
+        Some(why) => row(Verdict::Fail, why),
+        None => {
+            let finding = note("preflight.in_time").with("hz", fastest.ceil()).with("safe", safe_hz.floor());
+            row(Verdict::Pass, finding)
+        }
+    }
 }
 
 fn legs_of(stream: &StepStream, count: usize) -> Vec<Range<usize>> {

@@ -5,7 +5,7 @@
 
 use super::owner::Message;
 use crate::executor::Shared;
-use crate::journal::{JobRecord, Journal, Progress};
+use crate::journal::{JobRecord, Journal, Progress, WorkZero};
 use annulus_core::machine::Steps;
 use annulus_core::remark::Remark;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ pub(super) enum Record {
     /// The job is over or forgotten.
     Finish,
     /// The work zero in force.
-    Zero(Option<[i64; 2]>),
+    Zero(Option<WorkZero>),
 }
 
 /// The owner's end.
@@ -81,7 +81,7 @@ fn run(journal: &Journal, inbox: &Receiver<Record>, shared: &Shared, owner: &Sen
                 advanced
             }
             Record::Finish => journal.finish(),
-            Record::Zero(zero) => journal.keep_zero(zero),
+            Record::Zero(zero) => journal.keep_zero(zero.as_ref()),
         };
         if let Err(why) = written {
             let _ = owner.send(Message::CannotRecord(why));

@@ -59,6 +59,7 @@ impl Owner {
 
     pub(super) fn greeting(&self) -> Vec<Tell> {
         let mut tells = vec![self.machine_tell(), Tell::Status(Box::new(self.status()))];
+        tells.extend(self.timing.clone().map(|timing| Tell::Timing(Box::new(timing))));
         tells.extend(self.prepared.as_ref().map(|prepared| prepared.tell()));
         tells.extend(self.offer());
         tells

@@ -1,5 +1,7 @@
 //! The drill in one process, on the virtual drill with and without faults. No disk but a temporary folder.
 
+mod zero;
+
 use super::*;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
@@ -275,7 +277,6 @@ fn what_must_not_start_does_not() {
     assert_eq!(bench.record().len(), 0, "nothing was drilled");
 }
 
-/// Homes with a fault and gives the alarm's code.
 #[test]
 fn a_jog_from_an_unknown_place_is_no_longer_than_the_travel() {
     let blind = Faults { stuck_off: Input::XMin.bit() | Input::XMax.bit(), ..Faults::default() };
@@ -288,19 +289,7 @@ fn a_jog_from_an_unknown_place_is_no_longer_than_the_travel() {
     }
 }
 
-#[test]
-fn a_work_zero_does_not_outlive_the_steps_it_was_counted_in() {
-    let bench = Bench::new(&machine(), Faults::default());
-    bench.home();
-    bench.drill.ask(Ask::SetZero).unwrap();
-    let finer = vec![("x.scale".to_owned(), Value::Number(machine().x.scale.steps_per_mm() * 2.0))];
-    bench.drill.ask(Ask::Configure { changes: finer }).unwrap();
-    bench.home();
-    assert_eq!(bench.status().zero_mm, None);
-    let (.., checks) = bench.arm(&grid(&machine(), 1));
-    assert!(checks.iter().any(|row| row.finding.code == "preflight.no_zero"), "{checks:?}");
-}
-
+/// Homes with a fault and gives the alarm's code.
 fn homing_alarm(faults: Faults) -> String {
     let bench = Bench::new(&machine(), faults);
     bench.home();

@@ -181,12 +181,6 @@ impl Bridge {
         if stopped() {
             return self.refuse(viewer, Remark::new(Weight::Loss, "socket.stopped_meanwhile"));
         }
-        if let Ask::Configure { changes } = &ask
-            && let Some((key, _)) =
-                changes.iter().find(|(key, _)| annulus_core::machine::IN_FILE_ONLY.contains(&key.as_str()))
-        {
-            return self.refuse(viewer, Remark::new(Weight::Loss, "control.in_file_only").with("key", key));
-        }
         let moves =
             matches!(ask, Ask::Home | Ask::Jog { .. } | Ask::Start { .. } | Ask::Resume | Ask::BitChanged);
         self.pass_on(viewer, ask);

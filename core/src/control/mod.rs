@@ -3,9 +3,11 @@
 //! Comes in: what people ask and what the executor reports. Goes out: what to do, and what to show. Knows no socket, no
 //! thread, no disk.
 
+pub mod lateness;
 pub mod lease;
 mod session;
 
+pub use lateness::{Lateness, Timing};
 pub use session::{Action, Event, Session, step};
 
 use crate::remark::Remark;

@@ -5,12 +5,14 @@
 //!
 //! Machine coordinates: X to the right, Y away, Z up. Z = 0 is the top sensor, so working heights are negative.
 
+mod card;
 mod drive;
 mod presets;
 mod settings;
 mod table;
 mod validate;
 
+pub use card::{Card, UNWIRED};
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use presets::{hobby_3018, lab, preset, presets, six_spindles, virtual_drill};
 pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
@@ -36,8 +38,10 @@ pub struct Machine {
     pub description: String,
     /// Where the pulses go.
     pub output: Output,
-    /// Address of the I/O card, for `Output::Card`.
+    /// Base address of the I/O card or the parallel port.
     pub card_address: u32,
+    /// How they are wired.
+    pub card: Card,
     /// Left and right.
     pub x: Axis,
     /// Away and back.
@@ -87,6 +91,8 @@ pub enum Output {
     Virtual,
     /// A digital I/O card.
     Card,
+    /// A PC parallel port.
+    Parallel,
 }
 
 /// How a stroke down ends.

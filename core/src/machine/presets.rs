@@ -4,8 +4,8 @@
 //! Goes out: complete, valid [`Machine`]s. Knows no files.
 
 use super::{
-    Axis, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output, Overlap, PhaseTable,
-    Process, Scale, StrokeEnd, ToolChange,
+    Axis, Card, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output, Overlap,
+    PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 
@@ -41,6 +41,7 @@ pub fn virtual_drill() -> Machine {
         description: "A fast hobby drill that exists only inside this computer.".to_owned(),
         output: Output::Virtual,
         card_address: 0x2A0,
+        card: Card::default(),
         x: axis(300.0),
         y: axis(200.0),
         z: Axis {
@@ -91,10 +92,14 @@ pub fn virtual_drill() -> Machine {
     }
 }
 
+/// Counts of the laboratory drill's plane.
+fn counts(steps: f64) -> Length {
+    mm(steps * 25.4 / 120.0)
+}
+
 /// The laboratory drill (Arendt, part 2 and figure 4): printer mechanics, 120 steps per inch, 500 interrupts per
 /// second, ranges −10 … 2588 and −10 … 825 counts, stroke ended by the lower sensor, 18 s allowed for drilling.
 pub fn lab() -> Machine {
-    let counts = |steps: f64| mm(steps * 25.4 / 120.0);
     let axis = |min: f64, max: f64| Axis {
         scale: Scale::per_inch(120.0),
         min: counts(min),
@@ -114,6 +119,7 @@ pub fn lab() -> Machine {
         description: "Arendt's laboratory model: two printers' mechanics and a digital I/O card.".to_owned(),
         output: Output::Virtual,
         card_address: 0x2A0,
+        card: Card::default(),
         x: axis(-10.0, 2588.0),
         y: axis(-1.0, 2588.0),
         z: Axis {

@@ -53,7 +53,20 @@ pub enum Kind {
 }
 
 /// Settings that decide which hardware is touched: only the machine's file changes them, never a page.
-pub const IN_FILE_ONLY: [&str; 2] = ["machine.output", "machine.card_address"];
+pub const IN_FILE_ONLY: &[&str] = &[
+    "machine.output",
+    "machine.card_address",
+    "card.device",
+    "card.outputs_at",
+    "card.inputs_at",
+    "card.x",
+    "card.y",
+    "card.z",
+    "card.spindle",
+    "card.sensors",
+    "card.sensors_low",
+    "card.start_stop_rate",
+];
 
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
@@ -186,6 +199,15 @@ mod tests {
             let key = setting.sentence_key();
             assert!(crate::locale::lookup("en", &key).is_some(), "no sentence {key}");
         }
+    }
+
+    #[test]
+    fn no_page_changes_the_wiring() {
+        let (wiring, others): (Vec<_>, Vec<_>) =
+            settings().map(|setting| setting.key).partition(|key| key.starts_with("card."));
+        assert!(wiring.len() > 5 && wiring.iter().all(|key| IN_FILE_ONLY.contains(key)), "{wiring:?}");
+        let fixed: Vec<_> = others.into_iter().filter(|key| IN_FILE_ONLY.contains(key)).collect();
+        assert_eq!(fixed, ["machine.output", "machine.card_address"]);
     }
 
     #[test]

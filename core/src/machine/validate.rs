@@ -3,7 +3,7 @@
 //!
 //! Comes in: a machine. Goes out: remarks naming the field. Does not know what a table does when it runs.
 
-use super::{DriveKind, Machine, StrokeEnd};
+use super::{DriveKind, Machine, StrokeEnd, card};
 use crate::remark::{Remark, Weight};
 
 /// What no single field can tell: ranges inside out, heights out of reach, drives asked for too much.
@@ -38,6 +38,7 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
     }
     remarks.extend(drives(machine));
     remarks.extend(strokes(machine));
+    remarks.extend(card::validate(machine));
     remarks
 }
 

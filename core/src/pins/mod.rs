@@ -7,6 +7,7 @@
 //! 3. `inputs` reports the inputs as they are at `at_tick`, one bit each ([`crate::job::Input::bit`]).
 //! 4. `safe` turns the spindle off and takes forcing voltage away. It may be called at any time, twice, and never
 //!    fails. Outputs switched by `output` are turned off with it.
+//! 5. `rest` says that all axes are at rest and may stay so: what only a turning motor needs may be taken away.
 //!
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
@@ -41,6 +42,9 @@ pub trait Pins {
 
     /// Switch an output: its place among the machine's outputs. What has no outputs does nothing.
     fn output(&mut self, _at_tick: u64, _place: u8, _on: bool) {}
+
+    /// All axes are at rest.
+    fn rest(&mut self, _at_tick: u64) {}
 
     /// Spindle off, forcing voltage off, outputs off.
     fn safe(&mut self);

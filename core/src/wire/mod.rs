@@ -19,7 +19,7 @@
 pub mod auth;
 pub mod program;
 
-use crate::control::{Alarm, Ending, State, Trust};
+use crate::control::{Alarm, Ending, State, Timing, Trust};
 use crate::machine::Value;
 use crate::remark::Remark;
 use crate::steps::{Stage, Steps};
@@ -268,6 +268,8 @@ pub enum Tell {
         /// Holes in all.
         holes_total: u32,
     },
+    /// What the bridge found out about its clock; only where time is real.
+    Timing(Box<Timing>),
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.

@@ -28,6 +28,7 @@ pub(crate) type Draft = RwSignal<BTreeMap<&'static str, String>>;
 fn section_name(section: &str) -> &'static str {
     match section {
         "machine" => key!("page.settings.machine"),
+        "card" => key!("page.settings.card"),
         "x" => key!("page.settings.x"),
         "y" => key!("page.settings.y"),
         "z" => key!("page.settings.z"),

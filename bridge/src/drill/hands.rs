@@ -1,0 +1,60 @@
+//! The executor of a machine: a thread for the virtual drill, a process of its own for everything real.
+//!
+//! Comes in: a machine. Goes out: an executor that is ready, and what its clock is worth where time is real. Does not know
+//! what it is given to do.
+
+use super::owner::Message;
+use crate::executor::{Executor, Heard, Shared, process};
+use annulus_core::control::{Lateness, Timing};
+use annulus_core::machine::{Machine, Output};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::twin::{DrilledBoard, Faults, Twin};
+use std::path::PathBuf;
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex};
+
+/// Name of the executor's record in the drill's folder.
+const RECORD: &str = "executor.log";
+
+/// What every executor of one drill is made with.
+pub(super) struct Hands {
+    pub(super) folder: PathBuf,
+    pub(super) faults: Faults,
+    pub(super) record: Arc<Mutex<DrilledBoard>>,
+    pub(super) messages: Sender<Message>,
+}
+
+impl Hands {
+    /// An executor for `machine`, `speed` times as fast as life where it is virtual.
+    pub(super) fn executor(
+        &self,
+        machine: &Machine,
+        speed: f64,
+        measured: Option<Lateness>,
+        shared: Arc<Shared>,
+    ) -> Result<(Executor, Option<Timing>), Remark> {
+        let messages = self.messages.clone();
+        let hear = move |heard| {
+            let _ = messages.send(match heard {
+                Heard::Report(report) => Message::Report(report),
+                Heard::Gone(why) => Message::ExecutorGone(why),
+            });
+        };
+        if machine.output != Output::Virtual {
+            let (process, timing) =
+                process::start(machine, &self.folder.join(RECORD), measured, &shared, hear)?;
+            return Ok((Executor::of(process, shared), Some(timing)));
+        }
+        let record = Arc::clone(&self.record);
+        let drilled: DrilledBoard = Box::new(move |hole| {
+            if let Ok(mut record) = record.lock() {
+                record(hole);
+            }
+        });
+        let seed = u64::from(std::process::id());
+        let twin = Twin::new(machine, seed, self.faults.clone(), drilled);
+        let executor = Executor::start(machine, Box::new(twin), speed, shared, hear)
+            .map_err(|error| Remark::new(Weight::Loss, "control.no_thread").with("reason", error))?;
+        Ok((executor, None))
+    }
+}

@@ -1,0 +1,85 @@
+//! The work zero means a place only as long as the steps of X and Y are counted as they were.
+
+use super::*;
+
+#[test]
+fn a_work_zero_does_not_outlive_the_steps_it_was_counted_in() {
+    let bench = Bench::new(&machine(), Faults::default());
+    bench.home();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    let finer = vec![("x.scale".to_owned(), Value::Number(machine().x.scale.steps_per_mm() * 2.0))];
+    bench.drill.ask(Ask::Configure { changes: finer }).unwrap();
+    bench.home();
+    assert_eq!(bench.status().zero_mm, None);
+    let (.., checks) = bench.arm(&grid(&machine(), 1));
+    assert!(checks.iter().any(|row| row.finding.code == "preflight.no_zero"), "{checks:?}");
+}
+
+/// Settings after which a count of X means another place: the scale, and where the home sensor is.
+fn recounted() -> [Vec<(String, Value)>; 2] {
+    let finer = machine().x.scale.steps_per_mm() * 2.0;
+    [vec![("x.scale".to_owned(), Value::Number(finer))], vec![("x.min".to_owned(), Value::Number(-5.0))]]
+}
+
+#[test]
+fn a_machine_file_edited_while_the_bridge_is_down_makes_it_forget_the_work_zero() {
+    for changes in recounted() {
+        let bench = Bench::new(&machine(), Faults::default());
+        bench.home();
+        bench.drill.ask(Ask::SetZero).unwrap();
+        assert!(bench.status().zero_mm.is_some());
+        bench.drill.shutdown();
+        let edited = annulus_core::machine::apply(&machine(), &changes).unwrap();
+        let same = Drill::open(bench.folder.path(), machine(), SPEED).unwrap();
+        assert!(zero_mm(&same).is_some(), "nothing changed, the zero stands");
+        same.shutdown();
+        let drill = Drill::open(bench.folder.path(), edited, SPEED).unwrap();
+        assert_eq!(zero_mm(&drill), None, "{changes:?}");
+        drill.shutdown();
+    }
+}
+
+#[test]
+fn an_interrupted_job_brings_no_work_zero_back_whose_steps_no_longer_hold() {
+    let moved = recounted()[1].clone();
+    let program = grid(&machine(), 60);
+    for while_down in [false, true] {
+        let mut bench = Bench::new(&machine(), Faults::default());
+        bench.start(&program);
+        bench.wait(|status| status.holes_done >= 2);
+        bench.drill.ask(Ask::Stop).unwrap();
+        assert_eq!(bench.ended().0, Ending::Stopped);
+        bench.wait(|status| status.state == State::Ready);
+        if while_down {
+            bench.drill.shutdown();
+            let edited = annulus_core::machine::apply(&machine(), &moved).unwrap();
+            bench.drill = Drill::open(bench.folder.path(), edited, SPEED).unwrap();
+            bench.tells = bench.drill.watch();
+        } else {
+            bench.drill.ask(Ask::Configure { changes: moved.clone() }).unwrap();
+        }
+        assert_eq!(zero_mm(&bench.drill), None, "down {while_down}");
+        bench.home();
+        let (.., checks) = bench.arm(&program);
+        let no_zero = checks.iter().any(|row| row.finding.code == "preflight.no_zero");
+        assert!(no_zero, "down {while_down}: {checks:?}");
+        // With a new zero it may start anew, and not where it was left.
+        bench.drill.ask(Ask::SetZero).unwrap();
+        let (job, stream_digest, _) = bench.arm(&program);
+        let next_leg = bench.drill.greeting().into_iter().find_map(|tell| match tell {
+            Tell::Interrupted { next_leg, .. } => Some(next_leg),
+            _ => None,
+        });
+        let from_leg = next_leg.unwrap();
+        let refused = bench.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap_err();
+        assert_eq!(refused.code, "control.zero_moved", "down {while_down}");
+    }
+}
+
+fn zero_mm(drill: &Drill) -> Option<[f64; 2]> {
+    let status = drill.greeting().into_iter().find_map(|tell| match tell {
+        Tell::Status(status) => Some(status),
+        _ => None,
+    });
+    status.unwrap().zero_mm
+}

@@ -1,0 +1,225 @@
+//! The executor as a process of its own: `annulus executor`, started by the bridge and by nobody else.
+//!
+//! ```text
+//! standard input ── frames ──▶ this thread ── ring ──▶ executor thread ──▶ recorded pins ──▶ card
+//!       ends: ramp down                    ── stop, durable: two numbers ──▶  │
+//! standard output ◀── frames ── writer ◀── reports, latest place ─────────────┘
+//! ```
+//!
+//! Comes in: frames. Goes out: pulses, frames, the record. When the bridge dies, or the system asks this process to end,
+//! whatever moves comes to rest on its path, forcing and spindle go off, and a line in the record says where. Does not know
+//! jobs.
+
+use super::clock::{MEASURED, StepClock, measure};
+use super::frames::{self, Down, Up};
+use super::record::{Offsets, Recorded, Why};
+use super::thread::{self, Message};
+use super::{Glimpse, Shared, realtime};
+use crate::outputs::{self, Trouble};
+use annulus_core::control::{Lateness, Timing, lateness};
+use annulus_core::machine::{self, Machine};
+use annulus_core::remark::{Remark, Weight};
+use std::io;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// How often the latest place is told.
+const GLIMPSES: Duration = Duration::from_millis(20);
+
+/// On an ordinary file nothing real moves: this then says how late the clock is to be taken for, in µs.
+const REHEARSED: &str = "ANNULUS_LATENESS_US";
+
+/// The executor's thread and the way to it; none once it was ended.
+type Thread = Option<(SyncSender<Message>, JoinHandle<()>)>;
+
+/// What ends the process, whoever calls it first.
+#[derive(Clone)]
+struct Hands {
+    thread: Arc<Mutex<Thread>>,
+    shared: Arc<Shared>,
+    why: Why,
+}
+
+impl Hands {
+    /// Everything comes to rest and is made safe. Returns when it is.
+    fn end(&self, why: &'static str) {
+        let Ok(mut thread) = self.thread.lock() else { return };
+        if let Some((ring, thread)) = thread.take() {
+            self.say(why);
+            self.shared.stop(u64::MAX);
+            let _ = ring.send(Message::Finish);
+            let _ = thread.join();
+        }
+    }
+
+    fn say(&self, why: &'static str) {
+        if let Ok(mut place) = self.why.lock()
+            && *place == RUNNING
+        {
+            *place = why;
+        }
+    }
+
+    fn send(&self, message: Message) {
+        if let Ok(thread) = self.thread.lock()
+            && let Some((ring, _)) = &*thread
+        {
+            let _ = ring.send(message);
+        }
+    }
+}
+
+/// Nobody said yet why it ends.
+const RUNNING: &str = "finished";
+
+/// Runs until the bridge says so or is no more.
+pub(crate) fn run() -> io::Result<()> {
+    let mut pipe = io::stdin().lock();
+    let Some(Down::Start { settings, record, measured }) = frames::receive(&mut pipe)? else {
+        return Err(io::ErrorKind::InvalidData.into());
+    };
+    let (up, frames_up) = channel();
+    let machine = machine::apply(&machine::virtual_drill(), &settings);
+    let begun = machine
+        .map_err(|mut refusals| refusals.remove(0))
+        .and_then(|machine| begin(&machine, &record, measured, &up));
+    let (hands, trouble, offsets) = match begun {
+        Ok(begun) => begun,
+        Err(why) => return frames::send(&mut io::stdout().lock(), &Up::Refused(why)),
+    };
+    watch_signals(hands.clone());
+    let writer = {
+        let hands = hands.clone();
+        std::thread::Builder::new()
+            .name("frames".to_owned())
+            .spawn(move || write(&frames_up, &hands, &trouble))
+    };
+    loop {
+        match frames::receive(&mut pipe) {
+            Ok(Some(Down::Order(Message::Finish))) => {
+                hands.end(RUNNING);
+                break;
+            }
+            Ok(Some(Down::Order(message))) => {
+                if let Message::Correct(axis, steps) = &message
+                    && let Some(offset) = offsets.get(*axis)
+                {
+                    offset.fetch_add(*steps, Ordering::SeqCst);
+                }
+                hands.send(message);
+            }
+            Ok(Some(Down::Stop(id))) => hands.shared.stop(id),
+            Ok(Some(Down::Durable(legs))) => hands.shared.set_durable(legs),
+            // A frame that is not understood leaves nothing to wait for either.
+            Ok(Some(Down::Start { .. }) | None) | Err(_) => {
+                hands.end("bridge_gone");
+                break;
+            }
+        }
+    }
+    drop(up);
+    if let Ok(writer) = writer {
+        let _ = writer.join();
+    }
+    Ok(())
+}
+
+/// Takes the outputs, makes them safe and starts the thread that measures its clock first.
+fn begin(
+    machine: &Machine,
+    record: &Path,
+    measured: Option<Lateness>,
+    up: &Sender<Up>,
+) -> Result<(Hands, Trouble, Offsets), Remark> {
+    let cannot = |error: io::Error| Remark::new(Weight::Loss, "output.executor_failed").with("reason", error);
+    let wires = outputs::open(machine)?;
+    let trouble = wires.trouble();
+    let (offsets, why) = (Offsets::default(), Why::new(Mutex::new(RUNNING)));
+    let pins = Recorded::new(wires, record, Arc::clone(&offsets), Arc::clone(&why)).map_err(cannot)?;
+    let shared = Arc::new(Shared::default());
+    let not_locked = realtime::ask_for_memory();
+    let start_stop_hz = f64::from(machine.card.start_stop_hz);
+    let rehearsed = rehearsed(machine);
+    let ready = up.clone();
+    let first = move || {
+        let no_realtime = realtime::ask_for_class();
+        let known = rehearsed.or(measured);
+        let lateness = known.unwrap_or_else(|| measure(&mut StepClock::new(), MEASURED));
+        let safe_hz = lateness::safe_rate(&lateness, start_stop_hz);
+        let _ = ready.send(Up::Ready(Timing { lateness, safe_hz, no_realtime, not_locked }));
+    };
+    let reports = up.clone();
+    let report = move |report| drop(reports.send(Up::Report(report)));
+    let clock = Box::new(StepClock::new());
+    let thread =
+        thread::start(machine, Box::new(pins), clock, Arc::clone(&shared), first, report).map_err(cannot)?;
+    Ok((Hands { thread: Arc::new(Mutex::new(Some(thread))), shared, why }, trouble, offsets))
+}
+
+/// The lateness that a rehearsal is to be taken for; none where something real moves.
+fn rehearsed(machine: &Machine) -> Option<Lateness> {
+    let us: f64 = std::env::var(REHEARSED).ok()?.parse().ok()?;
+    outputs::is_rehearsal(machine).then(|| Lateness::of(&mut [us]))
+}
+
+/// Reports as they come, the latest place in between, and the port's refusal.
+fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
+    let mut pipe = io::stdout().lock();
+    let (mut told, mut refused) = (Glimpse::default(), false);
+    loop {
+        let frame = frames_up.recv_timeout(GLIMPSES);
+        let latest = hands.shared.glimpse();
+        let sent = match frame {
+            Ok(Up::Report(report)) => {
+                // The place first, so that who hears the report sees where it ended.
+                let place = Glimpse { position: report.position, inputs: report.inputs, ..latest };
+                frames::send(&mut pipe, &Up::Glimpse(place))
+                    .and_then(|()| frames::send(&mut pipe, &Up::Report(report)))
+            }
+            Ok(frame) => frames::send(&mut pipe, &frame),
+            Err(RecvTimeoutError::Timeout) if latest != told => {
+                told = latest;
+                frames::send(&mut pipe, &Up::Glimpse(latest))
+            }
+            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
+        if let (Some(reason), false) = (trouble.get(), refused) {
+            refused = true;
+            hands.say("port_refused");
+            hands.shared.stop(u64::MAX);
+            let why = Remark::new(Weight::Loss, "output.port_refused").with("reason", reason);
+            let _ = frames::send(&mut pipe, &Up::Refused(why));
+        }
+        if sent.is_err() {
+            // The bridge is no more: the other end of the pipe says so too.
+            return;
+        }
+    }
+}
+
+/// Ends the process in a controlled way when the system asks it to.
+fn watch_signals(hands: Hands) {
+    let watch = move || {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        let Ok(runtime) = runtime else { return };
+        let signalled = runtime.block_on(async {
+            match crate::cli::Signals::new() {
+                Ok(mut signals) => {
+                    signals.wait().await;
+                    true
+                }
+                Err(_) => false,
+            }
+        });
+        if signalled {
+            hands.end("signal");
+            std::process::exit(0);
+        }
+    };
+    let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(watch);
+}

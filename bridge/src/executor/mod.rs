@@ -1,0 +1,237 @@
+//! The executor: what owns pins and clock, fed with tasks. Either a thread of the bridge, or a process of its own.
+//!
+//! ```text
+//! owner ── ring of orders ──▶ thread ──▶ virtual drill          owner ── frames ──▶ process ─ thread ──▶ I/O card
+//!   ▲                           │  ▲                              ▲                   │         │
+//!   │                           │  └── stop up to task n,         │                   │   pipe ends: ramp down,
+//!   ├── reports: every task,    │      legs durable up to n       ├── the same ◀──────┘   forcing and spindle off
+//!   │   once, at rest           │                                 └── glimpses, 50 a second
+//!   └── latest place: lossy, never waited for
+//! ```
+//!
+//! Comes in: tasks of segments. Goes out: calls on pins, one report a task. Does not know jobs; of the journal it knows one
+//! number: how many legs are durable. The tip does not go down before every earlier leg is.
+
+pub(crate) mod child;
+pub(crate) mod clock;
+mod frames;
+pub(crate) mod process;
+pub(crate) mod realtime;
+mod record;
+mod thread;
+
+use annulus_core::job::{Gate, Input};
+use annulus_core::machine::{Machine, Steps};
+use annulus_core::pins::Pins;
+use annulus_core::remark::Remark;
+use annulus_core::steps::{Segment, Stage};
+use frames::Down;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::mpsc::{Sender, SyncSender};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+/// Something to move.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Task {
+    /// Grows from task to task.
+    pub(crate) id: u64,
+    /// Each begins and ends at rest.
+    pub(crate) segments: Vec<Segment>,
+    /// Legs that must be durable before the tip goes down.
+    pub(crate) needs_durable: u32,
+}
+
+/// How a task ended, at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Report {
+    /// Which.
+    pub(crate) id: u64,
+    /// How many segments it played to their end.
+    pub(crate) completed: usize,
+    /// Why no more.
+    pub(crate) ended: Ended,
+    /// Where it rests, machine steps.
+    pub(crate) position: Steps,
+    /// The inputs then.
+    pub(crate) inputs: u32,
+    /// Stream time it took, in ticks.
+    pub(crate) ticks: u64,
+}
+
+/// Why a task ended.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Ended {
+    /// All of it was played.
+    Completed,
+    /// A gate's input turned on here.
+    Gated(Steps),
+    /// A gate's input did not turn on.
+    Unmet(Gate),
+    /// A sensor that must not be reached turned on.
+    Guarded(Input),
+    /// As ordered.
+    Stopped,
+}
+
+/// The latest place, for people to look at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Glimpse {
+    /// Steps counted.
+    pub(crate) position: Steps,
+    /// Inputs, one bit each.
+    pub(crate) inputs: u32,
+    /// Spindle speed.
+    pub(crate) rpm: u32,
+    /// What is being done; none at rest.
+    pub(crate) stage: Option<Stage>,
+    /// Where it goes, in the segment's own coordinates.
+    pub(crate) end: Steps,
+}
+
+/// What an executor tells its owner.
+#[derive(Clone, Debug)]
+pub(crate) enum Heard {
+    /// A task ended, at rest.
+    Report(Report),
+    /// The executor is no more; what it was doing was not reported.
+    Gone(Remark),
+}
+
+/// What owner, journal and executor share without waiting for each other.
+#[derive(Default)]
+pub(crate) struct Shared {
+    stop_upto: AtomicU64,
+    durable: AtomicU32,
+    glimpse: Mutex<Glimpse>,
+    /// The way to an executor that is another process.
+    courier: Mutex<Option<Sender<Down>>>,
+}
+
+impl Shared {
+    /// Every task up to `id` comes to rest.
+    pub(crate) fn stop(&self, id: u64) {
+        self.stop_upto.fetch_max(id, Ordering::SeqCst);
+        self.send(Down::Stop(id));
+    }
+
+    /// So many legs are on the disk.
+    pub(crate) fn set_durable(&self, legs: u32) {
+        self.durable.store(legs, Ordering::SeqCst);
+        self.send(Down::Durable(legs));
+    }
+
+    /// The latest place.
+    pub(crate) fn glimpse(&self) -> Glimpse {
+        self.glimpse.lock().map(|glimpse| *glimpse).unwrap_or_default()
+    }
+
+    fn set_glimpse(&self, latest: Glimpse) {
+        if let Ok(mut glimpse) = self.glimpse.lock() {
+            *glimpse = latest;
+        }
+    }
+
+    fn set_courier(&self, courier: Option<Sender<Down>>) {
+        if let Ok(mut place) = self.courier.lock() {
+            *place = courier;
+        }
+    }
+
+    /// Tells an executor in another process, if there is one. Never waits.
+    fn send(&self, frame: Down) {
+        if let Ok(courier) = self.courier.lock()
+            && let Some(courier) = &*courier
+        {
+            let _ = courier.send(frame);
+        }
+    }
+}
+
+/// The owner's end.
+pub(crate) struct Executor {
+    seat: Seat,
+    pub(crate) shared: Arc<Shared>,
+}
+
+/// Where it sits.
+enum Seat {
+    Thread(SyncSender<thread::Message>, Option<JoinHandle<()>>),
+    Process(process::Process),
+}
+
+impl Executor {
+    /// A thread of this process, `speed` times as fast as life. `hear` is called from it once a task.
+    pub(crate) fn start(
+        machine: &Machine,
+        pins: Box<dyn Pins + Send>,
+        speed: f64,
+        shared: Arc<Shared>,
+        hear: impl Fn(Heard) + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let clock = Box::new(clock::LumpClock::new(speed));
+        let report = move |report| hear(Heard::Report(report));
+        let (ring, thread) = thread::start(machine, pins, clock, Arc::clone(&shared), || {}, report)?;
+        Ok(Self { seat: Seat::Thread(ring, Some(thread)), shared })
+    }
+
+    /// A process of its own.
+    pub(crate) fn of(process: process::Process, shared: Arc<Shared>) -> Self {
+        Self { seat: Seat::Process(process), shared }
+    }
+
+    /// Gives it something to move. The ring never fills: one task at a time is given.
+    pub(crate) fn give(&self, task: Task) {
+        self.send(thread::Message::Task(task));
+    }
+
+    /// The count of `axis` is off by `steps`.
+    pub(crate) fn correct(&self, axis: usize, steps: i64) {
+        self.send(thread::Message::Correct(axis, steps));
+    }
+
+    /// Sets the spindle's speed at rest.
+    pub(crate) fn spindle(&self, rpm: u32) {
+        self.send(thread::Message::Spindle(rpm));
+    }
+
+    /// Whether it died: nothing that is given will be reported.
+    pub(crate) fn is_gone(&self) -> bool {
+        match &self.seat {
+            Seat::Thread(..) => false,
+            Seat::Process(process) => process.is_gone(),
+        }
+    }
+
+    /// Comes to rest, makes the outputs safe and lets go of them.
+    pub(crate) fn finish(&mut self) {
+        match &mut self.seat {
+            Seat::Thread(ring, thread) => {
+                let _ = ring.send(thread::Message::Finish);
+                if let Some(thread) = thread.take() {
+                    let _ = thread.join();
+                }
+            }
+            // Once only: by the second time the courier may be another executor's.
+            Seat::Process(process) if process.is_open() => {
+                self.shared.set_courier(None);
+                process.finish();
+            }
+            Seat::Process(_) => {}
+        }
+    }
+
+    fn send(&self, message: thread::Message) {
+        match &self.seat {
+            Seat::Thread(ring, _) => drop(ring.send(message)),
+            Seat::Process(_) => self.shared.send(Down::Order(message)),
+        }
+    }
+}
+
+impl Drop for Executor {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}

@@ -1,0 +1,166 @@
+//! The executor's thread: plays tasks, one after the other, on the pins that it alone owns.
+//!
+//! Comes in: messages through a bounded ring. Goes out: calls on pins, one report a task, the latest place. Does not know
+//! who gives the tasks, nor in which process it is.
+
+use super::{Ended, Glimpse, Report, Shared, Task};
+use annulus_core::job::Mark;
+use annulus_core::machine::{Machine, Steps};
+use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
+use annulus_core::steps::{Effect, Segment, Stage, TICK_HZ};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+/// Orders that fit into the ring.
+const RING: usize = 16;
+
+/// How often the latest place is left, in ticks: 2 ms.
+const GLIMPSE: u64 = TICK_HZ / 500;
+
+/// What the owner sends.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) enum Message {
+    Task(Task),
+    /// The count of an axis is off by so much.
+    Correct(usize, i64),
+    Spindle(u32),
+    Finish,
+}
+
+/// Starts the thread. `first` is done in it before anything else; `report` is called from it once a task.
+pub(super) fn start(
+    machine: &Machine,
+    pins: Box<dyn Pins + Send>,
+    clock: Box<dyn Clock + Send>,
+    shared: Arc<Shared>,
+    first: impl FnOnce() + Send + 'static,
+    report: impl Fn(Report) + Send + 'static,
+) -> std::io::Result<(SyncSender<Message>, JoinHandle<()>)> {
+    let (ring, orders) = sync_channel(RING);
+    let brakes = Brakes::of(machine);
+    let place = Place { brakes, line: Line::default(), pins, clock, shared, rpm: 0 };
+    let builder = thread::Builder::new().name("executor".to_owned());
+    let thread = builder.spawn(move || {
+        first();
+        place.run(&orders, report);
+    })?;
+    Ok((ring, thread))
+}
+
+/// What the thread owns.
+struct Place {
+    brakes: Brakes,
+    line: Line,
+    pins: Box<dyn Pins + Send>,
+    clock: Box<dyn Clock + Send>,
+    shared: Arc<Shared>,
+    rpm: u32,
+}
+
+impl Place {
+    fn run(mut self, orders: &Receiver<Message>, report: impl Fn(Report)) {
+        self.leave(None);
+        while let Ok(message) = orders.recv() {
+            match message {
+                Message::Task(task) => report(self.task(&task)),
+                Message::Correct(axis, steps) => self.line.position[axis] += steps,
+                Message::Spindle(rpm) => {
+                    self.pins.spindle(self.line.tick, rpm);
+                    self.rpm = rpm;
+                }
+                Message::Finish => break,
+            }
+            self.leave(None);
+        }
+        self.pins.safe();
+    }
+
+    fn task(&mut self, task: &Task) -> Report {
+        let start = self.line.tick;
+        let (mut completed, mut ended) = (0, Ended::Completed);
+        for segment in &task.segments {
+            if let Effect::Spindle(rpm) = segment.effect {
+                self.rpm = rpm;
+            }
+            self.leave(Some(segment));
+            ended = if self.may_begin(task, segment) { self.play(task.id, segment) } else { Ended::Stopped };
+            self.pins.rest(self.line.tick);
+            if ended != Ended::Completed {
+                break;
+            }
+            completed += 1;
+        }
+        let inputs = self.pins.inputs(self.line.tick);
+        let ticks = self.line.tick - start;
+        Report { id: task.id, completed, ended, position: self.line.position, inputs, ticks }
+    }
+
+    /// Waits until every earlier leg is durable where the tip is about to go down.
+    fn may_begin(&self, task: &Task, segment: &Segment) -> bool {
+        let goes_down = matches!(segment.stage, Stage::Approach | Stage::Drill);
+        let stroke = goes_down && matches!(segment.mark, Mark::Hole(_));
+        loop {
+            if self.shared.stop_upto.load(Ordering::SeqCst) >= task.id {
+                return false;
+            }
+            if !stroke || self.shared.durable.load(Ordering::SeqCst) >= task.needs_durable {
+                return true;
+            }
+            thread::sleep(Duration::from_micros(100));
+        }
+    }
+
+    fn play(&mut self, id: u64, segment: &Segment) -> Ended {
+        let mut desk = Counter { id, shared: &self.shared, left: 0 };
+        let outcome =
+            play(segment, &self.brakes, &mut self.line, &mut *self.pins, &mut *self.clock, &mut desk);
+        match outcome {
+            Outcome::Completed => Ended::Completed,
+            Outcome::Gated(at) => Ended::Gated(at),
+            Outcome::Unmet(gate) => Ended::Unmet(gate),
+            Outcome::Guarded(input) => Ended::Guarded(input),
+            Outcome::Stopped => Ended::Stopped,
+        }
+    }
+
+    /// Leaves a whole glimpse if nobody is looking.
+    fn leave(&mut self, segment: Option<&Segment>) {
+        let inputs = self.pins.inputs(self.line.tick);
+        if let Ok(mut glimpse) = self.shared.glimpse.try_lock() {
+            *glimpse = Glimpse {
+                position: self.line.position,
+                inputs,
+                rpm: self.rpm,
+                stage: segment.map(|segment| segment.stage),
+                end: segment.map_or(glimpse.end, |segment| segment.end),
+            };
+        }
+    }
+}
+
+/// The desk of one task.
+struct Counter<'a> {
+    id: u64,
+    shared: &'a Shared,
+    left: u64,
+}
+
+impl Desk for Counter<'_> {
+    fn order(&mut self) -> Order {
+        if self.shared.stop_upto.load(Ordering::Relaxed) >= self.id { Order::Stop } else { Order::Go }
+    }
+
+    fn passed(&mut self, tick: u64, position: &Steps, inputs: u32) {
+        if tick < self.left + GLIMPSE {
+            return;
+        }
+        self.left = tick;
+        if let Ok(mut glimpse) = self.shared.glimpse.try_lock() {
+            (glimpse.position, glimpse.inputs) = (*position, inputs);
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The ways out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
+//!
+//! ```text
+//! Pins ──▶ wires: which bit is what ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file
+//!          phases, shadow, sensors                     └─ parallel: data, status, control ─┬─ registers
+//!                                                                                          └─ ppdev: /dev/parport0
+//! ```
+//!
+//! Comes in: a machine. Goes out: pins, made safe before anything else. Only one process drives a device at a time. Does
+//! not know tasks. A device that is an ordinary file moves nothing: the same code then writes the same bytes into it.
+
+mod parallel;
+#[cfg(target_os = "linux")]
+mod ppdev;
+mod registers;
+mod wires;
+
+pub(crate) use wires::{Trouble, Wires};
+
+use annulus_core::machine::{Machine, Output};
+use annulus_core::remark::{Remark, Weight};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io;
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// How long another process may take to let go of the device: long enough to come to rest.
+const LET_GO: Duration = Duration::from_secs(10);
+
+/// Bytes of outputs and inputs.
+pub(crate) trait Port: Send {
+    /// Puts `value` on the outputs of byte `byte`, all eight at once.
+    fn write(&mut self, byte: usize, value: u8) -> io::Result<()>;
+
+    /// The inputs of byte `byte`.
+    fn read(&mut self, byte: usize) -> io::Result<u8>;
+}
+
+/// The pins of `machine`'s hardware, everything off.
+pub(crate) fn open(machine: &Machine) -> Result<Wires, Remark> {
+    let card = &machine.card;
+    let path = Path::new(&card.device);
+    let trouble = |error: io::Error| {
+        let code = match error.kind() {
+            io::ErrorKind::NotFound => "output.no_device",
+            io::ErrorKind::PermissionDenied => "output.no_rights",
+            io::ErrorKind::ResourceBusy => "output.in_use",
+            _ => "output.cannot_open",
+        };
+        Remark::new(Weight::Loss, code).with("device", path.display()).with("reason", error)
+    };
+    let file = OpenOptions::new().read(true).write(true).open(path).map_err(trouble)?;
+    take(&file).map_err(trouble)?;
+    let base = u64::from(machine.card_address);
+    let port: Box<dyn Port> = match machine.output {
+        Output::Parallel => parallel::open(file, base).map_err(trouble)?,
+        Output::Card | Output::Virtual => Box::new(registers::Registers::card(file, base, card)),
+    };
+    Wires::new(machine, port).map_err(trouble)
+}
+
+/// Whether the machine's device is an ordinary file, which nothing moves.
+pub(crate) fn is_rehearsal(machine: &Machine) -> bool {
+    std::fs::metadata(&machine.card.device).is_ok_and(|device| device.is_file())
+}
+
+/// Makes the device this process' own, for as long as the file is open.
+fn take(file: &File) -> io::Result<()> {
+    let since = Instant::now();
+    loop {
+        match file.try_lock() {
+            Ok(()) => return Ok(()),
+            Err(TryLockError::WouldBlock) if since.elapsed() < LET_GO => {
+                thread::sleep(Duration::from_millis(20));
+            }
+            Err(TryLockError::WouldBlock) => return Err(io::ErrorKind::ResourceBusy.into()),
+            Err(TryLockError::Error(error)) => return Err(error),
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Registers as bytes of a file: I/O ports through `/dev/port`, or an ordinary file in its place, byte for byte.
+//!
+//! ```text
+//! /dev/port   … base+0  base+1  base+2  base+3 …      seek to the register, then read or write one byte: that is one
+//!               ▲ outputs_at: the first output byte   access to the port
+//!               ▲ inputs_at: the first input byte
+//! ```
+//!
+//! Comes in: bytes by number. Goes out: single-byte accesses, none besides those asked for. Does not know bits.
+
+use super::Port;
+use annulus_core::machine::Card;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+
+/// Registers of a card.
+#[derive(Debug)]
+pub(super) struct Registers<F = File> {
+    file: F,
+    outputs: u64,
+    inputs: u64,
+}
+
+impl<F> Registers<F> {
+    /// Those of `card` at the address `base`.
+    pub(super) fn card(file: F, base: u64, card: &Card) -> Self {
+        let (outputs, inputs) = (base + u64::from(card.outputs_at), base + u64::from(card.inputs_at));
+        Self { file, outputs, inputs }
+    }
+}
+
+/// Writes one byte at `at`.
+pub(super) fn put(file: &mut (impl Write + Seek), at: u64, value: u8) -> io::Result<()> {
+    file.seek(SeekFrom::Start(at))?;
+    file.write_all(&[value])
+}
+
+/// Reads the byte at `at`.
+pub(super) fn get(file: &mut (impl Read + Seek), at: u64) -> io::Result<u8> {
+    let mut byte = [0];
+    file.seek(SeekFrom::Start(at))?;
+    file.read_exact(&mut byte)?;
+    Ok(byte[0])
+}
+
+impl<F: Read + Write + Seek + Send> Port for Registers<F> {
+    fn write(&mut self, byte: usize, value: u8) -> io::Result<()> {
+        put(&mut self.file, self.outputs + byte as u64, value)
+    }
+
+    fn read(&mut self, byte: usize) -> io::Result<u8> {
+        get(&mut self.file, self.inputs + byte as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    #[test]
+    fn a_byte_lies_where_the_map_says_and_nothing_else_is_touched() {
+        for (base, outputs_at, inputs_at) in [(0_u64, 0_u32, 0_u32), (0x2A0, 0, 4), (0x2A0, 8, 0)] {
+            let bytes: Vec<u8> = (0..0x300_u32).map(|at| at as u8 ^ 0x5A).collect();
+            let mut file = Cursor::new(bytes.clone());
+            let card = Card { outputs_at, inputs_at, ..Card::default() };
+            let mut port = Registers::card(&mut file, base, &card);
+            for byte in 0..4 {
+                assert_eq!(port.read(byte).unwrap(), bytes[base as usize + inputs_at as usize + byte]);
+            }
+            for byte in 0..4 {
+                port.write(byte, 0xC0 + byte as u8).unwrap();
+            }
+            let at = base as usize + outputs_at as usize;
+            let mut expected = bytes;
+            expected[at..at + 4].copy_from_slice(&[0xC0, 0xC1, 0xC2, 0xC3]);
+            assert_eq!(file.into_inner(), expected);
+        }
+    }
+
+    #[test]
+    fn a_register_that_is_not_there_is_an_error() {
+        let mut port = Registers::card(Cursor::new(vec![0; 3]), 0, &Card::default());
+        assert!(port.read(2).is_ok());
+        assert!(port.read(3).is_err());
+    }
+}

@@ -1,0 +1,389 @@
+//! `Pins` on wires: steps become phase bytes, phase bytes become bits, and only bytes that changed are written.
+//!
+//! ```text
+//! step X +   column 3 → 4   byte 0x49 ──▶ bits of `card.x` in the image ──▶ byte 0 differs from its shadow: written
+//! rest                      byte 0x09     forcing off, windings hold
+//! safe                      0x09, spindle bit off
+//! ```
+//!
+//! Comes in: steps, spindle, rest. Goes out: bytes at a [`Port`], inputs from it. An input that changed is looked at twice,
+//! so that one glitch is no sensor. Does not know registers. After the port refused once, nothing more is written.
+
+use super::Port;
+use annulus_core::job::Input;
+use annulus_core::machine::{Machine, PhaseTable};
+use annulus_core::pins::{AxisSet, Pins};
+use annulus_core::steps::TICK_HZ;
+use std::io;
+use std::sync::{Arc, OnceLock};
+
+/// Output bytes there can be.
+const BYTES: usize = 4;
+
+/// Bits of a phase byte that force.
+const FORCING: u8 = 0x60;
+
+/// An axis that has not stepped for so long stands still, in ticks: 20 ms. The slowest step of the laboratory drill's ramp
+/// takes 14 ms.
+const STANDSTILL: u64 = TICK_HZ / 50;
+
+/// Why the port refused, once it did.
+pub(crate) type Trouble = Arc<OnceLock<String>>;
+
+/// One motor.
+struct Motor {
+    table: PhaseTable,
+    /// Column in force; none before the first step: then nothing is on.
+    column: Option<usize>,
+    /// Output bit of each bit of the phase byte.
+    bits: Vec<Option<u32>>,
+    forward: bool,
+    stepped_at: u64,
+    forces: bool,
+}
+
+/// A sensor's place.
+struct Sensor {
+    input: Input,
+    byte: usize,
+    mask: u8,
+    low: bool,
+}
+
+/// Pins behind wires.
+pub(crate) struct Wires {
+    port: Box<dyn Port>,
+    motors: [Motor; 3],
+    spindle: Option<u32>,
+    spins: bool,
+    /// What is on each output byte; none for a byte without a signal.
+    shadow: [Option<u8>; BYTES],
+    sensors: Vec<Sensor>,
+    /// Input bytes as believed.
+    believed: [Option<u8>; BYTES],
+    trouble: Trouble,
+}
+
+fn place(bit: i8) -> Option<u32> {
+    u32::try_from(bit).ok().filter(|bit| *bit < 8 * BYTES as u32)
+}
+
+impl Wires {
+    /// The wires of `machine` at `port`. Every output that has a wire is turned off.
+    pub(super) fn new(machine: &Machine, mut port: Box<dyn Port>) -> io::Result<Self> {
+        let card = &machine.card;
+        let motors = std::array::from_fn(|axis| Motor {
+            table: machine.axis(axis).phases.clone(),
+            column: None,
+            bits: card.phases[axis].iter().map(|bit| place(*bit)).collect(),
+            forward: true,
+            stepped_at: 0,
+            forces: false,
+        });
+        let spindle = place(card.spindle);
+        let wired = |input: &Input| {
+            let bit = place(card.sensor(*input))?;
+            let low = card.sensors_low.get(*input as usize) == Some(&1);
+            Some(Sensor { input: *input, byte: bit as usize / 8, mask: 1 << (bit % 8), low })
+        };
+        let sensors: Vec<_> = Input::ALL.iter().filter_map(wired).collect();
+        let mut shadow = [None; BYTES];
+        for bit in card.phases.iter().flatten().filter_map(|bit| place(*bit)).chain(spindle) {
+            shadow[bit as usize / 8] = Some(0);
+        }
+        for byte in (0..BYTES).filter(|byte| shadow[*byte].is_some()) {
+            port.write(byte, 0)?;
+        }
+        let mut believed = [None; BYTES];
+        for sensor in &sensors {
+            believed[sensor.byte] = Some(port.read(sensor.byte)?);
+        }
+        let trouble = Trouble::default();
+        Ok(Self { port, motors, spindle, spins: false, shadow, sensors, believed, trouble })
+    }
+
+    /// Where it is written down that the port refused.
+    pub(crate) fn trouble(&self) -> Trouble {
+        Arc::clone(&self.trouble)
+    }
+
+    /// What should be on the outputs.
+    fn image(&self) -> [u8; BYTES] {
+        let mut image = [0_u8; BYTES];
+        let mut turn_on = |bit: u32| image[bit as usize / 8] |= 1 << (bit % 8);
+        for motor in &self.motors {
+            let byte = motor.byte();
+            for (index, bit) in motor.bits.iter().enumerate() {
+                if let Some(bit) = bit.filter(|_| byte >> index & 1 == 1) {
+                    turn_on(bit);
+                }
+            }
+        }
+        if let Some(bit) = self.spindle.filter(|_| self.spins) {
+            turn_on(bit);
+        }
+        image
+    }
+
+    /// Writes what changed.
+    fn put(&mut self) {
+        for (byte, value) in self.image().into_iter().enumerate() {
+            if self.shadow[byte].is_none_or(|shadow| shadow == value) || self.trouble.get().is_some() {
+                continue;
+            }
+            match self.port.write(byte, value) {
+                Ok(()) => self.shadow[byte] = Some(value),
+                Err(error) => drop(self.trouble.set(error.to_string())),
+            }
+        }
+    }
+
+    /// Takes forcing away from motors that stand still.
+    fn relax(&mut self, at_tick: u64) {
+        let still = |motor: &Motor| motor.forces && at_tick > motor.stepped_at + STANDSTILL;
+        if self.motors.iter().any(still) {
+            self.motors.iter_mut().filter(|motor| still(motor)).for_each(|motor| motor.forces = false);
+            self.put();
+        }
+    }
+
+    /// Byte `byte` of the inputs: a bit that differs from what is believed must differ twice.
+    fn read(&mut self, byte: usize) -> io::Result<u8> {
+        let first = self.port.read(byte)?;
+        let known = self.believed[byte].unwrap_or(first);
+        if first == known {
+            return Ok(known);
+        }
+        let second = self.port.read(byte)?;
+        let changed = (first ^ known) & (second ^ known);
+        Ok(known ^ changed)
+    }
+}
+
+impl Motor {
+    /// The phase byte in force. Forcing is worked out from what the last step switched, so that it is right in both
+    /// directions: the winding whose half changed is forced, if the table forces that winding at all.
+    fn byte(&self) -> u8 {
+        let columns = &self.table.columns;
+        let Some(now) = self.column.and_then(|column| columns.get(column)) else { return 0 };
+        let held = now & !FORCING;
+        if !self.forces {
+            return held;
+        }
+        let before = self.column.map_or(0, |column| self.neighbour(column, !self.forward));
+        let switched = columns.get(before).map_or(0, |before| before ^ now);
+        let used = columns.iter().fold(0, |used, column| used | column);
+        let first = if switched & now & 0x03 != 0 { 0x20 } else { 0 };
+        let second = if switched & now & 0x0C != 0 { 0x40 } else { 0 };
+        held | ((first | second) & used)
+    }
+
+    fn neighbour(&self, column: usize, forward: bool) -> usize {
+        let count = self.table.columns.len().max(1);
+        (column + if forward { 1 } else { count - 1 }) % count
+    }
+
+    fn step(&mut self, at_tick: u64, forward: bool) {
+        self.column = Some(self.neighbour(self.column.unwrap_or(0), forward));
+        (self.forward, self.stepped_at, self.forces) = (forward, at_tick, true);
+    }
+}
+
+impl Pins for Wires {
+    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        for (axis, motor) in self.motors.iter_mut().enumerate() {
+            if axes >> axis & 1 == 1 {
+                motor.step(at_tick, forward >> axis & 1 == 1);
+            }
+        }
+        self.put();
+        self.relax(at_tick);
+    }
+
+    fn spindle(&mut self, _at_tick: u64, rpm: u32) {
+        self.spins = rpm > 0;
+        self.put();
+    }
+
+    fn inputs(&mut self, at_tick: u64) -> u32 {
+        self.relax(at_tick);
+        for byte in 0..BYTES {
+            if self.believed[byte].is_none() || self.trouble.get().is_some() {
+                continue;
+            }
+            match self.read(byte) {
+                Ok(value) => self.believed[byte] = Some(value),
+                Err(error) => drop(self.trouble.set(error.to_string())),
+            }
+        }
+        let on = |sensor: &&Sensor| {
+            let level = self.believed[sensor.byte].unwrap_or(0) & sensor.mask != 0;
+            level != sensor.low
+        };
+        self.sensors.iter().filter(on).fold(0, |inputs, sensor| inputs | sensor.input.bit())
+    }
+
+    fn rest(&mut self, _at_tick: u64) {
+        self.motors.iter_mut().for_each(|motor| motor.forces = false);
+        self.put();
+    }
+
+    fn safe(&mut self) {
+        self.spins = false;
+        self.rest(0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::machine::{Output, lab};
+    use std::collections::VecDeque;
+    use std::sync::Mutex;
+
+    /// A port that writes down what is written, and reads what it was told.
+    #[derive(Clone, Default)]
+    struct Noted(Arc<Mutex<Notes>>);
+
+    #[derive(Default)]
+    struct Notes {
+        written: Vec<(usize, u8)>,
+        told: VecDeque<u8>,
+        refuses: bool,
+    }
+
+    impl Noted {
+        fn take(&self) -> Vec<(usize, u8)> {
+            std::mem::take(&mut self.0.lock().unwrap().written)
+        }
+        fn say(&self, bytes: &[u8]) {
+            self.0.lock().unwrap().told = bytes.iter().copied().collect();
+        }
+        fn fail(&self) {
+            self.0.lock().unwrap().refuses = true;
+        }
+    }
+
+    impl Port for Noted {
+        fn write(&mut self, byte: usize, value: u8) -> io::Result<()> {
+            let mut noted = self.0.lock().unwrap();
+            if noted.refuses {
+                return Err(io::ErrorKind::BrokenPipe.into());
+            }
+            noted.written.push((byte, value));
+            Ok(())
+        }
+        fn read(&mut self, _: usize) -> io::Result<u8> {
+            let mut noted = self.0.lock().unwrap();
+            let next = noted.told.pop_front().unwrap_or(0);
+            if noted.told.is_empty() {
+                noted.told.push_back(next);
+            }
+            Ok(next)
+        }
+    }
+
+    fn machine() -> Machine {
+        Machine { output: Output::Card, ..lab() }
+    }
+
+    fn wires(machine: &Machine) -> (Wires, Noted) {
+        let noted = Noted::default();
+        (Wires::new(machine, Box::new(noted.clone())).unwrap(), noted)
+    }
+
+    #[test]
+    fn it_starts_with_everything_off_and_a_step_writes_one_byte() {
+        let (mut wires, noted) = wires(&machine());
+        assert_eq!(noted.take(), [(0, 0), (1, 0), (2, 0), (3, 0)]);
+        wires.step(10, 0b001, 0b001);
+        assert_eq!(noted.take(), [(0, 0x05)], "column 2: nothing is switched, nothing forced");
+        wires.step(20, 0b001, 0b001);
+        assert_eq!(noted.take(), [], "column 3 is the same byte");
+        wires.step(30, 0b001, 0b001);
+        assert_eq!(noted.take(), [(0, 0x49)], "2a to 2b, forced");
+        wires.step(40, 0b011, 0b011);
+        assert_eq!(noted.take(), [(0, 0x09), (1, 0x05)]);
+        wires.spindle(50, 20_000);
+        assert_eq!(noted.take(), [(3, 0x01)]);
+        wires.spindle(60, 10_000);
+        wires.rest(70);
+        wires.safe();
+        assert_eq!(noted.take(), [(3, 0x00)]);
+        wires.safe();
+        assert_eq!(noted.take(), [], "twice is as good as once");
+    }
+
+    #[test]
+    fn twelve_takts_forward_are_the_printed_table_and_backward_are_forced_in_mirror_image() {
+        let (mut wires, noted) = wires(&machine());
+        let printed = [0x05, 0x05, 0x49, 0x09, 0x09, 0x2A, 0x0A, 0x0A, 0x46, 0x06, 0x06, 0x25];
+        noted.take();
+        let mut seen = Vec::new();
+        for tick in 0..24 {
+            wires.step(tick, 0b100, 0b100);
+            seen.push(wires.image()[2]);
+        }
+        assert_eq!(seen[..12], printed);
+        assert_eq!(seen[12..], printed);
+        let mut seen = Vec::new();
+        for tick in 24..36 {
+            wires.step(tick, 0b100, 0);
+            seen.push(wires.image()[2]);
+        }
+        // At column 1; one step back is column 12: 1a goes, 1b comes.
+        assert_eq!(
+            seen,
+            [0x26, 0x06, 0x06, 0x4A, 0x0A, 0x0A, 0x29, 0x09, 0x09, 0x45, 0x05, 0x05],
+            "each half is forced where it comes on"
+        );
+        assert_eq!(wires.image()[0..2], [0, 0], "nothing else moved");
+    }
+
+    #[test]
+    fn forcing_goes_at_rest_and_after_a_standstill_while_the_windings_hold() {
+        let (mut wires, noted) = wires(&machine());
+        wires.step(1_000, 0b111, 0b000);
+        noted.take();
+        assert_eq!(wires.image()[..3], [0x26, 0x26, 0x26]);
+        assert_eq!(wires.inputs(1_000 + STANDSTILL), 0);
+        assert_eq!(noted.take(), [], "not yet");
+        wires.step(1_001 + STANDSTILL, 0b010, 0b000);
+        assert_eq!(noted.take(), [(1, 0x06), (0, 0x06), (2, 0x06)], "X and Z stood still meanwhile");
+        wires.step(1_002 + STANDSTILL, 0b001, 0b001);
+        wires.step(1_003 + STANDSTILL, 0b001, 0b000);
+        assert_eq!(wires.image()[0], 0x26);
+        wires.rest(1_003 + STANDSTILL);
+        assert_eq!(wires.image(), [0x06, 0x06, 0x06, 0]);
+    }
+
+    #[test]
+    fn sensors_are_found_by_the_map_and_a_glitch_is_no_sensor() {
+        let mut turned = machine();
+        turned.card.sensors = vec![7, 1, 2, 3, 4, 5, -1];
+        turned.card.sensors_low = vec![0, 0, 0, 0, 1, 0, 0];
+        let (mut wires, noted) = wires(&turned);
+        let top = Input::ZTop.bit();
+        assert_eq!(wires.inputs(0), top, "a low sensor is on at 0");
+        noted.say(&[0x92, 0x92]);
+        assert_eq!(wires.inputs(1), Input::XMin.bit() | Input::XMax.bit());
+        noted.say(&[0x92, 0x96, 0x92]);
+        for _ in 0..3 {
+            assert_eq!(wires.inputs(2), Input::XMin.bit() | Input::XMax.bit(), "one sample is a glitch");
+        }
+        noted.say(&[0x96, 0x97]);
+        assert_eq!(wires.inputs(3), Input::XMin.bit() | Input::XMax.bit() | Input::YMin.bit());
+    }
+
+    #[test]
+    fn a_port_that_refuses_is_told_once_and_left_alone() {
+        let (mut wires, noted) = wires(&machine());
+        let trouble = wires.trouble();
+        noted.take();
+        noted.fail();
+        wires.step(1, 0b001, 0b001);
+        wires.step(2, 0b001, 0b001);
+        assert!(trouble.get().is_some_and(|why| why.contains("pipe")), "{trouble:?}");
+        assert_eq!(noted.take(), []);
+    }
+}

@@ -1,0 +1,229 @@
+//! How late a computer is with its pulses, and how fast it may step because of that (A13).
+//!
+//! ```text
+//! asked   |         |         |         |          a beat every 0.5 ms
+//! came     |        |          |      → |    |     late by 1, 0, 1, 5 … µs: the histogram
+//!
+//! fastest rate that is safe      1 / (4 · p99.99 lateness): a late step then stays within a quarter of its tick
+//! a motor's start–stop rate      below it the motor follows any interval, so that lateness does no harm
+//! ```
+//!
+//! Comes in: lateness in µs, segments. Goes out: the histogram, the safe rate, and whether a stream is slower. Does not
+//! know any clock.
+
+use crate::machine::{AXES, axis_name};
+use crate::remark::{Remark, Weight};
+use crate::steps::{Segment, TICK_HZ};
+use serde::{Deserialize, Serialize};
+
+/// Upper edges of the histogram's bars, µs. What is later is in the last bar, which ends at the worst.
+pub const EDGES_US: [u32; 16] =
+    [1, 2, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 20_000, 50_000, 100_000];
+
+/// How late a clock was, over many beats.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Lateness {
+    /// Beats measured.
+    pub beats: u32,
+    /// How many of them were at most as late as each of [`EDGES_US`] and later than the one before; one more for the rest.
+    pub bars: Vec<u32>,
+    /// Half of the beats were at most so late, µs.
+    pub p50_us: f64,
+    /// 99 % of them.
+    pub p99_us: f64,
+    /// 99.99 % of them; with fewer than ten thousand beats, all.
+    pub p9999_us: f64,
+    /// All of them.
+    pub worst_us: f64,
+}
+
+impl Lateness {
+    /// The histogram of `late_us`, which it sorts. Beats that are no numbers count as never come.
+    pub fn of(late_us: &mut [f64]) -> Self {
+        for late in late_us.iter_mut() {
+            *late = if late.is_nan() { f64::INFINITY } else { late.max(0.0) };
+        }
+        late_us.sort_by(f64::total_cmp);
+        let count = late_us.len();
+        // The smallest value that at least this share of the beats does not exceed.
+        let at = |share: f64| {
+            let rank = libm::ceil(share * count as f64) as usize;
+            late_us.get(rank.max(1) - 1).or(late_us.last()).copied().unwrap_or(0.0)
+        };
+        let mut bars = vec![0_u32; EDGES_US.len() + 1];
+        for late in late_us.iter() {
+            bars[EDGES_US.partition_point(|edge| f64::from(*edge) < *late)] += 1;
+        }
+        Self {
+            beats: u32::try_from(count).unwrap_or(u32::MAX),
+            bars,
+            p50_us: at(0.5),
+            p99_us: at(0.99),
+            p9999_us: at(0.9999),
+            worst_us: at(1.0),
+        }
+    }
+}
+
+/// What an executor found out about its computer when it started.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// How late it was.
+    pub lateness: Lateness,
+    /// The highest safe step rate that follows, steps per second.
+    pub safe_hz: f64,
+    /// Why it does not run in the system's real-time class; none where it does.
+    pub no_realtime: Option<String>,
+    /// Why its memory is not locked; none where it is.
+    pub not_locked: Option<String>,
+}
+
+/// The highest safe step rate: its tick is at least four times as long as 99.99 % of the beats were late. A motor's
+/// start–stop rate is safe on any computer: below it no interval is too uneven. Steps per second; never above one a tick.
+pub fn safe_rate(lateness: &Lateness, start_stop_hz: f64) -> f64 {
+    let quarter_s = lateness.p9999_us.max(0.0) * 1e-6;
+    let fastest = if quarter_s > 0.0 { 1.0 / (4.0 * quarter_s) } else { TICK_HZ as f64 };
+    // No beat, no knowledge.
+    let fastest = if lateness.beats == 0 { 0.0 } else { fastest };
+    fastest.max(start_stop_hz).min(TICK_HZ as f64)
+}
+
+/// The shortest interval between two steps of one axis in `segments`: its rate in steps per second, and the axis. None
+/// where no axis makes two steps.
+pub fn fastest_rate(segments: &[Segment]) -> Option<(f64, usize)> {
+    let mut shortest: Option<(i64, usize)> = None;
+    for segment in segments {
+        let mut seen = [false; AXES];
+        for run in &segment.runs {
+            let (axis, interval, change) =
+                (usize::from(run.axis), i64::from(run.interval), i64::from(run.change));
+            let Some(seen) = seen.get_mut(axis) else { continue };
+            let last = interval + change * (i64::from(run.count) - 1).max(0);
+            // The first step of a segment follows a rest.
+            let first = if *seen { interval } else { interval + change };
+            let single = !*seen && run.count < 2;
+            *seen |= run.count > 0;
+            if run.count == 0 || single {
+                continue;
+            }
+            let least = first.min(last).max(1);
+            if shortest.is_none_or(|(ticks, _)| least < ticks) {
+                shortest = Some((least, axis));
+            }
+        }
+    }
+    shortest.map(|(ticks, axis)| (TICK_HZ as f64 / ticks as f64, axis))
+}
+
+/// Why `segments` must not be played on a computer whose highest safe rate is `safe_hz`, if they must not.
+pub fn too_fast(segments: &[Segment], safe_hz: f64) -> Option<Remark> {
+    let (hz, axis) = fastest_rate(segments).filter(|(hz, _)| *hz > safe_hz)?;
+    let why = Remark::new(Weight::Loss, "control.faster_than_clock").with("axis", axis_name(axis));
+    Some(why.with("hz", libm::ceil(hz)).with("safe", libm::floor(safe_hz)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Effect, Mark, Stage};
+    use crate::machine::Steps;
+    use crate::steps::{Run, replay};
+
+    #[test]
+    fn the_histogram_holds_every_beat_and_its_quantiles_are_beats() {
+        let mut seed = 11_u64;
+        for count in [1, 2, 3, 100, 9_999, 10_000, 10_001, 40_000] {
+            let mut late: Vec<f64> = (0..count)
+                .map(|_| {
+                    seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                    (seed >> 44) as f64 / 7.0
+                })
+                .collect();
+            let found = Lateness::of(&mut late);
+            assert_eq!((found.beats, found.bars.iter().sum::<u32>()), (count, count), "seed 11");
+            let within = |bound: f64| late.iter().filter(|late| **late <= bound).count() as f64;
+            for (share, bound) in [(0.5, found.p50_us), (0.99, found.p99_us), (0.9999, found.p9999_us)] {
+                assert!(within(bound) >= share * f64::from(count), "{count} {share}");
+                assert!(late.iter().filter(|late| **late < bound).count() as f64 <= share * f64::from(count));
+            }
+            assert_eq!(found.worst_us, *late.last().unwrap());
+        }
+        let on_edge = Lateness::of(&mut [1.0, 1.5, 100_000.0, 100_001.0, f64::NAN, -3.0]);
+        assert_eq!((on_edge.bars[0], on_edge.bars[1], on_edge.bars[15], on_edge.bars[16]), (2, 1, 1, 2));
+        assert_eq!(on_edge.worst_us, f64::INFINITY);
+    }
+
+    #[test]
+    fn the_safe_rate_keeps_lateness_within_a_quarter_tick_or_under_the_start_stop_rate() {
+        let late = |us: f64| Lateness::of(&mut vec![us; 20_000]);
+        let rows = [
+            (50.0, 0.0, 5_000.0),
+            (50.0, 500.0, 5_000.0),
+            (10_000.0, 0.0, 25.0),
+            (10_000.0, 70.0, 70.0),
+            (f64::INFINITY, 70.0, 70.0),
+            (0.0, 70.0, TICK_HZ as f64),
+        ];
+        for (us, start_stop, safe) in rows {
+            assert!((safe_rate(&late(us), start_stop) - safe).abs() < 1e-6, "{us} {start_stop}");
+        }
+        assert_eq!(safe_rate(&Lateness::default(), 70.0), 70.0, "nothing measured");
+        // One beat in ten thousand may be later, two not.
+        let mut beats = vec![25.0; 10_000];
+        beats[7] = 9_000.0;
+        assert_eq!(safe_rate(&Lateness::of(&mut beats.clone()), 0.0), 10_000.0);
+        beats[8] = 9_000.0;
+        assert!(safe_rate(&Lateness::of(&mut beats), 0.0) < 28.0);
+    }
+
+    fn segment(runs: Vec<Run>) -> Segment {
+        let (mark, stage, effect) = (Mark::Prepare, Stage::Jog, Effect::None);
+        let end = Steps::default();
+        Segment { leg: 0, mark, stage, duration_ticks: 1 << 40, runs, effect, gate: None, end }
+    }
+
+    #[test]
+    fn the_fastest_rate_is_that_of_the_pulses() {
+        let mut seed = 5_u64;
+        let mut draw = |below: u64| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) % below
+        };
+        for _ in 0..500 {
+            let mut runs = Vec::new();
+            for axis in 0..3_u8 {
+                for _ in 0..draw(4) {
+                    let (interval, count) = (2_000 + draw(5_000) as u32, draw(20) as u32);
+                    let change = draw(100) as i32 - 50;
+                    runs.push(Run { axis, forward: true, interval, count, change });
+                }
+            }
+            let segment = segment(runs);
+            let mut last = [None; AXES];
+            let mut shortest = u64::MAX;
+            for pulse in replay(&segment) {
+                for (axis, last) in
+                    last.iter_mut().enumerate().filter(|(axis, _)| pulse.axes >> axis & 1 == 1)
+                {
+                    shortest = last.map_or(shortest, |last: u64| shortest.min(pulse.tick - last));
+                    assert!(axis < 3);
+                    *last = Some(pulse.tick);
+                }
+            }
+            let found = fastest_rate(&[segment]).map(|(hz, _)| hz);
+            let expected = (shortest != u64::MAX).then(|| TICK_HZ as f64 / shortest as f64);
+            assert_eq!(found, expected, "seed 5");
+        }
+    }
+
+    #[test]
+    fn a_stream_above_the_safe_rate_is_refused_with_both_numbers() {
+        let run = Run { axis: 1, forward: true, interval: 20_000, count: 9, change: 0 };
+        let segments = [segment(vec![run])];
+        assert_eq!(too_fast(&segments, 500.0), None);
+        let why = too_fast(&segments, 499.5).unwrap();
+        let sentence = why.message("en");
+        assert!(sentence.contains("Y") && sentence.contains("500") && sentence.contains("499"), "{sentence}");
+        assert!(!why.advice("en").is_empty());
+    }
+}
