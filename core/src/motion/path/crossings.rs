@@ -126,7 +126,7 @@ impl Sweep {
         let half = if self.forward { -0.5 } else { 0.5 };
         let place = (to as f64 + half) * self.mm_per_step;
         let s_mm = planned.curve.length_at(self.axis, &part.stretch, place);
-        planned.start_s + planned.time_at(s_mm)
+        path.time_in(planned, s_mm)
     }
 
     fn drop_last(&mut self) {

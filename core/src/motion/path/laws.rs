@@ -1,14 +1,17 @@
 //! The laws a path must keep, from its closed forms alone (N14): at every moment no axis faster, harder or jerkier than
 //! it may, every piece from where and as fast as the one before ended, rest at both ends.
 //!
-//! Comes in: a path, limits of X, Y and Z, the share of the acceleration that was to be used. Goes out: what is broken,
+//! Comes in: a path, limits of X, Y and Z, the rules it was planned by. Goes out: what is broken,
 //! if anything. Does not know how it was planned.
 //!
 //! Greatest speed, acceleration and jerk of a span are among its numbers. A line gives an axis its share of each. On an
 //! arc of radius r an axis sees at most |v|·(its greatest share) of the speed, √(a² + (v²/r)²) of the acceleration and
-//! √((j + v³/r²)² + (3va/r)²) of the jerk, with the greatest v, a, j of the span.
+//! √((j + v³/r²)² + (3va/r)²) of the jerk, with the greatest v, a, j of the span. In a corner the speed of an axis jumps:
+//! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A.
 
-use super::{Curve, Path, Place, Planned};
+use super::plan::{OF_CORNERS, Rules, turn};
+use super::{Curve, Path, Place, Planned, Run};
+use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
 use crate::remark::{Remark, Weight};
 
@@ -19,36 +22,48 @@ const ROUNDING: f64 = 1e-9;
 const SAME: f64 = 1e-9;
 
 /// The first broken law, with the number of the piece in the chain, from 1.
-pub fn laws(path: &Path, axes: &[Limits; 3], share: f64) -> Result<(), Remark> {
-    let (mut at, mut speed, mut now) = (path.start, 0.0, 0.0);
-    for planned in &path.pieces {
-        let remark = |code: &str| Remark::new(Weight::Loss, code).with("piece", planned.source + 1);
-        let joined = near(planned.curve.at(0.0), at) && planned.start_s == now && whole(planned);
-        let (from, to) = end_speeds(planned);
-        if !joined || (from - speed).abs() > ROUNDING * (from + speed) + SAME {
-            return Err(remark("motion.path_broken"));
+pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark> {
+    let axes = &axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
+    let remark = |code: &str, source: u32| Remark::new(Weight::Loss, code).with("piece", source + 1);
+    let (mut at, mut speed, mut now, mut counted) = (path.start, 0.0, 0.0, 0);
+    for (index, run) in path.runs.iter().enumerate() {
+        let pieces = path.pieces_of(run);
+        let Some(first) = pieces.first() else { return Err(remark("motion.path_broken", 0)) };
+        let (from, to) = end_speeds(run);
+        let smooth = (from - speed).abs() <= ROUNDING * (from + speed) + SAME;
+        if !(smooth && run.start_s == now && run.first as usize == counted && whole(run, pieces, index)) {
+            return Err(remark("motion.path_broken", first.source));
         }
-        let over =
-            |axis: &usize| planned.spans.iter().any(|span| too_much(planned, span, axes, *axis, share));
-        if let Some(axis) = (0..3).find(over) {
-            return Err(remark("motion.path_over_limit").with("axis", ["x", "y", "z"][axis]));
+        for planned in pieces {
+            if !near(planned.curve.at(0.0), at) {
+                return Err(remark("motion.path_broken", planned.source));
+            }
+            let over = |axis: &usize| run.spans.iter().any(|span| too_much(planned, span, axes, *axis));
+            if let Some(axis) = (0..3).find(over) {
+                return Err(remark("motion.path_over_limit", planned.source).with("axis", axis_name(axis)));
+            }
+            at = planned.curve.end();
         }
-        (at, speed, now) = (planned.curve.end(), to, now + planned.duration_s());
+        (speed, now, counted) = (to, now + run.duration_s(), counted + pieces.len());
     }
-    if speed > SAME {
-        return Err(Remark::new(Weight::Loss, "motion.path_broken").with("piece", path.pieces.len()));
+    if speed > SAME || counted != path.pieces.len() {
+        return Err(remark("motion.path_broken", path.pieces.last().map_or(0, |last| last.source)));
     }
-    Ok(())
+    let sharp =
+        path.pieces.windows(2).find_map(|pair| Some((sharp(path, pair, axes, rules)?, pair[1].source)));
+    sharp.map_or(Ok(()), |(axis, source)| {
+        Err(remark("motion.path_over_limit", source).with("axis", axis_name(axis)))
+    })
 }
 
 fn near(a: Place, b: Place) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME + SAME * b.abs())
 }
 
-/// Whether the spans of a piece follow each other and go all of its way.
-fn whole(planned: &Planned) -> bool {
+/// Whether the spans of a run follow each other and go all the way of its pieces.
+fn whole(run: &Run, pieces: &[Planned], index: usize) -> bool {
     let (mut s, mut t, mut speed) = (0.0, 0.0, None);
-    for span in &planned.spans {
+    for span in &run.spans {
         let (from, to) = ends(span);
         let smooth = speed.is_none_or(|speed: f64| (from - speed).abs() <= ROUNDING * (from + speed) + SAME);
         if !smooth || span.start_mm != s || span.start_s != t {
@@ -56,7 +71,14 @@ fn whole(planned: &Planned) -> bool {
         }
         (s, t, speed) = (span.end_mm(), span.end_s(), Some(to));
     }
-    (s - planned.curve.length_mm()).abs() <= SAME + SAME * s
+    let mut length = 0.0;
+    for planned in pieces {
+        if planned.run as usize != index || planned.start_mm != length {
+            return false;
+        }
+        length += planned.curve.length_mm();
+    }
+    (s - length).abs() <= SAME + SAME * s
 }
 
 /// Speeds at the ends of a span.
@@ -65,12 +87,26 @@ fn ends(span: &Span) -> (f64, f64) {
     if span.falls { (high, low) } else { (low, high) }
 }
 
-fn end_speeds(planned: &Planned) -> (f64, f64) {
-    let first = planned.spans.first().map_or(0.0, |span| ends(span).0);
-    (first, planned.spans.last().map_or(0.0, |span| ends(span).1))
+fn end_speeds(run: &Run) -> (f64, f64) {
+    let first = run.spans.first().map_or(0.0, |span| ends(span).0);
+    (first, run.spans.last().map_or(0.0, |span| ends(span).1))
 }
 
-fn too_much(planned: &Planned, span: &Span, axes: &[Limits; 3], axis: usize, share: f64) -> bool {
+/// The axis that is turned too fast between two pieces, if one is.
+fn sharp(path: &Path, pair: &[Planned], axes: &[Limits; 3], rules: &Rules) -> Option<usize> {
+    let [before, after] = pair else { return None };
+    let change = turn(&before.curve, &after.curve);
+    let speed = path.speed(path.time_in(after, 0.0));
+    let shorter_mm = before.curve.length_mm().min(after.curve.length_mm());
+    (0..3).find(|axis| {
+        let (a, jump) = (axes[*axis].acceleration, speed * change[*axis].abs());
+        let most = libm::sqrt(8.0 * a * rules.deviation_mm);
+        jump > most * (1.0 + ROUNDING) + SAME
+            || jump * speed > OF_CORNERS * a * shorter_mm * (1.0 + ROUNDING) + SAME
+    })
+}
+
+fn too_much(planned: &Planned, span: &Span, axes: &[Limits; 3], axis: usize) -> bool {
     let of_way = planned.curve.greatest_share(axis);
     let own = &axes[axis];
     let v = span.low_mm_per_s + span.ramp.rise_mm_per_s;
@@ -85,5 +121,5 @@ fn too_much(planned: &Planned, span: &Span, axes: &[Limits; 3], axis: usize, sha
         }
     };
     let over = |value: f64, limit: f64| value.is_nan() || value > limit * (1.0 + ROUNDING);
-    over(v * of_way, own.speed) || over(acceleration, own.acceleration * share) || over(jerk, own.jerk)
+    over(v * of_way, own.speed) || over(acceleration, own.acceleration) || over(jerk, own.jerk)
 }

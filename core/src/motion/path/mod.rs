@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! v ^   ____       ____________
-//!   |  /    \     /            \        each piece: up to a speed, steady, down to the speed of its end;
-//!   | /      \___/              \       no acceleration along the path where pieces meet
+//!   |  /    \     /            \        a run is one piece, or many short ones driven alike: up to a speed,
+//!   | /      \___/              \       steady, down to the speed of its end; no acceleration where runs meet
 //!   |/        corner             \
 //!   +----------------------------> t
 //! ```
@@ -32,45 +32,66 @@ pub struct Path {
     pub start: Place,
     /// Its pieces, in order and without a gap.
     pub pieces: Vec<Planned>,
+    /// Its runs, in order and without a gap: every piece is in one.
+    pub runs: Vec<Run>,
 }
 
-/// A piece with its times.
+/// A piece with its place in a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Planned {
     /// Which piece of the chain it is, or is a part of.
     pub source: u32,
     /// Where it goes.
     pub curve: Curve,
+    /// The run that it is in.
+    pub run: u32,
+    /// Length of the run before it, mm.
+    pub start_mm: f64,
+}
+
+/// One rise, steady run and fall over one piece, or over many that may be driven alike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
     /// Second at which it begins, from the start of the path.
     pub start_s: f64,
     /// Length of the path before it, mm.
     pub start_mm: f64,
-    /// Rise, steady run, fall; times and lengths counted from the piece's beginning. None of them is empty.
+    /// Its first piece.
+    pub first: u32,
+    /// How many pieces it has, at least one.
+    pub count: u32,
+    /// Times and lengths counted from the beginning of the run. None of them is empty.
     pub spans: Vec<Span>,
 }
 
-impl Planned {
+impl Run {
     /// How long it takes.
     pub fn duration_s(&self) -> f64 {
         self.spans.last().map_or(0.0, Span::end_s)
     }
 
-    /// The span at second `t` of the piece.
+    /// How long it is.
+    pub fn length_mm(&self) -> f64 {
+        self.spans.last().map_or(0.0, Span::end_mm)
+    }
+
+    /// The span at second `t` of the run.
     fn span(&self, t: f64) -> Option<&Span> {
         self.spans.iter().rev().find(|span| t >= span.start_s).or(self.spans.first())
     }
 
-    /// The second of the piece at which its length `s_mm` is done.
+    /// The second of the run at which its length `s_mm` is done.
     fn time_at(&self, s_mm: f64) -> f64 {
         let span = self.spans.iter().rev().find(|span| s_mm >= span.start_mm).or(self.spans.first());
         span.map_or(0.0, |span| span.time_at(s_mm))
     }
 }
 
-/// Place along the path, speed and acceleration along it, and the piece, at one second.
+/// Curve, length along it, speed and acceleration along it, at one second.
 struct Now<'a> {
-    planned: &'a Planned,
+    curve: &'a Curve,
     s_mm: f64,
+    done_mm: f64,
     speed: f64,
     acceleration: f64,
 }
@@ -78,12 +99,12 @@ struct Now<'a> {
 impl Path {
     /// How long it takes.
     pub fn duration_s(&self) -> f64 {
-        self.pieces.last().map_or(0.0, |last| last.start_s + last.duration_s())
+        self.runs.last().map_or(0.0, |last| last.start_s + last.duration_s())
     }
 
     /// How long it is.
     pub fn length_mm(&self) -> f64 {
-        self.pieces.last().map_or(0.0, |last| last.start_mm + last.curve.length_mm())
+        self.runs.last().map_or(0.0, |last| last.start_mm + last.length_mm())
     }
 
     /// Where it ends.
@@ -91,20 +112,41 @@ impl Path {
         self.pieces.last().map_or(self.start, |last| last.curve.end())
     }
 
+    /// The pieces of a run.
+    fn pieces_of(&self, run: &Run) -> &[Planned] {
+        let first = run.first as usize;
+        self.pieces.get(first..first + run.count as usize).unwrap_or_default()
+    }
+
+    /// The second at which piece number `piece` of the plan begins; the duration where there is none.
+    pub fn start_of_piece_s(&self, piece: usize) -> f64 {
+        self.pieces.get(piece).map_or(self.duration_s(), |planned| self.time_in(planned, 0.0))
+    }
+
+    /// The second at which the length `s_mm` of a piece is done.
+    fn time_in(&self, planned: &Planned, s_mm: f64) -> f64 {
+        let run = self.runs.get(planned.run as usize);
+        run.map_or(0.0, |run| run.start_s + run.time_at(planned.start_mm + s_mm))
+    }
+
+    /// What is driven at second `t`, if anything moves then.
     fn now(&self, t: f64) -> Option<Now<'_>> {
-        let after = self.pieces.partition_point(|planned| planned.start_s <= t);
-        let planned = self.pieces.get(after.saturating_sub(1))?;
-        let since = t - planned.start_s;
-        let span = planned.span(since)?;
+        let run = self.runs.get(self.runs.partition_point(|run| run.start_s <= t).saturating_sub(1))?;
+        let since = t - run.start_s;
+        let span = run.span(since)?;
+        let s_mm = span.position_mm(since);
+        let pieces = self.pieces_of(run);
+        let planned = pieces.get(pieces.partition_point(|piece| piece.start_mm <= s_mm).saturating_sub(1))?;
         Some(Now {
-            planned,
-            s_mm: span.position_mm(since),
+            curve: &planned.curve,
+            s_mm: s_mm - planned.start_mm,
+            done_mm: run.start_mm + s_mm,
             speed: span.speed(since),
             acceleration: span.acceleration(since),
         })
     }
 
-    fn runs(&self, t: f64) -> Option<Now<'_>> {
+    fn moving(&self, t: f64) -> Option<Now<'_>> {
         if t > 0.0 && t < self.duration_s() { self.now(t) } else { None }
     }
 
@@ -113,31 +155,29 @@ impl Path {
         if t <= 0.0 {
             return self.start;
         }
-        self.runs(t).map_or(self.end(), |now| now.planned.curve.at(now.s_mm))
+        self.moving(t).map_or(self.end(), |now| now.curve.at(now.s_mm))
     }
 
     /// Length done at second `t`, mm.
     pub fn position_mm(&self, t: f64) -> f64 {
         let done = if t <= 0.0 { 0.0 } else { self.length_mm() };
-        self.runs(t).map_or(done, |now| now.planned.start_mm + now.s_mm)
+        self.moving(t).map_or(done, |now| now.done_mm)
     }
 
     /// Speed along the path at second `t`, mm/s.
     pub fn speed(&self, t: f64) -> f64 {
-        self.runs(t).map_or(0.0, |now| now.speed)
+        self.moving(t).map_or(0.0, |now| now.speed)
     }
 
     /// Speed of every axis at second `t`, mm/s, with its sign.
     pub fn velocity(&self, t: f64) -> Place {
-        self.runs(t)
-            .map_or([0.0; 3], |now| now.planned.curve.tangent(now.s_mm).map(|share| share * now.speed))
+        self.moving(t).map_or([0.0; 3], |now| now.curve.tangent(now.s_mm).map(|share| share * now.speed))
     }
 
     /// Acceleration of every axis at second `t`, mm/s²: along the path, and on arcs also towards the centre.
     pub fn acceleration(&self, t: f64) -> Place {
-        self.runs(t).map_or([0.0; 3], |now| {
-            let (along, across) =
-                (now.planned.curve.tangent(now.s_mm), now.planned.curve.curvature(now.s_mm));
+        self.moving(t).map_or([0.0; 3], |now| {
+            let (along, across) = (now.curve.tangent(now.s_mm), now.curve.curvature(now.s_mm));
             let squared = now.speed * now.speed;
             core::array::from_fn(|axis| along[axis] * now.acceleration + across[axis] * squared)
         })
@@ -148,8 +188,7 @@ impl Path {
         if s_mm >= self.length_mm() {
             return self.duration_s();
         }
-        let after = self.pieces.partition_point(|planned| planned.start_mm <= s_mm);
-        let planned = self.pieces.get(after.saturating_sub(1));
-        planned.map_or(0.0, |planned| planned.start_s + planned.time_at((s_mm - planned.start_mm).max(0.0)))
+        let run = self.runs.get(self.runs.partition_point(|run| run.start_mm <= s_mm).saturating_sub(1));
+        run.map_or(0.0, |run| run.start_s + run.time_at((s_mm - run.start_mm).max(0.0)))
     }
 }

@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! corner speed    ·    ·  ·      ·      1. limits of every piece, then of every corner
-//! backward   <──/‾‾‾\──/‾\────────      2. from the end: no faster than what can still be braked from
-//! forward    ──/‾‾‾\──/‾\───────>       3. from the start: no faster than what can be reached
+//!                                       2. neighbours that may be driven alike become one run
+//! backward   <──/‾‾‾\──/‾\────────      3. from the end: no faster than what can still be braked from
+//! forward    ──/‾‾‾\──/‾\───────>       4. from the start: no faster than what can be reached
 //! ```
 //!
 //! Comes in: a [`Chain`], limits of X, Y and Z, [`Rules`]. Goes out: a [`Path`]. Does not know time before it is done.
@@ -14,14 +15,16 @@
 //!
 //! A corner that turns by φ is taken as if an arc touched both sides and passed the corner in the distance d: its radius
 //! is R = d·cos(φ/2)/(1 − cos(φ/2)), from R/cos(φ/2) − R = d; the pull to its centre v²/R must stay within what the axes
-//! may do in the direction of the change. (The corner is still driven sharp: d is how far the machine may give way.) And
-//! no axis may change its speed in a corner by more than its acceleration does in [`Rules::corner_s`].
+//! may do in the direction of the change. (The corner is still driven sharp: d is how far the machine may give way.) So
+//! no axis of acceleration A ever changes its speed in a corner by more than √(8·A·d). Many small corners are a curve:
+//! in each of them no axis changes its speed by more than 0.6 of its acceleration does in the time of the shorter side.
 //!
 //! What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
 //! (`motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
 
 use super::curve::{self, Curve, Place};
-use super::{Path, Planned};
+use super::{Path, Planned, Run};
+use crate::machine::Machine;
 use crate::motion::profile::{Limits, Shape, Span};
 use crate::remark::{Remark, Weight};
 
@@ -43,7 +46,16 @@ const JERK_OF_TURNING: f64 = 0.5;
 const JERK_OF_PULL: f64 = 0.6;
 const JERK_ALONG: f64 = 0.3;
 
-/// How often the top speed of a piece is halved in.
+/// Share of the acceleration with which many small corners may change the direction.
+pub(super) const OF_CORNERS: f64 = 0.6;
+
+/// Parts of directions that differ by less than this are the same.
+const STRAIGHT: f64 = 1e-12;
+
+/// Pieces are driven as one while their common speed is at least this share of what one of them could do alone.
+const ALIKE: f64 = 0.8;
+
+/// How often the top speed of a group is halved in.
 const HALVINGS: u32 = 60;
 
 /// Pieces from one place to the next, at rest at both ends.
@@ -87,8 +99,13 @@ pub struct Rules {
     pub share: f64,
     /// d: how far the machine may give way in a corner, mm.
     pub deviation_mm: f64,
-    /// In a corner an axis may change its speed by what its acceleration does in this time, s.
-    pub corner_s: f64,
+}
+
+impl Rules {
+    /// As the settings `motion.reserve` and `motion.corner` of `machine` say.
+    pub fn of(machine: &Machine) -> Self {
+        Self { share: 1.0 - machine.motion.reserve, deviation_mm: machine.motion.corner_mm }
+    }
 }
 
 /// A curve with its limits along it.
@@ -120,23 +137,82 @@ pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Re
             pieces.push(Limited { source, curve, limits: along(&curve, piece.feed_mm_per_s, &axes) });
         }
     }
-    let mut speeds = corners(&pieces, &axes, rules);
-    for index in (0..pieces.len()).rev() {
-        speeds[index] = speeds[index].min(reached(speeds[index + 1], &pieces[index]));
+    let corners = corners(&pieces, &axes, rules);
+    let groups = groups(&pieces, &corners);
+    let ends = groups.iter().map(|group| group.first + group.count);
+    let mut speeds: Vec<f64> = std::iter::once(0).chain(ends).map(|end| corners[end]).collect();
+    for (index, group) in groups.iter().enumerate() {
+        speeds[index] = speeds[index].min(group.limits.speed);
+        speeds[index + 1] = speeds[index + 1].min(group.limits.speed);
     }
-    for index in 0..pieces.len() {
-        speeds[index + 1] = speeds[index + 1].min(reached(speeds[index], &pieces[index]));
+    for (index, group) in groups.iter().enumerate().rev() {
+        speeds[index] = speeds[index].min(reached(speeds[index + 1], &group.limits, group.length_mm));
     }
-    let mut path = Path { start: chain.start, pieces: Vec::with_capacity(pieces.len()) };
+    for (index, group) in groups.iter().enumerate() {
+        speeds[index + 1] = speeds[index + 1].min(reached(speeds[index], &group.limits, group.length_mm));
+    }
+    Ok(assemble(chain.start, &pieces, &groups, &speeds))
+}
+
+/// The path of pieces in groups with the given speeds at the ends of the groups.
+fn assemble(start: Place, pieces: &[Limited], groups: &[Group], speeds: &[f64]) -> Path {
+    let mut path =
+        Path { start, pieces: Vec::with_capacity(pieces.len()), runs: Vec::with_capacity(groups.len()) };
     let (mut start_s, mut start_mm) = (0.0, 0.0);
-    for (piece, ends) in pieces.iter().zip(speeds.windows(2)) {
-        let spans = spans(ends[0], ends[1], piece);
-        let planned = Planned { source: piece.source, curve: piece.curve, start_s, start_mm, spans };
-        start_s += planned.duration_s();
-        start_mm += planned.curve.length_mm();
-        path.pieces.push(planned);
+    for (index, (group, ends)) in groups.iter().zip(speeds.windows(2)).enumerate() {
+        let mut in_run_mm = 0.0;
+        for piece in pieces.iter().skip(group.first).take(group.count) {
+            let (source, curve) = (piece.source, piece.curve);
+            path.pieces.push(Planned { source, curve, run: index as u32, start_mm: in_run_mm });
+            in_run_mm += curve.length_mm();
+        }
+        let spans = spans(ends[0], ends[1], group);
+        let run = Run { start_s, start_mm, first: group.first as u32, count: group.count as u32, spans };
+        start_s += run.duration_s();
+        start_mm += run.length_mm();
+        path.runs.push(run);
     }
-    Ok(path)
+    path
+}
+
+/// Pieces that are driven as one.
+struct Group {
+    first: usize,
+    count: usize,
+    length_mm: f64,
+    limits: Limits,
+    /// The greatest speed that one of them could use alone.
+    best: f64,
+}
+
+/// Neighbours in groups, as long as the slowest piece and corner of a group takes little from what each could do alone:
+/// short pieces gather speed together instead of each for itself, long ones between sharp corners stay alone.
+fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
+    let mut found: Vec<Group> = Vec::new();
+    for (index, piece) in pieces.iter().enumerate() {
+        let length_mm = piece.curve.length_mm();
+        let at_ends = corners[index].max(corners[index + 1]).min(piece.limits.speed);
+        let best = reached(at_ends, &piece.limits, 0.5 * length_mm);
+        if let Some(group) = found.last_mut() {
+            let (a, b) = (group.limits, piece.limits);
+            let limits = Limits {
+                speed: a.speed.min(b.speed).min(corners[index]),
+                acceleration: a.acceleration.min(b.acceleration),
+                jerk: a.jerk.min(b.jerk),
+            };
+            let alike = limits.acceleration >= 0.5 * a.acceleration.max(b.acceleration)
+                && limits.jerk >= 0.5 * a.jerk.max(b.jerk);
+            if alike && limits.speed >= ALIKE * best.max(group.best) {
+                group.limits = limits;
+                group.best = best.max(group.best);
+                group.length_mm += length_mm;
+                group.count += 1;
+                continue;
+            }
+        }
+        found.push(Group { first: index, count: 1, length_mm, limits: piece.limits, best });
+    }
+    found
 }
 
 fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark> {
@@ -147,9 +223,6 @@ fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark>
     }
     if !(0.0..=1e3).contains(&rules.deviation_mm) {
         return wrong("motion.bad_deviation", rules.deviation_mm);
-    }
-    if !(0.0..=1e3).contains(&rules.corner_s) {
-        return wrong("motion.bad_corner_time", rules.corner_s);
     }
     let usable = |places: &[f64]| places.iter().all(|place| place.abs() <= FARTHEST_MM);
     let mut sound = usable(&chain.start);
@@ -199,36 +272,41 @@ fn along(curve: &Curve, feed: f64, axes: &[Limits; 3]) -> Limits {
 fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &Rules) -> Vec<f64> {
     let mut speeds = vec![0.0; pieces.len() + 1];
     for (speed, pair) in speeds.iter_mut().skip(1).zip(pieces.windows(2)) {
-        let before = pair[0].curve.tangent(pair[0].curve.length_mm());
-        let after = pair[1].curve.tangent(0.0);
-        *speed = corner(before, after, axes, rules).min(pair[0].limits.speed).min(pair[1].limits.speed);
+        let change = turn(&pair[0].curve, &pair[1].curve);
+        let shorter_mm = pair[0].curve.length_mm().min(pair[1].curve.length_mm());
+        let cornering = corner(change, shorter_mm, axes, rules);
+        *speed = cornering.min(pair[0].limits.speed).min(pair[1].limits.speed);
     }
     speeds
 }
 
-/// The greatest speed in a corner between two directions.
-fn corner(before: Place, after: Place, axes: &[Limits; 3], rules: &Rules) -> f64 {
-    let change: Place = core::array::from_fn(|axis| after[axis] - before[axis]);
+/// How the direction changes from one curve to the next: nothing where it is less than rounding.
+pub(super) fn turn(before: &Curve, after: &Curve) -> Place {
+    let (from, to) = (before.tangent(before.length_mm()), after.tangent(0.0));
+    let change: Place = core::array::from_fn(|axis| to[axis] - from[axis]);
+    if change.iter().all(|part| part.abs() < STRAIGHT) { [0.0; 3] } else { change }
+}
+
+/// The greatest speed in a corner with the given change of direction and the shorter side.
+fn corner(change: Place, shorter_mm: f64, axes: &[Limits; 3], rules: &Rules) -> f64 {
     let size = libm::sqrt(change.iter().map(|part| part * part).sum());
-    // Directions that differ by less than rounding are one.
-    if size < 1e-12 {
+    if size == 0.0 {
         return f64::INFINITY;
     }
     let half_sine = (0.5 * size).min(1.0);
     let cosine = libm::sqrt((1.0 - half_sine) * (1.0 + half_sine));
     let radius_mm = rules.deviation_mm * cosine * (1.0 + cosine) / (half_sine * half_sine);
-    let (mut pull, mut by_jump) = (f64::INFINITY, f64::INFINITY);
+    let (mut pull, mut curve) = (f64::INFINITY, f64::INFINITY);
     for (part, axis) in change.iter().map(|part| part.abs()).zip(axes).filter(|(part, _)| *part > 0.0) {
         pull = pull.min(axis.acceleration * size / part);
-        by_jump = by_jump.min(axis.acceleration * rules.corner_s / part);
+        curve = curve.min(OF_CORNERS * axis.acceleration * shorter_mm / part);
     }
-    libm::sqrt(pull * radius_mm).min(by_jump)
+    libm::sqrt((pull * radius_mm).min(curve))
 }
 
-/// The greatest speed at the other end of a piece that has `speed` at one end.
-fn reached(speed: f64, piece: &Limited) -> f64 {
-    let Limits { speed: most, acceleration: a, jerk: j } = piece.limits;
-    let length = piece.curve.length_mm();
+/// The greatest speed at the other end of `length` mm that begin with `speed`.
+fn reached(speed: f64, limits: &Limits, length: f64) -> f64 {
+    let Limits { speed: most, acceleration: a, jerk: j } = *limits;
     if speed >= most {
         return speed;
     }
@@ -261,9 +339,9 @@ fn rise_by_jerk(speed: f64, y: f64) -> f64 {
     x * x
 }
 
-/// Rise, steady run and fall of a piece between the speeds of its ends; those of no length are left out.
-fn spans(from: f64, to: f64, piece: &Limited) -> Vec<Span> {
-    let (limits, length) = (piece.limits, piece.curve.length_mm());
+/// Rise, steady run and fall of a group between the speeds of its ends; those of no length are left out.
+fn spans(from: f64, to: f64, group: &Group) -> Vec<Span> {
+    let (limits, length) = (group.limits, group.length_mm);
     let change = |from, to| Span::change(Shape::SCurve, from, to, limits);
     let needed = |top| change(from, top).length_mm + change(top, to).length_mm;
     let mut top = limits.speed.max(from).max(to);
