@@ -7,6 +7,8 @@
 
 mod card;
 mod drive;
+pub mod dynamics;
+pub mod phases;
 mod presets;
 mod settings;
 mod table;

@@ -226,7 +226,7 @@ mod tests {
             ("stroke.end", Value::Text("sensor".into()), "machine.overlap_without_count"),
             ("stroke.feed_height", Value::Number(3.0), "machine.feed_height_too_high"),
             ("drive.pulse_width", Value::Number(11.0), "machine.pulse_too_long"),
-            ("drive.period", Value::Numbers(vec![7.0, 4.0]), "machine.table_lengths"),
+            ("drive.period", Value::Numbers(vec![7.0, 4.0]), "automaton.lengths"),
             ("x.phases", Value::Numbers(vec![5.5]), "machine.setting_range"),
             ("x.colour", Value::Number(1.0), "machine.setting_unknown"),
         ];

@@ -1,9 +1,9 @@
 //! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
 //! whose rows do not belong together.
 //!
-//! Comes in: a machine. Goes out: remarks naming the field. Does not know what a table does when it runs.
+//! Comes in: a machine. Goes out: remarks naming the field. What tables do is found by `dynamics` and `phases`.
 
-use super::{DriveKind, Machine, StrokeEnd, card};
+use super::{DriveKind, Machine, StrokeEnd, card, dynamics, phases};
 use crate::remark::{Remark, Weight};
 
 /// What no single field can tell: ranges inside out, heights out of reach, drives asked for too much.
@@ -45,17 +45,9 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
 /// Tables and pulses.
 fn drives(machine: &Machine) -> Vec<Remark> {
     let mut remarks = Vec::new();
-    let states = machine.dynamics.period.len();
-    let (enter, leave) = (machine.dynamics.enter.len(), machine.dynamics.leave.len());
-    if states == 0 || enter + 1 != states || leave + 1 != states {
-        let remark = Remark::new(Weight::Loss, "machine.table_lengths").with("key", "drive.period");
-        remarks.push(remark.with("states", states).with("enter", enter).with("leave", leave));
-    }
+    remarks.extend(dynamics::check(&machine.dynamics).err().unwrap_or_default());
     for (name, axis) in [("x", &machine.x), ("y", &machine.y), ("z", &machine.z)] {
-        if axis.phases.columns.is_empty() {
-            let key = format!("{name}.phases");
-            remarks.push(Remark::new(Weight::Loss, "machine.no_phases").with("key", key));
-        }
+        remarks.extend(phases::check(&format!("{name}.phases"), &axis.phases).err().unwrap_or_default());
     }
     let period_us = 1e6 / f64::from(machine.max_step_hz);
     if 2.0 * machine.pulse_width_us > period_us {

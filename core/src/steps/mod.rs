@@ -8,6 +8,7 @@
 //!
 //! Comes in: a timeline. Goes out: a [`StepStream`]. Does not know why a move is made.
 
+pub mod automaton;
 pub mod bench;
 pub mod digest;
 mod fit;

@@ -1,0 +1,308 @@
+//! The rule of the table of dynamics, and the proof that a table may drive an axis.
+//!
+//! ```text
+//! distance d ──▶  … 6   5   4   3   2   1   0     what is left after the step just made
+//! state k         may be entered from k − 1 while d > enter[k]
+//!                 must be left towards k − 1 when d < leave[k]      (looked at first)
+//! ```
+//!
+//! [`check`] runs the table instead of judging its numbers. A situation is a state and a distance; each has exactly one next
+//! one. Beyond the largest threshold every state is alike (it climbs, or stays on top), and a motor that runs away from its
+//! target slows down a state a step: so a window of distances holds every way there is, from rest and after a change of
+//! target in any moment. Each situation of the window is walked to its end once.
+//!
+//! Comes in: a [`Dynamics`]. Goes out: the next state; remarks. Distances in takts, times in interrupts. Source: R. Arendt's
+//! laboratory drill; reference part A.3 to A.6. Does not know frequencies or lengths.
+
+use super::Dynamics;
+use crate::remark::{Remark, Weight};
+
+/// Most states per direction, rest not counted.
+pub const MOST_STATES: usize = 16;
+
+/// Largest distance that may stand in a table, in takts.
+pub const FARTHEST: u32 = 10_000;
+
+/// Longest time between two takts, in interrupts.
+pub const SLOWEST: u32 = 10_000;
+
+/// How many states per direction `dynamics` has: its highest state.
+pub fn top(dynamics: &Dynamics) -> usize {
+    dynamics.enter.len().min(dynamics.leave.len()).min(dynamics.period.len().saturating_sub(1))
+}
+
+/// Interrupts from takt to takt in `state`, at least 1.
+pub fn period(dynamics: &Dynamics, state: i32) -> u32 {
+    let of = dynamics.period.get(state.unsigned_abs() as usize);
+    of.or(dynamics.period.last()).copied().unwrap_or(1).max(1)
+}
+
+/// The state after a step that left `distance` takts to go, signed like the direction of counting (reference part A.4).
+/// Total: also for tables that [`check`] refuses.
+pub fn next_state(dynamics: &Dynamics, state: i32, distance: i64) -> i32 {
+    let side = if state != 0 { i64::from(state.signum()) } else { distance.signum() };
+    let ahead = distance.saturating_mul(side);
+    let slow = state.unsigned_abs() as usize;
+    let below = |row: Option<&u32>| row.is_some_and(|threshold| ahead < i64::from(*threshold));
+    let above = |row: Option<&u32>| row.is_some_and(|threshold| ahead > i64::from(*threshold));
+    if slow > 0 && below(dynamics.leave.get(slow - 1)) {
+        state - side as i32
+    } else if slow < top(dynamics) && above(dynamics.enter.get(slow)) {
+        state + side as i32
+    } else {
+        state
+    }
+}
+
+/// Whether the motor may be driven by `dynamics`: what deserves a look, or every reason why not. Bounded in time for any
+/// table: sizes beyond [`MOST_STATES`], [`FARTHEST`], [`SLOWEST`] are refused before anything runs.
+///
+/// Refused are tables that run over a target they could have stopped at, that slow down and speed up again on the way
+/// (hunting), or that never come to rest. Doubts are a last takt faster than the first, and a longer move that takes less
+/// time than a shorter one.
+pub fn check(dynamics: &Dynamics) -> Result<Vec<Remark>, Vec<Remark>> {
+    let misshapen = shape(dynamics);
+    if !misshapen.is_empty() {
+        return Err(misshapen);
+    }
+    let map = Map::of(dynamics);
+    let refusals = map.refusals();
+    if refusals.is_empty() { Ok(map.doubts()) } else { Err(refusals) }
+}
+
+/// What is wrong with the table before it runs: lengths, sizes, a faster state that is slower.
+fn shape(dynamics: &Dynamics) -> Vec<Remark> {
+    let loss = |code: &str| Remark::new(Weight::Loss, code);
+    let states = dynamics.period.len();
+    let (enter, leave) = (dynamics.enter.len(), dynamics.leave.len());
+    if states == 0 || enter + 1 != states || leave + 1 != states {
+        let remark = loss("automaton.lengths").with("states", states);
+        return vec![remark.with("enter", enter).with("leave", leave)];
+    }
+    if enter > MOST_STATES {
+        return vec![loss("automaton.too_many_states").with("states", enter).with("most", MOST_STATES)];
+    }
+    let mut remarks = Vec::new();
+    for (state, period) in dynamics.period.iter().enumerate() {
+        if !(1..=SLOWEST).contains(period) {
+            let remark = loss("automaton.period_range").with("state", state).with("period", period);
+            remarks.push(remark.with("most", SLOWEST));
+        }
+    }
+    for (state, pair) in dynamics.period.windows(2).enumerate() {
+        if pair[1] > pair[0] {
+            let remark = loss("automaton.period_order").with("state", state + 1).with("period", pair[1]);
+            remarks.push(remark.with("slower", state).with("before", pair[0]));
+        }
+    }
+    for (row, name) in [(&dynamics.enter, "enter"), (&dynamics.leave, "leave")] {
+        for (state, distance) in row.iter().enumerate().filter(|(_, distance)| **distance > FARTHEST) {
+            let remark = loss("automaton.distance_range").with("row", name).with("state", state + 1);
+            remarks.push(remark.with("distance", distance).with("most", FARTHEST));
+        }
+    }
+    remarks
+}
+
+/// What lies ahead of a situation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Fate {
+    /// Interrupts to the end, if there is one.
+    time: u64,
+    /// The last interval.
+    last: u32,
+    /// The speed rises before the motor turns round or rests.
+    rises: bool,
+    /// Somewhere ahead the speed falls and rises again.
+    hunts: bool,
+    /// The motor runs over its target.
+    over: bool,
+}
+
+/// What is known of a situation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Known {
+    Nothing,
+    OnTheWay,
+    Endless,
+    Ends(Fate),
+}
+
+/// A state, and the distance to the target.
+type Situation = (i32, i64);
+
+/// Every situation of the window with what lies ahead of it.
+struct Map<'a> {
+    dynamics: &'a Dynamics,
+    top: i32,
+    /// Distances −window … window are starts; the array reaches `top` + 1 further.
+    window: i64,
+    known: Vec<Known>,
+}
+
+/// Which way the motor goes next; 0 at rest at the target.
+fn way(situation: Situation) -> i32 {
+    if situation.0 != 0 { situation.0.signum() } else { situation.1.signum() as i32 }
+}
+
+impl<'a> Map<'a> {
+    fn of(dynamics: &'a Dynamics) -> Self {
+        let top = top(dynamics) as i32;
+        let farthest = dynamics.enter.iter().chain(&dynamics.leave).max().copied().unwrap_or(0);
+        let window = i64::from(farthest) + i64::from(top) + 2;
+        let width = 2 * (window + i64::from(top) + 1) + 1;
+        let known = vec![Known::Nothing; (2 * top + 1) as usize * width as usize];
+        let mut map = Self { dynamics, top, window, known };
+        for state in -top..=top {
+            for distance in -window..=window {
+                map.walk((state, distance));
+            }
+        }
+        map
+    }
+
+    fn index(&self, (state, distance): Situation) -> usize {
+        let reach = self.window + i64::from(self.top) + 1;
+        let width = (2 * reach + 1) as usize;
+        (state + self.top) as usize * width + (distance + reach).clamp(0, 2 * reach) as usize
+    }
+
+    fn fate(&self, situation: Situation) -> Option<Fate> {
+        match self.known[self.index(situation)] {
+            Known::Ends(fate) => Some(fate),
+            _ => None,
+        }
+    }
+
+    fn next(&self, situation: Situation) -> Situation {
+        let distance = situation.1 - i64::from(way(situation));
+        (next_state(self.dynamics, situation.0, distance), distance)
+    }
+
+    /// Follows the way from `start` until something known, and fills in what lies between.
+    fn walk(&mut self, start: Situation) {
+        let mut path = Vec::new();
+        let mut here = start;
+        while here != (0, 0) && self.known[self.index(here)] == Known::Nothing {
+            let index = self.index(here);
+            self.known[index] = Known::OnTheWay;
+            path.push(here);
+            here = self.next(here);
+        }
+        if here == (0, 0) {
+            let index = self.index(here);
+            self.known[index] = Known::Ends(Fate::default());
+        }
+        for situation in path.into_iter().rev() {
+            let index = self.index(situation);
+            self.known[index] = match self.known[self.index(self.next(situation))] {
+                Known::Ends(after) => Known::Ends(self.before(situation, after)),
+                _ => Known::Endless,
+            };
+        }
+    }
+
+    /// The fate of a situation whose next one has the fate `after`.
+    fn before(&self, here: Situation, after: Fate) -> Fate {
+        let next = self.next(here);
+        let interval = period(self.dynamics, here.0);
+        let goes_on = way(next) == way(here);
+        let (speed, later) = (here.0.abs(), next.0.abs());
+        let rises_on = goes_on && after.rises;
+        Fate {
+            time: u64::from(interval) + after.time,
+            last: if next == (0, 0) { interval } else { after.last },
+            rises: later > speed || rises_on,
+            hunts: after.hunts || (later < speed && rises_on),
+            over: after.over || (next.1 == 0 && next.0 != 0),
+        }
+    }
+
+    /// Situations in the order in which a person would look at them: moves from rest by length, then states with a new target.
+    fn situations(&self) -> impl Iterator<Item = Situation> {
+        let (top, window) = (self.top, self.window);
+        let ways = |distance: i64| [distance, -distance];
+        let rest = (1..=window).flat_map(ways).map(|distance| (0, distance));
+        let moving = (1..=top).flat_map(move |state| {
+            (0..=window).flat_map(ways).flat_map(move |distance| [(state, distance), (-state, distance)])
+        });
+        rest.chain(moving)
+    }
+
+    /// The first situation of each kind of failure, as a sentence.
+    fn refusals(&self) -> Vec<Remark> {
+        let mut remarks = Vec::new();
+        let mut first = |what: &str, is: &dyn Fn(Situation) -> bool| {
+            if let Some((state, distance)) = self.situations().find(|situation| is(*situation)) {
+                let retargeted = if state == 0 { "" } else { "_retargeted" };
+                let remark = Remark::new(Weight::Loss, &format!("automaton.{what}{retargeted}"));
+                let remark = remark.with("distance", distance).with("state", state);
+                remarks.push(self.detail(remark, what, (state, distance)));
+            }
+        };
+        first("overshoots", &|here| self.could_stop(here) && self.fate(here).is_some_and(|fate| fate.over));
+        first("hunts", &|here| self.fate(here).is_some_and(|fate| fate.hunts));
+        first("never_rests", &|here| self.fate(here).is_none());
+        remarks
+    }
+
+    /// Whether slowing down a state a step ends before the target: the chain of states allows no faster stop.
+    fn could_stop(&self, (state, distance): Situation) -> bool {
+        let ahead = distance * i64::from(state.signum());
+        state == 0 || ahead >= i64::from(state.abs())
+    }
+
+    /// Adds where and between which states it happens, by running it once more.
+    fn detail(&self, remark: Remark, what: &str, start: Situation) -> Remark {
+        let (mut here, mut fallen) = (start, None);
+        let longest = 4 * (self.window + i64::from(self.top));
+        for _ in 0..longest {
+            let next = self.next(here);
+            let (speed, later) = (here.0.abs(), next.0.abs());
+            if way(next) != way(here) {
+                fallen = None;
+            } else if later < speed {
+                fallen = Some((speed, next.1.abs()));
+            }
+            match fallen {
+                Some((before, at)) if what == "hunts" && later > speed => {
+                    let remark = remark.with("from", before).with("down", speed).with("up", later);
+                    return remark.with("fell", at).with("rose", next.1.abs());
+                }
+                _ if what == "overshoots" && next.1 == 0 && next.0 != 0 => {
+                    return remark.with("speed", later).with("by", self.beyond(next));
+                }
+                _ => here = next,
+            }
+        }
+        remark
+    }
+
+    /// How many takts it runs on from a target that it passes.
+    fn beyond(&self, mut here: Situation) -> u64 {
+        let mut takts = 0;
+        while here.0 != 0 && takts < self.window as u64 {
+            here = self.next(here);
+            takts += 1;
+        }
+        takts
+    }
+
+    /// What an accepted table does that somebody should look at.
+    fn doubts(&self) -> Vec<Remark> {
+        let mut remarks = Vec::new();
+        let from_rest = |distance: i64| self.fate((0, distance)).unwrap_or_default();
+        let slow = period(self.dynamics, 0);
+        if let Some(distance) = (1..=self.window).find(|distance| from_rest(*distance).last != slow) {
+            let remark = Remark::new(Weight::Doubt, "automaton.fast_end").with("distance", distance);
+            remarks.push(remark.with("interval", from_rest(distance).last).with("first", slow));
+        }
+        let faster = |distance: &i64| from_rest(*distance).time < from_rest(distance - 1).time;
+        if let Some(distance) = (2..=self.window).find(faster) {
+            let remark = Remark::new(Weight::Doubt, "automaton.longer_is_faster").with("distance", distance);
+            let (time, shorter) = (from_rest(distance).time, from_rest(distance - 1).time);
+            remarks.push(remark.with("time", time).with("shorter", distance - 1).with("before", shorter));
+        }
+        remarks
+    }
+}

@@ -1,0 +1,237 @@
+//! What the windings of a two-phase motor get, takt by takt.
+//!
+//! ```text
+//! bit  0 1   2 3   4   5 6   7          angle of the field, in eighths of a turn of the current
+//!      1a 1b 2a 2b –   a b   –
+//!      └ 5 V ────┘    24 V                           0: 1a
+//!      never 1a with 1b, never              7: 1a,2a   │   1: 1a,2b
+//!      2a with 2b: they cancel            6: 2a ───────┼─────── 2: 2b
+//!                                           5: 1b,2a   │   3: 1b,2b
+//!      forward: the angle grows                      4: 1b
+//! ```
+//!
+//! The 24 V of a winding come for one takt after its current was changed. Where that is depends on the way the motor turns, so
+//! the two bits are not taken from the table but from the change really made: backwards as right as forwards. They are
+//! taken away at the first interrupt without a takt, so that nothing stays on 24 V at rest.
+//!
+//! Comes in: a [`PhaseTable`], takts. Goes out: bytes, angles, remarks. Source: R. Arendt's laboratory drill; reference
+//! part A.2. Does not know when takts come.
+
+use super::PhaseTable;
+use crate::remark::{Remark, Weight};
+
+/// Most columns of a table.
+pub const MOST_COLUMNS: usize = 64;
+
+/// The 5 V bits: both halves of both windings.
+pub const WINDINGS: u8 = 0b0000_1111;
+
+/// The 24 V bits.
+pub const FORCING: u8 = 0b0110_0000;
+
+/// The two windings: their 5 V bits, and their 24 V bit.
+const WINDING: [(u8, u8); 2] = [(0b0011, 0b0010_0000), (0b1100, 0b0100_0000)];
+
+/// Tables that ship, by name.
+pub const PRESETS: [&str; 4] = ["boost_12", "full_two", "full_one", "half"];
+
+/// The table called `name`: one of [`PRESETS`].
+pub fn preset(name: &str) -> Option<PhaseTable> {
+    let columns: &[u8] = match name {
+        "boost_12" => return Some(PhaseTable::arendt()),
+        "full_two" => return Some(PhaseTable::full_step()),
+        "full_one" => &[0x01, 0x08, 0x02, 0x04],
+        "half" => &[0x05, 0x01, 0x09, 0x08, 0x0A, 0x02, 0x06, 0x04],
+        _ => return None,
+    };
+    Some(PhaseTable { columns: columns.to_vec() })
+}
+
+/// Index of the column at position `takts`: the first takt forward from 0 is column 0. None for an empty table.
+pub fn index(table: &PhaseTable, takts: i64) -> Option<usize> {
+    let length = i64::try_from(table.columns.len()).ok().filter(|length| *length > 0)?;
+    usize::try_from(takts.saturating_sub(1).rem_euclid(length)).ok()
+}
+
+/// The column at position `takts`, as it stands in the table; 0 for an empty one.
+pub fn column(table: &PhaseTable, takts: i64) -> u8 {
+    index(table, takts).and_then(|index| table.columns.get(index)).copied().unwrap_or(0)
+}
+
+/// The byte to put out at position `takts` when the windings had those of `before`: the column's 5 V bits, and 24 V on every
+/// winding that is driven otherwise than before, if the table forces that winding at all.
+pub fn byte(table: &PhaseTable, takts: i64, before: u8) -> u8 {
+    let now = column(table, takts) & WINDINGS;
+    let forcing = WINDING.iter().filter(|(halves, _)| now & halves != 0 && (now ^ before) & halves != 0);
+    now | forcing.fold(0, |bits, (_, bit)| bits | bit) & forced(table)
+}
+
+/// The 24 V bits that the table uses anywhere.
+fn forced(table: &PhaseTable) -> u8 {
+    table.columns.iter().fold(0, |bits, column| bits | column) & FORCING
+}
+
+/// The field of a byte in eighths of a turn of the current, 0 … 7; none when no winding pulls.
+pub fn angle(byte: u8) -> Option<u8> {
+    let pull = |(halves, _): (u8, u8)| match byte & halves {
+        only if only == halves & 0b0101 => 1,
+        only if only == halves & 0b1010 => -1,
+        _ => 0,
+    };
+    match (pull(WINDING[0]), pull(WINDING[1])) {
+        (1, 0) => Some(0),
+        (1, -1) => Some(1),
+        (0, -1) => Some(2),
+        (-1, -1) => Some(3),
+        (-1, 0) => Some(4),
+        (-1, 1) => Some(5),
+        (0, 1) => Some(6),
+        (1, 1) => Some(7),
+        _ => None,
+    }
+}
+
+/// The shortest turn from angle to angle, −3 … 4 eighths; 4 is straight across, where the field does not pull at all.
+pub fn turn(from: i64, to: i64) -> i64 {
+    let forward = to.saturating_sub(from).rem_euclid(8);
+    if forward > 4 { forward - 8 } else { forward }
+}
+
+/// How many turns of the current a table makes in one cycle, at least 1: a full turn is four full steps of the motor. For a
+/// table that [`check`] refuses, what it seems to be meant for.
+pub fn turns(table: &PhaseTable) -> i64 {
+    let angles: Vec<i64> = table.columns.iter().filter_map(|byte| angle(*byte)).map(i64::from).collect();
+    let next = angles.iter().cycle().skip(1);
+    let way: i64 = angles.iter().zip(next).map(|(from, to)| turn(*from, *to).abs()).sum();
+    (way / 8).max(1)
+}
+
+/// Whether a motor may be driven by `table`: what deserves a look, or every reason why not, each with
+/// the setting's `key`. Columns count from 1.
+pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Remark>, Vec<Remark>> {
+    let named = |remarks: Vec<Remark>| remarks.into_iter().map(|remark| remark.with("key", key)).collect();
+    let loss = |code: &str| Remark::new(Weight::Loss, code);
+    let length = table.columns.len();
+    if !(1..=MOST_COLUMNS).contains(&length) {
+        let remark = loss("phases.length").with("columns", length).with("most", MOST_COLUMNS);
+        return Err(named(vec![remark]));
+    }
+    let mut refusals: Vec<Remark> = table
+        .columns
+        .iter()
+        .enumerate()
+        .flat_map(|(index, byte)| column_refusals(index + 1, *byte))
+        .collect();
+    if refusals.is_empty() {
+        refusals.extend(forcing_refusals(table));
+        match rotation(table) {
+            Ok(doubts) if refusals.is_empty() => return Ok(named(doubts)),
+            Ok(_) => {}
+            Err(wrong) => refusals.extend(wrong),
+        }
+    }
+    Err(named(refusals))
+}
+
+/// What one column must never be.
+fn column_refusals(column: usize, byte: u8) -> Vec<Remark> {
+    let at = |code: &str| Remark::new(Weight::Loss, code).with("column", column);
+    let mut remarks = Vec::new();
+    if byte & !(WINDINGS | FORCING) != 0 {
+        remarks.push(at("phases.unused_bit").with("byte", format!("{byte:02X}")));
+    }
+    for (winding, (halves, bit)) in (1..).zip(WINDING) {
+        if byte & halves == halves {
+            remarks.push(at("phases.both_halves").with("winding", winding));
+        }
+        if byte & halves == 0 && byte & bit != 0 {
+            remarks.push(at("phases.forcing_undriven").with("winding", winding));
+        }
+    }
+    if byte & WINDINGS == 0 {
+        remarks.push(at("phases.nothing_driven"));
+    }
+    remarks
+}
+
+/// A winding with a 24 V bit anywhere has it exactly in the columns that switch the winding, going forward.
+fn forcing_refusals(table: &PhaseTable) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    for takt in 1..=table.columns.len() {
+        let position = takt as i64;
+        let (printed, due) = (column(table, position), byte(table, position, column(table, position - 1)));
+        for (winding, (_, bit)) in (1..).zip(WINDING) {
+            if (printed ^ due) & bit != 0 {
+                let code = if printed & bit == 0 { "phases.forcing_missing" } else { "phases.forcing_extra" };
+                remarks.push(Remark::new(Weight::Loss, code).with("column", takt).with("winding", winding));
+            }
+        }
+    }
+    remarks
+}
+
+/// The field turns one way, a quarter of a turn at a time at most, and the cycle closes on whole turns.
+fn rotation(table: &PhaseTable) -> Result<Vec<Remark>, Vec<Remark>> {
+    let at = |position: i64| angle(column(table, position)).map_or(0, i64::from);
+    let moves: Vec<(usize, i64)> = (1..=table.columns.len())
+        .map(|takt| (takt, turn(at(takt as i64 - 1), at(takt as i64))))
+        .filter(|(_, turn)| *turn != 0)
+        .collect();
+    let loss = |code: &str| Remark::new(Weight::Loss, code);
+    let sum: i64 = moves.iter().map(|(_, turn)| turn).sum();
+    let too_far = moves.iter().filter(|(_, turn)| turn.abs() > 2);
+    let mut refusals: Vec<Remark> = too_far
+        .map(|(column, turn)| loss("phases.jump").with("column", column).with("degrees", turn.abs() * 45))
+        .collect();
+    if moves.is_empty() {
+        refusals.push(loss("phases.never_turns"));
+    } else if refusals.is_empty() {
+        let forward = if sum == 0 { moves[0].1.signum() } else { sum.signum() };
+        let back = moves.iter().filter(|(_, turn)| turn.signum() != forward);
+        refusals.extend(back.map(|(column, _)| loss("phases.turns_back").with("column", column)));
+    }
+    if !refusals.is_empty() {
+        return Err(refusals);
+    }
+    let backwards = (sum < 0).then(|| Remark::new(Weight::Doubt, "phases.backwards"));
+    Ok(backwards.into_iter().collect())
+}
+
+/// One motor's commutation: which column is on, and the byte that is put out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Commutator {
+    table: PhaseTable,
+    takts: i64,
+    byte: u8,
+}
+
+impl Commutator {
+    /// At rest on the column of position `takts`, without forcing.
+    pub fn new(table: PhaseTable, takts: i64) -> Self {
+        let byte = column(&table, takts) & WINDINGS;
+        Self { table, takts, byte }
+    }
+
+    /// Position in takts; it runs on from move to move.
+    pub fn takts(&self) -> i64 {
+        self.takts
+    }
+
+    /// What is put out now.
+    pub fn byte(&self) -> u8 {
+        self.byte
+    }
+
+    /// The next column, or the one before it. Gives the byte to put out.
+    pub fn takt(&mut self, forward: bool) -> u8 {
+        self.takts = self.takts.saturating_add(if forward { 1 } else { -1 });
+        self.byte = byte(&self.table, self.takts, self.byte);
+        self.byte
+    }
+
+    /// An interrupt without a takt: the motor is held on 5 V. Gives the byte to put out.
+    pub fn hold(&mut self) -> u8 {
+        self.byte &= WINDINGS;
+        self.byte
+    }
+}
