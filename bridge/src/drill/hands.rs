@@ -7,8 +7,9 @@ use super::owner::Message;
 use crate::executor::{Executor, Heard, Shared, process};
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::machine::{Machine, Output};
+use annulus_core::pins::Steady;
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{DrilledBoard, Faults, Twin};
+use annulus_core::twin::{DrilledBoard, Faults, Slip, SlipWatch, Twin};
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
@@ -21,6 +22,8 @@ pub(super) struct Hands {
     pub(super) folder: PathBuf,
     pub(super) faults: Faults,
     pub(super) record: Arc<Mutex<DrilledBoard>>,
+    /// Where the virtual drill lost steps since it was built.
+    pub(super) slips: Arc<Mutex<Vec<Slip>>>,
     pub(super) messages: Sender<Message>,
 }
 
@@ -52,7 +55,17 @@ impl Hands {
             }
         });
         let seed = u64::from(std::process::id());
-        let twin = Twin::new(machine, seed, self.faults.clone(), drilled);
+        let slips = Arc::clone(&self.slips);
+        if let Ok(mut before) = slips.lock() {
+            before.clear();
+        }
+        let watch: SlipWatch = Box::new(move |all| {
+            if let Ok(mut slips) = slips.lock() {
+                slips.clear();
+                slips.extend_from_slice(all);
+            }
+        });
+        let twin = Steady::new(Twin::new(machine, seed, self.faults.clone(), drilled).watched(watch));
         let executor = Executor::start(machine, Box::new(twin), speed, shared, hear)
             .map_err(|error| Remark::new(Weight::Loss, "control.no_thread").with("reason", error))?;
         Ok((executor, None))

@@ -75,7 +75,7 @@ pub(super) struct Owner {
     settings: PathBuf,
     pub(super) machine: Machine,
     pub(super) speed: f64,
-    hands: Hands,
+    pub(super) hands: Hands,
     /// What the clock is worth, where time is real.
     pub(super) timing: Option<Timing>,
     pub(super) session: Session,
@@ -110,7 +110,8 @@ impl Owner {
             parts;
         let record = Arc::new(Mutex::new(record));
         let shared = Arc::new(Shared::default());
-        let hands = Hands { folder: folder.clone(), faults, record, messages: messages.clone() };
+        let slips = Arc::default();
+        let hands = Hands { folder: folder.clone(), faults, record, slips, messages: messages.clone() };
         let (executor, timing) = hands.executor(&machine, speed, None, Arc::clone(&shared))?;
         let interrupted = contents.job;
         if let Some((job, _)) =

@@ -5,10 +5,9 @@
 use super::moves::Doing;
 use super::owner::Owner;
 use annulus_core::job::{Command, Mark};
-use annulus_core::machine::{self, Steps};
-use annulus_core::pins::phase_byte;
+use annulus_core::machine::{self, Steps, phases};
 use annulus_core::steps::{Stage, TICK_HZ};
-use annulus_core::wire::{Status, Tell};
+use annulus_core::wire::{SlipTold, Status, Tell};
 use std::time::{Duration, Instant};
 
 /// Small changes are told at most this often.
@@ -114,11 +113,34 @@ impl Owner {
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
             spindle_rpm: glimpse.rpm,
             inputs: glimpse.inputs,
-            phases: [0, 1, 2].map(|axis| phase_byte(glimpse.position[axis])),
+            phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
+            slips: self.slips(),
             elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
             left_s: ticks as f64 / TICK_HZ as f64 / self.speed,
             alarm: self.session.alarm.clone(),
         }
+    }
+}
+
+impl Owner {
+    /// What the motor of `axis` gets at `steps`: forced while it moves, by the way it goes.
+    fn phase_byte(&self, axis: usize, steps: i64) -> u8 {
+        let table = &self.machine.axis(axis).phases;
+        let told = self.told.0.as_ref().map_or(steps, |told| told.steps[axis]);
+        let before = steps - (steps - told).signum();
+        phases::byte(table, steps, phases::column(table, before))
+    }
+
+    /// Where the virtual drill lost steps.
+    fn slips(&self) -> Vec<SlipTold> {
+        let Ok(slips) = self.hands.slips.lock() else { return Vec::new() };
+        let told = slips.iter().map(|slip| SlipTold {
+            axis: slip.axis as u8,
+            place_mm: self.machine.axis(slip.axis).scale.length(slip.place).mm(),
+            lost: slip.lost,
+            cause: slip.cause.name().to_owned(),
+        });
+        told.collect()
     }
 }
 

@@ -18,9 +18,11 @@
 mod pace;
 mod play;
 mod recorder;
+mod steady;
 
 pub use play::{Brakes, Desk, Line, Order, Outcome, play};
 pub use recorder::{Recorder, Written};
+pub use steady::Steady;
 
 use crate::steps::AXES;
 
@@ -57,14 +59,4 @@ pub trait Clock {
 
     /// Wait until `tick`; returns the tick it is then, never less than `tick`.
     fn wait_until(&mut self, tick: u64) -> u64;
-}
-
-/// The phases that a two-phase motor gets at step `steps`, full steps with two phases on, bits 0 … 3.
-pub fn phase_byte(steps: i64) -> u8 {
-    match steps.rem_euclid(4) {
-        0 => 0b0011,
-        1 => 0b0110,
-        2 => 0b1100,
-        _ => 0b1001,
-    }
 }

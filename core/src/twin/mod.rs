@@ -9,19 +9,35 @@
 //! It knows its own rotors, not the executor's count: the two agree only as long as no step is lost. What it does depends
 //! only on the calls made. It starts at a place nobody told the executor.
 //!
-//! Comes in: calls of [`Pins`]. Goes out: inputs, and every hole that the spinning tip really made. Does not know programs.
+//! Comes in: calls of [`Pins`]. Goes out: inputs, every hole that the spinning tip really made, and where steps were lost.
+//! Does not know programs.
 
+mod bit;
 mod rotor;
+mod switches;
 
-pub use rotor::Rotor;
+pub use bit::Bit;
+pub use rotor::{Cause, Push, Rotor};
+pub use switches::Switches;
 
 use crate::job::Input;
 use crate::machine::{Machine, StrokeEnd};
 use crate::pins::{AxisSet, Pins};
+use crate::steps::TICK_HZ;
 use crate::units::Length;
 
 /// Way beyond the end sensors before an axis hits its hard stop.
 const OVERTRAVEL: Length = Length::from_um(8_000);
+
+/// Most slips that are remembered; later ones are only counted.
+const MOST_SLIPS: usize = 64;
+
+/// Losses of one axis this close together are one slip, in ticks: 0.5 s.
+const ONE_SLIP: u64 = TICK_HZ / 2;
+
+/// The inputs that are switches.
+const SWITCHES: [Input; 6] =
+    [Input::XMin, Input::XMax, Input::YMin, Input::YMax, Input::ZTop, Input::ZBottom];
 
 /// A hole as the board itself knows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +55,28 @@ pub struct Drilled {
 /// Where the holes are written down, one by one, the moment they are made.
 pub type DrilledBoard = Box<dyn FnMut(&Drilled) + Send>;
 
+/// A place where a motor lost steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slip {
+    /// Which axis: 0 X, 1 Y, 2 Z.
+    pub axis: usize,
+    /// When it began, in ticks.
+    pub tick: u64,
+    /// Which step since the start of the drill, from 1.
+    pub step: u64,
+    /// Where the axis really was, machine steps.
+    pub place: i64,
+    /// Steps lost there, until now.
+    pub lost: u64,
+    /// Why.
+    pub cause: Cause,
+    /// The latest loss that belongs to it, in ticks.
+    pub until: u64,
+}
+
+/// Who is told all slips whenever there is more to tell.
+pub type SlipWatch = Box<dyn FnMut(&[Slip]) + Send>;
+
 /// What is broken, on demand.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
@@ -46,12 +84,19 @@ pub struct Faults {
     pub stuck_on: u32,
     /// Inputs that are never on.
     pub stuck_off: u32,
-    /// Steps that get lost: axis, and which step of it since the start, from 1; sorted or not.
+    /// Share of single readings of every input that say the opposite, 0 … 1.
+    pub glitches: f64,
+    /// Steps that are lost, with the turn of the current they belong to: axis, and which step of it since the start, from 1;
+    /// sorted or not.
     pub lost_steps: Vec<(usize, u64)>,
     /// Highest step rate that the motors of X, Y, Z follow, where it is less than it should be.
     pub weak_motors: [Option<f64>; 3],
+    /// Bits of the phase bytes that do not reach the motors of X, Y, Z: broken wires.
+    pub dead_wires: [u8; 3],
     /// Fastest the bit gets through the board, steps per second; none for a sharp bit.
     pub dull_bit_hz: Option<f64>,
+    /// Holes until a bit begins to cut slower; none for bits that stay sharp.
+    pub bit_life: Option<u32>,
 }
 
 /// The virtual drill.
@@ -60,17 +105,12 @@ pub struct Twin {
     /// First step of each axis at which its sensors are on: low end, high end.
     edges: [(i64, i64); 3],
     steps_per_mm: [f64; 3],
-    /// Heights of the board's upper and lower side, Z steps.
-    board: (i64, i64),
-    rpm: u32,
-    /// The tip is in or under the board, and the hole was already written down.
-    in_board: bool,
-    through: bool,
-    /// A tip that was pushed without turning, or dragged sideways in the board, is broken: it makes no more holes.
-    broken: bool,
+    switches: Switches,
+    bit: Bit,
     faults: Faults,
-    dull_tick: u64,
+    slips: Vec<Slip>,
     drilled: DrilledBoard,
+    watch: Option<SlipWatch>,
 }
 
 impl Twin {
@@ -99,21 +139,30 @@ impl Twin {
                 2 => high - 1 - span / 10 - (mixed as i64) % (span / 8).max(1),
                 _ => low + span / 4 + (mixed as i64) % (span / 2),
             };
-            Rotor::new(start, (low - beyond, high + beyond), fastest, acceleration)
+            let rotor = Rotor::new(&axis.phases, start, (low - beyond, high + beyond), fastest, acceleration);
+            rotor.wired(!faults.dead_wires[index])
         });
+        let board = (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness));
+        let feed_hz = process.feed_mm_per_s * z.scale.steps_per_mm();
+        let bouncing = SWITCHES.iter().fold(0, |bits, input| bits | input.bit());
         Self {
             rotors,
             edges,
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
-            board: (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness)),
-            rpm: 0,
-            in_board: false,
-            through: false,
-            broken: false,
+            switches: Switches::new(seed, bouncing, faults.glitches),
+            bit: Bit::new(board, feed_hz, faults.bit_life, faults.dull_bit_hz),
             faults,
-            dull_tick: 0,
+            slips: Vec::new(),
             drilled,
+            watch: None,
         }
+    }
+
+    /// The same, with somebody who is told where steps are lost, the moment they are.
+    #[must_use]
+    pub fn watched(mut self, watch: SlipWatch) -> Self {
+        self.watch = Some(watch);
+        self
     }
 
     /// Where the rotors really are, in steps.
@@ -126,54 +175,76 @@ impl Twin {
         [0, 1, 2].map(|axis| self.rotors[axis].lost)
     }
 
+    /// Where steps were lost, the first 64 times.
+    pub fn slips(&self) -> &[Slip] {
+        &self.slips
+    }
+
+    /// What the drivers put out to X, Y, Z.
+    pub fn phases(&self) -> [u8; 3] {
+        [0, 1, 2].map(|axis| self.rotors[axis].byte())
+    }
+
     /// Whether the bit broke: pushed in without turning, or dragged sideways.
     pub fn broken(&self) -> bool {
-        self.broken
+        self.bit.broken
     }
 
-    fn step_axis(&mut self, at_tick: u64, axis: usize, forward: bool) {
-        let sent = self.rotors[axis].sent + 1;
-        let robbed = self.faults.lost_steps.contains(&(axis, sent));
-        let held = axis == 2 && !forward && self.is_dull_for(at_tick);
-        self.rotors[axis].step(at_tick, forward, robbed || held);
+    /// Puts a new bit into the spindle.
+    pub fn change_bit(&mut self) {
+        self.bit.change();
+    }
+
+    fn step_axis(&mut self, tick: u64, axis: usize, forward: bool) {
+        let (step, place) = (self.rotors[axis].sent + 1, self.rotors[axis].at);
+        let thrown = self.faults.lost_steps.contains(&(axis, step));
+        let held = axis == 2 && !forward && self.bit.holds(tick, place);
+        if let Some((lost, cause)) = self.rotors[axis].takt(Push { tick, forward, held, thrown }) {
+            self.slipped(Slip { axis, tick, step, place, lost, cause, until: tick });
+        }
         if axis == 2 {
-            self.tip_moved(at_tick);
-        } else if self.in_board {
-            self.broken = true;
+            self.tip_moved(tick);
+        } else {
+            self.bit.dragged();
         }
     }
 
-    /// A dull bit holds the spindle back while it is inside the board.
-    fn is_dull_for(&mut self, at_tick: u64) -> bool {
-        let Some(hz) = self.faults.dull_bit_hz else { return false };
-        let z = self.rotors[2].at;
-        if z > self.board.0 || z <= self.board.1 {
-            return false;
+    /// Writes a loss down: as part of the slip going on, or as a new one.
+    fn slipped(&mut self, slip: Slip) {
+        let latest = self.slips.iter().rposition(|known| known.axis == slip.axis);
+        let same = |known: &Slip| known.cause == slip.cause && slip.tick <= known.until + ONE_SLIP;
+        let latest = latest.filter(|index| self.slips.get(*index).is_some_and(same));
+        if let Some(known) = latest.and_then(|index| self.slips.get_mut(index)) {
+            (known.lost, known.until) = (known.lost + slip.lost, slip.tick);
+        } else if self.slips.len() < MOST_SLIPS {
+            self.slips.push(slip);
+        } else {
+            return;
         }
-        let needed = (crate::steps::TICK_HZ as f64 / hz) as u64;
-        let held = at_tick < self.dull_tick + needed;
-        if !held {
-            self.dull_tick = at_tick;
+        if let Some(watch) = &mut self.watch {
+            watch(&self.slips);
         }
-        held
     }
 
-    fn tip_moved(&mut self, at_tick: u64) {
-        let z = self.rotors[2].at;
-        let inside = z < self.board.0;
-        if inside && !self.in_board && self.rpm == 0 {
-            self.broken = true;
-        }
-        self.in_board = inside;
-        if !inside {
-            self.through = false;
-        } else if z <= self.board.1 && !self.through {
-            self.through = true;
-            if !self.broken && self.rpm > 0 {
-                let mm = |axis: usize| self.rotors[axis].at as f64 / self.steps_per_mm[axis];
-                let depth_mm = (self.board.0 - z) as f64 / self.steps_per_mm[2];
-                (self.drilled)(&Drilled { x_mm: mm(0), y_mm: mm(1), depth_mm, tick: at_tick });
-            }
+    /// What the sensors ought to say.
+    fn sensed(&self) -> u32 {
+        let on = |axis: usize, low: Input, high: Input| {
+            let at = self.rotors[axis].at;
+            let (first, last) = self.edges[axis];
+            (if at <= first { low.bit() } else { 0 }) | (if at >= last { high.bit() } else { 0 })
+        };
+        let contact = if self.bit.touches(self.rotors[2].at) { Input::Contact.bit() } else { 0 };
+        on(0, Input::XMin, Input::XMax)
+            | on(1, Input::YMin, Input::YMax)
+            | on(2, Input::ZBottom, Input::ZTop)
+            | contact
+    }
+
+    fn tip_moved(&mut self, tick: u64) {
+        if let Some(depth) = self.bit.moved(self.rotors[2].at) {
+            let mm = |axis: usize| self.rotors[axis].at as f64 / self.steps_per_mm[axis];
+            let depth_mm = depth as f64 / self.steps_per_mm[2];
+            (self.drilled)(&Drilled { x_mm: mm(0), y_mm: mm(1), depth_mm, tick });
         }
     }
 }
@@ -185,27 +256,20 @@ impl Pins for Twin {
                 self.step_axis(at_tick, axis, forward >> axis & 1 == 1);
             }
         }
+        let sensed = self.sensed();
+        self.switches.stand(at_tick, sensed);
     }
 
     fn spindle(&mut self, _at_tick: u64, rpm: u32) {
-        self.rpm = rpm;
+        self.bit.rpm = rpm;
     }
 
-    fn inputs(&mut self, _at_tick: u64) -> u32 {
-        let on = |axis: usize, low: Input, high: Input| {
-            let at = self.rotors[axis].at;
-            let (first, last) = self.edges[axis];
-            (if at <= first { low.bit() } else { 0 }) | (if at >= last { high.bit() } else { 0 })
-        };
-        let contact = if self.rotors[2].at < self.board.0 { Input::Contact.bit() } else { 0 };
-        let sensed = on(0, Input::XMin, Input::XMax)
-            | on(1, Input::YMin, Input::YMax)
-            | on(2, Input::ZBottom, Input::ZTop)
-            | contact;
-        (sensed | self.faults.stuck_on) & !self.faults.stuck_off
+    fn inputs(&mut self, at_tick: u64) -> u32 {
+        let sensed = self.sensed();
+        (self.switches.read(at_tick, sensed) | self.faults.stuck_on) & !self.faults.stuck_off
     }
 
     fn safe(&mut self) {
-        self.rpm = 0;
+        self.bit.rpm = 0;
     }
 }

@@ -1,14 +1,21 @@
-//! One stepping motor: it follows while the pulses change evenly enough, and stalls when they do not.
+//! One two-phase stepping motor: its rotor follows the field of its windings while it can.
 //!
 //! ```text
-//! rate │        ______ fastest: beyond it the rotor stands still …
-//!      │      /        … and stays so until the pulses come slowly enough to start from rest
-//!      │    /  jump between two pulses: at most what the motor's torque gives in that time, and its elasticity
+//! rate │        ______ fastest: beyond it the rotor falls behind …
+//!      │      /        … and only shakes until the takts come slowly enough to start from rest
+//!      │    /  jump between two takts: at most what the motor's torque gives in that time, and its elasticity
 //!      └──────────▶ time
+//!
+//! field   1 ──▶ 3 ──▶ 5 ──▶ 7 ──▶ 1      eighths of a turn of the current, four full steps a turn
+//! rotor   1     3     3     3     3      it missed two: the field is straight across, then nearer from behind …
+//! pulled        +2    +2    ±4    −2     … so what is lost is lost by whole turns of the current
 //! ```
 //!
-//! Comes in: pulses with their ticks. Goes out: where the rotor really is. Does not know what it drives.
+//! Comes in: takts with their ticks. Goes out: where the rotor really is, in takts, and what it lost. The field is that of the
+//! bytes really put out, so a wrong table or a broken wire shows. Does not know what it drives.
 
+use crate::machine::PhaseTable;
+use crate::machine::phases::{Commutator, angle, turn, turns};
 use crate::steps::TICK_HZ;
 
 /// How much more torque a motor has than the machine's owner asks of it.
@@ -17,15 +24,83 @@ const RESERVE: f64 = 3.0;
 /// Share of its rate that a turning rotor takes as a jump.
 const ELASTICITY: f64 = 0.15;
 
+/// Takts a second that any stepping motor makes at once from rest.
+const PULL_IN_HZ: f64 = 300.0;
+
+/// How far above its limit a motor is really pulled out.
+const PULL_OUT: f64 = 1.03;
+
+/// Why a rotor fell behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The takts came faster than it can turn.
+    TooFast,
+    /// The takts' rate changed more than its torque allows.
+    TooSteep,
+    /// It stood at a hard stop.
+    Blocked,
+    /// Something held it: a dull bit in the board.
+    Held,
+    /// The windings did not pull it on: a wrong table, a broken wire.
+    NoPull,
+    /// A fault that was asked for.
+    Fault,
+}
+
+impl Cause {
+    /// Its word in tables: a key of `page.slip`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TooFast => "too_fast",
+            Self::TooSteep => "too_steep",
+            Self::Blocked => "blocked",
+            Self::Held => "held",
+            Self::NoPull => "no_pull",
+            Self::Fault => "fault",
+        }
+    }
+}
+
+/// One takt as the motor meets it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Push {
+    /// When.
+    pub tick: u64,
+    /// Whether the table goes forward.
+    pub forward: bool,
+    /// Something keeps the rotor where it is.
+    pub held: bool,
+    /// The load throws it back by a turn of the current.
+    pub thrown: bool,
+}
+
+impl Push {
+    /// Nothing in the way.
+    pub fn free(tick: u64, forward: bool) -> Self {
+        Self { tick, forward, held: false, thrown: false }
+    }
+}
+
 /// A stepping motor.
 #[derive(Clone, Debug)]
 pub struct Rotor {
-    /// Where it really is, in steps.
+    /// Where it really is, in takts.
     pub at: i64,
-    /// Pulses that it was sent.
+    /// Takts that it was sent.
     pub sent: u64,
-    /// Pulses that it did not follow.
+    /// Takts that it fell behind, all together.
     pub lost: u64,
+    driver: Commutator,
+    /// 5 V and 24 V bits that reach the motor.
+    wires: u8,
+    start: i64,
+    /// Takts in a cycle of the table, and turns of the current in it.
+    cycle: (i64, i64),
+    /// Its angle in eighths of a turn of the current, and the angle it began at.
+    angle: i64,
+    zero: i64,
+    /// Turns of the current that it is off its takts.
+    off: i64,
     stops: (i64, i64),
     fastest_hz: f64,
     hz_per_s: f64,
@@ -33,53 +108,133 @@ pub struct Rotor {
     /// Rate it turns at, signed.
     rate_hz: f64,
     last_tick: Option<u64>,
-    stalled: bool,
+    /// Why it does not follow the field, if it does not.
+    stalled: Option<Cause>,
+    /// Why it does not point where the field does, since it last did.
+    cause: Option<Cause>,
 }
 
 impl Rotor {
     /// At rest at `at`, between two hard stops. It follows up to `fastest_hz`, and the acceleration that is asked for with
     /// a reserve.
-    pub fn new(at: i64, stops: (i64, i64), fastest_hz: f64, acceleration_hz_per_s: f64) -> Self {
+    pub fn new(
+        table: &PhaseTable,
+        at: i64,
+        stops: (i64, i64),
+        fastest_hz: f64,
+        acceleration_hz_per_s: f64,
+    ) -> Self {
         // From rest, the rate reached within the width of one step.
-        let start_hz = (2.0 * libm::sqrt(2.0 * acceleration_hz_per_s)).min(fastest_hz);
-        let hz_per_s = RESERVE * acceleration_hz_per_s;
+        let start_hz = (2.0 * libm::sqrt(2.0 * acceleration_hz_per_s)).max(PULL_IN_HZ).min(fastest_hz);
+        let driver = Commutator::new(table.clone(), 0);
+        let zero = angle(driver.byte()).map_or(0, i64::from);
         Self {
             at,
             sent: 0,
             lost: 0,
+            wires: u8::MAX,
+            start: at,
+            cycle: (table.columns.len().max(1) as i64, turns(table)),
+            driver,
+            angle: zero,
+            zero,
+            off: 0,
             stops,
             fastest_hz,
-            hz_per_s,
+            hz_per_s: RESERVE * acceleration_hz_per_s,
             start_hz,
             rate_hz: 0.0,
             last_tick: None,
-            stalled: false,
+            stalled: None,
+            cause: None,
         }
     }
 
-    /// One pulse. `held` is a pulse that something outside keeps it from following.
-    pub fn step(&mut self, tick: u64, forward: bool, held: bool) {
+    /// The same motor with broken wires: only these bits reach it.
+    #[must_use]
+    pub fn wired(mut self, wires: u8) -> Self {
+        self.wires = wires;
+        self
+    }
+
+    /// What its driver puts out.
+    pub fn byte(&self) -> u8 {
+        self.driver.byte()
+    }
+
+    /// One takt. Gives what was lost by it, if anything, and why.
+    pub fn takt(&mut self, push: Push) -> Option<(u64, Cause)> {
         self.sent += 1;
-        let since = self.last_tick.replace(tick).map_or(TICK_HZ, |last| (tick - last.min(tick)).max(1));
-        let time_s = since as f64 / TICK_HZ as f64;
-        let sign = if forward { 1.0 } else { -1.0 };
-        let asked = sign / time_s;
-        let jump = (asked - self.rate_hz).abs();
-        let follows = if self.stalled {
-            asked.abs() <= self.start_hz
-        } else {
-            asked.abs() <= self.fastest_hz * 1.03
-                && jump <= self.start_hz + self.hz_per_s * time_s + ELASTICITY * asked.abs()
+        let field = angle(self.driver.takt(push.forward) & self.wires);
+        let follows = self.follows(push);
+        let pull = field.map(|field| turn(self.angle, i64::from(field))).filter(|turn| turn.abs() < 4);
+        let missed = match (follows, pull) {
+            (Err(why), _) => Some(why),
+            (Ok(()), None) => Some(Cause::NoPull),
+            (Ok(()), Some(_)) if push.held => Some(Cause::Held),
+            (Ok(()), Some(pull)) => self.turn_by(pull),
         };
-        self.stalled = !follows;
-        let next = self.at + if forward { 1 } else { -1 };
-        let free = (self.stops.0..=self.stops.1).contains(&next);
-        if follows && free && !held {
-            self.at = next;
-            self.rate_hz = asked;
-        } else {
-            self.lost += 1;
-            self.rate_hz = if follows && free { asked } else { 0.0 };
+        self.cause = self.cause.or(missed);
+        if push.thrown {
+            self.cause = Some(Cause::Fault);
+            self.angle -= if push.forward { 8 } else { -8 };
         }
+        let lost = self.settle();
+        if missed.is_none() {
+            self.cause = None;
+        }
+        lost
+    }
+
+    /// Whether the rotor keeps up with a takt at this moment.
+    fn follows(&mut self, push: Push) -> Result<(), Cause> {
+        let since = self.last_tick.replace(push.tick).map_or(TICK_HZ, |last| push.tick.saturating_sub(last));
+        let time_s = since.max(1) as f64 / TICK_HZ as f64;
+        let asked = if push.forward { 1.0 } else { -1.0 } / time_s;
+        let jump = (asked - self.rate_hz).abs();
+        let most = self.start_hz + self.hz_per_s * time_s + ELASTICITY * asked.abs();
+        self.stalled = match self.stalled {
+            Some(_) if asked.abs() <= self.start_hz => None,
+            None if asked.abs() > self.fastest_hz * PULL_OUT => Some(Cause::TooFast),
+            None if jump > most => Some(Cause::TooSteep),
+            other => other,
+        };
+        self.rate_hz = if self.stalled.is_none() { asked } else { 0.0 };
+        self.stalled.map_or(Ok(()), Err)
+    }
+
+    /// Turns, or says what is in the way.
+    fn turn_by(&mut self, eighths: i64) -> Option<Cause> {
+        let turned = self.angle + eighths;
+        let at = self.place(self.turns_off(turned));
+        if (self.stops.0..=self.stops.1).contains(&at) {
+            self.angle = turned;
+            None
+        } else {
+            Some(Cause::Blocked)
+        }
+    }
+
+    /// How many turns of the current a rotor at `angle` is off its takts, to the nearest.
+    fn turns_off(&self, angle: i64) -> i64 {
+        let (length, turns) = self.cycle;
+        let eighths = (angle - self.zero) * length - 8 * turns * self.driver.takts();
+        (2 * eighths + 8 * length).div_euclid(16 * length)
+    }
+
+    fn place(&self, off: i64) -> i64 {
+        let (length, turns) = self.cycle;
+        self.start + self.driver.takts() + off * length / turns
+    }
+
+    /// Works out where it is, and what the takt cost.
+    fn settle(&mut self) -> Option<(u64, Cause)> {
+        let (length, turns) = self.cycle;
+        let off = self.turns_off(self.angle);
+        let lost = (off - self.off).unsigned_abs() * length as u64 / turns as u64;
+        self.off = off;
+        self.at = self.place(off).clamp(self.stops.0, self.stops.1);
+        self.lost += lost;
+        (lost > 0).then_some((lost, self.cause.unwrap_or(Cause::NoPull)))
     }
 }

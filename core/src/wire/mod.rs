@@ -303,6 +303,19 @@ pub enum Verdict {
     Fail,
 }
 
+/// A place where a motor of the virtual drill lost steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SlipTold {
+    /// 0 X, 1 Y, 2 Z.
+    pub axis: u8,
+    /// Where the axis really was, machine mm.
+    pub place_mm: f64,
+    /// Steps lost there.
+    pub lost: u64,
+    /// Why: a key of `page.slip`.
+    pub cause: String,
+}
+
 /// How things stand with the machine (A10).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
@@ -348,6 +361,9 @@ pub struct Status {
     pub inputs: u32,
     /// Phase bytes put out to X, Y, Z.
     pub phases: [u8; 3],
+    /// Where the virtual drill lost steps, since it was built.
+    #[serde(default)]
+    pub slips: Vec<SlipTold>,
     /// Time since Start, s.
     pub elapsed_s: f64,
     /// Time left, s.

@@ -1,0 +1,113 @@
+//! Inputs without glitches: a reading that differs from the one before counts only when it is confirmed at once.
+//!
+//! ```text
+//! readings   0 0 0 1 0 0 0 0 0 1 1 1 1 1 1 1         a single flip is asked again, and was none
+//! believed   0 0 0 0 0 0 0 0 0 0 0 0 0 1 1 1         five in a row, all at the same moment: it is so
+//! ```
+//!
+//! Chatter of a contact is not hidden: its first touch counts, which is where the edge is.
+//!
+//! Comes in: any [`Pins`]. Goes out: the same with steadier inputs. Does not know what the inputs mean.
+
+use super::{AxisSet, Pins};
+
+/// So many readings in a row must agree before a change is believed. With 1 % of the readings flipped, one in 10¹⁰ is
+/// believed wrongly.
+const AGREE: u32 = 5;
+
+/// Pins whose single wrong readings are not believed.
+#[derive(Clone, Debug)]
+pub struct Steady<P> {
+    pins: P,
+    believed: Option<u32>,
+}
+
+impl<P: Pins> Steady<P> {
+    /// `pins`, read with care.
+    pub fn new(pins: P) -> Self {
+        Self { pins, believed: None }
+    }
+
+    /// The pins themselves.
+    pub fn inner(&self) -> &P {
+        &self.pins
+    }
+}
+
+impl<P: Pins> Pins for Steady<P> {
+    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.pins.step(at_tick, axes, forward);
+    }
+
+    fn spindle(&mut self, at_tick: u64, rpm: u32) {
+        self.pins.spindle(at_tick, rpm);
+    }
+
+    fn inputs(&mut self, at_tick: u64) -> u32 {
+        let pins = &mut self.pins;
+        let mut read = || pins.inputs(at_tick);
+        let believed = *self.believed.get_or_insert_with(|| majority(&std::array::from_fn(|_| read())));
+        let mut changed = read() ^ believed;
+        for _ in 1..AGREE {
+            if changed != 0 {
+                changed &= read() ^ believed;
+            }
+        }
+        self.believed = Some(believed ^ changed);
+        believed ^ changed
+    }
+
+    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
+        self.pins.output(at_tick, place, on);
+    }
+
+    fn rest(&mut self, at_tick: u64) {
+        self.pins.rest(at_tick);
+    }
+
+    fn safe(&mut self) {
+        self.pins.safe();
+    }
+}
+
+/// Every bit as most of the readings have it.
+fn majority(readings: &[u32; AGREE as usize]) -> u32 {
+    let most = |bit: &u32| readings.iter().filter(|word| *word & bit != 0).count() * 2 > readings.len();
+    (0..u32::BITS).map(|bit| 1 << bit).filter(most).fold(0, |word, bit| word | bit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Readings as they were written down, then the last one for ever.
+    struct Script(Vec<u32>, usize);
+
+    impl Pins for Script {
+        fn step(&mut self, _: u64, _: AxisSet, _: AxisSet) {}
+        fn spindle(&mut self, _: u64, _: u32) {}
+        fn inputs(&mut self, _: u64) -> u32 {
+            self.1 += 1;
+            self.0[(self.1 - 1).min(self.0.len() - 1)]
+        }
+        fn safe(&mut self) {}
+    }
+
+    #[test]
+    fn single_flips_are_not_believed_and_changes_are() {
+        // (readings after the first five, which are 0b01; what is believed in the end)
+        let rows: [(&[u32], u32); 5] = [
+            (&[0b11, 0b01], 0b01),
+            (&[0b00, 0b01], 0b01),
+            (&[0b11, 0b10, 0b11, 0b11, 0b11], 0b11),
+            (&[0b11, 0b11, 0b11, 0b11, 0b01], 0b01),
+            (&[0b10, 0b10, 0b10, 0b10, 0b10], 0b10),
+        ];
+        for (readings, believed) in rows {
+            let mut script = vec![0b01, 0b11, 0b01, 0b00, 0b01];
+            script.extend(readings);
+            let mut pins = Steady::new(Script(script, 0));
+            assert_eq!(pins.inputs(0), believed, "{readings:?}");
+        }
+    }
+}
