@@ -3,7 +3,8 @@
 use crate::programs::Chance;
 use annulus_core::motion::profile::bounds::{fifteen_phases_s, least_duration_s};
 use annulus_core::motion::profile::{
-    Limits, Profile, Ramp, Shape, Stroke, choose, plan, point_of_no_return_s, stopping_mm, two_speeds,
+    Limits, Profile, Ramp, Shape, Stroke, choose, plan, point_of_no_return_s, residual_mm, stopping_mm,
+    two_speeds,
 };
 
 /// Room for rounding, as a share.
@@ -344,5 +345,57 @@ fn a_profile_is_the_same_after_it_was_written_down() {
         assert_eq!(postcard::from_bytes::<Stroke>(&bytes).unwrap(), stroke);
         let text = serde_json::to_string(&stroke).unwrap();
         assert!(!text.contains("null"), "a number that JSON cannot say: {text}");
+    }
+}
+
+/// The table of D.2: L 10 mm, V 500, A 10⁴, J 10⁶; micrometres, as printed there.
+#[test]
+fn the_table_of_swinging_is_the_reference_s() {
+    let limits = Limits { speed: 500.0, acceleration: 1e4, jerk: 1e6 };
+    let rows = [
+        (Shape::Linear, 1e6, [2119.0, 346.0, 28.0, 27.0, 25.0, 23.0], 63.3),
+        (Shape::SCurve, 1e6, [1712.0, 120.0, 84.0, 12.0, 7.4, 1.5], 74.0),
+        (Shape::Power(0.5), 1e6, [1343.0, 0.0, 90.0, 0.6, 0.0, 0.0], 80.0),
+        (Shape::Power(1.0), 1e6, [917.0, 63.0, 65.0, 0.1, 0.6, 2.0], 86.3),
+        (Shape::Power(0.5), 1.5e6, [1749.0, 132.0, 108.0, 36.0, 3.8, 0.4], 74.0),
+    ];
+    for (shape, jerk, expected, ms) in rows {
+        let profile = plan(shape, 10.0, Limits { jerk, ..limits }).unwrap();
+        assert!((profile.duration_s() * 1e3 - ms).abs() <= 0.06, "{shape:?} {}", profile.duration_s());
+        for (frequency, expected) in [20.0, 40.0, 60.0, 90.0, 120.0, 150.0].into_iter().zip(expected) {
+            let found = residual_mm(&profile, frequency).unwrap() * 1e3;
+            let room = if expected >= 10.0 { 0.5 } else { 0.05 };
+            assert!(
+                (found - expected).abs() <= room,
+                "{shape:?} at {frequency} Hz: {found} µm instead of {expected}"
+            );
+        }
+    }
+    assert_eq!(residual_mm(&Profile::default(), 0.0).unwrap_err().code, "motion.bad_frequency");
+}
+
+/// The closed form against the integral itself, summed over every phase.
+#[test]
+fn what_is_left_swinging_is_the_transform_of_the_acceleration() {
+    for seed in 0..2_000 {
+        let mut chance = Chance(seed);
+        let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
+        let profile = plan(shape, random_length(&mut chance, limits), limits).unwrap();
+        let frequency = chance.scale(0.05, 5.0) / profile.duration_s();
+        let omega = 2.0 * core::f64::consts::PI * frequency;
+        let (mut re, mut im, mut begin) = (0.0, 0.0, 0.0);
+        for phase in profile.phases() {
+            let h = phase / 400.0;
+            for index in 0..400 {
+                let t = begin + h * (f64::from(index) + 0.5);
+                let a = profile.acceleration(t) * h;
+                (re, im) = (re + a * libm::cos(omega * t), im + a * libm::sin(omega * t));
+            }
+            begin += phase;
+        }
+        let expected = libm::sqrt(re * re + im * im) / omega;
+        let found = residual_mm(&profile, frequency).unwrap();
+        let room = 1e-4 * expected + 1e-5 * profile.speed_mm_per_s / omega;
+        assert!((found - expected).abs() <= room, "seed {seed}: {found} instead of {expected} {profile:?}");
     }
 }

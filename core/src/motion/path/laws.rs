@@ -56,6 +56,24 @@ pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark
     })
 }
 
+/// How fast the pace of a path may change, in parts of full pace a second, so that with what the plan has left no axis
+/// gets more than its whole acceleration: at a pace r that changes by r′ an axis has r²·a + r′·v, at most
+/// share·A + r′·v. Infinite for a path that goes nowhere.
+pub fn pace_change_per_s(path: &Path, axes: &[Limits; 3], rules: &Rules) -> f64 {
+    let mut least = f64::INFINITY;
+    for run in &path.runs {
+        let top =
+            run.spans.iter().map(|span| span.low_mm_per_s + span.ramp.rise_mm_per_s).fold(0.0, f64::max);
+        for planned in path.pieces_of(run) {
+            for (axis, own) in axes.iter().enumerate() {
+                let speed = top * planned.curve.greatest_share(axis);
+                least = least.min((1.0 - rules.share) * own.acceleration / speed.max(f64::MIN_POSITIVE));
+            }
+        }
+    }
+    least
+}
+
 fn near(a: Place, b: Place) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME + SAME * b.abs())
 }

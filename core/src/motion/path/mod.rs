@@ -19,7 +19,7 @@ mod plan;
 
 pub use crossings::{Sweep, sweeps};
 pub use curve::{Curve, Place};
-pub use laws::laws;
+pub use laws::{laws, pace_change_per_s};
 pub use plan::{Chain, Piece, Rules, To, plan};
 
 use super::profile::Span;

@@ -26,6 +26,7 @@ mod ramp;
 mod span;
 mod stop;
 mod stroke;
+mod vibration;
 
 pub use super::limits::Limits;
 pub use choose::{Choice, choose};
@@ -34,6 +35,7 @@ pub use ramp::Ramp;
 pub use span::Span;
 pub use stop::{point_of_no_return_s, stopping_mm};
 pub use stroke::{Stroke, TwoSpeeds, two_speeds};
+pub use vibration::residual_mm;
 
 use crate::remark::{Remark, Weight};
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,65 @@
+//! How much a move leaves a machine swinging.
+//!
+//! ```text
+//! left ^ \
+//! over |  \    ,-.           zeros where a whole number of swings fits into an edge,
+//!      |   \  /   \  ,-.     into an edge and a hold, or between the two ramps
+//!      |    \/     \/   \,
+//!      +-------------------> frequency
+//! ```
+//!
+//! Comes in: a profile, the frequency in Hz of something that swings without damping. Goes out: millimetres. Does not
+//! know what swings.
+//!
+//! Maths: `motion-profiles.md` D.2. The amplitude is |∫a(t)·e^(−i2πft)dt|/(2πf), and the acceleration is the shape of an
+//! edge's jerk run over a box of an edge and a hold, once up and once down: the product of their transforms.
+
+use super::{GREATEST, Profile, Shape, wrong};
+use crate::remark::Remark;
+use core::f64::consts::PI;
+
+/// Gauss's five places and weights in −1 … 1.
+const GAUSS: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+];
+
+/// The most swings in an edge; more leave nothing that could be seen.
+const MOST_SWINGS: f64 = 1e4;
+
+/// Amplitude in mm with which something of `frequency_hz`, greater than 0, swings on after the move.
+pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Remark> {
+    if !(1e-9..=GREATEST).contains(&frequency_hz) {
+        return Err(wrong("motion.bad_frequency", frequency_hz));
+    }
+    let sinc = |x: f64| if x.abs() < 1e-9 { 1.0 } else { libm::sin(PI * x) / (PI * x) };
+    let swings = frequency_hz * profile.jerk_time_s;
+    let edge = match profile.shape {
+        Shape::Linear => 1.0,
+        Shape::SCurve => sinc(swings),
+        Shape::Power(order) => power_edge(order, PI * swings.min(MOST_SWINGS)),
+    };
+    let hold = sinc(frequency_hz * (profile.jerk_time_s + profile.hold_s));
+    let pair = libm::sin(PI * frequency_hz * (profile.ramp_s() + profile.cruise_s)) / (PI * frequency_hz);
+    Ok((profile.speed_mm_per_s * edge * hold * pair).abs())
+}
+
+/// Transform of the power law's jerk over an edge, 1 at rest: (1 + α)·∫ uᵅ·cos(φ(1 − u)) du over 0 … 1, in u = x³ so that
+/// the power is smooth at 0.
+fn power_edge(order: f64, phi: f64) -> f64 {
+    let panels = 32 + libm::ceil(phi) as u32;
+    let half = 0.5 / f64::from(panels);
+    let mut sum = 0.0;
+    for panel in 0..panels {
+        let middle = (2.0 * f64::from(panel) + 1.0) * half;
+        for (place, weight) in GAUSS {
+            let x = middle + half * place;
+            let u = x * x * x;
+            sum += weight * half * 3.0 * x * x * libm::pow(u, order) * libm::cos(phi * (1.0 - u));
+        }
+    }
+    (1.0 + order) * sum
+}
