@@ -12,13 +12,15 @@ pub enum Tab {
     Simulate,
     /// The drill.
     Machine,
+    /// Tables, profiles and commands tried out one by one.
+    Lab,
     /// What is set once.
     Settings,
 }
 
 impl Tab {
     /// All of them, in order.
-    pub const ALL: [Self; 4] = [Self::Board, Self::Simulate, Self::Machine, Self::Settings];
+    pub const ALL: [Self; 5] = [Self::Board, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
 
     /// Its word in the address: `#/board`.
     pub fn word(self) -> &'static str {
@@ -26,6 +28,7 @@ impl Tab {
             Self::Board => "board",
             Self::Simulate => "simulate",
             Self::Machine => "machine",
+            Self::Lab => "lab",
             Self::Settings => "settings",
         }
     }
@@ -56,6 +59,8 @@ pub struct Press {
     pub composing: bool,
     /// The focus is where text is typed.
     pub in_text: bool,
+    /// That is a field of many lines, which has an undo of its own.
+    pub in_lines: bool,
     /// The focus is on something that Space or the arrows already work.
     pub on_control: bool,
 }
@@ -95,6 +100,21 @@ pub enum Action {
     Pause,
     /// Read the position out.
     Speak,
+    /// Back by an edit of the Lab, or on again.
+    Undo(bool),
+    /// Something of the Lab's queue.
+    Queue(QueueKey),
+}
+
+/// What a key asks of the queue. It runs in this page's own drill, unless the person chose the machine and it is still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum QueueKey {
+    /// Breakpoint on or off.
+    Break,
+    /// One row.
+    Step,
+    /// To the next breakpoint.
+    Run,
 }
 
 /// How far a step of the playback goes; `true` is onwards.
@@ -123,6 +143,12 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     if key == "F6" {
         return Some(Action::Region(!press.shift));
     }
+    if tab == Tab::Lab
+        && !press.alt
+        && let Some(action) = in_lab(press, key)
+    {
+        return Some(action);
+    }
     if press.in_text || press.alt {
         return None;
     }
@@ -138,6 +164,20 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
         };
     }
     on_screen(press, key, tab).or_else(|| anywhere(press, key))
+}
+
+/// The Lab has one undo for all its fields.
+fn in_lab(press: &Press, key: &str) -> Option<Action> {
+    match key.to_ascii_lowercase().as_str() {
+        "f8" | "f9" | "f10" if press.repeat || press.ctrl || press.shift => None,
+        "f8" => Some(Action::Queue(QueueKey::Run)),
+        "f9" => Some(Action::Queue(QueueKey::Break)),
+        "f10" => Some(Action::Queue(QueueKey::Step)),
+        _ if press.in_lines => None,
+        "z" if press.ctrl => Some(Action::Undo(!press.shift)),
+        "y" if press.ctrl && !press.shift => Some(Action::Undo(false)),
+        _ => None,
+    }
 }
 
 fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
@@ -185,6 +225,7 @@ mod tests {
                 "Shift" => press.shift = true,
                 "Alt" => press.alt = true,
                 "text" => press.in_text = true,
+                "lines" => (press.in_text, press.in_lines) = (true, true),
                 "control" => press.on_control = true,
                 "composing" => press.composing = true,
                 "repeat" => press.repeat = true,
@@ -211,6 +252,16 @@ mod tests {
             ("Shift+ArrowRight", Tab::Simulate, Some(Action::Step(Stride::Hole(true)))),
             ("Ctrl+ArrowLeft", Tab::Simulate, Some(Action::Step(Stride::Percent(false)))),
             ("3", Tab::Board, Some(Action::Show(Tab::Machine))),
+            ("4", Tab::Board, Some(Action::Show(Tab::Lab))),
+            ("Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
+            ("text+Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
+            ("lines+Ctrl+z", Tab::Lab, None),
+            ("Ctrl+Shift+Z", Tab::Lab, Some(Action::Undo(false))),
+            ("Ctrl+y", Tab::Lab, Some(Action::Undo(false))),
+            ("Ctrl+z", Tab::Board, None),
+            ("lines+F10", Tab::Lab, Some(Action::Queue(QueueKey::Step))),
+            ("repeat+F10", Tab::Lab, None),
+            ("F8", Tab::Machine, None),
             ("9", Tab::Board, None),
             ("Ctrl+Alt+u", Tab::Board, None),
             ("Enter", Tab::Machine, None),

@@ -13,7 +13,9 @@ pub mod engine;
 pub mod format;
 pub mod health;
 pub mod keys;
+pub mod lab;
 pub mod picture;
+pub mod readout;
 pub mod view;
 
 #[cfg(target_arch = "wasm32")]

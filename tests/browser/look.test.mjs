@@ -56,7 +56,7 @@ for (const scheme of ["dark", "light"]) {
       assert.deepEqual(await findings(page), [], "welcome");
       await page.getByRole("button", { name: /Sample board/ }).click();
       await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
-      for (const screen of ["Board", "Simulate", "Machine", "Settings"]) {
+      for (const screen of ["Board", "Simulate", "Machine", "Lab", "Settings"]) {
         await tab(page, screen).click();
         await page.waitForTimeout(300);
         await page.screenshot({ path: picture(`${screen.toLowerCase()}-${scheme}`) });
@@ -74,7 +74,7 @@ test("the screens are reached by their numbers, and no key starts anything", asy
   try {
     await page.getByRole("button", { name: /Sample board/ }).click({ timeout: 60_000 });
     await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
-    for (const [number, screen] of ["Board", "Simulate", "Machine", "Settings"].entries()) {
+    for (const [number, screen] of ["Board", "Simulate", "Machine", "Lab", "Settings"].entries()) {
       await page.keyboard.press(String(number + 1));
       await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
     }

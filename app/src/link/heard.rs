@@ -2,8 +2,9 @@
 //!
 //! Comes in: a [`Tell`]. Goes out: signals set. Does not know how it travelled.
 
-use super::browser::now_ms;
-use super::{Armed, Control, Ended, Freshness, Interrupted, Phase, link, socket, stop};
+use super::browser::{self, now_ms};
+use super::{Armed, Control, Ended, Freshness, Interrupted, Phase, link, noted, socket, stop};
+use crate::lab::log::Event;
 use annulus_core::wire::Tell;
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -19,23 +20,40 @@ pub(super) fn heard(tell: Tell) {
         Tell::Welcome { .. } => {
             line.phase.set(Phase::Open);
             line.ever.set(true);
+            noted(Event::Link(true));
             socket::welcomed();
             stop::opened();
         }
         Tell::Machine { settings, fingerprint } => {
+            if line.fingerprint.with_untracked(|known| *known != fingerprint)
+                || line.settings.with_untracked(|known| **known != settings)
+            {
+                noted(Event::Settings);
+            }
             line.fingerprint.set(fingerprint);
             line.settings.set(Arc::new(settings));
         }
         Tell::Status(status) => {
             stop::status(status.state);
+            let now_ms = browser::clock_ms();
+            if line.log.try_update_untracked(|log| log.seen(now_ms, &status)) == Some(true) {
+                line.log.notify();
+            }
             line.status.set(Some(Arc::new(*status)));
         }
-        Tell::Control { yours, taken, viewers } => line.control.set(Control { yours, taken, viewers }),
+        Tell::Control { yours, taken, viewers } => {
+            let before = line.control.get_untracked();
+            if (before.yours, before.taken) != (yours, taken) {
+                noted(Event::Control { yours, taken });
+            }
+            line.control.set(Control { yours, taken, viewers });
+        }
         Tell::Armed { job, stream_digest, checks } => {
             line.armed.set(Some(Armed { job, stream_digest, checks }));
         }
         Tell::Ended { job, ending, holes_done } => {
             line.interrupted.set(None);
+            noted(Event::Ended(ending, holes_done));
             line.ended.set(Some(Ended { job, ending, holes_done }));
         }
         Tell::Interrupted { job, name, next_leg, holes_done, holes_total } => {
@@ -44,7 +62,10 @@ pub(super) fn heard(tell: Tell) {
         Tell::Timing(timing) => line.timing.set(Some(Arc::new(*timing))),
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
-        Tell::Refused { why } => line.refused.set(Some(why)),
+        Tell::Refused { why } => {
+            noted(Event::Refused(why.clone()));
+            line.refused.set(Some(why));
+        }
         Tell::Pong { stamp } => {
             stop::pong(stamp);
             line.delay_ms.set(Some(now_ms() - stamp));

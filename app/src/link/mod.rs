@@ -15,6 +15,7 @@ mod socket;
 mod stop;
 
 pub use crate::health::Freshness;
+use crate::lab::log::{Event, Log};
 pub use jobs::{fetch, upload};
 pub use socket::{ask, reconnect_now};
 pub use stop::stop;
@@ -120,6 +121,8 @@ pub struct Link {
     pub delay_ms: RwSignal<Option<f64>>,
     /// STOP was pressed and nobody said that it was heard.
     pub stop_unconfirmed: RwSignal<bool>,
+    /// What happened so far.
+    pub log: RwSignal<Log>,
 }
 
 thread_local! {
@@ -148,8 +151,14 @@ pub fn begin() {
         refused: RwSignal::new(None),
         delay_ms: RwSignal::new(None),
         stop_unconfirmed: RwSignal::new(false),
+        log: RwSignal::new(Log::default()),
     }));
     socket::begin();
+}
+
+/// Writes `event` into the log.
+fn noted(event: Event) {
+    link().log.update(|log| log.add(browser::clock_ms(), event));
 }
 
 impl Link {

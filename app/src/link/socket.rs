@@ -5,8 +5,9 @@
 use super::browser::{now_ms, window};
 use super::heard::heard;
 use super::session;
-use super::{Phase, link, stop};
+use super::{Phase, link, noted, stop};
 use crate::health::{freshness, retry_ms};
+use crate::lab::log::Event;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Paired, auth};
 use leptos::prelude::*;
 use std::cell::{Cell, RefCell};
@@ -150,6 +151,11 @@ pub fn ask(wish: &Ask) {
             let _ = line.socket.send_with_str(&text);
         }
     });
+    if !matches!(wish, Ask::Hello { .. } | Ask::Ping { .. })
+        && let Some(name) = text.split('"').nth(3)
+    {
+        noted(Event::Asked(name.to_owned()));
+    }
 }
 
 /// The socket is gone. Refused right after hello: the bridge was restarted and does not know us any more.
@@ -158,6 +164,9 @@ fn closed() {
     let was_open = line.phase.get_untracked() == Phase::Open;
     let refused_at_hello = HELLO_SENT.get() && !was_open;
     stop::broke();
+    if was_open {
+        noted(Event::Link(false));
+    }
     if refused_at_hello {
         session::forget();
         SESSION.set(None);

@@ -3,6 +3,7 @@
 //! Comes in: state and link. Goes out: the page. Boards, plans and moves come from `annulus-core` alone.
 
 mod board;
+mod lab;
 pub mod machine;
 mod opening;
 mod regions;
@@ -26,6 +27,7 @@ pub fn App() -> impl IntoView {
     state::begin();
     crate::document::begin();
     simulate::begin();
+    lab::begin();
     if let Some(word) = settings::kept_theme() {
         state::state().theme.set(top_bar::theme_of(&word));
     }

@@ -5,8 +5,9 @@
 use crate::format::Unit;
 use crate::i18n::say;
 use crate::keys::{self, Action, Press, Tab};
+use crate::lab::Sheet;
 use crate::link;
-use crate::screens::{opening, simulate, stage};
+use crate::screens::{lab, opening, simulate, stage};
 use crate::state::state;
 use crate::widgets::toast;
 use annulus_core::control::State;
@@ -41,7 +42,10 @@ pub(crate) fn listen() {
     });
     follow_address();
     Effect::new(|_| {
-        let address = format!("#/{}", state().tab.get().word());
+        let address = match state().tab.get() {
+            Tab::Lab => format!("#/{}/{}", Tab::Lab.word(), lab::desk().sheet.get().word()),
+            tab => format!("#/{}", tab.word()),
+        };
         if let Ok(history) = window().history() {
             let _ = history.replace_state_with_url(&JsValue::NULL, "", Some(&address));
         }
@@ -52,6 +56,9 @@ fn follow_address() {
     let hash = window().location().hash().unwrap_or_default();
     if let Some(tab) = Tab::of_address(&hash) {
         state().tab.set(tab);
+    }
+    if let Some(sheet) = Sheet::of_address(&hash) {
+        lab::desk().sheet.set(sheet);
     }
 }
 
@@ -70,6 +77,7 @@ fn press(event: &KeyboardEvent) -> Press {
         composing: event.is_composing(),
         in_text: tag == "TEXTAREA"
             || (tag == "INPUT" && !matches!(kind.as_str(), "checkbox" | "range" | "radio")),
+        in_lines: tag == "TEXTAREA",
         on_control: matches!(tag.as_str(), "BUTTON" | "SELECT" | "INPUT") || role == "listbox",
     }
 }
@@ -91,6 +99,8 @@ pub(crate) fn act(action: Action) {
             simulate::play().act(action);
         }
         Action::Speak => speak(),
+        Action::Undo(back) => lab::desk().undo(back),
+        Action::Queue(key) => lab::queue_key(key),
     }
 }
 

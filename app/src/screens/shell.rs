@@ -2,7 +2,7 @@
 //!
 //! Comes in: the state. Goes out: the page. Knows no screen's content.
 
-use super::{board, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
+use super::{board, lab, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
 use crate::document::desk;
 use crate::i18n::{say, t};
 use crate::keys::Tab;
@@ -19,6 +19,7 @@ pub(crate) fn shell() -> impl IntoView {
     let reviewing = Memo::new(move |_| desk().reviewing.get() && !empty.get());
     let screen = move || match tab.get() {
         Tab::Machine => machine::machine().into_any(),
+        Tab::Lab => lab::lab().into_any(),
         Tab::Settings => settings::settings().into_any(),
         _ if empty.get() => welcome::welcome().into_any(),
         _ if reviewing.get() => review::review().into_any(),

@@ -21,6 +21,7 @@ pub(crate) fn name_of(tab: Tab) -> String {
         Tab::Board => say!("page.tab.board"),
         Tab::Simulate => say!("page.tab.simulate"),
         Tab::Machine => say!("page.tab.machine"),
+        Tab::Lab => say!("page.tab.lab"),
         Tab::Settings => say!("page.tab.settings"),
     }
 }

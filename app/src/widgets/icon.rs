@@ -30,8 +30,10 @@ pub enum Icon {
     Plus,
     Previous,
     PreviousHole,
+    Redo,
     ToBeginning,
     ToEnd,
+    Undo,
     Warning,
 }
 
@@ -60,8 +62,10 @@ fn drawing(icon: Icon) -> &'static str {
         Icon::Plus => "M5 12h14M12 5v14",
         Icon::Previous => "M15 5l-7 7 7 7",
         Icon::PreviousHole => "M18 5l-7 7 7 7M7 5v14",
+        Icon::Redo => "M15 5l5 5-5 5M20 10H9.5a5.5 5.5 0 0 0 0 11H12",
         Icon::ToBeginning => "M5 5v14M19 5l-10 7 10 7z",
         Icon::ToEnd => "M19 5v14M5 5l10 7-10 7z",
+        Icon::Undo => "M9 5l-5 5 5 5M4 10h10.5a5.5 5.5 0 0 1 0 11H12",
         Icon::Warning => "M12 3.5l9.5 17h-19zM12 10v5M12 17.7v.1",
     }
 }

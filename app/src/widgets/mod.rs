@@ -5,12 +5,16 @@
 
 mod dialog;
 mod icon;
+mod plot;
+mod save;
 mod stop;
 mod toast;
 mod virtual_list;
 
 pub use dialog::{Dialog, dialog};
 pub use icon::{Icon, icon};
+pub use plot::plotted;
+pub use save::save_file;
 pub use stop::stop_button;
 pub use toast::{toast, toasts};
 pub use virtual_list::{ROW_PX, virtual_list};
@@ -54,6 +58,23 @@ pub fn picture_button(
         .class("button icon")
         .attr("aria-label", name.clone())
         .attr("title", name)
+        .on(ev::click, act)
+        .child(icon(picture))
+}
+
+/// The same, and it can be switched off.
+pub fn picture_button_if(
+    picture: Icon,
+    enabled: impl Fn() -> bool + Send + Sync + 'static,
+    name: impl Fn() -> String + Clone + Send + Sync + 'static,
+    act: impl FnMut(MouseEvent) + 'static,
+) -> impl IntoView {
+    button()
+        .attr("type", "button")
+        .class("button icon")
+        .attr("aria-label", name.clone())
+        .attr("title", name)
+        .prop("disabled", move || !enabled())
         .on(ev::click, act)
         .child(icon(picture))
 }

@@ -1,0 +1,165 @@
+//! Everything the Lab edits. What was not edited stands as the machine has it.
+//!
+//! Comes in: an edit. Goes out: the next bench; and as text, to be kept over a reload. Does not know the machine.
+
+use super::motion;
+use super::phases::{self, Edit};
+use super::queue::{self, Line};
+use crate::format;
+use annulus_core::machine::{Machine, Value, axis_name};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Motors with a table of their own: X, Y, Z.
+pub const MOTORS: usize = 3;
+
+/// The setting of the interrupt frequency, and the field it is typed into.
+pub const INTERRUPTS: &str = "drive.interrupt_frequency";
+
+/// What lies on the bench.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Bench {
+    /// Phase tables as edited; none where the machine's own stands.
+    pub tables: [Option<Vec<u8>>; MOTORS],
+    /// Rows of the dynamics as typed; none where the machine's own stand.
+    pub dynamics: Option<Vec<StateRow>>,
+    /// What was typed into the fields of the experiments, by name; none where the field has its own value.
+    pub fields: BTreeMap<String, String>,
+    /// Work commands.
+    pub queue: Vec<Line>,
+}
+
+/// One state of the dynamics as typed. State 0 is not entered and not left.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StateRow {
+    /// A step every so many interrupts.
+    pub period: String,
+    /// Entered above this distance, takts.
+    pub enter: String,
+    /// Left below this distance, takts.
+    pub leave: String,
+}
+
+impl Bench {
+    /// The bench with the table of `motor` edited, which so far is `columns`.
+    #[must_use]
+    pub fn with_table(&self, motor: usize, columns: &[u8], edit: &Edit) -> Self {
+        let mut next = self.clone();
+        if let Some(table) = next.tables.get_mut(motor) {
+            *table = Some(phases::edited(columns, edit));
+        }
+        next
+    }
+
+    /// The bench with these rows of dynamics.
+    #[must_use]
+    pub fn with_dynamics(&self, rows: Vec<StateRow>) -> Self {
+        Self { dynamics: Some(rows), ..self.clone() }
+    }
+
+    /// The bench with the machine's own dynamics and interrupts.
+    #[must_use]
+    pub fn without_dynamics(&self) -> Self {
+        let mut next = Self { dynamics: None, ..self.clone() };
+        next.fields.remove(INTERRUPTS);
+        next
+    }
+
+    /// The bench with `text` in the field `name`.
+    #[must_use]
+    pub fn with_field(&self, name: &str, text: String) -> Self {
+        let mut next = self.clone();
+        next.fields.insert(name.to_owned(), text);
+        next
+    }
+
+    /// The bench after an edit of the work commands, and the line to be at.
+    pub fn with_queue(&self, edit: &queue::Edit) -> (Self, usize) {
+        let (lines, at) = queue::edited(&self.queue, edit);
+        (Self { queue: lines, ..self.clone() }, at)
+    }
+
+    /// The bench as the machine has it: nothing to apply. The experiments stay.
+    #[must_use]
+    pub fn without_changes(&self) -> Self {
+        Self { tables: Default::default(), ..self.without_dynamics() }
+    }
+
+    /// What applying the bench would change in `machine`, as the settings table writes it.
+    pub fn changes(&self, machine: &Machine) -> Vec<(String, Value)> {
+        let tables = self.tables.iter().enumerate().filter_map(|(motor, table)| {
+            let columns = table.as_ref().filter(|table| **table != machine.axis(motor).phases.columns)?;
+            let bytes = columns.iter().map(|byte| f64::from(*byte)).collect();
+            Some((format!("{}.phases", axis_name(motor).to_lowercase()), Value::Numbers(bytes)))
+        });
+        tables.chain(self.changed_dynamics(machine)).collect()
+    }
+
+    fn changed_dynamics(&self, machine: &Machine) -> Vec<(String, Value)> {
+        let old = &machine.dynamics;
+        let typed = self.dynamics.as_ref().and_then(|rows| motion::dynamics(rows).ok());
+        let table = typed.filter(|table| table != old).into_iter().flat_map(|table| {
+            [("drive.period", table.period), ("drive.enter", table.enter), ("drive.leave", table.leave)]
+        });
+        let numbers = |list: Vec<u32>| Value::Numbers(list.into_iter().map(f64::from).collect());
+        let interrupts = self.fields.get(INTERRUPTS).and_then(|text| format::typed(text));
+        let interrupts = interrupts.filter(|hz| *hz != f64::from(machine.interrupt_hz));
+        let frequency = interrupts.map(|hz| (INTERRUPTS.to_owned(), Value::Number(hz)));
+        table.map(|(key, list)| (key.to_owned(), numbers(list))).chain(frequency).collect()
+    }
+
+    /// As text for the browser's storage.
+    pub fn kept(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// From the browser's storage; anything that is not a bench gives an empty one.
+    pub fn of_kept(text: &str) -> Self {
+        let mut bench: Self = serde_json::from_str(text).unwrap_or_default();
+        for table in bench.tables.iter_mut().flatten() {
+            table.truncate(phases::MOST_COLUMNS);
+        }
+        bench.queue.truncate(queue::MOST_LINES);
+        bench
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::motion::Column;
+    use crate::lab::phases::{Block, Cell};
+    use annulus_core::machine::{apply, lab};
+
+    #[test]
+    fn what_was_typed_becomes_settings_and_nothing_else_does() {
+        let machine = lab();
+        let rows = motion::rows(&machine.dynamics);
+        assert_eq!(Bench::default().with_dynamics(rows.clone()).changes(&machine), []);
+        let slower = motion::with_cell(&rows, 0, Column::Period, "9".into());
+        let bench = Bench::default().with_dynamics(slower).with_field(INTERRUPTS, "520".into());
+        let changed = apply(&machine, &bench.changes(&machine)).unwrap();
+        assert_eq!((changed.dynamics.period[0], changed.interrupt_hz), (9, 520));
+        let wrong = motion::with_cell(&rows, 0, Column::Period, "x".into());
+        assert_eq!(Bench::default().with_dynamics(wrong).changes(&machine), []);
+        assert_eq!(bench.without_changes().changes(&machine), []);
+    }
+
+    #[test]
+    fn what_is_kept_comes_back_and_rubbish_is_an_empty_bench() {
+        let cell = Cell { line: 1, column: 2 };
+        let bench = Bench::default()
+            .with_table(1, &[1, 2, 4], &Edit::Toggle(Block::at(cell)))
+            .with_field("move.length", "12,5".to_owned());
+        assert_eq!(bench.tables, [None, Some(vec![1, 2, 6]), None]);
+        assert_eq!(Bench::of_kept(&bench.kept()), bench);
+        assert_eq!(bench.changes(&lab()), [("y.phases".to_owned(), Value::Numbers(vec![1.0, 2.0, 6.0]))]);
+        for rubbish in ["", "{", "[]", "{\"tables\":3}", "{\"tables\":[null,null]}"] {
+            assert_eq!(Bench::of_kept(rubbish), Bench::default(), "{rubbish}");
+        }
+        let long = format!("{{\"tables\":[{:?},null,null]}}", vec![1; 500]);
+        assert_eq!(Bench::of_kept(&long).tables[0].as_ref().map(Vec::len), Some(phases::MOST_COLUMNS));
+        assert_eq!(bench.with_table(9, &[1], &Edit::Rotate(1)), bench);
+    }
+}

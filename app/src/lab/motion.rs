@@ -1,0 +1,209 @@
+//! Dynamics as typed and as numbers, and the points of the curves that the Lab shows.
+//!
+//! ```text
+//! rows of text ─▶ Dynamics ─ core ─▶ takts ─▶ rate over time
+//! limits ─ core ─▶ Profile ─▶ s, v, a, j over time, jumps upright
+//! ```
+//!
+//! Comes in: typed rows, tables, profiles. Goes out: points. Whether a table may be used is `core`'s to say.
+
+use super::bench::StateRow;
+use annulus_core::machine::Dynamics;
+use annulus_core::motion::profile::Profile;
+use annulus_core::steps::automaton::{Automaton, Takt};
+
+/// The longest move that is shown takt by takt.
+pub const MOST_TAKTS: u64 = 20_000;
+
+/// Points of a curve in one phase of a profile.
+const POINTS: usize = 32;
+
+/// Which cell of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// Interrupts a takt.
+    Period,
+    /// Distance to enter.
+    Enter,
+    /// Distance to leave.
+    Leave,
+}
+
+/// The table as rows to type into, state 0 first.
+pub fn rows(dynamics: &Dynamics) -> Vec<StateRow> {
+    let text = |list: &[u32], at: Option<usize>| {
+        at.and_then(|at| list.get(at)).map(u32::to_string).unwrap_or_default()
+    };
+    let row = |state: usize| StateRow {
+        period: text(&dynamics.period, Some(state)),
+        enter: text(&dynamics.enter, state.checked_sub(1)),
+        leave: text(&dynamics.leave, state.checked_sub(1)),
+    };
+    (0..dynamics.period.len()).map(row).collect()
+}
+
+/// The rows as a table, or the cells that hold no whole number.
+pub fn dynamics(rows: &[StateRow]) -> Result<Dynamics, Vec<(usize, Column)>> {
+    let mut table = Dynamics { period: Vec::new(), enter: Vec::new(), leave: Vec::new() };
+    let mut wrong = Vec::new();
+    for (state, row) in rows.iter().enumerate() {
+        let mut read = |text: &str, column: Column| {
+            let number = text.trim().parse::<u32>().ok();
+            if number.is_none() {
+                wrong.push((state, column));
+            }
+            number.unwrap_or_default()
+        };
+        table.period.push(read(&row.period, Column::Period));
+        if state > 0 {
+            table.enter.push(read(&row.enter, Column::Enter));
+            table.leave.push(read(&row.leave, Column::Leave));
+        }
+    }
+    if wrong.is_empty() { Ok(table) } else { Err(wrong) }
+}
+
+/// The rows with another text in one cell.
+pub fn with_cell(rows: &[StateRow], state: usize, column: Column, text: String) -> Vec<StateRow> {
+    let mut next = rows.to_vec();
+    if let Some(row) = next.get_mut(state) {
+        *match column {
+            Column::Period => &mut row.period,
+            Column::Enter => &mut row.enter,
+            Column::Leave => &mut row.leave,
+        } = text;
+    }
+    next
+}
+
+/// The rows with one more state: as fast as the last one, entered a takt later, left two takts earlier.
+pub fn with_state(rows: &[StateRow]) -> Vec<StateRow> {
+    let mut next = rows.to_vec();
+    let further =
+        |text: &str, by: u32| text.trim().parse::<u32>().map_or(by, |number| number + by).to_string();
+    let last = rows.last().cloned().unwrap_or_default();
+    let period = if last.period.is_empty() { "1".to_owned() } else { last.period };
+    next.push(StateRow { period, enter: further(&last.enter, 1), leave: further(&last.leave, 2) });
+    next
+}
+
+/// The rows without the fastest state; one always stays.
+pub fn without_state(rows: &[StateRow]) -> Vec<StateRow> {
+    rows[..rows.len().saturating_sub(1).max(1).min(rows.len())].to_vec()
+}
+
+/// One takt of a move: the interrupt it comes at, counted from the command, and what it does.
+pub type Numbered = (u64, Takt);
+
+/// Every takt of a move of `distance` takts from rest. Empty for a move longer than [`MOST_TAKTS`], and cut off where a
+/// table that runs on would never end.
+pub fn takts(dynamics: &Dynamics, distance: i64) -> Vec<Numbered> {
+    let count = distance.unsigned_abs();
+    if count > MOST_TAKTS || dynamics.period.is_empty() {
+        return Vec::new();
+    }
+    let mut axis = Automaton::new(dynamics.clone(), 0);
+    axis.retarget(distance);
+    let mut found = Vec::new();
+    let most = 4 * count + 64;
+    let mut interrupt = 0;
+    while !axis.is_at_rest() && (found.len() as u64) < most {
+        interrupt += 1;
+        found.extend(axis.interrupt().map(|takt| (interrupt, takt)));
+    }
+    found
+}
+
+/// Takts a second over time: each takt's rate holds from the one before it.
+pub fn rates(takts: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
+    let mut points = Vec::with_capacity(takts.len() + 1);
+    let mut before = 0;
+    for (interrupt, _) in takts {
+        points.push([before as f64 / interrupt_hz, interrupt_hz / (interrupt - before).max(1) as f64]);
+        before = *interrupt;
+    }
+    points.extend(points.last().map(|_| [before as f64 / interrupt_hz, 0.0]));
+    points
+}
+
+/// The state over time.
+pub fn states(takts: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
+    let points = takts.iter().map(|(at, takt)| [*at as f64 / interrupt_hz, f64::from(takt.state)]);
+    std::iter::once([0.0, 0.0]).chain(points).collect()
+}
+
+/// A quantity of `profile` over time, in ms, phase by phase, so that a jump stands upright.
+pub fn curve(profile: &Profile, value: impl Fn(&Profile, f64) -> f64) -> Vec<[f64; 2]> {
+    let mut points = Vec::new();
+    let mut start = 0.0;
+    for length in profile.phases().into_iter().filter(|length| *length > 0.0) {
+        // A hair inside, so that each phase is read on its own side of the jump.
+        let hair = 1e-9 * length;
+        for k in 0..POINTS {
+            let share = k as f64 / (POINTS - 1) as f64;
+            let inside = (share * length).clamp(hair, length - hair);
+            points.push([1000.0 * (start + share * length), value(profile, start + inside)]);
+        }
+        start += length;
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::motion::profile::{Limits, Shape, plan};
+
+    #[test]
+    fn rows_and_table_say_the_same() {
+        let table = Dynamics::arendt();
+        assert_eq!(dynamics(&rows(&table)), Ok(table.clone()));
+        let wrong = with_cell(&rows(&table), 2, Column::Leave, "three".into());
+        assert_eq!(dynamics(&wrong), Err(vec![(2, Column::Leave)]));
+        assert_eq!(without_state(&with_state(&rows(&table))), rows(&table));
+        let more = dynamics(&with_state(&rows(&table))).unwrap();
+        assert_eq!(
+            (more.period, more.enter, more.leave),
+            (vec![7, 4, 2, 1, 1], vec![1, 2, 3, 4], vec![2, 3, 5, 7])
+        );
+        let mut few = rows(&table);
+        for _ in 0..9 {
+            few = without_state(&few);
+        }
+        assert_eq!(few.len(), 1);
+        assert_eq!(without_state(&[]), []);
+        assert_eq!(dynamics(&with_state(&[])).unwrap().period, [1]);
+    }
+
+    #[test]
+    fn the_takts_of_the_papers_moves() {
+        let table = Dynamics::arendt();
+        let at = |distance| takts(&table, distance).iter().map(|(at, _)| *at).collect::<Vec<_>>();
+        assert_eq!(at(5), [7, 11, 13, 17, 24]);
+        assert_eq!(at(-5), [7, 11, 13, 17, 24]);
+        assert!(at(0).is_empty());
+        assert_eq!(at(100).last(), Some(&121));
+        assert!(at(i64::MIN).is_empty());
+        let rates = rates(&takts(&table, 5), 500.0);
+        assert_eq!((rates[0], rates[2]), ([0.0, 500.0 / 7.0], [11.0 / 500.0, 250.0]));
+        assert_eq!(rates.last(), Some(&[24.0 / 500.0, 0.0]));
+        let states: Vec<f64> = states(&takts(&table, 5), 500.0).iter().map(|point| point[1]).collect();
+        assert_eq!(states, [0.0, 1.0, 2.0, 1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_table_that_never_ends_is_cut_off() {
+        let endless = Dynamics { period: vec![1, 1], enter: vec![0], leave: vec![0] };
+        assert!(takts(&endless, 10).len() <= 104);
+    }
+
+    #[test]
+    fn curves_keep_their_jumps() {
+        let limits = Limits { speed: 100.0, acceleration: 1000.0, jerk: 1e5 };
+        let profile = plan(Shape::Linear, 50.0, limits).unwrap();
+        let a = curve(&profile, Profile::acceleration);
+        assert_eq!((a.first().unwrap()[1], a.last().unwrap()[1]), (1000.0, -1000.0));
+        let s = curve(&profile, Profile::position_mm);
+        assert!((s.last().unwrap()[1] - 50.0).abs() < 1e-6 && s.windows(2).all(|two| two[0][0] <= two[1][0]));
+    }
+}

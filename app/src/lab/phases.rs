@@ -1,0 +1,291 @@
+//! Edits of a phase table: cells, blocks, rotations, mirrors, another length; and what the table looks like in time.
+//!
+//! ```text
+//! line  bit   1 2 3 4 5 6 …      a column is a byte put out for one takt
+//! 1a    0     x x x x x x        block = the cells between anchor and cursor
+//! ```
+//!
+//! Comes in: columns (bytes) and an edit. Goes out: columns. Whether a table is any good is `core`'s to say.
+
+/// The most columns of a table.
+pub const MOST_COLUMNS: usize = 64;
+
+/// One line of the table: a bit of the byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Which bit.
+    pub bit: u8,
+    /// Its name on the drive; the digit is the winding, the letter its half.
+    pub name: &'static str,
+    /// Supply it switches, in volts.
+    pub volts: u8,
+}
+
+impl Line {
+    /// The bit as a mask.
+    pub fn mask(self) -> u8 {
+        1 << self.bit
+    }
+}
+
+const fn line(bit: u8, name: &'static str, volts: u8) -> Line {
+    Line { bit, name, volts }
+}
+
+/// The lines there are; bits 4 and 7 are not wired.
+pub const LINES: [Line; 6] = [
+    line(0, "1a", 5),
+    line(1, "1b", 5),
+    line(2, "2a", 5),
+    line(3, "2b", 5),
+    line(5, "boost a", 24),
+    line(6, "boost b", 24),
+];
+
+/// A cell: line and column, both from 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cell {
+    /// Index into [`LINES`].
+    pub line: usize,
+    /// Column.
+    pub column: usize,
+}
+
+/// The cells between two corners, both inside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Block {
+    /// Where the choice began.
+    pub anchor: Cell,
+    /// Where it is now.
+    pub cursor: Cell,
+}
+
+impl Block {
+    /// One cell.
+    pub fn at(cell: Cell) -> Self {
+        Self { anchor: cell, cursor: cell }
+    }
+
+    /// First and last line.
+    pub fn lines(self) -> (usize, usize) {
+        let (a, b) = (self.anchor.line, self.cursor.line);
+        (a.min(b), a.max(b).min(LINES.len() - 1))
+    }
+
+    /// First and last column of a table of `count`.
+    pub fn columns(self, count: usize) -> (usize, usize) {
+        let (a, b) = (self.anchor.column, self.cursor.column);
+        let last = count.saturating_sub(1);
+        (a.min(b).min(last), a.max(b).min(last))
+    }
+
+    /// Whether `cell` is inside.
+    pub fn holds(self, cell: Cell) -> bool {
+        let ((top, bottom), (left, right)) = (self.lines(), self.columns(MOST_COLUMNS));
+        (top..=bottom).contains(&cell.line) && (left..=right).contains(&cell.column)
+    }
+
+    /// Whether it is a single cell.
+    pub fn single(self) -> bool {
+        self.anchor == self.cursor
+    }
+
+    /// The cursor moved by lines and columns within a table of `count` columns; the anchor stays where `stretch`.
+    #[must_use]
+    pub fn moved(self, lines: isize, columns: isize, stretch: bool, count: usize) -> Self {
+        let add = |at: usize, by: isize, last: usize| at.saturating_add_signed(by).min(last);
+        let cursor = Cell {
+            line: add(self.cursor.line, lines, LINES.len() - 1),
+            column: add(self.cursor.column, columns, count.saturating_sub(1)),
+        };
+        Self { anchor: if stretch { self.anchor } else { cursor }, cursor }
+    }
+}
+
+/// A copied block: its cells, line by line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Clip {
+    cells: Vec<Vec<bool>>,
+}
+
+/// An edit of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// One cell on or off; a block becomes what its first cell is not.
+    Toggle(Block),
+    /// Off.
+    Clear(Block),
+    /// On becomes off and off on.
+    Invert(Block),
+    /// Left becomes right, within the block.
+    Mirror(Block),
+    /// All columns on by so many, round the end.
+    Rotate(isize),
+    /// So many columns: cut off, or repeated from the beginning.
+    Length(usize),
+    /// A copied block with its first cell here; what does not fit is left out.
+    Paste(Cell, Clip),
+    /// Another table in its place.
+    Replace(Vec<u8>),
+}
+
+/// `columns` after `edit`.
+pub fn edited(columns: &[u8], edit: &Edit) -> Vec<u8> {
+    let mut next = columns.to_vec();
+    match edit {
+        Edit::Toggle(block) => {
+            let (top, _) = block.lines();
+            let (left, _) = block.columns(columns.len());
+            let on = !is_on(columns, Cell { line: top, column: left });
+            each(&mut next, *block, |byte, mask| if on { byte | mask } else { byte & !mask });
+        }
+        Edit::Clear(block) => each(&mut next, *block, |byte, mask| byte & !mask),
+        Edit::Invert(block) => each(&mut next, *block, |byte, mask| byte ^ mask),
+        Edit::Mirror(block) => {
+            let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
+            for line in top..=bottom {
+                for column in left..=right.min(columns.len().saturating_sub(1)) {
+                    let from = Cell { line, column: left + right - column };
+                    set(&mut next, Cell { line, column }, is_on(columns, from));
+                }
+            }
+        }
+        Edit::Rotate(by) if !next.is_empty() => {
+            let count = next.len() as isize;
+            next.rotate_right(by.rem_euclid(count) as usize);
+        }
+        Edit::Rotate(_) => {}
+        Edit::Length(count) => {
+            let count = (*count).clamp(1, MOST_COLUMNS);
+            let source = if columns.is_empty() { &[0][..] } else { columns };
+            next = source.iter().copied().cycle().take(count).collect();
+        }
+        Edit::Paste(at, clip) => {
+            for (down, row) in clip.cells.iter().enumerate() {
+                for (right, on) in row.iter().enumerate() {
+                    set(&mut next, Cell { line: at.line + down, column: at.column + right }, *on);
+                }
+            }
+        }
+        Edit::Replace(other) => next.clone_from(other),
+    }
+    next
+}
+
+fn each(columns: &mut [u8], block: Block, change: impl Fn(u8, u8) -> u8) {
+    let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
+    for byte in columns.iter_mut().take(right + 1).skip(left) {
+        for line in &LINES[top..=bottom] {
+            *byte = change(*byte, line.mask());
+        }
+    }
+}
+
+fn set(columns: &mut [u8], cell: Cell, on: bool) {
+    if let (Some(byte), Some(line)) = (columns.get_mut(cell.column), LINES.get(cell.line)) {
+        *byte = if on { *byte | line.mask() } else { *byte & !line.mask() };
+    }
+}
+
+/// Whether a cell is on; outside of the table nothing is.
+pub fn is_on(columns: &[u8], cell: Cell) -> bool {
+    let line = LINES.get(cell.line);
+    line.zip(columns.get(cell.column)).is_some_and(|(line, byte)| byte & line.mask() != 0)
+}
+
+/// The cells of `block`.
+pub fn copied(columns: &[u8], block: Block) -> Clip {
+    let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
+    let row = |line| (left..=right).map(|column| is_on(columns, Cell { line, column })).collect();
+    Clip { cells: (top..=bottom).map(row).collect() }
+}
+
+/// The whole of a table of `count` columns.
+pub fn whole(count: usize) -> Block {
+    let last = Cell { line: LINES.len() - 1, column: count.saturating_sub(1) };
+    Block { anchor: Cell::default(), cursor: last }
+}
+
+/// Stretches of columns in which `line` is on: first column and the one behind the last.
+pub fn stretches(columns: &[u8], line: Line) -> Vec<(usize, usize)> {
+    let mut found: Vec<(usize, usize)> = Vec::new();
+    for (column, _) in columns.iter().enumerate().filter(|(_, byte)| **byte & line.mask() != 0) {
+        match found.last_mut() {
+            Some((_, end)) if *end == column => *end += 1,
+            _ => found.push((column, column + 1)),
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TWELVE: [u8; 12] = [0x25, 5, 5, 0x49, 9, 9, 0x2A, 10, 10, 0x46, 6, 6];
+
+    fn cell(line: usize, column: usize) -> Cell {
+        Cell { line, column }
+    }
+
+    fn block(from: (usize, usize), to: (usize, usize)) -> Block {
+        Block { anchor: cell(from.0, from.1), cursor: cell(to.0, to.1) }
+    }
+
+    #[test]
+    fn edits_as_rows() {
+        let rows: [(&[u8], Edit, &[u8]); 13] = [
+            (&[0, 0], Edit::Toggle(Block::at(cell(0, 1))), &[0, 1]),
+            (&[1, 1], Edit::Toggle(Block::at(cell(0, 0))), &[0, 1]),
+            (&[0, 1, 0], Edit::Toggle(block((0, 0), (1, 2))), &[3, 3, 3]),
+            (&[0x25, 0x25], Edit::Clear(block((2, 1), (5, 1))), &[0x25, 1]),
+            (&[0x60, 0], Edit::Invert(block((4, 0), (5, 1))), &[0, 0x60]),
+            (&[1, 2, 4], Edit::Mirror(whole(3)), &[4, 2, 1]),
+            (&[1, 2, 4, 8], Edit::Mirror(block((0, 1), (5, 2))), &[1, 4, 2, 8]),
+            (&[1, 2, 4], Edit::Rotate(1), &[4, 1, 2]),
+            (&[1, 2, 4], Edit::Rotate(-1), &[2, 4, 1]),
+            (&[], Edit::Rotate(1), &[]),
+            (&[1, 2], Edit::Length(5), &[1, 2, 1, 2, 1]),
+            (&[1, 2, 4], Edit::Length(2), &[1, 2]),
+            (&[], Edit::Length(2), &[0, 0]),
+        ];
+        for (columns, edit, expected) in rows {
+            assert_eq!(edited(columns, &edit), expected, "{columns:?} {edit:?}");
+        }
+        assert_eq!(edited(&[0; 4], &Edit::Length(900)).len(), MOST_COLUMNS);
+    }
+
+    #[test]
+    fn a_copied_block_is_pasted_as_far_as_it_fits() {
+        let clip = copied(&TWELVE, block((0, 0), (3, 2)));
+        let pasted = edited(&[0; 12], &Edit::Paste(cell(0, 10), clip.clone()));
+        assert_eq!(pasted[10..], [5, 5]);
+        assert_eq!(edited(&TWELVE, &Edit::Paste(cell(0, 0), clip.clone())), TWELVE);
+        assert_eq!(edited(&[0; 3], &Edit::Paste(cell(5, 0), clip)), [0x40, 0x40, 0x40]);
+    }
+
+    #[test]
+    fn inverting_mirroring_and_rotating_twice_gives_the_table_back() {
+        let all = whole(12);
+        for edit in [Edit::Invert(all), Edit::Mirror(all), Edit::Rotate(6)] {
+            assert_eq!(edited(&edited(&TWELVE, &edit), &edit), TWELVE, "{edit:?}");
+        }
+    }
+
+    #[test]
+    fn the_cursor_stays_in_the_table_and_shift_stretches() {
+        let at = Block::at(cell(0, 0)).moved(-1, -1, false, 12);
+        assert_eq!(at, Block::at(cell(0, 0)));
+        let stretched = at.moved(9, 2, true, 12);
+        assert_eq!((stretched.lines(), stretched.columns(12)), ((0, 5), (0, 2)));
+        assert!(stretched.holds(cell(3, 2)) && !stretched.holds(cell(3, 3)) && !stretched.single());
+        assert_eq!(stretched.moved(0, 99, false, 12), Block::at(cell(5, 11)));
+    }
+
+    #[test]
+    fn what_the_table_looks_like_in_time() {
+        assert_eq!(stretches(&TWELVE, LINES[0]), [(0, 6)]);
+        assert_eq!(stretches(&TWELVE, LINES[2]), [(0, 3), (9, 12)]);
+        assert_eq!(stretches(&TWELVE, LINES[5]), [(3, 4), (9, 10)]);
+    }
+}

@@ -1,0 +1,215 @@
+//! Work commands as they are typed: lines that may still be wrong, edited row by row or as one text.
+//!
+//! ```text
+//! * MOVE_TO 10 20 ; note     ◀▶  breakpoint, word, arguments, note
+//!     DRILL_DOWN                 a line inside REPEAT or SUB is a level deeper
+//! ```
+//!
+//! Comes in: lines or text and an edit. Goes out: lines. What a line means and whether it may be is `core`'s to say.
+
+use serde::{Deserialize, Serialize};
+
+/// The most lines kept; the core refuses longer queues.
+pub const MOST_LINES: usize = 2_000;
+
+/// One line as typed.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Line {
+    /// A run stops before it.
+    pub breakpoint: bool,
+    /// The command's word.
+    pub word: String,
+    /// What follows it.
+    pub arguments: String,
+    /// What stands behind `;`.
+    pub note: String,
+}
+
+/// An edit of the lines.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// An empty line behind this one.
+    Insert(usize),
+    /// The same line once more, behind it.
+    Double(usize),
+    /// The line goes.
+    Delete(usize),
+    /// The line moves up or down by one.
+    Move(usize, bool),
+    /// Breakpoint on or off.
+    Break(usize),
+    /// Another word, with the arguments that it begins with.
+    Word(usize, String, String),
+    /// Other arguments.
+    Arguments(usize, String),
+    /// Another note.
+    Note(usize, String),
+    /// Another text altogether.
+    Text(String),
+}
+
+/// `lines` after `edit`, and the line to be at. A line that is not there is not edited.
+pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
+    let mut next = lines.to_vec();
+    let at = match edit {
+        Edit::Insert(at) => {
+            let place = (at + 1).min(next.len());
+            next.insert(place, Line::default());
+            place
+        }
+        Edit::Double(at) => {
+            if let Some(line) = lines.get(*at) {
+                next.insert(at + 1, line.clone());
+            }
+            at + 1
+        }
+        Edit::Delete(at) => {
+            if *at < next.len() {
+                next.remove(*at);
+            }
+            *at
+        }
+        Edit::Move(at, down) => {
+            let to = at.saturating_add_signed(if *down { 1 } else { -1 });
+            if *at < next.len() && to < next.len() {
+                next.swap(*at, to);
+                to
+            } else {
+                *at
+            }
+        }
+        Edit::Break(at) => changed(&mut next, *at, |line| line.breakpoint = !line.breakpoint),
+        Edit::Word(at, word, arguments) => changed(&mut next, *at, |line| {
+            line.word.clone_from(word);
+            line.arguments.clone_from(arguments);
+        }),
+        Edit::Arguments(at, text) => changed(&mut next, *at, |line| line.arguments = one_line(text)),
+        Edit::Note(at, text) => changed(&mut next, *at, |line| line.note = one_line(text)),
+        Edit::Text(text) => {
+            next = of_text(text);
+            0
+        }
+    };
+    next.truncate(MOST_LINES);
+    let last = next.len().saturating_sub(1);
+    (next, at.min(last))
+}
+
+fn changed(lines: &mut [Line], at: usize, change: impl FnOnce(&mut Line)) -> usize {
+    if let Some(line) = lines.get_mut(at) {
+        change(line);
+    }
+    at
+}
+
+fn one_line(text: &str) -> String {
+    text.replace(['\n', '\r'], " ")
+}
+
+/// A text as lines.
+pub fn of_text(text: &str) -> Vec<Line> {
+    text.lines().take(MOST_LINES).map(of_line).collect()
+}
+
+fn of_line(text: &str) -> Line {
+    let (code, note) = text.split_once(';').unwrap_or((text, ""));
+    let code = code.trim();
+    let (breakpoint, code) = code.strip_prefix('*').map_or((false, code), |rest| (true, rest.trim()));
+    let (word, arguments) = code.split_once(char::is_whitespace).unwrap_or((code, ""));
+    Line {
+        breakpoint,
+        word: word.to_owned(),
+        arguments: arguments.trim().to_owned(),
+        note: note.trim().to_owned(),
+    }
+}
+
+/// The lines as text; line `n` of it is line `n` here.
+pub fn to_text(lines: &[Line]) -> String {
+    let mut out = String::new();
+    for (line, level) in lines.iter().zip(levels(lines)) {
+        let mut text = if line.breakpoint { "* ".to_owned() } else { "  ".to_owned() };
+        text.push_str(&"  ".repeat(level - 1));
+        for part in [&line.word, &line.arguments].into_iter().filter(|part| !part.is_empty()) {
+            text.push_str(part);
+            text.push(' ');
+        }
+        if !line.note.is_empty() {
+            text.push_str(if line.word.is_empty() { "; " } else { " ; " });
+            text.push_str(&line.note);
+        }
+        out.push_str(text.trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// How deep each line stands, from 1: inside `REPEAT` and `SUB` one more, up to their `END`.
+pub fn levels(lines: &[Line]) -> Vec<usize> {
+    let mut level = 1;
+    let each = lines.iter().map(|line| {
+        let is = |word: &str| line.word.eq_ignore_ascii_case(word);
+        if is("END") {
+            level = usize::max(level - 1, 1);
+        }
+        let here = level;
+        if is("REPEAT") || is("SUB") {
+            level = usize::min(level + 1, 12);
+        }
+        here
+    });
+    each.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "* MOVE_TO 10 20  ; first\nREPEAT 3\n  DRILL_DOWN\n  DRILL_UP\nEND\n\n; only a note\n";
+
+    #[test]
+    fn text_and_lines_say_the_same() {
+        let lines = of_text(TEXT);
+        assert_eq!(lines.len(), 7);
+        assert!(lines[0].breakpoint);
+        assert_eq!((lines[0].word.as_str(), lines[0].arguments.as_str()), ("MOVE_TO", "10 20"));
+        assert_eq!((lines[6].word.as_str(), lines[6].note.as_str()), ("", "only a note"));
+        assert_eq!(of_text(&to_text(&lines)), lines);
+        assert_eq!(levels(&lines), [1, 1, 2, 2, 1, 1, 1]);
+        assert_eq!(to_text(&lines).lines().count(), lines.len());
+    }
+
+    #[test]
+    fn edits_as_rows() {
+        let words = |lines: &[Line]| lines.iter().map(|line| line.word.clone()).collect::<Vec<_>>().join(" ");
+        let rows: [(Edit, &str, usize); 10] = [
+            (Edit::Insert(0), "A  B C", 1),
+            (Edit::Insert(9), "A B C ", 3),
+            (Edit::Double(1), "A B B C", 2),
+            (Edit::Delete(2), "A B", 1),
+            (Edit::Delete(7), "A B C", 2),
+            (Edit::Move(0, true), "B A C", 1),
+            (Edit::Move(0, false), "A B C", 0),
+            (Edit::Move(2, true), "A B C", 2),
+            (Edit::Word(1, "X".into(), String::new()), "A X C", 1),
+            (Edit::Text("Q 1\nR".into()), "Q R", 0),
+        ];
+        let lines = of_text("A\nB\nC");
+        for (edit, expected, at) in rows {
+            let (next, now_at) = edited(&lines, &edit);
+            assert_eq!((words(&next).as_str(), now_at), (expected, at), "{edit:?}");
+        }
+        let (next, _) = edited(&lines, &Edit::Arguments(1, "3\n4".into()));
+        assert_eq!(next[1].arguments, "3 4");
+        let (next, _) = edited(&lines, &Edit::Break(2));
+        assert!(next[2].breakpoint && edited(&next, &Edit::Break(2)).0 == lines);
+        assert_eq!(edited(&[], &Edit::Insert(0)).0.len(), 1);
+        assert_eq!(edited(&[], &Edit::Delete(0)), (Vec::new(), 0));
+    }
+
+    #[test]
+    fn ends_without_a_beginning_do_not_go_below_the_ground() {
+        assert_eq!(levels(&of_text("END\nEND\nREPEAT 2\nEND\nEND")), [1, 1, 1, 1, 1]);
+        assert!(of_text(&"A\n".repeat(9_999)).len() <= MOST_LINES);
+    }
+}

@@ -1,0 +1,117 @@
+//! A queue run in the page, on a virtual drill of the page's own: no bridge, no hardware, time as fast as it is computed.
+//!
+//! ```text
+//! homed drill ─ begin(queue) ─▶ Trial ─ go(step │ breakpoint │ end), piece by piece ─▶ results a row, places gone through
+//! ```
+//!
+//! Comes in: a queue and a machine. Goes out: results. Nothing outside of this page moves.
+
+use annulus_core::machine::{Machine, Steps};
+use annulus_core::queue::{Bench, Mode, Queue, Rehearsal, Rest, RowResult, Standing};
+use annulus_core::remark::Remark;
+use annulus_core::twin::{Faults, Twin};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Pieces of motion or waiting in one go, so that the page stays awake.
+const PIECES: usize = 8;
+
+/// Where the drill stands when it is switched on is by chance; this one always stands in the same place.
+const SEED: u64 = 1;
+
+/// A queue being tried.
+pub struct Trial {
+    machine: Machine,
+    twin: Twin,
+    rehearsal: Rehearsal,
+    holes: Arc<AtomicU32>,
+}
+
+/// A virtual drill, and the count of its holes.
+fn drill(machine: &Machine) -> (Twin, Arc<AtomicU32>) {
+    let holes = Arc::new(AtomicU32::new(0));
+    let count = holes.clone();
+    let drilled = Box::new(move |_: &_| {
+        count.fetch_add(1, Ordering::Relaxed);
+    });
+    (Twin::new(machine, SEED, Faults::default(), drilled), holes)
+}
+
+/// How the page's drill stands before a queue: homed, work zero where it rests, spindle off.
+pub fn standing(machine: &Machine) -> Result<Standing, Remark> {
+    let (mut twin, _) = drill(machine);
+    Bench::homed(machine, &mut twin).map(|bench| bench.standing)
+}
+
+impl Trial {
+    /// `queue` before its first row on a homed drill. `outputs` are the names that may be switched.
+    pub fn begin(machine: &Machine, queue: Queue, outputs: Vec<String>) -> Result<Self, Remark> {
+        let (mut twin, holes) = drill(machine);
+        let bench = Bench::homed(machine, &mut twin)?;
+        Ok(Self { machine: machine.clone(), twin, rehearsal: Rehearsal::new(queue, outputs, bench), holes })
+    }
+
+    /// Goes on; none when there is more to do: then call it again with the same mode.
+    pub fn go(&mut self, mode: Mode) -> Option<Rest> {
+        self.rehearsal.go(&self.machine, mode, &mut self.twin, PIECES)
+    }
+
+    /// Results, one a row.
+    pub fn results(&self) -> &[RowResult] {
+        self.rehearsal.run().results()
+    }
+
+    /// The row in work or next; none at the end.
+    pub fn row(&self) -> Option<usize> {
+        self.rehearsal.run().row()
+    }
+
+    /// Whether it came to an end.
+    pub fn ended(&self) -> bool {
+        self.rehearsal.run().ended()
+    }
+
+    /// Row and machine steps at the end of every piece of motion.
+    pub fn trail(&self) -> &[(usize, Steps)] {
+        self.rehearsal.trail()
+    }
+
+    /// How many holes the virtual drill really drilled.
+    pub fn holes(&self) -> u32 {
+        self.holes.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::machine::virtual_drill;
+    use annulus_core::queue::{RowState, read};
+
+    fn run(trial: &mut Trial, mode: Mode) -> Rest {
+        (0..10_000).find_map(|_| trial.go(mode)).expect("it comes to rest")
+    }
+
+    #[test]
+    fn a_queue_drills_in_the_page_and_stops_at_its_breakpoint() {
+        let text = "SPINDLE 20000\nREPEAT 3\n  MOVE_BY 200 0\n  DRILL_DOWN\n  DRILL_UP\nEND\n* SPINDLE 0\n";
+        let queue = read("", text).unwrap();
+        let mut trial = Trial::begin(&virtual_drill(), queue, Vec::new()).unwrap();
+        assert_eq!(run(&mut trial, Mode::Step), Rest::Held);
+        assert_eq!((trial.row(), trial.results()[0].state), (Some(1), RowState::Done));
+        assert_eq!(run(&mut trial, Mode::ToBreakpoint), Rest::Held);
+        assert_eq!((trial.row(), trial.holes()), (Some(6), 3));
+        assert_eq!(run(&mut trial, Mode::ToEnd), Rest::Done);
+        assert!(trial.ended() && trial.results().iter().all(|result| result.state == RowState::Done));
+        assert!(!trial.trail().is_empty());
+    }
+
+    #[test]
+    fn a_row_out_of_range_is_refused_before_it_moves() {
+        let queue = read("", "MOVE_BY 999999 0\n").unwrap();
+        let mut trial = Trial::begin(&virtual_drill(), queue, Vec::new()).unwrap();
+        assert!(matches!(run(&mut trial, Mode::ToEnd), Rest::Failed(why, _) if why.code == "queue.outside"));
+        assert!(trial.trail().is_empty());
+        assert!(standing(&virtual_drill()).unwrap().all_homed());
+    }
+}

@@ -1,0 +1,191 @@
+//! The closed-loop runs that the Lab lays beside each other: a step of the setpoint, and a whole stroke.
+//!
+//! ```text
+//! Typed ─▶ PID, PID re-tuned, fuzzy even, fuzzy classic ─ core::servo ─▶ samples and metrics of each
+//! ```
+//!
+//! Comes in: numbers as typed, in mm, s and V. Goes out: [`Run`]s, or the core's refusal. Moves nothing.
+
+use annulus_core::motion::profile::{Limits, Profile, Shape, plan};
+use annulus_core::remark::Remark;
+use annulus_core::servo::{
+    Controller, Gains, Load, Moment, Plant, Reference, Rules, Stage, StepMetrics, StepRun, StrokeMetrics,
+    StrokeRun, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
+};
+
+/// How many controllers are compared.
+pub const CONTROLLERS: usize = 4;
+
+/// What is typed for all controllers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Typed {
+    /// Gains where the rules say 0; those of the plain PID too.
+    pub gains: Gains,
+    /// The axis.
+    pub plant: Plant,
+    /// Below this error the integral works while travelling, mm.
+    pub e0_mm: f64,
+    /// Greatest control, V.
+    pub u_max_v: f64,
+    /// Time between samples, s.
+    pub sample_s: f64,
+    /// Load: during a step from its middle on; during a stroke while cutting, V.
+    pub load_v: f64,
+}
+
+/// A step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Where it has to go, mm.
+    pub setpoint_mm: f64,
+    /// How long it is watched, s.
+    pub duration_s: f64,
+}
+
+/// A stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// From the rest on top to the board, mm.
+    pub height_mm: f64,
+    /// From the board's surface to the lowest place, mm.
+    pub depth_mm: f64,
+    /// Limits of the way down.
+    pub down: Limits,
+    /// Limits of the way up.
+    pub up: Limits,
+    /// Speed and acceleration of the reference are fed forward.
+    pub feed_forward: bool,
+}
+
+/// One controller's run: what is shown, point by point over ms.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Run {
+    /// Where it is, mm.
+    pub place: Vec<[f64; 2]>,
+    /// Where it should be less where it is, mm.
+    pub error: Vec<[f64; 2]>,
+    /// Control, V.
+    pub control: Vec<[f64; 2]>,
+}
+
+/// The controllers in the order they are shown: plain PID, re-tuned PID, fuzzy with even rules, fuzzy with classic ones.
+pub fn controllers(typed: &Typed) -> [Controller; CONTROLLERS] {
+    let with = |mut controller: Controller, rules: Option<Rules>| {
+        (controller.u_max_v, controller.sample_s) = (typed.u_max_v, typed.sample_s);
+        if let Some(fuzzy) = &mut controller.fuzzy {
+            fuzzy.e0_mm = typed.e0_mm;
+            fuzzy.rules = *rules.unwrap_or_default().tables();
+        }
+        controller
+    };
+    let fuzzy = |rules| Controller { gains: typed.gains, ..with(staged_fuzzy(), Some(rules)) };
+    [fuzzy(Rules::Even).plain(), with(retuned_pid(), None), fuzzy(Rules::Even), fuzzy(Rules::Classic)]
+}
+
+/// All controllers on a step, with what it is judged by.
+pub fn steps(typed: &Typed, step: Step) -> Result<Vec<(Run, Option<StepMetrics>)>, Remark> {
+    let each = controllers(typed).into_iter().map(|controller| {
+        let load = Load { volts: -typed.load_v, from_s: 0.5 * step.duration_s, to_s: None };
+        let (setpoint_mm, duration_s) = (step.setpoint_mm, step.duration_s);
+        let asked =
+            StepRun { controller, plant: typed.plant, stage: Stage::Travel, setpoint_mm, duration_s, load };
+        let samples = step_response(&asked)?;
+        let mut run = Run::default();
+        for sample in &samples {
+            let ms = 1000.0 * sample.t_s;
+            run.place.push([ms, sample.y_mm]);
+            run.error.push([ms, setpoint_mm - sample.y_mm]);
+            run.control.push([ms, sample.u_v]);
+        }
+        Ok((run, step_metrics(&samples, setpoint_mm, controller.sample_s)))
+    });
+    each.collect()
+}
+
+/// The reference of a stroke over ms, and each controller's run with what it is judged by.
+pub type Strokes = (Vec<[f64; 2]>, Vec<(Run, StrokeMetrics)>);
+
+/// All controllers on a stroke, and the reference they follow.
+pub fn strokes(typed: &Typed, wanted: &Stroke) -> Result<Strokes, Remark> {
+    let way_mm = wanted.height_mm + wanted.depth_mm;
+    let down = plan(Shape::SCurve, way_mm, wanted.down)?;
+    let up = plan(Shape::SCurve, way_mm, wanted.up)?;
+    let (down_at, up_at) = (moment(&down), moment(&up));
+    let mut reference = Vec::new();
+    let mut runs = Vec::new();
+    for controller in controllers(typed) {
+        let asked = StrokeRun {
+            controller,
+            plant: typed.plant,
+            height_mm: wanted.height_mm,
+            depth_mm: wanted.depth_mm,
+            down: Reference { duration_s: down.duration_s(), at: &down_at },
+            up: Reference { duration_s: up.duration_s(), at: &up_at },
+            dwell_s: 0.0,
+            rest_s: 0.05,
+            feed_forward: wanted.feed_forward,
+            cutting_load_v: typed.load_v,
+        };
+        let (samples, metrics) = stroke(&asked)?;
+        reference = samples.iter().map(|sample| [1000.0 * sample.t_s, sample.r_mm]).collect();
+        let mut run = Run::default();
+        for sample in &samples {
+            let ms = 1000.0 * sample.t_s;
+            run.place.push([ms, sample.y_mm]);
+            run.error.push([ms, sample.r_mm - sample.y_mm]);
+            run.control.push([ms, sample.u_v]);
+        }
+        runs.push((run, metrics));
+    }
+    Ok((reference, runs))
+}
+
+fn moment(profile: &Profile) -> impl Fn(f64) -> Moment + '_ {
+    |t| Moment {
+        s_mm: profile.position_mm(t),
+        v_mm_per_s: profile.speed(t),
+        a_mm_per_s2: profile.acceleration(t),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::servo::default_plant;
+
+    fn typed() -> Typed {
+        let Controller { gains, u_max_v, sample_s, .. } = staged_fuzzy();
+        Typed { gains, plant: default_plant(), e0_mm: 0.1, u_max_v, sample_s, load_v: 0.0 }
+    }
+
+    #[test]
+    fn four_controllers_reach_the_setpoint_and_differ() {
+        let runs = steps(&typed(), Step { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap();
+        assert_eq!(runs.len(), CONTROLLERS);
+        for (run, metrics) in &runs {
+            let last = run.place.last().unwrap();
+            assert!((last[0] - 400.0).abs() < 1e-6 && (last[1] - 1.0).abs() < 0.05, "{last:?}");
+            assert!(metrics.is_some());
+        }
+        assert!(runs.windows(2).all(|two| two[0].0.place != two[1].0.place));
+    }
+
+    #[test]
+    fn a_stroke_goes_down_and_comes_back() {
+        let limits = Limits { speed: 150.0, acceleration: 10_000.0, jerk: 2e6 };
+        let wanted = Stroke { height_mm: 3.0, depth_mm: 2.0, down: limits, up: limits, feed_forward: true };
+        let (reference, runs) = strokes(&typed(), &wanted).unwrap();
+        assert_eq!(runs.len(), CONTROLLERS);
+        assert!(reference.iter().any(|point| (point[1] - 5.0).abs() < 1e-2));
+        for (run, metrics) in runs {
+            assert!(metrics.contact_s.is_some() && run.place.last().unwrap()[1].abs() < 0.1, "{metrics:?}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_with_its_field() {
+        let wrong = Typed { sample_s: 0.0, ..typed() };
+        let why = steps(&wrong, Step { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap_err();
+        assert_eq!(why.code, "servo.bad_parameter");
+    }
+}

@@ -1,0 +1,76 @@
+//! A number of an experiment: typed, kept on the bench, undone with everything else.
+//!
+//! Comes in: a name, a unit, the value it has by itself. Goes out: a field, and the number or nothing.
+
+use super::desk::desk;
+use crate::format::{plain, typed};
+use crate::i18n::{say, t};
+use leptos::ev;
+use leptos::html::{input, label, small, span};
+use leptos::prelude::*;
+
+/// A number that can be typed.
+#[derive(Clone, Copy)]
+pub(super) struct Field {
+    /// Its name on the bench.
+    pub(super) name: &'static str,
+    /// Its unit.
+    pub(super) unit: &'static str,
+    /// The least and the greatest value.
+    pub(super) range: (f64, f64),
+    /// The value before anything was typed.
+    pub(super) own: Memo<f64>,
+}
+
+impl Field {
+    /// The text on show.
+    pub(super) fn text(self) -> String {
+        let typed = desk().bench.with(|bench| bench.fields.get(self.name).cloned());
+        typed.unwrap_or_else(|| plain(self.own.get()))
+    }
+
+    /// The number; none while the text is no number or out of range.
+    pub(super) fn number(self) -> Option<f64> {
+        let number = typed(&self.text())?;
+        (self.range.0..=self.range.1).contains(&number).then_some(number)
+    }
+
+    fn id(self) -> String {
+        format!("lab-{}", self.name.replace('.', "-"))
+    }
+
+    /// The field with its words.
+    pub(super) fn view(self, words: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
+        let lab = desk();
+        let wrong = Memo::new(move |_| self.number().is_none());
+        let why = format!("{}-why", self.id());
+        let (low, high) = self.range;
+        label().class("field").attr("for", self.id()).child((
+            span().child(words),
+            span().class("with-unit").child((
+                input()
+                    .attr("type", "text")
+                    .attr("inputmode", "decimal")
+                    .attr("id", self.id())
+                    .attr("aria-invalid", move || wrong.get().then_some("true"))
+                    .attr("aria-describedby", why.clone())
+                    .prop("readOnly", move || lab.locked.get())
+                    .prop("value", move || self.text())
+                    .on(ev::input, move |event| {
+                        let text = event_target_value(&event);
+                        lab.change(Some(self.name), |bench| bench.with_field(self.name, text));
+                    })
+                    .on(ev::change, move |_| lab.rest()),
+                span().child(self.unit),
+            )),
+            small().class("refusal").attr("id", why).child(move || {
+                wrong.get().then(|| say!("page.lab.number", low = plain(low), high = plain(high)))
+            }),
+        ))
+    }
+}
+
+/// Words that say which fields must be mended before anything is shown.
+pub(super) fn mend() -> impl IntoView {
+    leptos::html::p().class("quiet empty").child(t!("page.lab.mend"))
+}

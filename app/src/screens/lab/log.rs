@@ -1,0 +1,166 @@
+//! The log: what the machine said and what this page asked, newest first, filtered by kind and word, saved as a file.
+//!
+//! Comes in: the link's log. Goes out: rows, and a CSV file in the browser's downloads.
+
+use crate::i18n::{advice, message, say, t};
+use crate::lab::log::{Entry, Event, Kind, Log, csv_field};
+use crate::link;
+use crate::screens::machine::words;
+use crate::widgets::{choice, push_if, save_file};
+use leptos::ev;
+use leptos::html::{div, input, label, p, span, table, tbody, td, th, thead, tr};
+use leptos::prelude::*;
+
+fn kind_name(kind: Kind) -> String {
+    match kind {
+        Kind::Machine => say!("page.lab.log.machine"),
+        Kind::Trouble => say!("page.lab.log.trouble"),
+        Kind::Asked => say!("page.lab.log.asked"),
+        Kind::Link => say!("page.lab.log.link"),
+    }
+}
+
+fn in_words(event: &Event) -> String {
+    match event {
+        Event::State(state) => {
+            let look = words::state(*state);
+            format!("{}. {}", crate::i18n::text(look.word, &[]), crate::i18n::text(look.meaning, &[]))
+        }
+        Event::Ended(ending, holes) => {
+            crate::i18n::text(words::ending(*ending), &[("holes", holes.to_string())])
+        }
+        Event::Alarm(remark) | Event::Refused(remark) => format!("{} {}", message(remark), advice(remark)),
+        Event::Asked(what) => say!("page.lab.log.asked_for", what = what.replace('_', " ")),
+        Event::Control { yours: true, .. } => say!("page.lab.log.control_yours"),
+        Event::Control { taken: true, .. } => say!("page.lab.log.control_taken"),
+        Event::Control { .. } => say!("page.lab.log.control_free"),
+        Event::Settings => say!("page.lab.log.settings"),
+        Event::Link(true) => say!("page.lab.log.link_open"),
+        Event::Link(false) => say!("page.lab.log.link_lost"),
+    }
+}
+
+/// Date and time of day, as files write it.
+pub(super) fn date_and_clock(at_ms: f64) -> String {
+    js_sys::Date::new(&at_ms.into()).to_iso_string().as_string().unwrap_or_default()
+}
+
+/// The time of day.
+pub(super) fn clock(at_ms: f64) -> String {
+    let at = js_sys::Date::new(&at_ms.into());
+    format!(
+        "{:02}:{:02}:{:02}.{:03}",
+        at.get_hours(),
+        at.get_minutes(),
+        at.get_seconds(),
+        at.get_milliseconds()
+    )
+}
+
+fn as_file(entries: &[Entry]) -> String {
+    let mut out = "number,time,kind,event\n".to_owned();
+    for entry in entries.iter().rev() {
+        let time = date_and_clock(entry.at_ms);
+        let fields = [entry.number.to_string(), time, kind_name(entry.event.kind()), in_words(&entry.event)];
+        out.push_str(&fields.map(|field| csv_field(&field)).join(","));
+        out.push('\n');
+    }
+    out
+}
+
+/// The sheet.
+pub(super) fn log() -> impl IntoView {
+    let log = link::link().log;
+    let hidden = RwSignal::new(Vec::<Kind>::new());
+    let word = RwSignal::new(String::new());
+    let entries = Memo::new(move |_| {
+        let (hidden, word) = (hidden.get(), word.get().to_lowercase());
+        let mut found = log.with(|log| log.newest(|kind| !hidden.contains(&kind)));
+        found.retain(|entry| word.is_empty() || in_words(&entry.event).to_lowercase().contains(&word));
+        found
+    });
+    let any = move || !entries.with(Vec::is_empty);
+    div().class("lab-log").child((
+        div().class("lab-tools").child((
+            kinds(hidden),
+            label().class("field").child((
+                span().child(t!("page.lab.log.search")),
+                input().attr("type", "text").prop("value", move || word.get()).on(ev::input, move |event| {
+                    word.set(event_target_value(&event));
+                }),
+            )),
+            span().class("grow"),
+            push_if(
+                "button",
+                move || log.with(|log| !log.is_empty()),
+                t!("page.lab.log.clear"),
+                move |_| {
+                    log.update(Log::clear);
+                },
+            ),
+            push_if("button primary", any, t!("page.lab.log.export"), move |_| {
+                save_file("annulus-log.csv", "text/csv", &entries.with_untracked(|entries| as_file(entries)));
+            }),
+        )),
+        div()
+            .class("lab-scroll")
+            .attr("tabindex", "0")
+            .attr("role", "region")
+            .attr("aria-label", t!("page.lab.sheet.log"))
+            .child(move || {
+                if any() {
+                    rows(entries).into_any()
+                } else {
+                    p().class("quiet empty").child(t!("page.lab.log.empty")).into_any()
+                }
+            }),
+    ))
+}
+
+fn kinds(hidden: RwSignal<Vec<Kind>>) -> impl IntoView {
+    let choices = Kind::ALL.map(|kind| {
+        let shown = move || hidden.with(|hidden| !hidden.contains(&kind));
+        choice(
+            shown,
+            move || kind_name(kind),
+            move |_| {
+                hidden.update(|hidden| match hidden.iter().position(|one| *one == kind) {
+                    Some(at) => drop(hidden.remove(at)),
+                    None => hidden.push(kind),
+                });
+            },
+        )
+        .into_any()
+    });
+    div().class("field").child((
+        span().child(t!("page.lab.log.show")),
+        div()
+            .class("segmented")
+            .attr("role", "group")
+            .attr("aria-label", t!("page.lab.log.show"))
+            .child(Vec::from(choices)),
+    ))
+}
+
+fn rows(entries: Memo<Vec<Entry>>) -> impl IntoView {
+    let head = |text: fn() -> String| th().attr("scope", "col").child(text);
+    table().class("log-table").child((
+        thead().child(tr().child((
+            head(|| say!("page.lab.log.time")),
+            head(|| say!("page.lab.log.kind")),
+            head(|| say!("page.lab.log.event")),
+        ))),
+        tbody()
+            .child(move || entries.get().into_iter().map(|entry| row(entry).into_any()).collect::<Vec<_>>()),
+    ))
+}
+
+fn row(entry: Entry) -> impl IntoView {
+    let kind = entry.event.kind();
+    let event = entry.event;
+    tr().class(if kind == Kind::Trouble { "trouble" } else { "" }).child((
+        td().class("tabular").child(clock(entry.at_ms)),
+        td().class("quiet").child(move || kind_name(kind)),
+        td().child(move || in_words(&event)),
+    ))
+}

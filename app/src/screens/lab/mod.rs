@@ -1,0 +1,141 @@
+//! The Lab: what the machine is made of, tried out piece by piece without a board.
+//!
+//! ```text
+//! Inputs and outputs │ Queue │ [Phases] │ Motion │ Servo │ Log          undo, redo
+//! the sheet
+//! ```
+//!
+//! Comes in: the machine, edits. Goes out: settings that were applied, and nothing else: a sheet that moves the machine
+//! says so itself. The maths comes from `annulus-core`.
+
+mod apply;
+mod desk;
+mod fields;
+mod io;
+mod log;
+mod motion;
+mod phases;
+mod queue;
+mod servo;
+
+pub(crate) use desk::desk;
+pub(crate) use queue::key as queue_key;
+
+use crate::i18n::{say, t};
+use crate::lab::Sheet;
+use crate::widgets::{Icon, icon, picture_button_if};
+use leptos::ev::{self, KeyboardEvent};
+use leptos::html::{button, div, header, p, span};
+use leptos::prelude::*;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlElement;
+
+fn name_of(sheet: Sheet) -> String {
+    match sheet {
+        Sheet::Io => say!("page.lab.sheet.io"),
+        Sheet::Queue => say!("page.lab.sheet.queue"),
+        Sheet::Phases => say!("page.lab.sheet.phases"),
+        Sheet::Motion => say!("page.lab.sheet.motion"),
+        Sheet::Servo => say!("page.lab.sheet.servo"),
+        Sheet::Log => say!("page.lab.sheet.log"),
+    }
+}
+
+/// Makes the Lab in the root of the page, after link and state.
+pub(crate) fn begin() {
+    desk::begin();
+    queue::begin();
+}
+
+/// The screen.
+pub(crate) fn lab() -> impl IntoView {
+    let lab = desk();
+    let sheet = move || match lab.sheet.get() {
+        Sheet::Io => io::io().into_any(),
+        Sheet::Queue => queue::queue().into_any(),
+        Sheet::Phases => phases::phases().into_any(),
+        Sheet::Motion => motion::motion().into_any(),
+        Sheet::Servo => servo::servo().into_any(),
+        Sheet::Log => log::log().into_any(),
+    };
+    div().class("whole").child(
+        div().class("lab").child((
+            header().class("lab-head").child((sheets(), undo_buttons())),
+            locked(),
+            div()
+                .class("sheet-of-lab")
+                .attr("role", "tabpanel")
+                .attr("id", "lab-sheet")
+                .attr("aria-labelledby", move || tab_id(lab.sheet.get()))
+                .child(sheet),
+            div().class("unseen").attr("role", "status").child(move || lab.said.get()),
+        )),
+    )
+}
+
+fn tab_id(sheet: Sheet) -> String {
+    format!("lab-tab-{}", sheet.word())
+}
+
+/// The arrows go from tab to tab, Enter and Space open one.
+fn sheets() -> impl IntoView {
+    let lab = desk();
+    let tabs = Sheet::ALL.map(|this| {
+        let chosen = move || lab.sheet.get() == this;
+        button()
+            .attr("type", "button")
+            .attr("role", "tab")
+            .attr("id", tab_id(this))
+            .attr("aria-controls", "lab-sheet")
+            .attr("aria-selected", move || if chosen() { "true" } else { "false" })
+            .attr("tabindex", move || if chosen() { "0" } else { "-1" })
+            .class("tab")
+            .on(ev::click, move |_| lab.sheet.set(this))
+            .on(ev::keydown, move |event| go_along(&event, this))
+            .child(move || name_of(this))
+    });
+    div()
+        .class("tabs")
+        .attr("role", "tablist")
+        .attr("aria-label", t!("page.lab.sheets"))
+        .child(Vec::from(tabs))
+}
+
+fn go_along(event: &KeyboardEvent, from: Sheet) {
+    let to = match event.key().as_str() {
+        "ArrowRight" => from.beside(1),
+        "ArrowLeft" => from.beside(-1),
+        "Home" => Sheet::ALL[0],
+        "End" => Sheet::ALL[Sheet::ALL.len() - 1],
+        _ => return,
+    };
+    event.prevent_default();
+    let found = document().get_element_by_id(&tab_id(to)).and_then(|tab| tab.dyn_into::<HtmlElement>().ok());
+    if let Some(tab) = found {
+        let _ = tab.focus();
+    }
+}
+
+fn undo_buttons() -> impl IntoView {
+    let lab = desk();
+    let can = move |back: bool| {
+        !lab.locked.get()
+            && lab.history.with(|history| if back { history.can_undo() } else { history.can_redo() })
+    };
+    div().class("row").child((
+        picture_button_if(Icon::Undo, move || can(true), t!("page.lab.undo"), move |_| lab.undo(true)),
+        picture_button_if(Icon::Redo, move || can(false), t!("page.lab.redo"), move |_| lab.undo(false)),
+    ))
+}
+
+/// A job runs: look, but do not touch.
+fn locked() -> impl IntoView {
+    let lab = desk();
+    move || {
+        lab.locked.get().then(|| {
+            p().class("notice tone-pause")
+                .attr("role", "status")
+                .child((icon(Icon::Lock), span().child(t!("page.lab.locked"))))
+        })
+    }
+}

@@ -1,0 +1,209 @@
+//! The table of dynamics: typed, checked by running it, shown as speed over time, applied to the machine.
+//!
+//! ```text
+//! state  period enter leave  takts/s  mm/s │ speed over time with the lost-step line
+//! interrupts, move                         │ mm/s of each axis
+//! what is wrong with it                    │ the takts
+//! ```
+//!
+//! Comes in: the bench, else the machine's table. Goes out: `Configure`, once the core's check lets it.
+
+use super::takts;
+use crate::i18n::{advice, message, say, t};
+use crate::lab::bench::{INTERRUPTS, StateRow};
+use crate::lab::motion::{self, Column};
+use crate::readout::short;
+use crate::screens::lab::apply;
+use crate::screens::lab::desk::desk;
+use crate::screens::lab::fields::Field;
+use crate::state::state;
+use crate::widgets::{Icon, icon, push, push_if};
+use annulus_core::machine::{self, Dynamics, axis_name};
+use annulus_core::remark::Remark;
+use leptos::ev;
+use leptos::html::{div, h3, input, li, p, section, span, strong, table, tbody, td, th, thead, tr, ul};
+use leptos::prelude::*;
+
+/// What is shown and found out.
+#[derive(Clone, Copy)]
+pub(super) struct Shown {
+    /// The rows as typed.
+    pub(super) rows: Memo<Vec<StateRow>>,
+    /// The table, where every cell holds a number.
+    pub(super) table: Memo<Option<Dynamics>>,
+    /// What the core says: refusals, then doubts.
+    findings: Memo<Vec<Remark>>,
+    /// Whether it may be used.
+    pub(super) sound: Memo<bool>,
+    /// Interrupts a second.
+    pub(super) interrupts: Field,
+    /// Length of the move, takts.
+    pub(super) takts: Field,
+}
+
+fn shown() -> Shown {
+    let lab = desk();
+    let rows = Memo::new(move |_| {
+        let typed = lab.bench.with(|bench| bench.dynamics.clone());
+        typed.unwrap_or_else(|| state().machine.with(|machine| motion::rows(&machine.dynamics)))
+    });
+    let table = Memo::new(move |_| rows.with(|rows| motion::dynamics(rows).ok()));
+    let checked = Memo::new(move |_| table.with(|table| table.as_ref().map(machine::dynamics::check)));
+    let findings = Memo::new(move |_| match checked.get() {
+        Some(Ok(remarks) | Err(remarks)) => remarks,
+        None => Vec::new(),
+    });
+    let interrupt_hz = Memo::new(|_| state().machine.with(|machine| f64::from(machine.interrupt_hz)));
+    Shown {
+        rows,
+        table,
+        findings,
+        sound: Memo::new(move |_| matches!(checked.get(), Some(Ok(_)))),
+        interrupts: Field { name: INTERRUPTS, unit: "Hz", range: (10.0, 20_000.0), own: interrupt_hz },
+        takts: Field {
+            name: "move.takts",
+            unit: "",
+            range: (-20_000.0, 20_000.0),
+            own: Memo::new(|_| 100.0),
+        },
+    }
+}
+
+/// The part.
+pub(super) fn dynamics() -> impl IntoView {
+    let shown = shown();
+    div().class("lab-part").child((
+        div().class("lab-columns").child((
+            div().class("lab-inputs").child((
+                section().class("block").attr("aria-label", t!("page.lab.motion.table")).child((
+                    h3().child(t!("page.lab.motion.table")),
+                    editor(shown),
+                    buttons(shown),
+                )),
+                section().class("block").child((
+                    shown.interrupts.view(t!("page.lab.motion.interrupts")),
+                    shown.takts.view(t!("page.lab.motion.takts_to_go")),
+                )),
+                findings(shown),
+            )),
+            takts::takts(shown),
+        )),
+        apply::apply(move || shown.sound.get()),
+    ))
+}
+
+fn editor(shown: Shown) -> impl IntoView {
+    let head = |text: fn() -> String| th().attr("scope", "col").child(text);
+    let count = Memo::new(move |_| shown.rows.with(Vec::len));
+    table().class("dynamics").child((
+        thead().child(tr().child((
+            head(|| say!("page.lab.motion.state")),
+            head(|| say!("page.lab.motion.period")),
+            head(|| say!("page.lab.motion.enter")),
+            head(|| say!("page.lab.motion.leave")),
+            head(|| say!("page.lab.motion.rate")),
+        ))),
+        tbody().child(move || (0..count.get()).map(|at| row(shown, at).into_any()).collect::<Vec<_>>()),
+    ))
+}
+
+fn row(shown: Shown, at: usize) -> impl IntoView {
+    let rate = move || {
+        let period = shown.rows.with(|rows| rows.get(at)?.period.trim().parse::<f64>().ok())?;
+        let rate = shown.interrupts.number()? / period;
+        rate.is_finite().then(|| short(rate))
+    };
+    let first = at == 0;
+    tr().child((
+        th().attr("scope", "row").class("number").child(at),
+        td().child(cell(shown, at, Column::Period)),
+        td().child((!first).then(|| cell(shown, at, Column::Enter))),
+        td().child((!first).then(|| cell(shown, at, Column::Leave))),
+        td().class("number").child(rate),
+    ))
+}
+
+fn cell(shown: Shown, at: usize, column: Column) -> impl IntoView {
+    let lab = desk();
+    let text = move || {
+        shown.rows.with(|rows| {
+            let row = rows.get(at).cloned().unwrap_or_default();
+            match column {
+                Column::Period => row.period,
+                Column::Enter => row.enter,
+                Column::Leave => row.leave,
+            }
+        })
+    };
+    let name = move || match column {
+        Column::Period => say!("page.lab.motion.period_of", state = at),
+        Column::Enter => say!("page.lab.motion.enter_of", state = at),
+        Column::Leave => say!("page.lab.motion.leave_of", state = at),
+    };
+    let field = format!("dynamics.{column:?}.{at}");
+    input()
+        .attr("type", "text")
+        .attr("inputmode", "numeric")
+        .class("short number")
+        .attr("aria-label", name)
+        .attr("aria-invalid", move || text().trim().parse::<u32>().is_err().then_some("true"))
+        .prop("readOnly", move || lab.locked.get())
+        .prop("value", text)
+        .on(ev::input, move |event| {
+            let rows = motion::with_cell(&shown.rows.get_untracked(), at, column, event_target_value(&event));
+            lab.change(Some(&field), |bench| bench.with_dynamics(rows));
+        })
+        .on(ev::change, move |_| lab.rest())
+}
+
+fn buttons(shown: Shown) -> impl IntoView {
+    let lab = desk();
+    let edit = move |made: fn(&[StateRow]) -> Vec<StateRow>| {
+        let rows = shown.rows.with_untracked(|rows| made(rows));
+        lab.change(None, |bench| bench.with_dynamics(rows));
+    };
+    let free = move || !lab.locked.get();
+    let printed = |_: &[StateRow]| motion::rows(&Dynamics::arendt());
+    div().class("row").child((
+        push_if("button small", free, t!("page.lab.motion.add"), move |_| edit(motion::with_state)),
+        push_if("button small", free, t!("page.lab.motion.remove"), move |_| edit(motion::without_state)),
+        push_if("button small", free, t!("page.lab.motion.printed"), move |_| edit(printed)),
+        push("button small", t!("page.lab.motion.of_machine"), move |_| {
+            lab.change(None, |bench| bench.without_dynamics());
+        }),
+    ))
+}
+
+fn findings(shown: Shown) -> impl IntoView {
+    let typed = move || shown.table.with(Option::is_some);
+    let verdict = move || {
+        let (sign, words) = if !typed() {
+            (Icon::Warning, say!("page.lab.motion.not_numbers"))
+        } else if shown.sound.get() {
+            (Icon::Check, say!("page.lab.motion.sound"))
+        } else {
+            (Icon::Cross, say!("page.lab.motion.unsound"))
+        };
+        (icon(sign), span().child(words))
+    };
+    let list = move || {
+        let lines = shown.findings.get().into_iter().map(|finding| {
+            let cure = finding.clone();
+            li().child((
+                strong().child(move || message(&finding)),
+                p().class("quiet").child(move || advice(&cure)),
+            ))
+        });
+        lines.collect::<Vec<_>>()
+    };
+    section().class("block findings").attr("aria-label", t!("page.lab.phases.findings")).child((
+        h3().child(t!("page.lab.phases.findings")),
+        p().class("row").attr("role", "status").child(verdict),
+        ul().child(list),
+    ))
+}
+
+/// The axes whose speed is shown.
+pub(super) fn axes() -> [String; 3] {
+    [0, 1, 2].map(axis_name)
+}

@@ -1,0 +1,154 @@
+//! The table itself: a grid that keyboard and pointer edit alike.
+//!
+//! ```text
+//! arrows move │ Shift+arrows stretch │ Space turns on and off │ Ctrl+C, Ctrl+V │ Ctrl+A all │ Delete off
+//! ```
+//!
+//! Comes in: a [`Table`]. Goes out: its edits.
+
+use super::Table;
+use crate::i18n::{say, t};
+use crate::lab::phases::{Block, Cell, Edit, LINES, Line, copied, is_on, whole};
+use leptos::ev::{self, KeyboardEvent, MouseEvent};
+use leptos::html::{div, span};
+use leptos::prelude::*;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlElement;
+
+fn cell_id(cell: Cell) -> String {
+    format!("phase-{}-{}", cell.line, cell.column)
+}
+
+/// The grid, made anew only when the number of columns changes.
+pub(super) fn grid(table: Table) -> impl IntoView {
+    let count = Memo::new(move |_| table.columns.with(Vec::len));
+    div()
+        .class("phase-grid")
+        .attr("role", "grid")
+        .attr("aria-label", t!("page.lab.phases.grid"))
+        .attr("aria-multiselectable", "true")
+        .attr("aria-readonly", move || table.lab.locked.get().then_some("true"))
+        .attr("aria-describedby", "phase-keys")
+        .on(ev::keydown, move |event| pressed(table, &event))
+        .child(move || {
+            let count = count.get();
+            let lines =
+                LINES.iter().enumerate().map(|(index, line)| row(table, index, *line, count).into_any());
+            std::iter::once(heads(table, count).into_any()).chain(lines).collect::<Vec<_>>()
+        })
+}
+
+fn heads(table: Table, count: usize) -> impl IntoView {
+    let columns = (0..count).map(|column| {
+        let here = move || table.column() == column;
+        div()
+            .attr("role", "columnheader")
+            .class(move || if here() { "phase-head here" } else { "phase-head" })
+            .child(column + 1)
+    });
+    div().attr("role", "row").class("phase-row").child((
+        div().attr("role", "columnheader").class("phase-name").child((
+            span().child(t!("page.lab.phases.line")),
+            span().class("quiet").child(t!("page.lab.phases.supply")),
+        )),
+        columns.collect::<Vec<_>>(),
+    ))
+}
+
+fn row(table: Table, index: usize, line: Line, count: usize) -> impl IntoView {
+    let cells = (0..count).map(|column| cell(table, line, Cell { line: index, column }).into_any());
+    div().attr("role", "row").class(if line.volts > 5 { "phase-row boost" } else { "phase-row" }).child((
+        div().attr("role", "rowheader").class("phase-name").child((
+            span().child(line.name),
+            span().class("quiet").child(t!("page.lab.phases.volts", volts = line.volts)),
+        )),
+        cells.collect::<Vec<_>>(),
+    ))
+}
+
+fn cell(table: Table, line: Line, at: Cell) -> impl IntoView {
+    let on = Memo::new(move |_| table.columns.with(|columns| is_on(columns, at)));
+    let block = table.lab.block;
+    let chosen = Memo::new(move |_| block.with(|block| block.holds(at)));
+    let focus = Memo::new(move |_| block.with(|block| block.cursor == at));
+    let here = Memo::new(move |_| table.column() == at.column);
+    let name = move || {
+        let takt = at.column + 1;
+        if on.get() {
+            say!("page.lab.phases.cell_on", line = line.name, takt = takt)
+        } else {
+            say!("page.lab.phases.cell_off", line = line.name, takt = takt)
+        }
+    };
+    div()
+        .attr("role", "gridcell")
+        .attr("id", cell_id(at))
+        .attr("tabindex", move || if focus.get() { "0" } else { "-1" })
+        .attr("aria-selected", move || if chosen.get() { "true" } else { "false" })
+        .attr("aria-label", name)
+        .class("phase-cell")
+        .class(("on", move || on.get()))
+        .class(("here", move || here.get()))
+        .on(ev::click, move |event| clicked(table, at, &event))
+        .child(span())
+}
+
+fn clicked(table: Table, at: Cell, event: &MouseEvent) {
+    let block = table.lab.block;
+    if event.shift_key() {
+        block.update(|block| block.cursor = at);
+    } else {
+        block.set(Block::at(at));
+        table.edit(&Edit::Toggle(Block::at(at)));
+    }
+    focus(at);
+}
+
+fn focus(at: Cell) {
+    let found =
+        document().get_element_by_id(&cell_id(at)).and_then(|cell| cell.dyn_into::<HtmlElement>().ok());
+    if let Some(cell) = found {
+        let _ = cell.focus();
+    }
+}
+
+fn pressed(table: Table, event: &KeyboardEvent) {
+    let lab = table.lab;
+    let count = table.columns.with_untracked(Vec::len);
+    let block = lab.block.get_untracked();
+    let (ctrl, shift) = (event.ctrl_key() || event.meta_key(), event.shift_key());
+    let key = event.key().to_ascii_lowercase();
+    let far = count as isize;
+    let go = |lines: isize, columns: isize| Some(block.moved(lines, columns, shift, count));
+    let moved = match (key.as_str(), ctrl) {
+        ("arrowup", false) => go(-1, 0),
+        ("arrowdown", false) => go(1, 0),
+        ("arrowleft", false) => go(0, -1),
+        ("arrowright", false) => go(0, 1),
+        ("home", _) => go(0, -far),
+        ("end", _) => go(0, far),
+        ("a", true) => Some(whole(count)),
+        _ => None,
+    };
+    if let Some(moved) = moved {
+        event.prevent_default();
+        lab.block.set(moved);
+        return focus(moved.cursor);
+    }
+    match (key.as_str(), ctrl) {
+        (" ", false) => table.edit(&Edit::Toggle(block)),
+        ("c", true) => {
+            lab.clip.set(Some(table.columns.with_untracked(|columns| copied(columns, block))));
+            lab.said.set(say!("page.lab.phases.copied"));
+        }
+        ("v", true) => {
+            if let Some(clip) = lab.clip.get_untracked() {
+                let ((line, _), (column, _)) = (block.lines(), block.columns(count));
+                table.edit(&Edit::Paste(Cell { line, column }, clip));
+            }
+        }
+        ("delete", false) => table.edit(&Edit::Clear(block)),
+        _ => return,
+    }
+    event.prevent_default();
+}

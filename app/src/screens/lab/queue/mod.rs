@@ -1,0 +1,151 @@
+//! The queue of work commands: written in rows or as text, looked through as it is typed, stepped and run.
+//!
+//! ```text
+//! rows │ text      insert, double, move, delete, open, save       step, run, begin anew
+//! the grid, or the text
+//! what the core says of it
+//! ```
+//!
+//! Comes in: lines of the bench. Goes out: edits; runs in this page's own drill or on the machine.
+
+mod grid;
+mod runs;
+mod text;
+mod tools;
+mod verdict;
+
+pub(super) use runs::Runs;
+
+use super::desk::{Desk, desk};
+use crate::i18n::t;
+use crate::keys::QueueKey;
+use crate::lab::queue::{Edit, Line, to_text};
+use crate::lab::{Sheet, rehearsal};
+use crate::state::state;
+use annulus_core::queue::{self, Checked, Mode, Queue, RowResult};
+use annulus_core::remark::Remark;
+use leptos::html::{div, p};
+use leptos::prelude::*;
+use std::cell::Cell;
+
+/// The queue on show and what the core says of it.
+#[derive(Clone, Copy)]
+pub(super) struct Work {
+    lab: Desk,
+    /// Its lines as typed.
+    lines: Memo<Vec<Line>>,
+    /// The same as rows that may be run, or what is wrong with them, line by line.
+    read: Memo<Result<Queue, Vec<Remark>>>,
+    /// What it will do, or the first row that may not be.
+    checked: Memo<Option<Result<Checked, Remark>>>,
+}
+
+impl Work {
+    fn edit(self, field: Option<&str>, edit: &Edit) {
+        let mut at = self.lab.row.get_untracked();
+        self.lab.change(field, |bench| {
+            let (next, to) = bench.with_queue(edit);
+            at = to;
+            next
+        });
+        self.lab.row.set(at);
+    }
+
+    /// Everything that is wrong with the queue.
+    fn refusals(self) -> Vec<Remark> {
+        if let Some(wrong) = self.read.with(|read| read.as_ref().err().cloned()) {
+            return wrong;
+        }
+        self.checked
+            .with(|checked| checked.as_ref().and_then(|one| one.as_ref().err().cloned()))
+            .into_iter()
+            .collect()
+    }
+
+    /// Why the line at `at` may not be.
+    fn refusal_of(self, at: usize) -> Option<Remark> {
+        let line = |remark: &Remark| remark.place.as_ref().map(|place| place.line as usize);
+        self.refusals().into_iter().find(|remark| line(remark) == Some(at + 1))
+    }
+
+    /// What came of the line at `at`.
+    fn result_of(self, at: usize) -> Option<RowResult> {
+        self.lab.runs.results.with(|results| results.get(at).cloned())
+    }
+
+    /// The line that comes next.
+    fn next_row(self) -> Option<usize> {
+        self.lab.runs.next.get()
+    }
+
+    /// Whether it may run.
+    fn sound(self) -> bool {
+        self.lines.with(|lines| !lines.is_empty()) && self.refusals().is_empty()
+    }
+
+    /// Runs it in the page, as far as `mode` says.
+    fn run(self, mode: Mode) {
+        let queue = self.read.with_untracked(|read| read.as_ref().ok().cloned());
+        if let Some(queue) = queue.filter(|_| !self.lab.locked.get_untracked()) {
+            self.lab.runs.go(&queue, mode);
+        }
+    }
+}
+
+thread_local! {
+    static WORK: Cell<Option<Work>> = const { Cell::new(None) };
+}
+
+fn work() -> Work {
+    WORK.get().expect("the queue is made before the first screen")
+}
+
+/// Makes it in the root of the page, after the desk.
+pub(super) fn begin() {
+    let lab = desk();
+    let lines = Memo::new(move |_| lab.bench.with(|bench| bench.queue.clone()));
+    let read = Memo::new(move |_| queue::read("", &lines.with(|lines| to_text(lines))));
+    let standing =
+        Memo::new(move |_| state().machine.with(|machine| rehearsal::standing(machine).unwrap_or_default()));
+    let checked = Memo::new(move |_| {
+        let machine = state().machine.get();
+        let standing = standing.get();
+        read.with(|read| read.as_ref().ok().map(|queue| queue::check(queue, &machine, &[], &standing)))
+    });
+    WORK.set(Some(Work { lab, lines, read, checked }));
+}
+
+/// The sheet.
+pub(super) fn queue() -> impl IntoView {
+    let work = work();
+    let as_text = work.lab.as_text;
+    let empty = move || work.lines.with(Vec::is_empty);
+    let rows = move || {
+        if empty() {
+            p().class("quiet empty").child(t!("page.lab.queue.empty")).into_any()
+        } else {
+            grid::grid(work).into_any()
+        }
+    };
+    div().class("lab-sheet queue-sheet").child((
+        tools::tools(work),
+        div()
+            .class("queue-body")
+            .child(move || if as_text.get() { text::text(work).into_any() } else { rows().into_any() }),
+        verdict::verdict(work),
+    ))
+}
+
+/// What a key asks of the queue; elsewhere in the Lab it means nothing.
+pub(crate) fn key(key: QueueKey) {
+    let lab = desk();
+    if lab.sheet.get_untracked() != Sheet::Queue {
+        return;
+    }
+    let work = work();
+    match key {
+        QueueKey::Break => work.edit(None, &Edit::Break(work.lab.row.get_untracked())),
+        QueueKey::Step => work.run(Mode::Step),
+        QueueKey::Run => work.run(Mode::ToBreakpoint),
+    }
+}

@@ -1,0 +1,26 @@
+//! A file made in the page and put among the browser's downloads. Nothing leaves this computer.
+//!
+//! Comes in: name, kind, text. Goes out: a download.
+
+use js_sys::Array;
+use leptos::prelude::document;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, Url};
+
+/// Saves `text` as `name`.
+pub fn save_file(name: &str, kind: &str, text: &str) {
+    let saved = || -> Result<(), JsValue> {
+        let options = BlobPropertyBag::new();
+        options.set_type(kind);
+        let blob = Blob::new_with_str_sequence_and_options(&Array::of1(&text.into()), &options)?;
+        let address = Url::create_object_url_with_blob(&blob)?;
+        let link: HtmlAnchorElement = document().create_element("a")?.unchecked_into();
+        link.set_href(&address);
+        link.set_download(name);
+        link.click();
+        Url::revoke_object_url(&address)
+    };
+    if let Err(error) = saved() {
+        web_sys::console::error_1(&error);
+    }
+}

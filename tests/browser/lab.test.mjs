@@ -1,0 +1,214 @@
+// The Lab by keyboard alone, and every sheet of it in dark and light without an accessibility finding.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { after, before, test } from "node:test";
+import { openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const sheets = ["Inputs and outputs", "Queue", "Phases", "Motion", "Servo", "Log"];
+
+let bridge;
+before(async () => (bridge = await startBridge({ speed: 50 })));
+after(async () => bridge?.stop());
+
+async function lab(browser, options) {
+  const { spawnSync } = await import("node:child_process");
+  const env = { ...process.env, ANNULUS_HOME: bridge.home };
+  const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
+  const opened = await openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
+  await opened.page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
+  await opened.page.keyboard.press("4");
+  await opened.page.getByRole("tablist", { name: "Parts of the Lab" }).waitFor();
+  return opened;
+}
+
+/** Opens a sheet by keyboard: to the tabs, along them with the arrows, Enter. */
+async function open(page, name) {
+  await page.getByRole("tablist", { name: "Parts of the Lab" }).getByRole("tab", { selected: true }).focus();
+  await page.keyboard.press("Home");
+  for (let step = 0; step < sheets.indexOf(name); step += 1) await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Enter");
+  await page.getByRole("tab", { name, selected: true }).waitFor();
+}
+
+async function findings(page) {
+  await page.evaluate(axe);
+  const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
+  return found.violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.target).join(" ")}`);
+}
+
+for (const scheme of ["dark", "light"]) {
+  test(`every sheet of the Lab is accessible, ${scheme}`, async () => {
+    const browser = await openBrowser();
+    const { page, problems } = await lab(browser, { scheme });
+    try {
+      await page.emulateMedia({ colorScheme: scheme, reducedMotion: "reduce" });
+      for (const name of sheets) {
+        await open(page, name);
+        if (name === "Queue") await page.getByRole("button", { name: "Example" }).click({ trial: false }).catch(() => {});
+        if (name === "Inputs and outputs") await page.getByRole("button", { name: "Begin the check" }).click();
+        await page.waitForTimeout(250);
+        const short = name.split(" ")[0].toLowerCase();
+        assert.match(new URL(page.url()).hash, /^#\/lab\/(io|queue|phases|motion|servo|log)$/);
+        await page.screenshot({ path: picture(`lab-${short}-${scheme}`) });
+        assert.deepEqual(await findings(page), [], name);
+      }
+      await open(page, "Motion");
+      await page.getByRole("button", { name: "Profiles" }).click();
+      await page.waitForTimeout(250);
+      await page.screenshot({ path: picture(`lab-profiles-${scheme}`) });
+      assert.deepEqual(await findings(page), [], "profiles");
+      await open(page, "Servo");
+      await page.getByRole("button", { name: "Stroke" }).click();
+      await page.waitForTimeout(250);
+      await page.screenshot({ path: picture(`lab-stroke-${scheme}`) });
+      assert.deepEqual(await findings(page), [], "stroke");
+      await open(page, "Queue");
+      await page.getByRole("button", { name: "Text", exact: true }).click();
+      await page.waitForTimeout(250);
+      assert.deepEqual(await findings(page), [], "queue as text");
+      assert.deepEqual(problems, [], "nothing was said on the console");
+    } finally {
+      await browser.close();
+    }
+  });
+}
+
+test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be applied", async () => {
+  const browser = await openBrowser();
+  const { page, problems } = await lab(browser, {});
+  try {
+    await open(page, "Phases");
+    const cell = (line, takt) => page.getByRole("gridcell", { name: new RegExp(`^${line}, takt ${takt}:`) });
+    await page.getByRole("combobox", { name: "Table" }).selectOption({ label: "Twelve takts with forcing" });
+    await cell("1a", 1).focus();
+    assert.match(await cell("1a", 1).getAttribute("aria-label"), /on$/);
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("Space");
+    assert.match(await cell("1b", 1).getAttribute("aria-label"), /on$/, "Space turned the cell on");
+    await page.getByText(/to mend/).waitFor();
+    const apply = page.getByRole("button", { name: "Apply" });
+    assert.equal(await apply.isEnabled(), false, "a table with both halves of a winding on is not applied");
+    await page.keyboard.press("Control+z");
+    await until(async () => /off$/.test(await cell("1b", 1).getAttribute("aria-label")), "the cell off again");
+    await page.keyboard.press("Control+y");
+    await until(async () => /on$/.test(await cell("1b", 1).getAttribute("aria-label")), "the cell on again");
+    await page.keyboard.press("Control+z");
+    // A block of two columns, copied over the next two.
+    await cell("1a", 1).focus();
+    await page.keyboard.press("Home");
+    for (const key of ["ArrowRight", "ArrowDown", "ArrowDown", "ArrowDown"]) await page.keyboard.press(`Shift+${key}`);
+    await page.keyboard.press("Control+c");
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("ArrowUp");
+    await page.keyboard.press("ArrowUp");
+    await page.keyboard.press("ArrowUp");
+    await page.keyboard.press("Control+v");
+    await until(async () => /on$/.test(await cell("2a", 4).getAttribute("aria-label")), "the pasted block");
+    await page.keyboard.press("Control+z");
+    // Its motor turns without losing a takt, and what was edited is applied by the machine.
+    await page.getByRole("button", { name: "Test on virtual motor" }).press("Enter");
+    await page.getByText(/none was lost/).waitFor();
+    await page.getByRole("button", { name: "Play the table" }).press("Enter");
+    await page.getByText(/^Takt [2-9]/).waitFor({ timeout: 10_000 });
+    await page.getByRole("button", { name: "Hold" }).press("Enter");
+    await until(() => apply.isEnabled(), "a table that can be applied");
+    await apply.press("Enter");
+    await until(async () => !(await apply.isVisible()), "the machine took the table");
+    await page.reload();
+    await page.getByRole("tab", { name: "Phases", selected: true }).waitFor({ timeout: 60_000 });
+    await until(async () => /on$/.test(await cell("1a", 1).getAttribute("aria-label")), "the table after a reload");
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await browser.close();
+  }
+});
+
+test("motion by keyboard: what is typed changes the plot, wrong tables are refused with a reason", async () => {
+  const browser = await openBrowser();
+  const { page, problems } = await lab(browser, {});
+  try {
+    await open(page, "Motion");
+    const plot = page.getByRole("slider", { name: "Speed of the move: cursor" });
+    const before = await plot.getAttribute("aria-valuetext");
+    const period = page.getByRole("textbox", { name: "State 3: interrupts a takt" });
+    await period.focus();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("2");
+    await until(async () => (await plot.getAttribute("aria-valuetext")) !== before, "another plot");
+    await page.keyboard.press("Control+z");
+    await until(async () => (await plot.getAttribute("aria-valuetext")) === before, "the plot of before");
+    await plot.focus();
+    await page.keyboard.press("ArrowRight");
+    assert.match(await plot.getAttribute("aria-valuetext"), /time 0 s/);
+    // A table that runs over its target.
+    const leave = page.getByRole("textbox", { name: /^State 3: left/ });
+    await leave.focus();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("0");
+    await page.getByText("This table cannot be used.").waitFor();
+    assert.equal(await page.getByRole("button", { name: "Apply" }).isEnabled(), false);
+    await page.keyboard.press("Control+z");
+    await page.getByText("Every move ends at its target at rest.").waitFor();
+    // Steps are lost above the motor's rate.
+    const interrupts = page.getByRole("textbox", { name: /^Interrupts/ });
+    await interrupts.focus();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("20000");
+    await page.getByRole("button", { name: "Profiles" }).press("Enter");
+    const compared = page.getByRole("slider", { name: /under the three laws: cursor/ });
+    const words = await compared.getAttribute("aria-valuetext");
+    await page.getByRole("textbox", { name: /^Length/ }).focus();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("250");
+    await until(async () => (await compared.getAttribute("aria-valuetext")) !== words, "another comparison");
+    await page.getByText(/L_S = /).first().waitFor();
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await browser.close();
+  }
+});
+
+test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is refused", async () => {
+  const browser = await openBrowser();
+  const { page, problems } = await lab(browser, {});
+  try {
+    await open(page, "Queue");
+    await page.getByRole("button", { name: "Example" }).press("Enter");
+    const rows = page.getByRole("treegrid", { name: "Work commands" }).getByRole("row");
+    await until(async () => (await rows.count()) === 9, "eight rows and their heads");
+    await rows.nth(1).focus();
+    await page.keyboard.press("F9");
+    await until(
+      async () => (await rows.nth(1).getByRole("button").getAttribute("aria-pressed")) === "true",
+      "a breakpoint",
+    );
+    await page.keyboard.press("Control+d");
+    await until(async () => (await rows.count()) === 10, "the row twice");
+    await page.keyboard.press("Alt+ArrowDown");
+    await page.keyboard.press("Delete");
+    await until(async () => (await rows.count()) === 9, "one of them deleted");
+    for (let step = 0; step < 3; step += 1) await page.keyboard.press("Control+z");
+    await until(async () => (await rows.count()) === 9, "the rows of before");
+    await page.getByText(/^It can run/).waitFor();
+    // Out of range: refused, with the row.
+    await rows.nth(4).focus();
+    await page.keyboard.press("Enter");
+    await page.keyboard.press("Tab");
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("900000 0");
+    await page.getByText(/to mend before it can run/).waitFor();
+    await page.getByRole("button", { name: /^Line 4/ }).waitFor();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("200 x");
+    await page.getByRole("button", { name: /^Line 4, column/ }).waitFor();
+    await page.keyboard.press("Control+z");
+    await page.getByText(/^It can run/).waitFor();
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await browser.close();
+  }
+});
