@@ -49,7 +49,9 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     drill.keep_settings_in(known.path);
     let timing = drill.timing().cloned();
     if let Some(timing) = &timing {
-        tracing::info!("{}", timing_line(timing));
+        for found in timing.remarks() {
+            tracing::info!("{} {}", found.message("en"), found.advice("en"));
+        }
     }
     let bridge = Bridge::new(drill, port).map_err(Refusal::surroundings)?;
     claim.say(&bridge.note())?;
@@ -89,27 +91,6 @@ fn announce(url: &str, port: u16, timing: Option<&Timing>, json: bool) {
     };
     let mut out = io::stdout().lock();
     let _ = writeln!(out, "{line}").and_then(|()| out.flush());
-}
-
-/// What was found out about the clock, in a line.
-fn timing_line(timing: &Timing) -> String {
-    let late = &timing.lateness;
-    let found = Remark::new(Weight::Note, "output.timing")
-        .with("beats", late.beats)
-        .with("p50", late.p50_us.round())
-        .with("p9999", late.p9999_us.round())
-        .with("max", late.worst_us.round())
-        .with("safe", timing.safe_hz.floor());
-    let mut line = found.message("en");
-    let refused = [
-        timing.no_realtime.as_ref().map(|why| ("output.no_realtime", why)),
-        timing.not_locked.as_ref().map(|why| ("output.not_locked", why)),
-    ];
-    for (code, why) in refused.into_iter().flatten() {
-        let why = Remark::new(Weight::Doubt, code).with("reason", why);
-        line += &format!(" {} {}", why.message("en"), why.advice("en"));
-    }
-    line
 }
 
 fn log() {

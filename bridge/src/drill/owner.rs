@@ -377,12 +377,12 @@ impl Owner {
     }
 
     fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Remark> {
-        let changed = machine::apply(&self.machine, changes)
-            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| remark("control.busy")))?;
         // Which hardware is touched is said in the machine's file alone, whoever asks.
         if let Some((key, _)) = changes.iter().find(|(key, _)| IN_FILE_ONLY.contains(&key.as_str())) {
             return Err(remark("control.in_file_only").with("key", key));
         }
+        let changed = machine::apply(&self.machine, changes)
+            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| remark("control.busy")))?;
         let rebuilt = machine::settings().any(|setting| {
             let differs = setting.value(&self.machine) != setting.value(&changed);
             differs && BUILT_FROM.iter().any(|start| setting.key.starts_with(start))

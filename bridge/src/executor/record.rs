@@ -90,6 +90,10 @@ impl<P: Pins> Pins for Recorded<P> {
         self.pins.inputs(at_tick)
     }
 
+    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
+        self.pins.output(at_tick, place, on);
+    }
+
     fn rest(&mut self, at_tick: u64) {
         self.pins.rest(at_tick);
     }

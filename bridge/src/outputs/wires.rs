@@ -56,6 +56,8 @@ pub(crate) struct Wires {
     motors: [Motor; 3],
     spindle: Option<u32>,
     spins: bool,
+    /// Switched outputs: bit, and whether it is on.
+    switched: Vec<(u32, bool)>,
     /// What is on each output byte; none for a byte without a signal.
     shadow: [Option<u8>; BYTES],
     sensors: Vec<Sensor>,
@@ -88,7 +90,9 @@ impl Wires {
         };
         let sensors: Vec<_> = Input::ALL.iter().filter_map(wired).collect();
         let mut shadow = [None; BYTES];
-        for bit in card.phases.iter().flatten().filter_map(|bit| place(*bit)).chain(spindle) {
+        let switched: Vec<_> = card.outputs.iter().filter_map(|bit| Some((place(*bit)?, false))).collect();
+        let wired = card.phases.iter().flatten().filter_map(|bit| place(*bit));
+        for bit in wired.chain(spindle).chain(switched.iter().map(|(bit, _)| *bit)) {
             shadow[bit as usize / 8] = Some(0);
         }
         for byte in (0..BYTES).filter(|byte| shadow[*byte].is_some()) {
@@ -99,7 +103,7 @@ impl Wires {
             believed[sensor.byte] = Some(port.read(sensor.byte)?);
         }
         let trouble = Trouble::default();
-        Ok(Self { port, motors, spindle, spins: false, shadow, sensors, believed, trouble })
+        Ok(Self { port, motors, spindle, spins: false, switched, shadow, sensors, believed, trouble })
     }
 
     /// Where it is written down that the port refused.
@@ -119,9 +123,8 @@ impl Wires {
                 }
             }
         }
-        if let Some(bit) = self.spindle.filter(|_| self.spins) {
-            turn_on(bit);
-        }
+        let switched = self.switched.iter().filter(|(_, on)| *on).map(|(bit, _)| *bit);
+        self.spindle.filter(|_| self.spins).into_iter().chain(switched).for_each(turn_on);
         image
     }
 
@@ -223,6 +226,13 @@ impl Pins for Wires {
         self.sensors.iter().filter(on).fold(0, |inputs, sensor| inputs | sensor.input.bit())
     }
 
+    fn output(&mut self, _at_tick: u64, place: u8, on: bool) {
+        if let Some((_, state)) = self.switched.get_mut(usize::from(place)) {
+            *state = on;
+        }
+        self.put();
+    }
+
     fn rest(&mut self, _at_tick: u64) {
         self.motors.iter_mut().for_each(|motor| motor.forces = false);
         self.put();
@@ -230,6 +240,7 @@ impl Pins for Wires {
 
     fn safe(&mut self) {
         self.spins = false;
+        self.switched.iter_mut().for_each(|(_, on)| *on = false);
         self.rest(0);
     }
 }
@@ -338,6 +349,21 @@ mod tests {
             "each half is forced where it comes on"
         );
         assert_eq!(wires.image()[0..2], [0, 0], "nothing else moved");
+    }
+
+    #[test]
+    fn named_outputs_are_switched_by_their_place_and_go_off_with_everything() {
+        let mut named = machine();
+        named.card.outputs = vec![31, 25];
+        let (mut wires, noted) = wires(&named);
+        noted.take();
+        wires.output(1, 0, true);
+        wires.output(2, 1, true);
+        wires.output(3, 7, true);
+        wires.spindle(4, 9);
+        wires.output(5, 0, false);
+        wires.safe();
+        assert_eq!(noted.take(), [(3, 0x80), (3, 0x82), (3, 0x83), (3, 0x03), (3, 0x00)]);
     }
 
     #[test]

@@ -47,7 +47,12 @@ impl Running {
 
     /// The same, so many times faster than life.
     pub(crate) fn start_at(home: TempDir, speed: &str) -> Self {
-        let mut command = annulus(&home, &["serve", "--port", "0", "--no-open", "--speed", speed]);
+        let command = annulus(&home, &["serve", "--port", "0", "--no-open", "--speed", speed]);
+        Self::of(command, home)
+    }
+
+    /// The bridge that `command` starts in `home`.
+    pub(crate) fn of(mut command: Command, home: TempDir) -> Self {
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut out = BufReader::new(child.stdout.take().unwrap());
         let mut line = String::new();

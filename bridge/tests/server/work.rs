@@ -43,14 +43,14 @@ fn row_of_holes(count: u32) -> Program {
     }
 }
 
-fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) -> Status {
+pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) -> Status {
     match page.until(|tell| matches!(tell, Tell::Status(status) if wanted(status))) {
         Tell::Status(status) => *status,
         other => panic!("{other:?}"),
     }
 }
 
-fn home(page: &mut Page) {
+pub(crate) fn home(page: &mut Page) {
     assert!(page.take_control(false));
     page.ask(&Ask::Home);
     until_status(page, |status| status.state == State::Ready);

@@ -78,6 +78,24 @@ pub struct Timing {
     pub not_locked: Option<String>,
 }
 
+impl Timing {
+    /// The same in sentences: what was found, and what the system did not grant.
+    pub fn remarks(&self) -> Vec<Remark> {
+        let late = &self.lateness;
+        let found = Remark::new(Weight::Note, "output.timing")
+            .with("beats", late.beats)
+            .with("p50", libm::round(late.p50_us))
+            .with("p9999", libm::round(late.p9999_us))
+            .with("max", libm::round(late.worst_us))
+            .with("safe", libm::floor(self.safe_hz));
+        let refused = |code: &str, why: &Option<String>| {
+            why.as_ref().map(|why| Remark::new(Weight::Doubt, code).with("reason", why))
+        };
+        let class = refused("output.no_realtime", &self.no_realtime);
+        [Some(found), class, refused("output.not_locked", &self.not_locked)].into_iter().flatten().collect()
+    }
+}
+
 /// The highest safe step rate: its tick is at least four times as long as 99.99 % of the beats were late. A motor's
 /// start–stop rate is safe on any computer: below it no interval is too uneven. Steps per second; never above one a tick.
 pub fn safe_rate(lateness: &Lateness, start_stop_hz: f64) -> f64 {

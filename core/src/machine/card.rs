@@ -39,6 +39,10 @@ pub struct Card {
     pub phases: [Vec<i8>; 3],
     /// The output bit that turns the spindle on.
     pub spindle: i8,
+    /// Output bits that a work command may switch.
+    pub outputs: Vec<i8>,
+    /// Their names in the same order, with a space between two.
+    pub output_names: String,
     /// The input bit of each of [`Input::ALL`], in its order.
     pub sensors: Vec<i8>,
     /// 1 for each of them that is on when its bit is 0.
@@ -57,6 +61,8 @@ impl Default for Card {
             inputs_at: 0,
             phases: [0, 1, 2].map(|byte| motor(byte).collect()),
             spindle: 24,
+            outputs: Vec::new(),
+            output_names: String::new(),
             sensors: vec![0, 1, 2, 3, 4, 5, UNWIRED],
             sensors_low: vec![0; Input::ALL.len()],
             start_stop_hz: 70,
@@ -68,6 +74,11 @@ impl Card {
     /// The input bit of `input`.
     pub fn sensor(&self, input: Input) -> i8 {
         self.sensors.get(input as usize).copied().unwrap_or(UNWIRED)
+    }
+
+    /// Names of the outputs that a work command may switch, by their place.
+    pub fn names(&self) -> Vec<String> {
+        self.output_names.split_whitespace().map(str::to_owned).collect()
     }
 }
 
@@ -122,6 +133,12 @@ pub(super) const ROWS: &[Setting] = &[
         |m| Value::Number(f64::from(m.card.spindle)),
         |m, v| m.card.spindle = whole(v) as i8
     ),
+    list!("card.outputs", 0.0, 31.0, outputs),
+    row!("card.output_names", "", Kind::Text(200), |m| Value::Text(m.card.output_names.clone()), |m, v| {
+        if let Value::Text(names) = v {
+            m.card.output_names.clone_from(names);
+        }
+    }),
     list!("card.sensors", -1.0, 31.0, sensors),
     list!("card.sensors_low", 0.0, 1.0, sensors_low),
     count!("card.start_stop_rate", "Hz", 20_000.0, start_stop_hz),
@@ -151,12 +168,13 @@ fn refuse(code: &str, key: &str) -> Remark {
 pub(super) fn validate(machine: &Machine) -> Vec<Remark> {
     let card = &machine.card;
     let mut remarks = Vec::new();
-    let lengths = [
+    let lengths: [(&str, usize, usize); 6] = [
         (MOTORS[0], card.phases[0].len(), PHASE_BITS),
         (MOTORS[1], card.phases[1].len(), PHASE_BITS),
         (MOTORS[2], card.phases[2].len(), PHASE_BITS),
         ("card.sensors", card.sensors.len(), Input::ALL.len()),
         ("card.sensors_low", card.sensors_low.len(), Input::ALL.len()),
+        ("card.outputs", card.outputs.len(), card.names().len()),
     ];
     for (key, found, wanted) in lengths {
         if found != wanted {
@@ -176,7 +194,8 @@ fn clashes(card: &Card, pinout: &Pinout) -> Vec<Remark> {
     let mut remarks = Vec::new();
     let motors = MOTORS.iter().zip(&card.phases);
     let outputs = motors.flat_map(|(key, bits)| bits.iter().map(move |bit| (*key, *bit)));
-    let outputs: Vec<_> = outputs.chain([("card.spindle", card.spindle)]).collect();
+    let named = card.outputs.iter().map(|bit| ("card.outputs", *bit));
+    let outputs: Vec<_> = outputs.chain([("card.spindle", card.spindle)]).chain(named).collect();
     let inputs: Vec<_> = card.sensors.iter().map(|bit| ("card.sensors", *bit)).collect();
     for (signals, count) in [(outputs, pinout.outputs), (inputs, pinout.inputs)] {
         let mut owners: Vec<Option<&str>> = vec![None; usize::from(count.unsigned_abs())];
@@ -254,7 +273,9 @@ mod tests {
     #[test]
     fn wrong_wirings_name_their_field() {
         let text = |text: &str| Value::Text(text.to_owned());
-        let rows: [(&str, &str, Value, &str); 14] = [
+        let rows: [(&str, &str, Value, &str); 16] = [
+            ("card", "card.outputs", list(&[25]), "machine.card_length"),
+            ("virtual", "card.output_names", text("pump light"), "machine.card_length"),
             ("card", "card.x", list(&[0, 1, 2, 3, -1, 5, 6]), "machine.card_length"),
             ("virtual", "card.sensors", list(&[1, 2]), "machine.card_length"),
             ("card", "card.sensors_low", list(&[0; 8]), "machine.card_length"),
@@ -276,7 +297,9 @@ mod tests {
             let found = refusals.iter().find(|why| why.code == code);
             let found = found.unwrap_or_else(|| panic!("{key} {value}: {refusals:?}"));
             assert!(!found.advice("en").is_empty());
-            let named = refusals.iter().any(|why| why.args.contains(&("key".to_owned(), key.to_owned())));
+            // A name without a bit is told at the bits.
+            let field = if key == "card.output_names" { "card.outputs" } else { key };
+            let named = refusals.iter().any(|why| why.args.contains(&("key".to_owned(), field.to_owned())));
             assert!(named, "{key} {value}: {refusals:?}");
         }
     }

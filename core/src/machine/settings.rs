@@ -63,6 +63,8 @@ pub const IN_FILE_ONLY: &[&str] = &[
     "card.y",
     "card.z",
     "card.spindle",
+    "card.outputs",
+    "card.output_names",
     "card.sensors",
     "card.sensors_low",
     "card.start_stop_rate",

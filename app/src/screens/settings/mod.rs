@@ -7,6 +7,7 @@
 //!
 //! Comes in: the machine. Goes out: `Configure`. Knows no single setting: the table does.
 
+mod clock;
 mod field;
 
 use crate::i18n::{self, key, message, say, t};
@@ -99,6 +100,7 @@ pub(crate) fn settings() -> impl IntoView {
             p().class("quiet").child(t!("page.settings.about")),
             refused_by_bridge(),
             div().class("setting-grid").child(fields),
+            move || (shown.get() == "card").then(clock::clock),
             diff(draft, refused),
         )),
     )))

@@ -1,0 +1,392 @@
+//! A machine on an I/O card whose device is an ordinary file: the executor's process, the wires, the clock's worth, and
+//! what happens when the bridge is killed (A13, N15).
+//!
+//! ```text
+//! bytes of the file   0 1 2 3   outputs: X, Y, Z, spindle      written by the executor
+//!                     4         inputs: end sensors            written by the mechanics below, which follows the phases
+//! ```
+
+use crate::client::{PATIENCE, Page, Running, annulus};
+use crate::work::{home, until_status};
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Leg, Mark, Program, Stage};
+use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
+use annulus_core::units::Length;
+use annulus_core::wire::{Ask, Tell, Verdict, program};
+use std::fs::{self, File, OpenOptions};
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Half steps: the windings of every column are its own, so that three missed ones can be told.
+const PHASES: [u8; 8] = [0x65, 0x01, 0x09, 0x08, 0x0A, 0x02, 0x06, 0x04];
+
+/// A small slow machine: 5 steps/mm, at most 100 steps a second, 50 while homing.
+fn machine(device: &Path) -> Machine {
+    let number = Value::Number;
+    let list = |numbers: &[i32]| Value::Numbers(numbers.iter().map(|n| f64::from(*n)).collect());
+    let mut changes = vec![
+        ("machine.output", Value::Text("card".into())),
+        ("machine.card_address", number(0.0)),
+        ("card.device", Value::Text(device.display().to_string())),
+        ("card.inputs_at", number(4.0)),
+        ("card.sensors", list(&[0, -1, 2, -1, 4, -1, -1])),
+        ("card.sensors_low", list(&[0, 0, 0, 0, 1, 0, 0])),
+        ("card.start_stop_rate", number(60.0)),
+        ("stroke.surface", number(-8.0)),
+        ("stroke.feed", number(10.0)),
+        ("stroke.settle", number(5.0)),
+        ("spindle.spin_up", number(50.0)),
+        ("motion.down_speed", number(10.0)),
+        ("motion.down_acceleration", number(50.0)),
+        ("motion.down_jerk", number(1_000.0)),
+    ];
+    let axes = [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)];
+    let keys: Vec<(String, Value)> = axes
+        .iter()
+        .flat_map(|(axis, min, max)| {
+            let rows = [
+                ("scale", number(5.0)),
+                ("min", number(*min)),
+                ("max", number(*max)),
+                ("max_speed", number(20.0)),
+                ("max_acceleration", number(40.0)),
+                ("max_jerk", number(2_000.0)),
+                ("home_speed", number(10.0)),
+                ("home_search", number(70.0)),
+                ("home_offset", number(1.0)),
+                ("phases", list(&PHASES.map(i32::from))),
+            ];
+            rows.map(|(name, value)| (format!("{axis}.{name}"), value))
+        })
+        .collect();
+    let mut all: Vec<_> = changes.drain(..).map(|(key, value)| (key.to_owned(), value)).collect();
+    all.extend(keys);
+    apply(&virtual_drill(), &all).unwrap()
+}
+
+/// The machine's file, as `annulus` reads it.
+fn machine_file(machine: &Machine) -> String {
+    let mut text = "schema = 1\n".to_owned();
+    for (section, rows) in SECTIONS {
+        text += &format!("[{section}]\n");
+        for row in *rows {
+            let value = match row.value(machine) {
+                Value::Number(number) => number.to_string(),
+                Value::Text(words) => format!("{words:?}"),
+                Value::Numbers(numbers) => format!("{numbers:?}"),
+            };
+            text += &format!("{} = {value}\n", row.key.split_once('.').unwrap().1);
+        }
+    }
+    text
+}
+
+/// A folder with the machine's file and its device.
+struct Shop {
+    machine: Machine,
+    device: PathBuf,
+}
+
+impl Shop {
+    fn new(home: &TempDir) -> Self {
+        let device = home.path().join("card.bin");
+        // The sensor of Z is on at 0.
+        fs::write(&device, [0, 0, 0, 0, 0b1_0000, 0, 0, 0]).unwrap();
+        let machine = machine(&device);
+        fs::write(home.path().join("card.toml"), machine_file(&machine)).unwrap();
+        Self { machine, device }
+    }
+
+    fn bridge(home: TempDir, late_us: &str) -> Running {
+        let file = home.path().join("card.toml").display().to_string();
+        let mut command = annulus(&home, &["serve", "--port", "0", "--no-open", "--machine", &file]);
+        command.env("ANNULUS_LATENESS_US", late_us);
+        Running::of(command, home)
+    }
+
+    fn outputs(&self) -> [u8; 4] {
+        let mut bytes = [0; 4];
+        File::open(&self.device).unwrap().read_exact_at(&mut bytes, 0).unwrap();
+        bytes
+    }
+
+    /// Waits until no executor has the device any more.
+    fn until_let_go(&self) {
+        let since = Instant::now();
+        let device = OpenOptions::new().read(true).write(true).open(&self.device).unwrap();
+        while device.try_lock().is_err() {
+            assert!(since.elapsed() < PATIENCE, "the executor does not end");
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+/// The place of the windings of `byte` in the table; none while nothing is on.
+fn column(byte: u8) -> Option<i64> {
+    PHASES.iter().position(|phases| phases & 0x0F == byte & 0x0F).map(|at| at as i64)
+}
+
+/// Rotors that follow the phases, and end sensors that follow the rotors.
+struct Mechanics {
+    ends: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Mechanics {
+    fn start(device: &Path) -> Self {
+        let ends = Arc::new(AtomicBool::new(false));
+        let device = OpenOptions::new().read(true).write(true).open(device).unwrap();
+        let over = Arc::clone(&ends);
+        let thread = thread::spawn(move || {
+            let mut places = [15_i64, 10, -12];
+            let mut columns = [None; 3];
+            while !over.load(Ordering::SeqCst) {
+                let mut bytes = [0; 3];
+                device.read_exact_at(&mut bytes, 0).unwrap();
+                for axis in 0..3 {
+                    let now = column(bytes[axis]);
+                    if let (Some(was), Some(now)) = (columns[axis], now) {
+                        let turned: i64 = now - was;
+                        places[axis] += (turned + 3).rem_euclid(8) - 3;
+                    }
+                    columns[axis] = now.or(columns[axis]);
+                }
+                let sensors = [places[0] <= 0, places[1] <= 0, places[2] < 0];
+                let byte = u8::from(sensors[0]) | u8::from(sensors[1]) << 2 | u8::from(sensors[2]) << 4;
+                device.write_all_at(&[byte], 4).unwrap();
+                thread::sleep(Duration::from_micros(300));
+            }
+        });
+        Self { ends, thread: Some(thread) }
+    }
+}
+
+impl Drop for Mechanics {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::SeqCst);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// Holes 30 mm apart along X: long ways in between.
+fn holes(machine: &Machine, count: u32) -> Program {
+    let process = &machine.process;
+    let to = -(process.board_thickness + process.breakthrough);
+    let mut legs = vec![Leg {
+        mark: Mark::Prepare,
+        commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us: 50_000 }],
+    }];
+    legs.extend((0..count).map(|hole| Leg {
+        mark: Mark::Hole(hole),
+        commands: vec![
+            Command::Rapid { to: Point::from_mm(f64::from(hole) * 30.0, 2.0) },
+            Command::Plunge { to, feed_um_per_s: 10_000, gate: None },
+            Command::Retract { to: process.safe_height },
+        ],
+    }));
+    let end = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
+    legs.push(Leg { mark: Mark::Finish, commands: end });
+    Program {
+        name: "two holes".into(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        safe_height: process.safe_height,
+        legs,
+        accepted: vec![],
+    }
+}
+
+/// Arms `program`: its key, the digest, and the codes of the rows that failed.
+fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (String, String, Vec<String>) {
+    let bytes = program::encode(program);
+    let job = program::key(&bytes);
+    assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
+    page.ask(&Ask::Arm { job: job.clone() });
+    let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
+    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    let failed = checks.into_iter().filter(|row| row.verdict == Verdict::Fail);
+    (job, stream_digest, failed.map(|row| row.finding.code).collect())
+}
+
+/// The last line of the executor's record.
+fn last_record(home: &Path) -> serde_json::Value {
+    let text = fs::read_to_string(home.join("executor.log")).unwrap();
+    serde_json::from_str(text.lines().last().unwrap()).unwrap()
+}
+
+#[test]
+fn a_board_is_drilled_on_a_card_and_a_page_never_changes_the_wiring() {
+    let folder = TempDir::new().unwrap();
+    let shop = Shop::new(&folder);
+    let home_path = folder.path().to_owned();
+    let bridge = Shop::bridge(folder, "100");
+    let _mechanics = Mechanics::start(&shop.device);
+    let mut page = bridge.page();
+    let Tell::Timing(timing) = page.until(|tell| matches!(tell, Tell::Timing(_))) else { panic!() };
+    assert_eq!((timing.lateness.worst_us, timing.safe_hz), (100.0, 2_500.0));
+    assert_eq!(shop.outputs(), [0; 4], "nothing is on before something is asked");
+    home(&mut page);
+    assert_eq!(shop.outputs().map(|byte| byte & 0x60), [0; 4], "no forcing at rest");
+    for (key, value) in [
+        ("machine.output", Value::Text("virtual".into())),
+        ("card.device", Value::Text("/dev/port".into())),
+        ("card.x", Value::Numbers(vec![-1.0; 8])),
+    ] {
+        page.ask(&Ask::Configure { changes: vec![(key.to_owned(), value)] });
+        assert_eq!(page.refusal(), "control.in_file_only", "{key}");
+    }
+    page.ask(&Ask::Jog { axis: 1, distance_um: 1_000 });
+    until_status(&mut page, |status| status.state == State::Jogging);
+    let status = until_status(&mut page, |status| status.state == State::Ready);
+    assert!((status.machine_mm[1] - 2.0).abs() < 0.21, "{:?}", status.machine_mm);
+    page.ask(&Ask::SetZero);
+    let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 1));
+    assert_eq!(failed, Vec::<String>::new());
+    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+    until_status(&mut page, |status| status.spindle_rpm == 20_000 && status.stage == Some(Stage::Travel));
+    assert_eq!(shop.outputs()[3], 1, "the spindle turns");
+    let end = page.until(|tell| matches!(tell, Tell::Ended { .. }));
+    assert!(matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 1, .. }), "{end:?}");
+    let status = until_status(&mut page, |status| status.state == State::Ready);
+    assert_eq!((status.trust, shop.outputs()[3]), (Trust::Trusted, 0));
+    let position = status.steps;
+    // Another setting of an axis is another drill: a fresh executor on the same device.
+    let faster = vec![("x.home_speed".to_owned(), Value::Number(12.0))];
+    page.ask(&Ask::Configure { changes: faster });
+    until_status(&mut page, |status| status.state == State::NotHomed);
+    assert_eq!(last_record(&home_path)["event"], "started");
+    let text = fs::read_to_string(home_path.join("executor.log")).unwrap();
+    let before: serde_json::Value = serde_json::from_str(text.lines().rev().nth(1).unwrap()).unwrap();
+    assert_eq!(before["event"], "finished");
+    assert_eq!(before["position"][0], position[0], "the record knows what homing found");
+}
+
+#[test]
+fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
+    let folder = TempDir::new().unwrap();
+    let shop = Shop::new(&folder);
+    let mut bridge = Shop::bridge(folder, "100");
+    let mechanics = Mechanics::start(&shop.device);
+    let mut page = bridge.page();
+    home(&mut page);
+    let rested = until_status(&mut page, |status| status.stage.is_none());
+    let columns = shop.outputs().map(column);
+    page.ask(&Ask::SetZero);
+    let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
+    assert_eq!(failed, Vec::<String>::new());
+    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+    // In the middle of the long way to the second hole, at full speed.
+    let from = rested.steps[0] + 60;
+    until_status(&mut page, |status| status.stage == Some(Stage::Travel) && status.steps[0] > from);
+    assert_eq!(shop.outputs()[3], 1, "the spindle turns");
+    bridge.child.kill().unwrap();
+    bridge.child.wait().unwrap();
+    shop.until_let_go();
+    drop(mechanics);
+
+    let outputs = shop.outputs();
+    assert_eq!(outputs.map(|byte| byte & 0x60), [0; 4], "no forcing: {outputs:02x?}");
+    assert_eq!(outputs[3], 0, "the spindle is off");
+    assert!(outputs[..3].iter().all(|byte| column(*byte).is_some()), "the windings hold: {outputs:02x?}");
+    let home = bridge.home.take().unwrap();
+    let record = last_record(home.path());
+    assert_eq!(record["event"], "bridge_gone");
+    // The count is exact: it and the phases agree on every axis, by whole turns of the table.
+    for axis in 0..3 {
+        let counted = record["position"][axis].as_i64().unwrap() - rested.steps[axis];
+        let turned = column(outputs[axis]).unwrap() - columns[axis].unwrap();
+        assert_eq!((counted - turned).rem_euclid(8), 0, "axis {axis}");
+    }
+    let x = record["position"][0].as_i64().unwrap() - rested.steps[0];
+    assert!((61..150).contains(&x), "it stopped on its way: {x}");
+    // No abrupt stop: the last intervals of X grow to several times the shortest.
+    let steps = record["steps"].as_array().unwrap();
+    let ticks: Vec<i64> = steps
+        .iter()
+        .filter(|step| step[1].as_i64().unwrap() & 1 == 1)
+        .map(|step| step[0].as_i64().unwrap())
+        .collect();
+    let intervals: Vec<i64> = ticks.windows(2).map(|two| two[1] - two[0]).collect();
+    let ramp = &intervals[intervals.len() - 12..];
+    assert!(ramp.windows(2).all(|two| two[1] >= two[0]), "{ramp:?}");
+    assert!(ramp[11] > 2 * ramp[0] && intervals.iter().min() < Some(&110_000), "{intervals:?}");
+
+    // The next bridge has the device to itself, and knows no position.
+    let again = Shop::bridge(home, "100");
+    let status = until_status(&mut again.page(), |_| true);
+    assert_eq!((status.state, status.trust), (State::NotHomed, Trust::Lost));
+}
+
+#[test]
+fn a_late_computer_refuses_what_steps_faster_and_says_both_numbers() {
+    let folder = TempDir::new().unwrap();
+    let shop = Shop::new(&folder);
+    let bridge = Shop::bridge(folder, "50000");
+    let mut page = bridge.page();
+    let Tell::Timing(timing) = page.until(|tell| matches!(tell, Tell::Timing(_))) else { panic!() };
+    assert_eq!(timing.safe_hz, 60.0, "the start–stop rate is safe on any computer");
+    assert!(page.take_control(false));
+    let (_, _, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 1));
+    assert!(failed.contains(&"control.faster_than_clock".to_owned()), "{failed:?}");
+    // A slow move is done, a fast one is not begun.
+    let faster = vec![("x.home_speed".to_owned(), Value::Number(18.0))];
+    page.ask(&Ask::Configure { changes: faster });
+    page.until(|tell| matches!(tell, Tell::Machine { .. }));
+    page.ask(&Ask::Jog { axis: 0, distance_um: 50_000 });
+    let status = until_status(&mut page, |status| status.state == State::Alarm);
+    assert_eq!(status.alarm.unwrap().code, "control.faster_than_clock");
+    assert_eq!(shop.outputs(), [0; 4]);
+}
+
+#[test]
+fn an_executor_that_dies_is_an_alarm_and_is_started_again() {
+    let folder = TempDir::new().unwrap();
+    let shop = Shop::new(&folder);
+    let bridge = Shop::bridge(folder, "100");
+    let mut page = bridge.page();
+    assert!(page.take_control(false));
+    page.ask(&Ask::Jog { axis: 0, distance_um: 50_000 });
+    until_status(&mut page, |status| status.steps[0] > 10);
+    // The executor is the bridge's only child.
+    let found =
+        fs::read_dir(format!("/proc/{}/task", bridge.child.id())).unwrap().flatten().find_map(|task| {
+            let text = fs::read_to_string(task.path().join("children")).unwrap_or_default();
+            text.split_whitespace().next().map(str::to_owned)
+        });
+    let pid = found.unwrap();
+    assert!(std::process::Command::new("kill").args(["-9", &pid]).status().unwrap().success());
+    let status = until_status(&mut page, |status| status.state == State::Alarm);
+    assert_eq!((status.trust, status.alarm.unwrap().code.as_str()), (Trust::Lost, "output.executor_gone"));
+    page.ask(&Ask::AcknowledgeAlarm);
+    until_status(&mut page, |status| status.state == State::NotHomed);
+    assert_eq!(shop.outputs(), [0; 4], "a fresh start: everything off");
+    page.ask(&Ask::Jog { axis: 0, distance_um: 1_000 });
+    until_status(&mut page, |status| status.state == State::NotHomed && status.steps[0] == 5);
+}
+
+#[test]
+fn a_device_that_cannot_be_used_is_a_sentence_before_anything_listens() {
+    let folder = TempDir::new().unwrap();
+    let shop = Shop::new(&folder);
+    fs::remove_file(&shop.device).unwrap();
+    let file = folder.path().join("card.toml").display().to_string();
+    let (code, object, _) =
+        crate::client::output(&folder, &["serve", "--port", "0", "--no-open", "--machine", &file, "--json"]);
+    assert_eq!((code, object["error"]["code"].as_str()), (3, Some("output.no_device")), "{object}");
+    let (code, object, _) = crate::client::output(
+        &folder,
+        &["serve", "--port", "0", "--no-open", "--machine", &file, "--speed", "3", "--json"],
+    );
+    assert_eq!((code, object["error"]["code"].as_str()), (2, Some("control.speed_is_real")), "{object}");
+    fs::write(folder.path().join("board.drl"), "M48\nMETRIC\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n").unwrap();
+    let board = folder.path().join("board.drl").display().to_string();
+    let (code, object, _) = crate::client::output(&folder, &["run", &board, "--machine", &file, "--json"]);
+    assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.needs_page")), "{object}");
+}
