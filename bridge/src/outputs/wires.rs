@@ -11,7 +11,8 @@
 
 use super::Port;
 use annulus_core::job::Input;
-use annulus_core::machine::{Machine, PhaseTable};
+use annulus_core::machine::Machine;
+use annulus_core::machine::phases::{Commutator, FORCING};
 use annulus_core::pins::{AxisSet, Pins};
 use annulus_core::steps::TICK_HZ;
 use std::io;
@@ -19,9 +20,6 @@ use std::sync::{Arc, OnceLock};
 
 /// Output bytes there can be.
 const BYTES: usize = 4;
-
-/// Bits of a phase byte that force.
-const FORCING: u8 = 0x60;
 
 /// An axis that has not stepped for so long stands still, in ticks: 20 ms. The slowest step of the laboratory drill's ramp
 /// takes 14 ms.
@@ -32,14 +30,12 @@ pub(crate) type Trouble = Arc<OnceLock<String>>;
 
 /// One motor.
 struct Motor {
-    table: PhaseTable,
-    /// Column in force; none before the first step: then nothing is on.
-    column: Option<usize>,
+    commutator: Commutator,
+    /// Before the first step nothing is on.
+    is_on: bool,
     /// Output bit of each bit of the phase byte.
     bits: Vec<Option<u32>>,
-    forward: bool,
     stepped_at: u64,
-    forces: bool,
 }
 
 /// A sensor's place.
@@ -75,12 +71,10 @@ impl Wires {
     pub(super) fn new(machine: &Machine, mut port: Box<dyn Port>) -> io::Result<Self> {
         let card = &machine.card;
         let motors = std::array::from_fn(|axis| Motor {
-            table: machine.axis(axis).phases.clone(),
-            column: None,
+            commutator: Commutator::new(machine.axis(axis).phases.clone(), 0),
+            is_on: false,
             bits: card.phases[axis].iter().map(|bit| place(*bit)).collect(),
-            forward: true,
             stepped_at: 0,
-            forces: false,
         });
         let spindle = place(card.spindle);
         let wired = |input: &Input| {
@@ -143,9 +137,11 @@ impl Wires {
 
     /// Takes forcing away from motors that stand still.
     fn relax(&mut self, at_tick: u64) {
-        let still = |motor: &Motor| motor.forces && at_tick > motor.stepped_at + STANDSTILL;
+        let still = |motor: &Motor| motor.byte() & FORCING != 0 && at_tick > motor.stepped_at + STANDSTILL;
         if self.motors.iter().any(still) {
-            self.motors.iter_mut().filter(|motor| still(motor)).for_each(|motor| motor.forces = false);
+            for motor in self.motors.iter_mut().filter(|motor| still(motor)) {
+                motor.commutator.hold();
+            }
             self.put();
         }
     }
@@ -164,31 +160,14 @@ impl Wires {
 }
 
 impl Motor {
-    /// The phase byte in force. Forcing is worked out from what the last step switched, so that it is right in both
-    /// directions: the winding whose half changed is forced, if the table forces that winding at all.
+    /// The phase byte in force.
     fn byte(&self) -> u8 {
-        let columns = &self.table.columns;
-        let Some(now) = self.column.and_then(|column| columns.get(column)) else { return 0 };
-        let held = now & !FORCING;
-        if !self.forces {
-            return held;
-        }
-        let before = self.column.map_or(0, |column| self.neighbour(column, !self.forward));
-        let switched = columns.get(before).map_or(0, |before| before ^ now);
-        let used = columns.iter().fold(0, |used, column| used | column);
-        let first = if switched & now & 0x03 != 0 { 0x20 } else { 0 };
-        let second = if switched & now & 0x0C != 0 { 0x40 } else { 0 };
-        held | ((first | second) & used)
-    }
-
-    fn neighbour(&self, column: usize, forward: bool) -> usize {
-        let count = self.table.columns.len().max(1);
-        (column + if forward { 1 } else { count - 1 }) % count
+        if self.is_on { self.commutator.byte() } else { 0 }
     }
 
     fn step(&mut self, at_tick: u64, forward: bool) {
-        self.column = Some(self.neighbour(self.column.unwrap_or(0), forward));
-        (self.forward, self.stepped_at, self.forces) = (forward, at_tick, true);
+        self.commutator.takt(forward);
+        (self.is_on, self.stepped_at) = (true, at_tick);
     }
 }
 
@@ -234,7 +213,9 @@ impl Pins for Wires {
     }
 
     fn rest(&mut self, _at_tick: u64) {
-        self.motors.iter_mut().for_each(|motor| motor.forces = false);
+        for motor in &mut self.motors {
+            motor.commutator.hold();
+        }
         self.put();
     }
 
@@ -308,17 +289,20 @@ mod tests {
         let (mut wires, noted) = wires(&machine());
         assert_eq!(noted.take(), [(0, 0), (1, 0), (2, 0), (3, 0)]);
         wires.step(10, 0b001, 0b001);
-        assert_eq!(noted.take(), [(0, 0x05)], "column 2: nothing is switched, nothing forced");
+        assert_eq!(noted.take(), [(0, 0x25)]);
         wires.step(20, 0b001, 0b001);
-        assert_eq!(noted.take(), [], "column 3 is the same byte");
+        assert_eq!(noted.take(), [(0, 0x05)], "nothing is switched, nothing forced");
         wires.step(30, 0b001, 0b001);
+        assert_eq!(noted.take(), [], "column 3 is the same byte");
+        wires.step(35, 0b001, 0b001);
         assert_eq!(noted.take(), [(0, 0x49)], "2a to 2b, forced");
         wires.step(40, 0b011, 0b011);
-        assert_eq!(noted.take(), [(0, 0x09), (1, 0x05)]);
+        assert_eq!(noted.take(), [(0, 0x09), (1, 0x25)]);
         wires.spindle(50, 20_000);
         assert_eq!(noted.take(), [(3, 0x01)]);
         wires.spindle(60, 10_000);
         wires.rest(70);
+        assert_eq!(noted.take(), [(1, 0x05)]);
         wires.safe();
         assert_eq!(noted.take(), [(3, 0x00)]);
         wires.safe();
@@ -328,7 +312,7 @@ mod tests {
     #[test]
     fn twelve_takts_forward_are_the_printed_table_and_backward_are_forced_in_mirror_image() {
         let (mut wires, noted) = wires(&machine());
-        let printed = [0x05, 0x05, 0x49, 0x09, 0x09, 0x2A, 0x0A, 0x0A, 0x46, 0x06, 0x06, 0x25];
+        let printed = [0x25, 0x05, 0x05, 0x49, 0x09, 0x09, 0x2A, 0x0A, 0x0A, 0x46, 0x06, 0x06];
         noted.take();
         let mut seen = Vec::new();
         for tick in 0..24 {
@@ -342,10 +326,10 @@ mod tests {
             wires.step(tick, 0b100, 0);
             seen.push(wires.image()[2]);
         }
-        // At column 1; one step back is column 12: 1a goes, 1b comes.
+        // From column 12 back: 2b comes where 2a went.
         assert_eq!(
             seen,
-            [0x26, 0x06, 0x06, 0x4A, 0x0A, 0x0A, 0x29, 0x09, 0x09, 0x45, 0x05, 0x05],
+            [0x06, 0x06, 0x4A, 0x0A, 0x0A, 0x29, 0x09, 0x09, 0x45, 0x05, 0x05, 0x26],
             "each half is forced where it comes on"
         );
         assert_eq!(wires.image()[0..2], [0, 0], "nothing else moved");
@@ -369,18 +353,17 @@ mod tests {
     #[test]
     fn forcing_goes_at_rest_and_after_a_standstill_while_the_windings_hold() {
         let (mut wires, noted) = wires(&machine());
-        wires.step(1_000, 0b111, 0b000);
+        wires.step(1_000, 0b111, 0b111);
         noted.take();
-        assert_eq!(wires.image()[..3], [0x26, 0x26, 0x26]);
+        assert_eq!(wires.image()[..3], [0x25, 0x25, 0x25]);
         assert_eq!(wires.inputs(1_000 + STANDSTILL), 0);
         assert_eq!(noted.take(), [], "not yet");
-        wires.step(1_001 + STANDSTILL, 0b010, 0b000);
-        assert_eq!(noted.take(), [(1, 0x06), (0, 0x06), (2, 0x06)], "X and Z stood still meanwhile");
-        wires.step(1_002 + STANDSTILL, 0b001, 0b001);
-        wires.step(1_003 + STANDSTILL, 0b001, 0b000);
+        wires.step(1_001 + STANDSTILL, 0b010, 0b010);
+        assert_eq!(noted.take(), [(1, 0x05), (0, 0x05), (2, 0x05)], "X and Z stood still meanwhile");
+        wires.step(1_002 + STANDSTILL, 0b001, 0b000);
         assert_eq!(wires.image()[0], 0x26);
-        wires.rest(1_003 + STANDSTILL);
-        assert_eq!(wires.image(), [0x06, 0x06, 0x06, 0]);
+        wires.rest(1_002 + STANDSTILL);
+        assert_eq!(wires.image(), [0x06, 0x05, 0x05, 0]);
     }
 
     #[test]
