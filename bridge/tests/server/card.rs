@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// Half steps: the windings of every column are its own, so that three missed ones can be told.
-const PHASES: [u8; 8] = [0x65, 0x01, 0x09, 0x08, 0x0A, 0x02, 0x06, 0x04];
+const PHASES: [u8; 8] = [0x25, 0x01, 0x49, 0x08, 0x2A, 0x02, 0x46, 0x04];
 
 /// A small slow machine: 5 steps/mm, at most 100 steps a second, 50 while homing.
 fn machine(device: &Path) -> Machine {
