@@ -331,6 +331,47 @@ fn a_motor_that_loses_steps_is_found_out() {
     let status = bench.status();
     let alarm = status.alarm.expect("homing finds what is missing");
     assert_eq!((status.state, alarm.code.as_str()), (State::Alarm, "control.lost_count"));
+    let slip = status.slips.first().expect("and the drill knows where");
+    assert_eq!((slip.axis, slip.cause.as_str()), (0, "too_fast"));
+    assert!(slip.lost >= 4 && (0.0..300.0).contains(&slip.place_mm), "{slip:?}");
+}
+
+#[test]
+fn a_lost_step_is_found_by_the_next_homing() {
+    let faults = Faults { lost_steps: vec![(1, 25_000)], ..Faults::default() };
+    let mut bench = Bench::new(&machine(), faults);
+    let mut program = grid(&machine(), 2);
+    program.legs[3].commands[0] = Command::Rapid { to: Point::from_mm(10.0, 180.0) };
+    bench.start(&program);
+    bench.ended();
+    bench.wait(|status| matches!(status.state, State::Ready | State::Alarm));
+    bench.home();
+    let status = bench.status();
+    assert_eq!(status.slips.len(), 1, "{:?}", status.slips);
+    assert_eq!(status.alarm.unwrap().code, "control.lost_count");
+}
+
+#[test]
+fn one_reading_in_a_hundred_may_be_wrong() {
+    let sensed = Machine { stroke_end: StrokeEnd::Sensor, longest_drilling_s: 1.0, ..machine() };
+    for machine in [machine(), sensed] {
+        let mut bench = Bench::new(&machine, Faults { glitches: 0.01, ..Faults::default() });
+        bench.start(&grid(&machine, 10));
+        assert_eq!(bench.ended(), (Ending::Done, 10));
+        assert_eq!(bench.record().len(), 10);
+    }
+}
+
+#[test]
+fn a_worn_bit_raises_the_time_alarm_after_its_life() {
+    let sensed = Machine { stroke_end: StrokeEnd::Sensor, longest_drilling_s: 1.0, ..machine() };
+    let mut bench = Bench::new(&sensed, Faults { bit_life: Some(10), ..Faults::default() });
+    bench.start(&grid(&sensed, 40));
+    let (ending, holes) = bench.ended();
+    assert_eq!(ending, Ending::Alarm);
+    assert!((10..20).contains(&holes), "{holes} holes");
+    assert_eq!(bench.status().alarm.unwrap().code, "control.drilling_too_long");
+    assert_eq!(bench.status().slips[0].cause, "held");
 }
 
 #[test]

@@ -1,13 +1,15 @@
-//! The sensors and the phases being put out, as lamps and bits.
+//! The sensors and the phases being put out, as lamps and bits; where the virtual drill lost steps.
 //!
-//! Comes in: input bits and phase bytes. Goes out: lamps, each with its word; the shape tells, not the colour alone.
+//! Comes in: input bits, phase bytes, slips. Goes out: lamps, each with its word; the shape tells, not the colour alone.
 
 use super::words;
-use crate::i18n::{say, t};
+use crate::i18n::{key, say, t};
 use crate::link;
 use crate::widgets::{shape, unseen};
 use annulus_core::job::Input;
-use leptos::html::{div, h3, section, span};
+use annulus_core::machine::axis_name;
+use annulus_core::wire::SlipTold;
+use leptos::html::{div, h3, li, section, span, ul};
 use leptos::prelude::*;
 
 fn lamp(input: Input, on: Memo<u32>) -> impl IntoView {
@@ -18,6 +20,26 @@ fn lamp(input: Input, on: Memo<u32>) -> impl IntoView {
         span().child(move || crate::i18n::text(word, &[])),
         unseen(move || if lit() { say!("page.sensor.on") } else { say!("page.sensor.off") }),
     ))
+}
+
+/// Why a motor fell behind, in words.
+fn cause(name: &str) -> &'static str {
+    match name {
+        "too_fast" => key!("page.slip.too_fast"),
+        "too_steep" => key!("page.slip.too_steep"),
+        "blocked" => key!("page.slip.blocked"),
+        "held" => key!("page.slip.held"),
+        "no_pull" => key!("page.slip.no_pull"),
+        _ => key!("page.slip.fault"),
+    }
+}
+
+/// One place where steps were lost.
+fn slip(slip: &SlipTold) -> impl IntoView + use<> {
+    let (axis, place) = (axis_name(usize::from(slip.axis)), format!("{:.2}", slip.place_mm));
+    let (lost, why) = (slip.lost, cause(&slip.cause));
+    let line = move || say!("page.slip.line", axis = axis, place = place, lost = lost);
+    li().child((line, " ", move || crate::i18n::text(why, &[])))
 }
 
 /// Lamps and bits.
@@ -31,6 +53,13 @@ pub(crate) fn sensors() -> impl IntoView {
         let [x, y, z] = phases.get().map(|byte| format!("{byte:07b}"));
         say!("page.sensor.phase_bits", x = x, y = y, z = z)
     };
+    let slips = Memo::new(move |_| {
+        line.status.with(|status| status.as_ref().map(|status| status.slips.clone()).unwrap_or_default())
+    });
+    let lost = move || {
+        let rows: Vec<_> = slips.with(|slips| slips.iter().map(slip).collect());
+        (!rows.is_empty()).then(|| (h3().child(t!("page.slip.title")), ul().child(rows)))
+    };
     section().class("block").attr("aria-label", t!("page.sensor.title")).child((
         h3().child(t!("page.sensor.title")),
         div()
@@ -39,5 +68,6 @@ pub(crate) fn sensors() -> impl IntoView {
             .child(Vec::from(Input::ALL.map(|input| lamp(input, inputs)))),
         h3().child(t!("page.sensor.phases")),
         div().class("phase-bits").child(bits),
+        lost,
     ))
 }
