@@ -10,6 +10,7 @@ mod executor;
 mod files;
 mod job;
 mod journal;
+mod lab;
 mod machine_file;
 mod outputs;
 mod server;

@@ -7,6 +7,7 @@ mod doctor;
 mod executor;
 mod export;
 mod inspect;
+mod lab;
 mod link;
 mod machines;
 mod plan;
@@ -57,6 +58,8 @@ pub(crate) enum Command {
     Link(link::LinkArgs),
     /// List the machines that are known.
     Machines(machines::MachinesArgs),
+    /// Compute motion for a report, or check files of expected numbers.
+    Lab(lab::LabArgs),
     /// Check this computer: folders, ports, timing.
     Doctor(doctor::DoctorArgs),
     /// Pulses for the bridge, which starts it.
@@ -273,6 +276,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Serve(args)) => serve::run(&args, json),
         Some(Command::Link(args)) => link::run(&args),
         Some(Command::Machines(args)) => machines::run(&args),
+        Some(Command::Lab(args)) => lab::run(&args, json),
         Some(Command::Doctor(args)) => doctor::run(&args),
         Some(Command::Executor) => executor::run(),
         None => serve::run(&serve::ServeArgs::default(), json),

@@ -24,7 +24,9 @@ pub fn ticks(low: f64, high: f64, most: usize) -> Ticks {
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     let count = ((last - first).max(0.0) as usize).min(2 * most);
     let values: Vec<f64> = (0..=count).map(|k| (first + k as f64) * step + 0.0).collect();
-    let words = values.iter().map(|value| word(*value, step, exponent)).collect();
+    let greatest = values.iter().fold(0.0_f64, |greatest, value| greatest.max(value.abs()));
+    let powers = greatest >= 1e6 || exponent < -5;
+    let words = values.iter().map(|value| word(*value, step, exponent, powers)).collect();
     Ticks { step, values, words }
 }
 
@@ -54,11 +56,12 @@ fn power_of_ten(exponent: i32) -> f64 {
     format!("1e{exponent}").parse().unwrap_or(1.0)
 }
 
-fn word(value: f64, step: f64, exponent: i32) -> String {
+/// `powers`: as a power of ten, on the whole axis alike.
+fn word(value: f64, step: f64, exponent: i32, powers: bool) -> String {
     if value.abs() < 0.5 * step {
         return "0".to_owned();
     }
-    if value.abs() >= 1e6 || exponent < -5 {
+    if powers {
         // As many digits as tell neighbours apart.
         let digits = (libm::floor(libm::log10(value.abs())) as i32 - exponent).clamp(0, 15) as usize;
         return format!("{value:.digits$e}").replace('-', "−");
@@ -73,10 +76,11 @@ mod tests {
 
     #[test]
     fn steps_are_round_and_words_short() {
-        let rows: [(f64, f64, usize, &[&str]); 9] = [
+        let rows: [(f64, f64, usize, &[&str]); 10] = [
             (0.0, 1.0, 5, &["0", "0.2", "0.4", "0.6", "0.8", "1.0"]),
             (0.0, 0.16, 4, &["0", "0.05", "0.10", "0.15"]),
             (-10_000.0, 10_000.0, 4, &["−10000", "−5000", "0", "5000", "10000"]),
+            (0.0, 1e6, 2, &["0", "5e5", "1.0e6"]),
             (-2e6, 2e6, 4, &["−2e6", "−1e6", "0", "1e6", "2e6"]),
             (0.0, 3e-7, 3, &["0", "1e−7", "2e−7", "3e−7"]),
             (99.0, 101.0, 2, &["99", "100", "101"]),

@@ -1,0 +1,186 @@
+//! `annulus lab automaton`: the step automaton, interrupt by interrupt (A4).
+//!
+//! Comes in: a table of dynamics, targets, when the target changes. Goes out: every takt with its state; a plot of
+//! position, state and rate. Does not know the rule.
+
+use super::super::{Answer, Refusal};
+use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use crate::{lab, machine_file};
+use annulus_core::machine::{Dynamics, dynamics};
+use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::steps::automaton::Automaton;
+use serde_json::json;
+use std::path::Path;
+
+/// Interrupts that are served at most.
+const MOST_INTERRUPTS: u64 = 10_000_000;
+/// Takts that are listed at most.
+const MOST_TAKTS: usize = 200_000;
+
+/// Arguments of `annulus lab automaton`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct AutomatonArgs {
+    /// Table of dynamics: arendt (as printed), or a JSON file with period, enter and leave.
+    #[arg(long, default_value = "arendt", value_name = "NAME|FILE")]
+    table: String,
+    /// The table and the interrupt frequency of a machine, by name or file.
+    #[arg(long, value_name = "NAME", conflicts_with = "table")]
+    machine: Option<String>,
+    /// Where the axis goes, in takts.
+    #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_name = "N",
+        value_parser = clap::value_parser!(i64).range(-1_000_000_000..=1_000_000_000))]
+    target: i64,
+    /// Another target N, written just before interrupt I; repeated for several.
+    #[arg(long, allow_hyphen_values = true, value_name = "I:N")]
+    retarget: Vec<String>,
+    /// Interrupt frequency, Hz.
+    #[arg(long, value_name = "HZ")]
+    interrupt_hz: Option<f64>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// A takt: interrupt, position, state.
+type Row = (u64, i64, i32);
+
+/// Runs the command.
+pub(crate) fn run(args: &AutomatonArgs) -> Result<Answer, Refusal> {
+    let (table, hz) = table(args)?;
+    let remarks = dynamics::check(&table).map_err(|all| {
+        let first = all.into_iter().next();
+        Refusal::content(first.unwrap_or_else(|| Remark::new(Weight::Loss, "lab.bad_table")))
+    })?;
+    let changes = changes(&args.retarget)?;
+    let (rows, served) = takts(table.clone(), args.target, &changes)?;
+    let sheet = sheet(args, &table, hz, &changes, &rows, served);
+    let mut answer = deliver(&args.output, sheet)?;
+    answer.object["remarks"] = json!(super::super::remark_objects(&remarks));
+    Ok(answer)
+}
+
+/// The table, and the interrupt frequency that goes with it.
+fn table(args: &AutomatonArgs) -> Result<(Dynamics, f64), Refusal> {
+    let (table, usual_hz) = match (&args.machine, args.table.as_str()) {
+        (Some(name), _) => {
+            let machine = machine_file::named(name)?.machine;
+            let hz = f64::from(machine.interrupt_hz);
+            (machine.dynamics, hz)
+        }
+        (None, "arendt") => (Dynamics::arendt(), 500.0),
+        (None, path) => {
+            let text = super::check::read(Path::new(path), path)?;
+            (lab::dynamics_file(path, &text).map_err(Refusal::content)?, 500.0)
+        }
+    };
+    let hz = args.interrupt_hz.unwrap_or(usual_hz);
+    if (1.0..=1e6).contains(&hz) {
+        return Ok((table, hz));
+    }
+    Err(Refusal::content(Remark::new(Weight::Loss, "lab.bad_frequency").with("found", hz)))
+}
+
+/// `I:N` … as interrupts and targets, in order.
+fn changes(texts: &[String]) -> Result<Vec<(u64, i64)>, Refusal> {
+    let one = |text: &String| {
+        let parsed = text.split_once(':').and_then(|(interrupt, target)| {
+            let interrupt = interrupt.parse().ok().filter(|at| (1..=MOST_INTERRUPTS).contains(at))?;
+            Some((interrupt, target.parse().ok().filter(|to: &i64| to.abs() <= 1_000_000_000)?))
+        });
+        parsed.ok_or_else(|| {
+            let why = Remark::new(Weight::Loss, "lab.bad_retarget").with("found", text);
+            Refusal::usage(why.with("most", MOST_INTERRUPTS))
+        })
+    };
+    let mut changes = texts.iter().map(one).collect::<Result<Vec<_>, _>>()?;
+    changes.sort_by_key(|(interrupt, _)| *interrupt);
+    Ok(changes)
+}
+
+/// Every takt until the last target is reached, and how many interrupts that took.
+fn takts(table: Dynamics, target: i64, changes: &[(u64, i64)]) -> Result<(Vec<Row>, u64), Refusal> {
+    let mut axis = Automaton::new(table, 0);
+    axis.retarget(target);
+    let mut changes = changes.iter().peekable();
+    let (mut interrupt, mut rows) = (0, Vec::new());
+    while !axis.is_at_rest() || changes.peek().is_some() {
+        interrupt += 1;
+        if interrupt > MOST_INTERRUPTS || rows.len() >= MOST_TAKTS {
+            let why = Remark::new(Weight::Loss, "lab.long_move").with("most", MOST_TAKTS);
+            return Err(Refusal::content(why));
+        }
+        while let Some((_, target)) = changes.next_if(|(when, _)| *when == interrupt) {
+            axis.retarget(*target);
+        }
+        if let Some(takt) = axis.interrupt() {
+            rows.push((interrupt, takt.position, takt.state));
+        }
+    }
+    Ok((rows, interrupt))
+}
+
+fn sheet(
+    args: &AutomatonArgs,
+    table: &Dynamics,
+    hz: f64,
+    changes: &[(u64, i64)],
+    rows: &[Row],
+    served: u64,
+) -> Sheet {
+    let last = rows.last().map_or(0, |row| row.0);
+    let object = json!({ "table": { "period": table.period, "enter": table.enter, "leave": table.leave },
+        "interrupt_hz": hz, "target": args.target,
+        "retarget": changes, "takts": rows.len(), "total_interrupts": last, "served_interrupts": served,
+        "duration_s": last as f64 / hz, "final_position": rows.last().map_or(0, |row| row.1) });
+    let fastest = rows.windows(2).map(|pair| hz / (pair[1].0 - pair[0].0) as f64).fold(0.0, f64::max);
+    let mut text = vec![
+        (word("takts"), rows.len().to_string()),
+        (word("interrupts"), last.to_string()),
+        (word("time"), format!("{} ({} Hz)", ms(last as f64 / hz), short(hz))),
+        (word("rate"), format!("{} /s", short(fastest))),
+    ];
+    text.extend(rows.last().map(|row| (word("position"), row.1.to_string())));
+    let samples = rows
+        .iter()
+        .map(|row| [row.0 as f64, row.0 as f64 / hz, row.1 as f64, f64::from(row.2)].map(Some).to_vec());
+    Sheet {
+        object,
+        rows: text,
+        columns: ["interrupt", "t_s", "position_takts", "state"].map(str::to_owned).to_vec(),
+        samples: samples.collect(),
+        plot: plot(hz, changes, rows),
+    }
+}
+
+fn plot(hz: f64, changes: &[(u64, i64)], rows: &[Row]) -> Plot {
+    let ms = |interrupt: u64| 1e3 * interrupt as f64 / hz;
+    let start = [0.0, 0.0];
+    let stairs = |value: fn(&Row) -> f64| {
+        let points = [start].into_iter().chain(rows.iter().map(|row| [ms(row.0), value(row)]));
+        vec![Series::line("", points.collect()).looking(Look::Stairs)]
+    };
+    // The rate over an interval is that of the takt at its end.
+    let mut rate = vec![start];
+    let mut before = 0;
+    for row in rows {
+        let takts_per_s = if row.0 > before { hz / (row.0 - before) as f64 } else { f64::NAN };
+        rate.extend([[ms(before), takts_per_s], [ms(row.0), takts_per_s]]);
+        before = row.0;
+    }
+    let marks: Vec<Mark> =
+        changes.iter().map(|(at, to)| Mark::At(ms(*at), format!("{} {to}", word("target")))).collect();
+    let panel = |quantity: &str, unit: &str, series, marks| Panel {
+        x: Axis::new(&word("time"), "ms"),
+        y: Axis::new(&word(quantity), unit),
+        series,
+        marks,
+    };
+    Plot {
+        title: format!("{}, {} Hz", word("automaton_title"), short(hz)),
+        panels: vec![
+            panel("position", &word("takts"), stairs(|row| row.1 as f64), marks),
+            panel("state", "", stairs(|row| f64::from(row.2)), Vec::new()),
+            panel("rate", "1/s", vec![Series::line("", rate)], Vec::new()),
+        ],
+    }
+}

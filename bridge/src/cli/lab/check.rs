@@ -1,0 +1,118 @@
+//! `annulus lab check`: how far Annulus is from numbers computed elsewhere.
+//!
+//! Comes in: files in the schemas that `lab` knows. Goes out: per case the greatest deviation over its tolerance, and how
+//! many cases are within; exit 1 when any is not. Does not recompute anything itself.
+
+use super::super::{Answer, Exit, Refusal};
+use crate::lab::{self, Report, Tally};
+use annulus_core::locale;
+use annulus_core::remark::{Remark, Weight};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `annulus lab check`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CheckArgs {
+    /// Files of expected numbers (JSON).
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
+    let mut reports = Vec::new();
+    for path in &args.files {
+        let name = path.display().to_string();
+        let text = read(path, &name)?;
+        reports.push((name.clone(), lab::check(&name, &text).map_err(Refusal::content)?));
+    }
+    let cases: usize = reports.iter().map(|(_, report)| report.cases.len()).sum();
+    let within: usize = reports.iter().map(|(_, report)| report.within()).sum();
+    let mut object = json!({
+        "cases": cases,
+        "within": within,
+        "files": reports.iter().map(|(name, report)| file_object(name, report)).collect::<Vec<_>>(),
+    });
+    let mut text: String = reports.iter().map(|(name, report)| file_text(name, report)).collect();
+    if within == cases {
+        return Ok(Answer { object, text, exit: Exit::Done });
+    }
+    let why = Remark::new(Weight::Loss, "lab.outside").with("outside", cases - within).with("cases", cases);
+    let refusal = Refusal::content(why);
+    let _ = writeln!(text, "{refusal}");
+    object["error"] = refusal.object()["error"].take();
+    Ok(Answer { object, text, exit: Exit::Content })
+}
+
+/// The text of a file of bounded size.
+pub(super) fn read(path: &Path, name: &str) -> Result<String, Refusal> {
+    let trouble = |error: std::io::Error| {
+        let code = match error.kind() {
+            std::io::ErrorKind::NotFound => "files.missing",
+            std::io::ErrorKind::PermissionDenied => "files.no_permission",
+            _ => "files.unreadable",
+        };
+        Refusal::surroundings(Remark::new(Weight::Loss, code).with("path", name).with("why", error))
+    };
+    let mut bytes = Vec::new();
+    let file = fs::File::open(path).map_err(trouble)?;
+    file.take(lab::MOST_BYTES + 1).read_to_end(&mut bytes).map_err(trouble)?;
+    if bytes.len() as u64 > lab::MOST_BYTES {
+        let why = Remark::new(Weight::Loss, "lab.too_big").at(name, 0, 0);
+        return Err(Refusal::content(why.with("file", name).with("megabytes", lab::MOST_BYTES >> 20)));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let column = before.iter().rev().take_while(|byte| **byte != b'\n').count() + 1;
+        let short = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        let why = Remark::new(Weight::Loss, "lab.not_json").with("what", "a byte that is no UTF-8 text");
+        Refusal::content(why.at(name, short(line), short(column)))
+    })
+}
+
+/// The greatest deviation over tolerance of a case; null where something that has to be equal is not.
+fn ratio(case: &Tally) -> Option<f64> {
+    let ratio = case.worst.as_ref().map_or(0.0, |worst| worst.ratio);
+    ratio.is_finite().then_some(ratio)
+}
+
+fn file_object(name: &str, report: &Report) -> Value {
+    let case = |case: &Tally| {
+        let worst = case.worst.as_ref().map(|worst| {
+            json!({ "what": worst.what, "expected": worst.expected, "found": worst.found,
+                "tolerance": worst.tolerance })
+        });
+        json!({ "id": case.id, "within": case.is_within(), "values": case.values,
+            "worst_ratio": ratio(case), "worst": worst })
+    };
+    let cases: Vec<Value> = report.cases.iter().map(case).collect();
+    json!({ "file": name, "schema": report.schema, "cases": report.cases.len(), "within": report.within(),
+        "results": cases })
+}
+
+fn file_text(name: &str, report: &Report) -> String {
+    let mut out = format!("{name} ({})\n", report.schema);
+    let widest = report.cases.iter().map(|case| case.id.chars().count()).max().unwrap_or(0);
+    for case in &report.cases {
+        let mark = if case.is_within() { "  " } else { "! " };
+        let _ = write!(out, "{mark}{:widest$}  {:>5}  ", case.id, case.values);
+        match &case.worst {
+            None => out.push_str("0\n"),
+            Some(worst) if case.is_within() => {
+                let _ = writeln!(out, "{:.1e}  {}", worst.ratio, worst.what);
+            }
+            Some(worst) => {
+                let off =
+                    if worst.ratio.is_finite() { format!("{:.1e}", worst.ratio) } else { "≠".to_owned() };
+                let _ = writeln!(out, "{off}  {}: {} != {}", worst.what, worst.found, worst.expected);
+            }
+        }
+    }
+    let numbers = [("within", report.within()), ("cases", report.cases.len())];
+    out + &locale::text("en", "lab.check", &numbers.map(|(name, count)| (name.to_owned(), count.to_string())))
+        + "\n"
+}

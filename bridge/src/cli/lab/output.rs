@@ -1,0 +1,153 @@
+//! The forms a computed case goes out in: a short table, JSON, CSV, an SVG plot; on standard output or in a file.
+//!
+//! Comes in: a [`Sheet`]. Goes out: the answer, and the file if one was asked for. Does not know what was computed.
+
+use super::super::{Answer, Exit, Refusal};
+use annulus_core::locale;
+use annulus_core::plot::{self, Plot};
+use annulus_core::remark::{Remark, Weight};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+
+/// How the result goes out.
+#[derive(Debug, clap::Args)]
+pub(super) struct OutputArgs {
+    /// Print the samples as CSV.
+    #[arg(long, conflicts_with = "svg")]
+    csv: bool,
+    /// Print a plot as SVG.
+    #[arg(long)]
+    svg: bool,
+    /// Write a file; its ending decides: .svg, .csv or .json.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Width of the plot in pixels.
+    #[arg(long, default_value_t = 900.0, value_name = "PX")]
+    width: f64,
+    /// Height of the plot in pixels.
+    #[arg(long, default_value_t = 760.0, value_name = "PX")]
+    height: f64,
+}
+
+/// A case computed.
+pub(super) struct Sheet {
+    /// For scripts: inputs and results, without the samples.
+    pub(super) object: Value,
+    /// For people: what and how much.
+    pub(super) rows: Vec<(String, String)>,
+    /// Names of the columns, with their units.
+    pub(super) columns: Vec<String>,
+    /// The samples: a number a column, none where there is nothing.
+    pub(super) samples: Vec<Vec<Option<f64>>>,
+    /// The picture.
+    pub(super) plot: Plot,
+}
+
+/// A word or sentence of the Lab.
+pub(super) fn word(key: &str) -> String {
+    locale::text("en", &format!("lab.word.{key}"), &[])
+}
+
+/// Puts the sheet out as asked.
+pub(super) fn deliver(args: &OutputArgs, mut sheet: Sheet) -> Result<Answer, Refusal> {
+    sheet.object["columns"] = json!(sheet.columns);
+    sheet.object["samples"] = json!(sheet.samples);
+    let Some(path) = &args.output else {
+        let text = match (args.csv, args.svg) {
+            (true, _) => csv(&sheet),
+            (_, true) => plot::svg(&sheet.plot, args.width, args.height),
+            _ => table(&sheet.rows),
+        };
+        return Ok(Answer { object: sheet.object, text, exit: Exit::Done });
+    };
+    let name = path.display().to_string();
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    let bytes = match ending.as_deref() {
+        Some("svg") => plot::svg(&sheet.plot, args.width, args.height),
+        Some("csv") => csv(&sheet),
+        Some("json") => format!("{:#}\n", sheet.object),
+        _ => {
+            let why = Remark::new(Weight::Loss, "lab.ending").with("file", name);
+            return Err(Refusal::usage(why));
+        }
+    };
+    fs::write(path, bytes).map_err(|error| {
+        let why = Remark::new(Weight::Loss, "lab.not_written").with("file", &name).with("reason", error);
+        Refusal::surroundings(why)
+    })?;
+    sheet.object["file"] = json!(name);
+    sheet.rows.push((word("written"), name));
+    Ok(Answer { object: sheet.object, text: table(&sheet.rows), exit: Exit::Done })
+}
+
+fn table(rows: &[(String, String)]) -> String {
+    let widest = rows.iter().map(|(what, _)| what.chars().count()).max().unwrap_or(0);
+    rows.iter().map(|(what, how_much)| format!("{what:widest$}  {how_much}\n")).collect()
+}
+
+/// Comma separated, a line of names first; lines end as the format wants it.
+fn csv(sheet: &Sheet) -> String {
+    let quoted = |name: &String| {
+        if name.contains([',', '"', '\n']) {
+            format!("\"{}\"", name.replace('"', "\"\""))
+        } else {
+            name.clone()
+        }
+    };
+    let mut out = sheet.columns.iter().map(quoted).collect::<Vec<_>>().join(",") + "\r\n";
+    for row in &sheet.samples {
+        let mut comma = "";
+        for value in row {
+            let _ = write!(out, "{comma}");
+            if let Some(value) = value.filter(|value| value.is_finite()) {
+                let _ = write!(out, "{value}");
+            }
+            comma = ",";
+        }
+        out.push_str("\r\n");
+    }
+    out
+}
+
+/// A number for people: six digits that count.
+pub(super) fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let digits = 5 - value.abs().log10().floor() as i32;
+    if !(0..=9).contains(&digits) {
+        return format!("{value:.5e}");
+    }
+    let text = format!("{value:.*}", digits as usize);
+    let trimmed = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    trimmed.to_owned()
+}
+
+/// Seconds for people, in milliseconds.
+pub(super) fn ms(seconds: f64) -> String {
+    format!("{} ms", short(1e3 * seconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_for_people_keep_six_digits() {
+        let rows = [
+            (0.0, "0"),
+            (1.0, "1"),
+            (0.1234567, "0.123457"),
+            (-1234.5678, "-1234.57"),
+            (100.0, "100"),
+            (2e9, "2.00000e9"),
+            (1.5e-7, "1.50000e-7"),
+        ];
+        for (value, text) in rows {
+            assert_eq!(short(value), text);
+        }
+        assert_eq!(ms(0.05583333333), "55.8333 ms");
+    }
+}

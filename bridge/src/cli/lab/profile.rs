@@ -1,0 +1,210 @@
+//! `annulus lab profile`: the same move under the laws of motion: place, speed, acceleration and jerk over time (M1).
+//!
+//! Comes in: length, limits, order, which laws. Goes out: times, peaks, phases, samples; a plot of four panels, one above
+//! the other. Does not know how profiles are planned.
+
+use super::super::{Answer, Refusal};
+use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use crate::machine_file;
+use annulus_core::motion::profile::{self, Choice, Limits, Profile, Shape, bounds};
+use annulus_core::plot::{Axis, Panel, Plot, Series};
+use annulus_core::remark::Remark;
+use serde_json::{Value, json};
+
+/// Arguments of `annulus lab profile`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ProfileArgs {
+    /// Length of the move, mm.
+    #[arg(long, default_value_t = 10.0, value_name = "MM", allow_negative_numbers = true)]
+    length_mm: f64,
+    /// Greatest speed, mm/s.
+    #[arg(long, value_name = "MM/S")]
+    speed: Option<f64>,
+    /// Greatest acceleration, mm/s².
+    #[arg(long, value_name = "MM/S2")]
+    acceleration: Option<f64>,
+    /// Greatest jerk, mm/s³.
+    #[arg(long, value_name = "MM/S3")]
+    jerk: Option<f64>,
+    /// Order α of the power law, above 0, at most 2.
+    #[arg(long, default_value_t = 0.5, value_name = "ALPHA")]
+    order: f64,
+    /// Law of motion, repeated for several; without it all three. auto: by length.
+    #[arg(long, value_enum, value_name = "LAW")]
+    shape: Vec<Law>,
+    /// Limits of a machine, by name or file; single limits can still be given.
+    #[arg(long, value_name = "NAME")]
+    machine: Option<String>,
+    /// Which axis of the machine.
+    #[arg(long, value_enum, default_value_t = AxisName::X)]
+    axis: AxisName,
+    /// How many samples, from the start to the end.
+    #[arg(long, default_value_t = 401, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    samples: u32,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// A law of motion by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Law {
+    /// Constant acceleration.
+    Linear,
+    /// Constant jerk, seven phases.
+    S,
+    /// Jerk as a power of time, eleven phases.
+    Power,
+    /// Linear or S-curve, by length.
+    Auto,
+}
+
+/// An axis by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum AxisName {
+    /// Left and right.
+    X,
+    /// Away and back.
+    Y,
+    /// Up and down.
+    Z,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &ProfileArgs) -> Result<Answer, Refusal> {
+    let limits = limits(args)?;
+    let choice = profile::choose(args.length_mm, limits).map_err(Refusal::content)?;
+    let laws = if args.shape.is_empty() { vec![Law::Linear, Law::S, Law::Power] } else { args.shape.clone() };
+    let mut profiles = Vec::new();
+    for law in laws {
+        let shape = match law {
+            Law::Linear => Shape::Linear,
+            Law::S => Shape::SCurve,
+            Law::Power => Shape::Power(args.order),
+            Law::Auto => choice.choice,
+        };
+        profiles.push(profile::plan(shape, args.length_mm, limits).map_err(Refusal::content)?);
+    }
+    let sheet = sheet(args, limits, &choice, &profiles).map_err(Refusal::content)?;
+    deliver(&args.output, sheet)
+}
+
+fn limits(args: &ProfileArgs) -> Result<Limits, Refusal> {
+    let mut limits = Limits { speed: 500.0, acceleration: 10_000.0, jerk: 1e6 };
+    if let Some(name) = &args.machine {
+        let machine = machine_file::named(name)?.machine;
+        let axis = match args.axis {
+            AxisName::X => &machine.x,
+            AxisName::Y => &machine.y,
+            AxisName::Z => &machine.z,
+        };
+        limits = Limits::of_axis(&machine, axis);
+    }
+    Ok(Limits {
+        speed: args.speed.unwrap_or(limits.speed),
+        acceleration: args.acceleration.unwrap_or(limits.acceleration),
+        jerk: args.jerk.unwrap_or(limits.jerk),
+    })
+}
+
+/// The law as it is called in JSON and in the names of columns.
+fn key(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Linear => "linear",
+        Shape::SCurve => "s",
+        Shape::Power(_) => "power",
+    }
+}
+
+/// The law as people read it.
+fn name(shape: Shape) -> String {
+    match shape {
+        Shape::Power(order) => format!("{} α = {}", word("power"), short(order)),
+        other => word(key(other)),
+    }
+}
+
+fn object(profile: &Profile) -> Value {
+    json!({ "shape": key(profile.shape), "order": profile.shape.order(), "case": profile.case.name(),
+        "duration_s": profile.duration_s(), "peak_speed_mm_per_s": profile.speed_mm_per_s,
+        "peak_acceleration_mm_per_s2": profile.acceleration_mm_per_s2,
+        "peak_jerk_mm_per_s3": if profile.shape == Shape::Linear { Value::Null } else { json!(profile.jerk_mm_per_s3) },
+        "phases_s": profile.phases() })
+}
+
+fn sheet(args: &ProfileArgs, limits: Limits, choice: &Choice, profiles: &[Profile]) -> Result<Sheet, Remark> {
+    let least_s = bounds::least_duration_s(args.length_mm, limits, None)?;
+    let mut rows = vec![
+        (word("length"), format!("{} mm", short(args.length_mm))),
+        (word("choice"), name(choice.choice)),
+        (word("linear_from"), format!("{} mm", short(choice.linear_from_mm))),
+        (word("s_from"), format!("{} mm", short(choice.s_curve_from_mm))),
+        (word("bound"), ms(least_s)),
+    ];
+    for profile in profiles {
+        let (case, speed) = (profile.case.name(), short(profile.speed_mm_per_s));
+        rows.push((name(profile.shape), format!("{}  {case}  {speed} mm/s", ms(profile.duration_s()))));
+    }
+    let longest_s = profiles.iter().map(Profile::duration_s).fold(0.0, f64::max);
+    let mut columns = vec!["t_s".to_owned()];
+    for profile in profiles {
+        let law = key(profile.shape);
+        columns
+            .extend(["s_mm", "v_mm_per_s", "a_mm_per_s2", "j_mm_per_s3"].map(|unit| format!("{law}_{unit}")));
+    }
+    let last = f64::from(args.samples - 1);
+    let times = (0..args.samples).map(|index| longest_s * f64::from(index) / last);
+    let sample = |t: f64| {
+        let all = profiles.iter().flat_map(|profile| moments(profile, t));
+        std::iter::once(Some(t)).chain(all).collect::<Vec<_>>()
+    };
+    Ok(Sheet {
+        object: json!({ "length_mm": args.length_mm, "limits": { "speed_mm_per_s": limits.speed,
+            "acceleration_mm_per_s2": limits.acceleration, "jerk_mm_per_s3": limits.jerk },
+            "choice": key(choice.choice), "choice_case": choice.case, "linear_from_mm": choice.linear_from_mm,
+            "s_curve_from_mm": choice.s_curve_from_mm, "least_duration_s": least_s,
+            "profiles": profiles.iter().map(object).collect::<Vec<_>>() }),
+        rows,
+        columns,
+        samples: times.map(sample).collect(),
+        plot: plot(args, profiles),
+    })
+}
+
+/// Place, speed, acceleration and jerk; the linear law has no jerk, its acceleration jumps.
+fn moments(profile: &Profile, t: f64) -> [Option<f64>; 4] {
+    let jerk = (profile.shape != Shape::Linear).then(|| profile.jerk(t));
+    [Some(profile.position_mm(t)), Some(profile.speed(t)), Some(profile.acceleration(t)), jerk]
+}
+
+/// Seconds at which a profile is drawn: evenly, and just before and after every end of a phase, where it may jump.
+fn drawn_at(profile: &Profile) -> Vec<f64> {
+    let total_s = profile.duration_s();
+    let mut times: Vec<f64> = (0..=600).map(|index| total_s * f64::from(index) / 600.0).collect();
+    let mut end_s = 0.0;
+    for phase in [0.0].into_iter().chain(profile.phases()) {
+        end_s += phase;
+        times.extend([end_s - 1e-9 * total_s, end_s, end_s + 1e-9 * total_s]);
+    }
+    times.sort_by(f64::total_cmp);
+    times
+}
+
+fn plot(args: &ProfileArgs, profiles: &[Profile]) -> Plot {
+    let panels = [("place", "mm"), ("speed", "mm/s"), ("acceleration", "mm/s²"), ("jerk", "mm/s³")];
+    let panel = |(index, (quantity, unit)): (usize, (&str, &str))| {
+        let series = profiles.iter().map(|profile| {
+            let at = |t: f64| [1e3 * t, moments(profile, t)[index].unwrap_or(f64::NAN)];
+            Series::line(&name(profile.shape), drawn_at(profile).into_iter().map(at).collect())
+        });
+        Panel {
+            x: Axis::new(&word("time"), "ms"),
+            y: Axis::new(&word(quantity), unit),
+            series: series.collect(),
+            marks: Vec::new(),
+        }
+    };
+    Plot {
+        title: format!("{}: {} mm", word("profile_title"), short(args.length_mm)),
+        panels: panels.into_iter().enumerate().map(panel).collect(),
+    }
+}

@@ -1,0 +1,284 @@
+//! `annulus lab servo`: the closed loop: a step or a whole stroke, staged fuzzy PID beside a plain PID (M2).
+//!
+//! Comes in: gains, plant, step or stroke. Goes out: overshoot, settling and the like of each controller, samples, a plot
+//! of place, error and control. Does not know how the loop is computed.
+
+use super::super::{Answer, Refusal};
+use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use annulus_core::motion::profile::{self, Limits, Profile, Shape};
+use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
+use annulus_core::remark::Remark;
+use annulus_core::servo::{
+    self, Controller, Gains, Load, Moment, Plant, Reference, Rules, Stage, StepRun, StrokeRun,
+};
+use serde_json::{Value, json};
+
+/// Arguments of `annulus lab servo`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ServoArgs {
+    /// A whole stroke of Z instead of a step.
+    #[arg(long)]
+    stroke: bool,
+    /// Step, mm; 0: only the load.
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_name = "MM")]
+    step_mm: f64,
+    /// How long the step is watched, s.
+    #[arg(long, default_value_t = 0.4, value_name = "S")]
+    duration: f64,
+    /// Load during the step, V; with --stroke: the load of cutting.
+    #[arg(long, allow_negative_numbers = true, value_name = "V")]
+    load: Option<f64>,
+    /// The load begins at this second.
+    #[arg(long, default_value_t = 0.0, value_name = "S")]
+    load_from: f64,
+    /// The load ends at this second.
+    #[arg(long, value_name = "S")]
+    load_to: Option<f64>,
+    /// Stage of the drilling cycle that the step is in.
+    #[arg(long, value_enum, default_value_t = StageName::Travel)]
+    stage: StageName,
+    /// Rules of the fuzzy controller.
+    #[arg(long, value_enum, default_value_t = RuleSet::Even)]
+    rules: RuleSet,
+    /// Proportional gain, V/mm.
+    #[arg(long, default_value_t = 1.6)]
+    kp: f64,
+    /// Integral gain, V/(mm·s).
+    #[arg(long, default_value_t = 20.0)]
+    ki: f64,
+    /// Derivative gain, V·s/mm.
+    #[arg(long, default_value_t = 0.004)]
+    kd: f64,
+    /// Gain of the axis, (mm/s)/V.
+    #[arg(long, default_value_t = 60.0)]
+    plant_gain: f64,
+    /// Delay of the axis, s.
+    #[arg(long, default_value_t = 0.006, value_name = "S")]
+    plant_tau: f64,
+    /// Time between two samples, s.
+    #[arg(long, default_value_t = 0.0005, value_name = "S")]
+    sample: f64,
+    /// Stroke: height of the rest over the board, mm.
+    #[arg(long, default_value_t = 5.0, value_name = "MM")]
+    height_mm: f64,
+    /// Stroke: depth below the surface, mm.
+    #[arg(long, default_value_t = 3.0, value_name = "MM")]
+    depth_mm: f64,
+    /// Stroke: speed down, mm/s.
+    #[arg(long, default_value_t = 120.0, value_name = "MM/S")]
+    down_speed: f64,
+    /// Stroke: speed up, mm/s.
+    #[arg(long, default_value_t = 200.0, value_name = "MM/S")]
+    up_speed: f64,
+    /// Stroke: feed speed and acceleration of the reference forward.
+    #[arg(long)]
+    feed_forward: bool,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// A stage by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum StageName {
+    /// X or Y on their way.
+    Travel,
+    /// Z above the board.
+    Approach,
+    /// Z in the board.
+    Cut,
+    /// Z on its way back.
+    Return,
+}
+
+/// A rule set by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum RuleSet {
+    /// Alike in both directions.
+    Even,
+    /// As most textbooks have it.
+    Classic,
+}
+
+/// A controller with its name in columns and in the legend.
+struct Rival {
+    key: &'static str,
+    name: String,
+    controller: Controller,
+}
+
+/// One curve: t, reference, place, control; V, mm, s.
+type Row = [f64; 4];
+
+/// Runs the command.
+pub(crate) fn run(args: &ServoArgs) -> Result<Answer, Refusal> {
+    let sheet = if args.stroke { stroke(args) } else { step(args) };
+    deliver(&args.output, sheet.map_err(Refusal::content)?)
+}
+
+fn rivals(args: &ServoArgs) -> [Rival; 3] {
+    let gains = Gains { kp: args.kp, ki: args.ki, kd: args.kd };
+    let rules = match args.rules {
+        RuleSet::Even => Rules::Even,
+        RuleSet::Classic => Rules::Classic,
+    };
+    let mut fuzzy = Controller { gains, sample_s: args.sample, ..servo::staged_fuzzy() };
+    if let Some(fuzzy) = &mut fuzzy.fuzzy {
+        fuzzy.rules = *rules.tables();
+    }
+    let retuned = Controller { sample_s: args.sample, ..servo::retuned_pid() };
+    let rival = |key, controller| Rival { key, name: word(key), controller };
+    [rival("fuzzy", fuzzy), rival("plain", fuzzy.plain()), rival("retuned", retuned)]
+}
+
+fn plant(args: &ServoArgs) -> Plant {
+    Plant { gain: args.plant_gain, tau_s: args.plant_tau }
+}
+
+fn step(args: &ServoArgs) -> Result<Sheet, Remark> {
+    let stage = match args.stage {
+        StageName::Travel => Stage::Travel,
+        StageName::Approach => Stage::Approach,
+        StageName::Cut => Stage::Cut,
+        StageName::Return => Stage::Return,
+    };
+    let load = Load { volts: args.load.unwrap_or(-0.05), from_s: args.load_from, to_s: args.load_to };
+    let (mut rows, mut objects, mut curves) = (Vec::new(), Vec::new(), Vec::new());
+    for rival in rivals(args) {
+        let controller = rival.controller;
+        let run = StepRun {
+            controller,
+            plant: plant(args),
+            stage,
+            setpoint_mm: args.step_mm,
+            duration_s: args.duration,
+            load,
+        };
+        let samples = servo::step_response(&run)?;
+        let metrics = match servo::step_metrics(&samples, args.step_mm, controller.sample_s) {
+            Some(found) => {
+                let (over, settle) = (short(found.overshoot_pct), ms(found.settling_s));
+                let rise = found.rise90_s.map_or("-".to_owned(), ms);
+                let error = short(1e3 * found.steady_error_mm);
+                let words = [word("overshoot"), word("settling"), word("rise"), word("steady")];
+                let [o, s, r, e] = words;
+                let line = format!("{o} {over} %  {s} {settle}  {r} {rise}  {e} {error} µm");
+                rows.push((rival.name.clone(), line));
+                json!({ "overshoot_pct": found.overshoot_pct, "settling_s": found.settling_s,
+                    "rise90_s": found.rise90_s, "steady_error_mm": found.steady_error_mm,
+                    "iae_mm_s": found.iae_mm_s })
+            }
+            None => match servo::load_metrics(&samples, 0.0, load.to_s, controller.sample_s) {
+                Some(found) => {
+                    let (most, left) =
+                        (short(1e3 * found.max_deviation_mm), short(1e3 * found.at_window_end_mm));
+                    let (m, l) = (word("deviation"), word("left"));
+                    rows.push((rival.name.clone(), format!("{m} {most} µm  {l} {left} µm")));
+                    json!({ "max_deviation_mm": found.max_deviation_mm, "final_mm": found.final_mm,
+                        "at_window_end_mm": found.at_window_end_mm })
+                }
+                None => Value::Null,
+            },
+        };
+        objects.push(json!({ "controller": rival.key, "metrics": metrics }));
+        let curve = samples.iter().map(|one| [one.t_s, args.step_mm, one.y_mm, one.u_v]).collect();
+        curves.push((rival, curve));
+    }
+    let mut place = vec![Mark::Level(args.step_mm, String::new())];
+    if args.step_mm != 0.0 {
+        place.extend([0.98, 1.02].map(|part| Mark::Level(part * args.step_mm, String::new())));
+    }
+    let title = format!("{}: {} mm, {} V", word("step_title"), short(args.step_mm), short(load.volts));
+    let object =
+        json!({ "kind": "step", "step_mm": args.step_mm, "load_v": load.volts, "controllers": objects });
+    Ok(sheet(object, rows, &curves, title, place))
+}
+
+fn stroke(args: &ServoArgs) -> Result<Sheet, Remark> {
+    let full_mm = args.height_mm + args.depth_mm;
+    let down = Limits { speed: args.down_speed, acceleration: 8_000.0, jerk: 600_000.0 };
+    let up = Limits { speed: args.up_speed, acceleration: 10_000.0, jerk: 1e6 };
+    let down = profile::plan(Shape::Power(0.5), full_mm, down)?;
+    let up = profile::plan(Shape::SCurve, full_mm, up)?;
+    let (mut rows, mut objects, mut curves, mut marks) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for rival in rivals(args) {
+        let run = StrokeRun {
+            controller: rival.controller,
+            plant: plant(args),
+            height_mm: args.height_mm,
+            depth_mm: args.depth_mm,
+            down: Reference { duration_s: down.duration_s(), at: &|t| moment(&down, t) },
+            up: Reference { duration_s: up.duration_s(), at: &|t| moment(&up, t) },
+            dwell_s: 0.02,
+            rest_s: 0.06,
+            feed_forward: args.feed_forward,
+            cutting_load_v: args.load.unwrap_or(0.4),
+        };
+        let (samples, found) = servo::stroke(&run)?;
+        let (follow, depth) = (short(found.max_error_approach_mm), short(found.depth_error_mm));
+        let (f, d) = (word("following"), word("depth_error"));
+        rows.push((rival.name.clone(), format!("{f} {follow} mm  {d} {depth} mm")));
+        objects.push(json!({ "controller": rival.key, "metrics": { "contact_s": found.contact_s,
+            "max_error_approach_mm": found.max_error_approach_mm, "max_error_cut_mm": found.max_error_cut_mm,
+            "depth_error_mm": found.depth_error_mm, "over_travel_mm": found.over_travel_mm,
+            "final_error_mm": found.final_error_mm } }));
+        if marks.is_empty() {
+            marks.extend(found.contact_s.map(|contact_s| Mark::At(1e3 * contact_s, word("contact"))));
+            let back_s = down.duration_s() + run.dwell_s;
+            marks.push(Mark::At(1e3 * back_s, word("return")));
+            marks.push(Mark::Level(args.height_mm, word("surface")));
+        }
+        let curve = samples.iter().map(|one| [one.t_s, one.r_mm, one.y_mm, one.u_v]).collect();
+        curves.push((rival, curve));
+    }
+    let title = format!("{}: {} + {} mm", word("stroke_title"), short(args.height_mm), short(args.depth_mm));
+    let object = json!({ "kind": "stroke", "height_mm": args.height_mm, "depth_mm": args.depth_mm,
+        "feed_forward": args.feed_forward, "controllers": objects });
+    Ok(sheet(object, rows, &curves, title, marks))
+}
+
+fn moment(profile: &Profile, t: f64) -> Moment {
+    Moment {
+        s_mm: profile.position_mm(t),
+        v_mm_per_s: profile.speed(t),
+        a_mm_per_s2: profile.acceleration(t),
+    }
+}
+
+fn sheet(
+    object: Value,
+    rows: Vec<(String, String)>,
+    curves: &[(Rival, Vec<Row>)],
+    title: String,
+    place: Vec<Mark>,
+) -> Sheet {
+    let mut columns = vec!["t_s".to_owned(), "r_mm".to_owned()];
+    for (rival, _) in curves {
+        columns.extend(["y_mm", "u_v"].map(|unit| format!("{}_{unit}", rival.key)));
+    }
+    let count = curves.iter().map(|(_, curve)| curve.len()).min().unwrap_or(0);
+    let sample = |index: usize| {
+        let mut row = vec![Some(curves[0].1[index][0]), Some(curves[0].1[index][1])];
+        row.extend(curves.iter().flat_map(|(_, curve)| [Some(curve[index][2]), Some(curve[index][3])]));
+        row
+    };
+    let panel = |quantity: &str, unit: &str, marks: Vec<Mark>, value: fn(&Row) -> f64| Panel {
+        x: Axis::new(&word("time"), "ms"),
+        y: Axis::new(&word(quantity), unit),
+        series: curves
+            .iter()
+            .map(|(rival, curve)| {
+                Series::line(&rival.name, curve.iter().map(|row| [1e3 * row[0], value(row)]).collect())
+            })
+            .collect(),
+        marks,
+    };
+    let plot = Plot {
+        title,
+        panels: vec![
+            panel("place", "mm", place, |row| row[2]),
+            panel("error", "mm", Vec::new(), |row| row[1] - row[2]),
+            panel("control", "V", Vec::new(), |row| row[3]),
+        ],
+    };
+    Sheet { object, rows, columns, samples: (0..count).map(sample).collect(), plot }
+}

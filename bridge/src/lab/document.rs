@@ -1,0 +1,305 @@
+//! A JSON document whose values know where they stand, so that a refusal has line and column.
+//!
+//! Comes in: text. Goes out: [`Node`]s with checked access. Places are looked up only when something is refused: the
+//! text is walked again along the node's path. Does not know schemas.
+
+use super::loss;
+use annulus_core::remark::Remark;
+use serde_json::Value;
+
+/// A parsed file.
+#[derive(Debug)]
+pub(super) struct Document<'a> {
+    name: &'a str,
+    text: &'a str,
+    value: Value,
+}
+
+/// One step from a value to one inside it.
+#[derive(Clone, Debug, PartialEq)]
+enum Step {
+    Key(String),
+    Index(usize),
+}
+
+/// A value of the document.
+#[derive(Clone, Debug)]
+pub(super) struct Node<'a> {
+    document: &'a Document<'a>,
+    value: &'a Value,
+    path: Vec<Step>,
+}
+
+impl<'a> Document<'a> {
+    /// Parses `text`; what is not JSON is refused with its place. Nesting is bounded by the parser.
+    pub(super) fn parse(name: &'a str, text: &'a str) -> Result<Self, Remark> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        match serde_json::from_str(text) {
+            Ok(value) => Ok(Self { name, text, value }),
+            Err(error) => {
+                let at = |number: usize| u32::try_from(number.max(1)).unwrap_or(u32::MAX);
+                // The parser puts line and column behind its words; they go into the place instead.
+                let words = error.to_string();
+                let what = words.rsplit_once(" at line ").map_or(words.as_str(), |(what, _)| what);
+                let why = loss("lab.not_json").with("what", what);
+                Err(why.at(name, at(error.line()), at(error.column())))
+            }
+        }
+    }
+
+    /// The whole.
+    pub(super) fn root(&'a self) -> Node<'a> {
+        Node { document: self, value: &self.value, path: Vec::new() }
+    }
+}
+
+impl<'a> Node<'a> {
+    fn inside(&self, value: &'a Value, step: Step) -> Self {
+        let mut path = self.path.clone();
+        path.push(step);
+        Self { document: self.document, value, path }
+    }
+
+    /// The member `key`, if there is one. `null` is a member.
+    pub(super) fn find(&self, key: &str) -> Option<Self> {
+        self.value.get(key).map(|value| self.inside(value, Step::Key(key.to_owned())))
+    }
+
+    /// The member `key`.
+    pub(super) fn get(&self, key: &str) -> Result<Self, Remark> {
+        if !self.value.is_object() {
+            return Err(self.unlike("an object"));
+        }
+        self.find(key).ok_or_else(|| self.refuse("lab.missing").with("field", key))
+    }
+
+    /// The number in the member `key`.
+    pub(super) fn number_at(&self, key: &str) -> Result<f64, Remark> {
+        self.get(key)?.number()
+    }
+
+    /// A number.
+    pub(super) fn number(&self) -> Result<f64, Remark> {
+        self.value.as_f64().filter(|value| value.is_finite()).ok_or_else(|| self.unlike("a number"))
+    }
+
+    /// A number, or `null`.
+    pub(super) fn maybe_number(&self) -> Result<Option<f64>, Remark> {
+        if self.value.is_null() { Ok(None) } else { self.number().map(Some) }
+    }
+
+    /// A whole number from `low` to `high`.
+    pub(super) fn whole(&self, low: i64, high: i64) -> Result<i64, Remark> {
+        let whole = self.value.as_i64().filter(|value| (low..=high).contains(value));
+        whole.ok_or_else(|| self.unlike(&format!("a whole number from {low} to {high}")))
+    }
+
+    /// A text.
+    pub(super) fn text(&self) -> Result<&'a str, Remark> {
+        self.value.as_str().ok_or_else(|| self.unlike("a text"))
+    }
+
+    /// True or false.
+    pub(super) fn truth(&self) -> Result<bool, Remark> {
+        self.value.as_bool().ok_or_else(|| self.unlike("true or false"))
+    }
+
+    /// The elements of a list.
+    pub(super) fn items(&self) -> Result<Vec<Self>, Remark> {
+        let items = self.value.as_array().ok_or_else(|| self.unlike("a list"))?;
+        Ok(items.iter().enumerate().map(|(at, value)| self.inside(value, Step::Index(at))).collect())
+    }
+
+    /// The elements of a list of just `N`.
+    pub(super) fn exactly<const N: usize>(&self) -> Result<[Self; N], Remark> {
+        self.items()?.try_into().map_err(|_| self.unlike(&format!("a list of {N}")))
+    }
+
+    /// The members of an object, in the file's order.
+    pub(super) fn members(&self) -> Result<Vec<(&'a str, Self)>, Remark> {
+        let members = self.value.as_object().ok_or_else(|| self.unlike("an object"))?;
+        let inside = |(key, value): (&'a String, &'a Value)| {
+            (key.as_str(), self.inside(value, Step::Key(key.clone())))
+        };
+        Ok(members.iter().map(inside).collect())
+    }
+
+    /// The value as it stands.
+    pub(super) fn value(&self) -> &'a Value {
+        self.value
+    }
+
+    /// The path to this value as people write it: `cases[3].z[0].H`.
+    pub(super) fn path(&self) -> String {
+        let mut out = String::new();
+        for step in &self.path {
+            match step {
+                Step::Key(key) if out.is_empty() => out.push_str(key),
+                Step::Key(key) => out.extend([".", key]),
+                Step::Index(index) => out.push_str(&format!("[{index}]")),
+            }
+        }
+        out
+    }
+
+    /// A remark at this value, with its path as the argument `path`.
+    pub(super) fn refuse(&self, code: &str) -> Remark {
+        let path = self.path();
+        let path = if path.is_empty() { "the file".to_owned() } else { path };
+        self.place(loss(code).with("path", path))
+    }
+
+    /// The same remark with the place of this value.
+    pub(super) fn place(&self, why: Remark) -> Remark {
+        let at = locate(self.document.text.as_bytes(), &self.path);
+        let before = &self.document.text.as_bytes()[..at];
+        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let column = before.iter().rev().take_while(|byte| **byte != b'\n').count() + 1;
+        let short = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        why.at(self.document.name, short(line), short(column))
+    }
+
+    fn unlike(&self, wanted: &str) -> Remark {
+        let mut found = self.value.to_string();
+        if found.chars().count() > 40 {
+            found = found.chars().take(40).chain(['…']).collect();
+        }
+        self.refuse("lab.not_a").with("found", found).with("wanted", wanted)
+    }
+}
+
+/// Where the value at the end of `path` begins, in bytes. The text is known to be JSON; should the path not be in it,
+/// the place of the last value on the way that is.
+fn locate(text: &[u8], path: &[Step]) -> usize {
+    let mut at = blank(text, 0);
+    for step in path {
+        let Some(next) = enter(text, at, step) else { return at };
+        at = next;
+    }
+    at.min(text.len())
+}
+
+/// Where the value inside the one at `at` begins. Of two members of the same name the last counts, as for the parser.
+fn enter(text: &[u8], at: usize, step: &Step) -> Option<usize> {
+    let mut found = None;
+    let mut index = 0;
+    let mut here = blank(text, at + 1);
+    while here < text.len() && !matches!(text[here], b'}' | b']') {
+        let mut wanted = matches!(step, Step::Index(number) if *number == index);
+        if text[at] == b'{' {
+            let end = behind(text, here);
+            let key = serde_json::from_slice::<String>(&text[here..end]).ok()?;
+            wanted = matches!(step, Step::Key(name) if *name == key);
+            here = blank(text, blank(text, end) + 1);
+        }
+        if wanted {
+            found = Some(here);
+        }
+        here = blank(text, behind(text, here));
+        if text.get(here) == Some(&b',') {
+            here = blank(text, here + 1);
+        }
+        index += 1;
+    }
+    found
+}
+
+/// The first byte from `at` on that is no white space.
+fn blank(text: &[u8], at: usize) -> usize {
+    let rest = text.get(at..).unwrap_or_default();
+    at + rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(rest.len())
+}
+
+/// The byte behind the value that begins at `at`.
+fn behind(text: &[u8], at: usize) -> usize {
+    let (mut depth, mut quoted, mut here) = (0_usize, false, at);
+    while here < text.len() {
+        let byte = text[here];
+        here += 1;
+        if quoted {
+            match byte {
+                b'\\' => here += 1,
+                b'"' => quoted = false,
+                _ => continue,
+            }
+        } else {
+            match byte {
+                b'"' => quoted = true,
+                b'{' | b'[' => depth += 1,
+                b'}' | b']' => depth = depth.saturating_sub(1),
+                _ => {
+                    let ends = text.get(here).is_none_or(|next| b",]} \t\r\n:".contains(next));
+                    if depth == 0 && ends {
+                        return here;
+                    }
+                    continue;
+                }
+            }
+        }
+        if depth == 0 && !quoted {
+            return here.min(text.len());
+        }
+    }
+    text.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str =
+        "{ \"a\" : [1, {\"b\\\"}\": [ ] ,\n \"c\": \"]\\\\\" }, -2.5e3 ],\n\"d\":null, \"d\" :  true}";
+
+    #[test]
+    fn every_value_knows_its_place() {
+        let document = Document::parse("f", TEXT).unwrap();
+        let root = document.root();
+        let a = root.get("a").unwrap();
+        let items = a.items().unwrap();
+        let rows = [
+            (root.clone(), 1, 1),
+            (a.clone(), 1, 9),
+            (items[0].clone(), 1, 10),
+            (items[1].clone(), 1, 13),
+            (items[1].get("b\"}").unwrap(), 1, 22),
+            (items[1].get("c").unwrap(), 2, 7),
+            (items[2].clone(), 2, 16),
+            (root.get("d").unwrap(), 3, 18),
+        ];
+        for (node, line, column) in rows {
+            let place = node.refuse("lab.missing").place.unwrap();
+            assert_eq!((place.line, place.column), (line, column), "{}", node.path());
+        }
+        assert_eq!(items[1].get("c").unwrap().path(), "a[1].c");
+        let why = root.get("d").unwrap().number().unwrap_err();
+        assert!(why.message("en").contains("true") && why.message("en").contains("a number"), "{why:?}");
+    }
+
+    #[test]
+    fn any_cut_and_any_change_is_refused_or_read() {
+        for end in 0..TEXT.len() {
+            let why = Document::parse("f", &TEXT[..end]).unwrap_err();
+            assert_eq!(why.code, "lab.not_json");
+            assert!(why.place.is_some_and(|place| place.line >= 1 && place.column >= 1));
+        }
+        let mut seed = 3_u64;
+        for _ in 0..5_000 {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let mut bytes = TEXT.as_bytes().to_vec();
+            let at = (seed >> 33) as usize % bytes.len();
+            bytes[at] = (seed >> 20) as u8 & 0x7f;
+            let text = String::from_utf8_lossy(&bytes).into_owned();
+            if let Ok(document) = Document::parse("f", &text) {
+                let mut todo = vec![document.root()];
+                while let Some(node) = todo.pop() {
+                    let place = node.refuse("lab.missing").place.unwrap();
+                    assert!(place.line <= 4 && place.column as usize <= text.len() + 1);
+                    todo.extend(node.items().unwrap_or_default());
+                    todo.extend(node.members().unwrap_or_default().into_iter().map(|(_, node)| node));
+                }
+            }
+        }
+        let deep = "[".repeat(100_000);
+        assert_eq!(Document::parse("f", &deep).unwrap_err().code, "lab.not_json");
+    }
+}

@@ -1,0 +1,135 @@
+//! What the values of one case came to.
+//!
+//! Comes in: found and expected values with their tolerance. Goes out: how many, and which one is farthest off, measured
+//! in its own tolerance. Does not know what the values mean.
+
+use super::document::Node;
+use annulus_core::remark::Remark;
+use serde_json::{Value, json};
+
+/// A case under comparison.
+#[derive(Debug)]
+pub(crate) struct Tally {
+    /// Name of the case.
+    pub(crate) id: String,
+    /// How many values were compared.
+    pub(crate) values: usize,
+    /// The one farthest off, if one is off at all.
+    pub(crate) worst: Option<Worst>,
+}
+
+/// A value that is off.
+#[derive(Debug)]
+pub(crate) struct Worst {
+    /// Path of the expected value in the file.
+    pub(crate) what: String,
+    /// As the file has it.
+    pub(crate) expected: Value,
+    /// As it was computed.
+    pub(crate) found: Value,
+    /// How far off it may be; none for words, counts and the like, which have to be equal.
+    pub(crate) tolerance: Option<f64>,
+    /// Deviation over tolerance; infinite where nothing may be off.
+    pub(crate) ratio: f64,
+}
+
+impl Tally {
+    /// Nothing compared yet.
+    pub(super) fn new(id: impl Into<String>) -> Self {
+        Self { id: id.into(), values: 0, worst: None }
+    }
+
+    /// The case in `node`, which is called by its member `id`, else by its path.
+    pub(super) fn of(node: &Node<'_>) -> Self {
+        let id = node.find("id").and_then(|id| id.text().ok().map(str::to_owned));
+        Self::new(id.unwrap_or_else(|| node.path()))
+    }
+
+    /// Whether every value is within its tolerance.
+    pub(crate) fn is_within(&self) -> bool {
+        self.worst.as_ref().is_none_or(|worst| worst.ratio <= 1.0)
+    }
+
+    /// Compares the number in `expected`.
+    pub(super) fn number(&mut self, expected: &Node<'_>, found: f64, tolerance: f64) -> Result<(), Remark> {
+        let value = expected.number()?;
+        let off = (found - value).abs();
+        let ratio = if off == 0.0 {
+            0.0
+        } else if tolerance > 0.0 && off.is_finite() {
+            off / tolerance
+        } else {
+            f64::INFINITY
+        };
+        self.count(expected, || [expected.value().clone(), json!(found)], Some(tolerance), ratio);
+        Ok(())
+    }
+
+    /// Compares the number in the member `key` of `expected`, if it is there.
+    pub(super) fn member(
+        &mut self,
+        expected: &Node<'_>,
+        key: &str,
+        found: f64,
+        tolerance: f64,
+    ) -> Result<(), Remark> {
+        expected.find(key).map_or(Ok(()), |node| self.number(&node, found, tolerance))
+    }
+
+    /// The same where the tolerance is `relative` to the expected value.
+    pub(super) fn relative(
+        &mut self,
+        expected: &Node<'_>,
+        key: &str,
+        found: f64,
+        relative: f64,
+    ) -> Result<(), Remark> {
+        let Some(node) = expected.find(key) else { return Ok(()) };
+        let room = relative * node.number()?.abs();
+        self.number(&node, found, room)
+    }
+
+    /// Compares what has to be equal: words, counts, truth, null.
+    pub(super) fn equal(&mut self, expected: &Node<'_>, found: impl Into<Value>) {
+        let found = found.into();
+        let same = match (expected.value(), &found) {
+            // 3 and 3.0 are the same count.
+            (Value::Number(one), Value::Number(other)) => one.as_f64() == other.as_f64(),
+            (one, other) => one == other,
+        };
+        self.count(
+            expected,
+            || [expected.value().clone(), found],
+            None,
+            if same { 0.0 } else { f64::INFINITY },
+        );
+    }
+
+    /// The same for the member `key` of `expected`, if it is there.
+    pub(super) fn equal_member(&mut self, expected: &Node<'_>, key: &str, found: impl Into<Value>) {
+        if let Some(node) = expected.find(key) {
+            self.equal(&node, found);
+        }
+    }
+
+    /// Compares how many rows there are.
+    pub(super) fn equal_count(&mut self, rows: &Node<'_>, expected: usize, found: usize) {
+        let ratio = if expected == found { 0.0 } else { f64::INFINITY };
+        self.count(rows, || [json!(expected), json!(found)], None, ratio);
+    }
+
+    /// `values`: expected and found.
+    fn count(
+        &mut self,
+        at: &Node<'_>,
+        values: impl FnOnce() -> [Value; 2],
+        tolerance: Option<f64>,
+        ratio: f64,
+    ) {
+        self.values += 1;
+        if ratio > self.worst.as_ref().map_or(0.0, |worst| worst.ratio) {
+            let [expected, found] = values();
+            self.worst = Some(Worst { what: at.path(), expected, found, tolerance, ratio });
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! `annulus lab` as a real process: exit codes, one object, refusals, the forms a report needs (N24, M1, M2).
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn annulus(home: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+    command.args(arguments.split_whitespace()).current_dir(home).env("ANNULUS_HOME", home.join("home"));
+    command.output().unwrap()
+}
+
+/// The one object on standard output, and the exit code.
+fn object(home: &Path, arguments: &str) -> (Value, i32) {
+    let output = annulus(home, &format!("{arguments} --json"));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text.lines().count(), 1, "{arguments}: {text}");
+    (serde_json::from_str(&text).unwrap(), output.status.code().unwrap())
+}
+
+fn text(home: &Path, arguments: &str) -> String {
+    let output = annulus(home, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments}: {output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Two cases of the power law; the second has a duration that may be altered.
+fn cases(duration: &str) -> String {
+    format!(
+        r#"{{"schema": "power11/1", "tolerance": {{"time_rel": 1e-9}}, "cases": [
+        {{"id": "long", "L": 8, "Vm": 60, "Am": 1e4, "Jm": 1e6, "alpha": 0.5, "total_time": 0.1523069992943436}},
+        {{"id": "other", "L": 8, "Vm": 150, "Am": 1e4, "Jm": 2e6, "alpha": 0.5, "total_time": {duration}}}]}}"#
+    )
+}
+
+#[test]
+fn a_check_passes_fails_and_refuses() {
+    let home = tempfile::tempdir().unwrap();
+    let home = home.path();
+    fs::write(home.join("good.json"), cases("0.07583333333333334")).unwrap();
+    fs::write(home.join("off.json"), cases("0.07583333433333334")).unwrap();
+    fs::write(home.join("cut.json"), &cases("1")[..90]).unwrap();
+    fs::write(home.join("bytes.json"), b"{\n\"schema\": \"\xff\"}").unwrap();
+
+    let table = r#"{"period": [7, 4, 2, 1], "enter": [0, 0, 0], "leave": [3, 3, 3]}"#;
+    fs::write(home.join("hunts.json"), table).unwrap();
+    fs::write(home.join("short.json"), table.replace("[0, 0, 0]", "[0, 0]")).unwrap();
+
+    let (good, exit) = object(home, "lab check good.json good.json");
+    assert_eq!((exit, &good["ok"], &good["cases"], &good["within"]), (0, &true.into(), &4.into(), &4.into()));
+    assert_eq!(good["files"][0]["results"][1]["id"], "other");
+    assert!(good["files"][1]["results"][0]["worst_ratio"].as_f64().unwrap() < 0.01);
+    assert!(text(home, "lab check good.json").ends_with("2 of 2 within tolerance\n"));
+
+    let (off, exit) = object(home, "lab check good.json off.json");
+    assert_eq!((exit, &off["ok"], &off["cases"], &off["within"]), (1, &false.into(), &4.into(), &3.into()));
+    let case = &off["files"][1]["results"][1];
+    assert_eq!(case["within"], false);
+    assert_eq!(case["worst"]["what"], "cases[1].total_time");
+    let ratio = case["worst_ratio"].as_f64().unwrap();
+    assert!((10.0..20.0).contains(&ratio), "1e-9 s beside a tolerance of 7.6e-11 s: {ratio}");
+    assert_eq!(off["error"]["code"], "lab.outside");
+    let said = annulus(home, "lab check off.json");
+    assert_eq!(said.status.code(), Some(1));
+    let said = String::from_utf8(said.stdout).unwrap();
+    assert!(said.contains("! other") && said.contains("1 of 2 within tolerance"), "{said}");
+
+    for (arguments, code, exit, line) in [
+        ("lab check missing.json", "files.missing", 3, None),
+        ("lab check good.json cut.json", "lab.not_json", 1, Some(2)),
+        ("lab check bytes.json", "lab.not_json", 1, Some(2)),
+        ("lab check .", "files.unreadable", 3, None),
+        ("lab check", "cli.usage", 2, None),
+        ("lab profile --length-mm -1", "motion.bad_length", 1, None),
+        ("lab profile --speed 0", "motion.bad_speed", 1, None),
+        ("lab profile --jerk NaN", "motion.bad_jerk", 1, None),
+        ("lab profile --shape power --order 3", "motion.bad_order", 1, None),
+        ("lab profile --shape round", "cli.usage", 2, None),
+        ("lab profile --machine nobody", "machine.no_such", 3, None),
+        ("lab profile -o plot.bmp", "lab.ending", 2, None),
+        ("lab automaton --interrupt-hz 0", "lab.bad_frequency", 1, None),
+        ("lab automaton --retarget 0:4", "lab.bad_retarget", 2, None),
+        ("lab automaton --retarget 5", "lab.bad_retarget", 2, None),
+        ("lab automaton --target 900000000", "lab.long_move", 1, None),
+        ("lab automaton --table nowhere.json", "files.missing", 3, None),
+        ("lab automaton --table hunts.json", "automaton.hunts", 1, None),
+        ("lab automaton --table short.json", "lab.wrong_length", 1, Some(1)),
+        ("lab profile -o no/such/folder/plot.svg", "lab.not_written", 3, None),
+        ("lab servo --sample 0", "servo.bad_parameter", 1, None),
+        ("lab servo --plant-tau -1", "cli.usage", 2, None),
+        ("lab servo --duration 1e9", "servo.too_long", 1, None),
+        ("lab servo --stroke --height-mm NaN", "motion.bad_length", 1, None),
+    ] {
+        let (found, status) = object(home, arguments);
+        assert_eq!((found["error"]["code"].as_str(), status), (Some(code), exit), "{arguments}: {found}");
+        assert_eq!(found["ok"], false);
+        assert_eq!(found["error"]["place"]["line"].as_u64(), line, "{arguments}: {found}");
+    }
+}
+
+#[test]
+fn a_profile_has_the_times_of_the_reference() {
+    let home = tempfile::tempdir().unwrap();
+    let (found, exit) = object(home.path(), "lab profile --length-mm 5 --samples 11");
+    assert_eq!(exit, 0);
+    // Part D.1 of the reference: linear, S-curve, power law with order one half.
+    for (index, (shape, case, ms)) in
+        [("linear", "triangle", 44.72), ("s", "-A", 55.83), ("power", "-A", 62.17)].into_iter().enumerate()
+    {
+        let profile = &found["profiles"][index];
+        assert_eq!((profile["shape"].as_str(), profile["case"].as_str()), (Some(shape), Some(case)));
+        assert!((1e3 * profile["duration_s"].as_f64().unwrap() - ms).abs() < 0.01, "{profile}");
+    }
+    assert_eq!(found["choice"], "linear");
+    let columns = found["columns"].as_array().unwrap();
+    let last = found["samples"].as_array().unwrap().last().unwrap();
+    assert_eq!((columns.len(), last.as_array().unwrap().len()), (13, 13));
+    assert_eq!(found["samples"].as_array().unwrap().len(), 11);
+    assert_eq!((&columns[1], &last[1]), (&"linear_s_mm".into(), &5.0.into()));
+    // A machine brings its limits; a limit of one's own goes before.
+    let (machine, _) = object(home.path(), "lab profile --machine lab --speed 7 --shape auto");
+    assert_eq!(machine["limits"]["speed_mm_per_s"], 7.0);
+    assert_eq!(machine["profiles"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn the_automaton_has_the_takts_of_the_reference() {
+    let home = tempfile::tempdir().unwrap();
+    let (found, exit) = object(home.path(), "lab automaton --target 10 --retarget 12:25");
+    assert_eq!((exit, &found["total_interrupts"], &found["final_position"]), (0, &46.into(), &25.into()));
+    let first = &found["samples"][0];
+    assert_eq!(
+        (first[0].as_f64(), first[1].as_f64(), first[2].as_f64()),
+        (Some(7.0), Some(0.014), Some(1.0))
+    );
+    // Part A.5: 100 takts need 121 interrupts, 0.2086 s at 580 Hz; the machine of the paper has the same table.
+    let (found, _) = object(home.path(), "lab automaton --target -100 --interrupt-hz 580");
+    assert_eq!((&found["total_interrupts"], &found["final_position"]), (&121.into(), &(-100).into()));
+    assert!((found["duration_s"].as_f64().unwrap() - 0.2086).abs() < 5e-5);
+    let (lab, _) = object(home.path(), "lab automaton --machine lab");
+    assert_eq!((&lab["total_interrupts"], &lab["duration_s"]), (&121.into(), &0.242.into()));
+    let early = r#"{"period": [7, 4, 2, 1], "enter": [0, 1, 2], "leave": [1, 2, 4]}"#;
+    fs::write(home.path().join("early.json"), early).unwrap();
+    let (early, _) = object(home.path(), "lab automaton --table early.json --target 12");
+    assert_eq!(early["total_interrupts"], 27);
+}
+
+#[test]
+fn the_loop_has_the_numbers_of_the_reference() {
+    let home = tempfile::tempdir().unwrap();
+    let (found, _) = object(home.path(), "lab servo");
+    // Part B2.4 of the reference: overshoot in % and settling in ms.
+    for (index, (name, over, settling)) in
+        [("fuzzy", 0.69, 27.5), ("plain", 12.9, 160.0), ("retuned", 2.71, 35.0)].into_iter().enumerate()
+    {
+        let row = &found["controllers"][index];
+        assert_eq!(row["controller"], name);
+        assert!((row["metrics"]["overshoot_pct"].as_f64().unwrap() - over).abs() < 0.05, "{row}");
+        assert!((1e3 * row["metrics"]["settling_s"].as_f64().unwrap() - settling).abs() < 1e-6, "{row}");
+    }
+    let (load, _) = object(
+        home.path(),
+        "lab servo --step-mm 0 --stage cut --load -0.3 --load-from 0.05 --load-to 0.2 --duration 0.35",
+    );
+    let most = load["controllers"][0]["metrics"]["max_deviation_mm"].as_f64().unwrap();
+    assert!((most - 0.135).abs() < 0.001, "{most}");
+    let (stroke, _) = object(home.path(), "lab servo --stroke --feed-forward");
+    let metrics = &stroke["controllers"][0]["metrics"];
+    assert!((metrics["depth_error_mm"].as_f64().unwrap() - 0.064).abs() < 0.001, "{metrics}");
+}
+
+#[test]
+fn plots_and_tables_are_written_as_asked() {
+    let home = tempfile::tempdir().unwrap();
+    let home = home.path();
+    for (command, words) in [
+        ("lab profile", &["speed / mm/s", "jerk / mm/s³", "power law α = 0.5", "time / ms"][..]),
+        ("lab automaton", &["position / takts", "state", "rate / 1/s"]),
+        ("lab servo", &["control / V", "staged fuzzy PID", "place / mm"]),
+        ("lab servo --stroke", &["contact", "surface", "return"]),
+    ] {
+        let plot = text(home, &format!("{command} --svg"));
+        assert!(plot.starts_with("<svg ") && plot.ends_with("</svg>\n"));
+        for word in words {
+            assert!(plot.contains(word), "{command}: no {word}");
+        }
+        let table = text(home, &format!("{command} --csv"));
+        let wide = table.lines().next().unwrap().split(',').count();
+        assert!(wide >= 4 && table.contains("t_s,") && table.lines().count() > 100, "{command}");
+        assert!(table.lines().all(|line| line.split(',').count() == wide), "{command}");
+        for (ending, start) in [("svg", "<svg "), ("csv", &table[..12]), ("json", "{")] {
+            let file = format!("out.{ending}");
+            let (found, exit) = object(home, &format!("{command} -o {file}"));
+            assert_eq!((exit, &found["file"]), (0, &Value::from(file.clone())));
+            let written = fs::read_to_string(home.join(&file)).unwrap();
+            assert!(written.starts_with(start), "{command} {ending}");
+        }
+        assert!(text(home, command).lines().count() >= 3, "{command}");
+        assert_eq!(text(home, &format!("{command} --svg")), plot, "the same again");
+    }
+    assert_eq!(annulus(home, "lab profile --svg --csv").status.code(), Some(2));
+}
