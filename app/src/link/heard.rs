@@ -66,6 +66,8 @@ pub(super) fn heard(tell: Tell) {
             noted(Event::Refused(why.clone()));
             line.refused.set(Some(why));
         }
+        // These are the Lab screen's.
+        Tell::QueueText { .. } | Tell::Queue(_) | Tell::Outputs(_) => {}
         Tell::Pong { stamp } => {
             stop::pong(stamp);
             line.delay_ms.set(Some(now_ms() - stamp));

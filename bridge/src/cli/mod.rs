@@ -11,6 +11,7 @@ mod lab;
 mod link;
 mod machines;
 mod plan;
+mod queue;
 mod refusal;
 mod run;
 mod serve;
@@ -52,6 +53,8 @@ pub(crate) enum Command {
     Simulate(simulate::SimulateArgs),
     /// Drill a job.
     Run(run::RunArgs),
+    /// Check or run a queue of work commands.
+    Queue(queue::QueueArgs),
     /// Serve the page on this computer (the default).
     Serve(serve::ServeArgs),
     /// Print a fresh one-time address for a running bridge.
@@ -273,6 +276,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Run(args)) => run::run(&args, json),
+        Some(Command::Queue(args)) => queue::run(&args),
         Some(Command::Serve(args)) => serve::run(&args, json),
         Some(Command::Link(args)) => link::run(&args),
         Some(Command::Machines(args)) => machines::run(&args),

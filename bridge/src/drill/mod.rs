@@ -11,8 +11,10 @@
 
 mod hands;
 mod moves;
+mod outputs;
 mod owner;
 mod prepare;
+mod queue;
 mod recorder;
 mod status;
 mod store;

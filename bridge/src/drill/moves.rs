@@ -78,6 +78,8 @@ pub(super) enum Doing {
     Approach,
     /// Some segments of the leg in work.
     Leg,
+    /// Some segments of a row of the queue.
+    Queue,
     /// Tip up, spindle off.
     Safe,
 }
@@ -138,7 +140,7 @@ fn letter(axis: usize) -> &'static str {
 
 impl Owner {
     /// Gives the executor something to do.
-    fn give(&mut self, doing: Doing, segments: Vec<Segment>) {
+    pub(super) fn give(&mut self, doing: Doing, segments: Vec<Segment>) {
         self.task += 1;
         if self.executor.is_gone() {
             // Nobody will report: what was to be made safe is out of reach, and nothing else can begin.
@@ -346,6 +348,7 @@ impl Owner {
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {
+            (Doing::Queue, _) => self.queue_reported(report),
             (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
             (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
             (Doing::Homing(homing), ended) => self.homed(homing, ended, report, stopping),

@@ -5,7 +5,9 @@
 
 use super::hands::Hands;
 use super::moves::{Doing, Work, ruler};
+use super::outputs::Bench;
 use super::prepare::{Context, Prepared};
+use super::queue::Lab;
 use super::recorder::{Record, Recorder};
 use super::store;
 use crate::executor::{Executor, Report, Shared};
@@ -13,6 +15,7 @@ use crate::journal::{Contents, JobRecord, Journal, Progress, WorkZero};
 use crate::machine_file;
 use annulus_core::control::{Action, Ending, Event, Session, State, Timing, Trust, step};
 use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
+use annulus_core::queue::Mode;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::twin::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Status, Tell};
@@ -86,6 +89,10 @@ pub(super) struct Owner {
     /// A job that did not come to its end.
     pub(super) interrupted: Option<(JobRecord, Progress)>,
     pub(super) doing: Doing,
+    /// The queue of work commands.
+    pub(super) lab: Option<Lab>,
+    /// Outputs by hand.
+    pub(super) bench: Bench,
     pub(super) task: u64,
     /// Machine steps at the last rest.
     pub(super) position: Steps,
@@ -143,6 +150,8 @@ impl Owner {
             work: None,
             interrupted,
             doing: Doing::Nothing,
+            lab: None,
+            bench: Bench::default(),
             task: 0,
             position: Steps::default(),
             pending: VecDeque::new(),
@@ -155,6 +164,7 @@ impl Owner {
     pub(super) fn run(mut self, inbox: &Receiver<Message>) {
         loop {
             let left = HEARTBEAT.saturating_sub(self.told.1.elapsed());
+            let left = self.outputs_due().map_or(left, |due| due.min(left));
             match inbox.recv_timeout(left) {
                 Ok(Message::Shutdown) | Err(RecvTimeoutError::Disconnected) => {
                     return self.come_to_rest(inbox);
@@ -162,6 +172,7 @@ impl Owner {
                 Ok(message) => self.take(message),
                 Err(RecvTimeoutError::Timeout) => {}
             }
+            self.tick_outputs();
             self.tell_status();
         }
     }
@@ -212,10 +223,22 @@ impl Owner {
                 self.try_event(Event::Jog(axis, distance_um))?;
             }
             Ask::Start { job, stream_digest, from_leg } => self.start(job, stream_digest, from_leg)?,
-            Ask::Pause => self.try_event(Event::Pause)?,
+            Ask::Pause => {
+                self.try_event(Event::Pause)?;
+                self.queue_hold();
+            }
+            Ask::Resume if self.session.queue => self.queue_run(Mode::ToBreakpoint)?,
             Ask::Resume => self.try_event(Event::Resume)?,
             Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
-            Ask::Stop => self.try_event(Event::Stop)?,
+            Ask::Stop => {
+                self.lock_outputs();
+                self.try_event(Event::Stop)?;
+            }
+            Ask::Queue { text } => return self.queue_load(text),
+            Ask::QueueRun { mode } => self.queue_run(mode)?,
+            Ask::QueueClear => self.queue_clear()?,
+            Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
+            Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
             Ask::BitChanged => self.try_event(Event::BitChanged)?,
             Ask::AcknowledgeAlarm => {
                 if self.executor.is_gone() {
@@ -237,13 +260,16 @@ impl Owner {
     }
 
     /// Does what follows from `event`, or says why it is refused.
-    fn try_event(&mut self, event: Event) -> Result<(), Remark> {
+    pub(super) fn try_event(&mut self, event: Event) -> Result<(), Remark> {
         let (next, actions) = step(&self.session, event);
         if let [Action::Refuse(why)] = actions.as_slice() {
             return Err(why.clone());
         }
         let counted = self.session.trust != Trust::Lost;
         self.session = next;
+        if actions.iter().any(Action::moves) {
+            self.lock_outputs();
+        }
         for action in actions {
             if let Err(why) = self.act(action, counted) {
                 // Nothing was set in motion after all.
@@ -273,6 +299,7 @@ impl Owner {
                 self.jog(usize::from(axis), steps)?;
             }
             Action::Approach(_) => self.approach()?,
+            Action::Queue => self.queue_go(),
             Action::NextLeg => self.leg(Vec::new()),
             Action::RestOfLeg => self.rest_of_leg(),
             Action::SpindleOn => self.spindle_on(),
@@ -285,7 +312,10 @@ impl Owner {
                 let zero = self.session.zero().map(|steps| WorkZero { steps, ruler });
                 self.recorder.write(Record::Zero(zero));
             }
-            Action::End(ending) => self.end(ending),
+            Action::End(ending) => {
+                self.queue_over();
+                self.end(ending);
+            }
             Action::Refuse(why) => return Err(why),
         }
         Ok(())
@@ -398,11 +428,14 @@ impl Owner {
             self.recorder.write(Record::Zero(None));
         }
         self.machine = changed;
-        self.prepared = None;
+        (self.prepared, self.lab) = (None, None);
+        self.lock_outputs();
         if rebuilt {
             self.renew_executor()?;
         }
         self.tell(self.machine_tell());
+        self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
+        self.tell(self.outputs_tell());
         Ok(())
     }
 

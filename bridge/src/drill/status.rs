@@ -61,6 +61,8 @@ impl Owner {
         tells.extend(self.timing.clone().map(|timing| Tell::Timing(Box::new(timing))));
         tells.extend(self.prepared.as_ref().map(|prepared| prepared.tell()));
         tells.extend(self.offer());
+        tells.extend(self.queue_greeting());
+        tells.push(self.outputs_tell());
         tells
     }
 
@@ -108,7 +110,7 @@ impl Owner {
             holes_total: work
                 .map_or(0, |work| u32::try_from(work.job.program.hole_count()).unwrap_or(u32::MAX)),
             stage: glimpse.stage,
-            command: glimpse.stage.map(|stage| command_name(stage).to_owned()),
+            command: self.queue_command().or(glimpse.stage.map(|stage| command_name(stage).to_owned())),
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
             spindle_rpm: glimpse.rpm,

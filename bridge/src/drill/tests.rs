@@ -1,5 +1,6 @@
 //! The drill in one process, on the virtual drill with and without faults. No disk but a temporary folder.
 
+mod lab;
 mod zero;
 
 use super::*;

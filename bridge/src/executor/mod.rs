@@ -196,6 +196,11 @@ impl Executor {
         self.send(thread::Message::Spindle(rpm));
     }
 
+    /// Switches an output, by its place among the machine's names, at rest.
+    pub(crate) fn output(&self, place: u8, on: bool) {
+        self.send(thread::Message::Output(place, on));
+    }
+
     /// Whether it died: nothing that is given will be reported.
     pub(crate) fn is_gone(&self) -> bool {
         match &self.seat {

@@ -86,12 +86,12 @@ impl<P: Pins> Pins for Recorded<P> {
         self.pins.spindle(at_tick, rpm);
     }
 
-    fn inputs(&mut self, at_tick: u64) -> u32 {
-        self.pins.inputs(at_tick)
-    }
-
     fn output(&mut self, at_tick: u64, place: u8, on: bool) {
         self.pins.output(at_tick, place, on);
+    }
+
+    fn inputs(&mut self, at_tick: u64) -> u32 {
+        self.pins.inputs(at_tick)
     }
 
     fn rest(&mut self, at_tick: u64) {

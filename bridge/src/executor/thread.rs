@@ -28,6 +28,8 @@ pub(super) enum Message {
     /// The count of an axis is off by so much.
     Correct(usize, i64),
     Spindle(u32),
+    /// An output by its place among the machine's names.
+    Output(u8, bool),
     Finish,
 }
 
@@ -72,6 +74,7 @@ impl Place {
                     self.pins.spindle(self.line.tick, rpm);
                     self.rpm = rpm;
                 }
+                Message::Output(place, on) => self.pins.output(self.line.tick, place, on),
                 Message::Finish => break,
             }
             self.leave(None);

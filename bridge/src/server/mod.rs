@@ -143,6 +143,11 @@ impl Bridge {
         if changed {
             tracing::info!(holder = self.desk().holder(), ?lost, "control");
         }
+        if changed && (lost.is_some() || self.desk().holder().is_none()) {
+            // Outputs that one page unlocked are not for the next.
+            let bridge = Arc::clone(self);
+            tokio::task::spawn_blocking(move || bridge.drill.ask(Ask::OutputLease { minutes: 0 }));
+        }
         if lost.is_some() && self.desk().jogging() {
             self.stop(lost.unwrap_or_default());
         }
@@ -181,8 +186,16 @@ impl Bridge {
         if stopped() {
             return self.refuse(viewer, Remark::new(Weight::Loss, "socket.stopped_meanwhile"));
         }
-        let moves =
-            matches!(ask, Ask::Home | Ask::Jog { .. } | Ask::Start { .. } | Ask::Resume | Ask::BitChanged);
+        let moves = matches!(
+            ask,
+            Ask::Home
+                | Ask::Jog { .. }
+                | Ask::Start { .. }
+                | Ask::Resume
+                | Ask::BitChanged
+                | Ask::QueueRun { .. }
+                | Ask::Output { .. }
+        );
         self.pass_on(viewer, ask);
         if moves && stopped() {
             self.pass_on(viewer, Ask::Stop);

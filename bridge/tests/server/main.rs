@@ -4,6 +4,7 @@ mod card;
 mod client;
 mod commands;
 mod door;
+mod lab;
 mod limits;
 mod pages;
 mod uploads;

@@ -9,6 +9,8 @@
 //!   Alarm ◀── failed ── any     └────────── Stopping ◀── Stop, from anywhere
 //! ```
 //!
+//! A queue of work commands runs and holds in the states of a job; its rows may home, so it needs no trust to begin.
+//!
 //! Comes in: asks, and what the executor reports. Goes out: the next session and what to do. One thing moves at a time;
 //! the executor answers every moving action with exactly one report, at rest. Does not know how anything is moved.
 
@@ -35,6 +37,8 @@ pub struct Session {
     pub offer: Option<(String, u32)>,
     /// Whether the executor has something to do.
     pub moving: bool,
+    /// What runs, or is held, is a queue of work commands.
+    pub queue: bool,
     /// What is to happen at the next rest.
     wish: Wish,
     /// How the job in work is to end, once at rest.
@@ -65,6 +69,8 @@ pub enum Event {
     Disarmed(bool),
     /// Start this job with this stream digest from this leg on.
     Start(String, String, u32),
+    /// Begin a queue of work commands, or go on with it: a row, or up to a breakpoint.
+    Queue,
     /// Finish the leg, then hold.
     Pause,
     /// Go on.
@@ -85,6 +91,12 @@ pub enum Event {
     LegDone(bool, bool),
     /// Report: the leg waits for a bit.
     BitWanted,
+    /// Report: the queue rests between two rows.
+    QueueHeld,
+    /// Report: the last row of the queue is done.
+    QueueDone,
+    /// A queue began to home an axis, or has homed all of them: whether every axis is homed.
+    Counted(bool),
     /// Report: at rest because of Stop.
     Rested,
     /// Report: the tip is up and the spindle off.
@@ -104,6 +116,8 @@ pub enum Action {
     Jog(u8, i32),
     /// Begin the job: go to where this leg starts, spindle on. Moves.
     Approach(u32),
+    /// The next rows of the queue. Moves.
+    Queue,
     /// Run the next leg. Moves.
     NextLeg,
     /// Run what is left of the leg after its bit. Moves.
@@ -135,6 +149,7 @@ impl Action {
             Self::Home
                 | Self::Jog(..)
                 | Self::Approach(_)
+                | Self::Queue
                 | Self::NextLeg
                 | Self::RestOfLeg
                 | Self::SpindleOn
@@ -153,6 +168,7 @@ impl Default for Session {
             armed: None,
             offer: None,
             moving: false,
+            queue: false,
             wish: Wish::None,
             ending: None,
         }
@@ -173,6 +189,8 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
         | Event::Arrived
         | Event::LegDone(..)
         | Event::BitWanted
+        | Event::QueueHeld
+        | Event::QueueDone
         | Event::Rested
         | Event::Safe => {
             next.moving = false;
@@ -183,6 +201,14 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
             next.failed(why, trust)
         }
         Event::CannotRecord(why) => next.cannot_record(why),
+        Event::Counted(all) => {
+            next.trust = if all { Trust::Trusted } else { Trust::Lost };
+            Vec::new()
+        }
+        Event::Queue if next.queue && next.state == State::Paused => {
+            next.state = State::Running;
+            vec![Action::Queue]
+        }
         Event::Pause | Event::Resume | Event::StopAfterHole | Event::BitChanged => next.while_running(&event),
         ask => next.at_rest(ask),
     };
@@ -254,6 +280,10 @@ impl Session {
                 Vec::new()
             }
             Event::Start(job, digest, leg) => self.start(&job, &digest, leg),
+            Event::Queue => {
+                (self.state, self.wish, self.ending, self.queue) = (State::Running, Wish::None, None, true);
+                vec![Action::Queue]
+            }
             _ => refuse("control.nothing_to_do"),
         }
     }
@@ -299,7 +329,7 @@ impl Session {
                 (self.state, self.wish) = (State::Running, Wish::None);
                 Vec::new()
             }
-            (Event::Resume, State::Paused) => {
+            (Event::Resume, State::Paused) if !self.queue => {
                 (self.state, self.wish) = (State::Running, Wish::None);
                 vec![Action::SpindleOn]
             }
@@ -347,6 +377,7 @@ impl Session {
         match (self.state, report) {
             (State::Alarm, _) => Vec::new(),
             (State::Stopping, Event::Safe) => {
+                self.queue = false;
                 self.state = if self.alarm.is_some() { State::Alarm } else { self.resting_state() };
                 self.ending.take().map(Action::End).into_iter().collect()
             }
@@ -369,6 +400,12 @@ impl Session {
                 self.state = self.resting_state();
                 Vec::new()
             }
+            // The spindle stays as the row before left it.
+            (State::Running | State::Pausing, Event::QueueHeld) => {
+                (self.state, self.wish) = (State::Paused, Wish::None);
+                Vec::new()
+            }
+            (State::Running | State::Pausing, Event::QueueDone) => self.finish(Ending::Done),
             (State::Running | State::Pausing, Event::BitWanted) => {
                 self.state = State::ToolChange;
                 vec![Action::SpindleOff]
@@ -396,6 +433,7 @@ impl Session {
     fn failed(&mut self, why: Alarm, trust: Trust) -> Vec<Action> {
         let again = self.state == State::Alarm;
         let had_job = self.has_job();
+        self.queue = false;
         self.trust = worse(self.trust, trust);
         self.state = State::Alarm;
         self.alarm.get_or_insert(why);
@@ -459,11 +497,16 @@ mod tests {
                 (_, Action::Home) => Event::Homed,
                 (_, Action::Jog(..) | Action::Approach(_) | Action::SpindleOn) => Event::Arrived,
                 (2, Action::NextLeg) => Event::BitWanted,
+                (2, Action::Queue) => Event::QueueDone,
+                (_, Action::Queue) => Event::QueueHeld,
                 (_, Action::MakeSafe { .. }) => Event::Safe,
                 _ => Event::LegDone(next(seed, 2) == 0, next(seed, 5) == 0),
             };
         }
-        match next(seed, 15) {
+        if session.queue && session.moving && next(seed, 9) == 0 {
+            return Event::Counted(next(seed, 2) == 0);
+        }
+        match next(seed, 16) {
             0 => Event::Home,
             1 => Event::SetZero([next(seed, 99) as i64, 3]),
             2 => Event::UndoZero,
@@ -479,6 +522,7 @@ mod tests {
             11 => Event::Stop,
             12 => Event::BitChanged,
             13 => Event::Acknowledge,
+            14 => Event::Queue,
             _ => Event::CannotRecord(alarm("y")),
         }
     }
@@ -490,6 +534,8 @@ mod tests {
                 | Event::Arrived
                 | Event::LegDone(..)
                 | Event::BitWanted
+                | Event::QueueHeld
+                | Event::QueueDone
                 | Event::Rested
                 | Event::Safe
                 | Event::Failed(..)
@@ -513,6 +559,7 @@ mod tests {
                 Action::Approach(_) => matches!(event, Event::Start(..)),
                 Action::RestOfLeg => *event == Event::BitChanged,
                 Action::SpindleOn => *event == Event::Resume,
+                Action::Queue => *event == Event::Queue,
                 Action::NextLeg => before.state == State::Running || before.state == State::Pausing,
                 _ => is_report(event) || matches!(event, Event::Stop | Event::StopAfterHole),
             };
@@ -536,7 +583,8 @@ mod tests {
             assert_eq!(*event, Event::Acknowledge, "an alarm stays until it is read: {trace}");
         }
         if before.trust != Trust::Trusted && after.trust == Trust::Trusted {
-            assert_eq!(*event, Event::Homed, "only homing gives trust: {trace}");
+            let homed = matches!(event, Event::Homed | Event::Counted(true));
+            assert!(homed, "only homing gives trust: {trace}");
         }
         assert!(after.zeros.len() <= ZEROS_KEPT + 1, "{trace}");
         assert_eq!(
@@ -544,6 +592,9 @@ mod tests {
             after.alarm.is_some() && after.state == State::Alarm,
             "{trace}"
         );
+        let with_queue =
+            matches!(after.state, State::Running | State::Pausing | State::Paused | State::Stopping);
+        assert!(!after.queue || with_queue, "a queue in a state that knows none: {trace}");
         if matches!(after.state, State::Ready | State::NotHomed | State::Paused | State::ToolChange) {
             assert!(!after.moving, "a state of rest while something moves: {trace}");
         }

@@ -20,6 +20,15 @@ fn common_bits() -> Vec<Length> {
         .to_vec()
 }
 
+/// Limits of Z on its way down: mm/s, mm/s², mm/s³.
+fn down(speed: f64, acceleration: f64, jerk: f64) -> DownLimits {
+    DownLimits {
+        max_speed_mm_per_s: speed,
+        max_acceleration_mm_per_s2: acceleration,
+        max_jerk_mm_per_s3: jerk,
+    }
+}
+
 /// The machine everything works on without hardware: a fast hobby drill, 300 × 200 mm.
 pub fn virtual_drill() -> Machine {
     let axis = |max: f64| Axis {
@@ -66,11 +75,7 @@ pub fn virtual_drill() -> Machine {
         direction_setup_us: 5,
         pulse_width_us: 2.0,
         motion: MotionLaws { down: Law::Power, ..laws() },
-        down: DownLimits {
-            max_speed_mm_per_s: 50.0,
-            max_acceleration_mm_per_s2: 1_500.0,
-            max_jerk_mm_per_s3: 60_000.0,
-        },
+        down: down(50.0, 1_500.0, 60_000.0),
         overlap: Overlap { on: true, clear_mm: 0.5, latency_ms: 0.2, margin_ms: 5.0, dwell_top_ms: 0.0 },
         settle_ms: 10.0,
         stroke_end: StrokeEnd::Counted,
@@ -144,11 +149,7 @@ pub fn lab() -> Machine {
         direction_setup_us: 100,
         pulse_width_us: 100.0,
         motion: laws(),
-        down: DownLimits {
-            max_speed_mm_per_s: 5.0,
-            max_acceleration_mm_per_s2: 100.0,
-            max_jerk_mm_per_s3: 5_000.0,
-        },
+        down: down(5.0, 100.0, 5_000.0),
         overlap: Overlap { on: false, clear_mm: 0.5, latency_ms: 0.0, margin_ms: 0.0, dwell_top_ms: 0.0 },
         settle_ms: 20.0,
         stroke_end: StrokeEnd::Sensor,
@@ -190,11 +191,7 @@ pub fn hobby_3018() -> Machine {
         z: slow(base.z.clone(), 10.0),
         max_step_hz: 25_000,
         motion: MotionLaws { plane: Law::Linear, down: Law::Linear, up: Law::Linear, ..laws() },
-        down: DownLimits {
-            max_speed_mm_per_s: 10.0,
-            max_acceleration_mm_per_s2: 30.0,
-            max_jerk_mm_per_s3: 3_000.0,
-        },
+        down: down(10.0, 30.0, 3_000.0),
         overlap: Overlap { margin_ms: 20.0, ..base.overlap },
         longest_drilling_s: 20.0,
         process: Process { feed_mm_per_s: 2.0, spindle_rpm: 10_000, ..base.process.clone() },
@@ -233,11 +230,7 @@ pub fn six_spindles() -> Machine {
         direction_setup_us: 1,
         pulse_width_us: 1.0,
         settle_ms: 5.0,
-        down: DownLimits {
-            max_speed_mm_per_s: 400.0,
-            max_acceleration_mm_per_s2: 20_000.0,
-            max_jerk_mm_per_s3: 4_000_000.0,
-        },
+        down: down(400.0, 20_000.0, 4_000_000.0),
         overlap: Overlap { on: true, clear_mm: 0.3, latency_ms: 0.2, margin_ms: 3.0, dwell_top_ms: 1.0 },
         tool_change: ToolChange::Manual,
         process: Process {

@@ -6,6 +6,9 @@
 use super::{DriveKind, Machine, StrokeEnd, card, dynamics, phases};
 use crate::remark::{Remark, Weight};
 
+/// The most outputs with a name.
+const MOST_OUTPUTS: usize = 16;
+
 /// What no single field can tell: ranges inside out, heights out of reach, drives asked for too much.
 pub fn validate(machine: &Machine) -> Vec<Remark> {
     let mut remarks = Vec::new();
@@ -36,10 +39,26 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
             );
         }
     }
+    remarks.extend(outputs(machine));
     remarks.extend(drives(machine));
     remarks.extend(strokes(machine));
     remarks.extend(card::validate(machine));
     remarks
+}
+
+/// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.
+fn outputs(machine: &Machine) -> Option<Remark> {
+    let names = machine.card.names();
+    let good = |name: &str| {
+        name.starts_with(|c: char| c.is_ascii_alphabetic())
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+            && name.len() <= 32
+            && name != "spindle"
+    };
+    let twice = |at: usize| names[..at].contains(&names[at]);
+    let bad = (0..names.len()).find(|at| !good(&names[*at]) || twice(*at) || *at >= MOST_OUTPUTS)?;
+    let remark = Remark::new(Weight::Loss, "machine.output_name").with("key", "card.output_names");
+    Some(remark.with("name", &names[bad]).with("most", MOST_OUTPUTS))
 }
 
 /// Tables and pulses.

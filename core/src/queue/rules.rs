@@ -29,6 +29,15 @@ pub struct Standing {
 }
 
 impl Standing {
+    /// As after homing, with the work zero where it rests then.
+    pub fn just_homed(machine: &Machine) -> Self {
+        let mut position = Steps::default();
+        for (axis, place) in position.iter_mut().enumerate().take(3) {
+            *place = home_place(machine, axis);
+        }
+        Self { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0 }
+    }
+
     /// Whether the position of every axis is known.
     pub fn all_homed(&self) -> bool {
         self.homed == [true; 3]

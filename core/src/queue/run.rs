@@ -183,6 +183,21 @@ impl Run {
         self.ended
     }
 
+    /// Rows passed, each as often as it was done.
+    pub fn passed(&self) -> u32 {
+        self.cursor.passed()
+    }
+
+    /// Whether an axis is being homed.
+    pub fn homes(&self) -> bool {
+        matches!(self.doing, Doing::Homing(_))
+    }
+
+    /// Goes on after [`Run::hold`] that has not held yet, as far as `mode` says.
+    pub fn proceed(&mut self, mode: Mode) {
+        self.mode = mode;
+    }
+
     /// Holds after the row in work.
     pub fn hold(&mut self) {
         self.mode = Mode::Step;

@@ -17,10 +17,14 @@
 //! promised to stay readable: append only, never renumber.
 
 pub mod auth;
+mod lab;
 pub mod program;
+
+pub use lab::{Outputs, QueuePhase, QueueStatus};
 
 use crate::control::{Alarm, Ending, State, Timing, Trust};
 use crate::machine::Value;
+use crate::queue::Mode;
 use crate::remark::Remark;
 use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
@@ -156,6 +160,33 @@ pub enum Ask {
     AcknowledgeAlarm,
     /// Forget an interrupted job.
     ForgetInterrupted,
+    /// Check this queue of work commands against the machine as it stands, and keep it ready.
+    Queue {
+        /// Its text ([`crate::queue::read`]).
+        text: String,
+    },
+    /// Begin the queue or go on with it.
+    QueueRun {
+        /// How far.
+        mode: Mode,
+    },
+    /// Forget the queue.
+    QueueClear,
+    /// Unlock the outputs for so long, or for so long from now on; 0 locks them. They lock by themselves when the time is
+    /// over, when control changes hands, and when anything moves.
+    OutputLease {
+        /// At most 5.
+        minutes: u8,
+    },
+    /// Switch an unlocked output while nothing moves.
+    Output {
+        /// Its name in [`Outputs::names`].
+        name: String,
+        /// On or off.
+        on: bool,
+        /// Only for so long; then it goes back.
+        pulse_ms: Option<u32>,
+    },
     /// Change machine settings. Refused while anything moves.
     Configure {
         /// Keys and new values.
@@ -174,6 +205,8 @@ impl Ask {
             | Self::SetZero
             | Self::UndoZero
             | Self::Jog { .. }
+            | Self::OutputLease { .. }
+            | Self::Output { .. }
             | Self::AcknowledgeAlarm => Scope::Jog,
             Self::Arm { .. }
             | Self::Start { .. }
@@ -181,6 +214,9 @@ impl Ask {
             | Self::Resume
             | Self::StopAfterHole
             | Self::BitChanged
+            | Self::Queue { .. }
+            | Self::QueueRun { .. }
+            | Self::QueueClear
             | Self::ForgetInterrupted => Scope::Run,
             Self::Configure { .. } => Scope::Configure,
         }
@@ -270,6 +306,15 @@ pub enum Tell {
     },
     /// What the bridge found out about its clock; only where time is real.
     Timing(Box<Timing>),
+    /// The text of the queue that is ready, when a page comes and after every change.
+    QueueText {
+        /// As it was sent; empty where there is none.
+        text: String,
+    },
+    /// How the queue stands.
+    Queue(Box<QueueStatus>),
+    /// The outputs and their lock.
+    Outputs(Outputs),
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.
@@ -388,6 +433,10 @@ mod tests {
             (jog, Scope::Jog, true),
             (start, Scope::Run, true),
             (Ask::Resume, Scope::Run, true),
+            (Ask::Queue { text: String::new() }, Scope::Run, true),
+            (Ask::QueueRun { mode: Mode::Step }, Scope::Run, true),
+            (Ask::OutputLease { minutes: 5 }, Scope::Jog, true),
+            (Ask::Output { name: String::new(), on: true, pulse_ms: None }, Scope::Jog, true),
             (Ask::Configure { changes: vec![] }, Scope::Configure, true),
         ];
         for (ask, scope, needs_control) in rows {

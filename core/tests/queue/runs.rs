@@ -45,6 +45,7 @@ fn holes_are_where_the_queue_says() {
         let bench = Bench::homed(&machine, &mut twin).unwrap();
         let home = bench.standing.position;
         assert_eq!(twin.real()[..], home[..3], "{}: homing ends at a known step", machine.name);
+        assert_eq!(bench.standing, Standing::just_homed(&machine));
         let mut run = rehearse(FOUR, bench);
         assert_eq!(
             run.go(&machine, Mode::ToEnd, &mut twin, usize::MAX),

@@ -1,0 +1,294 @@
+//! Queues of work commands: checks one, or runs it row by row on a machine (A8).
+//!
+//! Comes in: a text file of rows and a machine. Goes out: what it will do or did, row by row. Both look at it as if the
+//! machine were homed and the work zero set where it rests then. Does not know what a row means.
+
+use super::signals::Signals;
+use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
+use crate::drill::Drill;
+use crate::machine_file;
+use annulus_core::control::State;
+use annulus_core::machine::Machine;
+use annulus_core::queue::{self, Checked, Mode, Queue, RowState, Standing, check, print, read};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
+use serde_json::{Value, json};
+use std::fs;
+use std::io::{self, BufRead, IsTerminal};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Arguments of `annulus queue`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct QueueArgs {
+    #[command(subcommand)]
+    what: What,
+}
+
+/// What to do with a queue.
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    /// Say whether a queue may run, and what it will do.
+    Check(FileArgs),
+    /// Run a queue.
+    Run(RunArgs),
+}
+
+/// Which queue, on which machine.
+#[derive(Debug, clap::Args)]
+struct FileArgs {
+    /// Text file, one work command a line.
+    file: PathBuf,
+    /// Machine: a preset's name or a machine file.
+    #[arg(long, default_value = "virtual")]
+    machine: String,
+}
+
+/// Arguments of `annulus queue run`.
+#[derive(Debug, clap::Args)]
+struct RunArgs {
+    #[command(flatten)]
+    file: FileArgs,
+    /// Say every row when it is done; at a terminal, wait for Enter before the next.
+    #[arg(long)]
+    step: bool,
+    /// How many times faster than life the virtual drill runs.
+    #[arg(long, default_value_t = 1.0)]
+    speed: f64,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
+    match &args.what {
+        What::Check(file) => {
+            let known = machine_file::named(&file.machine)?;
+            let text = text_of(file)?;
+            Ok(match checked(file, &text, &known.machine) {
+                Ok((queue, done)) => promised(file, &queue, &done, &known.machine),
+                Err(findings) => refused(&findings),
+            })
+        }
+        What::Run(run) => {
+            let known = machine_file::named(&run.file.machine)?;
+            let text = text_of(&run.file)?;
+            match checked(&run.file, &text, &known.machine) {
+                Ok((queue, _)) => perform(run, known, &queue, text),
+                Err(findings) => Ok(refused(&findings)),
+            }
+        }
+    }
+}
+
+fn remark(code: &str) -> Remark {
+    Remark::new(Weight::Loss, code)
+}
+
+fn text_of(args: &FileArgs) -> Result<String, Refusal> {
+    let path = args.file.display();
+    let bytes = fs::read(&args.file).map_err(|error| {
+        Refusal::surroundings(match error.kind() {
+            io::ErrorKind::NotFound => remark("files.missing").with("path", path),
+            _ => remark("files.unreadable").with("path", path).with("why", error),
+        })
+    })?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The queue and what it will do, or everything that is wrong with it.
+fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, Checked), Vec<Remark>> {
+    let file = args.file.display().to_string();
+    let queue = read(&file, text)?;
+    match check(&queue, machine, &machine.card.names(), &Standing::just_homed(machine)) {
+        Ok(done) => Ok((queue, done)),
+        Err(mut why) => {
+            if let Some(place) = &mut why.place {
+                place.file = file;
+            }
+            Err(vec![why])
+        }
+    }
+}
+
+fn refused(findings: &[Remark]) -> Answer {
+    let first = findings.first().cloned().unwrap_or_else(|| remark("queue.empty"));
+    let error = Refusal::content(first).object()["error"].take();
+    let object = json!({ "error": error, "findings": remark_objects(findings) });
+    let place = |why: &Remark| why.place.as_ref().map_or(0, |place| place.line);
+    let lines =
+        findings.iter().map(|why| format!("{}: {}", place(why), remark_lines(std::slice::from_ref(why))));
+    Answer { object, text: lines.collect(), exit: Exit::Content }
+}
+
+fn promised(args: &FileArgs, queue: &Queue, done: &Checked, machine: &Machine) -> Answer {
+    let home = Standing::just_homed(machine).position;
+    let mm = |place: [i64; 2]| {
+        [0, 1].map(|axis: usize| rounded(machine.axis(axis).scale.length(place[axis] - home[axis]).mm()))
+    };
+    let (lowest, highest) = (done.lowest.map(mm), done.highest.map(mm));
+    let object = json!({
+        "file": args.file.display().to_string(), "machine": machine.name, "rows": queue.rows().len(),
+        "rows_done": done.rows, "strokes": done.strokes,
+        "lowest_mm": lowest, "highest_mm": highest, "text": print(queue),
+    });
+    let mut text = format!("{} rows to do, {} strokes.\n", done.rows, done.strokes);
+    if let (Some([left, front]), Some([right, back])) = (lowest, highest) {
+        text += &format!("From the work zero: X {left} … {right} mm, Y {front} … {back} mm.\n");
+    }
+    Answer { object, text, exit: Exit::Done }
+}
+
+fn perform(
+    args: &RunArgs,
+    known: machine_file::Known,
+    queue: &Queue,
+    text: String,
+) -> Result<Answer, Refusal> {
+    let no_runtime = |error: io::Error| Refusal::surroundings(remark("run.no_runtime").with("reason", error));
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
+    let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
+    let drill = Drill::open(&machine_file::data_folder(), known.machine, args.speed)?;
+    drill.keep_settings_in(known.path);
+    let mut operator = Operator { drill: &drill, signals, interrupted: false };
+    let ran = runtime.block_on(operator.run(args.step, queue, text));
+    let answer = ran.map(|()| operator.answer(queue));
+    drill.shutdown();
+    answer
+}
+
+/// Stands in for the person at the machine.
+struct Operator<'a> {
+    drill: &'a Drill,
+    signals: Signals,
+    interrupted: bool,
+}
+
+impl Operator<'_> {
+    fn ask(&self, ask: Ask) -> Result<(), Refusal> {
+        self.drill.ask(ask).map(|_| ()).map_err(Refusal::content)
+    }
+
+    fn stands(&self) -> (Option<Status>, QueueStatus) {
+        let (mut status, mut queue) = (None, QueueStatus::default());
+        for tell in self.drill.greeting() {
+            match tell {
+                Tell::Status(told) => status = Some(*told),
+                Tell::Queue(told) => queue = *told,
+                _ => {}
+            }
+        }
+        (status, queue)
+    }
+
+    async fn run(&mut self, step: bool, queue: &Queue, text: String) -> Result<(), Refusal> {
+        if let Some(alarm) = self.stands().0.and_then(|status| status.alarm) {
+            super::say(format_args!("{} {}", alarm.message("en"), alarm.advice("en")));
+            self.ask(Ask::AcknowledgeAlarm)?;
+        }
+        self.ask(Ask::Home)?;
+        self.settle(|status, _| at_rest(status)).await;
+        if self.interrupted || self.stands().0.is_none_or(|status| status.state != State::Ready) {
+            return Ok(());
+        }
+        self.ask(Ask::SetZero)?;
+        self.ask(Ask::Queue { text })?;
+        let mode = if step { Mode::Step } else { Mode::ToEnd };
+        loop {
+            let row = self.stands().1.row;
+            self.ask(Ask::QueueRun { mode })?;
+            self.settle(|_, queue| queue.phase != QueuePhase::Running).await;
+            let (_, stands) = self.stands();
+            if let Some(row) = row.filter(|_| step) {
+                say_row(queue, &stands, row);
+            }
+            if stands.phase != QueuePhase::Held {
+                break;
+            }
+            if step && io::stdin().is_terminal() {
+                let _ = io::stdin().lock().read_line(&mut String::new());
+            }
+        }
+        self.settle(|status, _| at_rest(status)).await;
+        Ok(())
+    }
+
+    /// Waits for rest; the first signal stops the drill.
+    async fn settle(&mut self, rests: impl Fn(&Status, &QueueStatus) -> bool) {
+        loop {
+            if let (Some(status), queue) = self.stands()
+                && rests(&status, &queue)
+            {
+                return;
+            }
+            tokio::select! {
+                () = tokio::time::sleep(Duration::from_millis(5)) => {}
+                _ = self.signals.wait() => {
+                    if !self.interrupted {
+                        self.interrupted = true;
+                        super::say("Stopping.");
+                        let _ = self.drill.ask(Ask::Stop);
+                    }
+                }
+            }
+        }
+    }
+
+    fn answer(&self, queue: &Queue) -> Answer {
+        let (status, stands) = self.stands();
+        let exit = match stands.phase {
+            QueuePhase::Done => Exit::Done,
+            _ if self.interrupted => Exit::Interrupted,
+            _ => Exit::Content,
+        };
+        let rows: Vec<Value> = (0_u32..)
+            .zip(queue.rows())
+            .filter(|(_, row)| row.command.is_some())
+            .map(|(at, _)| row_object(queue, &stands, at))
+            .collect();
+        let position = status.as_ref().map(|status| status.work_mm.map(rounded));
+        let mut object = json!({
+            "ended": stands.phase, "rows_done": stands.passed, "rows_total": stands.total, "rows": rows,
+            "position_mm": position, "position_trust": status.as_ref().map(|status| status.trust),
+        });
+        let mut text = format!("{} of {} rows done.\n", stands.passed, stands.total);
+        if exit != Exit::Done {
+            let alarm = status.and_then(|status| status.alarm);
+            let refusal = Refusal::content(alarm.unwrap_or_else(|| remark("queue.stopped")));
+            object["error"] = refusal.object()["error"].take();
+            text += &format!("{refusal}\n");
+        }
+        Answer { object, text, exit }
+    }
+}
+
+fn at_rest(status: &Status) -> bool {
+    matches!(status.state, State::Ready | State::NotHomed | State::Alarm) && status.spindle_rpm == 0
+}
+
+/// The row as it is printed.
+fn row_text(queue: &Queue, row: u32) -> String {
+    print(queue).lines().nth(row as usize).unwrap_or_default().trim().to_owned()
+}
+
+fn row_object(queue: &Queue, stands: &QueueStatus, row: u32) -> Value {
+    let found = stands.results.iter().find(|(at, _)| *at == row).map(|(_, result)| result.clone());
+    let result: queue::RowResult = found.unwrap_or_default();
+    json!({ "row": row + 1, "text": row_text(queue, row), "state": result.state, "turns": result.turns,
+        "ms": rounded(result.ms), "code": result.why.map(|why| why.code) })
+}
+
+fn say_row(queue: &Queue, stands: &QueueStatus, row: u32) {
+    let found = stands.results.iter().find(|(at, _)| *at == row);
+    let Some((_, result)) = found else { return };
+    let state = match result.state {
+        RowState::Done => "done",
+        RowState::Refused => "refused",
+        RowState::StoppedHere => "stopped here",
+        RowState::Waiting | RowState::Working => "–",
+    };
+    super::say(format_args!(
+        "{:>4}  {:<40} {state}, {} ms",
+        row + 1,
+        row_text(queue, row),
+        result.ms.round()
+    ));
+}

@@ -1,0 +1,267 @@
+//! Queues of work commands and outputs by hand, on the virtual drill with and without faults.
+
+use super::{Bench, holes};
+use annulus_core::control::{State, Trust};
+use annulus_core::job::Input;
+use annulus_core::machine::{Card, Machine, StrokeEnd};
+use annulus_core::queue::{Mode, RowResult, RowState};
+use annulus_core::twin::Faults;
+use annulus_core::wire::{Ask, Outputs, QueuePhase, QueueStatus, Tell};
+use std::time::Duration;
+
+const FOUR: &str = "SPINDLE 20000\nREPEAT 2\nMOVE_BY 400 0\nCALL hole\nMOVE_TO 5 10\nCALL hole\nEND\nSUB hole\n\
+    KMD_WIERTLO_DOL\nKMD_WIERTLO_GORA\nEND\n";
+
+/// A drill with two outputs to switch.
+fn machine() -> Machine {
+    let card = Card { outputs: vec![25, 26], output_names: "lamp vacuum".to_owned(), ..Card::default() };
+    Machine { card, ..super::machine() }
+}
+
+impl Bench {
+    fn load(&self, text: &str) -> Result<(), String> {
+        self.drill.ask(Ask::Queue { text: text.to_owned() }).map(|_| ()).map_err(|why| why.code)
+    }
+
+    fn go(&self, mode: Mode) -> Result<(), String> {
+        self.drill.ask(Ask::QueueRun { mode }).map(|_| ()).map_err(|why| why.code)
+    }
+
+    fn queue(&self) -> QueueStatus {
+        let tells = self.drill.greeting().into_iter();
+        tells
+            .filter_map(|tell| if let Tell::Queue(status) = tell { Some(*status) } else { None })
+            .next()
+            .unwrap()
+    }
+
+    fn outputs(&self) -> Outputs {
+        let tells = self.drill.greeting().into_iter();
+        tells
+            .filter_map(|tell| if let Tell::Outputs(outputs) = tell { Some(outputs) } else { None })
+            .next()
+            .unwrap()
+    }
+
+    fn ready(&self) {
+        self.home();
+        self.drill.ask(Ask::SetZero).unwrap();
+    }
+}
+
+fn result(status: &QueueStatus, row: u32) -> RowResult {
+    status.results.iter().find(|(at, _)| *at == row).map(|(_, result)| result.clone()).unwrap_or_default()
+}
+
+#[test]
+fn a_queue_drills_what_it_says_and_tells_every_row() {
+    for machine in [machine(), Machine { stroke_end: StrokeEnd::Sensor, ..machine() }] {
+        let bench = Bench::new(&machine, Faults::default());
+        bench.ready();
+        bench.load(FOUR).unwrap();
+        assert_eq!((bench.queue().phase, bench.queue().total), (QueuePhase::Ready, 2 + 2 * 11));
+        bench.go(Mode::ToEnd).unwrap();
+        let status = bench.wait(|status| status.state == State::Ready);
+        assert_eq!((status.trust, status.job), (Trust::Trusted, None));
+        bench.wait(|status| status.spindle_rpm == 0);
+        let queue = bench.queue();
+        assert_eq!((queue.phase, queue.row, queue.passed), (QueuePhase::Done, None, queue.total));
+        let turns: Vec<u32> = (0..11).map(|row| result(&queue, row).turns).collect();
+        assert_eq!(turns, [1, 1, 2, 2, 2, 2, 2, 0, 4, 4, 4]);
+        let drilled = holes(&bench.folder.path().join(super::RECORD));
+        let wanted = [(6.0, 1.0), (6.0, 11.0), (11.0, 11.0), (6.0, 11.0)];
+        assert_eq!(drilled.len(), 4);
+        for ([x, y, depth], (right, away)) in drilled.iter().zip(wanted) {
+            assert!((x - right).abs() < 0.02 && (y - away).abs() < 0.02 && *depth >= 1.6, "{x} {y} {depth}");
+        }
+        assert_eq!(bench.go(Mode::ToEnd), Err("control.queue_over".into()));
+        bench.load(FOUR).unwrap();
+        assert_eq!(bench.queue().phase, QueuePhase::Ready);
+    }
+}
+
+#[test]
+fn what_must_not_run_is_refused_before_anything_moves() {
+    let bench = Bench::new(&machine(), Faults::default());
+    assert_eq!(bench.go(Mode::Step), Err("control.no_queue".into()));
+    assert_eq!(bench.load("MOVE_BY 1 1"), Err("queue.not_homed".into()));
+    bench.ready();
+    let rows = [
+        ("FLY", "queue.unknown_far"),
+        ("MOVE_BY 1", "queue.missing"),
+        ("WAIT 1\nMOVE_TO 300 0", "queue.outside"),
+        ("DRILL_DOWN", "queue.spindle_off"),
+        ("OUTPUT pump ON", "queue.no_such_output"),
+        ("", "queue.empty"),
+    ];
+    for (text, code) in rows {
+        assert_eq!(bench.load(text), Err(code.into()), "{text}");
+    }
+    assert_eq!(bench.queue().phase, QueuePhase::None);
+    // What was right when it was sent is looked at again when it begins.
+    bench.load("MOVE_BY 23000 0").unwrap();
+    bench.drill.ask(Ask::Jog { axis: 0, distance_um: 50_000 }).unwrap();
+    let status = bench.wait(|status| status.state == State::Ready && status.steps[0] > 4_000);
+    assert_eq!(bench.go(Mode::ToEnd), Err("queue.outside".into()));
+    assert_eq!(bench.status().steps, status.steps);
+}
+
+#[test]
+fn rows_are_stepped_held_and_gone_on_with_and_the_spindle_stays() {
+    let bench = Bench::new(&machine(), Faults::default());
+    bench.ready();
+    bench.load("SPINDLE 9000\nMOVE_BY 10 0\n* DRILL_DOWN\nDRILL_UP\n* WAIT 5\nWAIT 100000\nWAIT 1").unwrap();
+    let held = |row| {
+        bench.wait(|status| status.state == State::Paused);
+        assert_eq!((bench.queue().phase, bench.queue().row), (QueuePhase::Held, Some(row)));
+    };
+    bench.go(Mode::Step).unwrap();
+    held(1);
+    bench.go(Mode::ToBreakpoint).unwrap();
+    held(2);
+    bench.wait(|status| status.spindle_rpm == 9_000);
+    assert_eq!(bench.load("WAIT 1"), Err("control.busy".into()));
+    assert_eq!(bench.drill.ask(Ask::Home).unwrap_err().code, "control.busy");
+    bench.go(Mode::Step).unwrap();
+    bench.wait(|status| status.state == State::Paused && status.work_mm[2] < -1.6);
+    held(3);
+    bench.drill.ask(Ask::Resume).unwrap();
+    held(4);
+    bench.go(Mode::ToBreakpoint).unwrap();
+    bench.wait(|_| result(&bench.queue(), 5).state == RowState::Working);
+    bench.drill.ask(Ask::Pause).unwrap();
+    let status = bench.wait(|status| status.state == State::Paused);
+    assert_eq!((status.spindle_rpm, bench.queue().row), (9_000, Some(6)));
+    assert_eq!(result(&bench.queue(), 5).ms, 100_000.0);
+    bench.drill.ask(Ask::Stop).unwrap();
+    bench.wait(|status| status.state == State::Ready && status.spindle_rpm == 0);
+    assert_eq!(bench.queue().phase, QueuePhase::Stopped);
+    assert_eq!(bench.status().trust, Trust::Trusted);
+}
+
+#[test]
+fn a_queue_may_home_and_gives_trust_when_all_axes_are() {
+    let bench = Bench::new(&machine(), Faults::default());
+    bench.load("HOME Z\nHOME X\nHOME Y\nMOVE_BY 40 40\n* WAIT 1\nHOME X").unwrap();
+    bench.go(Mode::Step).unwrap();
+    bench.wait(|status| status.state == State::Paused);
+    assert_eq!(bench.status().trust, Trust::Lost, "two axes are not known");
+    bench.go(Mode::ToBreakpoint).unwrap();
+    let status = bench.wait(|status| status.state == State::Paused && status.trust == Trust::Trusted);
+    assert_eq!((status.steps[0], status.steps[1]), (79 + 40, 79 + 40));
+    bench.go(Mode::ToEnd).unwrap();
+    let status = bench.wait(|status| status.state == State::Ready);
+    assert_eq!((status.trust, status.steps[0]), (Trust::Trusted, 79));
+}
+
+#[test]
+fn stop_in_the_middle_of_any_row_leaves_a_known_place_and_a_lifted_tip() {
+    let mut seed = 11_u64;
+    let mut stopped = 0;
+    let bench = Bench::new(&machine(), Faults::default());
+    bench.ready();
+    for round in 0..25 {
+        // Straight back to where it began first, so that the same queue fits again.
+        bench.load(&format!("MOVE_TO 0 0\nOUTPUT lamp ON\n{FOUR}")).unwrap();
+        bench.go(Mode::ToEnd).unwrap();
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        std::thread::sleep(Duration::from_micros((seed >> 33) % 9_000));
+        bench.drill.ask(Ask::Stop).unwrap();
+        let status = bench.wait(|status| status.state == State::Ready && status.spindle_rpm == 0);
+        assert_eq!(status.trust, Trust::Trusted, "round {round}");
+        assert!(status.machine_mm[2] > -1.01, "the tip is up: {status:?}");
+        let queue = bench.queue();
+        let here: Vec<u32> = queue
+            .results
+            .iter()
+            .filter(|(_, result)| matches!(result.state, RowState::StoppedHere | RowState::Working))
+            .map(|(row, _)| *row)
+            .collect();
+        match queue.phase {
+            QueuePhase::Stopped => {
+                assert_eq!((here.len(), Some(here[0])), (1, queue.row), "round {round}: {queue:?}");
+                stopped += 1;
+            }
+            QueuePhase::Done => assert!(here.is_empty()),
+            other => panic!("round {round}: {other:?}"),
+        }
+    }
+    assert!(stopped > 5, "{stopped} of 25 were stopped");
+    bench.drill.ask(Ask::Home).unwrap();
+    let status = bench.wait(|status| status.state == State::Ready || status.state == State::Alarm);
+    assert_eq!(status.alarm, None, "no step was lost");
+}
+
+#[test]
+fn faults_stop_the_queue_with_their_alarm() {
+    let stuck = Faults { stuck_off: Input::XMin.bit(), ..Faults::default() };
+    let bench = Bench::new(&machine(), stuck);
+    bench.load("HOME ALL\nWAIT 1").unwrap();
+    bench.go(Mode::ToEnd).unwrap();
+    let status = bench.wait(|status| status.state == State::Alarm);
+    let queue = bench.queue();
+    assert_eq!(status.alarm.as_ref().map(|why| why.code.as_str()), Some("control.sensor_not_found"));
+    assert_eq!(
+        (status.trust, queue.phase, queue.why.clone()),
+        (Trust::Lost, QueuePhase::Failed, status.alarm)
+    );
+    assert_eq!(result(&queue, 0).state, RowState::Refused);
+
+    let dull = Faults { dull_bit_hz: Some(300.0), ..Faults::default() };
+    let sensor = Machine { stroke_end: StrokeEnd::Sensor, longest_drilling_s: 1.0, ..machine() };
+    let bench = Bench::new(&sensor, dull);
+    bench.ready();
+    bench.load("SPINDLE 20000\nDRILL_DOWN\nDRILL_UP").unwrap();
+    bench.go(Mode::ToEnd).unwrap();
+    let status = bench.wait(|status| status.state == State::Alarm && status.spindle_rpm == 0);
+    assert_eq!(status.alarm.map(|why| why.code), Some("control.drilling_too_long".into()));
+    bench.wait(|status| status.work_mm[2] >= sensor.process.safe_height.mm());
+    assert_eq!(result(&bench.queue(), 2).state, RowState::Waiting);
+
+    let bench = Bench::new(&machine(), Faults::default());
+    bench.load("WAIT_INPUT CONTACT ON 50").unwrap();
+    bench.go(Mode::ToEnd).unwrap();
+    let status = bench.wait(|status| status.state == State::Alarm);
+    assert_eq!(status.alarm.map(|why| why.code), Some("queue.input_timeout".into()));
+    bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
+    bench.load("HOME ALL").unwrap();
+    bench.go(Mode::ToEnd).unwrap();
+    bench.wait(|status| status.state == State::Ready);
+}
+
+#[test]
+fn outputs_are_locked_until_leased_and_lock_again_when_anything_moves() {
+    let bench = Bench::new(&machine(), Faults::default());
+    let output = |name: &str, on, pulse_ms| {
+        bench.drill.ask(Ask::Output { name: name.to_owned(), on, pulse_ms }).map_err(|why| why.code)
+    };
+    let lease = |minutes| bench.drill.ask(Ask::OutputLease { minutes }).map_err(|why| why.code);
+    assert_eq!(bench.outputs().names, ["spindle", "lamp", "vacuum"]);
+    assert_eq!(
+        (bench.outputs().left_s, output("lamp", true, None)),
+        (None, Err("control.outputs_locked".into()))
+    );
+    assert_eq!(lease(6), Err("control.lease_range".into()));
+    lease(5).unwrap();
+    assert!(bench.outputs().left_s.unwrap() > 290.0);
+    assert_eq!(output("pump", true, None), Err("control.no_such_output".into()));
+    assert_eq!(output("lamp", true, Some(0)), Err("control.pulse_range".into()));
+    output("lamp", true, None).unwrap();
+    output("vacuum", true, Some(20)).unwrap();
+    assert_eq!(bench.outputs().on & 0b010, 0b010);
+    bench.wait(|_| bench.outputs().on == 0b010);
+    output("spindle", true, None).unwrap();
+    bench.wait(|status| status.spindle_rpm == machine().process.spindle_rpm);
+    bench.home();
+    let outputs = bench.outputs();
+    assert_eq!((outputs.on, outputs.left_s), (0, None), "locked by the motion");
+    assert_eq!(bench.status().spindle_rpm, 0);
+    lease(1).unwrap();
+    output("lamp", true, None).unwrap();
+    bench.drill.ask(Ask::Stop).unwrap();
+    assert_eq!((bench.outputs().on, bench.outputs().left_s), (0, None), "locked by STOP");
+    bench.load("WAIT 1\nWAIT 1").unwrap();
+    bench.go(Mode::Step).unwrap();
+    bench.wait(|status| status.state == State::Paused);
+    assert_eq!(lease(5), Err("control.busy".into()), "not in the middle of a queue");
+}
