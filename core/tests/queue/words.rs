@@ -344,3 +344,16 @@ fn a_queue_says_beforehand_what_it_will_do() {
     assert_eq!(done.highest, Some([x + 320, y - 160]));
     assert_eq!((done.end.rpm, done.end.position[0]), (9_000, x + 320));
 }
+
+#[test]
+fn the_manual_names_every_command_in_every_spelling() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/manual/lab.md");
+    let manual = std::fs::read_to_string(path).unwrap();
+    for name in WORDS.iter().flat_map(|word| word.spellings()) {
+        assert!(manual.contains(&format!("`{name}`")), "{name} is not in the manual");
+    }
+    let example = manual.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let machine = virtual_drill();
+    let done = check(&queue(example), &machine, &[], &standing(&machine)).unwrap();
+    assert_eq!(done.strokes, 4, "the manual's example runs");
+}
