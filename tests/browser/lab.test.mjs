@@ -19,6 +19,7 @@ async function lab(browser, options) {
   const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
   const opened = await openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
   await opened.page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
+  await opened.page.getByRole("button", { name: /: (Not homed|Ready)/ }).waitFor({ timeout: 60_000 });
   await opened.page.keyboard.press("4");
   await opened.page.getByRole("tablist", { name: "Parts of the Lab" }).waitFor();
   return opened;
@@ -47,7 +48,7 @@ for (const scheme of ["dark", "light"]) {
       await page.emulateMedia({ colorScheme: scheme, reducedMotion: "reduce" });
       for (const name of sheets) {
         await open(page, name);
-        if (name === "Queue") await page.getByRole("button", { name: "Example" }).click({ trial: false }).catch(() => {});
+        if (name === "Queue") await page.getByRole("button", { name: "Example" }).click();
         if (name === "Inputs and outputs") await page.getByRole("button", { name: "Begin the check" }).click();
         await page.waitForTimeout(250);
         const short = name.split(" ")[0].toLowerCase();

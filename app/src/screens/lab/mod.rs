@@ -25,7 +25,7 @@ use crate::i18n::{say, t};
 use crate::lab::Sheet;
 use crate::widgets::{Icon, icon, picture_button_if};
 use leptos::ev::{self, KeyboardEvent};
-use leptos::html::{button, div, header, p, span};
+use leptos::html::{button, div, h2, header, p, span};
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
@@ -67,7 +67,7 @@ pub(crate) fn lab() -> impl IntoView {
                 .attr("role", "tabpanel")
                 .attr("id", "lab-sheet")
                 .attr("aria-labelledby", move || tab_id(lab.sheet.get()))
-                .child(sheet),
+                .child((h2().class("unseen").child(move || name_of(lab.sheet.get())), sheet)),
             div().class("unseen").attr("role", "status").child(move || lab.said.get()),
         )),
     )

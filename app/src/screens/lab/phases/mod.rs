@@ -24,7 +24,7 @@ use crate::state::state;
 use annulus_core::machine::phases::{Commutator, check};
 use annulus_core::machine::{Machine, PhaseTable};
 use annulus_core::remark::Weight;
-use leptos::html::{div, h2, section};
+use leptos::html::{div, section};
 use leptos::prelude::*;
 
 /// The table on show and the takt it stands at.
@@ -83,10 +83,10 @@ pub(super) fn phases() -> impl IntoView {
     div().class("phases").child((
         tools::tools(table),
         div().class("phases-body").child((
-            section().class("block phases-table").attr("aria-label", t!("page.lab.phases.title")).child((
-                h2().class("unseen").child(t!("page.lab.phases.title")),
-                div().class("phases-scroll").child((grid::grid(table), waves::waves(table))),
-            )),
+            section()
+                .class("block phases-table")
+                .attr("aria-label", t!("page.lab.phases.title"))
+                .child((div().class("phases-scroll").child((grid::grid(table), waves::waves(table))),)),
             div().class("phases-side").child((
                 dial::dial(table),
                 verdict::verdict(findings),

@@ -119,9 +119,10 @@ pub(super) fn begin() {
 pub(super) fn queue() -> impl IntoView {
     let work = work();
     let as_text = work.lab.as_text;
-    let empty = move || work.lines.with(Vec::is_empty);
+    // A memo, so that the grid stays while it is typed into.
+    let empty = Memo::new(move |_| work.lines.with(Vec::is_empty));
     let rows = move || {
-        if empty() {
+        if empty.get() {
             p().class("quiet empty").child(t!("page.lab.queue.empty")).into_any()
         } else {
             grid::grid(work).into_any()
