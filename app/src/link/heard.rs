@@ -3,9 +3,10 @@
 //! Comes in: a [`Tell`]. Goes out: signals set. Does not know how it travelled.
 
 use super::browser::{self, now_ms};
-use super::{Armed, Control, Ended, Freshness, Interrupted, Phase, link, noted, socket, stop};
+use super::{Armed, Control, Ended, Freshness, Interrupted, Phase, Queue, link, noted, socket, stop};
 use crate::lab::log::Event;
-use annulus_core::wire::Tell;
+use annulus_core::queue::{MOST_ROWS, RowResult};
+use annulus_core::wire::{QueueStatus, Tell};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -60,17 +61,33 @@ pub(super) fn heard(tell: Tell) {
             line.interrupted.set(Some(Interrupted { job, name, next_leg, holes_done, holes_total }));
         }
         Tell::Timing(timing) => line.timing.set(Some(Arc::new(*timing))),
+        Tell::QueueText { text } => line.queue.update(|queue| queue.text = text),
+        Tell::Queue(status) => line.queue.update(|queue| took(queue, *status)),
+        Tell::Outputs(outputs) => line.outputs.set(outputs),
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
         Tell::Refused { why } => {
             noted(Event::Refused(why.clone()));
             line.refused.set(Some(why));
         }
-        // These are the Lab screen's.
-        Tell::QueueText { .. } | Tell::Queue(_) | Tell::Outputs(_) => {}
         Tell::Pong { stamp } => {
             stop::pong(stamp);
             line.delay_ms.set(Some(now_ms() - stamp));
         }
+    }
+}
+
+/// Takes the news of the queue in: all results, or those that changed.
+fn took(queue: &mut Queue, news: QueueStatus) {
+    (queue.phase, queue.row, queue.why) = (news.phase, news.row.map(|row| row as usize), news.why);
+    if news.whole {
+        queue.results.clear();
+    }
+    for (row, result) in news.results {
+        let row = (row as usize).min(MOST_ROWS);
+        if queue.results.len() <= row {
+            queue.results.resize(row + 1, RowResult::default());
+        }
+        queue.results[row] = result;
     }
 }

@@ -22,8 +22,9 @@ pub use stop::stop;
 
 use annulus_core::control::{Ending, State, Timing};
 use annulus_core::machine::Value;
+use annulus_core::queue::RowResult;
 use annulus_core::remark::Remark;
-use annulus_core::wire::{PreflightRow, Status};
+use annulus_core::wire::{Outputs, PreflightRow, QueuePhase, Status};
 use leptos::prelude::*;
 use std::cell::Cell;
 use std::sync::Arc;
@@ -123,6 +124,25 @@ pub struct Link {
     pub stop_unconfirmed: RwSignal<bool>,
     /// What happened so far.
     pub log: RwSignal<Log>,
+    /// The queue of work commands that the machine has.
+    pub queue: RwSignal<Queue>,
+    /// The outputs and their lock.
+    pub outputs: RwSignal<Outputs>,
+}
+
+/// The machine's queue of work commands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Queue {
+    /// Its text; empty where there is none.
+    pub text: String,
+    /// What it is doing.
+    pub phase: QueuePhase,
+    /// The row in work or next.
+    pub row: Option<usize>,
+    /// Results, one a row.
+    pub results: Vec<RowResult>,
+    /// Why it failed.
+    pub why: Option<Remark>,
 }
 
 thread_local! {
@@ -152,6 +172,8 @@ pub fn begin() {
         delay_ms: RwSignal::new(None),
         stop_unconfirmed: RwSignal::new(false),
         log: RwSignal::new(Log::default()),
+        queue: RwSignal::new(Queue::default()),
+        outputs: RwSignal::new(Outputs::default()),
     }));
     socket::begin();
 }

@@ -39,6 +39,8 @@ pub(crate) struct Desk {
     pub(super) row: RwSignal<usize>,
     /// The queue is shown as one text.
     pub(super) as_text: RwSignal<bool>,
+    /// The queue runs on the machine; else in the page.
+    pub(super) on_machine: RwSignal<bool>,
     /// The queue's run in the page.
     pub(super) runs: Runs,
     /// The part of the motion sheet on show.
@@ -78,6 +80,7 @@ pub(crate) fn begin() {
         clip: RwSignal::new(None),
         row: RwSignal::new(0),
         as_text: RwSignal::new(false),
+        on_machine: RwSignal::new(false),
         runs: Runs::new(),
         part: RwSignal::new(Part::default()),
         stroke: RwSignal::new(false),

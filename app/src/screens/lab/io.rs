@@ -25,7 +25,10 @@ pub(super) fn io() -> impl IntoView {
     let live = move || link::link().status.with(Option::is_some);
     let body = move || {
         if live() {
-            div().class("lab-columns even").child((inputs(), check())).into_any()
+            div()
+                .class("lab-columns even")
+                .child((div().child((inputs(), super::outputs::outputs())), check()))
+                .into_any()
         } else {
             p().class("quiet empty").child(t!("page.lab.io.no_machine")).into_any()
         }

@@ -14,6 +14,7 @@ mod fields;
 mod io;
 mod log;
 mod motion;
+mod outputs;
 mod phases;
 mod queue;
 mod servo;

@@ -6,7 +6,7 @@
 //! what the core says of it
 //! ```
 //!
-//! Comes in: lines of the bench. Goes out: edits; runs in this page's own drill or on the machine.
+//! Comes in: lines of the bench. Goes out: edits; runs in this page's own drill, or asks to the machine.
 
 mod grid;
 mod runs;
@@ -17,13 +17,18 @@ mod verdict;
 pub(super) use runs::Runs;
 
 use super::desk::{Desk, desk};
-use crate::i18n::t;
+use crate::i18n::{say, t};
 use crate::keys::QueueKey;
 use crate::lab::queue::{Edit, Line, to_text};
 use crate::lab::{Sheet, rehearsal};
+use crate::link;
 use crate::state::state;
-use annulus_core::queue::{self, Checked, Mode, Queue, RowResult};
+use annulus_core::control::Trust;
+use annulus_core::machine::Machine;
+use annulus_core::queue::{self, Checked, Mode, Queue, RowResult, Standing};
 use annulus_core::remark::Remark;
+use annulus_core::units::Length;
+use annulus_core::wire::{Ask, QueuePhase};
 use leptos::html::{div, p};
 use leptos::prelude::*;
 use std::cell::Cell;
@@ -70,17 +75,41 @@ impl Work {
 
     /// What came of the line at `at`.
     fn result_of(self, at: usize) -> Option<RowResult> {
+        if self.lab.on_machine.get() {
+            return link::link().queue.with(|queue| queue.results.get(at).cloned());
+        }
         self.lab.runs.results.with(|results| results.get(at).cloned())
     }
 
     /// The line that comes next.
     fn next_row(self) -> Option<usize> {
-        self.lab.runs.next.get()
+        if self.lab.on_machine.get() {
+            link::link().queue.with(|queue| queue.row)
+        } else {
+            self.lab.runs.next.get()
+        }
     }
 
     /// Whether it may run.
     fn sound(self) -> bool {
         self.lines.with(|lines| !lines.is_empty()) && self.refusals().is_empty()
+    }
+
+    /// Whether the machine has this very queue and rests in it.
+    fn held_on_machine(self) -> bool {
+        let text = self.lines.with(|lines| to_text(lines));
+        link::link()
+            .queue
+            .with(|queue| queue.text == text && matches!(queue.phase, QueuePhase::Ready | QueuePhase::Held))
+    }
+
+    /// Runs it on the machine, as far as `mode` says; a queue that the machine does not have is brought first.
+    fn run_on_machine(self, mode: Mode) {
+        link::link().refused.set(None);
+        if !untrack(move || self.held_on_machine()) {
+            link::ask(&Ask::Queue { text: self.lines.with_untracked(|lines| to_text(lines)) });
+        }
+        link::ask(&Ask::QueueRun { mode });
     }
 
     /// Runs it in the page, as far as `mode` says.
@@ -89,6 +118,18 @@ impl Work {
         if let Some(queue) = queue.filter(|_| !self.lab.locked.get_untracked()) {
             self.lab.runs.go(&queue, mode);
         }
+    }
+}
+
+/// How the drill stands, as far as the machine told it; without a machine nothing is known.
+fn told(machine: &Machine) -> Standing {
+    let Some(status) = link::link().status.get() else { return Standing::default() };
+    let steps = |mm: f64, axis: usize| machine.axis(axis).scale.steps(Length::from_mm(mm));
+    Standing {
+        position: status.steps,
+        zero: status.zero_mm.map(|[x, y]| [steps(x, 0), steps(y, 1)]),
+        homed: [status.trust == Trust::Trusted; 3],
+        rpm: status.spindle_rpm,
     }
 }
 
@@ -105,12 +146,16 @@ pub(super) fn begin() {
     let lab = desk();
     let lines = Memo::new(move |_| lab.bench.with(|bench| bench.queue.clone()));
     let read = Memo::new(move |_| queue::read("", &lines.with(|lines| to_text(lines))));
-    let standing =
-        Memo::new(move |_| state().machine.with(|machine| rehearsal::standing(machine).unwrap_or_default()));
+    let standing = Memo::new(move |_| {
+        let machine = state().machine.get();
+        if lab.on_machine.get() { told(&machine) } else { rehearsal::standing(&machine).unwrap_or_default() }
+    });
     let checked = Memo::new(move |_| {
         let machine = state().machine.get();
         let standing = standing.get();
-        read.with(|read| read.as_ref().ok().map(|queue| queue::check(queue, &machine, &[], &standing)))
+        read.with(|read| {
+            read.as_ref().ok().map(|queue| queue::check(queue, &machine, &machine.card.names(), &standing))
+        })
     });
     WORK.set(Some(Work { lab, lines, read, checked }));
 }
@@ -146,6 +191,10 @@ pub(crate) fn key(key: QueueKey) {
     let work = work();
     match key {
         QueueKey::Break => work.edit(None, &Edit::Break(work.lab.row.get_untracked())),
+        // No key moves a machine: there the buttons do.
+        QueueKey::Step | QueueKey::Run if lab.on_machine.get_untracked() => {
+            lab.said.set(say!("page.lab.queue.no_key"));
+        }
         QueueKey::Step => work.run(Mode::Step),
         QueueKey::Run => work.run(Mode::ToBreakpoint),
     }

@@ -55,8 +55,9 @@ impl Runs {
         }
         let fresh = self.trial.with_value(|trial| trial.as_ref().is_none_or(Trial::ended));
         if fresh {
-            let begun =
-                state().machine.with_untracked(|machine| Trial::begin(machine, queue.clone(), Vec::new()));
+            let begun = state()
+                .machine
+                .with_untracked(|machine| Trial::begin(machine, queue.clone(), machine.card.names()));
             match begun {
                 Ok(trial) => self.trial.set_value(Some(trial)),
                 Err(why) => return self.said.set(message(&why)),

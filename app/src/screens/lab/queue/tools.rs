@@ -3,10 +3,13 @@
 //! Comes in: the queue. Goes out: edits and orders.
 
 use super::{Work, grid};
-use crate::i18n::t;
+use crate::i18n::{say, t};
 use crate::lab::queue::{Edit, to_text};
+use crate::link;
 use crate::widgets::{choice, push_if, save_file};
+use annulus_core::control::State;
 use annulus_core::queue::Mode;
+use annulus_core::wire::{Ask, QueuePhase};
 use leptos::html::{div, span};
 use leptos::prelude::*;
 
@@ -22,8 +25,6 @@ pub(super) fn tools(work: Work) -> impl IntoView {
         work.edit(None, &made(work.lab.row.get_untracked()));
         grid::focus(work.lab.row.get_untracked());
     };
-    let ready = move || free() && work.sound() && !work.lab.runs.running.get();
-    let begun = move || work.lab.runs.results.with(|results| !results.is_empty());
     let on_rows = move || free() && any() && !as_text.get();
     div().class("lab-tools").attr("role", "group").attr("aria-label", t!("page.lab.queue.tools")).child((
         div()
@@ -66,10 +67,63 @@ pub(super) fn tools(work: Work) -> impl IntoView {
                 );
             }),
         )),
-        div().class("row").child((
-            push_if("button", ready, t!("page.lab.queue.step"), move |_| work.run(Mode::Step)),
-            push_if("button primary", ready, t!("page.lab.queue.run"), move |_| work.run(Mode::ToBreakpoint)),
-            push_if("button", begun, t!("page.lab.queue.anew"), move |_| work.lab.runs.clear()),
-        )),
+        runs(work),
+    ))
+}
+
+/// Where it runs, and the orders.
+fn runs(work: Work) -> impl IntoView {
+    let (lab, line) = (work.lab, link::link());
+    let on_machine = lab.on_machine;
+    let ready = move || {
+        if !work.sound() {
+            false
+        } else if on_machine.get() {
+            let held = line.state() == Some(State::Paused) && work.held_on_machine();
+            line.may_act() && (held || !line.busy())
+        } else {
+            !lab.locked.get() && !lab.runs.running.get()
+        }
+    };
+    let begun = move || {
+        if on_machine.get() {
+            line.may_act() && !line.busy() && line.queue.with(|queue| queue.phase != QueuePhase::None)
+        } else {
+            lab.runs.results.with(|results| !results.is_empty())
+        }
+    };
+    let go = move |mode: Mode| {
+        if on_machine.get_untracked() { work.run_on_machine(mode) } else { work.run(mode) }
+    };
+    let anew = move |_| {
+        if on_machine.get_untracked() { link::ask(&Ask::QueueClear) } else { lab.runs.clear() }
+    };
+    let key =
+        move |words: String, key: &str| if on_machine.get() { words } else { format!("{words} ({key})") };
+    div().class("row").child((
+        div()
+            .class("segmented")
+            .attr("role", "group")
+            .attr("aria-label", t!("page.lab.queue.runs_on"))
+            .child((
+                choice(
+                    move || !on_machine.get(),
+                    t!("page.lab.queue.in_page"),
+                    move |_| on_machine.set(false),
+                ),
+                choice(
+                    move || on_machine.get(),
+                    t!("page.lab.queue.on_machine"),
+                    move |_| on_machine.set(true),
+                ),
+            )),
+        push_if("button", ready, move || key(say!("page.lab.queue.step"), "F10"), move |_| go(Mode::Step)),
+        push_if(
+            "button primary",
+            ready,
+            move || key(say!("page.lab.queue.run"), "F8"),
+            move |_| go(Mode::ToBreakpoint),
+        ),
+        push_if("button", begun, t!("page.lab.queue.anew"), anew),
     ))
 }

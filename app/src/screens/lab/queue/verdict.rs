@@ -4,8 +4,10 @@
 
 use super::{Work, grid};
 use crate::i18n::{advice, message, say, t};
+use crate::link;
 use crate::widgets::{Icon, icon, push};
 use annulus_core::remark::Remark;
+use annulus_core::wire::QueuePhase;
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
 
@@ -33,11 +35,32 @@ pub(super) fn verdict(work: Work) -> impl IntoView {
         .attr("aria-label", t!("page.lab.queue.check"))
         .child((
             p().class("row").attr("role", "status").child(headline),
-            p().class("quiet").attr("role", "status").child(move || work.lab.runs.said.get()),
+            p().class("quiet").attr("role", "status").child(move || running(work)),
             ul().child(move || {
                 wrong.get().into_iter().map(|why| line(work, why).into_any()).collect::<Vec<_>>()
             }),
         ))
+}
+
+/// How the run stands, in the page or on the machine.
+fn running(work: Work) -> String {
+    if !work.lab.on_machine.get() {
+        return work.lab.runs.said.get();
+    }
+    let line = link::link();
+    if let Some(why) = line.refused.get() {
+        return format!("{} {}", message(&why), advice(&why));
+    }
+    line.queue.with(|queue| match (queue.phase, &queue.why) {
+        (QueuePhase::None, _) => say!("page.lab.queue.moves_machine"),
+        (QueuePhase::Ready, _) => say!("page.lab.queue.ready"),
+        (QueuePhase::Running, _) => say!("page.lab.queue.runs"),
+        (QueuePhase::Held, _) => say!("page.lab.queue.held", row = queue.row.map_or(0, |at| at + 1)),
+        (QueuePhase::Done, _) => say!("page.lab.queue.machine_done"),
+        (QueuePhase::Stopped, _) => say!("page.lab.queue.stopped_here"),
+        (QueuePhase::Failed, Some(why)) => message(why),
+        (QueuePhase::Failed, None) => say!("page.lab.queue.refused"),
+    })
 }
 
 fn line(work: Work, why: Remark) -> impl IntoView {
