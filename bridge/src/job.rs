@@ -184,10 +184,21 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
             Group::LoadedFirst => cam::Group::LoadedFirst,
         },
         loaded: args.loaded.map(Length::from_mm),
+        spindles: spindles(&args.spindles)?,
         seed: args.seed,
         iterations: args.iterations,
         accept: args.accept.clone(),
     })
+}
+
+/// Spindles by their numbers as a set; none where nobody says.
+fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
+    if let Some(wrong) = numbers.iter().find(|number| !(1..=6).contains(*number)) {
+        let why = Remark::new(Weight::Loss, "job.bad_spindle").with("found", wrong);
+        return Err(Refusal::usage(why));
+    }
+    let set = numbers.iter().fold(0, |set, number| set | 1 << (number - 1));
+    Ok((set != 0).then_some(set))
 }
 
 /// The holes that a program drills, as a board in the files' coordinates.

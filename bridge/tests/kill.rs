@@ -54,6 +54,7 @@ fn board() -> Program {
         machine: machine.fingerprint(),
         origin: Point::default(),
         bits: vec![bit(0.8), bit(1.0)],
+        spindles: 1,
         safe_height: process.safe_height,
         legs,
         accepted: Vec::new(),

@@ -8,6 +8,7 @@ use super::messages::{
 };
 use annulus_core::artwork::{self, Digits, DrillFile, FileRead, Overrides, Units, Zeros};
 use annulus_core::remark::Remark;
+use annulus_core::sim::summary;
 use annulus_core::wire::program;
 use annulus_core::{board, cam, motion, steps};
 
@@ -130,17 +131,13 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
     let program = program::decode(&wanted.program).map_err(one)?;
     let timeline = motion::timeline(&program, &machine).map_err(one)?;
     let stream = steps::stream(&timeline, &machine).map_err(one)?;
-    let mut counted = [0; 3];
-    for run in stream.segments.iter().flat_map(|segment| &segment.runs) {
-        if let Some(axis) = counted.get_mut(usize::from(run.axis)) {
-            *axis += u64::from(run.count);
-        }
-    }
+    let numbers = summary(&timeline, &stream, &machine);
+    let [x, y, z, ..] = numbers.steps;
     Ok(Timed {
         stream_digest: steps::digest(&stream),
         total_s: timeline.total_s(),
         timeline,
-        steps: counted,
+        steps: [x, y, z],
         holes: program.hole_count() as u32,
     })
 }

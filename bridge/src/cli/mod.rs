@@ -90,6 +90,9 @@ pub(crate) struct JobArgs {
     /// With `--group loaded-first`: diameter of the bit that is in the spindle, in mm.
     #[arg(long, value_name = "MM")]
     pub(crate) loaded: Option<f64>,
+    /// Spindles that are to drill, for example 1,2; without it, all that the machine has.
+    #[arg(long, value_delimiter = ',', value_name = "N")]
+    pub(crate) spindles: Vec<u8>,
     /// Losses and findings that were seen, by code.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     pub(crate) accept: Vec<String>,

@@ -29,7 +29,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
     lawful(motion::laws::laws(&timeline, &job.machine))?;
     let stream = steps::stream(&timeline, &job.machine).map_err(Refusal::content)?;
     lawful(check::verify(&stream, &job.machine, check::corner_zero(&job.machine)))?;
-    let numbers = summary(&timeline, &stream);
+    let numbers = summary(&timeline, &stream, &job.machine);
     let digest = steps::digest(&stream);
     let mut object = json!({
         "tick_hz": steps::TICK_HZ,

@@ -80,6 +80,9 @@ pub(super) enum Doing {
     Leg,
     /// Some segments of a row of the queue.
     Queue,
+    /// Up from the bottom of a hole, because the next one does not follow at once. Whether that leg drilled a hole, and
+    /// whether it was the last.
+    Lift(bool, bool),
     /// Tip up, spindle off.
     Safe,
 }
@@ -251,6 +254,15 @@ impl Owner {
         let unattended = self.machine.tool_change == ToolChange::Unattended;
         let Some(work) = &mut self.work else { return };
         let end = work.leg_end();
+        let starts = work.job.legs.get(work.leg).is_some_and(|range| range.start == work.segment);
+        let up = self.position[2] >= work.job.zero[2];
+        if starts && up && work.job.begins_low(work.leg) {
+            match work.job.from_the_top(&self.machine, work.leg) {
+                Ok(leg) => segments.extend(leg),
+                Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
+            }
+            work.segment = end;
+        }
         while let Some(segment) = work.job.stream.segments.get(work.segment).filter(|_| work.segment < end) {
             if let Effect::AwaitBit(bit) = segment.effect {
                 if !unattended {
@@ -300,6 +312,13 @@ impl Owner {
         work.leg += 1;
         let last = work.leg >= work.job.legs.len();
         self.recorder.write(Record::Advance(work.progress(), stop));
+        // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
+        if self.session.state == State::Pausing && work.job.begins_low(work.leg) {
+            match work.job.lift(&self.machine, work.leg - 1) {
+                Ok(lift) => return self.give(Doing::Lift(hole, last), lift),
+                Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
+            }
+        }
         self.pending.push_back(Event::LegDone(hole, last));
     }
 
@@ -350,6 +369,9 @@ impl Owner {
         match (doing, report.ended) {
             (Doing::Queue, _) => self.queue_reported(report),
             (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
+            (Doing::Lift(hole, last), Ended::Completed) => {
+                self.pending.push_back(Event::LegDone(hole, last));
+            }
             (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
             (Doing::Homing(homing), ended) => self.homed(homing, ended, report, stopping),
             (_, Ended::Guarded(input)) => {

@@ -230,6 +230,7 @@ impl Owner {
             Ask::Resume if self.session.queue => self.queue_run(Mode::ToBreakpoint)?,
             Ask::Resume => self.try_event(Event::Resume)?,
             Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
+            Ask::Pace { percent } => self.pace(percent)?,
             Ask::Stop => {
                 self.lock_outputs();
                 self.try_event(Event::Stop)?;
@@ -368,6 +369,15 @@ impl Owner {
         if let Some(offer) = self.offer() {
             self.tell(offer);
         }
+    }
+
+    /// How fast stream time passes from now on.
+    fn pace(&mut self, percent: u8) -> Result<(), Remark> {
+        if !(10..=100).contains(&percent) {
+            return Err(remark("control.bad_pace").with("percent", percent));
+        }
+        self.executor.shared.set_pace(percent);
+        Ok(())
     }
 
     fn forget(&mut self) -> Result<(), Remark> {

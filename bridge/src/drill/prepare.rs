@@ -8,7 +8,7 @@ use annulus_core::job::{Mark, Program};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::steps::{self, Effect, StepStream, TICK_HZ};
+use annulus_core::steps::{self, Effect, Segment, StepStream, TICK_HZ};
 use annulus_core::wire::{PreflightRow, Tell, Verdict, program};
 use std::ops::Range;
 
@@ -55,11 +55,39 @@ impl Prepared {
         self.checks.iter().find(|row| row.verdict == Verdict::Fail).map(|row| row.finding.clone())
     }
 
-    /// Where leg `leg` starts, in machine steps.
+    /// Where leg `leg` starts when it is begun from rest, in machine steps: all spindles up.
     pub(super) fn start_of_leg(&self, leg: usize) -> Steps {
+        let from = self.before_leg(leg);
+        let up = self.stream.start;
+        std::array::from_fn(|axis| {
+            self.zero[axis] + if axis < 2 { from[axis] } else { from[axis].max(up[axis]) }
+        })
+    }
+
+    /// Where everything stands when leg `leg` follows the one before, in steps from the work zero.
+    fn before_leg(&self, leg: usize) -> Steps {
         let first = self.legs.get(leg).map_or(self.stream.segments.len(), |range| range.start);
-        let from = first.checked_sub(1).map_or(self.stream.start, |last| self.stream.segments[last].end);
-        std::array::from_fn(|axis| from[axis] + self.zero[axis])
+        first.checked_sub(1).map_or(self.stream.start, |last| self.stream.segments[last].end)
+    }
+
+    /// Whether leg `leg` goes on from the bottom of the hole before.
+    pub(super) fn begins_low(&self, leg: usize) -> bool {
+        self.legs.get(leg).is_some_and(|range| !range.is_empty()) && self.before_leg(leg)[2] < 0
+    }
+
+    /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
+    pub(super) fn from_the_top(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
+        let mut alone = motion::leg_alone(&self.program, machine, leg)?;
+        if self.begins_low(leg + 1) {
+            alone.moves.pop();
+        }
+        Ok(alone.moves.iter().map(|planned| steps::segment(planned, machine)).collect())
+    }
+
+    /// What lifts the spindles after leg `leg` when the next one does not follow at once.
+    pub(super) fn lift(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
+        let alone = motion::leg_alone(&self.program, machine, leg)?;
+        Ok(alone.moves.last().map(|planned| steps::segment(planned, machine)).into_iter().collect())
     }
 
     /// What is in force before segment `first`: bit and spindle speed.
@@ -100,7 +128,9 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     let plane = context.zero.or(taken_up.and_then(|(_, _, zero)| *zero));
     let mut zero = Steps::default();
     [zero[0], zero[1]] = plane.unwrap_or_default();
-    zero[2] = machine.z.scale.steps(machine.process.surface);
+    for spindle in 0..machine.spindles.clamp(1, 6) as usize {
+        zero[2 + spindle] = machine.z.scale.steps(machine.process.surface);
+    }
     let digest = steps::digest(&stream);
     let legs = legs_of(&stream, program.legs.len());
     let left_ticks = left_ticks(&stream, &legs);

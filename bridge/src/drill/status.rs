@@ -81,7 +81,9 @@ impl Owner {
         let work_mm = [machine_mm[0] - origin[0], machine_mm[1] - origin[1], machine_mm[2] - surface];
         let work = self.work.as_ref();
         let leg = work.and_then(|work| work.job.program.legs.get(work.leg));
-        let target = work.filter(|_| self.doing == Doing::Leg && glimpse.stage == Some(Stage::Travel));
+        let target = work.filter(|_| {
+            self.doing == Doing::Leg && matches!(glimpse.stage, Some(Stage::Travel | Stage::Hop))
+        });
         let target_mm =
             target.map(|_| [0, 1].map(|axis: usize| axes[axis].scale.length(glimpse.end[axis]).mm()));
         let lowest = leg.and_then(|leg| {
@@ -90,6 +92,8 @@ impl Owner {
                 _ => None,
             })
         });
+        let stage =
+            glimpse.stage.map(|stage| if stage == Stage::Hop { hop_stage(work_mm[2]) } else { stage });
         let ticks = work.and_then(|work| work.job.left_ticks.get(work.leg)).copied().unwrap_or(0);
         let bit = work.and_then(|work| work.bit);
         let bits = work.map(|work| &work.job.program.bits);
@@ -109,11 +113,12 @@ impl Owner {
             holes_done: work.map_or(0, |work| work.holes),
             holes_total: work
                 .map_or(0, |work| u32::try_from(work.job.program.hole_count()).unwrap_or(u32::MAX)),
-            stage: glimpse.stage,
-            command: self.queue_command().or(glimpse.stage.map(|stage| command_name(stage).to_owned())),
+            stage,
+            command: self.queue_command().or(stage.map(|stage| command_name(stage).to_owned())),
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
             spindle_rpm: glimpse.rpm,
+            pace_percent: self.executor.shared.pace(),
             inputs: glimpse.inputs,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
@@ -146,11 +151,17 @@ impl Owner {
     }
 }
 
+/// What is being done in a hop, as far as the height of the tip tells.
+fn hop_stage(height_mm: f64) -> Stage {
+    if height_mm < 0.0 { Stage::Drill } else { Stage::Travel }
+}
+
 /// The command of a stage, as the program calls it.
 fn command_name(stage: Stage) -> &'static str {
     match stage {
         Stage::Travel => "rapid",
         Stage::Approach | Stage::Drill => "plunge",
+        Stage::Hop => "hole",
         Stage::Retract => "retract",
         Stage::Dwell => "dwell",
         Stage::AwaitBit => "await_bit",

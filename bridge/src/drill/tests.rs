@@ -57,6 +57,7 @@ fn grid(machine: &Machine, count: u32) -> Program {
         machine: machine.fingerprint(),
         origin: Point::default(),
         bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".to_owned() }],
+        spindles: 1,
         safe_height: process.safe_height,
         legs,
         accepted: Vec::new(),
@@ -225,12 +226,27 @@ fn a_pause_holds_between_two_holes_and_stop_after_hole_ends_there() {
     // The spindle is told at once, and obeys a moment later.
     let status = bench.wait(|status| status.state == State::Paused && status.spindle_rpm == 0);
     let before = status.holes_done;
+    assert!(status.work_mm[2] > 0.0, "the bit is out of the board: {:?}", status.work_mm);
     bench.drill.ask(Ask::Resume).unwrap();
     bench.wait(|status| status.holes_done > before + 2);
     bench.drill.ask(Ask::StopAfterHole).unwrap();
     let (ending, done) = bench.ended();
     assert_eq!(ending, Ending::StoppedAfterHole);
     assert_eq!(bench.record().len() as u32, done, "whole holes only");
+}
+
+#[test]
+fn the_pace_is_ordered_within_its_bounds_and_told() {
+    let mut bench = Bench::new(&machine(), Faults::default());
+    bench.start(&grid(&machine(), 12));
+    for wrong in [0, 9, 101] {
+        let refused = bench.drill.ask(Ask::Pace { percent: wrong }).unwrap_err();
+        assert_eq!(refused.code, "control.bad_pace");
+    }
+    bench.drill.ask(Ask::Pace { percent: 40 }).unwrap();
+    bench.wait(|status| status.pace_percent == 40);
+    assert_eq!(bench.ended(), (Ending::Done, 12));
+    assert_eq!(bench.record().len(), 12);
 }
 
 #[test]

@@ -114,6 +114,7 @@ pub(crate) fn run() -> io::Result<()> {
             }
             Ok(Some(Down::Stop(id))) => hands.shared.stop(id),
             Ok(Some(Down::Durable(legs))) => hands.shared.set_durable(legs),
+            Ok(Some(Down::Pace(percent))) => hands.shared.set_pace(percent),
             // A frame that is not understood leaves nothing to wait for either.
             Ok(Some(Down::Start { .. }) | None) | Err(_) => {
                 hands.end("bridge_gone");

@@ -34,6 +34,8 @@ pub(super) enum Down {
     Stop(u64),
     /// So many legs are durable.
     Durable(u32),
+    /// Everything at so many percent of the planned pace.
+    Pace(u8),
 }
 
 /// Executor to bridge.

@@ -27,7 +27,7 @@ use annulus_core::remark::Remark;
 use annulus_core::steps::{Segment, Stage};
 use frames::Down;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, SyncSender};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -104,6 +104,8 @@ pub(crate) enum Heard {
 pub(crate) struct Shared {
     stop_upto: AtomicU64,
     durable: AtomicU32,
+    /// Percent that the pace is below the planned one.
+    slower: AtomicU8,
     glimpse: Mutex<Glimpse>,
     /// The way to an executor that is another process.
     courier: Mutex<Option<Sender<Down>>>,
@@ -120,6 +122,17 @@ impl Shared {
     pub(crate) fn set_durable(&self, legs: u32) {
         self.durable.store(legs, Ordering::SeqCst);
         self.send(Down::Durable(legs));
+    }
+
+    /// Everything goes at so many percent of the planned pace.
+    pub(crate) fn set_pace(&self, percent: u8) {
+        self.slower.store(100 - percent.min(100), Ordering::SeqCst);
+        self.send(Down::Pace(percent));
+    }
+
+    /// Percent of the planned pace.
+    pub(crate) fn pace(&self) -> u8 {
+        100 - self.slower.load(Ordering::Relaxed)
     }
 
     /// The latest place.

@@ -58,6 +58,7 @@ pub(crate) fn start(
         Down::Start { settings, record: record.to_owned(), measured },
         Down::Stop(stopped.load(Ordering::SeqCst)),
         Down::Durable(durable.load(Ordering::SeqCst)),
+        Down::Pace(shared.pace()),
     ] {
         let _ = orders.send(frame);
     }

@@ -7,7 +7,7 @@ use super::{Ended, Glimpse, Report, Shared, Task};
 use annulus_core::job::Mark;
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
-use annulus_core::steps::{Effect, Segment, Stage, TICK_HZ};
+use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -90,7 +90,7 @@ impl Place {
                 self.rpm = rpm;
             }
             self.leave(Some(segment));
-            ended = if self.may_begin(task, segment) { self.play(task.id, segment) } else { Ended::Stopped };
+            ended = if self.may_begin(task, segment) { self.play(task, segment) } else { Ended::Stopped };
             self.pins.rest(self.line.tick);
             if ended != Ended::Completed {
                 break;
@@ -102,7 +102,8 @@ impl Place {
         Report { id: task.id, completed, ended, position: self.line.position, inputs, ticks }
     }
 
-    /// Waits until every earlier leg is durable where the tip is about to go down.
+    /// Waits until every earlier leg is durable where the tip is about to go down. A hop lifts the tip first: it waits, if
+    /// it has to, when it is about to leave for the next hole.
     fn may_begin(&self, task: &Task, segment: &Segment) -> bool {
         let goes_down = matches!(segment.stage, Stage::Approach | Stage::Drill);
         let stroke = goes_down && matches!(segment.mark, Mark::Hole(_));
@@ -117,8 +118,16 @@ impl Place {
         }
     }
 
-    fn play(&mut self, id: u64, segment: &Segment) -> Ended {
-        let mut desk = Counter { id, shared: &self.shared, left: 0 };
+    fn play(&mut self, task: &Task, segment: &Segment) -> Ended {
+        let hole = segment.stage == Stage::Hop && matches!(segment.mark, Mark::Hole(_));
+        let begins = if hole { next_hole_begins(segment) } else { None };
+        let mut desk = Counter {
+            id: task.id,
+            shared: &self.shared,
+            left: 0,
+            now: self.line.tick,
+            next_hole: begins.map(|tick| (self.line.tick + tick, task.needs_durable)),
+        };
         let outcome =
             play(segment, &self.brakes, &mut self.line, &mut *self.pins, &mut *self.clock, &mut desk);
         match outcome {
@@ -145,19 +154,41 @@ impl Place {
     }
 }
 
+/// Tick of a hop at which the plane leaves for the next hole, or the tip goes down to it.
+fn next_hole_begins(segment: &Segment) -> Option<u64> {
+    const PLANE: u8 = 0b11;
+    let leaves = |pulse: &Pulse| pulse.axes & PLANE != 0 || pulse.axes & !pulse.forward & !PLANE != 0;
+    replay(segment).find(leaves).map(|pulse| pulse.tick)
+}
+
 /// The desk of one task.
 struct Counter<'a> {
     id: u64,
     shared: &'a Shared,
     left: u64,
+    /// Stream time of the last look.
+    now: u64,
+    /// From this tick on it goes to the next hole: only when so many legs are durable.
+    next_hole: Option<(u64, u32)>,
 }
 
 impl Desk for Counter<'_> {
     fn order(&mut self) -> Order {
-        if self.shared.stop_upto.load(Ordering::Relaxed) >= self.id { Order::Stop } else { Order::Go }
+        if self.shared.stop_upto.load(Ordering::Relaxed) >= self.id {
+            return Order::Stop;
+        }
+        let waits = |(tick, legs)| self.now >= tick && self.shared.durable.load(Ordering::SeqCst) < legs;
+        if self.next_hole.is_some_and(waits) {
+            return Order::Hold;
+        }
+        match self.shared.pace() {
+            100 => Order::Go,
+            percent => Order::At(percent),
+        }
     }
 
     fn passed(&mut self, tick: u64, position: &Steps, inputs: u32) {
+        self.now = tick;
         if tick < self.left + GLIMPSE {
             return;
         }

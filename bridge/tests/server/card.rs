@@ -197,6 +197,7 @@ fn holes(machine: &Machine, count: u32) -> Program {
         machine: machine.fingerprint(),
         origin: Point::default(),
         bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        spindles: 1,
         safe_height: process.safe_height,
         legs,
         accepted: vec![],

@@ -13,6 +13,7 @@ fn example() -> Vec<u8> {
         machine: "00".into(),
         origin: Point::default(),
         bits: vec![],
+        spindles: 1,
         safe_height: Length::from_um(2000),
         legs: vec![],
         accepted: vec![],

@@ -43,6 +43,7 @@ pub fn lower(board: &Board, plan: &Plan, machine: &Machine) -> Program {
         machine: machine.fingerprint(),
         origin: plan.origin,
         bits: bits.collect(),
+        spindles: plan.spindles,
         safe_height: machine.process.safe_height,
         legs,
         accepted: plan.accepted.clone(),

@@ -55,6 +55,8 @@ pub struct PlanOptions {
     pub group: Group,
     /// The bit in the spindle, for [`Group::LoadedFirst`].
     pub loaded: Option<Length>,
+    /// The spindles that are to drill, one bit each (bit 0 is Z1); none for all that the machine has.
+    pub spindles: Option<u8>,
     /// Seed of the search.
     pub seed: u64,
     /// Bound of the search, shared by the bits; none for [`default_iterations`].
@@ -70,6 +72,8 @@ pub struct Plan {
     pub origin: Point,
     /// Bits in order of use.
     pub bits: Vec<BitPlan>,
+    /// The spindles that drill, one bit each (bit 0 is Z1).
+    pub spindles: u8,
     /// Length of the ways with the holes as in the file: for each bit from the work zero to its first hole and from
     /// hole to hole.
     pub travel_before_mm: f64,
@@ -112,6 +116,18 @@ pub fn default_iterations(holes: usize) -> u64 {
     (30 * holes).min(40_000).min(2_000_000_000 / holes.max(1))
 }
 
+/// The spindles that are to drill: all that the machine has, or those wanted, if it has them.
+fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Remark>> {
+    let installed = u8::MAX >> (8 - machine.spindles.clamp(1, 6));
+    match wanted {
+        None => Ok(installed),
+        Some(set) if set != 0 && set & !installed == 0 => Ok(set),
+        Some(_) => {
+            Err(vec![Remark::new(Weight::Loss, "plan.no_such_spindle").with("count", machine.spindles)])
+        }
+    }
+}
+
 /// Chooses bits and puts holes in order. `hop_time` tells the seconds from one place to another, the same there and
 /// back. `progress` is told how far it is and says whether to go on. Fails with the losses that were not accepted.
 pub fn plan(
@@ -121,6 +137,7 @@ pub fn plan(
     hop_time: &dyn Fn(Point, Point) -> f64,
     progress: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<(Plan, Vec<Remark>), Vec<Remark>> {
+    let spindles = spindles(options.spindles, machine)?;
     let (mut bits, losses) = rack::assign(board, machine);
     let unseen: Vec<Remark> =
         losses.iter().filter(|loss| !options.accept.contains(&loss.code)).cloned().collect();
@@ -142,6 +159,7 @@ pub fn plan(
     let mut plan = Plan {
         origin: origin(board),
         bits: Vec::with_capacity(bits.len()),
+        spindles,
         travel_before_mm: 0.0,
         travel_after_mm: 0.0,
         hop_time_before_s: 0.0,

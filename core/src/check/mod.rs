@@ -7,11 +7,11 @@
 //! | no axis leaves its range | `check.range` |
 //! | no pulse closer to the last than the drive allows, directions set up in time | `check.interval`, `check.direction_setup` |
 //! | mean speed over 8 steps, and its change over 5 ms, within the axis's limits | `check.speed`, `check.acceleration` |
-//! | no XY step while the bit is below the clearance over the board | `check.xy_in_board` |
+//! | no XY step while any bit is below the clearance over the board | `check.xy_in_board` |
 //! | no bit below the surface before the spindle runs, and has had its time to spin up | `check.spindle_off`, `check.spin_up` |
 //! | a gate only where a single axis moves | `check.gate_not_alone` |
 //! | bits are changed with the spindle off and up | `check.await_bit` |
-//! | every leg ends above the board, the stream with the spindle off | `check.leg_ends_low`, `check.spindle_left_on` |
+//! | every leg ends above the board, or the next one goes on by lifting it; the stream ends with the spindle off | `check.leg_ends_low`, `check.spindle_left_on` |
 //!
 //! Comes in: a stream, a machine, where its work zero is. Goes out: a [`CheckReport`], or every reason why not. A
 //! stream passes only if nothing at all was found.
@@ -23,7 +23,7 @@ use crate::job::Mark;
 use crate::machine::{AXES, Machine, Steps, axis_name};
 use crate::remark::{Remark, Weight};
 use crate::steps::stream::{Segment, StepStream};
-use interlocks::Interlocks;
+use interlocks::{Heights, Interlocks};
 use pulses::Walker;
 
 /// The longest stream: ten days, in ticks.
@@ -34,9 +34,6 @@ const MOST_STEPS: u64 = 20_000_000_000;
 
 /// After so many remarks the rest of the stream is not looked at.
 const MOST_REMARKS: usize = 20;
-
-/// Axes of today's machines: X, Y and one spindle.
-const AXES_PRESENT: usize = 3;
 
 /// What a stream that passed does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -62,8 +59,15 @@ pub fn corner_zero(machine: &Machine) -> Steps {
     let mut zero = Steps::default();
     zero[0] = machine.x.scale.steps(machine.x.min);
     zero[1] = machine.y.scale.steps(machine.y.min);
-    zero[2] = machine.z.scale.steps(machine.process.surface);
+    for spindle in &mut zero[2..axes_present(machine)] {
+        *spindle = machine.z.scale.steps(machine.process.surface);
+    }
     zero
+}
+
+/// Axes that `machine` has: X, Y and its spindles are the first so many.
+fn axes_present(machine: &Machine) -> usize {
+    2 + (machine.spindles as usize).clamp(1, AXES - 2)
 }
 
 /// Looks through `stream`. `zero_steps` is the work zero in machine coordinates, Z on the board's surface.
@@ -71,20 +75,23 @@ pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Resu
     let mut report = measure(stream)?;
     let mut walkers: [Walker; AXES] =
         std::array::from_fn(|axis| Walker::new(machine, axis, zero_steps[axis], stream.start[axis]));
+    let present = axes_present(machine);
     let mut interlocks = Interlocks::new(machine);
     let mut remarks = Vec::new();
-    for (axis, walker) in walkers.iter().enumerate().take(AXES_PRESENT) {
+    for (axis, walker) in walkers.iter().enumerate().take(present) {
         let outside = walker.within_range(walker.at).err();
         remarks.extend(outside.map(|remark| remark.with("axis", axis_name(axis)).with("leg", 0)));
     }
     let mut now = 0;
     for (index, segment) in stream.segments.iter().enumerate() {
-        let last_of_leg = stream.segments.get(index + 1).is_none_or(|next| next.leg != segment.leg);
-        let start_z = walkers[2].at;
-        for found in walk(segment, &mut walkers, now) {
+        let next = stream.segments.get(index + 1);
+        let starts = walkers.each_ref().map(|walker| walker.at);
+        for found in walk(segment, &mut walkers, now, present) {
             remarks.push(found.with("leg", segment.leg).with("segment", index));
         }
-        for found in interlocks.segment(segment, start_z, walkers[2].low_in_segment, now, last_of_leg) {
+        let low_z = walkers[2..present].iter().map(|walker| walker.low_in_segment).min().unwrap_or(0);
+        let heights = Heights { starts: &starts[2..present], low_z };
+        for found in interlocks.segment(segment, &heights, now, next) {
             remarks.push(found.with("leg", segment.leg).with("segment", index));
         }
         if remarks.len() >= MOST_REMARKS {
@@ -112,8 +119,8 @@ fn measure(stream: &StepStream) -> Result<CheckReport, Vec<Remark>> {
         report.total_ticks = report.total_ticks.saturating_add(segment.duration_ticks);
         report.runs += segment.runs.len();
         for run in &segment.runs {
-            if let Some(steps) = report.steps.get_mut(usize::from(run.axis)) {
-                *steps += u64::from(run.count);
+            for axis in (0..AXES).filter(|axis| run.axes >> axis & 1 == 1) {
+                report.steps[axis] += u64::from(run.count);
             }
         }
         if matches!(segment.mark, Mark::Hole(_)) && last_hole != Some(segment.leg) {
@@ -132,16 +139,25 @@ fn measure(stream: &StepStream) -> Result<CheckReport, Vec<Remark>> {
 }
 
 /// The pulses of one segment, axis by axis; at most one finding for each axis.
-fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64) -> Vec<Remark> {
+fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usize) -> Vec<Remark> {
     let mut found = Vec::new();
-    if let Some(run) = segment.runs.iter().find(|run| usize::from(run.axis) >= AXES_PRESENT) {
-        found.push(Remark::new(Weight::Loss, "check.axis_missing").with("axis", run.axis));
+    let axes = segment.runs.iter().fold(0, |axes, run| axes | run.axes);
+    if segment.runs.iter().any(|run| run.axes == 0) || u32::from(axes) >> present != 0 {
+        found.push(Remark::new(Weight::Loss, "check.axis_missing").with("axis", axes));
     }
     for (axis, walker) in walkers.iter_mut().enumerate() {
-        let runs = segment.runs.iter().filter(|run| usize::from(run.axis) == axis);
-        if let Err(remark) = walker.segment(runs, now, segment.duration_ticks, segment.end[axis]) {
-            found.push(remark.with("axis", axis_name(axis)));
-        }
+        let runs = segment.runs.iter().filter(|run| run.axes >> axis & 1 == 1);
+        let told = walker.segment(runs, now, segment.duration_ticks, segment.end[axis]).err();
+        let split = (!in_one_set(segment, axis)).then(|| Remark::new(Weight::Loss, "check.two_sets"));
+        found.extend(split.or(told).map(|remark| remark.with("axis", axis_name(axis))));
     }
     found
+}
+
+/// Whether `axis` belongs to one set of axes all through the segment: else the times of its runs would mean nothing.
+fn in_one_set(segment: &Segment, axis: usize) -> bool {
+    let mut sets = segment.runs.iter().map(|run| run.axes).filter(|axes| axes >> axis & 1 == 1);
+    sets.next().is_none_or(|first| sets.all(|axes| axes == first))
+        && segment.runs.chunk_by(|a, b| a.axes == b.axes).filter(|runs| runs[0].axes >> axis & 1 == 1).count()
+            < 2
 }

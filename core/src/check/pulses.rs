@@ -11,7 +11,7 @@
 //!
 //! Comes in: runs of one axis, segment after segment. Goes out: the first rule broken. Knows no other axis.
 
-use crate::machine::Machine;
+use crate::machine::{DriveKind, Machine};
 use crate::remark::{Remark, Weight};
 use crate::steps::stream::Run;
 use crate::units::TICK_HZ;
@@ -57,18 +57,31 @@ impl Walker {
         let settings = machine.axis(axis);
         let steps_per_mm = settings.scale.steps_per_mm();
         let hz = TICK_HZ as f64;
+        let play = settings.scale.steps(settings.backlash);
+        let down = &machine.down;
+        let (mut speed, mut acceleration) =
+            (settings.max_speed_mm_per_s, settings.max_acceleration_mm_per_s2);
+        if axis >= 2 {
+            speed = speed.max(down.max_speed_mm_per_s);
+            acceleration = acceleration.max(down.max_acceleration_mm_per_s2);
+        }
+        if machine.drive == DriveKind::Table {
+            // A table jumps from rate to rate: what the motor takes is what limits it, and the drive's rate is checked.
+            acceleration = f64::INFINITY;
+        }
         Self {
             at: start,
             lowest: start,
             highest: start,
             low_in_segment: start,
-            min: settings.scale.steps(settings.min).saturating_sub(zero),
+            // The motor of an axis with play stands lower by it where the axis comes from above.
+            min: settings.scale.steps(settings.min).saturating_sub(zero).saturating_sub(play),
             max: settings.scale.steps(settings.max).saturating_sub(zero),
             last: None,
             least_interval: TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1))),
             direction_setup: u64::from(machine.direction_setup_us) * (TICK_HZ / 1_000_000),
-            least_period: hz / (settings.max_speed_mm_per_s * steps_per_mm),
-            acceleration: settings.max_acceleration_mm_per_s2 * steps_per_mm / hz / hz,
+            least_period: hz / (speed * steps_per_mm),
+            acceleration: acceleration * steps_per_mm / hz / hz,
         }
     }
 

@@ -113,9 +113,10 @@ pub fn fastest_rate(segments: &[Segment]) -> Option<(f64, usize)> {
     for segment in segments {
         let mut seen = [false; AXES];
         for run in &segment.runs {
-            let (axis, interval, change) =
-                (usize::from(run.axis), i64::from(run.interval), i64::from(run.change));
-            let Some(seen) = seen.get_mut(axis) else { continue };
+            let (interval, change) = (i64::from(run.interval), i64::from(run.change));
+            // Axes that step together have the same intervals.
+            let Some(axis) = (0..AXES).find(|axis| run.axes >> axis & 1 == 1) else { continue };
+            let seen = &mut seen[axis];
             let last = interval + change * (i64::from(run.count) - 1).max(0);
             // The first step of a segment follows a rest.
             let first = if *seen { interval } else { interval + change };
@@ -213,7 +214,7 @@ mod tests {
                 for _ in 0..draw(4) {
                     let (interval, count) = (2_000 + draw(5_000) as u32, draw(20) as u32);
                     let change = draw(100) as i32 - 50;
-                    runs.push(Run { axis, forward: true, interval, count, change });
+                    runs.push(Run { axes: 1 << axis, forward: true, interval, count, change });
                 }
             }
             let segment = segment(runs);
@@ -236,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_stream_above_the_safe_rate_is_refused_with_both_numbers() {
-        let run = Run { axis: 1, forward: true, interval: 20_000, count: 9, change: 0 };
+        let run = Run { axes: 2, forward: true, interval: 20_000, count: 9, change: 0 };
         let segments = [segment(vec![run])];
         assert_eq!(too_fast(&segments, 500.0), None);
         let why = too_fast(&segments, 499.5).unwrap();

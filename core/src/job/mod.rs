@@ -26,6 +26,8 @@ pub struct Program {
     pub origin: Point,
     /// Bits in order of use.
     pub bits: Vec<Bit>,
+    /// The spindles that drill, one bit each: bit 0 is Z1.
+    pub spindles: u8,
     /// Height of rapid moves over the board's surface.
     pub safe_height: Length,
     /// What to do, in order.
@@ -136,6 +138,8 @@ pub enum Stage {
     Drill,
     /// Z goes up.
     Retract,
+    /// From the bottom of one hole, or the top, to the bottom of the next: plane and spindles together.
+    Hop,
     /// Nothing moves.
     Dwell,
     /// Waiting for a person to change the bit.

@@ -76,7 +76,7 @@ pub fn virtual_drill() -> Machine {
         pulse_width_us: 2.0,
         motion: MotionLaws { down: Law::Power, ..laws() },
         down: down(50.0, 1_500.0, 60_000.0),
-        overlap: Overlap { on: true, clear_mm: 0.5, latency_ms: 0.2, margin_ms: 5.0, dwell_top_ms: 0.0 },
+        overlap: Overlap { on: true, clear_mm: 0.3, latency_ms: 0.2, margin_ms: 5.0, dwell_top_ms: 0.0 },
         settle_ms: 10.0,
         stroke_end: StrokeEnd::Counted,
         longest_drilling_s: 5.0,
@@ -85,7 +85,7 @@ pub fn virtual_drill() -> Machine {
         tool_change: ToolChange::Manual,
         process: Process {
             safe_height: mm(2.0),
-            feed_height: mm(0.5),
+            feed_height: mm(0.3),
             board_thickness: mm(1.6),
             breakthrough: mm(0.5),
             feed_mm_per_s: 12.0,
@@ -103,17 +103,18 @@ fn counts(steps: f64) -> Length {
 }
 
 /// The laboratory drill (Arendt, part 2 and figure 4): printer mechanics, 120 steps per inch, 500 interrupts per
-/// second, ranges −10 … 2588 and −10 … 825 counts, stroke ended by the lower sensor, 18 s allowed for drilling.
+/// second, ranges −10 … 2588 and −10 … 825 counts, stroke ended by the lower sensor, 18 s allowed for drilling. Its axes go
+/// by the table of dynamics: a takt an interrupt at full speed.
 pub fn lab() -> Machine {
     let axis = |min: f64, max: f64| Axis {
         scale: Scale::per_inch(120.0),
         min: counts(min),
         max: counts(max),
-        max_speed_mm_per_s: 10.0,
+        max_speed_mm_per_s: 106.0,
         max_acceleration_mm_per_s2: 200.0,
         max_jerk_mm_per_s3: 10_000.0,
         home: HomeEnd::Min,
-        home_speed_mm_per_s: 8.0,
+        home_speed_mm_per_s: 16.0,
         home_search: counts(max - min + 100.0),
         home_offset: counts(10.0),
         backlash: Length::ZERO,
@@ -131,7 +132,7 @@ pub fn lab() -> Machine {
             scale: Scale::per_inch(1200.0),
             min: mm(-17.5),
             max: mm(0.25),
-            max_speed_mm_per_s: 5.0,
+            max_speed_mm_per_s: 10.6,
             max_acceleration_mm_per_s2: 100.0,
             max_jerk_mm_per_s3: 5_000.0,
             home: HomeEnd::Max,
@@ -142,14 +143,14 @@ pub fn lab() -> Machine {
             phases: PhaseTable::arendt(),
         },
         spindles: 1,
-        drive: DriveKind::Planned,
+        drive: DriveKind::Table,
         interrupt_hz: 500,
         dynamics: Dynamics::arendt(),
         max_step_hz: 580,
         direction_setup_us: 100,
         pulse_width_us: 100.0,
         motion: laws(),
-        down: down(5.0, 100.0, 5_000.0),
+        down: down(10.6, 100.0, 5_000.0),
         overlap: Overlap { on: false, clear_mm: 0.5, latency_ms: 0.0, margin_ms: 0.0, dwell_top_ms: 0.0 },
         settle_ms: 20.0,
         stroke_end: StrokeEnd::Sensor,
@@ -159,7 +160,7 @@ pub fn lab() -> Machine {
         tool_change: ToolChange::Manual,
         process: Process {
             safe_height: mm(2.0),
-            feed_height: mm(0.5),
+            feed_height: mm(0.3),
             board_thickness: mm(1.6),
             breakthrough: mm(0.5),
             feed_mm_per_s: 2.0,
@@ -192,9 +193,14 @@ pub fn hobby_3018() -> Machine {
         max_step_hz: 25_000,
         motion: MotionLaws { plane: Law::Linear, down: Law::Linear, up: Law::Linear, ..laws() },
         down: down(10.0, 30.0, 3_000.0),
-        overlap: Overlap { margin_ms: 20.0, ..base.overlap },
+        overlap: Overlap { clear_mm: 0.2, margin_ms: 20.0, ..base.overlap },
         longest_drilling_s: 20.0,
-        process: Process { feed_mm_per_s: 2.0, spindle_rpm: 10_000, ..base.process.clone() },
+        process: Process {
+            feed_height: mm(0.2),
+            feed_mm_per_s: 2.0,
+            spindle_rpm: 10_000,
+            ..base.process.clone()
+        },
         ..base
     }
 }

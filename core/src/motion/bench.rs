@@ -31,6 +31,7 @@ pub fn board(machine: &Machine, holes: u32) -> Program {
         machine: String::new(),
         origin: Point::default(),
         bits: Vec::new(),
+        spindles: u8::MAX,
         safe_height: process.safe_height,
         legs: std::iter::once(prepare).chain((0..holes).map(hole)).chain([finish]).collect(),
         accepted: Vec::new(),

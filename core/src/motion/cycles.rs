@@ -11,9 +11,10 @@
 //! Comes in: a machine, and where things stand. Goes out: a [`Timeline`]; a gated move of it may end early, so what
 //! follows is to be taken relative to where it really ended. Does not know why, nor what the sensors say.
 
-use super::timeline::{Timeline, Writer};
+use super::timeline::Timeline;
+use super::writer::{Writer, installed};
 use crate::job::{Effect, Gate, Otherwise, Stage};
-use crate::machine::{HomeEnd, Machine, Steps};
+use crate::machine::{AXES, HomeEnd, Machine, Steps};
 use crate::remark::Remark;
 use crate::units::{Length, TICK_HZ};
 
@@ -46,7 +47,9 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Remark> {
     let mut writer = Writer::new(machine, Steps::default());
     for (stage, way, speed, gated) in rows {
         let mut to = writer.at();
-        to[axis] += settings.scale.steps(way);
+        for axis in together(machine, axis) {
+            to[axis] += settings.scale.steps(way);
+        }
         let gate = gated.then(|| Gate {
             input: machine.home_input(axis),
             deadline_us: 0,
@@ -72,7 +75,9 @@ pub fn home(machine: &Machine) -> Result<Vec<(usize, Timeline)>, Remark> {
 /// The spindle up, or down, to `z_steps` at rapid speed, from rest at `from`.
 pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline, Remark> {
     let mut to = from;
-    to[2] = z_steps;
+    for axis in installed(machine) {
+        to[axis] = z_steps;
+    }
     one(machine, Stage::Retract, from, to, f64::INFINITY)
 }
 
@@ -88,11 +93,21 @@ pub fn stroke(machine: &Machine, from: Steps, bottom: i64, gate: Option<Gate>) -
     }
     writer.rest(Stage::Dwell, libm::ceil(machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64, Effect::None);
     let mut to = from;
-    to[2] = above.clamp(bottom, from[2]);
+    let lower = |to: &mut Steps, height: i64| installed(machine).for_each(|axis| to[axis] = height);
+    lower(&mut to, above.clamp(bottom, from[2]));
     writer.line(Stage::Approach, to, f64::INFINITY, None)?;
-    to[2] = bottom;
+    lower(&mut to, bottom);
     writer.line(Stage::Drill, to, process.feed_mm_per_s, gate)?;
     Ok(writer.done())
+}
+
+/// The axes that move with `axis`: all spindles go together outside programs.
+fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
+    match axis {
+        0 | 1 => axis..axis + 1,
+        _ if axis < AXES => installed(machine),
+        _ => 0..0,
+    }
 }
 
 /// From rest at `from` to rest at `to`: Z up first where it goes up, then X and Y together, then Z down where it goes
@@ -100,10 +115,14 @@ pub fn stroke(machine: &Machine, from: Steps, bottom: i64, gate: Option<Gate>) -
 pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Remark> {
     let mut writer = Writer::new(machine, from);
     let mut above = from;
-    above[2] = from[2].max(to[2]);
+    for axis in installed(machine) {
+        above[axis] = from[axis].max(to[axis]);
+    }
     writer.line(Stage::Retract, above, f64::INFINITY, None)?;
     let mut beside = to;
-    beside[2] = above[2];
+    for axis in installed(machine) {
+        beside[axis] = above[axis];
+    }
     writer.line(Stage::Travel, beside, f64::INFINITY, None)?;
     writer.line(Stage::Approach, to, f64::INFINITY, None)?;
     Ok(writer.done())
@@ -112,8 +131,8 @@ pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Rema
 /// One axis by `steps`, not faster than `speed` mm/s.
 pub fn jog(machine: &Machine, from: Steps, axis: usize, steps: i64, speed: f64) -> Result<Timeline, Remark> {
     let mut to = from;
-    if let Some(place) = to.get_mut(axis) {
-        *place = place.saturating_add(steps);
+    for axis in together(machine, axis) {
+        to[axis] = to[axis].saturating_add(steps);
     }
     one(machine, Stage::Jog, from, to, speed)
 }

@@ -3,7 +3,8 @@
 //!
 //! Comes in: a timeline, a machine. Goes out: what is broken, if anything. Does not know how it was planned.
 
-use super::timeline::{Move, Timeline};
+use super::Limits;
+use super::timeline::{Motion, Move, Part, Timeline};
 use crate::machine::{AXES, Machine, axis_name};
 use crate::remark::{Remark, Weight};
 use crate::units::TICK_HZ;
@@ -20,29 +21,58 @@ pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Remark>> {
             |code: &str| Remark::new(Weight::Loss, code).with("leg", planned.leg).with("move", index);
         if planned.from != at || planned.start_tick != now {
             broken.push(remark("motion.broken_chain"));
-        } else if let Some(axis) = (0..AXES).find(|axis| too_much(timeline, machine, planned, *axis)) {
-            broken.push(remark("motion.over_limit").with("axis", axis_name(axis)));
-        } else if (planned.lead_s + planned.profile.duration_s()) * TICK_HZ as f64
-            > planned.duration_ticks as f64
+        } else if planned.parts.iter().any(|part| part.start_tick > planned.duration_ticks)
+            || planned.parts.iter().any(|part| part.end_s() * TICK_HZ as f64 > planned.duration_ticks as f64)
         {
             broken.push(remark("motion.too_short"));
+        } else if !chained(planned) {
+            broken.push(remark("motion.broken_chain"));
+        } else if let Some(axis) =
+            (0..AXES).find(|axis| planned.parts.iter().any(|part| too_much(timeline, machine, part, *axis)))
+        {
+            broken.push(remark("motion.over_limit").with("axis", axis_name(axis)));
         }
         (at, now) = (planned.to, planned.start_tick + planned.duration_ticks);
     }
     if broken.is_empty() { Ok(()) } else { Err(broken) }
 }
 
-/// Whether `axis` is asked for more than it may do. Greatest speed, acceleration and jerk of a profile are among its
-/// closed forms; an axis has its share of each.
-fn too_much(timeline: &Timeline, machine: &Machine, planned: &Move, axis: usize) -> bool {
-    let way_mm = (planned.to[axis] - planned.from[axis]) as f64 * timeline.mm_per_step[axis];
+/// Whether the parts of every axis follow each other, in place and in time.
+fn chained(planned: &Move) -> bool {
+    (0..AXES).all(|axis| {
+        let (mut at, mut free_s) = (planned.from[axis], 0.0);
+        for part in planned.parts.iter().filter(|part| part.moves(axis)) {
+            if part.from[axis] != at || part.start_s() < free_s - 1e-9 {
+                return false;
+            }
+            (at, free_s) = (part.to[axis], part.end_s());
+        }
+        at == planned.to[axis]
+    })
+}
+
+/// Whether `axis` is asked for more than it may do. Greatest speed, acceleration and jerk of a stroke are among its
+/// closed forms; an axis has its share of each. Takts are checked against the fastest interrupts only: their jumps are the
+/// motor's to follow.
+fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) -> bool {
+    let way_mm = (part.to[axis] - part.from[axis]) as f64 * timeline.mm_per_step[axis];
     if way_mm == 0.0 {
         return false;
     }
-    let (profile, settings) = (&planned.profile, machine.axis(axis));
-    let share = way_mm.abs() / profile.length_mm;
-    let over = |value: f64, limit: f64| value.is_nan() || value * share > limit * (1.0 + ROUNDING);
-    over(profile.speed_mm_per_s, settings.max_speed_mm_per_s)
-        || over(profile.acceleration_mm_per_s2, settings.max_acceleration_mm_per_s2)
-        || over(profile.jerk_mm_per_s3, settings.max_jerk_mm_per_s3)
+    let settings = machine.axis(axis);
+    let limits =
+        if axis >= 2 && way_mm < 0.0 { Limits::of_down(machine) } else { Limits::of_axis(machine, settings) };
+    match &part.motion {
+        Motion::Line(stroke) => {
+            let share = way_mm.abs() / stroke.length_mm();
+            let over = |value: f64, limit: f64| value.is_nan() || value * share > limit * (1.0 + ROUNDING);
+            let (speed, acceleration, jerk) = stroke.peaks();
+            over(speed, limits.speed) || over(acceleration, limits.acceleration) || over(jerk, limits.jerk)
+        }
+        Motion::Takts(takts) => {
+            let shortest = takts.stretches.iter().map(|some| some.interval).min().unwrap_or(1);
+            let hz = TICK_HZ as f64 / (takts.interrupt_ticks * u64::from(shortest).max(1)) as f64;
+            hz > f64::from(machine.max_step_hz) * (1.0 + ROUNDING)
+        }
+    }
 }

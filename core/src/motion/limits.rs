@@ -7,11 +7,14 @@
 //!     +-----------> x
 //! ```
 //!
-//! Comes in: a machine, two places in steps. Goes out: a [`Profile`] along the line. Does not know why.
+//! Comes in: a machine, two places in steps. Goes out: a [`Profile`] along the line, or the takts of table-driven axes.
+//! Does not know why.
 
+use super::automaton;
 use super::profile::{self, Profile, Shape};
+use super::timeline::Takts;
 use crate::geometry::Point;
-use crate::machine::{AXES, Axis, Machine, Steps};
+use crate::machine::{AXES, Axis, DriveKind, Law, Machine, Steps};
 use crate::remark::Remark;
 use crate::units::TICK_HZ;
 
@@ -33,13 +36,22 @@ impl Limits {
     /// Of one axis. The speed is also held under the drive's pulse rate, taken down to a whole number of ticks
     /// between pulses.
     pub fn of_axis(machine: &Machine, axis: &Axis) -> Self {
-        let ticks = TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1)));
-        let drive = TICK_HZ as f64 / ticks as f64 / axis.scale.steps_per_mm();
         Self {
-            speed: axis.max_speed_mm_per_s.min(drive),
+            speed: axis.max_speed_mm_per_s,
             acceleration: axis.max_acceleration_mm_per_s2,
             jerk: axis.max_jerk_mm_per_s3,
         }
+        .slowed(drive_speed(machine, axis))
+    }
+
+    /// Of Z on its way down.
+    pub fn of_down(machine: &Machine) -> Self {
+        Self {
+            speed: machine.down.max_speed_mm_per_s,
+            acceleration: machine.down.max_acceleration_mm_per_s2,
+            jerk: machine.down.max_jerk_mm_per_s3,
+        }
+        .slowed(drive_speed(machine, &machine.z))
     }
 
     /// These and also a lower speed.
@@ -56,11 +68,22 @@ impl Limits {
             jerk: self.jerk.min(axis.jerk / share),
         }
     }
+}
 
-    /// The fastest move over `length_mm` within these limits.
-    pub fn plan(self, length_mm: f64) -> Result<Profile, Remark> {
-        profile::plan(Shape::SCurve, length_mm, self)
-    }
+/// Fastest that the drive of `axis` takes pulses, mm/s.
+fn drive_speed(machine: &Machine, axis: &Axis) -> f64 {
+    let ticks = TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1)));
+    TICK_HZ as f64 / ticks as f64 / axis.scale.steps_per_mm()
+}
+
+/// The shape that `law` means for a move over `length_mm`.
+pub(super) fn shape(machine: &Machine, law: Law, length_mm: f64, limits: Limits) -> Result<Shape, Remark> {
+    Ok(match law {
+        Law::Linear => Shape::Linear,
+        Law::SCurve => Shape::SCurve,
+        Law::Power => Shape::Power(machine.motion.order),
+        Law::Automatic => profile::choose(length_mm, limits)?.choice,
+    })
 }
 
 /// Millimetres of one step, for every axis.
@@ -68,29 +91,58 @@ pub(super) fn mm_per_step(machine: &Machine) -> [f64; AXES] {
     std::array::from_fn(|axis| 1.0 / machine.axis(axis).scale.steps_per_mm())
 }
 
-/// Length of the straight line between two places.
-fn length_mm(mm_per_step: &[f64; AXES], from: &Steps, to: &Steps) -> f64 {
-    let squares = (0..AXES).map(|axis| {
-        let mm = (to[axis] - from[axis]) as f64 * mm_per_step[axis];
-        mm * mm
-    });
-    libm::sqrt(squares.sum())
+/// The straight line between two places: lengths in the plane, of the spindles, and of both together. Spindles move alike
+/// and count once.
+fn lengths_mm(mm_per_step: &[f64; AXES], from: &Steps, to: &Steps) -> (f64, f64, f64) {
+    let way = |axis: usize| (to[axis] - from[axis]).abs() as f64 * mm_per_step[axis];
+    let plane = libm::sqrt(way(0) * way(0) + way(1) * way(1));
+    let spindles = (2..AXES).map(way).fold(0.0, f64::max);
+    let both = if spindles == 0.0 { plane } else { libm::sqrt(plane * plane + spindles * spindles) };
+    (plane, spindles, both)
 }
 
-/// The fastest straight line from rest at `from` to rest at `to`, not faster than `speed` along the path.
+/// The fastest straight line from rest at `from` to rest at `to`, not faster than `speed` along the path. Lines in the plane
+/// follow the plane's law; those of spindles alone the law of their direction.
 pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> Result<Profile, Remark> {
     let mm_per_step = mm_per_step(machine);
-    let length_mm = length_mm(&mm_per_step, from, to);
+    let (plane_mm, _, length_mm) = lengths_mm(&mm_per_step, from, to);
     let mut limits = Limits::NONE.slowed(speed);
     for axis in (0..AXES).filter(|axis| from[*axis] != to[*axis]) {
         let share = (to[axis] - from[axis]).unsigned_abs() as f64 * mm_per_step[axis] / length_mm;
-        limits = limits.with_share(Limits::of_axis(machine, machine.axis(axis)), share);
+        let down = axis >= 2 && to[axis] < from[axis];
+        let own = if down { Limits::of_down(machine) } else { Limits::of_axis(machine, machine.axis(axis)) };
+        limits = limits.with_share(own, share);
     }
-    limits.plan(length_mm)
+    let down = (2..AXES).any(|axis| to[axis] < from[axis]);
+    let law = match (plane_mm > 0.0, down) {
+        (true, _) => machine.motion.plane,
+        (false, true) => machine.motion.down,
+        (false, false) => machine.motion.up,
+    };
+    profile::plan(shape(machine, law, length_mm, limits)?, length_mm, limits)
+}
+
+/// The takts of a table-driven axis over `way` steps, not faster than `speed` mm/s.
+pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Result<Takts, Remark> {
+    let interrupt_hz = f64::from(machine.interrupt_hz.max(1));
+    let most_hz = speed.min(machine.axis(axis).max_speed_mm_per_s) * machine.axis(axis).scale.steps_per_mm();
+    let most_hz = most_hz.min(f64::from(machine.max_step_hz));
+    let state = automaton::state_within(&machine.dynamics, interrupt_hz, most_hz);
+    let table = automaton::capped(&machine.dynamics, state);
+    let interrupt_ticks = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
+    Ok(Takts { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })
 }
 
 /// Time of a hop in the plane, X and Y moving together; infinite when the machine's limits are not usable.
 pub fn hop_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
+    if machine.drive == DriveKind::Table {
+        let way = |axis: usize, from, to| {
+            let scale = machine.axis(axis).scale;
+            takts(machine, axis, scale.steps(to) - scale.steps(from), f64::INFINITY)
+                .map_or(f64::INFINITY, |takts| takts.duration_ticks() as f64 / TICK_HZ as f64)
+        };
+        return way(0, from.x, to.x).max(way(1, from.y, to.y));
+    }
     let length_mm = from.distance_mm(to);
     if length_mm <= 0.0 {
         return 0.0;
@@ -101,5 +153,8 @@ pub fn hop_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
             limits = limits.with_share(Limits::of_axis(machine, axis), way.abs().mm() / length_mm);
         }
     }
-    limits.plan(length_mm).map_or(f64::INFINITY, |profile| profile.duration_s())
+    let shape = shape(machine, machine.motion.plane, length_mm, limits);
+    shape
+        .and_then(|shape| profile::plan(shape, length_mm, limits))
+        .map_or(f64::INFINITY, |profile| profile.duration_s())
 }

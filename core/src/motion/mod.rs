@@ -1,20 +1,25 @@
 //! When each axis is where: a program's commands as jerk-limited moves from rest to rest.
 //!
 //! ```text
-//! Program ─ timeline ─▶ Timeline: move, move, dwell, move …   each with a Profile over its path
-//! machine ─ cycles ───▶ Timeline: homing, going somewhere, jogging
+//! Program ─ writer ─▶ Timeline: move, move, dwell, move …   each of parts, each part with its profile or its takts
+//! machine ─ cycles ─▶ Timeline: homing, going somewhere, jogging
 //! ```
 //!
 //! Comes in: a program or a wish, and a machine. Goes out: a [`Timeline`]. Does not know how steps are timed.
 
+pub mod automaton;
 pub mod bench;
+pub mod coordination;
 pub mod cycles;
 pub mod laws;
 mod limits;
 pub mod path;
 pub mod profile;
+pub mod strokes;
 mod timeline;
+mod writer;
 
 pub use limits::{Limits, hop_time_s};
 pub use profile::Profile;
-pub use timeline::{Move, Timeline, timeline, timeline_from};
+pub use timeline::{Motion, Move, Part, Takts, Timeline};
+pub use writer::{leg_alone, timeline, timeline_from};

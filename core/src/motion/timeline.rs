@@ -1,35 +1,28 @@
 //! A program as moves in time.
 //!
 //! ```text
-//! leg of a hole     Travel      Dwell    Approach   Drill      Dwell   Retract
+//! one by one        Travel      Dwell    Approach   Drill      Dwell   Retract
 //! speed            /‾‾‾‾‾‾\             /‾‾\      _______             /‾‾‾‾\
 //!              ___/        \___________/    \____/       \___________/      \__
-//!                          settle           above board      bottom
+//!
+//! together     |<------------------- one move: Hop ------------------------>|
+//! Z up         /‾‾‾‾‾‾‾‾\__                            (from the bottom of the hole before)
+//! plane            ____/‾‾‾‾‾‾‾‾\____
+//! Z down                       ____/‾‾‾\_______        (to the bottom of this one)
 //! ```
 //!
-//! Comes in: a program, a machine. Goes out: a [`Timeline`]: moves from rest to rest, one after the other, each a
-//! straight line between whole steps. A place is first turned into the nearest whole step, from its absolute
-//! coordinate; the way between two places is their difference, so nothing adds up (A6). Does not know step times.
+//! A [`Move`] begins and ends at rest. Inside it, its [`Part`]s move some axes each, in their own time.
+//!
+//! Goes out: a [`Timeline`] as data, and where it is at any second. Does not know commands, nor step times.
 
-use super::limits::{line, mm_per_step};
-use super::profile::{Inverse, Profile};
-use crate::geometry::Point;
-use crate::job::{Command, Effect, Gate, Leg, Mark, Program, Stage};
-use crate::machine::{AXES, Machine, Steps};
-use crate::remark::{Remark, Weight};
-use crate::units::{Length, TICK_HZ};
+use super::automaton::Stretch;
+use super::profile::Stroke;
+use crate::job::{Effect, Gate, Mark, Stage};
+use crate::machine::{AXES, Steps};
+use crate::units::TICK_HZ;
 use serde::{Deserialize, Serialize};
 
-/// Rapid descent ends this far over the board's surface, or at the safe height where that is lower.
-const CLEARANCE: Length = Length::from_um(500);
-
-/// A move longer than this is refused: its pulses could be further apart than a run can say (429 s).
-const LONGEST_MOVE_S: f64 = 400.0;
-
-/// A move keeps still for so long before its end, so that pulses timed to 1 µs never meet those of the next move.
-const REST_TICKS: u64 = 20;
-
-/// A straight line from rest to rest, or a time of rest.
+/// Something that begins and ends at rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Move {
     /// Index of the leg in the program.
@@ -46,32 +39,166 @@ pub struct Move {
     pub start_tick: u64,
     /// How long it takes, in ticks.
     pub duration_ticks: u64,
-    /// Rest before the motion, so that the drives have taken a change of direction in.
-    pub lead_s: f64,
-    /// The motion along the straight line from `from` to `to`.
-    pub profile: Profile,
+    /// What moves, in order of start. Parts that move the same axis follow each other.
+    pub parts: Vec<Part>,
     /// What is switched at its start.
     pub effect: Effect,
     /// The sensor that may end it early.
     pub gate: Option<Gate>,
 }
 
-impl Move {
+/// A straight line of some axes from rest to rest, within a move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// What is being done.
+    pub stage: Stage,
+    /// When it begins, in ticks from the start of the move.
+    pub start_tick: u64,
+    /// Where the axes stand before. Only those that stand elsewhere afterwards belong to the part.
+    pub from: Steps,
+    /// Where they stand afterwards.
+    pub to: Steps,
+    /// How they go there.
+    pub motion: Motion,
+}
+
+/// How a part goes along its line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// By a profile over the length of the line.
+    Line(Stroke),
+    /// By the table of dynamics, takt by takt; one axis.
+    Takts(Takts),
+}
+
+/// The takts of one axis.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Takts {
+    /// Ticks from interrupt to interrupt.
+    pub interrupt_ticks: u64,
+    /// Takts at equal distances, in interrupts, in order.
+    pub stretches: Vec<Stretch>,
+}
+
+impl Takts {
+    /// How long they take, in ticks.
+    pub fn duration_ticks(&self) -> u64 {
+        let interrupts = self.stretches.iter().map(|some| u64::from(some.interval) * some.count);
+        interrupts.sum::<u64>() * self.interrupt_ticks
+    }
+
+    /// How many takts have come by `tick`.
+    pub fn count_at(&self, tick: u64) -> u64 {
+        let (mut done, mut now) = (0, 0);
+        for some in &self.stretches {
+            let interval = (u64::from(some.interval) * self.interrupt_ticks).max(1);
+            let fit = (tick.saturating_sub(now) / interval).min(some.count);
+            done += fit;
+            if fit < some.count {
+                break;
+            }
+            now += interval * some.count;
+        }
+        done
+    }
+
+    /// The tick of takt `index`, counted from 0; that of the last one beyond it.
+    pub fn tick_of(&self, index: u64) -> u64 {
+        let (mut left, mut now) = (index + 1, 0);
+        for some in &self.stretches {
+            let here = left.min(some.count);
+            now += u64::from(some.interval) * self.interrupt_ticks * here;
+            left -= here;
+        }
+        now
+    }
+
+    fn count(&self) -> u64 {
+        self.stretches.iter().map(|some| some.count).sum()
+    }
+}
+
+impl Part {
+    /// How long it takes, s.
+    pub fn duration_s(&self) -> f64 {
+        match &self.motion {
+            Motion::Line(stroke) => stroke.duration_s(),
+            Motion::Takts(takts) => takts.duration_ticks() as f64 / TICK_HZ as f64,
+        }
+    }
+
+    /// Second of the move at which it begins.
+    pub fn start_s(&self) -> f64 {
+        self.start_tick as f64 / TICK_HZ as f64
+    }
+
+    /// Second of the move at which it ends.
+    pub fn end_s(&self) -> f64 {
+        self.start_s() + self.duration_s()
+    }
+
+    /// Whether `axis` belongs to it.
+    pub fn moves(&self, axis: usize) -> bool {
+        self.from[axis] != self.to[axis]
+    }
+
     /// Share of the way done `t_s` seconds after the start of the move, 0 … 1.
     pub fn share(&self, t_s: f64) -> f64 {
-        let length_mm = self.profile.length_mm;
-        if length_mm <= 0.0 { 1.0 } else { self.profile.position_mm(t_s - self.lead_s) / length_mm }
+        let own_s = t_s - self.start_s();
+        match &self.motion {
+            Motion::Line(stroke) if stroke.length_mm() > 0.0 => {
+                stroke.position_mm(own_s) / stroke.length_mm()
+            }
+            Motion::Line(_) => 1.0,
+            Motion::Takts(takts) => {
+                let done = takts.count_at((own_s.max(0.0) * TICK_HZ as f64) as u64);
+                done as f64 / takts.count().max(1) as f64
+            }
+        }
     }
 
+    /// Speed along the line `t_s` seconds after the start of the move, mm/s; of takts the mean of the whole move.
+    pub fn speed(&self, t_s: f64, mm_per_step: &[f64; AXES]) -> f64 {
+        let own_s = t_s - self.start_s();
+        match &self.motion {
+            Motion::Line(stroke) => stroke.speed(own_s),
+            Motion::Takts(_) if own_s < 0.0 || own_s > self.duration_s() => 0.0,
+            Motion::Takts(_) => {
+                let way = |axis: usize| (self.to[axis] - self.from[axis]).abs() as f64 * mm_per_step[axis];
+                (0..AXES).map(way).sum::<f64>() / self.duration_s().max(1e-9)
+            }
+        }
+    }
+}
+
+impl Move {
     /// Where the axes are `t_s` seconds after the start of the move, in steps and parts of steps.
     pub fn at(&self, t_s: f64) -> [f64; AXES] {
-        let share = self.share(t_s);
-        std::array::from_fn(|axis| self.from[axis] as f64 + (self.to[axis] - self.from[axis]) as f64 * share)
+        let mut at = self.from.map(|place| place as f64);
+        for part in self.parts.iter().filter(|part| part.start_s() <= t_s) {
+            let share = part.share(t_s);
+            for axis in (0..AXES).filter(|axis| part.moves(*axis)) {
+                at[axis] = part.from[axis] as f64 + (part.to[axis] - part.from[axis]) as f64 * share;
+            }
+        }
+        at
     }
 
-    /// Whether any axis goes anywhere.
+    /// The part that began last and still moves, `t_s` seconds after the start of the move.
+    pub fn part_at(&self, t_s: f64) -> Option<&Part> {
+        self.parts.iter().rev().find(|part| part.start_s() <= t_s && t_s < part.end_s())
+    }
+
+    /// Whether any axis goes anywhere, there or there and back.
     pub fn moves(&self) -> bool {
-        self.from != self.to
+        !self.parts.is_empty()
+    }
+
+    /// The tick, from the start of the timeline, at which the hole is through: the end of the stroke down in it.
+    pub fn drilled_tick(&self) -> Option<u64> {
+        let down = self.parts.iter().rev().find(|part| part.stage == Stage::Drill)?;
+        let end = libm::ceil(down.end_s() * TICK_HZ as f64) as u64;
+        Some(self.start_tick + end.min(self.duration_ticks))
     }
 }
 
@@ -101,186 +228,4 @@ impl Timeline {
     pub fn end(&self) -> Steps {
         self.moves.last().map_or(self.start, |last| last.to)
     }
-}
-
-/// The whole program as a timeline.
-pub fn timeline(program: &Program, machine: &Machine) -> Result<Timeline, Remark> {
-    timeline_from(program, machine, 0)
-}
-
-/// The program from leg `first_leg` on, as when a job is taken up again: it starts at rest where that leg starts.
-pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> Result<Timeline, Remark> {
-    let mut start = Steps::default();
-    let at = program.start_of_leg(first_leg);
-    start[0] = machine.x.scale.steps(at.x);
-    start[1] = machine.y.scale.steps(at.y);
-    start[2] = machine.z.scale.steps(program.safe_height);
-    let mut writer = Writer::new(machine, start);
-    writer.clearance = CLEARANCE.min(program.safe_height);
-    for (index, leg) in program.legs.iter().enumerate().skip(first_leg) {
-        let number = u32::try_from(index).map_err(|_| Remark::new(Weight::Loss, "motion.too_many_legs"))?;
-        writer.leg(number, leg).map_err(|remark| remark.with("leg", index))?;
-    }
-    Ok(writer.done())
-}
-
-/// Writes moves one after the other.
-pub(super) struct Writer<'a> {
-    machine: &'a Machine,
-    timeline: Timeline,
-    at: Steps,
-    now: u64,
-    leg: u32,
-    mark: Mark,
-    clearance: Length,
-    settled: bool,
-}
-
-impl<'a> Writer<'a> {
-    /// At rest at `start`.
-    pub(super) fn new(machine: &'a Machine, start: Steps) -> Self {
-        Self {
-            machine,
-            timeline: Timeline { start, moves: Vec::new(), mm_per_step: mm_per_step(machine) },
-            at: start,
-            now: 0,
-            leg: 0,
-            mark: Mark::Prepare,
-            clearance: CLEARANCE,
-            settled: true,
-        }
-    }
-
-    /// What was written.
-    pub(super) fn done(self) -> Timeline {
-        self.timeline
-    }
-
-    /// Where it stands.
-    pub(super) fn at(&self) -> Steps {
-        self.at
-    }
-
-    fn leg(&mut self, number: u32, leg: &Leg) -> Result<(), Remark> {
-        (self.leg, self.mark) = (number, leg.mark);
-        leg.commands.iter().try_for_each(|command| self.command(*command))
-    }
-
-    fn command(&mut self, command: Command) -> Result<(), Remark> {
-        match command {
-            Command::Rapid { to } => self.rapid(to),
-            Command::Plunge { to, feed_um_per_s, gate } => self.plunge(to, feed_um_per_s, gate),
-            Command::Retract { to } => self.line(Stage::Retract, self.with_z(to), f64::INFINITY, None),
-            Command::Dwell { us } => {
-                self.rest(Stage::Dwell, u64::from(us) * (TICK_HZ / 1_000_000), Effect::None);
-                Ok(())
-            }
-            Command::Spindle { rpm } => {
-                self.rest(Stage::Dwell, 0, Effect::Spindle(rpm));
-                Ok(())
-            }
-            Command::AwaitBit { bit } => {
-                self.rest(Stage::AwaitBit, 0, Effect::AwaitBit(bit));
-                Ok(())
-            }
-        }
-    }
-
-    fn rapid(&mut self, to: Point) -> Result<(), Remark> {
-        let mut target = self.at;
-        target[0] = self.machine.x.scale.steps(to.x);
-        target[1] = self.machine.y.scale.steps(to.y);
-        self.settled &= target == self.at;
-        self.line(Stage::Travel, target, f64::INFINITY, None)
-    }
-
-    fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Remark> {
-        let bottom = self.with_z(to);
-        if bottom[2] > self.at[2] {
-            return Err(Remark::new(Weight::Loss, "motion.plunge_upwards").with("to", to.mm()));
-        }
-        if feed_um_per_s == 0 {
-            return Err(Remark::new(Weight::Loss, "motion.no_feed"));
-        }
-        if !self.settled {
-            let ticks = libm::ceil(self.machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64;
-            self.rest(Stage::Dwell, ticks, Effect::None);
-            self.settled = true;
-        }
-        let above = self.with_z(self.clearance.max(to));
-        if above[2] < self.at[2] {
-            self.line(Stage::Approach, above, f64::INFINITY, None)?;
-        }
-        self.line(Stage::Drill, bottom, f64::from(feed_um_per_s) * 1e-3, gate)
-    }
-
-    fn with_z(&self, height: Length) -> Steps {
-        let mut steps = self.at;
-        steps[2] = self.machine.z.scale.steps(height);
-        steps
-    }
-
-    /// A time of rest. Without time and effect nothing is written.
-    pub(super) fn rest(&mut self, stage: Stage, duration_ticks: u64, effect: Effect) {
-        if duration_ticks > 0 || effect != Effect::None {
-            self.push(Move { duration_ticks, effect, ..self.blank(stage) });
-        }
-    }
-
-    /// A straight line, not faster than `speed` mm/s. One that goes nowhere is not written.
-    pub(super) fn line(
-        &mut self,
-        stage: Stage,
-        to: Steps,
-        speed: f64,
-        gate: Option<Gate>,
-    ) -> Result<(), Remark> {
-        if to == self.at {
-            return Ok(());
-        }
-        let profile = line(self.machine, &self.at, &to, speed)?;
-        let duration_s = profile.duration_s();
-        if duration_s > LONGEST_MOVE_S {
-            let remark = Remark::new(Weight::Loss, "motion.move_too_slow").with("length", profile.length_mm);
-            return Err(remark.with("seconds", duration_s).with("longest", LONGEST_MOVE_S));
-        }
-        let lead_s = lead_s(self.machine, &profile, &self.at, &to);
-        let duration_ticks = libm::ceil((lead_s + duration_s) * TICK_HZ as f64) as u64 + REST_TICKS;
-        self.push(Move { to, duration_ticks, lead_s, profile, gate, ..self.blank(stage) });
-        Ok(())
-    }
-
-    /// A move that goes nowhere and takes no time.
-    fn blank(&self, stage: Stage) -> Move {
-        Move {
-            leg: self.leg,
-            mark: self.mark,
-            stage,
-            from: self.at,
-            to: self.at,
-            start_tick: self.now,
-            duration_ticks: 0,
-            lead_s: 0.0,
-            profile: Profile::default(),
-            effect: Effect::None,
-            gate: None,
-        }
-    }
-
-    fn push(&mut self, planned: Move) {
-        self.now += planned.duration_ticks;
-        self.at = planned.to;
-        self.timeline.moves.push(planned);
-    }
-}
-
-/// Rest needed before a move, so that no axis steps earlier than its direction has been set up, nor sooner than one
-/// pulse may follow another. An axis first steps when it is half a step along.
-fn lead_s(machine: &Machine, profile: &Profile, from: &Steps, to: &Steps) -> f64 {
-    let most = (0..AXES).map(|axis| (to[axis] - from[axis]).unsigned_abs()).max().unwrap_or(0);
-    let first_step_s = Inverse::of(profile).time_at(0.5 * profile.length_mm / most.max(1) as f64);
-    let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
-    let pulse_s = 1.0 / f64::from(machine.max_step_hz.max(1));
-    let needed_s = direction_s.max(pulse_s) + REST_TICKS as f64 / TICK_HZ as f64;
-    (needed_s - first_step_s).max(0.0)
 }

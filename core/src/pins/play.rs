@@ -6,14 +6,27 @@
 //!              └──────────── brake ◀──────────┘
 //! ```
 //!
+//! Where plane and spindles move together, the plane leaves by the plan's prediction that the bit is out of the board; the
+//! contact sensor is the interlock. If it still reports the board then, the plane does not start: the spindle alone goes on
+//! up, and the segment ends there.
+//!
 //! Comes in: a segment. Goes out: calls on [`Pins`], and an [`Outcome`]. Every end is at rest and every step is counted.
 //! Does not know who computed the segment, nor what it is for.
 
-use super::pace::Pace;
-use super::{Clock, Pins};
+use super::pace::{Pace, rates};
+use super::{AxisSet, Clock, Pins};
 use crate::job::{Gate, Input, Otherwise};
-use crate::machine::Machine;
-use crate::steps::{AXES, Effect, Replay, Segment, Steps, TICK_HZ, replay};
+use crate::machine::{DriveKind, Machine};
+use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay};
+
+/// Axes of the plane.
+const PLANE: AxisSet = 0b11;
+
+/// An input counts as on when it is on in so many looks one after the other: a single wrong sample stops nothing.
+const LOOKS: usize = 5;
+
+/// The least pace that can be ordered, percent.
+const SLOWEST: u8 = 10;
 
 /// Longest piece of waiting between two looks at the orders, in ticks: 5 ms.
 const SLICE: u64 = TICK_HZ / 200;
@@ -21,8 +34,10 @@ const SLICE: u64 = TICK_HZ / 200;
 /// What the executor is to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Go on.
+    /// Go on as planned.
     Go,
+    /// Go on at this many percent of the planned pace, 10 … 100.
+    At(u8),
     /// Come to rest on the path and wait there.
     Hold,
     /// Come to rest on the path and end.
@@ -42,14 +57,27 @@ pub trait Desk {
 pub struct Brakes(pub [f64; AXES]);
 
 impl Brakes {
-    /// From the machine's accelerations.
+    /// From the machine's accelerations; of table-driven axes from the distance in which their table brakes from its top
+    /// speed.
     pub fn of(machine: &Machine) -> Self {
         let per_tick2 = 1.0 / (TICK_HZ as f64 * TICK_HZ as f64);
-        Self(std::array::from_fn(|axis| {
-            let axis = machine.axis(axis);
-            axis.max_acceleration_mm_per_s2 * axis.scale.steps_per_mm() * per_tick2
+        Self(std::array::from_fn(|index| {
+            let axis = machine.axis(index);
+            if machine.drive == DriveKind::Table {
+                return table_braking(machine) * per_tick2;
+            }
+            let own = axis.max_acceleration_mm_per_s2;
+            let least = if index < 2 { own } else { own.min(machine.down.max_acceleration_mm_per_s2) };
+            least * axis.scale.steps_per_mm() * per_tick2
         }))
     }
+}
+
+/// How hard the table of dynamics brakes from its top speed, in steps per second².
+fn table_braking(machine: &Machine) -> f64 {
+    let (period, leave) = (machine.dynamics.period.last(), machine.dynamics.leave.last());
+    let hz = f64::from(machine.interrupt_hz) / f64::from(period.copied().unwrap_or(1).max(1));
+    0.5 * hz * hz / f64::from(leave.copied().unwrap_or(1).max(1))
 }
 
 /// What the executor remembers from segment to segment.
@@ -87,39 +115,22 @@ impl Line {
     }
 }
 
-/// What a segment looks like before it is played.
-struct Shape {
-    /// Bit of the axis with most steps.
-    lead: u8,
-    braking: f64,
-    /// Sensors that must stay off: those in the direction of motion, and the board's contact while X or Y moves.
-    guard: u32,
-}
-
-fn shape(segment: &Segment, brakes: &Brakes) -> Shape {
-    let mut counts = [0_u64; AXES];
+/// Sensors that must stay off all through a segment: those in the direction of motion.
+fn guard(segment: &Segment) -> u32 {
     let mut guard = 0;
     for run in &segment.runs {
-        if let Some(count) = counts.get_mut(usize::from(run.axis)) {
-            *count += u64::from(run.count);
+        for axis in (0..AXES).filter(|axis| run.axes >> axis & 1 == 1) {
+            guard |= match (axis, run.forward) {
+                (0, false) => Input::XMin.bit(),
+                (0, true) => Input::XMax.bit(),
+                (1, false) => Input::YMin.bit(),
+                (1, true) => Input::YMax.bit(),
+                (_, false) => Input::ZBottom.bit(),
+                (_, true) => Input::ZTop.bit(),
+            };
         }
-        guard |= match (run.axis, run.forward) {
-            (0, false) => Input::XMin.bit() | Input::Contact.bit(),
-            (0, true) => Input::XMax.bit() | Input::Contact.bit(),
-            (1, false) => Input::YMin.bit() | Input::Contact.bit(),
-            (1, true) => Input::YMax.bit() | Input::Contact.bit(),
-            (_, false) => Input::ZBottom.bit(),
-            (_, true) => Input::ZTop.bit(),
-        };
     }
-    if let Some(gate) = segment.gate {
-        guard &= !gate.input.bit();
-    }
-    let lead = (0..AXES).max_by_key(|axis| (counts[*axis], AXES - axis)).unwrap_or(0);
-    let share = |axis: usize| counts[lead] as f64 / counts[axis] as f64;
-    let moving = (0..AXES).filter(|axis| counts[*axis] > 0);
-    let braking = moving.map(|axis| brakes.0[axis] * share(axis)).fold(f64::INFINITY, f64::min);
-    Shape { lead: 1 << lead, braking: if braking.is_finite() { braking } else { 1.0 }, guard }
+    guard & !segment.gate.map_or(0, |gate| gate.input.bit())
 }
 
 /// Plays `segment` to its end, or to rest where something ended it early.
@@ -131,20 +142,45 @@ pub fn play(
     clock: &mut dyn Clock,
     desk: &mut dyn Desk,
 ) -> Outcome {
-    let shape = shape(segment, brakes);
-    let pace = Pace::new(line.tick, shape.braking);
     let start = line.tick;
-    Play { segment, shape, start, pace, lead_tick: None, end: None, line, pins, clock, desk }.run()
+    let (guard, pace) = (guard(segment), Pace::new(start));
+    let play = Play {
+        segment,
+        brakes,
+        guard,
+        start,
+        pace,
+        moving: false,
+        plane: Plane::Before,
+        end: None,
+        line,
+        pins,
+        clock,
+        desk,
+    };
+    play.run()
+}
+
+/// Where the plane is in its part of the segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Plane {
+    Before,
+    Moving,
+    Done,
+    /// The bit was still in the board when it was to start: it does not.
+    Kept,
 }
 
 /// A segment in play.
 struct Play<'a> {
     segment: &'a Segment,
-    shape: Shape,
+    brakes: &'a Brakes,
+    guard: u32,
     start: u64,
     pace: Pace,
-    /// Stream tick of the last step of the lead axis; none while it rests at the start.
-    lead_tick: Option<u64>,
+    /// Whether a step was made since it last was at rest.
+    moving: bool,
+    plane: Plane,
     /// Why it comes to rest early.
     end: Option<Outcome>,
     line: &'a mut Line,
@@ -163,17 +199,22 @@ impl Play<'_> {
         let mut pulses = replay(self.segment);
         while let Some(pulse) = pulses.next() {
             self.idle_until(pulse.tick);
-            if let (Some(end), None) = (self.end, self.lead_tick) {
+            if let (Some(end), false) = (self.end, self.moving) {
                 return end;
             }
-            self.pins.step(self.line.tick, pulse.axes, pulse.forward);
-            count(&mut self.line.position, pulse.axes, pulse.forward);
-            self.look();
-            if pulse.axes & self.shape.lead != 0 && self.lead_step(pulse.tick, &pulses) {
+            match self.released(pulse, &pulses) {
+                Release::Step(pulse) => self.step(pulse),
+                Release::Skip => continue,
+                Release::End(outcome) => return outcome,
+            }
+            if pulse.axes & PLANE != 0 && pulses.pending() & PLANE == 0 {
+                self.plane = Plane::Done;
+            }
+            if self.paced(pulse.tick, &pulses) {
                 return self.end.unwrap_or(Outcome::Stopped);
             }
         }
-        self.lead_tick = None;
+        self.moving = false;
         self.idle_until(self.segment.duration_ticks);
         match (self.end, self.segment.gate) {
             (Some(Outcome::Stopped) | None, Some(gate)) if gate.otherwise == Otherwise::Alarm => {
@@ -184,17 +225,47 @@ impl Play<'_> {
         }
     }
 
+    fn step(&mut self, pulse: Pulse) {
+        self.pins.step(self.line.tick, pulse.axes, pulse.forward);
+        count(&mut self.line.position, pulse.axes, pulse.forward);
+        self.moving = true;
+        self.look();
+    }
+
+    /// What of a pulse is made: all of it, unless the plane is about to start with the bit in the board.
+    fn released(&mut self, pulse: Pulse, later: &Replay<'_>) -> Release {
+        if self.plane == Plane::Before && pulse.axes & PLANE != 0 {
+            self.plane = Plane::Moving;
+            if self.is_on(Input::Contact) {
+                self.plane = Plane::Kept;
+                self.end = Some(Outcome::Guarded(Input::Contact));
+            }
+        }
+        let kept = Outcome::Guarded(Input::Contact);
+        if self.plane != Plane::Kept {
+            return Release::Step(pulse);
+        }
+        let axes = pulse.axes & !PLANE;
+        let rises = axes & pulse.forward == axes;
+        match axes {
+            0 if later.pending() & !PLANE == 0 => Release::End(kept),
+            0 => Release::Skip,
+            _ if rises => Release::Step(Pulse { axes, ..pulse }),
+            _ => Release::End(kept),
+        }
+    }
+
     /// Waits for a stream tick. While nothing moves, orders are obeyed at once.
     fn idle_until(&mut self, stream_tick: u64) {
         loop {
             let at = self.pace.at(stream_tick);
-            if self.lead_tick.is_some() || at <= self.line.tick {
+            if self.moving || at <= self.line.tick {
                 return self.line.wait(at, self.clock);
             }
             match self.desk.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
                 Order::Hold => self.pace.wait(SLICE),
-                Order::Go => {}
+                Order::Go | Order::At(_) => {}
             }
             if self.end.is_some() {
                 return;
@@ -211,12 +282,14 @@ impl Play<'_> {
         if self.end.is_some() {
             return;
         }
-        if inputs & self.shape.guard != 0 {
-            let hit = Input::ALL.into_iter().find(|input| inputs & self.shape.guard & input.bit() != 0);
-            self.end = hit.map(Outcome::Guarded);
+        let contact = if self.plane == Plane::Moving { Input::Contact.bit() } else { 0 };
+        let guard = inputs & (self.guard | contact);
+        let hit = Input::ALL.into_iter().find(|input| guard & input.bit() != 0);
+        if let Some(hit) = hit.filter(|hit| self.is_on(*hit)) {
+            self.end = Some(Outcome::Guarded(hit));
         } else if let Some(gate) = self.segment.gate {
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
-            if inputs & gate.input.bit() != 0 {
+            if inputs & gate.input.bit() != 0 && self.is_on(gate.input) {
                 self.end = Some(Outcome::Gated(self.line.position));
             } else if self.line.tick - self.start > deadline {
                 self.end = Some(Outcome::Unmet(gate));
@@ -224,21 +297,22 @@ impl Play<'_> {
         }
     }
 
-    /// After a step of the lead axis: sets the pace to its next one. True when it came to rest for good.
-    fn lead_step(&mut self, tick: u64, later: &Replay<'_>) -> bool {
-        let last = self.lead_tick.map(|before| tick - before);
-        self.lead_tick = Some(tick);
-        let wanted = if self.end.is_some() { Order::Stop } else { self.desk.order() };
-        if wanted == Order::Go && self.pace.is_full() {
+    /// Whether an input is on, and not only in one sample.
+    fn is_on(&mut self, input: Input) -> bool {
+        (0..LOOKS).all(|_| self.pins.inputs(self.line.tick) & input.bit() != 0)
+    }
+
+    /// After a step: sets the pace to the next one. True when it came to rest for good.
+    fn paced(&mut self, tick: u64, later: &Replay<'_>) -> bool {
+        if self.plane == Plane::Kept {
             return false;
         }
-        let next =
-            later.clone().find(|pulse| pulse.axes & self.shape.lead != 0).map(|pulse| pulse.tick - tick);
-        match wanted {
-            Order::Go => self.pace.go_on(),
-            Order::Hold | Order::Stop => self.pace.brake(last, next),
+        self.want();
+        if self.pace.is_full() {
+            return false;
         }
-        self.pace.next_step(tick, next);
+        let next = later.clone().next().map(|pulse| pulse.tick - tick);
+        self.pace.next(tick, next, &rates(later, &self.brakes.0));
         while self.pace.at_rest() {
             self.line.wait(self.pace.at(tick), self.clock);
             self.look();
@@ -246,14 +320,31 @@ impl Play<'_> {
                 (Some(_), _) => return true,
                 (None, Order::Stop) => self.end = Some(Outcome::Stopped),
                 (None, Order::Hold) => self.pace.wait(SLICE),
-                (None, Order::Go) => {
-                    self.pace.go_on();
-                    self.pace.next_step(tick, next);
+                (None, Order::Go | Order::At(_)) => {
+                    self.want();
+                    self.pace.next(tick, next, &rates(later, &self.brakes.0));
                 }
             }
         }
         false
     }
+
+    /// Tells the pace what is ordered.
+    fn want(&mut self) {
+        let order = if self.end.is_some() { Order::Stop } else { self.desk.order() };
+        self.pace.want(match order {
+            Order::Go => 1.0,
+            Order::At(percent) => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,
+            Order::Hold | Order::Stop => 0.0,
+        });
+    }
+}
+
+/// What becomes of a pulse.
+enum Release {
+    Step(Pulse),
+    Skip,
+    End(Outcome),
 }
 
 fn count(position: &mut Steps, axes: u8, forward: u8) {

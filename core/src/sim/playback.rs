@@ -10,7 +10,7 @@
 //! further than half a step away. Does not know how fast it is shown.
 
 use crate::job::{Mark, Stage};
-use crate::motion::{Move, Timeline};
+use crate::motion::{Move, Part, Timeline};
 use crate::units::TICK_HZ;
 
 /// A timeline that can be looked at from any second.
@@ -79,12 +79,12 @@ impl Playback {
                 let (leg, mark, start_s) = (planned.leg, planned.mark, seconds(planned.start_tick));
                 legs.push(LegStart { leg, mark, start_s, bit });
             }
-            if let (Stage::Drill, Mark::Hole(hole)) = (planned.stage, planned.mark) {
+            if let (Some(tick), Mark::Hole(hole)) = (planned.drilled_tick(), planned.mark) {
                 if drilled_leg == Some(planned.leg) {
                     drilled.pop();
                 }
                 drilled_leg = Some(planned.leg);
-                drilled.push(Drilled { hole, done_s: seconds(planned.start_tick + planned.duration_ticks) });
+                drilled.push(Drilled { hole, done_s: seconds(tick) });
             }
         }
         Self { timeline, legs, drilled }
@@ -128,16 +128,28 @@ impl Playback {
         let planned: &Move = self.timeline.moves.get(begun.saturating_sub(1))?;
         let within_s = t_s.max(0.0) - seconds(planned.start_tick);
         let steps = planned.at(within_s);
+        let part = planned.part_at(within_s);
+        let speed = part.map_or(0.0, |part| part.speed(within_s, &self.timeline.mm_per_step));
         let leg = self.legs.partition_point(|start| start.leg <= planned.leg);
         Some(Moment {
             position_mm: std::array::from_fn(|axis| steps[axis] * self.timeline.mm_per_step[axis]),
-            speed_mm_per_s: planned.profile.speed(within_s - planned.lead_s),
+            speed_mm_per_s: speed,
             leg: planned.leg,
             mark: planned.mark,
-            stage: planned.stage,
+            stage: stage_at(planned, part, steps[2]),
             holes_done: self.drilled.partition_point(|drilled| drilled.done_s <= t_s) as u32,
             bit: self.legs.get(leg.saturating_sub(1)).and_then(|start| start.bit),
         })
+    }
+}
+
+/// What is being done: in a hop, what its part does; a stroke down over the board is an approach.
+fn stage_at(planned: &Move, part: Option<&Part>, height: f64) -> Stage {
+    match (planned.stage, part.map(|part| part.stage)) {
+        (Stage::Hop, Some(Stage::Drill)) if height > 0.0 => Stage::Approach,
+        (Stage::Hop, Some(stage)) => stage,
+        (Stage::Hop, None) => Stage::Dwell,
+        (stage, _) => stage,
     }
 }
 
@@ -165,6 +177,7 @@ mod tests {
             machine: String::new(),
             origin: Point::default(),
             bits: vec![],
+            spindles: u8::MAX,
             safe_height: Length::from_um(2_000),
             legs: vec![
                 Leg { mark: Mark::ChangeBit(0), commands: change },

@@ -1,10 +1,10 @@
 //! A job in numbers.
 //!
-//! Comes in: a timeline and its stream. Goes out: times and step counts. Knows no format.
+//! Comes in: a timeline, its stream and its machine. Goes out: times and step counts. Knows no format.
 
-use crate::job::Mark;
-use crate::machine::AXES;
-use crate::motion::Timeline;
+use crate::job::{Mark, Stage};
+use crate::machine::{AXES, Machine};
+use crate::motion::{Move, Part, Timeline};
 use crate::steps::StepStream;
 use crate::units::TICK_HZ;
 
@@ -28,34 +28,49 @@ pub struct Summary {
 }
 
 /// The numbers of a job.
-pub fn summary(timeline: &Timeline, stream: &StepStream) -> Summary {
+pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> Summary {
     let mut holes: Vec<(u32, u64)> = Vec::new();
+    let mut sequential_s = 0.0;
     for planned in timeline.moves.iter().filter(|planned| matches!(planned.mark, Mark::Hole(_))) {
         match holes.last_mut() {
             Some((leg, ticks)) if *leg == planned.leg => *ticks += planned.duration_ticks,
             _ => holes.push((planned.leg, planned.duration_ticks)),
         }
+        sequential_s += alone_s(planned, machine);
     }
     let mut times: Vec<u64> = holes.into_iter().map(|(_, ticks)| ticks).collect();
     times.sort_unstable();
     let seconds = |ticks: u64| ticks as f64 / TICK_HZ as f64;
     let drilling_s = seconds(times.iter().sum());
-    let per_min = if drilling_s > 0.0 { 60.0 * times.len() as f64 / drilling_s } else { 0.0 };
+    let per_min = |spent_s: f64| if spent_s > 0.0 { 60.0 * times.len() as f64 / spent_s } else { 0.0 };
     let middle = |index: usize| times.get(index).copied().map_or(0.0, seconds);
     let median_hole_s = 0.5 * (middle(times.len() / 2) + middle(times.len().saturating_sub(1) / 2));
     let mut steps = [0; AXES];
     for run in stream.segments.iter().flat_map(|segment| &segment.runs) {
-        if let Some(axis) = steps.get_mut(usize::from(run.axis)) {
-            *axis += u64::from(run.count);
+        for axis in (0..AXES).filter(|axis| run.axes >> axis & 1 == 1) {
+            steps[axis] += u64::from(run.count);
         }
     }
     Summary {
         total_s: timeline.total_s(),
         holes: times.len() as u32,
-        holes_per_min: per_min,
-        holes_per_min_sequential: per_min,
+        holes_per_min: per_min(drilling_s),
+        holes_per_min_sequential: per_min(sequential_s),
         median_hole_s,
         longest_hole_s: times.last().copied().map_or(0.0, seconds),
         steps,
     }
+}
+
+/// How long a move would take if its parts came one after the other, the plane settling before the spindles go down, s.
+fn alone_s(planned: &Move, machine: &Machine) -> f64 {
+    let duration_s = planned.duration_ticks as f64 / TICK_HZ as f64;
+    if planned.stage != Stage::Hop {
+        return duration_s;
+    }
+    let parts_s: f64 = planned.parts.iter().map(Part::duration_s).sum();
+    let end_s = planned.parts.iter().map(Part::end_s).fold(0.0, f64::max);
+    let travels = planned.parts.iter().any(|part| part.stage == Stage::Travel);
+    let settle_s = if travels { machine.settle_ms * 1e-3 } else { 0.0 };
+    parts_s + settle_s + (duration_s - end_s)
 }

@@ -3,9 +3,9 @@
 //! Comes in: a plan and its stream. Goes out: counts, and the furthest any step is from its time. Knows no clock.
 
 use super::replay::replay;
-use super::stream::{StepStream, TICK_HZ};
+use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::machine::AXES;
-use crate::motion::Timeline;
+use crate::motion::{Motion, Move, Timeline};
 
 /// What came of turning a timeline into steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,6 +18,27 @@ pub struct Yield {
     pub bytes: u64,
     /// Furthest any step is from its planned time, in µs.
     pub worst_us: f64,
+    /// Bytes of runs a second of the busiest set of axes, over any one segment in which it moves for more than 50 ms.
+    pub busiest_bytes_per_s: f64,
+}
+
+/// Bytes of one run in the canonical encoding.
+const RUN_BYTES: f64 = 14.0;
+
+/// Bytes of runs a second of the busiest set of axes of a segment, counted over the time in which it moves.
+fn busiest(segment: &Segment) -> f64 {
+    let rate = |runs: &[Run]| {
+        let ticks: f64 = runs
+            .iter()
+            .map(|run| {
+                let count = f64::from(run.count);
+                count * f64::from(run.interval) + f64::from(run.change) * count * (count - 1.0) / 2.0
+            })
+            .sum();
+        let seconds = ticks / TICK_HZ as f64;
+        if seconds < 0.05 { 0.0 } else { RUN_BYTES * runs.len() as f64 / seconds }
+    };
+    segment.runs.chunk_by(|a, b| a.axes == b.axes).map(rate).fold(0.0, f64::max)
 }
 
 /// Counts steps and runs of `stream` and measures it against its plan.
@@ -25,18 +46,33 @@ pub fn measure(plan: &Timeline, stream: &StepStream) -> Yield {
     let mut sum = Yield { bytes: super::encoded_len(stream), ..Yield::default() };
     for (planned, segment) in plan.moves.iter().zip(&stream.segments) {
         sum.runs += segment.runs.len() as u64;
+        sum.busiest_bytes_per_s = sum.busiest_bytes_per_s.max(busiest(segment));
         let mut done = [0_u64; AXES];
         for pulse in replay(segment) {
             for axis in (0..AXES).filter(|axis| pulse.axes >> axis & 1 == 1) {
-                let count = (planned.to[axis] - planned.from[axis]).unsigned_abs();
-                let place_mm = (done[axis] as f64 + 0.5) / count.max(1) as f64 * planned.profile.length_mm;
-                let planned_s = planned.lead_s + planned.profile.time_at(place_mm);
-                let error_us = (pulse.tick as f64 / TICK_HZ as f64 - planned_s) * 1e6;
-                sum.worst_us = sum.worst_us.max(error_us.abs());
+                let error_us = pulse.tick as f64 / TICK_HZ as f64 - planned_s(planned, axis, done[axis]);
+                sum.worst_us = sum.worst_us.max((error_us * 1e6).abs());
                 done[axis] += 1;
                 sum.steps += 1;
             }
         }
     }
     sum
+}
+
+/// Second of a move at which the plan crosses the half of step `index` of `axis`.
+fn planned_s(planned: &Move, axis: usize, mut index: u64) -> f64 {
+    for part in &planned.parts {
+        let count = (part.to[axis] - part.from[axis]).unsigned_abs();
+        if index < count {
+            let share = (index as f64 + 0.5) / count as f64;
+            return part.start_s()
+                + match &part.motion {
+                    Motion::Line(stroke) => stroke.time_at(share * stroke.length_mm()),
+                    Motion::Takts(takts) => takts.tick_of(index) as f64 / TICK_HZ as f64,
+                };
+        }
+        index -= count;
+    }
+    f64::NAN
 }

@@ -4,21 +4,21 @@
 //! native code hash the same bytes:
 //!
 //! ```text
-//! "annulus stream 1"  start 8 × i64  segments u64
+//! "annulus stream 2"  start 8 × i64  segments u64
 //! segment: leg u32  mark u8 u32  stage u8  duration u64  effect u8 u32  gate u8 [input u8 deadline u32 otherwise u8]
 //!          end 8 × i64  runs u32
-//! run:     axis u8  forward u8  interval u32  count u32  change i32
+//! run:     axes u8  forward u8  interval u32  count u32  change i32
 //! ```
 //!
 //! Comes in: a stream. Goes out: SHA-256 in hexadecimal, the length of the encoding, the first runs as text.
 
 use super::stream::{Run, Segment, StepStream};
 use crate::job::{Effect, Gate, Mark, Otherwise, Stage};
-use crate::machine::Steps;
+use crate::machine::{Steps, axis_name};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
-const HEADER: &[u8; 16] = b"annulus stream 1";
+const HEADER: &[u8; 16] = b"annulus stream 2";
 
 /// Somewhere for the bytes to go.
 trait Sink {
@@ -117,12 +117,13 @@ const fn stage_tag(stage: Stage) -> u8 {
         Stage::Locate => 8,
         Stage::Offset => 9,
         Stage::Jog => 10,
+        Stage::Hop => 11,
     }
 }
 
 fn run_bytes(run: &Run) -> [u8; 14] {
     let mut bytes = [0; 14];
-    bytes[0] = run.axis;
+    bytes[0] = run.axes;
     bytes[1] = u8::from(run.forward);
     bytes[2..6].copy_from_slice(&run.interval.to_le_bytes());
     bytes[6..10].copy_from_slice(&run.count.to_le_bytes());
@@ -143,10 +144,17 @@ pub fn trace(stream: &StepStream, most: usize) -> String {
             writeln!(text, "segment {index} leg {leg} {stage:?} {ticks} ticks, end {:?}", &segment.end[..3]);
         for run in segment.runs.iter().take(left) {
             let sign = if run.forward { '+' } else { '-' };
-            let (axis, count, interval, change) = (run.axis, run.count, run.interval, run.change);
-            let _ = writeln!(text, "  axis {axis} {sign}{count} interval {interval} change {change:+}");
+            let (count, interval, change) = (run.count, run.interval, run.change);
+            let axes = axes_text(run.axes);
+            let _ = writeln!(text, "  {axes} {sign}{count} interval {interval} change {change:+}");
         }
         left -= left.min(segment.runs.len());
     }
     text
+}
+
+/// The axes of a set, as people say them.
+fn axes_text(axes: u8) -> String {
+    let names = (0..crate::machine::AXES).filter(|axis| axes >> axis & 1 == 1).map(axis_name);
+    names.collect::<Vec<_>>().join(" ")
 }

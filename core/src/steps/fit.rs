@@ -34,22 +34,24 @@ pub(super) struct Fitter {
 /// What is the same for all steps of one axis in one segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
-    /// Which axis.
-    pub axis: u8,
+    /// Which axes, one bit each.
+    pub axes: u8,
     /// Whether it counts up.
     pub forward: bool,
     /// How many steps.
     pub count: u64,
     /// Fewest ticks between two steps.
     pub least_interval: i64,
+    /// Tick of the step before the first one, or 0.
+    pub from: i64,
 }
 
 impl Fitter {
     /// Appends runs for the steps 1 … count of `track`; `time_of` gives the time of a step in ticks. The times rise,
-    /// and no two are closer than the least interval.
-    pub(super) fn fit(&mut self, track: Track, time_of: impl Fn(u64) -> f64, runs: &mut Vec<Run>) {
+    /// and no two are closer than the least interval. Gives the tick of the last step.
+    pub(super) fn fit(&mut self, track: Track, time_of: impl Fn(u64) -> f64, runs: &mut Vec<Run>) -> i64 {
         let first_run = runs.len();
-        let (mut next, mut last_tick, mut guess) = (1_u64, 0_i64, 4_usize);
+        let (mut next, mut last_tick, mut guess) = (1_u64, track.from, 4_usize);
         let mut begin = 0;
         self.times.clear();
         while next <= track.count {
@@ -69,6 +71,7 @@ impl Fitter {
             next += u64::from(found.count);
             guess = found.count as usize;
         }
+        last_tick
     }
 }
 
@@ -149,7 +152,7 @@ fn append(runs: &mut Vec<Run>, first_run: usize, track: &Track, found: Found) {
         }
     }
     runs.push(Run {
-        axis: track.axis,
+        axes: track.axes,
         forward: track.forward,
         interval: found.interval as u32,
         count: found.count,

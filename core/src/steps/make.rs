@@ -8,16 +8,17 @@
 //!       +-----------------> time
 //! ```
 //!
-//! A plan goes from whole step to whole step, so all steps are done when it ends, and the first and last come half a
-//! step's time inside. Axes of one straight line share its path: step k of n is at (k − ½)/n of the length.
+//! A part goes from whole step to whole step, so all its steps are done when it ends, and the first and last come half a
+//! step's time inside. Axes of one straight line share their path: step k of n is at (k − ½)/n of the length. Spindles
+//! that move alike share their runs.
 //!
 //! Comes in: a timeline, a machine. Goes out: a [`StepStream`]. Does not know programs.
 
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
-use crate::machine::{Machine, Steps};
-use crate::motion::profile::{Inverse, Profile};
-use crate::motion::{Move, Timeline};
+use crate::machine::{AXES, Machine};
+use crate::motion::profile::{Inverse, Stroke};
+use crate::motion::{Motion, Move, Part, Takts, Timeline};
 use crate::remark::{Remark, Weight};
 
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
@@ -48,17 +49,24 @@ pub fn segment(planned: &Move, machine: &Machine) -> Segment {
 struct Maker {
     fitter: Fitter,
     least_interval: i64,
-    /// The runs of the last different moves of Z: every stroke of a board is the same few moves.
+    /// The last different strokes: every hole of a bit is made with the same two.
     known: [Option<Known>; 4],
     oldest: usize,
 }
 
-/// A move and its runs.
+/// A stroke over so many steps, and its runs from its own beginning.
 struct Known {
-    way: Steps,
-    lead_s: f64,
-    profile: Profile,
+    way: i64,
+    stroke: Stroke,
     runs: Vec<Run>,
+    last_tick: i64,
+}
+
+/// Where the runs of one set of axes have got to in a segment.
+struct Cursor<'a> {
+    axes: u8,
+    last_tick: i64,
+    runs: &'a mut Vec<Run>,
 }
 
 impl Maker {
@@ -81,28 +89,136 @@ impl Maker {
     }
 
     fn runs(&mut self, planned: &Move) -> Vec<Run> {
-        let way: Steps = std::array::from_fn(|axis| planned.to[axis] - planned.from[axis]);
-        let (lead_s, profile) = (planned.lead_s, planned.profile);
-        let same = |known: &&Known| known.way == way && known.lead_s == lead_s && known.profile == profile;
-        if let Some(known) = self.known.iter().flatten().find(same) {
-            return known.runs.clone();
-        }
         let mut runs = Vec::new();
-        let inverse = Inverse::of(&profile);
-        let lead_ticks = lead_s * TICK_HZ as f64;
-        for (axis, way) in (0..).zip(way) {
-            let count = way.unsigned_abs();
-            let step_mm = profile.length_mm / count.max(1) as f64;
-            let time_of =
-                |step: u64| lead_ticks + inverse.time_at((step as f64 - 0.5) * step_mm) * TICK_HZ as f64;
-            let track = Track { axis, forward: way > 0, count, least_interval: self.least_interval };
-            self.fitter.fit(track, time_of, &mut runs);
-        }
-        let in_plane = way.iter().take(2).any(|steps| *steps != 0);
-        if let Some(place) = self.known.get_mut(self.oldest).filter(|_| !in_plane) {
-            *place = Some(Known { way, lead_s, profile, runs: runs.clone() });
-            self.oldest = (self.oldest + 1) % self.known.len();
+        for (axis, axes) in sets(planned) {
+            let mut cursor = Cursor { axes, last_tick: 0, runs: &mut runs };
+            for part in planned.parts.iter().filter(|part| part.moves(axis)) {
+                match &part.motion {
+                    Motion::Line(stroke) if axis >= 2 => self.stroke(part, axis, stroke, &mut cursor),
+                    Motion::Line(stroke) => self.line(part, axis, stroke, &mut cursor),
+                    Motion::Takts(takts) => takts_runs(part, axis, takts, &mut cursor),
+                }
+            }
         }
         runs
+    }
+
+    /// An axis' share of a line.
+    fn line(&mut self, part: &Part, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
+        let way = part.to[axis] - part.from[axis];
+        cursor.last_tick = self.fit(cursor.axes, way, stroke, part.start_tick, cursor.last_tick, cursor.runs);
+    }
+
+    /// A stroke of spindles: fitted once, then only moved in time. Its first step is a run by itself, whose interval
+    /// alone depends on when the stroke begins.
+    fn stroke(&mut self, part: &Part, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
+        let way = part.to[axis] - part.from[axis];
+        let same = |known: &Known| known.way == way && known.stroke == *stroke;
+        let found = self.known.iter().position(|known| known.as_ref().is_some_and(same));
+        let place = found.unwrap_or(self.oldest);
+        // Far enough from its beginning that the first step is not pushed later.
+        let lead = self.least_interval;
+        if found.is_none() {
+            let mut runs = Vec::new();
+            let last_tick = self.fit(cursor.axes, way, stroke, lead as u64, 0, &mut runs);
+            first_alone(&mut runs);
+            self.known[place] = Some(Known { way, stroke: stroke.clone(), runs, last_tick });
+            self.oldest = (self.oldest + 1) % self.known.len();
+        }
+        let Some(known) = &self.known[place] else { return };
+        let begin = part.start_tick as i64 - lead;
+        let from = cursor.runs.len();
+        cursor.runs.extend(known.runs.iter().map(|run| Run { axes: cursor.axes, ..*run }));
+        if let Some(first) = cursor.runs.get_mut(from) {
+            let interval = begin + i64::from(first.interval) - cursor.last_tick;
+            first.interval = u32::try_from(interval).unwrap_or(u32::MAX);
+        }
+        cursor.last_tick = begin + known.last_tick;
+    }
+
+    /// Runs of `way` steps along `stroke`, which begins at `start_tick`; the tick of the last step.
+    fn fit(
+        &mut self,
+        axes: u8,
+        way: i64,
+        stroke: &Stroke,
+        start_tick: u64,
+        last_tick: i64,
+        runs: &mut Vec<Run>,
+    ) -> i64 {
+        let count = way.unsigned_abs();
+        let step_mm = stroke.length_mm() / count.max(1) as f64;
+        let start = start_tick as f64;
+        let track =
+            Track { axes, forward: way > 0, count, least_interval: self.least_interval, from: last_tick };
+        match stroke {
+            Stroke::One(profile) => {
+                let inverse = Inverse::of(profile);
+                let time_of =
+                    |step: u64| start + inverse.time_at((step as f64 - 0.5) * step_mm) * TICK_HZ as f64;
+                self.fitter.fit(track, time_of, runs)
+            }
+            Stroke::Two(_) => {
+                let time_of =
+                    |step: u64| start + stroke.time_at((step as f64 - 0.5) * step_mm) * TICK_HZ as f64;
+                self.fitter.fit(track, time_of, runs)
+            }
+        }
+    }
+}
+
+/// The sets of axes that step together all through a move, each with one of its axes: X, Y, and spindles whose parts are
+/// all alike.
+fn sets(planned: &Move) -> Vec<(usize, u8)> {
+    let mut sets: Vec<(usize, u8)> = Vec::new();
+    let way = |part: &Part, axis: usize| part.to[axis] - part.from[axis];
+    for axis in (0..AXES).filter(|axis| planned.parts.iter().any(|part| part.moves(*axis))) {
+        let alike = |(first, _): &&mut (usize, u8)| {
+            axis >= 2 && *first >= 2 && planned.parts.iter().all(|part| way(part, axis) == way(part, *first))
+        };
+        match sets.iter_mut().find(alike) {
+            Some((_, axes)) => *axes |= 1 << axis,
+            None => sets.push((axis, 1 << axis)),
+        }
+    }
+    sets
+}
+
+/// Takes the first step out of the first run.
+fn first_alone(runs: &mut Vec<Run>) {
+    let Some(first) = runs.first_mut().filter(|first| first.count > 1) else { return };
+    let interval = i64::from(first.interval) + i64::from(first.change);
+    let rest =
+        Run { interval: u32::try_from(interval).unwrap_or(u32::MAX), count: first.count - 1, ..*first };
+    (first.count, first.change) = (1, 0);
+    runs.insert(1, rest);
+}
+
+/// Runs of a table-driven axis: one for each stretch of equal intervals.
+fn takts_runs(part: &Part, axis: usize, takts: &Takts, cursor: &mut Cursor<'_>) {
+    let forward = part.to[axis] > part.from[axis];
+    let begin = part.start_tick as i64;
+    let mut offset = begin - cursor.last_tick;
+    for some in &takts.stretches {
+        let interval = i64::from(some.interval) * takts.interrupt_ticks as i64;
+        let mut left = some.count;
+        if offset != 0 && left > 0 {
+            cursor.push(forward, interval + offset, 1);
+            left -= 1;
+            offset = 0;
+        }
+        while left > 0 {
+            let count = u32::try_from(left).unwrap_or(u32::MAX);
+            cursor.push(forward, interval, count);
+            left -= u64::from(count);
+        }
+    }
+}
+
+impl Cursor<'_> {
+    fn push(&mut self, forward: bool, interval: i64, count: u32) {
+        self.last_tick += interval * i64::from(count);
+        let interval = u32::try_from(interval).unwrap_or(u32::MAX);
+        self.runs.push(Run { axes: self.axes, forward, interval, count, change: 0 });
     }
 }

@@ -8,7 +8,6 @@
 //!
 //! Comes in: a timeline. Goes out: a [`StepStream`]. Does not know why a move is made.
 
-pub mod automaton;
 pub mod bench;
 pub mod digest;
 mod fit;
@@ -18,6 +17,7 @@ pub mod stream;
 
 pub use crate::job::{Effect, Stage};
 pub use crate::machine::{AXES, Steps};
+pub use crate::motion::automaton;
 pub use digest::{digest, encoded_len, trace};
 pub use make::{segment, stream};
 pub use replay::{Pulse, Replay, replay, replay_stream};

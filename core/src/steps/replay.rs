@@ -1,7 +1,7 @@
 //! Runs played back as pulses in order of time.
 //!
 //! ```text
-//! X  .   .  . . . .  .   .        each axis walks through its own runs;
+//! X  .   .  . . . .  .   .        each set of axes walks through its own runs;
 //! Y    .     .   .     .          the earliest next step is played, steps of several
 //!    ──────────────────────▶      axes in the same tick together
 //! ```
@@ -30,10 +30,10 @@ pub struct Replay<'a> {
     active: usize,
 }
 
-/// The place of one axis in its runs.
+/// The place of a set of axes in their runs.
 #[derive(Clone, Copy, Debug)]
 struct Cursor<'a> {
-    bit: u8,
+    axes: u8,
     forward: bool,
     /// Tick of the next step.
     tick: i64,
@@ -44,14 +44,28 @@ struct Cursor<'a> {
     later: &'a [Run],
 }
 
+impl Replay<'_> {
+    /// The axes that have steps left.
+    pub fn pending(&self) -> u8 {
+        self.cursors[..self.active].iter().fold(0, |axes, cursor| axes | cursor.axes)
+    }
+
+    /// For every set of axes with steps left: the axes, whether they count up, and the tick of their last step.
+    pub fn sets(&self) -> impl Iterator<Item = (u8, bool, u64)> {
+        self.cursors[..self.active].iter().map(|cursor| {
+            let last = cursor.tick.saturating_sub(cursor.interval);
+            (cursor.axes, cursor.forward, u64::try_from(last).unwrap_or(0))
+        })
+    }
+}
+
 /// The pulses of `segment` in order of time, ticks counted from its start.
 pub fn replay(segment: &Segment) -> Replay<'_> {
-    let idle = Cursor { bit: 0, forward: false, tick: 0, interval: 0, change: 0, left: 0, later: &[] };
+    let idle = Cursor { axes: 0, forward: false, tick: 0, interval: 0, change: 0, left: 0, later: &[] };
     let mut replay = Replay { cursors: [idle; AXES], active: 0 };
-    for runs in segment.runs.chunk_by(|a, b| a.axis == b.axis) {
+    for runs in segment.runs.chunk_by(|a, b| a.axes == b.axes) {
         let Some(first) = runs.first() else { continue };
-        let mut cursor =
-            Cursor { bit: 1_u8.checked_shl(u32::from(first.axis)).unwrap_or(0), later: runs, ..idle };
+        let mut cursor = Cursor { axes: first.axes, later: runs, ..idle };
         if replay.active < AXES && cursor.next_run() {
             replay.cursors[replay.active] = cursor;
             replay.active += 1;
@@ -113,8 +127,8 @@ impl Iterator for Replay<'_> {
         while index < self.active {
             let cursor = &mut self.cursors[index];
             if cursor.tick == tick {
-                axes |= cursor.bit;
-                forward |= if cursor.forward { cursor.bit } else { 0 };
+                axes |= cursor.axes;
+                forward |= if cursor.forward { cursor.axes } else { 0 };
                 if !cursor.advance() {
                     self.active -= 1;
                     self.cursors.swap(index, self.active);

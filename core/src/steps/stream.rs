@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! segment        |<------------------ duration ------------------->|   (at rest at both ends)
-//! run (axis 0)        |.    .   .  . . . .|      interval, count, change
+//! run (axes 1)        |.    .   .  . . . .|      interval, count, change
 //!                 t0 + i, then i += change after every step
 //! ```
 //!
@@ -35,7 +35,7 @@ pub struct Segment {
     pub stage: Stage,
     /// How long it takes, in ticks; not less than the time of its last step.
     pub duration_ticks: u64,
-    /// Steps of every axis that moves, axis by axis, in order of time within an axis.
+    /// Steps of everything that moves, set of axes by set of axes, in order of time within a set.
     pub runs: Vec<Run>,
     /// What is switched at the start of the segment.
     pub effect: Effect,
@@ -45,14 +45,14 @@ pub struct Segment {
     pub end: Steps,
 }
 
-/// Steps of one axis at intervals that grow or shrink evenly. The first step comes `interval` ticks after the step
-/// before it (or after the start of the segment, for the first run of an axis in it); then the interval changes by
-/// `change` after every step.
+/// Steps at intervals that grow or shrink evenly, of one axis or of several that step together. The first step comes
+/// `interval` ticks after the step before it (or after the start of the segment, for the first run of these axes in it);
+/// then the interval changes by `change` after every step. An axis belongs to one set of axes all through a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Run {
-    /// Which axis, 0 … [`AXES`](super::AXES) − 1.
-    pub axis: u8,
-    /// Whether the axis counts up.
+    /// Which axes, one bit each: bit 0 is X, bit 1 is Y, bits 2 … 7 are Z1 … Z6.
+    pub axes: u8,
+    /// Whether they count up.
     pub forward: bool,
     /// Ticks before the first step of the run.
     pub interval: u32,

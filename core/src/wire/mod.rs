@@ -152,6 +152,11 @@ pub enum Ask {
     Resume,
     /// Finish this hole, then end.
     StopAfterHole,
+    /// Go at this many percent of the planned pace from now on, 10 … 100. The path stays the same.
+    Pace {
+        /// Percent.
+        percent: u8,
+    },
     /// Stop now.
     Stop,
     /// The bit that was asked for is in.
@@ -213,6 +218,7 @@ impl Ask {
             | Self::Pause
             | Self::Resume
             | Self::StopAfterHole
+            | Self::Pace { .. }
             | Self::BitChanged
             | Self::Queue { .. }
             | Self::QueueRun { .. }
@@ -402,6 +408,9 @@ pub struct Status {
     pub bit_mm: Option<f64>,
     /// Spindle speed commanded, rpm.
     pub spindle_rpm: u32,
+    /// Percent of the planned pace.
+    #[serde(default = "full_pace")]
+    pub pace_percent: u8,
     /// Inputs, one bit each ([`crate::job::Input::bit`]).
     pub inputs: u32,
     /// Phase bytes put out to X, Y, Z.
@@ -415,6 +424,10 @@ pub struct Status {
     pub left_s: f64,
     /// What went wrong, until acknowledged.
     pub alarm: Option<Alarm>,
+}
+
+fn full_pace() -> u8 {
+    100
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::job::Program;
 use crate::remark::{Remark, Weight};
 
 const MAGIC: &[u8] = b"ANNULUS PROGRAM\n";
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// The program as bytes. Equal programs give equal bytes.
 pub fn encode(program: &Program) -> Vec<u8> {
@@ -63,6 +63,7 @@ mod tests {
             machine: "00".into(),
             origin: Point::default(),
             bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+            spindles: u8::MAX,
             safe_height: Length::from_um(2000),
             legs: vec![Leg {
                 mark: Mark::Hole(0),

@@ -1,6 +1,6 @@
 //! The checker passes what was planned, and refuses each fault with its own code.
 
-use crate::programs::{Chance, machines, random_program};
+use crate::programs::{Chance, machines, one_by_one, random_program};
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::job::{Effect, Gate, Input, Otherwise, Stage};
 use annulus_core::locale;
@@ -34,21 +34,30 @@ fn first(stream: &mut StepStream, stage: Stage) -> &mut Segment {
 }
 
 /// Even steps over the same way in `ticks` for each step.
-fn evenly(segment: &mut Segment, axis: u8, interval: u32) {
-    let count = segment.runs.iter().filter(|run| run.axis == axis).map(|run| run.count).sum();
-    let forward = segment.runs.iter().any(|run| run.axis == axis && run.forward);
-    segment.runs.retain(|run| run.axis != axis);
-    segment.runs.push(Run { axis, forward, interval, count, change: 0 });
-    segment.runs.sort_by_key(|run| run.axis);
+fn evenly(segment: &mut Segment, axes: u8, interval: u32) {
+    let count = segment.runs.iter().filter(|run| run.axes == axes).map(|run| run.count).sum();
+    let forward = segment.runs.iter().any(|run| run.axes == axes && run.forward);
+    segment.runs.retain(|run| run.axes != axes);
+    segment.runs.push(Run { axes, forward, interval, count, change: 0 });
+    segment.runs.sort_by_key(|run| run.axes);
     segment.duration_ticks = segment.duration_ticks.max(u64::from(interval) * u64::from(count));
 }
 
 type Fault = fn(&mut StepStream);
 
-const FAULTS: [(&str, Fault); 16] = [
+/// X and Z1 as sets of axes.
+const X: u8 = 1;
+const Z: u8 = 4;
+
+const FAULTS: [(&str, Fault); 17] = [
+    ("check.two_sets", |s| {
+        let travel = first(s, Stage::Travel);
+        let x = *travel.runs.iter().find(|run| run.axes == X).unwrap();
+        travel.runs.push(x);
+    }),
     ("check.axis_missing", |s| {
         first(s, Stage::Travel).runs.push(Run {
-            axis: 9,
+            axes: 1 << 7,
             forward: true,
             interval: 9_000,
             count: 1,
@@ -56,7 +65,7 @@ const FAULTS: [(&str, Fault); 16] = [
         });
     }),
     ("check.empty_run", |s| {
-        let run = Run { axis: 0, forward: true, interval: 9_000, count: 0, change: 0 };
+        let run = Run { axes: X, forward: true, interval: 9_000, count: 0, change: 0 };
         first(s, Stage::Travel).runs.insert(0, run);
     }),
     ("check.too_large", |s| s.segments[0].duration_ticks = u64::MAX),
@@ -66,20 +75,20 @@ const FAULTS: [(&str, Fault); 16] = [
         (last.interval, last.change) = (last.interval + 300_000, last.change.max(0));
     }),
     ("check.range", |s| {
-        let run = Run { axis: 0, forward: false, interval: 900_000, count: 400, change: 0 };
+        let run = Run { axes: X, forward: false, interval: 900_000, count: 400, change: 0 };
         let travel = first(s, Stage::Travel);
-        travel.runs.retain(|run| run.axis != 0);
+        travel.runs.retain(|run| run.axes != X);
         travel.runs.insert(0, run);
     }),
-    ("check.interval", |s| evenly(first(s, Stage::Travel), 0, 199)),
+    ("check.interval", |s| evenly(first(s, Stage::Travel), X, 199)),
     ("check.direction_setup", |s| {
         let retract = first(s, Stage::Retract);
-        let there = Run { axis: 2, forward: true, interval: 100_000, count: 1, change: 0 };
+        let there = Run { axes: Z, forward: true, interval: 100_000, count: 1, change: 0 };
         retract.runs.extend([there, Run { forward: false, interval: 15_000, ..there }]);
         retract.duration_ticks += 200_000;
     }),
-    ("check.speed", |s| evenly(first(s, Stage::Approach), 2, 300)),
-    ("check.acceleration", |s| evenly(first(s, Stage::Approach), 2, 520)),
+    ("check.speed", |s| evenly(first(s, Stage::Approach), Z, 300)),
+    ("check.acceleration", |s| evenly(first(s, Stage::Approach), Z, 520)),
     ("check.xy_in_board", |s| {
         let travel = first(s, Stage::Travel).clone();
         let drill = first(s, Stage::Drill);
@@ -105,7 +114,7 @@ const FAULTS: [(&str, Fault); 16] = [
 
 #[test]
 fn every_fault_is_refused_with_its_own_code() {
-    let machine = Machine { direction_setup_us: 2_000, ..virtual_drill() };
+    let machine = Machine { direction_setup_us: 2_000, ..one_by_one() };
     let mut wrong = Vec::new();
     for (code, spoil) in FAULTS {
         let mut stream = planned(&machine, 2, 3);
@@ -127,7 +136,7 @@ fn every_fault_is_refused_with_its_own_code() {
 
 #[test]
 fn a_leg_that_ends_low_is_refused() {
-    let machine = virtual_drill();
+    let machine = one_by_one();
     let mut stream = planned(&machine, 2, 1);
     let up = stream.segments.iter().position(|segment| segment.stage == Stage::Retract).unwrap();
     stream.segments.truncate(up);
@@ -166,5 +175,34 @@ fn damaged_streams_are_refused_or_pass_but_never_panic() {
         let _ = verify(&stream, &machine, corner_zero(&machine));
         let _ = steps::digest(&stream);
         assert!(steps::replay_stream(&stream).count() < 1_000_000);
+    }
+}
+
+/// The second hop of a chain, which goes from bottom to bottom.
+fn hop(stream: &mut StepStream) -> &mut Segment {
+    stream.segments.iter_mut().filter(|segment| segment.stage == Stage::Hop).nth(1).unwrap()
+}
+
+#[test]
+fn a_plane_that_leaves_too_early_or_a_chain_that_stays_low_is_refused() {
+    let machine = virtual_drill();
+    let early: Fault = |s| {
+        let x = hop(s).runs.iter_mut().find(|run| run.axes == X).unwrap();
+        x.interval /= 2;
+    };
+    let low: Fault = |s| {
+        let last = s.segments.iter().rposition(|segment| segment.stage == Stage::Retract).unwrap();
+        let (lifted, before) = (s.segments[last].end, s.segments[last - 1].end);
+        s.segments.remove(last);
+        for segment in &mut s.segments[last..] {
+            segment.end[2] += before[2] - lifted[2];
+        }
+    };
+    for (code, spoil) in [("check.xy_in_board", early), ("check.leg_ends_low", low)] {
+        let mut stream = planned(&machine, 7, 4);
+        assert!(verify(&stream, &machine, corner_zero(&machine)).is_ok());
+        spoil(&mut stream);
+        let refused = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+        assert!(refused.iter().any(|remark| remark.code == code), "{code}: {refused:?}");
     }
 }

@@ -13,9 +13,13 @@ fn printed(plan: &Timeline) -> String {
         let seconds = |ticks: u64| ticks as f64 / steps::TICK_HZ as f64;
         let (leg, stage) = (planned.leg, format!("{:?}", planned.stage));
         let (start, duration) = (seconds(planned.start_tick), seconds(planned.duration_ticks));
-        let (to, speed) = (&planned.to[..3], planned.profile.speed_mm_per_s);
-        writeln!(text, "{start:11.7} s  leg {leg}  {stage:9} {duration:10.7} s  to {to:?}  {speed:.4} mm/s")
-            .unwrap();
+        let to = &planned.to[..3];
+        writeln!(text, "{start:11.7} s  leg {leg}  {stage:9} {duration:10.7} s  to {to:?}").unwrap();
+        for part in &planned.parts {
+            let (from_s, to_s) = (start + part.start_s(), start + part.end_s());
+            let (stage, to) = (format!("{:?}", part.stage), &part.to[..3]);
+            writeln!(text, "              {stage:9} {from_s:11.7} … {to_s:11.7} s  to {to:?}").unwrap();
+        }
     }
     text
 }

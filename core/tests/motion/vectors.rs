@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::path::Path;
 
 /// The vectors, or none when they are not there (which fails where CI says so).
-fn vectors(name: &str) -> Option<Value> {
+pub(crate) fn vectors(name: &str) -> Option<Value> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/vectors").join(name);
     let Ok(text) = std::fs::read_to_string(file) else {
         assert!(std::env::var("CI").as_deref() != Ok("true"), "no reference vectors");
@@ -17,7 +17,7 @@ fn vectors(name: &str) -> Option<Value> {
     Some(serde_json::from_str(&text).unwrap())
 }
 
-fn number(row: &Value, key: &str) -> f64 {
+pub(crate) fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or_else(|| panic!("no number {key} in {row}"))
 }
 
@@ -25,11 +25,11 @@ fn numbers(row: &Value) -> Vec<f64> {
     row.as_array().unwrap().iter().map(|value| value.as_f64().unwrap_or(0.0)).collect()
 }
 
-fn near(found: f64, expected: f64, room: f64, what: &str) {
+pub(crate) fn near(found: f64, expected: f64, room: f64, what: &str) {
     assert!((found - expected).abs() <= room, "{what}: {found} instead of {expected}");
 }
 
-fn limits(row: &Value, [speed, acceleration, jerk]: [&str; 3]) -> Limits {
+pub(crate) fn limits(row: &Value, [speed, acceleration, jerk]: [&str; 3]) -> Limits {
     let one = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
     Limits { speed: one(speed), acceleration: one(acceleration), jerk: one(jerk) }
 }

@@ -2,7 +2,7 @@
 
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Leg, Mark, Program};
-use annulus_core::machine::{Machine, lab, virtual_drill};
+use annulus_core::machine::{Machine, Overlap, presets, virtual_drill};
 use annulus_core::units::Length;
 
 /// Small, seeded, the same everywhere (SplitMix64).
@@ -34,9 +34,16 @@ impl Chance {
     }
 }
 
-/// Both machines that ship.
-pub(crate) fn machines() -> [Machine; 2] {
-    [virtual_drill(), lab()]
+/// All machines that ship, and the virtual drill with nothing at the same time.
+pub(crate) fn machines() -> Vec<Machine> {
+    presets().into_iter().map(|(_, machine)| machine).chain([one_by_one()]).collect()
+}
+
+/// The virtual drill, the plane waiting for the spindle.
+pub(crate) fn one_by_one() -> Machine {
+    let base = virtual_drill();
+    let overlap = Overlap { on: false, ..base.overlap };
+    Machine { name: "Virtual drill, one by one".into(), overlap, ..base }
 }
 
 /// A program of a few holes at random places.
@@ -67,6 +74,7 @@ pub(crate) fn random_program(chance: &mut Chance, machine: &Machine, holes: u32)
         machine: machine.fingerprint(),
         origin: Point::default(),
         bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        spindles: u8::MAX,
         safe_height: process.safe_height,
         legs,
         accepted: vec![],

@@ -3,8 +3,8 @@
 
 use annulus_core::artwork::{self, Overrides};
 use annulus_core::cam::{self, PlanOptions};
-use annulus_core::motion;
-use annulus_speed::{machine, make_stream, steps_of, timeline};
+use annulus_core::{machine, motion};
+use annulus_speed::{make_stream, make_stream_on, steps_of, timeline, timeline_on};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ fn parsing(criterion: &mut Criterion) {
 }
 
 fn planning(criterion: &mut Criterion) {
-    let machine = machine();
+    let machine = annulus_speed::machine();
     let mut group = criterion.benchmark_group("plan");
     group.sample_size(10);
     for holes in [1_000_usize, 100_000] {
@@ -71,7 +71,41 @@ fn streams(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("stream");
     group.sample_size(10).throughput(Throughput::Elements(steps_of(&job)));
     group.bench_function("steps", |bencher| bencher.iter(|| black_box(make_stream(&job))));
+    for (name, machine) in machine::presets() {
+        let job = timeline_on(&machine, 500);
+        group.throughput(Throughput::Elements(steps_of(&job)));
+        group.bench_with_input(BenchmarkId::new("preset", name), &job, |bencher, job| {
+            bencher.iter(|| black_box(make_stream_on(&machine, job)));
+        });
+    }
     group.finish();
+}
+
+/// How good the streams of the presets are, and how fast the presets drill.
+fn presets(_: &mut Criterion) {
+    for (name, machine) in machine::presets() {
+        let job = timeline_on(&machine, 500);
+        let Ok(stream) = annulus_core::steps::stream(&job, &machine) else { continue };
+        let made = annulus_core::steps::bench::measure(&job, &stream);
+        let seconds = job.total_s();
+        println!(
+            "stream/{name:<8} {:.3} bytes a step, {:.2} kB/s at most a moving axis, {:.3} µs at most off the plan ({} steps in {seconds:.0} s)",
+            made.bytes as f64 / made.steps as f64,
+            made.busiest_bytes_per_s / 1e3,
+            made.worst_us,
+            made.steps,
+        );
+        for pitch_mm in [0.5, 2.54, 10.0] {
+            let Some(pace) = annulus_speed::pace(&machine, pitch_mm) else { continue };
+            println!(
+                "holes/{name:<8} pitch {pitch_mm:>5} mm: {:>6.1} holes/min, cycle {:.2} ms, {:+.2} % of the formula; bound {:.1} holes/min",
+                60.0 / pace.planned_s,
+                pace.planned_s * 1e3,
+                (pace.planned_s / pace.formula_s - 1.0) * 100.0,
+                60.0 / pace.bound_s,
+            );
+        }
+    }
 }
 
 fn tours(_: &mut Criterion) {
@@ -95,5 +129,5 @@ fn tours(_: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, parsing, tours, planning, streams);
+criterion_group!(benches, presets, parsing, tours, planning, streams);
 criterion_main!(benches);

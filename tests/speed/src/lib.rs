@@ -2,6 +2,10 @@
 //!
 //! Comes in: sizes. Goes out: counts of what was done; whoever calls looks at the clock.
 
+mod pace;
+
+pub use pace::{Pace, pace};
+
 use annulus_core::cam::{self, Order, PlanOptions};
 use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::motion::{self, Timeline};
@@ -12,26 +16,36 @@ pub fn machine() -> Machine {
     virtual_drill()
 }
 
-/// A planned job of `holes` scattered holes, in file order.
+/// A planned job of `holes` scattered holes, in file order, on the machine that is measured.
 pub fn timeline(holes: usize) -> Timeline {
-    let (board, machine) = (cam::bench::scattered_board(holes, 1), machine());
-    let options = PlanOptions { order: Order::File, ..PlanOptions::default() };
-    let hop = |from, to| motion::hop_time_s(&machine, from, to);
-    let (plan, _) =
-        cam::plan(&board, &machine, &options, &hop, &mut |_| true).expect("0.8 mm is in the rack");
-    let program = cam::lower(&board, &plan, &machine);
-    motion::timeline(&program, &machine).expect("the machine is sound")
+    timeline_on(&machine(), holes)
 }
 
-/// How many steps a timeline has.
+/// The same on any machine.
+pub fn timeline_on(machine: &Machine, holes: usize) -> Timeline {
+    let board = cam::bench::scattered_board(holes, 1);
+    let options = PlanOptions { order: Order::File, ..PlanOptions::default() };
+    let hop = |from, to| motion::hop_time_s(machine, from, to);
+    let (plan, _) = cam::plan(&board, machine, &options, &hop, &mut |_| true).expect("0.8 mm is in the rack");
+    let program = cam::lower(&board, &plan, machine);
+    motion::timeline(&program, machine).expect("the machine is sound")
+}
+
+/// How many steps a timeline has, there and back.
 pub fn steps_of(timeline: &Timeline) -> u64 {
-    let ways = timeline.moves.iter().flat_map(|planned| planned.from.iter().zip(&planned.to));
+    let parts = timeline.moves.iter().flat_map(|planned| &planned.parts);
+    let ways = parts.flat_map(|part| part.from.iter().zip(&part.to));
     ways.map(|(from, to)| to.abs_diff(*from)).sum()
 }
 
 /// Makes the stream of `timeline`; gives its length in bytes, so that nothing is optimised away.
 pub fn make_stream(timeline: &Timeline) -> u64 {
-    steps::stream(timeline, &machine()).map_or(0, |stream| steps::encoded_len(&stream))
+    make_stream_on(&machine(), timeline)
+}
+
+/// The same on any machine.
+pub fn make_stream_on(machine: &Machine, timeline: &Timeline) -> u64 {
+    steps::stream(timeline, machine).map_or(0, |stream| steps::encoded_len(&stream))
 }
 
 static PREPARED: std::sync::OnceLock<Timeline> = std::sync::OnceLock::new();

@@ -9,10 +9,11 @@ use crate::i18n::{say, t};
 use crate::link::{self, Link};
 use crate::screens::shown;
 use crate::state::state;
-use crate::widgets::{fact, push_if};
+use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::{Ask, Status};
-use leptos::html::{self, div, dl, h2, header, p, section, span, strong};
+use leptos::ev;
+use leptos::html::{self, div, dl, h2, header, label, p, section, select, span, strong};
 use leptos::prelude::*;
 
 fn from<T: Default>(line: Link, get: impl FnOnce(&Status) -> T) -> T {
@@ -117,6 +118,28 @@ fn controls(line: Link) -> impl IntoView {
             t!("page.job.stop_after_hole"),
             |_| link::ask(&Ask::StopAfterHole),
         ),
+        pace(line),
+    ))
+}
+
+/// How fast the job goes, in percent of the plan.
+fn pace(line: Link) -> impl IntoView {
+    let now = move || from(line, |status| Some(status.pace_percent)).unwrap_or(100);
+    let words = [10_u8, 25, 50, 75, 100].map(|percent| {
+        let word: &'static str = ["10", "25", "50", "75", "100"][usize::from(percent / 25).min(4)];
+        menu_word(word, move || now() == percent, move || say!("page.job.percent", percent = percent))
+    });
+    label().class("field wide").child((
+        span().child(t!("page.job.pace")),
+        select()
+            .attr("aria-label", t!("page.job.pace"))
+            .prop("disabled", move || !line.may_act())
+            .on(ev::change, |event| {
+                if let Ok(percent) = event_target_value(&event).parse() {
+                    link::ask(&Ask::Pace { percent });
+                }
+            })
+            .child(words),
     ))
 }
 

@@ -123,6 +123,20 @@ impl Stroke {
         }
     }
 
+    /// Greatest speed, acceleration and jerk in it: mm/s, mm/s², mm/s³.
+    pub fn peaks(&self) -> (f64, f64, f64) {
+        match self {
+            Self::One(one) => (one.speed_mm_per_s, one.acceleration_mm_per_s2, one.jerk_mm_per_s3),
+            Self::Two(two) => {
+                let ramps = two.spans.iter().map(|span| span.ramp);
+                let most = ramps.fold((0.0, 0.0), |(a, j): (f64, f64), ramp| {
+                    (a.max(ramp.acceleration_mm_per_s2), j.max(ramp.jerk_mm_per_s3))
+                });
+                (two.approach_mm_per_s.max(two.feed_mm_per_s), most.0, most.1)
+            }
+        }
+    }
+
     /// How long it takes.
     pub fn duration_s(&self) -> f64 {
         match self {

@@ -18,6 +18,7 @@
 use crate::machine::Dynamics;
 use crate::machine::dynamics::{period, top};
 use crate::remark::{Remark, Weight};
+use serde::{Deserialize, Serialize};
 
 pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_state};
 
@@ -95,7 +96,7 @@ impl Automaton {
 }
 
 /// So many takts in a row at the same interval.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stretch {
     /// Interrupts before each takt, counted from the takt before it, or from the command.
     pub interval: u32,

@@ -1,0 +1,358 @@
+//! Commands as moves, one after the other.
+//!
+//! A place is first turned into the nearest whole step, from its absolute coordinate; the way between two places is their
+//! difference, so nothing adds up (A6). Places of an axis with play are those of its motor: going down in its numbers the
+//! motor stands by the play lower.
+//!
+//! ```text
+//! wanted     0 ──▶ 10 ──▶ 4              play 1: after the turn the motor first takes the play up,
+//! motor      0 ──▶ 10 ─▶ 9 ──▶ 3         then both move
+//! ```
+//!
+//! Comes in: a program, a machine. Goes out: a [`Timeline`]. Does not know step times.
+
+use super::limits::{line, mm_per_step, takts};
+use super::profile::Stroke;
+use super::strokes::{Hole, Low, Strokes, plain_hole};
+use super::timeline::{Motion, Move, Part, Timeline};
+use crate::geometry::Point;
+use crate::job::{Command, Effect, Gate, Leg, Mark, Program, Stage};
+use crate::machine::{AXES, DriveKind, Machine, Steps};
+use crate::remark::{Remark, Weight};
+use crate::units::{Length, TICK_HZ};
+
+/// A move longer than this is refused: its pulses could be further apart than a run can say (429 s).
+const LONGEST_MOVE_S: f64 = 400.0;
+
+/// A move keeps still for so long before its end, so that pulses timed to 1 µs never meet those of the next move.
+pub(super) const REST_TICKS: u64 = 20;
+
+/// The whole program as a timeline.
+pub fn timeline(program: &Program, machine: &Machine) -> Result<Timeline, Remark> {
+    timeline_from(program, machine, 0)
+}
+
+/// The program from leg `first_leg` on, as when a job is taken up again: it starts at rest where that leg starts, all
+/// spindles up.
+pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> Result<Timeline, Remark> {
+    let mut writer = writer_at(program, machine, first_leg);
+    for (index, leg) in program.legs.iter().enumerate().skip(first_leg) {
+        writer.leg(index, leg, program.legs.get(index + 1)).map_err(|remark| remark.with("leg", index))?;
+    }
+    Ok(writer.done())
+}
+
+/// Leg `index` by itself: from rest where it starts, all spindles up, to rest with all spindles up again.
+pub fn leg_alone(program: &Program, machine: &Machine, index: usize) -> Result<Timeline, Remark> {
+    let mut writer = writer_at(program, machine, index);
+    if let Some(leg) = program.legs.get(index) {
+        writer.leg(index, leg, None).map_err(|remark| remark.with("leg", index))?;
+    }
+    Ok(writer.done())
+}
+
+/// A writer where leg `index` of `program` starts.
+fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Writer<'a> {
+    let mut start = Steps::default();
+    let at = program.start_of_leg(index);
+    start[0] = machine.x.scale.steps(at.x);
+    start[1] = machine.y.scale.steps(at.y);
+    for axis in installed(machine) {
+        start[axis] = machine.z.scale.steps(program.safe_height);
+    }
+    let mut writer = Writer::new(machine, start);
+    writer.spindles = spindle_axes(program.spindles, machine);
+    writer.feed_height = machine.process.feed_height.min(program.safe_height);
+    writer
+}
+
+/// The axes of the spindles that `machine` has.
+pub(super) fn installed(machine: &Machine) -> std::ops::Range<usize> {
+    2..2 + (machine.spindles as usize).clamp(1, AXES - 2)
+}
+
+/// The axes of the spindles in use, from a set of them (bit 0 is Z1).
+fn spindle_axes(set: u8, machine: &Machine) -> Vec<usize> {
+    installed(machine).filter(|axis| set >> (axis - 2) & 1 == 1).collect()
+}
+
+/// Writes moves one after the other.
+pub(super) struct Writer<'a> {
+    pub(super) machine: &'a Machine,
+    timeline: Timeline,
+    at: Steps,
+    now: u64,
+    leg: u32,
+    mark: Mark,
+    feed_height: Length,
+    pub(super) spindles: Vec<usize>,
+    settled: bool,
+    strokes: Strokes,
+    /// At the bottom of a hole, on the way to the next one.
+    low: Option<Low>,
+    /// For every axis, whether its play is taken up towards its low end.
+    turned: [bool; AXES],
+}
+
+impl<'a> Writer<'a> {
+    /// At rest at `start`.
+    pub(super) fn new(machine: &'a Machine, start: Steps) -> Self {
+        Self {
+            machine,
+            timeline: Timeline { start, moves: Vec::new(), mm_per_step: mm_per_step(machine) },
+            at: start,
+            now: 0,
+            leg: 0,
+            mark: Mark::Prepare,
+            feed_height: machine.process.feed_height,
+            spindles: installed(machine).collect(),
+            settled: true,
+            strokes: Strokes::default(),
+            low: None,
+            turned: [false; AXES],
+        }
+    }
+
+    /// What was written.
+    pub(super) fn done(self) -> Timeline {
+        self.timeline
+    }
+
+    /// Where it stands.
+    pub(super) fn at(&self) -> Steps {
+        self.at
+    }
+
+    fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Remark> {
+        self.leg = u32::try_from(index).map_err(|_| Remark::new(Weight::Loss, "motion.too_many_legs"))?;
+        self.mark = leg.mark;
+        match plain_hole(self.machine, leg) {
+            Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => self.hop(hole, next),
+            _ => leg.commands.iter().try_for_each(|command| self.command(*command)),
+        }
+    }
+
+    /// One hole of a chain: from the bottom of the one before, or from the top; up again where the chain ends.
+    fn hop(&mut self, hole: Hole, next: Option<&Leg>) -> Result<(), Remark> {
+        let mut to = self.at;
+        to[0] = self.machine.x.scale.steps(hole.to.x);
+        to[1] = self.machine.y.scale.steps(hole.to.y);
+        let plane = self.play(&to);
+        let stands = (self.at, plane, self.turned);
+        let (hop, low) = self.strokes.hop(self.machine, &self.spindles, stands, hole, self.low.take())?;
+        let duration_s = hop.duration_ticks as f64 / TICK_HZ as f64;
+        refuse_slow(0.0, duration_s)?;
+        self.push(Move {
+            parts: hop.parts,
+            to: hop.to,
+            duration_ticks: hop.duration_ticks,
+            ..self.blank(Stage::Hop)
+        });
+        self.settled = true;
+        let goes_on =
+            next.and_then(|next| plain_hole(self.machine, next)).is_some_and(|next| next.top == hole.top);
+        if goes_on {
+            self.low = Some(low);
+            return Ok(());
+        }
+        self.line(Stage::Retract, self.with_z(hole.top), f64::INFINITY, None)
+    }
+
+    fn command(&mut self, command: Command) -> Result<(), Remark> {
+        match command {
+            Command::Rapid { to } => self.rapid(to),
+            Command::Plunge { to, feed_um_per_s, gate } => self.plunge(to, feed_um_per_s, gate),
+            Command::Retract { to } => self.line(Stage::Retract, self.with_z(to), f64::INFINITY, None),
+            Command::Dwell { us } => {
+                self.rest(Stage::Dwell, u64::from(us) * (TICK_HZ / 1_000_000), Effect::None);
+                Ok(())
+            }
+            Command::Spindle { rpm } => {
+                self.rest(Stage::Dwell, 0, Effect::Spindle(rpm));
+                Ok(())
+            }
+            Command::AwaitBit { bit } => {
+                self.rest(Stage::AwaitBit, 0, Effect::AwaitBit(bit));
+                Ok(())
+            }
+        }
+    }
+
+    fn rapid(&mut self, to: Point) -> Result<(), Remark> {
+        let mut target = self.at;
+        target[0] = self.machine.x.scale.steps(to.x);
+        target[1] = self.machine.y.scale.steps(to.y);
+        let before = self.at;
+        self.line(Stage::Travel, self.play(&target), f64::INFINITY, None)?;
+        self.settled &= before == self.at;
+        Ok(())
+    }
+
+    fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Remark> {
+        let bottom = self.with_z(to);
+        if (2..AXES).any(|axis| bottom[axis] > self.at[axis]) {
+            return Err(Remark::new(Weight::Loss, "motion.plunge_upwards").with("to", to.mm()));
+        }
+        if feed_um_per_s == 0 {
+            return Err(Remark::new(Weight::Loss, "motion.no_feed"));
+        }
+        if !self.settled {
+            let ticks = libm::ceil(self.machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64;
+            self.rest(Stage::Dwell, ticks, Effect::None);
+            self.settled = true;
+        }
+        let above = self.with_z(self.feed_height.max(to));
+        if (2..AXES).any(|axis| above[axis] < self.at[axis]) {
+            self.line(Stage::Approach, above, f64::INFINITY, None)?;
+        }
+        self.line(Stage::Drill, bottom, f64::from(feed_um_per_s) * 1e-3, gate)
+    }
+
+    /// The spindles in use at `height`, everything else where it is.
+    fn with_z(&self, height: Length) -> Steps {
+        let mut steps = self.at;
+        for axis in &self.spindles {
+            steps[*axis] = self.machine.z.scale.steps(height);
+        }
+        steps
+    }
+
+    /// Where the motors of X and Y stand when the axes are at `to`: lower by the play where they come from above.
+    fn play(&self, to: &Steps) -> Steps {
+        let mut motors = *to;
+        for axis in 0..2 {
+            let play = play_steps(self.machine, axis);
+            let wanted_now = self.at[axis] + if self.turned[axis] { play } else { 0 };
+            let down = match to[axis] - wanted_now {
+                0 => self.turned[axis],
+                way => way < 0,
+            };
+            motors[axis] = to[axis] - if down { play } else { 0 };
+        }
+        motors
+    }
+
+    /// A time of rest. Without time and effect nothing is written.
+    pub(super) fn rest(&mut self, stage: Stage, duration_ticks: u64, effect: Effect) {
+        if duration_ticks > 0 || effect != Effect::None {
+            self.push(Move { duration_ticks, effect, ..self.blank(stage) });
+        }
+    }
+
+    /// A straight line of the motors, not faster than `speed` mm/s. One that goes nowhere is not written.
+    pub(super) fn line(
+        &mut self,
+        stage: Stage,
+        to: Steps,
+        speed: f64,
+        gate: Option<Gate>,
+    ) -> Result<(), Remark> {
+        if to == self.at {
+            return Ok(());
+        }
+        let parts = lines(self.machine, stage, self.at, to, speed, self.turned)?;
+        let end_s = parts.iter().map(Part::end_s).fold(0.0, f64::max);
+        let length_mm = parts.iter().map(part_mm).fold(0.0, f64::max);
+        refuse_slow(length_mm, end_s)?;
+        let duration_ticks = libm::ceil(end_s * TICK_HZ as f64) as u64 + REST_TICKS;
+        self.push(Move { to, duration_ticks, parts, gate, ..self.blank(stage) });
+        Ok(())
+    }
+
+    /// A move that goes nowhere and takes no time.
+    fn blank(&self, stage: Stage) -> Move {
+        Move {
+            leg: self.leg,
+            mark: self.mark,
+            stage,
+            from: self.at,
+            to: self.at,
+            start_tick: self.now,
+            duration_ticks: 0,
+            parts: Vec::new(),
+            effect: Effect::None,
+            gate: None,
+        }
+    }
+
+    fn push(&mut self, planned: Move) {
+        for axis in 0..AXES {
+            if planned.to[axis] != planned.from[axis] {
+                self.turned[axis] = planned.to[axis] < planned.from[axis];
+            }
+        }
+        self.now += planned.duration_ticks;
+        self.at = planned.to;
+        self.timeline.moves.push(planned);
+    }
+}
+
+/// Play of `axis` in whole steps of its motor.
+fn play_steps(machine: &Machine, axis: usize) -> i64 {
+    let axis = machine.axis(axis);
+    axis.scale.steps(axis.backlash)
+}
+
+fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Remark> {
+    if seconds <= LONGEST_MOVE_S {
+        return Ok(());
+    }
+    let remark = Remark::new(Weight::Loss, "motion.move_too_slow").with("length", length_mm);
+    Err(remark.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
+}
+
+fn part_mm(part: &Part) -> f64 {
+    if let Motion::Line(stroke) = &part.motion { stroke.length_mm() } else { 0.0 }
+}
+
+/// The parts of a straight line of the motors: first the play of X and Y that turn, then all axes together. Axes driven by
+/// the table go each by itself.
+pub(super) fn lines(
+    machine: &Machine,
+    stage: Stage,
+    from: Steps,
+    to: Steps,
+    speed: f64,
+    turned: [bool; AXES],
+) -> Result<Vec<Part>, Remark> {
+    if machine.drive == DriveKind::Table {
+        return (0..AXES)
+            .filter(|axis| from[*axis] != to[*axis])
+            .map(|axis| {
+                let mut alone = from;
+                alone[axis] = to[axis];
+                let motion = Motion::Takts(takts(machine, axis, to[axis] - from[axis], speed)?);
+                Ok(Part { stage, start_tick: 0, from, to: alone, motion })
+            })
+            .collect();
+    }
+    let mut taken = from;
+    for axis in 0..2 {
+        let way = to[axis] - from[axis];
+        if way != 0 && (way < 0) != turned[axis] {
+            taken[axis] += way.signum() * play_steps(machine, axis).min(way.abs());
+        }
+    }
+    let mut parts: Vec<Part> = Vec::new();
+    for (from, to) in [(from, taken), (taken, to)] {
+        if from != to {
+            let start_s = parts.last().map_or(0.0, Part::end_s);
+            let profile = line(machine, &from, &to, speed)?;
+            let stroke = Stroke::One(profile);
+            let start_tick = start_tick(machine, start_s, &stroke, &from, &to);
+            parts.push(Part { stage, start_tick, from, to, motion: Motion::Line(stroke) });
+        }
+    }
+    Ok(parts)
+}
+
+/// The tick at which a line may begin that is wanted at `wanted_s`: so that no axis steps earlier than its direction has
+/// been set up, nor sooner than one pulse may follow another. An axis first steps when it is half a step along.
+pub(super) fn start_tick(machine: &Machine, wanted_s: f64, stroke: &Stroke, from: &Steps, to: &Steps) -> u64 {
+    let most = (0..AXES).map(|axis| (to[axis] - from[axis]).unsigned_abs()).max().unwrap_or(0);
+    let first_step_s = stroke.time_at(0.5 * stroke.length_mm() / most.max(1) as f64);
+    let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
+    let pulse_s = 1.0 / f64::from(machine.max_step_hz.max(1));
+    let needed_s = direction_s.max(pulse_s) + REST_TICKS as f64 / TICK_HZ as f64;
+    libm::ceil((wanted_s + (needed_s - first_step_s).max(0.0)) * TICK_HZ as f64) as u64
+}

@@ -1,0 +1,253 @@
+//! Plane and spindles together: the reference's timelines, the cycle formula, and that no plane ever moves over a low bit,
+//! on a million random cycles and on streams stopped anywhere.
+
+use crate::programs::{Chance, random_program};
+use crate::vectors::{limits, near, number, vectors};
+use annulus_core::machine::{AXES, Machine, presets};
+use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycle_s, cycles, sequential_s};
+use annulus_core::motion::profile::{Shape, Stroke, plan};
+use annulus_core::motion::timeline;
+use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Recorder, Written, play};
+use annulus_core::steps::{self, Stage, Steps};
+use serde_json::Value;
+
+/// The times of a spindle of the reference.
+fn spindle(row: &Value) -> SpindleTimes {
+    let (height, depth) = (number(row, "H"), number(row, "D"));
+    let shape = Shape::Power(number(&row["down"], "alpha"));
+    let down = plan(shape, height + depth, limits(&row["down"], ["Vm", "Am", "Jm"])).unwrap();
+    let up = plan(Shape::SCurve, height + depth, limits(&row["up"], ["Vm", "Am", "J"])).unwrap();
+    SpindleTimes {
+        dwell_bottom_s: number(row, "dwell_bottom"),
+        dwell_top_s: number(row, "dwell_top"),
+        margin_s: number(row, "margin"),
+        ..SpindleTimes::of(&Stroke::One(down), &Stroke::One(up), height, number(row, "c"))
+    }
+}
+
+/// The longer time of two axes that go by themselves.
+fn hop_s(case: &Value, way: &Value) -> f64 {
+    let axis = |index: usize, name: &str| {
+        let limits = limits(&case["xy"][name], ["V", "A", "J"]);
+        plan(Shape::SCurve, way[index].as_f64().unwrap().abs(), limits).unwrap().duration_s()
+    };
+    axis(0, "x").max(axis(1, "y"))
+}
+
+#[test]
+fn timelines_agree_with_the_reference() {
+    let Some(file) = vectors("xyz_timeline.json") else { return };
+    let room = number(&file["tolerance"], "time_abs");
+    let mut instants = 0;
+    for case in file["cases"].as_array().unwrap() {
+        let id = case["id"].as_str().unwrap();
+        let rules = Rules { settle_s: number(case, "settle"), latency_s: number(case, "latency") };
+        let spindles: Vec<_> = case["z"].as_array().unwrap().iter().map(spindle).collect();
+        for (times, row) in spindles.iter().zip(case["z"].as_array().unwrap()) {
+            let derived = &row["derived"];
+            near(times.air_s(), number(derived, "t_air"), room, &format!("{id} in the air"));
+            near(times.board_s(), number(derived, "t_board"), room, &format!("{id} in the board"));
+        }
+        let hops: Vec<f64> = case["moves"].as_array().unwrap().iter().map(|way| hop_s(case, way)).collect();
+        let found = cycles(&hops, rules, &spindles).unwrap();
+        let expected = case["events"].as_array().unwrap();
+        assert_eq!(found.len(), expected.len());
+        for (index, (found, expected)) in found.iter().zip(expected).enumerate() {
+            let mut agree = |value: f64, row: &Value, key: &str| {
+                near(value, number(row, key), room, &format!("{id} hole {index} {key}"));
+                instants += 1;
+            };
+            agree(found.release_s, expected, "xy_start");
+            agree(found.arrive_s, expected, "xy_end");
+            agree(found.ready_s, expected, "ready");
+            agree(found.clear_s, expected, "all_clear");
+            for (stroked, row) in found.spindles.iter().zip(expected["z"].as_array().unwrap()) {
+                agree(stroked.trigger_s, row, "trigger");
+                agree(stroked.start_s, row, "start");
+                agree(stroked.contact_s, row, "contact");
+                agree(stroked.bottom_s, row, "bottom");
+                agree(stroked.up_start_s, row, "up_start");
+                agree(stroked.clear_s, row, "clear");
+                agree(stroked.top_s, row, "top");
+            }
+            match expected["cycle"].as_f64() {
+                Some(cycle) => near(found.cycle_s.unwrap(), cycle, room, &format!("{id} cycle {index}")),
+                None => assert_eq!(found.cycle_s, None),
+            }
+        }
+        let alone_s = sequential_s(&hops, rules, &spindles);
+        near(alone_s, number(case, "sequential_time"), room, &format!("{id} one after the other"));
+    }
+    assert!(instants > 200, "{instants} instants");
+}
+
+fn random_spindle(chance: &mut Chance) -> SpindleTimes {
+    let (down_s, up_s) = (chance.scale(1e-3, 1.0), chance.scale(1e-3, 1.0));
+    SpindleTimes {
+        down_s,
+        up_s,
+        contact_s: down_s * chance.unit(),
+        leave_s: up_s * chance.unit(),
+        dwell_bottom_s: chance.between(0.0, 0.01),
+        dwell_top_s: chance.between(0.0, 0.01),
+        margin_s: chance.between(0.0, 0.02),
+    }
+}
+
+/// The invariants of C2.3 for one cycle and the one before it.
+fn keeps_the_rules(cycle: &Cycle, before: Option<&Cycle>, rules: Rules, spindles: &[SpindleTimes]) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    let released = before.is_none_or(|before| {
+        before.spindles.iter().all(|stroked| cycle.release_s + ROUNDING >= stroked.clear_s + rules.latency_s)
+    });
+    let reached = cycle.spindles.iter().zip(spindles).all(|(stroked, times)| {
+        stroked.contact_s + ROUNDING >= cycle.ready_s + times.margin_s && stroked.start_s >= cycle.release_s
+    });
+    let rested = before.is_none_or(|before| {
+        let both = before.spindles.iter().zip(&cycle.spindles).zip(spindles);
+        both.clone().all(|((a, b), times)| b.start_s + ROUNDING >= a.top_s + times.dwell_top_s)
+    });
+    released && reached && rested
+}
+
+#[test]
+fn a_million_random_cycles_keep_the_rules() {
+    let mut done = 0;
+    for seed in 0..20_000 {
+        let mut chance = Chance(seed);
+        let rules = Rules { settle_s: chance.between(0.0, 0.02), latency_s: chance.between(0.0, 2e-3) };
+        let count = 1 + (chance.next() % 6) as usize;
+        let spindles: Vec<_> = (0..count).map(|_| random_spindle(&mut chance)).collect();
+        let hops: Vec<f64> = (0..50).map(|_| chance.scale(1e-3, 0.5)).collect();
+        let found = cycles(&hops, rules, &spindles).unwrap();
+        for (index, cycle) in found.iter().enumerate() {
+            let before = index.checked_sub(1).map(|before| &found[before]);
+            assert!(keeps_the_rules(cycle, before, rules, &spindles), "seed {seed} hole {index}: {cycle:?}");
+            if let (Some(cycle), [only]) = (cycle.cycle_s, spindles.as_slice()) {
+                near(cycle, cycle_s(hops[index], rules, only), 1e-9, &format!("seed {seed} hole {index}"));
+            }
+            done += 1;
+        }
+    }
+    assert_eq!(done, 1_000_000);
+}
+
+#[test]
+fn times_that_cannot_be_are_refused_by_name() {
+    let good =
+        SpindleTimes { down_s: 0.1, up_s: 0.1, contact_s: 0.05, leave_s: 0.05, ..SpindleTimes::default() };
+    let rows = [
+        (SpindleTimes { contact_s: 0.2, ..good }, "contact"),
+        (SpindleTimes { leave_s: 0.2, ..good }, "leave"),
+        (SpindleTimes { down_s: f64::NAN, ..good }, "down"),
+        (SpindleTimes { margin_s: -1.0, ..good }, "margin"),
+    ];
+    for (times, field) in rows {
+        let why = cycles(&[0.1], Rules::default(), &[times]).unwrap_err();
+        assert!(why.message("en").starts_with(field), "{}", why.message("en"));
+    }
+    assert!(cycles(&[f64::INFINITY], Rules::default(), &[good]).is_err());
+    assert!(cycles(&[0.1], Rules::default(), &[]).is_err());
+}
+
+/// Time that is always on time.
+struct OnTime(u64);
+
+impl Clock for OnTime {
+    fn now(&mut self) -> u64 {
+        self.0
+    }
+    fn wait_until(&mut self, tick: u64) -> u64 {
+        self.0 = self.0.max(tick);
+        self.0
+    }
+}
+
+/// One order at a tick, another later.
+struct Orders([(u64, Order); 2], u64);
+
+impl Desk for Orders {
+    fn order(&mut self) -> Order {
+        self.0.iter().rev().find(|(from, _)| *from <= self.1).map_or(Order::Go, |(_, order)| *order)
+    }
+    fn passed(&mut self, tick: u64, _: &Steps, _: u32) {
+        self.1 = tick;
+    }
+}
+
+/// Whether the plane stepped while a spindle was lower than `clear` over `surface`.
+fn dragged(pins: &Recorder, start: Steps, spindles: usize, clear: i64) -> bool {
+    let mut at = start;
+    pins.written.iter().any(|call| {
+        let Written::Step(_, axes, forward) = call else { return false };
+        for axis in (0..AXES).filter(|axis| axes >> axis & 1 == 1) {
+            at[axis] += if forward >> axis & 1 == 1 { 1 } else { -1 };
+        }
+        axes & 0b11 != 0 && (2..2 + spindles).any(|axis| at[axis] < clear)
+    })
+}
+
+fn overlapped() -> Vec<Machine> {
+    presets().into_iter().map(|(_, machine)| machine).filter(|machine| machine.overlap.on).collect()
+}
+
+#[test]
+fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
+    let (mut stopped, mut held) = (0, 0);
+    for seed in 0..700_u64 {
+        for machine in overlapped() {
+            let mut chance = Chance(seed);
+            let program = random_program(&mut chance, &machine, 3);
+            let plan = timeline(&program, &machine).unwrap();
+            let stream = steps::stream(&plan, &machine).unwrap();
+            let mut before = stream.start;
+            for segment in &stream.segments {
+                if segment.stage == Stage::Hop {
+                    let at = chance.next() % segment.duration_ticks;
+                    let stop = chance.next().is_multiple_of(2);
+                    let order = if stop { Order::Stop } else { Order::Hold };
+                    let then = if stop { Order::Stop } else { Order::At(10 + (chance.next() % 91) as u8) };
+                    let mut line = Line { position: before, ..Line::default() };
+                    let mut pins = Recorder { position: before, ..Recorder::default() };
+                    let mut desk = Orders([(at, order), (at + 700_000, then)], 0);
+                    let brakes = Brakes::of(&machine);
+                    let outcome = play(segment, &brakes, &mut line, &mut pins, &mut OnTime(0), &mut desk);
+                    let clear =
+                        machine.z.scale.steps(annulus_core::units::Length::from_mm(machine.overlap.clear_mm));
+                    let low = dragged(&pins, before, machine.spindles as usize, clear);
+                    assert!(!low, "seed {seed} on {} at {at}: {outcome:?}", machine.name);
+                    assert_eq!(line.position, pins.position, "every step is counted");
+                    match outcome {
+                        Outcome::Completed => assert_eq!(line.position, segment.end),
+                        Outcome::Stopped => assert!(stop),
+                        other => panic!("seed {seed}: {other:?}"),
+                    }
+                    stopped += u32::from(outcome == Outcome::Stopped);
+                    held += u32::from(!stop);
+                }
+                before = segment.end;
+            }
+        }
+    }
+    assert!(stopped > 1_000 && held > 1_000, "{stopped} stopped, {held} held");
+}
+
+#[test]
+fn a_bit_that_is_still_in_the_board_keeps_the_plane_where_it_is() {
+    use annulus_core::job::Input;
+    for machine in overlapped() {
+        let program = random_program(&mut Chance(5), &machine, 3);
+        let stream = steps::stream(&timeline(&program, &machine).unwrap(), &machine).unwrap();
+        let hops: Vec<_> = stream.segments.iter().filter(|segment| segment.stage == Stage::Hop).collect();
+        let (from, hop) = (hops[0].end, hops[1]);
+        let mut line = Line { position: from, ..Line::default() };
+        let stuck = vec![(0, Input::Contact.bit())];
+        let mut pins = Recorder { position: from, script: stuck, ..Recorder::default() };
+        let mut desk = Orders([(u64::MAX, Order::Go); 2], 0);
+        let outcome = play(hop, &Brakes::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut desk);
+        assert_eq!(outcome, Outcome::Guarded(Input::Contact), "{}", machine.name);
+        assert_eq!(line.position[..2], from[..2], "the plane did not move");
+        assert_eq!(line.position[2], machine.z.scale.steps(machine.process.safe_height), "the bit is up");
+        assert_eq!(line.position, pins.position);
+    }
+}

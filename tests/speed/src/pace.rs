@@ -1,0 +1,88 @@
+//! How fast a machine drills a row of holes at one pitch, and how near that is to what its limits allow.
+//!
+//! Comes in: a machine, a pitch in mm. Goes out: times of a cycle in s. Knows no clock.
+
+use annulus_core::geometry::Point;
+use annulus_core::job::{Command, Leg, Mark, Program};
+use annulus_core::machine::{Law, Machine, MotionLaws};
+use annulus_core::motion::coordination::{Rules, cycle_s};
+use annulus_core::motion::{self, strokes};
+use annulus_core::units::Length;
+
+/// Holes of the row.
+const HOLES: u32 = 101;
+
+/// Cycles of a machine, in s.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// From hole to hole in the timeline.
+    pub planned_s: f64,
+    /// By the formula, with the machine's own profiles, settling, latency and margins.
+    pub formula_s: f64,
+    /// The bound: S-curves, nothing waited for but settling.
+    pub bound_s: f64,
+}
+
+/// The pace of `machine` on a row of holes `pitch_mm` apart.
+pub fn pace(machine: &Machine, pitch_mm: f64) -> Option<Pace> {
+    let timeline = motion::timeline(&row(machine, pitch_mm), machine).ok()?;
+    let bottoms: Vec<f64> = timeline
+        .moves
+        .iter()
+        .filter_map(|planned| planned.drilled_tick())
+        .map(|tick| tick as f64 / 1e7)
+        .collect();
+    let planned_s = (bottoms.last()? - bottoms.first()?) / f64::from(HOLES - 1);
+    let hop =
+        |machine: &Machine| motion::hop_time_s(machine, Point::default(), Point::from_mm(pitch_mm, 0.0));
+    let rules = |machine: &Machine| Rules {
+        settle_s: machine.settle_ms * 1e-3,
+        latency_s: machine.overlap.latency_ms * 1e-3,
+    };
+    let formula_s = if machine.overlap.on {
+        cycle_s(hop(machine), rules(machine), &strokes::own(machine).ok()?.0)
+    } else {
+        one_by_one_s(&timeline)
+    };
+    let mut free = machine.clone();
+    free.motion = MotionLaws { plane: Law::SCurve, down: Law::SCurve, up: Law::SCurve, ..free.motion };
+    (free.overlap.latency_ms, free.overlap.margin_ms, free.overlap.dwell_top_ms) = (0.0, 0.0, 0.0);
+    let times = strokes::own(&free).ok()?.0;
+    let bound_s = times.air_s().max(hop(&free) + rules(&free).settle_s) + times.board_s();
+    Some(Pace { planned_s, formula_s, bound_s })
+}
+
+/// One hole where nothing moves at the same time: the sum of what it consists of.
+fn one_by_one_s(timeline: &motion::Timeline) -> f64 {
+    let middle = timeline.moves.iter().filter(|planned| planned.mark == Mark::Hole(HOLES / 2));
+    middle
+        .map(|planned| {
+            let parts = planned.parts.iter().map(motion::Part::duration_s).fold(0.0, f64::max);
+            if planned.parts.is_empty() { planned.duration_ticks as f64 / 1e7 } else { parts }
+        })
+        .sum()
+}
+
+/// A row of holes.
+fn row(machine: &Machine, pitch_mm: f64) -> Program {
+    let process = &machine.process;
+    let bottom = Length::ZERO - process.board_thickness - process.breakthrough;
+    let hole = |index: u32| Leg {
+        mark: Mark::Hole(index),
+        commands: vec![
+            Command::Rapid { to: Point::from_mm(f64::from(index + 1) * pitch_mm, 0.0) },
+            Command::Plunge { to: bottom, feed_um_per_s: (process.feed_mm_per_s * 1e3) as u32, gate: None },
+            Command::Retract { to: process.safe_height },
+        ],
+    };
+    Program {
+        name: String::new(),
+        machine: String::new(),
+        origin: Point::default(),
+        bits: Vec::new(),
+        spindles: u8::MAX,
+        safe_height: process.safe_height,
+        legs: (0..HOLES).map(hole).collect(),
+        accepted: Vec::new(),
+    }
+}
