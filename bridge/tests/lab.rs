@@ -87,6 +87,14 @@ fn a_check_passes_fails_and_refuses() {
         ("lab automaton --table hunts.json", "automaton.hunts", 1, None),
         ("lab automaton --table short.json", "lab.wrong_length", 1, Some(1)),
         ("lab profile -o no/such/folder/plot.svg", "lab.not_written", 3, None),
+        ("lab cycle --hop 3", "lab.bad_hop", 2, None),
+        ("lab cycle --hop 3,NaN", "lab.bad_hop", 2, None),
+        ("lab cycle --clear-mm 3", "lab.bad_clear", 1, None),
+        ("lab cycle --settle-ms NaN", "motion.bad_time", 1, None),
+        ("lab cycle --feed 300", "motion.bad_feed", 1, None),
+        ("lab cycle --machine six --up-speed 0", "machine.setting_range", 1, None),
+        ("lab cycle --machine six --order 0 --xy-jerk NaN", "machine.setting_range", 1, None),
+        ("lab cycle --spindles 7", "cli.usage", 2, None),
         ("lab servo --sample 0", "servo.bad_parameter", 1, None),
         ("lab servo --plant-tau -1", "cli.usage", 2, None),
         ("lab servo --duration 1e9", "servo.too_long", 1, None),
@@ -147,6 +155,37 @@ fn the_automaton_has_the_takts_of_the_reference() {
 }
 
 #[test]
+fn a_cycle_has_the_events_of_the_reference() {
+    let home = tempfile::tempdir().unwrap();
+    let (found, exit) = object(home.path(), "lab cycle");
+    assert_eq!(exit, 0);
+    // Part C2.4 of the reference, ms.
+    let near =
+        |value: &Value, ms: f64| assert!((1e3 * value.as_f64().unwrap() - ms).abs() < 6e-4, "{value} {ms}");
+    let first = &found["events"][0];
+    near(&first["ready_s"], 79.031);
+    for (key, ms) in [
+        ("trigger_s", 50.581),
+        ("start_s", 50.781),
+        ("contact_s", 82.031),
+        ("bottom_s", 106.615),
+        ("up_start_s", 108.615),
+        ("clear_s", 126.381),
+        ("top_s", 145.630),
+    ] {
+        near(&first["spindles"][0][key], ms);
+    }
+    near(&found["events"][1]["cycle_s"], 95.956);
+    near(&found["events"][2]["cycle_s"], 95.849);
+    assert!(found["holes_per_min"].as_f64() > found["holes_per_min_sequential"].as_f64());
+    let (machine, exit) = object(home.path(), "lab cycle --machine six --hop 2.54,0 --hop -2.54,0");
+    assert_eq!((exit, machine["events"][0]["spindles"].as_array().unwrap().len()), (0, 6), "{machine}");
+    let (slower, _) =
+        object(home.path(), "lab cycle --machine six --hop 2.54,0 --hop -2.54,0 --settle-ms 50");
+    assert!(slower["total_s"].as_f64() > machine["total_s"].as_f64(), "{slower}");
+}
+
+#[test]
 fn the_loop_has_the_numbers_of_the_reference() {
     let home = tempfile::tempdir().unwrap();
     let (found, _) = object(home.path(), "lab servo");
@@ -199,5 +238,10 @@ fn plots_and_tables_are_written_as_asked() {
         assert!(text(home, command).lines().count() >= 3, "{command}");
         assert_eq!(text(home, &format!("{command} --svg")), plot, "the same again");
     }
+    let chart = text(home, "lab cycle --svg");
+    for word in ["XY", "Z1", "release", "trigger", "contact", "clear", "settle", "dwell"] {
+        assert!(chart.contains(&format!(">{word}<")), "no {word}");
+    }
+    assert_eq!(text(home, "lab cycle --csv").lines().count(), 4);
     assert_eq!(annulus(home, "lab profile --svg --csv").status.code(), Some(2));
 }

@@ -15,6 +15,8 @@ mod document;
 mod fuzzy;
 mod profiles;
 mod tally;
+mod throughput;
+mod timeline;
 
 pub(crate) use tally::Tally;
 
@@ -38,7 +40,9 @@ const SCHEMAS: &[(&str, Checker)] = &[
     ("trapezoid-scurve/1", profiles::trapezoid_scurve),
     ("fuzzy-pid/1", fuzzy::fuzzy_pid),
     ("power11/1", profiles::power11),
+    ("xyz-timeline/1", timeline::xyz_timeline),
     ("oracle-durations/1", profiles::oracle),
+    ("throughput/1", throughput::throughput),
 ];
 
 /// What a file's cases came to.

@@ -4,6 +4,7 @@
 
 mod automaton;
 mod check;
+mod cycle;
 mod output;
 mod profile;
 mod servo;
@@ -24,6 +25,8 @@ enum What {
     Profile(profile::ProfileArgs),
     /// The step automaton, interrupt by interrupt.
     Automaton(automaton::AutomatonArgs),
+    /// Table and spindles in time, with and without overlap.
+    Cycle(Box<cycle::CycleArgs>),
     /// The closed loop: a step or a stroke, fuzzy PID beside plain PID.
     Servo(servo::ServoArgs),
     /// Recompute every case of files of expected numbers from its inputs, and say how far off each is.
@@ -35,6 +38,7 @@ pub(crate) fn run(args: &LabArgs, json: bool) -> Result<Answer, Refusal> {
     let mut answer = match &args.what {
         What::Profile(args) => profile::run(args),
         What::Automaton(args) => automaton::run(args),
+        What::Cycle(args) => cycle::run(args),
         What::Servo(args) => servo::run(args),
         What::Check(args) => return check::run(args),
     }?;

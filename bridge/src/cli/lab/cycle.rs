@@ -1,0 +1,385 @@
+//! `annulus lab cycle`: table and spindles in time, hole by hole, with and without overlap (P3, P4, C1).
+//!
+//! Comes in: hops, limits, heights, margins; or a machine. Goes out: every event, the cycle times, a chart of who moves
+//! when. Does not know the rules of release and trigger.
+
+use super::super::{Answer, Refusal};
+use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use crate::machine_file;
+use annulus_core::machine::{self, Law, Machine, Value};
+use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
+use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, two_speeds};
+use annulus_core::motion::strokes;
+use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
+use annulus_core::remark::{Remark, Weight};
+use serde_json::json;
+
+/// Hops without words: those of the reference.
+const HOPS_MM: [[f64; 2]; 3] = [[10.0, 0.0], [2.54, 2.54], [0.5, 0.0]];
+
+/// Arguments of `annulus lab cycle`. What is not given is that of the machine, or of the reference.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CycleArgs {
+    /// A hop in X and Y, mm; repeated, one a hole.
+    #[arg(long, allow_hyphen_values = true, value_name = "X,Y")]
+    hop: Vec<String>,
+    /// A machine, by name or file.
+    #[arg(long, value_name = "NAME")]
+    machine: Option<String>,
+    /// Greatest speed of X and Y, mm/s.
+    #[arg(long, value_name = "MM/S")]
+    xy_speed: Option<f64>,
+    /// Greatest acceleration of X and Y, mm/s².
+    #[arg(long, value_name = "MM/S2")]
+    xy_acceleration: Option<f64>,
+    /// Greatest jerk of X and Y, mm/s³.
+    #[arg(long, value_name = "MM/S3")]
+    xy_jerk: Option<f64>,
+    /// Greatest speed of Z downwards, mm/s.
+    #[arg(long, value_name = "MM/S")]
+    down_speed: Option<f64>,
+    /// Greatest acceleration of Z downwards, mm/s².
+    #[arg(long, value_name = "MM/S2")]
+    down_acceleration: Option<f64>,
+    /// Greatest jerk of Z downwards, mm/s³.
+    #[arg(long, value_name = "MM/S3")]
+    down_jerk: Option<f64>,
+    /// Greatest speed of Z upwards, mm/s.
+    #[arg(long, value_name = "MM/S")]
+    up_speed: Option<f64>,
+    /// Greatest acceleration of Z upwards, mm/s².
+    #[arg(long, value_name = "MM/S2")]
+    up_acceleration: Option<f64>,
+    /// Greatest jerk of Z upwards, mm/s³.
+    #[arg(long, value_name = "MM/S3")]
+    up_jerk: Option<f64>,
+    /// Order of the power law, which Z goes down with; 0: S-curve.
+    #[arg(long, value_name = "ALPHA")]
+    order: Option<f64>,
+    /// Two-speed stroke: down to the board fast, then with this feed, mm/s.
+    #[arg(long, value_name = "MM/S")]
+    feed: Option<f64>,
+    /// Height of the rest over the board, mm.
+    #[arg(long, value_name = "MM")]
+    height_mm: Option<f64>,
+    /// Depth below the surface, mm.
+    #[arg(long, value_name = "MM")]
+    depth_mm: Option<f64>,
+    /// Height of the tip from which on the table may move, mm.
+    #[arg(long, value_name = "MM")]
+    clear_mm: Option<f64>,
+    /// Rest of the table before a tip may touch the board, ms.
+    #[arg(long, value_name = "MS")]
+    settle_ms: Option<f64>,
+    /// How long a signal takes, ms.
+    #[arg(long, value_name = "MS")]
+    latency_ms: Option<f64>,
+    /// How long before the contact the table must have settled, ms.
+    #[arg(long, value_name = "MS")]
+    margin_ms: Option<f64>,
+    /// Pause at the bottom, ms.
+    #[arg(long, value_name = "MS")]
+    dwell_bottom_ms: Option<f64>,
+    /// Least rest on top, ms.
+    #[arg(long, value_name = "MS")]
+    dwell_top_ms: Option<f64>,
+    /// Spindles, all alike.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=6))]
+    spindles: Option<u32>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Everything that a timeline is made of.
+struct Setting {
+    x: Limits,
+    y: Limits,
+    down: Limits,
+    up: Limits,
+    plane_law: Law,
+    down_law: Law,
+    up_law: Law,
+    order: f64,
+    feed: Option<f64>,
+    height_mm: f64,
+    depth_mm: f64,
+    clear_mm: f64,
+    rules: Rules,
+    margin_s: f64,
+    dwell_bottom_s: f64,
+    dwell_top_s: f64,
+    spindles: u32,
+    /// What a machine's own stroke takes; without a machine it follows from the rest.
+    own: Option<SpindleTimes>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &CycleArgs) -> Result<Answer, Refusal> {
+    let setting = match args.machine.as_deref() {
+        Some(name) => of_machine(&changed(args, &machine_file::named(name)?.machine)?)?,
+        None => overridden(args, reference()),
+    };
+    let hops = hops(&args.hop)?;
+    let sheet = compute(&setting, &hops).map_err(Refusal::content)?;
+    deliver(&args.output, sheet)
+}
+
+/// The example of the reference, part C2.4.
+fn reference() -> Setting {
+    let limits = |speed, acceleration, jerk| Limits { speed, acceleration, jerk };
+    let xy = limits(500.0, 10_000.0, 1e6);
+    Setting {
+        x: xy,
+        y: xy,
+        down: limits(150.0, 10_000.0, 2e6),
+        up: limits(300.0, 20_000.0, 4e6),
+        plane_law: Law::SCurve,
+        down_law: Law::Power,
+        up_law: Law::SCurve,
+        order: 0.5,
+        feed: None,
+        height_mm: 3.0,
+        depth_mm: 2.0,
+        clear_mm: 0.3,
+        rules: Rules { settle_s: 0.005, latency_s: 0.0002 },
+        margin_s: 0.003,
+        dwell_bottom_s: 0.002,
+        dwell_top_s: 0.001,
+        spindles: 1,
+        own: None,
+    }
+}
+
+/// The timeline of a machine with its own strokes.
+fn of_machine(machine: &Machine) -> Result<Setting, Refusal> {
+    let (own, _, _) = strokes::own(machine).map_err(Refusal::content)?;
+    Ok(Setting {
+        x: Limits::of_axis(machine, &machine.x),
+        y: Limits::of_axis(machine, &machine.y),
+        plane_law: machine.motion.plane,
+        order: machine.motion.order,
+        rules: Rules { settle_s: 1e-3 * machine.settle_ms, latency_s: 1e-3 * machine.overlap.latency_ms },
+        spindles: machine.spindles,
+        own: Some(own),
+        ..reference()
+    })
+}
+
+/// The machine with what was given by hand, setting by setting; refused where a setting is out of its range.
+fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
+    let curved = args.order.is_none_or(|order| order == 0.0);
+    let rows = [
+        ("x.max_speed", args.xy_speed),
+        ("y.max_speed", args.xy_speed),
+        ("x.max_acceleration", args.xy_acceleration),
+        ("y.max_acceleration", args.xy_acceleration),
+        ("x.max_jerk", args.xy_jerk),
+        ("y.max_jerk", args.xy_jerk),
+        ("motion.down_speed", args.down_speed),
+        ("motion.down_acceleration", args.down_acceleration),
+        ("motion.down_jerk", args.down_jerk),
+        ("z.max_speed", args.up_speed),
+        ("z.max_acceleration", args.up_acceleration),
+        ("z.max_jerk", args.up_jerk),
+        ("motion.order", args.order.filter(|_| !curved)),
+        ("stroke.feed", args.feed),
+        ("stroke.safe_height", args.height_mm),
+        ("stroke.board_thickness", args.depth_mm.map(|depth| depth - machine.process.breakthrough.mm())),
+        ("stroke.dwell_bottom", args.dwell_bottom_ms),
+        ("stroke.settle", args.settle_ms),
+        ("overlap.clear", args.clear_mm),
+        ("overlap.latency", args.latency_ms),
+        ("overlap.margin", args.margin_ms),
+        ("overlap.dwell_top", args.dwell_top_ms),
+        ("machine.spindles", args.spindles.map(f64::from)),
+    ];
+    let given = rows.into_iter().filter_map(|(key, value)| Some((key.to_owned(), Value::Number(value?))));
+    let mut changes: Vec<(String, Value)> = given.collect();
+    if args.order.is_some() {
+        let law = if curved { "s_curve" } else { "power" };
+        changes.push(("motion.down".to_owned(), Value::Text(law.to_owned())));
+    }
+    machine::apply(machine, &changes).map_err(|all| {
+        let first = all.into_iter().next();
+        Refusal::content(first.unwrap_or_else(|| Remark::new(Weight::Loss, "machine.setting_range")))
+    })
+}
+
+fn overridden(args: &CycleArgs, mut setting: Setting) -> Setting {
+    let set =
+        |field: &mut f64, value: Option<f64>, unit: f64| *field = value.map_or(*field, |value| unit * value);
+    for axis in [&mut setting.x, &mut setting.y] {
+        set(&mut axis.speed, args.xy_speed, 1.0);
+        set(&mut axis.acceleration, args.xy_acceleration, 1.0);
+        set(&mut axis.jerk, args.xy_jerk, 1.0);
+    }
+    set(&mut setting.down.speed, args.down_speed, 1.0);
+    set(&mut setting.down.acceleration, args.down_acceleration, 1.0);
+    set(&mut setting.down.jerk, args.down_jerk, 1.0);
+    set(&mut setting.up.speed, args.up_speed, 1.0);
+    set(&mut setting.up.acceleration, args.up_acceleration, 1.0);
+    set(&mut setting.up.jerk, args.up_jerk, 1.0);
+    set(&mut setting.height_mm, args.height_mm, 1.0);
+    set(&mut setting.depth_mm, args.depth_mm, 1.0);
+    set(&mut setting.clear_mm, args.clear_mm, 1.0);
+    set(&mut setting.rules.settle_s, args.settle_ms, 1e-3);
+    set(&mut setting.rules.latency_s, args.latency_ms, 1e-3);
+    set(&mut setting.margin_s, args.margin_ms, 1e-3);
+    set(&mut setting.dwell_bottom_s, args.dwell_bottom_ms, 1e-3);
+    set(&mut setting.dwell_top_s, args.dwell_top_ms, 1e-3);
+    setting.feed = args.feed.or(setting.feed);
+    setting.spindles = args.spindles.unwrap_or(setting.spindles);
+    if let Some(order) = args.order {
+        (setting.order, setting.down_law) = (order, if order == 0.0 { Law::SCurve } else { Law::Power });
+    }
+    setting
+}
+
+fn hops(texts: &[String]) -> Result<Vec<[f64; 2]>, Refusal> {
+    let one = |text: &String| {
+        let pair =
+            text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+        let usable = pair.filter(|pair: &[f64; 2]| pair.iter().all(|way| way.abs() <= 1e6));
+        let why = || Refusal::usage(Remark::new(Weight::Loss, "lab.bad_hop").with("found", text));
+        usable.ok_or_else(why)
+    };
+    if texts.is_empty() { Ok(HOPS_MM.to_vec()) } else { texts.iter().map(one).collect() }
+}
+
+fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<Shape, Remark> {
+    Ok(match law {
+        Law::Linear => Shape::Linear,
+        Law::SCurve => Shape::SCurve,
+        Law::Power => Shape::Power(order),
+        Law::Automatic => choose(length_mm, limits)?.choice,
+    })
+}
+
+/// How long a hop takes: its slower axis.
+fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Remark> {
+    let mut longest_s = 0.0_f64;
+    for (way, limits) in hop.into_iter().zip([setting.x, setting.y]) {
+        let shape = shape(setting.plane_law, setting.order, way.abs(), limits)?;
+        longest_s = longest_s.max(plan(shape, way.abs(), limits)?.duration_s());
+    }
+    Ok(longest_s)
+}
+
+fn spindle(setting: &Setting) -> Result<SpindleTimes, Remark> {
+    if let Some(own) = setting.own {
+        return Ok(own);
+    }
+    let full_mm = setting.height_mm + setting.depth_mm;
+    if !(setting.clear_mm >= 0.0 && setting.clear_mm < setting.height_mm) {
+        let why = Remark::new(Weight::Loss, "lab.bad_clear").with("found", setting.clear_mm);
+        return Err(why.with("height", setting.height_mm));
+    }
+    let law = shape(setting.down_law, setting.order, full_mm, setting.down)?;
+    let down = match setting.feed {
+        Some(feed) => two_speeds(law, setting.height_mm, setting.depth_mm, feed, setting.down)?,
+        None => Stroke::One(plan(law, full_mm, setting.down)?),
+    };
+    let law = shape(setting.up_law, setting.order, full_mm, setting.up)?;
+    let up = Stroke::One(plan(law, full_mm, setting.up)?);
+    Ok(SpindleTimes {
+        dwell_bottom_s: setting.dwell_bottom_s,
+        dwell_top_s: setting.dwell_top_s,
+        margin_s: setting.margin_s,
+        ..SpindleTimes::of(&down, &up, setting.height_mm, setting.clear_mm)
+    })
+}
+
+fn compute(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Sheet, Remark> {
+    let hops_s = hops_mm.iter().map(|hop| hop_s(setting, *hop)).collect::<Result<Vec<_>, _>>()?;
+    let times = spindle(setting)?;
+    let spindles = vec![times; setting.spindles as usize];
+    let found = cycles(&hops_s, setting.rules, &spindles)?;
+    let alone_s = sequential_s(&hops_s, setting.rules, &spindles);
+    let total_s = found.iter().flat_map(|cycle| &cycle.spindles).map(|one| one.top_s).fold(0.0, f64::max);
+    let rate = |seconds: f64| 60.0 * hops_s.len() as f64 * f64::from(setting.spindles) / seconds;
+    let mut rows = Vec::new();
+    for (index, (cycle, hop)) in found.iter().zip(hops_mm).enumerate() {
+        let hop = format!("{} {}, {} mm", word("hop"), short(hop[0]), short(hop[1]));
+        let (clear, cycle_s) = (ms(cycle.clear_s), cycle.cycle_s.map_or("-".to_owned(), ms));
+        let what = format!("{} {clear}  {} {cycle_s}", word("clear"), word("cycle"));
+        rows.push((format!("{} {hop}", index + 1), what));
+    }
+    for (key, seconds) in [("together", total_s), ("sequential", alone_s)] {
+        rows.push((word(key), format!("{}  {}/min", ms(seconds), short(rate(seconds)))));
+    }
+    let event = |cycle: &Cycle| {
+        json!({ "xy_start_s": cycle.release_s, "xy_end_s": cycle.arrive_s, "ready_s": cycle.ready_s,
+            "spindles": cycle.spindles.iter().map(|one| json!({ "trigger_s": one.trigger_s,
+                "start_s": one.start_s, "contact_s": one.contact_s, "bottom_s": one.bottom_s,
+                "up_start_s": one.up_start_s, "clear_s": one.clear_s, "top_s": one.top_s })).collect::<Vec<_>>(),
+            "clear_s": cycle.clear_s, "cycle_s": cycle.cycle_s })
+    };
+    let columns = "hole,hop_x_mm,hop_y_mm,xy_start_s,xy_end_s,ready_s,trigger_s,start_s,contact_s,bottom_s,\
+                   up_start_s,clear_s,top_s,cycle_s";
+    let sample = |(index, (cycle, hop)): (usize, (&Cycle, &[f64; 2]))| {
+        let z = cycle.spindles.first().copied().unwrap_or_default();
+        let numbers = [
+            (index + 1) as f64,
+            hop[0],
+            hop[1],
+            cycle.release_s,
+            cycle.arrive_s,
+            cycle.ready_s,
+            z.trigger_s,
+            z.start_s,
+            z.contact_s,
+            z.bottom_s,
+            z.up_start_s,
+            cycle.clear_s,
+            z.top_s,
+        ];
+        numbers.into_iter().map(Some).chain([cycle.cycle_s]).collect()
+    };
+    Ok(Sheet {
+        object: json!({ "hops_mm": hops_mm, "spindle": { "down_s": times.down_s, "up_s": times.up_s,
+            "contact_s": times.contact_s, "leave_s": times.leave_s, "air_s": times.air_s(),
+            "board_s": times.board_s() }, "events": found.iter().map(event).collect::<Vec<_>>(),
+            "total_s": total_s, "sequential_s": alone_s, "holes_per_min": rate(total_s),
+            "holes_per_min_sequential": rate(alone_s) }),
+        rows,
+        columns: columns.split(',').map(str::to_owned).collect(),
+        samples: found.iter().zip(hops_mm).enumerate().map(sample).collect(),
+        plot: plot(&found, setting.spindles),
+    })
+}
+
+/// Who moves when: a row for the table, one a spindle.
+fn plot(found: &[Cycle], spindles: u32) -> Plot {
+    let bar = |from: f64, to: f64, row: f64| [[1e3 * from, row], [1e3 * to, row]];
+    let names: Vec<String> =
+        (1..=spindles).rev().map(|one| format!("Z{one}")).chain([word("plane")]).collect();
+    let plane = f64::from(spindles);
+    let mut parts: [Vec<[f64; 2]>; 5] = Default::default();
+    let mut marks = Vec::new();
+    for cycle in found {
+        parts[0].extend(bar(cycle.release_s, cycle.arrive_s, plane));
+        parts[1].extend(bar(cycle.arrive_s, cycle.ready_s, plane));
+        for (index, z) in cycle.spindles.iter().enumerate() {
+            let row = plane - 1.0 - index as f64;
+            parts[2].extend(bar(z.start_s, z.bottom_s, row));
+            parts[3].extend(bar(z.bottom_s, z.up_start_s, row));
+            parts[4].extend(bar(z.up_start_s, z.top_s, row));
+        }
+        marks.push(Mark::At(1e3 * cycle.release_s, word("release")));
+        if let Some(z) = cycle.spindles.first() {
+            marks.push(Mark::At(1e3 * z.trigger_s, word("trigger")));
+            marks.push(Mark::At(1e3 * z.contact_s, word("contact")));
+        }
+        marks.push(Mark::At(1e3 * cycle.clear_s, word("clear")));
+    }
+    let looks = ["hop", "settle", "down", "dwell", "up"];
+    let series =
+        looks.iter().zip(parts).map(|(key, points)| Series::line(&word(key), points).looking(Look::Bars));
+    let panel = Panel {
+        x: Axis::new(&word("time"), "ms"),
+        y: Axis { names, ..Axis::default() },
+        series: series.collect(),
+        marks,
+    };
+    Plot { title: word("cycle_title"), panels: vec![panel] }
+}
