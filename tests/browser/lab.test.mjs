@@ -213,3 +213,33 @@ test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is 
     await browser.close();
   }
 });
+
+test("the queue runs on the machine by its buttons, and outputs are switched under a lease", async () => {
+  const browser = await openBrowser();
+  const { page, problems } = await lab(browser, {});
+  try {
+    await open(page, "Queue");
+    await page.getByRole("button", { name: "Example" }).press("Enter");
+    await page.getByRole("button", { name: "On the machine" }).press("Enter");
+    await page.keyboard.press("F10");
+    await page.waitForTimeout(500);
+    assert.ok(await page.getByText("Step and Run move the machine.").isVisible(), "no key moved the machine");
+    await page.getByRole("button", { name: "Step", exact: true }).press("Enter");
+    await page.getByText("Held before row 2.").waitFor({ timeout: 30_000 });
+    await page.getByRole("button", { name: "Run", exact: true }).press("Enter");
+    await page.getByText("The last row is done.").waitFor({ timeout: 60_000 });
+    await open(page, "Inputs and outputs");
+    await page.getByRole("button", { name: "Unlock for 5 minutes" }).press("Enter");
+    await page.getByText(/^Unlocked for/).waitFor();
+    const row = page.getByRole("table", { name: "Outputs" }).getByRole("row").nth(1);
+    await row.getByRole("button", { name: "On", exact: true }).press("Enter");
+    await row.getByRole("button", { name: "Off", exact: true }).press("Enter");
+    await row.getByRole("button", { name: "On", exact: true }).waitFor();
+    await open(page, "Log");
+    await open(page, "Inputs and outputs");
+    await page.getByText(/^Locked\./).waitFor();
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await browser.close();
+  }
+});

@@ -22,9 +22,10 @@ fn sensor(input: Input) -> String {
 
 /// The sheet.
 pub(super) fn io() -> impl IntoView {
-    let live = move || link::link().status.with(Option::is_some);
+    // A memo: the status comes ten times a second, the sheet is made once.
+    let live = Memo::new(|_| link::link().status.with(Option::is_some));
     let body = move || {
-        if live() {
+        if live.get() {
             div()
                 .class("lab-columns even")
                 .child((div().child((inputs(), super::outputs::outputs())), check()))

@@ -111,11 +111,13 @@ pub(super) fn profiles() -> impl IntoView {
                 section().class("block").attr("aria-label", t!("page.lab.motion.move")).child((
                     h3().child(t!("page.lab.motion.move")),
                     axes(),
-                    typed.length.view(t!("page.lab.motion.length")),
-                    typed.speed.view(t!("page.lab.motion.speed_limit")),
-                    typed.acceleration.view(t!("page.lab.motion.acceleration_limit")),
-                    typed.jerk.view(t!("page.lab.motion.jerk_limit")),
-                    typed.order.view(t!("page.lab.motion.order")),
+                    div().class("pairs").child((
+                        typed.length.view(t!("page.lab.motion.length")),
+                        typed.speed.view(t!("page.lab.motion.speed_limit")),
+                        typed.acceleration.view(t!("page.lab.motion.acceleration_limit")),
+                        typed.jerk.view(t!("page.lab.motion.jerk_limit")),
+                        typed.order.view(t!("page.lab.motion.order")),
+                    )),
                 )),
                 section()
                     .class("block")
