@@ -257,7 +257,7 @@ impl Owner {
         let starts = work.job.legs.get(work.leg).is_some_and(|range| range.start == work.segment);
         let up = self.position[2] >= work.job.zero[2];
         if starts && up && work.job.begins_low(work.leg) {
-            match work.job.from_the_top(&self.machine, work.leg) {
+            match work.job.entry(&self.machine, work.leg) {
                 Ok(leg) => segments.extend(leg),
                 Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
             }
@@ -431,8 +431,10 @@ impl Owner {
                 if homing.counted && off.abs() > COUNT_TOLERANCE {
                     homing.off.push((axis, off));
                 }
-                self.executor.correct(axis, off);
-                self.position[axis] += off;
+                for axis in cycles::together(&self.machine, axis) {
+                    self.executor.correct(axis, off);
+                    self.position[axis] += off;
+                }
             }
             _ => {}
         }

@@ -76,7 +76,7 @@ impl Prepared {
     }
 
     /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
-    pub(super) fn from_the_top(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
+    pub(super) fn entry(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
         let mut alone = motion::leg_alone(&self.program, machine, leg)?;
         if self.begins_low(leg + 1) {
             alone.moves.pop();

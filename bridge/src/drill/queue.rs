@@ -12,6 +12,7 @@ use super::moves::Doing;
 use super::owner::Owner;
 use crate::executor::{Ended, Report};
 use annulus_core::control::{Event, State, Trust};
+use annulus_core::motion::cycles;
 use annulus_core::pins::Outcome;
 use annulus_core::queue::{self, Action, Doubt, Mode, Queue, Rest, RowResult, Run, Standing, check};
 use annulus_core::remark::{Remark, Weight};
@@ -146,8 +147,10 @@ impl Owner {
             match action {
                 Action::Output(place, on) => self.executor.output(place, on),
                 Action::Correct(axis, steps) => {
-                    self.executor.correct(axis, steps);
-                    self.position[axis] += steps;
+                    for axis in cycles::together(&self.machine, axis) {
+                        self.executor.correct(axis, steps);
+                        self.position[axis] += steps;
+                    }
                 }
                 Action::Play(segments) => {
                     self.queue_trust();

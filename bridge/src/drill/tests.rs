@@ -1,6 +1,7 @@
 //! The drill in one process, on the virtual drill with and without faults. No disk but a temporary folder.
 
 mod lab;
+mod pace;
 mod zero;
 
 use super::*;
@@ -233,20 +234,6 @@ fn a_pause_holds_between_two_holes_and_stop_after_hole_ends_there() {
     let (ending, done) = bench.ended();
     assert_eq!(ending, Ending::StoppedAfterHole);
     assert_eq!(bench.record().len() as u32, done, "whole holes only");
-}
-
-#[test]
-fn the_pace_is_ordered_within_its_bounds_and_told() {
-    let mut bench = Bench::new(&machine(), Faults::default());
-    bench.start(&grid(&machine(), 12));
-    for wrong in [0, 9, 101] {
-        let refused = bench.drill.ask(Ask::Pace { percent: wrong }).unwrap_err();
-        assert_eq!(refused.code, "control.bad_pace");
-    }
-    bench.drill.ask(Ask::Pace { percent: 40 }).unwrap();
-    bench.wait(|status| status.pace_percent == 40);
-    assert_eq!(bench.ended(), (Ending::Done, 12));
-    assert_eq!(bench.record().len(), 12);
 }
 
 #[test]

@@ -18,6 +18,7 @@ use super::{Glimpse, Shared, realtime};
 use crate::outputs::{self, Trouble};
 use annulus_core::control::{Lateness, Timing, lateness};
 use annulus_core::machine::{self, Machine};
+use annulus_core::pins::Steady;
 use annulus_core::remark::{Remark, Weight};
 use std::io;
 use std::path::Path;
@@ -157,7 +158,8 @@ fn begin(
     let report = move |report| drop(reports.send(Up::Report(report)));
     let clock = Box::new(StepClock::new());
     let thread =
-        thread::start(machine, Box::new(pins), clock, Arc::clone(&shared), first, report).map_err(cannot)?;
+        thread::start(machine, Box::new(Steady::new(pins)), clock, Arc::clone(&shared), first, report)
+            .map_err(cannot)?;
     Ok((Hands { thread: Arc::new(Mutex::new(Some(thread))), shared, why }, trouble, offsets))
 }
 

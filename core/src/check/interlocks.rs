@@ -82,7 +82,7 @@ impl Interlocks {
         refuse(segment.gate.is_some() && (!alone || segment.runs.is_empty()), "check.gate_not_alone");
         let ends_low = segment.end[2..].iter().take(heights.starts.len()).any(|end| *end < self.clearance);
         let last_of_leg = next.is_none_or(|next| next.leg != segment.leg);
-        let lifted = next.is_some_and(|next| begins_upwards(next));
+        let lifted = next.is_some_and(begins_upwards);
         refuse(last_of_leg && ends_low && !lifted, "check.leg_ends_low");
         found
     }

@@ -102,7 +102,7 @@ pub fn stroke(machine: &Machine, from: Steps, bottom: i64, gate: Option<Gate>) -
 }
 
 /// The axes that move with `axis`: all spindles go together outside programs.
-fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
+pub fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
     match axis {
         0 | 1 => axis..axis + 1,
         _ if axis < AXES => installed(machine),

@@ -22,9 +22,6 @@ use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay}
 /// Axes of the plane.
 const PLANE: AxisSet = 0b11;
 
-/// An input counts as on when it is on in so many looks one after the other: a single wrong sample stops nothing.
-const LOOKS: usize = 5;
-
 /// The least pace that can be ordered, percent.
 const SLOWEST: u8 = 10;
 
@@ -236,7 +233,7 @@ impl Play<'_> {
     fn released(&mut self, pulse: Pulse, later: &Replay<'_>) -> Release {
         if self.plane == Plane::Before && pulse.axes & PLANE != 0 {
             self.plane = Plane::Moving;
-            if self.is_on(Input::Contact) {
+            if self.pins.inputs(self.line.tick) & Input::Contact.bit() != 0 {
                 self.plane = Plane::Kept;
                 self.end = Some(Outcome::Guarded(Input::Contact));
             }
@@ -285,21 +282,16 @@ impl Play<'_> {
         let contact = if self.plane == Plane::Moving { Input::Contact.bit() } else { 0 };
         let guard = inputs & (self.guard | contact);
         let hit = Input::ALL.into_iter().find(|input| guard & input.bit() != 0);
-        if let Some(hit) = hit.filter(|hit| self.is_on(*hit)) {
+        if let Some(hit) = hit {
             self.end = Some(Outcome::Guarded(hit));
         } else if let Some(gate) = self.segment.gate {
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
-            if inputs & gate.input.bit() != 0 && self.is_on(gate.input) {
+            if inputs & gate.input.bit() != 0 {
                 self.end = Some(Outcome::Gated(self.line.position));
             } else if self.line.tick - self.start > deadline {
                 self.end = Some(Outcome::Unmet(gate));
             }
         }
-    }
-
-    /// Whether an input is on, and not only in one sample.
-    fn is_on(&mut self, input: Input) -> bool {
-        (0..LOOKS).all(|_| self.pins.inputs(self.line.tick) & input.bit() != 0)
     }
 
     /// After a step: sets the pace to the next one. True when it came to rest for good.

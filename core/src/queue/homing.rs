@@ -100,7 +100,9 @@ impl Homing {
                 if counted && correction.abs() > COUNT_TOLERANCE {
                     self.off.get_or_insert((self.axis, correction));
                 }
-                position[self.axis] += correction;
+                for axis in cycles::together(machine, self.axis) {
+                    position[axis] += correction;
+                }
                 let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Doubt::Lost))?;
                 self.later.extend(to_rest);
             }

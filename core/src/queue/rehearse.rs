@@ -13,6 +13,7 @@ use super::rules::Standing;
 use super::run::{Action, Mode, Report, Rest, Run};
 use super::text::read;
 use crate::machine::{Machine, Steps};
+use crate::motion::cycles;
 use crate::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
 use crate::remark::Remark;
 use crate::steps::Segment;
@@ -88,7 +89,11 @@ impl Rehearsal {
             for action in actions {
                 match action {
                     Action::Output(place, on) => pins.output(self.line.tick, place, on),
-                    Action::Correct(axis, steps) => self.line.position[axis] += steps,
+                    Action::Correct(axis, steps) => {
+                        for axis in cycles::together(machine, axis) {
+                            self.line.position[axis] += steps;
+                        }
+                    }
                     Action::Play(wanted) => segments = Some(wanted),
                     Action::Rest(rest) => return Some(rest),
                 }

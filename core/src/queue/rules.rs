@@ -12,6 +12,7 @@
 use super::text::refuse;
 use super::words::{Axes, Command};
 use crate::machine::{Machine, Steps, axis_name};
+use crate::motion::cycles;
 use crate::remark::Remark;
 use crate::units::Length;
 
@@ -32,8 +33,8 @@ impl Standing {
     /// As after homing, with the work zero where it rests then.
     pub fn just_homed(machine: &Machine) -> Self {
         let mut position = Steps::default();
-        for (axis, place) in position.iter_mut().enumerate().take(3) {
-            *place = home_place(machine, axis);
+        for axis in [0, 1].into_iter().chain(cycles::together(machine, 2)) {
+            position[axis] = home_place(machine, axis);
         }
         Self { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0 }
     }

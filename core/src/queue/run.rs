@@ -88,7 +88,7 @@ pub struct Report {
 pub enum Action {
     /// Switch this output: its place among the machine's outputs.
     Output(u8, bool),
-    /// The count of this axis is off by so many steps.
+    /// The count of this axis, and of all that move together with it, is off by so many steps.
     Correct(usize, i64),
     /// Play these, then report.
     Play(Vec<Segment>),
