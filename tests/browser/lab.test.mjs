@@ -61,6 +61,10 @@ for (const scheme of ["dark", "light"]) {
       await page.waitForTimeout(250);
       await page.screenshot({ path: picture(`lab-profiles-${scheme}`) });
       assert.deepEqual(await findings(page), [], "profiles");
+      await page.getByRole("button", { name: "Cycle" }).click();
+      await page.waitForTimeout(250);
+      await page.screenshot({ path: picture(`lab-cycle-${scheme}`) });
+      assert.deepEqual(await findings(page), [], "cycle");
       await open(page, "Servo");
       await page.getByRole("button", { name: "Stroke" }).click();
       await page.waitForTimeout(250);

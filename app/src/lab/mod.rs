@@ -7,6 +7,7 @@
 //! Comes in: edits. Goes out: the next state. Knows no browser and moves no machine.
 
 pub mod bench;
+pub mod cycle;
 pub mod io;
 pub mod log;
 pub mod motion;

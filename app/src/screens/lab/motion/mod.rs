@@ -1,7 +1,8 @@
-//! Motion: the table of dynamics takt by takt, and the profiles beside each other.
+//! Motion: the table of dynamics takt by takt, the profiles beside each other, table and spindles in time.
 //!
 //! Comes in: the machine and what was typed. Goes out: plots and tables; the dynamics can be applied.
 
+mod cycle;
 mod dynamics;
 mod profiles;
 mod takts;
@@ -19,15 +20,18 @@ pub(super) enum Part {
     Dynamics,
     /// Profiles in closed form.
     Profiles,
+    /// Table and spindles together.
+    Cycle,
 }
 
 impl Part {
-    const ALL: [Self; 2] = [Self::Dynamics, Self::Profiles];
+    const ALL: [Self; 3] = [Self::Dynamics, Self::Profiles, Self::Cycle];
 
     fn name(self) -> String {
         match self {
             Self::Dynamics => say!("page.lab.motion.dynamics"),
             Self::Profiles => say!("page.lab.motion.profiles"),
+            Self::Cycle => say!("page.lab.motion.cycle"),
         }
     }
 }
@@ -49,6 +53,7 @@ pub(super) fn motion() -> impl IntoView {
         move || match part.get() {
             Part::Dynamics => dynamics::dynamics().into_any(),
             Part::Profiles => profiles::profiles().into_any(),
+            Part::Cycle => cycle::cycle().into_any(),
         },
     ))
 }

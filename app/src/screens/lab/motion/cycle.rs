@@ -1,0 +1,90 @@
+//! Table and spindles in time: what overlaps, what waits, and what a hole takes.
+//!
+//! Comes in: the machine and the length of a hop. Goes out: a plot and numbers. Changes nothing.
+
+use crate::i18n::{advice, message, say, t};
+use crate::lab::cycle::{self, Shown};
+use crate::readout::short;
+use crate::screens::lab::fields::{self, Field};
+use crate::state::state;
+use crate::widgets::plotted;
+use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
+use annulus_core::remark::Remark;
+use leptos::html::{dd, div, dl, dt, h3, p, section};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+/// The part.
+pub(super) fn cycle() -> impl IntoView {
+    let hop = Field { name: "cycle.hop", unit: "mm", range: (0.0, 1000.0), own: Memo::new(|_| 5.0) };
+    let found = Memo::new(move |_| match hop.number() {
+        Some(mm) => state().machine.with(|machine| cycle::shown(machine, mm)).map_err(Some),
+        None => Err(None::<Remark>),
+    });
+    let plot =
+        Memo::new(move |_| Arc::new(found.with(|found| found.as_ref().map(drawn).unwrap_or_default())));
+    let answer = move || match found.get() {
+        Ok(shown) => numbers(shown).into_any(),
+        Err(Some(why)) => {
+            let cure = why.clone();
+            p().class("refusal").child((move || message(&why), " ", move || advice(&cure))).into_any()
+        }
+        Err(None) => fields::mend().into_any(),
+    };
+    let name = t!("page.lab.cycle.title");
+    div().class("lab-part").child(
+        div().class("lab-columns").child((
+            div().class("lab-inputs").child((
+                section().class("block").child((
+                    hop.view(t!("page.lab.cycle.hop")),
+                    p().class("quiet").child(t!("page.lab.cycle.is")),
+                )),
+                section().class("block").attr("aria-live", "polite").child(answer),
+            )),
+            section()
+                .class("block lab-plots")
+                .attr("aria-label", name)
+                .child((h3().child(name), plotted(name, plot, 460.0))),
+        )),
+    )
+}
+
+fn drawn(shown: &Shown) -> Plot {
+    let time = Axis::new(&say!("page.lab.motion.time"), "ms");
+    let clear = Mark::Level(shown.clear_mm, say!("page.lab.cycle.clear"));
+    let surface = Mark::Level(0.0, say!("page.lab.servo.surface"));
+    let released = shown
+        .cycles
+        .iter()
+        .skip(1)
+        .map(|cycle| Mark::At(1000.0 * cycle.release_s, say!("page.lab.cycle.released")));
+    Plot {
+        title: String::new(),
+        panels: vec![
+            Panel {
+                x: time.clone(),
+                y: Axis::new(&say!("page.lab.cycle.plane"), "mm/s"),
+                series: vec![Series::line("", shown.speed.clone())],
+                marks: released.collect(),
+            },
+            Panel {
+                x: time,
+                y: Axis::new(&say!("page.lab.cycle.tip"), "mm"),
+                series: vec![Series::line("", shown.height.clone())],
+                marks: vec![clear, surface],
+            },
+        ],
+    }
+}
+
+fn numbers(shown: Shown) -> impl IntoView {
+    let per_minute = move |seconds: f64| short(60.0 * f64::from(shown.spindles) / seconds);
+    let fact = |name: fn() -> String, value: String| (dt().child(name), dd().child(value));
+    let (together_s, apart_s) = (shown.together_s, shown.apart_s);
+    dl().class("facts").child((
+        fact(|| say!("page.lab.cycle.together"), format!("{} ms", short(1000.0 * together_s))),
+        fact(|| say!("page.lab.cycle.apart"), format!("{} ms", short(1000.0 * apart_s))),
+        fact(|| say!("page.lab.cycle.rate_together"), per_minute(together_s)),
+        fact(|| say!("page.lab.cycle.rate_apart"), per_minute(apart_s)),
+    ))
+}
