@@ -289,6 +289,7 @@ fn print(program: &Program) -> String {
             format!("plunge {} at {feed_um_per_s} µm/s{gate}", to.mm())
         }
         Command::Retract { to } => format!("retract {}", to.mm()),
+        Command::Mill { .. } | Command::MillArc { .. } => format!("{command:?}"),
         Command::Dwell { us } => format!("dwell {us} µs"),
         Command::Spindle { rpm } => format!("spindle {rpm}"),
         Command::AwaitBit { bit } => format!("await {}", program.bits[*bit as usize].name),

@@ -162,6 +162,7 @@ fn command_name(stage: Stage) -> &'static str {
         Stage::Travel => "rapid",
         Stage::Approach | Stage::Drill => "plunge",
         Stage::Hop => "hole",
+        Stage::Mill => "mill",
         Stage::Retract => "retract",
         Stage::Dwell => "dwell",
         Stage::AwaitBit => "await_bit",

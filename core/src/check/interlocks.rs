@@ -3,7 +3,7 @@
 //! Comes in: segments, the heights of the spindles in them, and where they stand in time. Goes out: rules broken. Looks at
 //! single pulses only where plane and spindles step in one segment.
 
-use crate::job::Effect;
+use crate::job::{Effect, Stage};
 use crate::machine::Machine;
 use crate::remark::{Remark, Weight};
 use crate::steps::replay;
@@ -72,7 +72,9 @@ impl Interlocks {
         let awaits = matches!(segment.effect, Effect::AwaitBit(_));
         refuse(awaits && (self.spindle_rpm > 0 || start_z < self.clearance), "check.await_bit");
         let in_plane = segment.runs.iter().any(|run| run.axes & 0b11 != 0);
-        let dragged = in_plane && low_z < self.clearance && drags(segment, heights.starts, self.clearance);
+        let milled = segment.stage == Stage::Mill;
+        let dragged =
+            in_plane && !milled && low_z < self.clearance && drags(segment, heights.starts, self.clearance);
         refuse(dragged, "check.xy_in_board");
         let in_board = low_z < 0;
         refuse(in_board && self.spindle_rpm == 0, "check.spindle_off");

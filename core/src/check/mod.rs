@@ -6,8 +6,8 @@
 //! | every segment ends where it says, in the time it says | `check.count`, `check.late_step` |
 //! | no axis leaves its range | `check.range` |
 //! | no pulse closer to the last than the drive allows, directions set up in time | `check.interval`, `check.direction_setup` |
-//! | mean speed over 8 steps, and its change over 5 ms, within the axis's limits | `check.speed`, `check.acceleration` |
-//! | no XY step while any bit is below the clearance over the board | `check.xy_in_board` |
+//! | mean speed over 8 steps, and its change over 5 ms, within the axis's limits; in milled paths the jump of a corner besides | `check.speed`, `check.acceleration` |
+//! | no XY step while any bit is below the clearance over the board, but for milling | `check.xy_in_board` |
 //! | no bit below the surface before the spindle runs, and has had its time to spin up | `check.spindle_off`, `check.spin_up` |
 //! | a gate only where a single axis moves | `check.gate_not_alone` |
 //! | bits are changed with the spindle off and up | `check.await_bit` |
@@ -147,7 +147,8 @@ fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usiz
     }
     for (axis, walker) in walkers.iter_mut().enumerate() {
         let runs = segment.runs.iter().filter(|run| run.axes >> axis & 1 == 1);
-        let told = walker.segment(runs, now, segment.duration_ticks, segment.end[axis]).err();
+        let told =
+            walker.segment(runs, now, (segment.duration_ticks, segment.end[axis], segment.stage)).err();
         let split = (!in_one_set(segment, axis)).then(|| Remark::new(Weight::Loss, "check.two_sets"));
         found.extend(split.or(told).map(|remark| remark.with("axis", axis_name(axis))));
     }

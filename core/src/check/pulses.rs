@@ -11,6 +11,7 @@
 //!
 //! Comes in: runs of one axis, segment after segment. Goes out: the first rule broken. Knows no other axis.
 
+use crate::job::Stage;
 use crate::machine::{DriveKind, Machine};
 use crate::remark::{Remark, Weight};
 use crate::steps::stream::Run;
@@ -27,6 +28,9 @@ const ACCELERATION_TICKS: u64 = TICK_HZ / 200;
 
 /// Room for the arithmetic itself, as a share of a limit.
 const ROUNDING: f64 = 1e-3;
+
+/// An acceleration that no machine has, mm/s².
+const MOST: f64 = 1e9;
 
 /// One axis on its way through the stream.
 #[derive(Debug)]
@@ -49,6 +53,10 @@ pub(super) struct Walker {
     least_period: f64,
     /// Greatest acceleration in steps per tick².
     acceleration: f64,
+    /// Jump of speed allowed in a corner of a milled path, and in the segment at hand; steps per tick. The planner lets an
+    /// axis jump by √(8·A·d), d being how far the machine may give way.
+    corner: f64,
+    jump: f64,
 }
 
 impl Walker {
@@ -82,6 +90,8 @@ impl Walker {
             direction_setup: u64::from(machine.direction_setup_us) * (TICK_HZ / 1_000_000),
             least_period: hz / (speed * steps_per_mm),
             acceleration: acceleration * steps_per_mm / hz / hz,
+            corner: libm::sqrt(8.0 * acceleration.min(MOST) * machine.motion.corner_mm) * steps_per_mm / hz,
+            jump: 0.0,
         }
     }
 
@@ -90,10 +100,10 @@ impl Walker {
         &mut self,
         runs: impl Iterator<Item = &'a Run>,
         now: u64,
-        duration: u64,
-        end: i64,
+        (duration, end, stage): (u64, i64, Stage),
     ) -> Result<(), Remark> {
         self.low_in_segment = self.at;
+        self.jump = if stage == Stage::Mill { self.corner } else { 0.0 };
         let verdict = self.runs(runs, now, duration).and_then(|()| {
             if self.at == end {
                 return Ok(());
@@ -254,7 +264,7 @@ impl Pace {
         let length = (tick - self.since) as f64;
         let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
         let blur = |speed: f64, length: f64| speed.abs() * SLACK_TICKS / length.max(1.0);
-        let allowed = 0.5 * axis.acceleration * (self.stretch + length) * (1.0 + ROUNDING);
+        let allowed = axis.jump + 0.5 * axis.acceleration * (self.stretch + length) * (1.0 + ROUNDING);
         let blurred = blur(speed, length) + blur(self.speed, self.stretch);
         let change = (speed - self.speed).abs();
         if change > allowed + blurred {

@@ -84,6 +84,25 @@ pub enum Command {
         /// The sensor that ends it early, if any.
         gate: Option<Gate>,
     },
+    /// Go straight to a place in the plane at feed, at the height where the tip is. Mill commands that follow each other are
+    /// one path: it is run through without a stop where its corners allow.
+    Mill {
+        /// Where, in work coordinates.
+        to: Point,
+        /// Feed in µm/s.
+        feed_um_per_s: u32,
+    },
+    /// The same along an arc; a full circle where it ends where it starts.
+    MillArc {
+        /// Where it ends.
+        to: Point,
+        /// Its centre.
+        center: Point,
+        /// Counter-clockwise.
+        ccw: bool,
+        /// Feed in µm/s.
+        feed_um_per_s: u32,
+    },
     /// Go up, at rapid speed.
     Retract {
         /// Height of the tip.
@@ -140,6 +159,8 @@ pub enum Stage {
     Retract,
     /// From the bottom of one hole, or the top, to the bottom of the next: plane and spindles together.
     Hop,
+    /// X and Y along a path with the tip in the board.
+    Mill,
     /// Nothing moves.
     Dwell,
     /// Waiting for a person to change the bit.
@@ -209,10 +230,10 @@ impl Program {
     pub fn start_of_leg(&self, index: usize) -> Point {
         let before = self.legs[..index.min(self.legs.len())].iter().rev();
         let mut commands = before.flat_map(|leg| leg.commands.iter().rev());
-        let rapid = commands.find_map(|command| match command {
-            Command::Rapid { to } => Some(*to),
+        let place = commands.find_map(|command| match command {
+            Command::Rapid { to } | Command::Mill { to, .. } | Command::MillArc { to, .. } => Some(*to),
             _ => None,
         });
-        rapid.unwrap_or_default()
+        place.unwrap_or_default()
     }
 }

@@ -3,8 +3,8 @@
 //!
 //! Comes in: a timeline, a machine. Goes out: what is broken, if anything. Does not know how it was planned.
 
-use super::Limits;
 use super::timeline::{Motion, Move, Part, Timeline};
+use super::{Limits, path};
 use crate::machine::{AXES, Machine, axis_name};
 use crate::remark::{Remark, Weight};
 use crate::units::TICK_HZ;
@@ -27,6 +27,8 @@ pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Remark>> {
             broken.push(remark("motion.too_short"));
         } else if !chained(planned) {
             broken.push(remark("motion.broken_chain"));
+        } else if let Some(why) = planned.parts.iter().find_map(|part| path_laws(machine, part).err()) {
+            broken.push(why.with("leg", planned.leg).with("move", index));
         } else if let Some(axis) =
             (0..AXES).find(|axis| planned.parts.iter().any(|part| too_much(timeline, machine, part, *axis)))
         {
@@ -51,6 +53,12 @@ fn chained(planned: &Move) -> bool {
     })
 }
 
+/// The laws of a path, where the part is one.
+fn path_laws(machine: &Machine, part: &Part) -> Result<(), Remark> {
+    let Motion::Path(route) = &part.motion else { return Ok(()) };
+    path::laws(&route.path, &Limits::of_path(machine), &path::Rules::of(machine))
+}
+
 /// Whether `axis` is asked for more than it may do. Greatest speed, acceleration and jerk of a stroke are among its
 /// closed forms; an axis has its share of each. Takts are checked against the fastest interrupts only: their jumps are the
 /// motor's to follow.
@@ -63,6 +71,7 @@ fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) ->
     let limits =
         if axis >= 2 && way_mm < 0.0 { Limits::of_down(machine) } else { Limits::of_axis(machine, settings) };
     match &part.motion {
+        Motion::Path(_) => false,
         Motion::Line(stroke) => {
             let share = way_mm.abs() / stroke.length_mm();
             let over = |value: f64, limit: f64| value.is_nan() || value * share > limit * (1.0 + ROUNDING);

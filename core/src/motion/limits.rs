@@ -54,6 +54,11 @@ impl Limits {
         .slowed(drive_speed(machine, &machine.z))
     }
 
+    /// Of X, Y and Z along a milled path.
+    pub fn of_path(machine: &Machine) -> [Self; 3] {
+        [&machine.x, &machine.y, &machine.z].map(|axis| Self::of_axis(machine, axis))
+    }
+
     /// These and also a lower speed.
     #[must_use]
     pub fn slowed(self, speed: f64) -> Self {

@@ -13,6 +13,7 @@ pub mod coordination;
 pub mod cycles;
 pub mod laws;
 mod limits;
+mod milling;
 pub mod path;
 pub mod profile;
 pub mod strokes;
@@ -21,5 +22,5 @@ mod writer;
 
 pub use limits::{Limits, hop_time_s};
 pub use profile::Profile;
-pub use timeline::{Motion, Move, Part, Takts, Timeline};
+pub use timeline::{Motion, Move, Part, Route, Takts, Timeline};
 pub use writer::{leg_alone, timeline, timeline_from};

@@ -16,6 +16,7 @@
 //! Goes out: a [`Timeline`] as data, and where it is at any second. Does not know commands, nor step times.
 
 use super::automaton::Stretch;
+use super::path::Path;
 use super::profile::Stroke;
 use crate::job::{Effect, Gate, Mark, Stage};
 use crate::machine::{AXES, Steps};
@@ -69,6 +70,17 @@ pub enum Motion {
     Line(Stroke),
     /// By the table of dynamics, takt by takt; one axis.
     Takts(Takts),
+    /// X and Y along lines and arcs, without a stop.
+    Path(Box<Route>),
+}
+
+/// A path and what a step of X, Y and Z is along it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Route {
+    /// Where it goes, in mm from the work zero.
+    pub path: Path,
+    /// Millimetres of one step.
+    pub mm_per_step: [f64; 3],
 }
 
 /// The takts of one axis.
@@ -124,6 +136,7 @@ impl Part {
         match &self.motion {
             Motion::Line(stroke) => stroke.duration_s(),
             Motion::Takts(takts) => takts.duration_ticks() as f64 / TICK_HZ as f64,
+            Motion::Path(route) => route.path.duration_s(),
         }
     }
 
@@ -139,7 +152,21 @@ impl Part {
 
     /// Whether `axis` belongs to it.
     pub fn moves(&self, axis: usize) -> bool {
-        self.from[axis] != self.to[axis]
+        // A path that closes ends where it starts.
+        self.from[axis] != self.to[axis] || axis < 2 && matches!(self.motion, Motion::Path(_))
+    }
+
+    /// Where `axis` is `t_s` seconds after the start of the move, in steps and parts of steps.
+    fn at(&self, axis: usize, t_s: f64) -> f64 {
+        match &self.motion {
+            Motion::Path(route) if axis < 3 && t_s < self.end_s() => {
+                route.path.at(t_s - self.start_s())[axis] / route.mm_per_step[axis]
+            }
+            _ => {
+                let way = (self.to[axis] - self.from[axis]) as f64;
+                self.from[axis] as f64 + way * self.share(t_s)
+            }
+        }
     }
 
     /// Share of the way done `t_s` seconds after the start of the move, 0 … 1.
@@ -154,6 +181,10 @@ impl Part {
                 let done = takts.count_at((own_s.max(0.0) * TICK_HZ as f64) as u64);
                 done as f64 / takts.count().max(1) as f64
             }
+            Motion::Path(route) if route.path.length_mm() > 0.0 => {
+                route.path.position_mm(own_s) / route.path.length_mm()
+            }
+            Motion::Path(_) => 1.0,
         }
     }
 
@@ -162,6 +193,7 @@ impl Part {
         let own_s = t_s - self.start_s();
         match &self.motion {
             Motion::Line(stroke) => stroke.speed(own_s),
+            Motion::Path(route) => route.path.speed(own_s),
             Motion::Takts(_) if own_s < 0.0 || own_s > self.duration_s() => 0.0,
             Motion::Takts(_) => {
                 let way = |axis: usize| (self.to[axis] - self.from[axis]).abs() as f64 * mm_per_step[axis];
@@ -176,9 +208,8 @@ impl Move {
     pub fn at(&self, t_s: f64) -> [f64; AXES] {
         let mut at = self.from.map(|place| place as f64);
         for part in self.parts.iter().filter(|part| part.start_s() <= t_s) {
-            let share = part.share(t_s);
             for axis in (0..AXES).filter(|axis| part.moves(*axis)) {
-                at[axis] = part.from[axis] as f64 + (part.to[axis] - part.from[axis]) as f64 * share;
+                at[axis] = part.at(axis, t_s);
             }
         }
         at

@@ -12,6 +12,7 @@
 //! Comes in: a program, a machine. Goes out: a [`Timeline`]. Does not know step times.
 
 use super::limits::{line, mm_per_step, takts};
+use super::milling;
 use super::profile::Stroke;
 use super::strokes::{Hole, Low, Strokes, plain_hole};
 use super::timeline::{Motion, Move, Part, Timeline};
@@ -61,6 +62,7 @@ fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Write
         start[axis] = machine.z.scale.steps(program.safe_height);
     }
     let mut writer = Writer::new(machine, start);
+    writer.place = at;
     writer.spindles = spindle_axes(program.spindles, machine);
     writer.feed_height = machine.process.feed_height.min(program.safe_height);
     writer
@@ -87,6 +89,8 @@ pub(super) struct Writer<'a> {
     feed_height: Length,
     pub(super) spindles: Vec<usize>,
     settled: bool,
+    /// Where X and Y were sent last, of which `at` is the nearest step.
+    place: Point,
     strokes: Strokes,
     /// At the bottom of a hole, on the way to the next one.
     low: Option<Low>,
@@ -107,6 +111,7 @@ impl<'a> Writer<'a> {
             feed_height: machine.process.feed_height,
             spindles: installed(machine).collect(),
             settled: true,
+            place: Point::default(),
             strokes: Strokes::default(),
             low: None,
             turned: [false; AXES],
@@ -128,7 +133,7 @@ impl<'a> Writer<'a> {
         self.mark = leg.mark;
         match plain_hole(self.machine, leg) {
             Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => self.hop(hole, next),
-            _ => leg.commands.iter().try_for_each(|command| self.command(*command)),
+            _ => self.commands(&leg.commands),
         }
     }
 
@@ -149,6 +154,7 @@ impl<'a> Writer<'a> {
             ..self.blank(Stage::Hop)
         });
         self.settled = true;
+        self.place = hole.to;
         let goes_on =
             next.and_then(|next| plain_hole(self.machine, next)).is_some_and(|next| next.top == hole.top);
         if goes_on {
@@ -158,8 +164,45 @@ impl<'a> Writer<'a> {
         self.line(Stage::Retract, self.with_z(hole.top), f64::INFINITY, None)
     }
 
+    /// Commands in order; those that mill and follow each other together.
+    fn commands(&mut self, commands: &[Command]) -> Result<(), Remark> {
+        let mills = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
+        for group in commands.chunk_by(|a, b| mills(a) && mills(b)) {
+            match group.first() {
+                Some(first) if mills(first) => self.mill(group)?,
+                _ => group.iter().try_for_each(|command| self.command(*command))?,
+            }
+        }
+        Ok(())
+    }
+
+    /// A path along `commands`, all of which mill.
+    fn mill(&mut self, commands: &[Command]) -> Result<(), Remark> {
+        let height_mm = self.at[2] as f64 * self.timeline.mm_per_step[2];
+        let pieces: Vec<_> =
+            commands.iter().filter_map(|command| milling::piece(command, height_mm)).collect();
+        let last = match commands.last() {
+            Some(Command::Mill { to, .. } | Command::MillArc { to, .. }) => *to,
+            _ => return Ok(()),
+        };
+        let mut to = self.at;
+        to[0] = self.machine.x.scale.steps(last.x);
+        to[1] = self.machine.y.scale.steps(last.y);
+        let wait_s = f64::from(self.machine.direction_setup_us) * 1e-6
+            + 1.0 / f64::from(self.machine.max_step_hz.max(1));
+        let start_tick = libm::ceil(wait_s * TICK_HZ as f64) as u64 + REST_TICKS;
+        let part = milling::part(self.machine, (self.at, to), self.place, pieces, start_tick)?;
+        refuse_slow(0.0, part.end_s())?;
+        let duration_ticks = libm::ceil(part.end_s() * TICK_HZ as f64) as u64 + REST_TICKS;
+        self.push(Move { to, duration_ticks, parts: vec![part], ..self.blank(Stage::Mill) });
+        self.place = last;
+        self.settled = false;
+        Ok(())
+    }
+
     fn command(&mut self, command: Command) -> Result<(), Remark> {
         match command {
+            Command::Mill { .. } | Command::MillArc { .. } => self.mill(&[command]),
             Command::Rapid { to } => self.rapid(to),
             Command::Plunge { to, feed_um_per_s, gate } => self.plunge(to, feed_um_per_s, gate),
             Command::Retract { to } => self.line(Stage::Retract, self.with_z(to), f64::INFINITY, None),
@@ -185,6 +228,7 @@ impl<'a> Writer<'a> {
         let before = self.at;
         self.line(Stage::Travel, self.play(&target), f64::INFINITY, None)?;
         self.settled &= before == self.at;
+        self.place = to;
         Ok(())
     }
 

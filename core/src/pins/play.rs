@@ -15,7 +15,7 @@
 
 use super::pace::{Pace, rates};
 use super::{AxisSet, Clock, Pins};
-use crate::job::{Gate, Input, Otherwise};
+use crate::job::{Gate, Input, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine};
 use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay};
 
@@ -148,7 +148,8 @@ pub fn play(
         start,
         pace,
         moving: false,
-        plane: Plane::Before,
+        // Milling is meant to move in the board.
+        plane: if segment.stage == Stage::Mill { Plane::Done } else { Plane::Before },
         end: None,
         line,
         pins,

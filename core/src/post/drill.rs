@@ -70,7 +70,10 @@ impl Values {
                 Command::Dwell { us } if matches!(leg.mark, Mark::Hole(_)) => self.pause_us = us,
                 Command::Dwell { us } => self.spin_up_us = us,
                 Command::Spindle { rpm } => self.rpm = rpm,
-                Command::Retract { .. } | Command::AwaitBit { .. } => {}
+                Command::Retract { .. }
+                | Command::AwaitBit { .. }
+                | Command::Mill { .. }
+                | Command::MillArc { .. } => {}
             }
         }
         self

@@ -19,8 +19,8 @@ pub use drill::drill;
 pub use excellon::excellon;
 pub use names::{Field, PARAMETERS, Parameter};
 
-use crate::job::Program;
-use crate::remark::Remark;
+use crate::job::{Command, Program};
+use crate::remark::{Remark, Weight};
 
 /// What a program can be written for: `excellon`, and the dialects that ship.
 pub fn targets() -> Vec<&'static str> {
@@ -29,6 +29,9 @@ pub fn targets() -> Vec<&'static str> {
 
 /// The program in the words of `target`, with the file extension that goes with it. None for an unknown target.
 pub fn write(target: &str, program: &Program) -> Option<Result<(String, String), Remark>> {
+    if program.legs.iter().flat_map(|leg| &leg.commands).any(mills) {
+        return Some(Err(Remark::new(Weight::Loss, "post.milling")));
+    }
     if target == "excellon" {
         return Some(Ok((excellon(program), "drl".to_owned())));
     }
@@ -38,4 +41,9 @@ pub fn write(target: &str, program: &Program) -> Option<Result<(String, String),
         Ok((text, dialect.extension))
     });
     Some(written)
+}
+
+/// Templates know drilling only.
+fn mills(command: &Command) -> bool {
+    matches!(command, Command::Mill { .. } | Command::MillArc { .. })
 }

@@ -60,7 +60,8 @@ pub fn measure(plan: &Timeline, stream: &StepStream) -> Yield {
     sum
 }
 
-/// Second of a move at which the plan crosses the half of step `index` of `axis`.
+/// Second of a move at which the plan crosses the half of step `index` of `axis`; no number on a path, where turns leave out
+/// steps.
 fn planned_s(planned: &Move, axis: usize, mut index: u64) -> f64 {
     for part in &planned.parts {
         let count = (part.to[axis] - part.from[axis]).unsigned_abs();
@@ -70,6 +71,7 @@ fn planned_s(planned: &Move, axis: usize, mut index: u64) -> f64 {
                 + match &part.motion {
                     Motion::Line(stroke) => stroke.time_at(share * stroke.length_mm()),
                     Motion::Takts(takts) => takts.tick_of(index) as f64 / TICK_HZ as f64,
+                    Motion::Path(_) => f64::NAN,
                 };
         }
         index -= count;

@@ -118,6 +118,7 @@ const fn stage_tag(stage: Stage) -> u8 {
         Stage::Offset => 9,
         Stage::Jog => 10,
         Stage::Hop => 11,
+        Stage::Mill => 12,
     }
 }
 

@@ -17,12 +17,16 @@
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::machine::{AXES, Machine};
+use crate::motion::path::sweeps;
 use crate::motion::profile::{Inverse, Stroke};
-use crate::motion::{Motion, Move, Part, Takts, Timeline};
+use crate::motion::{Motion, Move, Part, Route, Takts, Timeline};
 use crate::remark::{Remark, Weight};
 
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
 const MOST_RUNS: usize = 100_000_000;
+
+/// Both steps at a turn may be 1 µs off their time.
+const TURN_ROOM_S: f64 = 2.1e-6;
 
 /// The whole timeline as a stream.
 pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Remark> {
@@ -49,6 +53,8 @@ pub fn segment(planned: &Move, machine: &Machine) -> Segment {
 struct Maker {
     fitter: Fitter,
     least_interval: i64,
+    /// Least time between the last step one way and the first one back, s.
+    turn_s: f64,
     /// The last different strokes: every hole of a bit is made with the same two.
     known: [Option<Known>; 4],
     oldest: usize,
@@ -72,7 +78,9 @@ struct Cursor<'a> {
 impl Maker {
     fn new(machine: &Machine) -> Self {
         let least_interval = TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1))) as i64;
-        Self { fitter: Fitter::default(), least_interval, known: [const { None }; 4], oldest: 0 }
+        let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
+        let turn_s = direction_s.max(least_interval as f64 / TICK_HZ as f64) + TURN_ROOM_S;
+        Self { fitter: Fitter::default(), least_interval, turn_s, known: [const { None }; 4], oldest: 0 }
     }
 
     fn segment(&mut self, planned: &Move) -> Segment {
@@ -97,6 +105,7 @@ impl Maker {
                     Motion::Line(stroke) if axis >= 2 => self.stroke(part, axis, stroke, &mut cursor),
                     Motion::Line(stroke) => self.line(part, axis, stroke, &mut cursor),
                     Motion::Takts(takts) => takts_runs(part, axis, takts, &mut cursor),
+                    Motion::Path(route) => self.path(part, axis, route, &mut cursor),
                 }
             }
         }
@@ -134,6 +143,22 @@ impl Maker {
             first.interval = u32::try_from(interval).unwrap_or(u32::MAX);
         }
         cursor.last_tick = begin + known.last_tick;
+    }
+
+    /// An axis' share of a path: steps one way, then the other.
+    fn path(&mut self, part: &Part, axis: usize, route: &Route, cursor: &mut Cursor<'_>) {
+        let start = part.start_tick as f64;
+        for sweep in sweeps(&route.path, axis, route.mm_per_step[axis], self.turn_s) {
+            let track = Track {
+                axes: cursor.axes,
+                forward: sweep.forward,
+                count: sweep.count,
+                least_interval: self.least_interval,
+                from: cursor.last_tick,
+            };
+            let time_of = |step: u64| start + sweep.time_s(&route.path, step) * TICK_HZ as f64;
+            cursor.last_tick = self.fitter.fit(track, time_of, cursor.runs);
+        }
     }
 
     /// Runs of `way` steps along `stroke`, which begins at `start_tick`; the tick of the last step.

@@ -13,6 +13,7 @@ mod check;
 mod coordination;
 mod cycles;
 mod golden;
+mod milling;
 mod paths;
 mod profiles;
 #[path = "../programs/mod.rs"]
@@ -62,6 +63,7 @@ fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
             speed * way / stroke.length_mm() * 1e-6 + 1e-9 * way
         }
         Motion::Takts(_) => 0.5 + 1e-9,
+        Motion::Path(_) => 0.0,
     });
     room.fold(0.0, f64::max)
 }

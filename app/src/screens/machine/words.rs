@@ -92,6 +92,7 @@ pub fn stage(stage: Stage) -> &'static str {
         Stage::Approach => key!("page.stage.approach"),
         Stage::Drill => key!("page.stage.drill"),
         Stage::Hop => key!("page.stage.hop"),
+        Stage::Mill => key!("page.stage.mill"),
         Stage::Retract => key!("page.stage.retract"),
         Stage::Dwell => key!("page.stage.dwell"),
         Stage::AwaitBit => key!("page.stage.await_bit"),
