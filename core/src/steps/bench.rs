@@ -18,14 +18,15 @@ pub struct Yield {
     pub bytes: u64,
     /// Furthest any step is from its planned time, in µs.
     pub worst_us: f64,
-    /// Bytes of runs a second of the busiest set of axes, over any one segment in which it moves for more than 50 ms.
+    /// Bytes of runs a second of the busiest axis, over any one segment in which it moves for more than 50 ms. Axes that
+    /// step together share theirs.
     pub busiest_bytes_per_s: f64,
 }
 
 /// Bytes of one run in the canonical encoding.
 const RUN_BYTES: f64 = 14.0;
 
-/// Bytes of runs a second of the busiest set of axes of a segment, counted over the time in which it moves.
+/// Bytes of runs a second of the busiest axis of a segment, counted over the time in which it moves.
 fn busiest(segment: &Segment) -> f64 {
     let rate = |runs: &[Run]| {
         let ticks: f64 = runs
@@ -36,7 +37,8 @@ fn busiest(segment: &Segment) -> f64 {
             })
             .sum();
         let seconds = ticks / TICK_HZ as f64;
-        if seconds < 0.05 { 0.0 } else { RUN_BYTES * runs.len() as f64 / seconds }
+        let axes = runs.first().map_or(1, |run| run.axes.count_ones().max(1));
+        if seconds < 0.05 { 0.0 } else { RUN_BYTES * runs.len() as f64 / seconds / f64::from(axes) }
     };
     segment.runs.chunk_by(|a, b| a.axes == b.axes).map(rate).fold(0.0, f64::max)
 }

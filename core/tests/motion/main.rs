@@ -15,6 +15,7 @@ mod cycles;
 mod golden;
 mod milling;
 mod paths;
+mod play;
 mod profiles;
 #[path = "../programs/mod.rs"]
 mod programs;
