@@ -53,13 +53,7 @@ pub fn picture_button(
     name: impl Fn() -> String + Clone + Send + Sync + 'static,
     act: impl FnMut(MouseEvent) + 'static,
 ) -> impl IntoView {
-    button()
-        .attr("type", "button")
-        .class("button icon")
-        .attr("aria-label", name.clone())
-        .attr("title", name)
-        .on(ev::click, act)
-        .child(icon(picture))
+    picture_button_if(picture, || true, name, act)
 }
 
 /// The same, and it can be switched off.
