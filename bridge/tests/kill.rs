@@ -2,7 +2,7 @@
 //! which the virtual drill appends hole by hole and which knows nothing of the journal.
 
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Leg, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -48,7 +48,8 @@ fn board() -> Program {
     }
     let commands = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
     legs.push(Leg { mark: Mark::Finish, commands });
-    let bit = |mm: f64| Bit { diameter: Length::from_mm(mm), name: format!("{mm} mm") };
+    let bit =
+        |mm: f64| Bit { diameter: Length::from_mm(mm), name: format!("{mm} mm"), cutter: Cutter::Drill };
     Program {
         name: "kill test".to_owned(),
         machine: machine.fingerprint(),

@@ -10,7 +10,7 @@ use crate::client::{PATIENCE, Page, Running, annulus};
 use crate::work::{home, until_status};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Leg, Mark, Program, Stage};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, Tell, Verdict, program};
@@ -196,7 +196,7 @@ fn holes(machine: &Machine, count: u32) -> Program {
         name: "two holes".into(),
         machine: machine.fingerprint(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
         spindles: 1,
         safe_height: process.safe_height,
         legs,

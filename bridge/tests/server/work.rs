@@ -3,7 +3,7 @@
 use crate::client::{Page, Running};
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Leg, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
@@ -36,7 +36,7 @@ fn row_of_holes(count: u32) -> Program {
         name: "a row of holes".into(),
         machine: machine.fingerprint(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
         spindles: 1,
         safe_height: process.safe_height,
         legs,

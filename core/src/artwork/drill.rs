@@ -3,7 +3,7 @@
 //! Comes in: what a reader found. Goes out: the data and its measures in mm. Does not know how it was written, and
 //! not what the holes are for.
 
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Point, Segment};
 use crate::units::Length;
 
 /// A drill file.
@@ -69,34 +69,6 @@ pub struct Route {
     pub line: u32,
     /// Index into [`DrillFile::tools`].
     pub tool: u16,
-}
-
-/// One move of a route.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Segment {
-    /// Straight to a point.
-    Line {
-        /// Where it ends.
-        to: Point,
-    },
-    /// Along a circle to a point.
-    Arc {
-        /// Where it ends.
-        to: Point,
-        /// Middle of the circle.
-        centre: Point,
-        /// Sense of turning, seen from above.
-        clockwise: bool,
-    },
-}
-
-impl Segment {
-    /// Where the move ends.
-    pub const fn to(self) -> Point {
-        match self {
-            Self::Line { to } | Self::Arc { to, .. } => to,
-        }
-    }
 }
 
 /// How much work there is for one tool, or for all.

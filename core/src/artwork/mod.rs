@@ -28,7 +28,7 @@ mod read;
 mod registration;
 mod text;
 
-pub use drill::{Counts, DrillFile, Hit, Route, Segment, SlotEntry, ToolEntry};
+pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};
 pub use excellon::MOST_HITS;
 pub use findings::MOST_KEPT;
 pub use gerber::{Gerber, GerberObjects, Track, contour};

@@ -4,8 +4,8 @@
 //! no words of any format; arcs become chords here.
 
 use super::{Board, Hole, Slot};
-use crate::artwork::{Artwork, DrillFile, FileRead, Role, Segment, ToolEntry, contour};
-use crate::geometry::{Point, chords};
+use crate::artwork::{Artwork, DrillFile, FileRead, Role, ToolEntry, contour};
+use crate::geometry::{Point, Segment, chords};
 use crate::remark::Remark;
 use crate::units::Length;
 

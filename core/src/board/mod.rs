@@ -6,7 +6,7 @@ mod from_artwork;
 
 pub use from_artwork::from_artwork;
 
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Point, Region};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +44,30 @@ pub struct Slot {
     pub line: u32,
 }
 
+/// Which side of a board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Face {
+    /// The component side, as the files show it.
+    #[default]
+    Top,
+    /// The solder side.
+    Bottom,
+}
+
+/// The copper of one side, as it shall be.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Copper {
+    /// Which side it is on.
+    pub face: Face,
+    /// What is copper, in islands. Copper that is not wanted at all is not in it.
+    pub region: Region,
+    /// The net of every island, as X2 attributes say; none where they do not, then every island is a net of its own.
+    pub nets: Vec<Option<String>>,
+    /// Which of the board's sources it came from.
+    pub source: u32,
+}
+
 /// A board to be drilled. Coordinates are the files' own.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Board {
@@ -57,6 +81,8 @@ pub struct Board {
     pub slots: Vec<Slot>,
     /// Outline of the board, if a file gave one: closed polygons.
     pub outline: Vec<Vec<Point>>,
+    /// Copper by side: at most one entry for each.
+    pub copper: Vec<Copper>,
 }
 
 impl Board {

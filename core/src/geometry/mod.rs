@@ -1,8 +1,11 @@
-//! Points and boxes in whole nanometres. Alone in naming geometry crates.
+//! Points, boxes, paths and regions in whole nanometres. Alone in naming geometry crates.
 //!
-//! Comes in: [`Length`]. Goes out: points, boxes, distances in mm. Knows no boards.
+//! Comes in: [`Length`]. Goes out: points, boxes, paths and regions of lines and arcs. Knows no boards.
 
 pub mod chords;
+mod shape;
+
+pub use shape::{Island, Path, Region, Segment};
 
 use crate::units::Length;
 use serde::{Deserialize, Serialize};

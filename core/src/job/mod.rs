@@ -36,13 +36,60 @@ pub struct Program {
     pub accepted: Vec<String>,
 }
 
-/// A drill bit used by a program.
+/// A bit used by a program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bit {
-    /// Its diameter.
+    /// Its greatest diameter.
     pub diameter: Length,
     /// Name for people, for example `0.8 mm`.
     pub name: String,
+    /// Its form.
+    pub cutter: Cutter,
+}
+
+/// The form of a bit.
+///
+/// ```text
+///   Drill ╲╱      Mill ┌┐       Vee  ╲  ╱  angle between its edges
+///                      └┘             ╲╱   flat tip
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cutter {
+    /// It goes straight down; dragged sideways it breaks.
+    #[default]
+    Drill,
+    /// A cylinder with a flat end: as wide at every depth.
+    Mill,
+    /// A cone with a flat tip: the deeper, the wider.
+    Vee {
+        /// Diameter of its tip.
+        tip: Length,
+        /// Angle between its edges, in thousandths of a degree, above 0 and below 180 000.
+        angle_mdeg: u32,
+    },
+}
+
+impl Bit {
+    /// Width of the cut at the surface when the tip is `depth` below it.
+    ///
+    /// ```text
+    ///  width = tip + 2 · depth · tan(angle / 2), at most the diameter
+    /// ```
+    pub fn width_at(&self, depth: Length) -> Length {
+        let Cutter::Vee { tip, angle_mdeg } = self.cutter else { return self.diameter };
+        let half = f64::from(angle_mdeg) * 0.5e-3 * std::f64::consts::PI / 180.0;
+        (tip + Length::from_mm(2.0 * depth.mm().max(0.0) * libm::tan(half))).min(self.diameter)
+    }
+
+    /// The depth at which it cuts `width` at the surface; none for bits whose width does not depend on depth, and for
+    /// widths that it cannot cut.
+    pub fn depth_for(&self, width: Length) -> Option<Length> {
+        let Cutter::Vee { tip, angle_mdeg } = self.cutter else { return None };
+        let half = f64::from(angle_mdeg) * 0.5e-3 * std::f64::consts::PI / 180.0;
+        let wanted = (width - tip).mm() / (2.0 * libm::tan(half));
+        (width >= tip && width <= self.diameter).then(|| Length::from_mm(wanted))
+    }
 }
 
 /// What a leg is for, and the way back to the picture.
@@ -54,6 +101,8 @@ pub enum Mark {
     ChangeBit(u32),
     /// Drill this hole (index into the board's holes).
     Hole(u32),
+    /// Mill along this way (index into the job's ways).
+    Way(u32),
     /// Spindle off, back to the work zero.
     Finish,
 }
@@ -84,18 +133,22 @@ pub enum Command {
         /// The sensor that ends it early, if any.
         gate: Option<Gate>,
     },
-    /// Go straight to a place in the plane at feed, at the height where the tip is. Mill commands that follow each other are
-    /// one path: it is run through without a stop where its corners allow.
+    /// Go straight to a place at feed, with the tip in the board. Mill commands that follow each other are one path: it
+    /// is run through without a stop where its corners allow.
     Mill {
-        /// Where, in work coordinates.
+        /// Where in the plane, in work coordinates.
         to: Point,
+        /// Height of the tip there; it changes evenly on the way.
+        height: Length,
         /// Feed in µm/s.
         feed_um_per_s: u32,
     },
-    /// The same along an arc; a full circle where it ends where it starts.
+    /// The same along an arc, or a helix where the height changes; a full circle where it ends where it starts.
     MillArc {
-        /// Where it ends.
+        /// Where it ends in the plane.
         to: Point,
+        /// Height of the tip there; it changes evenly on the way.
+        height: Length,
         /// Its centre.
         center: Point,
         /// Counter-clockwise.

@@ -16,14 +16,14 @@ use crate::machine::{DriveKind, Machine, Steps};
 use crate::remark::{Remark, Weight};
 
 /// The piece that a mill command is; none for any other command.
-pub(super) fn piece(command: &Command, height_mm: f64) -> Option<Piece> {
+pub(super) fn piece(command: &Command) -> Option<Piece> {
     let mm = |at: Point| [at.x.mm(), at.y.mm()];
     let (to, feed_um_per_s) = match *command {
-        Command::Mill { to, feed_um_per_s } => {
+        Command::Mill { to, height, feed_um_per_s } => {
             let [x, y] = mm(to);
-            (To::Line([x, y, height_mm]), feed_um_per_s)
+            (To::Line([x, y, height.mm()]), feed_um_per_s)
         }
-        Command::MillArc { to, center, ccw, feed_um_per_s } => {
+        Command::MillArc { to, center, ccw, feed_um_per_s, .. } => {
             (To::Arc { to: mm(to), center: mm(center), ccw }, feed_um_per_s)
         }
         _ => return None,

@@ -178,14 +178,12 @@ impl<'a> Writer<'a> {
 
     /// A path along `commands`, all of which mill.
     fn mill(&mut self, commands: &[Command]) -> Result<(), Remark> {
-        let height_mm = self.at[2] as f64 * self.timeline.mm_per_step[2];
-        let pieces: Vec<_> =
-            commands.iter().filter_map(|command| milling::piece(command, height_mm)).collect();
-        let last = match commands.last() {
-            Some(Command::Mill { to, .. } | Command::MillArc { to, .. }) => *to,
+        let pieces: Vec<_> = commands.iter().filter_map(milling::piece).collect();
+        let (last, height) = match commands.last() {
+            Some(Command::Mill { to, height, .. } | Command::MillArc { to, height, .. }) => (*to, *height),
             _ => return Ok(()),
         };
-        let mut to = self.at;
+        let mut to = self.with_z(height);
         to[0] = self.machine.x.scale.steps(last.x);
         to[1] = self.machine.y.scale.steps(last.y);
         let wait_s = f64::from(self.machine.direction_setup_us) * 1e-6

@@ -41,6 +41,7 @@ pub fn drill(program: &Program, dialect: &Dialect) -> Result<String, Remark> {
             Mark::Prepare => Field::Start,
             Mark::ChangeBit(_) => Field::Change,
             Mark::Hole(_) => Field::Hole,
+            Mark::Way(_) => continue,
             Mark::Finish => Field::End,
         };
         dialect.drill.of(field).fill(&mut out, |name| {

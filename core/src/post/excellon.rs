@@ -27,7 +27,7 @@ pub fn excellon(program: &Program) -> String {
                 let at = place(leg, program.origin);
                 out.push_str(&format!("X{}Y{}\n", number(at.x), number(at.y)));
             }
-            Mark::Prepare | Mark::Finish => {}
+            Mark::Prepare | Mark::Way(_) | Mark::Finish => {}
         }
     }
     out.push_str("T0\nM30\n");

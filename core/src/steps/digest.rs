@@ -74,6 +74,7 @@ fn put_segment(segment: &Segment, sink: &mut impl Sink) {
         Mark::ChangeBit(bit) => (1, bit),
         Mark::Hole(hole) => (2, hole),
         Mark::Finish => (3, 0),
+        Mark::Way(way) => (4, way),
     };
     sink.put(&[tag]);
     sink.put(&value.to_le_bytes());

@@ -11,7 +11,7 @@ use crate::job::Program;
 use crate::remark::{Remark, Weight};
 
 const MAGIC: &[u8] = b"ANNULUS PROGRAM\n";
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// The program as bytes. Equal programs give equal bytes.
 pub fn encode(program: &Program) -> Vec<u8> {
@@ -54,7 +54,7 @@ pub fn key(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
     use crate::geometry::Point;
-    use crate::job::{Bit, Command, Leg, Mark};
+    use crate::job::{Bit, Command, Cutter, Leg, Mark};
     use crate::units::Length;
 
     fn example() -> Program {
@@ -62,7 +62,7 @@ mod tests {
             name: "one hole".into(),
             machine: "00".into(),
             origin: Point::default(),
-            bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+            bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
             spindles: u8::MAX,
             safe_height: Length::from_um(2000),
             legs: vec![Leg {

@@ -12,11 +12,12 @@ use annulus_core::units::Length;
 /// A random path of lines and arcs around the middle of the machine, the tip in the board.
 fn milling(chance: &mut Chance, machine: &Machine) -> Program {
     let process = &machine.process;
+    let height = Length::from_um(-100);
     let mut commands = vec![
         Command::Spindle { rpm: process.spindle_rpm.max(1) },
         Command::Dwell { us: (process.spin_up_ms * 1e3) as u32 },
         Command::Rapid { to: Point::from_mm(60.0, 60.0) },
-        Command::Plunge { to: Length::from_um(-100), feed_um_per_s: 2_000, gate: None },
+        Command::Plunge { to: height, feed_um_per_s: 2_000, gate: None },
     ];
     let mut at = [60.0, 60.0];
     for _ in 0..20 {
@@ -32,13 +33,15 @@ fn milling(chance: &mut Chance, machine: &Machine) -> Program {
                 let (to, center) = (Point::from_mm(at[0], at[1]), Point::from_mm(center[0], center[1]));
                 commands.push(Command::MillArc {
                     to,
+                    height,
                     center,
                     ccw: chance.next().is_multiple_of(2),
                     feed_um_per_s,
                 });
             }
             _ if inside(away) => {
-                commands.push(Command::Mill { to: Point::from_mm(away[0], away[1]), feed_um_per_s });
+                let to = Point::from_mm(away[0], away[1]);
+                commands.push(Command::Mill { to, height, feed_um_per_s });
                 at = away;
             }
             _ => {}

@@ -1,7 +1,7 @@
 //! Programs for the tests of motion: seeded, the same natively and in a browser.
 
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Leg, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::{Machine, Overlap, presets, virtual_drill};
 use annulus_core::units::Length;
 
@@ -73,7 +73,7 @@ pub(crate) fn random_program(chance: &mut Chance, machine: &Machine, holes: u32)
         name: "random".into(),
         machine: machine.fingerprint(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into() }],
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
         spindles: u8::MAX,
         safe_height: process.safe_height,
         legs,

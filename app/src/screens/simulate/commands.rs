@@ -73,10 +73,14 @@ fn text(leg: LegStart) -> String {
                     .map_or(0.0, |bit| bit.diameter.mm());
                 say!("page.leg.change", size = unit.size(size), unit = state().unit_word())
             }
-            Mark::Hole(hole) => {
+            Mark::Hole(number) | Mark::Way(number) => {
                 let at = program.and_then(|program| place(program.legs.get(leg.leg as usize)?));
                 let (x, y) = at.unwrap_or_default();
-                say!("page.leg.hole", hole = hole + 1, x = unit.coordinate(x), y = unit.coordinate(y))
+                let (x, y) = (unit.coordinate(x), unit.coordinate(y));
+                match leg.mark {
+                    Mark::Hole(_) => say!("page.leg.hole", hole = number + 1, x = x, y = y),
+                    _ => say!("page.leg.way", way = number + 1, x = x, y = y),
+                }
             }
         }
     })

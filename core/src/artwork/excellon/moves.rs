@@ -5,9 +5,9 @@
 use super::arcs;
 use super::block::{Block, Pair};
 use super::reader::{MOST_REPEATED, Motion, Pattern, Reader};
-use crate::artwork::drill::{Hit, Route, Segment, SlotEntry};
+use crate::artwork::drill::{Hit, Route, SlotEntry};
 use crate::artwork::number::Decimal;
-use crate::geometry::Point;
+use crate::geometry::{Point, Segment};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
