@@ -98,6 +98,14 @@ impl<P: Pins> Pins for Recorded<P> {
         self.pins.rest(at_tick);
     }
 
+    fn due(&self) -> Option<u64> {
+        self.pins.due()
+    }
+
+    fn attend(&mut self, at_tick: u64) {
+        self.pins.attend(at_tick);
+    }
+
     fn safe(&mut self) {
         self.pins.safe();
         let why = self.why.lock().map_or("unknown", |why| *why);

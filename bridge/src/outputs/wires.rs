@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! step X +   column 3 → 4   byte 0x49 ──▶ bits of `card.x` in the image ──▶ byte 0 differs from its shadow: written
-//! rest                      byte 0x09     forcing off, windings hold
+//! no step for one interrupt byte 0x09     forcing off, windings hold; the same at rest
 //! safe                      0x09, spindle bit off
 //! ```
 //!
@@ -21,10 +21,6 @@ use std::sync::{Arc, OnceLock};
 /// Output bytes there can be.
 const BYTES: usize = 4;
 
-/// An axis that has not stepped for so long stands still, in ticks: 20 ms. The slowest step of the laboratory drill's ramp
-/// takes 14 ms.
-const STANDSTILL: u64 = TICK_HZ / 50;
-
 /// Why the port refused, once it did.
 pub(crate) type Trouble = Arc<OnceLock<String>>;
 
@@ -35,7 +31,8 @@ struct Motor {
     is_on: bool,
     /// Output bit of each bit of the phase byte.
     bits: Vec<Option<u32>>,
-    stepped_at: u64,
+    /// When its forcing was set.
+    forced_at: u64,
 }
 
 /// A sensor's place.
@@ -50,6 +47,8 @@ struct Sensor {
 pub(crate) struct Wires {
     port: Box<dyn Port>,
     motors: [Motor; 3],
+    /// One interrupt, in ticks: forcing stays no longer without a new commutation.
+    interrupt: u64,
     spindle: Option<u32>,
     spins: bool,
     /// Switched outputs: bit, and whether it is on.
@@ -74,8 +73,9 @@ impl Wires {
             commutator: Commutator::new(machine.axis(axis).phases.clone(), 0),
             is_on: false,
             bits: card.phases[axis].iter().map(|bit| place(*bit)).collect(),
-            stepped_at: 0,
+            forced_at: 0,
         });
+        let interrupt = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
         let spindle = place(card.spindle);
         let wired = |input: &Input| {
             let bit = place(card.sensor(*input))?;
@@ -97,7 +97,8 @@ impl Wires {
             believed[sensor.byte] = Some(port.read(sensor.byte)?);
         }
         let trouble = Trouble::default();
-        Ok(Self { port, motors, spindle, spins: false, switched, shadow, sensors, believed, trouble })
+        let spins = false;
+        Ok(Self { port, motors, interrupt, spindle, spins, switched, shadow, sensors, believed, trouble })
     }
 
     /// Where it is written down that the port refused.
@@ -135,14 +136,12 @@ impl Wires {
         }
     }
 
-    /// Takes forcing away from motors that stand still.
+    /// Takes forcing away from motors that had it for one interrupt.
     fn relax(&mut self, at_tick: u64) {
-        let still = |motor: &Motor| motor.byte() & FORCING != 0 && at_tick > motor.stepped_at + STANDSTILL;
-        if self.motors.iter().any(still) {
-            for motor in self.motors.iter_mut().filter(|motor| still(motor)) {
+        for motor in &mut self.motors {
+            if motor.forced_until(self.interrupt).is_some_and(|until| until <= at_tick) {
                 motor.commutator.hold();
             }
-            self.put();
         }
     }
 
@@ -167,7 +166,12 @@ impl Motor {
 
     fn step(&mut self, at_tick: u64, forward: bool) {
         self.commutator.takt(forward);
-        (self.is_on, self.stepped_at) = (true, at_tick);
+        (self.is_on, self.forced_at) = (true, at_tick);
+    }
+
+    /// When its forcing is to go, where it has any.
+    fn forced_until(&self, interrupt: u64) -> Option<u64> {
+        (self.byte() & FORCING != 0).then(|| self.forced_at.saturating_add(interrupt))
     }
 }
 
@@ -178,8 +182,8 @@ impl Pins for Wires {
                 motor.step(at_tick, forward >> axis & 1 == 1);
             }
         }
-        self.put();
         self.relax(at_tick);
+        self.put();
     }
 
     fn spindle(&mut self, _at_tick: u64, rpm: u32) {
@@ -188,7 +192,9 @@ impl Pins for Wires {
     }
 
     fn inputs(&mut self, at_tick: u64) -> u32 {
-        self.relax(at_tick);
+        if self.due().is_some_and(|due| due <= at_tick) {
+            self.attend(at_tick);
+        }
         for byte in 0..BYTES {
             if self.believed[byte].is_none() || self.trouble.get().is_some() {
                 continue;
@@ -219,6 +225,15 @@ impl Pins for Wires {
         self.put();
     }
 
+    fn due(&self) -> Option<u64> {
+        self.motors.iter().filter_map(|motor| motor.forced_until(self.interrupt)).min()
+    }
+
+    fn attend(&mut self, at_tick: u64) {
+        self.relax(at_tick);
+        self.put();
+    }
+
     fn safe(&mut self) {
         self.spins = false;
         self.switched.iter_mut().for_each(|(_, on)| *on = false);
@@ -229,7 +244,10 @@ impl Pins for Wires {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use annulus_core::job::{Effect, Mark, Stage};
     use annulus_core::machine::{Output, lab};
+    use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, play};
+    use annulus_core::steps::{Run, Segment, Steps};
     use std::collections::VecDeque;
     use std::sync::Mutex;
 
@@ -351,19 +369,118 @@ mod tests {
     }
 
     #[test]
-    fn forcing_goes_at_rest_and_after_a_standstill_while_the_windings_hold() {
+    fn forcing_goes_at_rest_and_one_interrupt_after_it_was_set_while_the_windings_hold() {
         let (mut wires, noted) = wires(&machine());
+        let interrupt = wires.interrupt;
+        assert_eq!((interrupt, wires.due()), (20_000, None), "500 Hz");
         wires.step(1_000, 0b111, 0b111);
         noted.take();
         assert_eq!(wires.image()[..3], [0x25, 0x25, 0x25]);
-        assert_eq!(wires.inputs(1_000 + STANDSTILL), 0);
+        assert_eq!(wires.due(), Some(1_000 + interrupt));
+        assert_eq!(wires.inputs(999 + interrupt), 0);
         assert_eq!(noted.take(), [], "not yet");
-        wires.step(1_001 + STANDSTILL, 0b010, 0b010);
-        assert_eq!(noted.take(), [(1, 0x05), (0, 0x05), (2, 0x05)], "X and Z stood still meanwhile");
-        wires.step(1_002 + STANDSTILL, 0b001, 0b000);
+        wires.step(1_000 + interrupt, 0b010, 0b010);
+        assert_eq!(noted.take(), [(0, 0x05), (1, 0x05), (2, 0x05)], "X and Z had no takt meanwhile");
+        assert_eq!(wires.due(), None);
+        wires.step(2_000 + interrupt, 0b001, 0b000);
         assert_eq!(wires.image()[0], 0x26);
-        wires.rest(1_002 + STANDSTILL);
+        wires.rest(2_001 + interrupt);
         assert_eq!(wires.image(), [0x06, 0x05, 0x05, 0]);
+        wires.step(3 * interrupt, 0b001, 0b000);
+        wires.step(4 * interrupt, 0b001, 0b000);
+        wires.step(5 * interrupt, 0b001, 0b000);
+        noted.take();
+        assert_eq!(wires.image()[0], 0x4A, "column 9, forced where it comes from column 10");
+        wires.attend(6 * interrupt);
+        assert_eq!(noted.take(), [(0, 0x0A)]);
+    }
+
+    /// A clock that nobody waits for.
+    struct Free(u64);
+
+    impl Clock for Free {
+        fn now(&mut self) -> u64 {
+            self.0
+        }
+        fn wait_until(&mut self, tick: u64) -> u64 {
+            self.0 = self.0.max(tick);
+            self.0
+        }
+    }
+
+    /// A desk without wishes.
+    struct Idle;
+
+    impl Desk for Idle {
+        fn order(&mut self) -> Order {
+            Order::Go
+        }
+        fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
+    }
+
+    /// Wires that write down with every call what is on the outputs then.
+    struct Watched(Wires, Vec<(u64, u8)>);
+
+    impl Watched {
+        fn note(&mut self, tick: u64) {
+            let byte = self.0.image()[0];
+            if self.1.last().is_none_or(|(_, last)| *last != byte) {
+                self.1.push((tick, byte));
+            }
+        }
+    }
+
+    impl Pins for Watched {
+        fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+            self.0.step(at_tick, axes, forward);
+            self.note(at_tick);
+        }
+        fn spindle(&mut self, _: u64, _: u32) {}
+        fn inputs(&mut self, at_tick: u64) -> u32 {
+            let inputs = self.0.inputs(at_tick);
+            self.note(at_tick);
+            inputs
+        }
+        fn due(&self) -> Option<u64> {
+            self.0.due()
+        }
+        fn attend(&mut self, at_tick: u64) {
+            self.0.attend(at_tick);
+            self.note(at_tick);
+        }
+        fn safe(&mut self) {}
+    }
+
+    #[test]
+    fn during_a_move_slow_takts_are_forced_for_one_interrupt_and_fast_ones_until_the_next() {
+        // Takts every 14 ms, as where the laboratory drill starts, and every 1.5 ms.
+        let run = |interval, count| Run { axes: 1, forward: true, interval, count, change: 0 };
+        let segment = Segment {
+            leg: 0,
+            mark: Mark::Prepare,
+            stage: Stage::Travel,
+            duration_ticks: 1_000_000,
+            runs: vec![run(140_000, 4), run(15_000, 4)],
+            effect: Effect::None,
+            gate: None,
+            end: [8, 0, 0, 0, 0, 0, 0, 0],
+        };
+        let (wires, _) = wires(&machine());
+        let mut pins = Watched(wires, Vec::new());
+        let brakes = Brakes::of(&machine());
+        let mut line = Line::default();
+        let outcome = play(&segment, &brakes, &mut line, &mut pins, &mut Free(0), &mut Idle);
+        assert_eq!(outcome, Outcome::Completed);
+        let expected = [
+            (0, 0x00),
+            (140_000, 0x25),
+            (160_000, 0x05),
+            (560_000, 0x49),
+            (575_000, 0x09),
+            (605_000, 0x2A),
+            (620_000, 0x0A),
+        ];
+        assert_eq!(pins.1, expected);
     }
 
     #[test]

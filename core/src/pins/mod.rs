@@ -8,6 +8,8 @@
 //! 4. `safe` turns the spindle off and takes forcing voltage away. It may be called at any time, twice, and never
 //!    fails. Outputs switched by `output` are turned off with it.
 //! 5. `rest` says that all axes are at rest and may stay so: what only a turning motor needs may be taken away.
+//! 6. `due` is the tick by which `attend` wants to be called although nothing steps; none while nothing is pending. After
+//!    `attend` at a tick that was due, nothing is due at that tick or before it.
 //!
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
@@ -47,6 +49,14 @@ pub trait Pins {
 
     /// All axes are at rest.
     fn rest(&mut self, _at_tick: u64) {}
+
+    /// When it has something to switch by itself next. What has nothing of the kind says so.
+    fn due(&self) -> Option<u64> {
+        None
+    }
+
+    /// It is `at_tick`: what is due may be switched.
+    fn attend(&mut self, _at_tick: u64) {}
 
     /// Spindle off, forcing voltage off, outputs off.
     fn safe(&mut self);

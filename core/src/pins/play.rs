@@ -258,7 +258,7 @@ impl Play<'_> {
         loop {
             let at = self.pace.at(stream_tick);
             if self.moving || at <= self.line.tick {
-                return self.line.wait(at, self.clock);
+                return self.wait(at);
             }
             match self.desk.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
@@ -268,9 +268,21 @@ impl Play<'_> {
             if self.end.is_some() {
                 return;
             }
-            self.line.wait(at.min(self.line.tick + SLICE), self.clock);
+            self.wait(at.min(self.line.tick + SLICE));
             self.look();
         }
+    }
+
+    /// Waits until `at`. What the pins have to switch meanwhile is switched in time.
+    fn wait(&mut self, at: u64) {
+        while let Some(due) = self.pins.due().filter(|due| *due < at) {
+            self.line.wait(due, self.clock);
+            self.pins.attend(self.line.tick.max(due));
+            if self.pins.due() == Some(due) {
+                break;
+            }
+        }
+        self.line.wait(at, self.clock);
     }
 
     /// Looks at the inputs: is this where it ends?
@@ -307,7 +319,7 @@ impl Play<'_> {
         let next = later.clone().next().map(|pulse| pulse.tick - tick);
         self.pace.next(tick, next, &rates(later, &self.brakes.0));
         while self.pace.at_rest() {
-            self.line.wait(self.pace.at(tick), self.clock);
+            self.wait(self.pace.at(tick));
             self.look();
             match (self.end, self.desk.order()) {
                 (Some(_), _) => return true,
