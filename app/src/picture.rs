@@ -11,7 +11,7 @@
 
 use crate::view::{Disc, Line, Palette, Plate, Scene, Slot, State, UNORDERED, Width};
 use annulus_core::board::Board;
-use annulus_core::geometry::{Bounds, Point};
+use annulus_core::geometry::{Bounds, Path, Point};
 use annulus_core::units::Length;
 use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
 
@@ -23,6 +23,8 @@ const CORNER_MM: f32 = 1.5;
 const UNSIZED: Length = Length::from_um(800);
 /// More rings than this are no outline of a board.
 const MOST_RINGS: usize = 1_000;
+/// How far a chord may be from its arc, in mm.
+const CHORD_ERROR_MM: f64 = 0.005;
 /// Width of travel lines in CSS pixels.
 const TRAVEL_PX: f32 = 1.25;
 
@@ -38,8 +40,7 @@ pub fn place(origin: Point, at: Point) -> [f32; 2] {
 
 /// The board's body: its outline, or a margin around its holes.
 fn body(board: &Board) -> Option<Bounds> {
-    let outline = Bounds::around(board.outline.iter().flatten().copied());
-    outline.or_else(|| board.bounds().map(|bounds| bounds.grown(MARGIN)))
+    board.outline.bounds().or_else(|| board.bounds().map(|bounds| bounds.grown(MARGIN)))
 }
 
 /// The sizes of holes and slots there are, ascending; each has a colour.
@@ -75,8 +76,12 @@ pub fn scene(board: &Board, palette: &Palette) -> Scene {
             colour: colour(width),
         }
     };
-    let ring = |ring: &Vec<Point>| ring.iter().map(|point| place(origin, *point)).collect();
-    let outline: Vec<Vec<[f32; 2]>> = board.outline.iter().map(ring).collect();
+    let ring = |path: &Path| {
+        let points = path.flattened(CHORD_ERROR_MM);
+        let corners = points.len() - usize::from(path.is_closed());
+        points.iter().take(corners).map(|point| place(origin, *point)).collect()
+    };
+    let outline: Vec<Vec<[f32; 2]>> = board.outline.paths().map(ring).collect();
     let filled = fill(&outline);
     Scene {
         plate: body(board).filter(|_| filled.is_empty()).map(|bounds| plate(origin, bounds)),
@@ -134,6 +139,7 @@ pub fn travel(board: &Board, start: Point, holes: &[u32], palette: &Palette) -> 
 mod tests {
     use super::*;
     use annulus_core::board::{Hole, Slot};
+    use annulus_core::geometry::{Island, Region};
 
     fn hole(x: f64, y: f64, um: Option<i64>) -> Hole {
         let diameter = um.map(Length::from_um);
@@ -182,7 +188,9 @@ mod tests {
     #[test]
     fn an_outline_is_the_body_where_there_is_one() {
         let square = [(990.0, 490.0), (1050.0, 490.0), (1050.0, 540.0), (990.0, 540.0)];
-        let outline = vec![square.iter().map(|(x, y)| Point::from_mm(*x, *y)).collect()];
+        let corners: Vec<Point> = square.iter().map(|(x, y)| Point::from_mm(*x, *y)).collect();
+        let outer = Path::through(&corners).unwrap();
+        let outline = Region { islands: vec![Island { outer, holes: Vec::new() }] };
         let scene = scene(&Board { outline, ..board() }, &Palette::DARK);
         assert_eq!(scene.plate, None);
         assert_eq!(scene.outline[0][2], [60.0, 50.0]);

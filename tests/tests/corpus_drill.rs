@@ -300,7 +300,7 @@ fn a_sample_board_is_whole() {
     let folder = annulus_tests::root().join("www/examples");
     let artwork = read_folder(&folder);
     let (board, remarks) = from_artwork(&artwork, &artwork.default_use());
-    assert_eq!((board.holes.len(), board.slots.len(), board.outline.len()), (77, 0, 1));
+    assert_eq!((board.holes.len(), board.slots.len(), board.outline.islands.len()), (77, 0, 1));
     assert_eq!(remarks, []);
     assert_eq!(board.name, "sensor");
     assert!(board.holes.iter().all(|hole| hole.diameter.is_some() && hole.plated.is_some()));

@@ -31,6 +31,6 @@ mod text;
 pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};
 pub use excellon::MOST_HITS;
 pub use findings::MOST_KEPT;
-pub use gerber::{Gerber, GerberObjects, Track, contour};
+pub use gerber::{Gerber, GerberObjects, Track};
 pub use kinds::{Digits, Evidence, Kind, Overrides, Role, Side, Source, Units, Zeros};
 pub use read::{Artwork, FileRead, read_drill, read_set};

@@ -3,10 +3,11 @@
 //! Comes in: an [`Artwork`] and which of its files to use. Goes out: a [`Board`] and the remarks of those files. Knows
 //! no words of any format; arcs become chords here.
 
+use super::outline::{contours, nest};
 use super::{Board, Hole, Slot};
-use crate::artwork::{Artwork, DrillFile, FileRead, Role, ToolEntry, contour};
-use crate::geometry::{Point, Segment, chords};
-use crate::remark::Remark;
+use crate::artwork::{Artwork, DrillFile, FileRead, Role, ToolEntry};
+use crate::geometry::{Point, Region, Segment, chords};
+use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// How far a chord may be from its arc, in mm.
@@ -25,7 +26,7 @@ pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Remark>) {
         add(&mut board, file, drill, source);
     }
     board.name = board.sources.first().map(|name| short(name)).unwrap_or_default();
-    board.outline = outline(artwork);
+    board.outline = outline(artwork, &mut remarks);
     (board, remarks)
 }
 
@@ -67,14 +68,22 @@ fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
     board.slots.sort_by_key(|slot| (slot.source, slot.line));
 }
 
-/// The first outline layer whose strokes close gives the outline.
-fn outline(artwork: &Artwork) -> Vec<Vec<Point>> {
-    let layers = artwork.files.iter().filter(|file| file.role == Role::Outline);
-    layers
-        .filter_map(|file| file.gerber.as_ref())
-        .map(|gerber| contour(&gerber.tracks))
-        .find(|polygons| !polygons.is_empty())
-        .unwrap_or_default()
+/// The first outline layer whose lines close gives the outline. Lines of it that lead nowhere are remarked.
+fn outline(artwork: &Artwork, remarks: &mut Vec<Remark>) -> Region {
+    for file in artwork.files.iter().filter(|file| file.role == Role::Outline) {
+        let Some(gerber) = &file.gerber else { continue };
+        let strokes: Vec<_> =
+            gerber.tracks.iter().map(|track| (track.from, Segment::Line { to: track.to })).collect();
+        let (closed, open) = contours(&strokes);
+        if open > 0 {
+            let code = if closed.is_empty() { "board.outline_open" } else { "board.outline_rest" };
+            remarks.push(Remark::new(Weight::Doubt, code).at(&file.name, 0, 0).with("count", open));
+        }
+        if !closed.is_empty() {
+            return nest(closed);
+        }
+    }
+    Region::default()
 }
 
 /// A name for people: the last part of a path, without its ending.

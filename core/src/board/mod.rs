@@ -3,6 +3,7 @@
 //! Comes in: drill files as written. Goes out: a [`Board`]. Does not know the words of any file format.
 
 mod from_artwork;
+mod outline;
 
 pub use from_artwork::from_artwork;
 
@@ -79,8 +80,9 @@ pub struct Board {
     pub holes: Vec<Hole>,
     /// Slots in file order.
     pub slots: Vec<Slot>,
-    /// Outline of the board, if a file gave one: closed polygons.
-    pub outline: Vec<Vec<Point>>,
+    /// The material of the board, if a file gave its outline: outer edges and inner cut-outs, arcs kept. Empty where no
+    /// file did; whoever needs one then takes [`Board::bounds`] and a margin of its own.
+    pub outline: Region,
     /// Copper by side: at most one entry for each.
     pub copper: Vec<Copper>,
 }

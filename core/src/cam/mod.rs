@@ -226,7 +226,7 @@ fn loaded_first(bits: &mut [BitUse], loaded: Option<Length>, tolerance: Length) 
 
 /// The lower left corner of the outline's box if there is an outline, else of the holes' box.
 fn origin(board: &Board) -> Point {
-    let outline = Bounds::around(board.outline.iter().flatten().copied());
+    let outline = board.outline.bounds();
     let holes = || Bounds::around(board.holes.iter().map(|hole| hole.at));
     outline.or_else(holes).map_or(Point::default(), |bounds| bounds.min)
 }

@@ -3,11 +3,9 @@
 //! Comes in: text. Goes out: a [`Gerber`]: counts, pad centres, tracks with their half widths, centre lines. Does not
 //! paint, and does not know drill files.
 
-mod outline;
 mod reader;
 pub(super) mod role;
 
-pub use outline::contour;
 pub(super) use reader::read;
 
 use super::{Digits, Units, Zeros};

@@ -1,0 +1,235 @@
+//! The outline of a board from the lines that draw it: closed edges, nested, arcs kept.
+//!
+//! Comes in: strokes (a start and a segment) and whole contours. Goes out: a [`Region`] of the board's material, and how
+//! many lines led nowhere. Does not know files, and does not guess: lines that do not close are counted, not mended.
+//!
+//! ```text
+//!   ───▶ ─╮         ┌────────────╮      ends within 10 µm are one corner
+//!         │   ⇒     │   ╭─╮      │      a contour within a contour is cut out of it,
+//!   ◀─────╯         │   ╰─╯      │      one within that is board again
+//!                   └────────────╯
+//! ```
+
+use crate::geometry::{Island, Path, Point, Region, Segment};
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// Ends this close belong together.
+const JOIN: Length = Length::from_um(10);
+/// Outlines of more strokes than this are left alone.
+const MOST_STROKES: usize = 20_000;
+/// More contours than this are not nested.
+const MOST_CONTOURS: usize = 2_000;
+/// How far a chord may be from its arc where contours are compared, in mm.
+const CHORD_ERROR_MM: f64 = 0.005;
+
+/// One stroke: where it starts and how it goes on.
+pub(super) type Stroke = (Point, Segment);
+
+/// The closed contours that strokes make, and how many strokes belong to none.
+pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, usize) {
+    let mut rows: Vec<Stroke> = strokes.iter().copied().filter(goes_somewhere).collect();
+    rows.sort_unstable_by_key(same);
+    rows.dedup_by_key(|row| same(row));
+    if rows.len() > MOST_STROKES {
+        return (Vec::new(), rows.len());
+    }
+    let mut ends: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
+    for (index, &(from, segment)) in rows.iter().enumerate() {
+        ends.entry(cell(from)).or_default().push(index);
+        ends.entry(cell(segment.to())).or_default().push(index);
+    }
+    let mut free = vec![true; rows.len()];
+    let (mut closed, mut open) = (Vec::new(), 0);
+    for start in 0..rows.len() {
+        if !free.get(start).is_some_and(|&free| free) {
+            continue;
+        }
+        let walked = walk(start, &rows, &ends, &mut free);
+        if near(walked.start, walked.end()) {
+            closed.push(shut(walked));
+        } else {
+            open += walked.segments.len();
+        }
+    }
+    (closed, open)
+}
+
+/// Contours as the edges of an area: even-odd by nesting. Contours are taken not to cross.
+pub(super) fn nest(contours: Vec<Path>) -> Region {
+    let mut rings: Vec<(f64, Vec<Point>, Path)> = contours
+        .into_iter()
+        .map(|path| {
+            let points = path.flattened(CHORD_ERROR_MM);
+            (twice_area(&points), points, path)
+        })
+        .filter(|(area, ..)| *area != 0.0)
+        .take(MOST_CONTOURS)
+        .collect();
+    rings.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    let mut islands: Vec<Island> = Vec::new();
+    // The depth of every ring, and the island its material belongs to.
+    let mut placed: Vec<(usize, usize)> = Vec::new();
+    for (index, (area, points, path)) in rings.iter().enumerate() {
+        let around = |&outer: &usize| {
+            points.first().zip(rings.get(outer)).is_some_and(|(point, ring)| holds(&ring.1, *point))
+        };
+        let smallest = (0..index).rev().find(around).and_then(|outer| placed.get(outer).copied());
+        let depth = smallest.map_or(0, |(depth, _)| depth + 1);
+        let hole = depth % 2 == 1;
+        let turned = if (*area > 0.0) == hole { path.reversed() } else { path.clone() };
+        match smallest.filter(|_| hole).and_then(|(_, island)| Some((island, islands.get_mut(island)?))) {
+            Some((at, island)) => {
+                island.holes.push(turned);
+                placed.push((depth, at));
+            }
+            None => {
+                placed.push((depth, islands.len()));
+                islands.push(Island { outer: turned, holes: Vec::new() });
+            }
+        }
+    }
+    Region { islands }
+}
+
+/// Goes on from one stroke to the next until it is back, or until nothing goes on.
+fn walk(start: usize, rows: &[Stroke], ends: &BTreeMap<(i64, i64), Vec<usize>>, free: &mut [bool]) -> Path {
+    let mut path = Path::default();
+    let mut next = Some((start, false));
+    while let Some((index, backwards)) = next {
+        let (Some(&(from, segment)), Some(flag)) = (rows.get(index), free.get_mut(index)) else { break };
+        *flag = false;
+        let (from, segment) = if backwards { turned(from, segment) } else { (from, segment) };
+        if path.segments.is_empty() {
+            path.start = from;
+        } else if path.end() != from && matches!(segment, Segment::Arc { .. }) {
+            path.segments.push(Segment::Line { to: from });
+        }
+        path.segments.push(segment);
+        let at = segment.to();
+        if near(at, path.start) {
+            break;
+        }
+        next = around(at).filter_map(|cell| ends.get(&cell)).flatten().find_map(|&index| {
+            let &(from, segment) = rows.get(index).filter(|_| free.get(index).is_some_and(|&free| free))?;
+            if near(from, at) {
+                Some((index, false))
+            } else {
+                near(segment.to(), at).then_some((index, true))
+            }
+        });
+    }
+    path
+}
+
+/// A contour whose ends nearly meet, ending exactly where it starts.
+pub(super) fn shut(mut path: Path) -> Path {
+    let start = path.start;
+    if path.end() != start {
+        match path.segments.last_mut() {
+            Some(Segment::Line { to }) => *to = start,
+            _ => path.segments.push(Segment::Line { to: start }),
+        }
+    }
+    path
+}
+
+fn turned(from: Point, segment: Segment) -> Stroke {
+    let back = match segment {
+        Segment::Line { .. } => Segment::Line { to: from },
+        Segment::Arc { centre, clockwise, .. } => Segment::Arc { to: from, centre, clockwise: !clockwise },
+    };
+    (segment.to(), back)
+}
+
+/// Strokes drawn twice, whichever way, share this.
+fn same(&(from, segment): &Stroke) -> (Point, Point, Option<Point>, bool) {
+    let to = segment.to();
+    let (low, high) = (from.min(to), from.max(to));
+    match segment {
+        Segment::Line { .. } => (low, high, None, false),
+        Segment::Arc { centre, clockwise, .. } => (low, high, Some(centre), clockwise != (from == low)),
+    }
+}
+
+fn goes_somewhere(&(from, segment): &Stroke) -> bool {
+    matches!(segment, Segment::Arc { .. }) || !near(from, segment.to())
+}
+
+fn near(a: Point, b: Point) -> bool {
+    (a.x - b.x).abs() <= JOIN && (a.y - b.y).abs() <= JOIN
+}
+
+fn cell(point: Point) -> (i64, i64) {
+    (point.x.nm().div_euclid(JOIN.nm()), point.y.nm().div_euclid(JOIN.nm()))
+}
+
+fn around(point: Point) -> impl Iterator<Item = (i64, i64)> {
+    let (x, y) = cell(point);
+    (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (x + dx, y + dy)))
+}
+
+/// Twice the area within a ring of points, above 0 where it runs counter-clockwise.
+fn twice_area(ring: &[Point]) -> f64 {
+    let next = ring.iter().cycle().skip(1);
+    ring.iter().zip(next).map(|(a, b)| a.x.mm() * b.y.mm() - b.x.mm() * a.y.mm()).sum()
+}
+
+/// Whether a point lies within a ring.
+fn holds(ring: &[Point], point: Point) -> bool {
+    let next = ring.iter().cycle().skip(1);
+    let crossings = ring.iter().zip(next).filter(|(a, b)| {
+        (a.y > point.y) != (b.y > point.y) && {
+            let share = (point.y - a.y).mm() / (b.y - a.y).mm();
+            point.x.mm() < a.x.mm() + share * (b.x - a.x).mm()
+        }
+    });
+    crossings.count() % 2 == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(a: (f64, f64), b: (f64, f64)) -> Stroke {
+        (Point::from_mm(a.0, a.1), Segment::Line { to: Point::from_mm(b.0, b.1) })
+    }
+
+    fn square(low: f64, high: f64) -> Vec<Stroke> {
+        vec![
+            line((low, low), (high, low)),
+            line((high, high), (low, high)),
+            line((high, low), (high, high)),
+            line((low, low + 0.004), (low, high)),
+        ]
+    }
+
+    #[test]
+    fn strokes_in_any_order_close() {
+        let mut strokes = square(0.0, 10.0);
+        strokes.push(strokes[1]);
+        let (closed, open) = contours(&strokes);
+        assert_eq!((closed.len(), open), (1, 0));
+        assert!(closed[0].is_closed());
+        strokes.truncate(3);
+        assert_eq!(contours(&strokes).1, 3, "an open line is no outline");
+    }
+
+    #[test]
+    fn a_contour_within_a_contour_is_a_hole_and_one_within_that_is_board() {
+        let circle =
+            Segment::Arc { to: Point::from_mm(6.0, 5.0), centre: Point::from_mm(5.0, 5.0), clockwise: false };
+        let mut strokes = square(0.0, 20.0);
+        strokes.extend(square(2.0, 18.0));
+        strokes.push((Point::from_mm(6.0, 5.0), circle));
+        let (closed, open) = contours(&strokes);
+        let region = nest(closed);
+        assert_eq!((region.islands.len(), open), (2, 0));
+        assert_eq!((region.islands[0].holes.len(), region.islands[1].holes.len()), (1, 0));
+        for island in &region.islands {
+            assert!(twice_area(&island.outer.flattened(0.01)) > 0.0);
+            assert!(island.holes.iter().all(|hole| twice_area(&hole.flattened(0.01)) < 0.0));
+        }
+        assert!(matches!(region.islands[1].outer.segments[..], [Segment::Arc { .. }]), "arcs are kept");
+    }
+}
