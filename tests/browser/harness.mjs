@@ -4,13 +4,18 @@
 // real time. Every bridge gets a home folder of its own that is removed afterwards.
 
 import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync, existsSync, mkdirSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, existsSync, mkdirSync } from "node:fs";
+import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
 const here = dirname(fileURLToPath(import.meta.url));
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** How long anything is waited for: far more than a slow machine with two busy cores takes. */
+export const PATIENCE_MS = 90_000;
 
 /** The root of the repository. */
 export const root = resolve(here, "../..");
@@ -68,7 +73,7 @@ export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}
       if (match) found(match[0]);
     });
     child.on("exit", (code) => failed(new Error(`the bridge ended with ${code}: ${errors}`)));
-    setTimeout(() => failed(new Error(`no address after 30 s: ${seen} ${errors}`)), 30_000).unref();
+    setTimeout(() => failed(new Error(`no address in time: ${seen} ${errors}`)), PATIENCE_MS).unref();
   });
   const ended = new Promise((done) => child.on("exit", done));
   return {
@@ -90,10 +95,23 @@ export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}
   };
 }
 
-/** A page of the bridge, with what its console said and every request it made. */
+/**
+ * A page of the bridge, with what its console said. Nothing moves on it by itself (reduced motion), so that a look at it
+ * never falls into a transition. `ANNULUS_SLOW=6` gives it a processor six times slower.
+ */
 export async function openPage(browser, url, { width = 1440, height = 900, scheme = "dark" } = {}) {
-  const context = await browser.newContext({ viewport: { width, height }, colorScheme: scheme });
+  const context = await browser.newContext({
+    viewport: { width, height },
+    colorScheme: scheme,
+    reducedMotion: "reduce",
+  });
+  context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
+  const slow = Number(process.env.ANNULUS_SLOW ?? 1);
+  if (slow > 1) {
+    const session = await context.newCDPSession(page);
+    await session.send("Emulation.setCPUThrottlingRate", { rate: slow });
+  }
   const problems = [];
   page.on("console", (message) => {
     if (message.type() === "error") problems.push(message.text());
@@ -104,7 +122,7 @@ export async function openPage(browser, url, { width = 1440, height = 900, schem
 }
 
 /** Waits until `look` gives something true, and gives that. */
-export async function until(look, what, limit_ms = 30_000) {
+export async function until(look, what, limit_ms = PATIENCE_MS) {
   const end = Date.now() + limit_ms;
   let last;
   while (Date.now() < end) {
@@ -113,6 +131,39 @@ export async function until(look, what, limit_ms = 30_000) {
     await new Promise((next) => setTimeout(next, 50));
   }
   throw new Error(`waited ${limit_ms} ms for ${what}; last seen: ${JSON.stringify(last)}`);
+}
+
+/** Waits until the page is drawn as it stands: nothing moves, and two frames have passed. */
+export async function atRest(page) {
+  await until(
+    () =>
+      page.evaluate(async () => {
+        for (let frame = 0; frame < 2; frame += 1) await new Promise((drawn) => requestAnimationFrame(drawn));
+        const moving = (one) => one.playState === "running" && Number.isFinite(one.effect?.getComputedTiming().endTime);
+        return !document.getAnimations().some(moving);
+      }),
+    "a page at rest",
+  );
+}
+
+/** What axe finds on the page as it stands, once it is at rest. */
+export async function findings(page) {
+  await atRest(page);
+  await page.evaluate(axe);
+  const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
+  return found.violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.target).join(" ")}`);
+}
+
+/** Waits until what `look` gives has not changed for `still_ms`, and gives it. */
+export async function settled(look, what, still_ms = 1000) {
+  let last;
+  let since = 0;
+  await until(async () => {
+    const now = await look();
+    if (now !== last) [last, since] = [now, Date.now()];
+    return Date.now() - since >= still_ms;
+  }, what);
+  return last;
 }
 
 /** Where screenshots go. */

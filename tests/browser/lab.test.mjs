@@ -1,12 +1,9 @@
 // The Lab by keyboard alone, and every sheet of it in dark and light without an accessibility finding.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { after, before, test } from "node:test";
-import { openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+import { atRest, findings, openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
 
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const sheets = ["Inputs and outputs", "Queue", "Phases", "Motion", "Servo", "Log"];
 
 let bridge;
@@ -18,8 +15,8 @@ async function lab(browser, options) {
   const env = { ...process.env, ANNULUS_HOME: bridge.home };
   const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
   const opened = await openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
-  await opened.page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
-  await opened.page.getByRole("button", { name: /: (Not homed|Ready)/ }).waitFor({ timeout: 60_000 });
+  await opened.page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+  await opened.page.getByRole("button", { name: /: (Not homed|Ready)/ }).waitFor();
   await opened.page.keyboard.press("4");
   await opened.page.getByRole("tablist", { name: "Parts of the Lab" }).waitFor();
   return opened;
@@ -34,23 +31,22 @@ async function open(page, name) {
   await page.getByRole("tab", { name, selected: true }).waitFor();
 }
 
-async function findings(page) {
-  await page.evaluate(axe);
-  const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
-  return found.violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.target).join(" ")}`);
-}
-
 for (const scheme of ["dark", "light"]) {
   test(`every sheet of the Lab is accessible, ${scheme}`, async () => {
     const browser = await openBrowser();
     const { page, problems } = await lab(browser, { scheme });
     try {
-      await page.emulateMedia({ colorScheme: scheme, reducedMotion: "reduce" });
       for (const name of sheets) {
         await open(page, name);
-        if (name === "Queue") await page.getByRole("button", { name: "Example" }).click();
-        if (name === "Inputs and outputs") await page.getByRole("button", { name: "Begin the check" }).click();
-        await page.waitForTimeout(250);
+        if (name === "Queue") {
+          await page.getByRole("button", { name: "Example" }).click();
+          await page.getByText(/^It can run/).waitFor();
+        }
+        if (name === "Inputs and outputs") {
+          await page.getByRole("button", { name: "Begin the check" }).click();
+          await page.getByRole("button", { name: "It does not answer: next" }).waitFor();
+        }
+        await atRest(page);
         const short = name.split(" ")[0].toLowerCase();
         assert.match(new URL(page.url()).hash, /^#\/lab\/(io|queue|phases|motion|servo|log)$/);
         await page.screenshot({ path: picture(`lab-${short}-${scheme}`) });
@@ -58,21 +54,21 @@ for (const scheme of ["dark", "light"]) {
       }
       await open(page, "Motion");
       await page.getByRole("button", { name: "Profiles" }).click();
-      await page.waitForTimeout(250);
+      await atRest(page);
       await page.screenshot({ path: picture(`lab-profiles-${scheme}`) });
       assert.deepEqual(await findings(page), [], "profiles");
       await page.getByRole("button", { name: "Cycle" }).click();
-      await page.waitForTimeout(250);
+      await atRest(page);
       await page.screenshot({ path: picture(`lab-cycle-${scheme}`) });
       assert.deepEqual(await findings(page), [], "cycle");
       await open(page, "Servo");
       await page.getByRole("button", { name: "Stroke" }).click();
-      await page.waitForTimeout(250);
+      await atRest(page);
       await page.screenshot({ path: picture(`lab-stroke-${scheme}`) });
       assert.deepEqual(await findings(page), [], "stroke");
       await open(page, "Queue");
       await page.getByRole("button", { name: "Text", exact: true }).click();
-      await page.waitForTimeout(250);
+      await atRest(page);
       assert.deepEqual(await findings(page), [], "queue as text");
       assert.deepEqual(problems, [], "nothing was said on the console");
     } finally {
@@ -88,19 +84,22 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
     await open(page, "Phases");
     const cell = (line, takt) => page.getByRole("gridcell", { name: new RegExp(`^${line}, takt ${takt}:`) });
     await page.getByRole("combobox", { name: "Table" }).selectOption({ label: "Twelve takts with forcing" });
+    const is = (line, takt, state) =>
+      until(async () => (await cell(line, takt).getAttribute("aria-label")).endsWith(state), `${line} ${takt} ${state}`);
+    await is("1a", 1, "on");
     await cell("1a", 1).focus();
-    assert.match(await cell("1a", 1).getAttribute("aria-label"), /on$/);
     await page.keyboard.press("ArrowDown");
     await page.keyboard.press("Space");
-    assert.match(await cell("1b", 1).getAttribute("aria-label"), /on$/, "Space turned the cell on");
+    await is("1b", 1, "on");
     await page.getByText(/to mend/).waitFor();
     const apply = page.getByRole("button", { name: "Apply" });
-    assert.equal(await apply.isEnabled(), false, "a table with both halves of a winding on is not applied");
+    await until(() => apply.isDisabled(), "a table with both halves of a winding on is not applied");
     await page.keyboard.press("Control+z");
-    await until(async () => /off$/.test(await cell("1b", 1).getAttribute("aria-label")), "the cell off again");
+    await is("1b", 1, "off");
     await page.keyboard.press("Control+y");
-    await until(async () => /on$/.test(await cell("1b", 1).getAttribute("aria-label")), "the cell on again");
+    await is("1b", 1, "on");
     await page.keyboard.press("Control+z");
+    await is("1b", 1, "off");
     // A block of two columns, copied over the next two.
     await cell("1a", 1).focus();
     await page.keyboard.press("Home");
@@ -112,20 +111,21 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
     await page.keyboard.press("ArrowUp");
     await page.keyboard.press("ArrowUp");
     await page.keyboard.press("Control+v");
-    await until(async () => /on$/.test(await cell("2a", 4).getAttribute("aria-label")), "the pasted block");
+    await is("2a", 4, "on");
     await page.keyboard.press("Control+z");
+    await is("2a", 4, "off");
     // Its motor turns without losing a takt, and what was edited is applied by the machine.
     await page.getByRole("button", { name: "Test on virtual motor" }).press("Enter");
     await page.getByText(/none was lost/).waitFor();
     await page.getByRole("button", { name: "Play the table" }).press("Enter");
-    await page.getByText(/^Takt [2-9]/).waitFor({ timeout: 10_000 });
+    await page.getByText(/^Takt [2-9]/).waitFor();
     await page.getByRole("button", { name: "Hold" }).press("Enter");
     await until(() => apply.isEnabled(), "a table that can be applied");
     await apply.press("Enter");
     await until(async () => !(await apply.isVisible()), "the machine took the table");
     await page.reload();
-    await page.getByRole("tab", { name: "Phases", selected: true }).waitFor({ timeout: 60_000 });
-    await until(async () => /on$/.test(await cell("1a", 1).getAttribute("aria-label")), "the table after a reload");
+    await page.getByRole("tab", { name: "Phases", selected: true }).waitFor();
+    await is("1a", 1, "on");
     assert.deepEqual(problems, [], "nothing was said on the console");
   } finally {
     await browser.close();
@@ -148,14 +148,14 @@ test("motion by keyboard: what is typed changes the plot, wrong tables are refus
     await until(async () => (await plot.getAttribute("aria-valuetext")) === before, "the plot of before");
     await plot.focus();
     await page.keyboard.press("ArrowRight");
-    assert.match(await plot.getAttribute("aria-valuetext"), /time 0 s/);
+    await until(async () => /time 0 s/.test(await plot.getAttribute("aria-valuetext")), "the cursor at the beginning");
     // A table that runs over its target.
     const leave = page.getByRole("textbox", { name: /^State 3: left/ });
     await leave.focus();
     await page.keyboard.press("Control+a");
     await page.keyboard.type("0");
     await page.getByText("This table cannot be used.").waitFor();
-    assert.equal(await page.getByRole("button", { name: "Apply" }).isEnabled(), false);
+    await until(() => page.getByRole("button", { name: "Apply" }).isDisabled(), "a wrong table is not applied");
     await page.keyboard.press("Control+z");
     await page.getByText("Every move ends at its target at rest.").waitFor();
     // Steps are lost above the motor's rate.
@@ -191,18 +191,30 @@ test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is 
       async () => (await rows.nth(1).getByRole("button").getAttribute("aria-pressed")) === "true",
       "a breakpoint",
     );
+    // The focus follows an edit with the next frame.
+    const at = (line) =>
+      until(() => page.evaluate((id) => document.activeElement?.id === id, `queue-row-${line - 1}`), `line ${line}`);
     await page.keyboard.press("Control+d");
     await until(async () => (await rows.count()) === 10, "the row twice");
+    await at(2);
     await page.keyboard.press("Alt+ArrowDown");
+    await at(3);
     await page.keyboard.press("Delete");
     await until(async () => (await rows.count()) === 9, "one of them deleted");
-    for (let step = 0; step < 3; step += 1) await page.keyboard.press("Control+z");
-    await until(async () => (await rows.count()) === 9, "the rows of before");
+    await at(3);
+    await atRest(page);
+    for (const count of [10, 10, 9]) {
+      await page.keyboard.press("Control+z");
+      await until(async () => (await rows.count()) === count, "an edit less");
+    }
     await page.getByText(/^It can run/).waitFor();
     // Out of range: refused, with the row.
     await rows.nth(4).focus();
+    await at(4);
     await page.keyboard.press("Enter");
+    await until(() => page.evaluate(() => document.activeElement?.tagName === "SELECT"), "the word of the row");
     await page.keyboard.press("Tab");
+    await until(() => page.evaluate(() => document.activeElement?.tagName === "INPUT"), "its arguments");
     await page.keyboard.press("Control+a");
     await page.keyboard.type("900000 0");
     await page.getByText(/to mend before it can run/).waitFor();
@@ -225,13 +237,15 @@ test("the queue runs on the machine by its buttons, and outputs are switched und
     await open(page, "Queue");
     await page.getByRole("button", { name: "Example" }).press("Enter");
     await page.getByRole("button", { name: "On the machine" }).press("Enter");
+    const ready = page.getByText("Step and Run move the machine.");
+    await ready.waitFor();
     await page.keyboard.press("F10");
-    await page.waitForTimeout(500);
-    assert.ok(await page.getByText("Step and Run move the machine.").isVisible(), "no key moved the machine");
+    await page.waitForTimeout(500); // long enough to have begun, were a key able to
+    assert.ok(await ready.isVisible(), "no key moved the machine");
     await page.getByRole("button", { name: "Step", exact: true }).press("Enter");
-    await page.getByText("Held before row 2.").waitFor({ timeout: 30_000 });
+    await page.getByText("Held before row 2.").waitFor();
     await page.getByRole("button", { name: "Run", exact: true }).press("Enter");
-    await page.getByText("The last row is done.").waitFor({ timeout: 60_000 });
+    await page.getByText("The last row is done.").waitFor();
     await open(page, "Inputs and outputs");
     await page.getByRole("button", { name: "Unlock for 5 minutes" }).press("Enter");
     await page.getByText(/^Unlocked for/).waitFor();

@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { spawnSync } from "node:child_process";
-import { openBrowser, openPage, startBridge, until } from "./harness.mjs";
+import { openBrowser, openPage, settled, startBridge, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -16,12 +16,13 @@ const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).ge
 const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
 
 async function drilling(page) {
-  await page.getByRole("button", { name: /Sample board/ }).click({ timeout: 60_000 });
-  await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await page.getByText(/^Planned .* m,/).waitFor();
   await tab(page, "Machine").click();
   await page.getByRole("button", { name: "Initialise" }).click();
-  await page.getByText("At rest, position known.").waitFor({ timeout: 60_000 });
+  await page.getByText("At rest, position known.").waitFor();
   await page.getByRole("button", { name: /^Base/ }).click();
+  await page.getByText(/Zero at/).waitFor();
   await page.getByRole("button", { name: "Start…" }).click();
   const dialog = page.getByRole("dialog", { name: "Before drilling" });
   const start = dialog.getByRole("button", { name: "Start drilling" });
@@ -36,7 +37,7 @@ async function drilling(page) {
 
 /** Puts the bit in that is asked for. */
 async function bit(page) {
-  await page.getByRole("button", { name: "Continue: the bit is in" }).click({ timeout: 60_000 });
+  await page.getByRole("button", { name: "Continue: the bit is in" }).click();
 }
 
 test("STOP stops at once, from the keyboard too, and the position stays known", async () => {
@@ -45,9 +46,8 @@ test("STOP stops at once, from the keyboard too, and the position stays known", 
   try {
     await drilling(page);
     await page.keyboard.press("Control+Shift+E");
-    await page.getByText(/^Stopped\. Holes drilled/).waitFor({ timeout: 5000 });
-    await new Promise((later) => setTimeout(later, 1000)); // the picture follows the status
-    const done = await data(page, "done");
+    await page.getByText(/^Stopped\. Holes drilled/).waitFor();
+    const done = await settled(() => data(page, "done"), "a picture that has followed the machine");
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal(await data(page, "done"), done, "nothing was drilled after STOP");
   } finally {
@@ -62,15 +62,14 @@ test("pause holds between holes, nothing resumes by itself, resume goes on", asy
   try {
     await drilling(page);
     await page.getByRole("button", { name: "Pause", exact: true }).click();
-    await page.getByRole("button", { name: "Resume", exact: true }).waitFor({ timeout: 10_000 });
-    await new Promise((later) => setTimeout(later, 1000)); // the picture follows the status
-    const done = Number(await data(page, "done"));
+    await page.getByRole("button", { name: "Resume", exact: true }).waitFor();
+    const done = Number(await settled(() => data(page, "done"), "a picture that has followed the machine"));
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal(Number(await data(page, "done")), done, "a pause is a pause");
     await page.getByRole("button", { name: "Resume", exact: true }).click();
     await until(async () => Number(await data(page, "done")) > done, "more holes");
     await page.getByRole("button", { name: "Stop after hole" }).click();
-    await page.getByText(/Stopped after the hole/).waitFor({ timeout: 10_000 });
+    await page.getByText(/Stopped after the hole/).waitFor();
   } finally {
     await context.close();
     await bridge.stop();
@@ -91,12 +90,12 @@ test("a closed page leaves the job running; another page watches it and may stop
     const url = link.stdout.match(/http:\/\/\S+/)?.[0];
     assert.ok(url, `annulus link printed an address: ${link.stdout}${link.stderr}`);
     second = await openPage(browser, url);
-    await tab(second.page, "Machine").click({ timeout: 60_000 });
+    await tab(second.page, "Machine").click();
     const seen = await until(async () => Number(await data(second.page, "done")) || null, "the job in the second page");
     const waits = second.page.getByText("Waiting for a person.");
     await until(async () => Number(await data(second.page, "done")) > seen || (await waits.isVisible()), "more holes");
     await second.page.getByRole("button", { name: /STOP/ }).first().dispatchEvent("pointerdown");
-    await second.page.getByText(/^Stopped\. Holes drilled/).waitFor({ timeout: 5000 });
+    await second.page.getByText(/^Stopped\. Holes drilled/).waitFor();
   } finally {
     await second?.context.close();
     await bridge.stop();
@@ -115,9 +114,9 @@ test("after a killed bridge the job is offered again at the right hole", async (
     await first.context.close();
     bridge = await startBridge({ speed: 60, home });
     second = await openPage(browser, bridge.url);
-    await tab(second.page, "Machine").click({ timeout: 60_000 });
+    await tab(second.page, "Machine").click();
     const offer = second.page.getByRole("button", { name: /Resume at hole/ });
-    await offer.waitFor({ timeout: 30_000 });
+    await offer.waitFor();
     const next = Number((await offer.textContent()).match(/\d+/)[0]);
     assert.ok(next >= done && next <= done + 3, `hole ${next} is offered after ${done} were seen done`);
   } finally {

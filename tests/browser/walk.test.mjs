@@ -23,14 +23,14 @@ async function openSample(page) {
 
 /** Waits until the plan stands beside the picture. */
 async function planned(page) {
-  await page.getByText(/^Planned .* m,/).waitFor({ timeout: 60_000 });
+  await page.getByText(/^Planned .* m,/).waitFor();
 }
 
 /** Initialises, sets the work zero and starts the planned job. */
 async function startJob(page) {
   await tab(page, "Machine").click();
   await page.getByRole("button", { name: "Initialise" }).click();
-  await page.getByText("At rest, position known.").waitFor({ timeout: 60_000 });
+  await page.getByText("At rest, position known.").waitFor();
   await page.getByRole("button", { name: /^Base/ }).click();
   await page.getByText(/Zero at/).waitFor();
   await page.getByRole("button", { name: "Start…" }).click();
@@ -49,14 +49,14 @@ async function changeBits(page, done) {
     const go_on = page.getByRole("button", { name: "Continue: the bit is in" });
     if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
     return done();
-  }, "the end of the job", 120_000);
+  }, "the end of the job", 240_000);
 }
 
 test("the sample goes from the welcome to drilled holes", async () => {
   const bridge = await startBridge({ speed: 60 });
   const { page, problems, context } = await openPage(browser, bridge.url);
   try {
-    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
+    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
     assert.equal(new URL(page.url()).hash.includes("t="), false, "the token left the address");
     await page.screenshot({ path: picture("welcome-1440") });
     await openSample(page);
@@ -94,7 +94,7 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
   const { page, context } = await openPage(browser, bridge.url, { width: 1024, height: 768 });
   try {
     const heading = page.getByRole("heading", { name: /Drop the drill files/ });
-    await heading.waitFor({ timeout: 60_000 });
+    await heading.waitFor();
     await page.screenshot({ path: picture("welcome-1024") });
     const chooser = page.waitForEvent("filechooser");
     await page.getByRole("button", { name: "Open files…" }).click();
@@ -109,7 +109,7 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
     assert.ok(Number(await data(page, "holes")) >= expected.hits, "every hit is in the picture");
     // Slots cannot be drilled yet: that is a loss, and the job does not start before it was seen.
     const seen = page.getByRole("checkbox", { name: /Seen/ });
-    await seen.first().check({ timeout: 30_000 });
+    await seen.first().check();
     await planned(page);
     await page.screenshot({ path: picture("board-1024") });
     await tab(page, "Simulate").click();
@@ -129,7 +129,7 @@ test("a hole in the picture and its row in the list choose each other", async ()
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, bridge.url);
   try {
-    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor({ timeout: 60_000 });
+    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
     await openSample(page);
     assert.equal(await data(page, "selected"), "0");
     const list = page.getByRole("listbox", { name: "Holes in order of drilling" });

@@ -8,6 +8,7 @@ mod browser;
 mod doctor;
 mod npm;
 mod page;
+mod recap;
 mod run;
 mod sh;
 mod test;

@@ -1,13 +1,20 @@
 //! `cargo xtask test`: prepare, then run everything, and count.
 //!
-//! Goes out: one last line, `N passed, N failed` with `, N skipped` if any; an error when anything failed. Does not
-//! know what the tests prove.
+//! Goes out: what every suite says as it runs; at the end how long each took, what failed once more, and one last line,
+//! `N passed, N failed` with `, N skipped` if any; an error when anything failed. Does not know what the tests prove.
 
+use crate::recap::Recap;
 use crate::sh::{Done, command, root, say, shown, target};
 use crate::{browser, npm, page, tools, wasm};
-use std::io::{BufRead, BufReader, Write};
+use std::collections::VecDeque;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Instant;
+
+/// Lines kept of what a suite wrote last, for the case that it fails and no test of it did.
+const LAST_LINES: usize = 40;
 
 /// How many tests did what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,17 +51,21 @@ fn tests(name: &'static str, command: Command) -> Suite {
 pub(crate) fn run(arguments: &[String]) -> Done {
     let chosen = arguments.first().map_or("", String::as_str);
     let mut total = Count::default();
-    let mut bad = Vec::new();
-    for mut suite in suites()?.into_iter().filter(|suite| suite.name.contains(chosen)) {
+    let (mut told, mut times) = (Vec::new(), Vec::new());
+    let began = Instant::now();
+    let suites = suites()?;
+    times.push(format!("preparation {} s", began.elapsed().as_secs()));
+    for mut suite in suites.into_iter().filter(|suite| suite.name.contains(chosen)) {
         say(&format!("{}: {}", suite.name, shown(&suite.command)));
-        let count = run_suite(&mut suite)?;
-        if count.failed > 0 {
-            bad.push(suite.name);
-        }
+        let began = Instant::now();
+        let (count, recap) = run_suite(&mut suite)?;
+        told.extend(recap.told(suite.name));
+        times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
         total.add(count);
     }
-    if !bad.is_empty() {
-        println!("failed: {}", bad.join(", "));
+    println!("{}", times.join(", "));
+    for line in told {
+        println!("{line}");
     }
     let skipped = if total.skipped > 0 { format!(", {} skipped", total.skipped) } else { String::new() };
     println!("{} passed, {} failed{skipped}", total.passed, total.failed);
@@ -112,27 +123,49 @@ fn checks(toolchain: &wasm::Toolchain, tools: &Path) -> Vec<Suite> {
 }
 
 /// Runs one suite with its output shown, counting as it goes. A suite that fails without a failed test counts as one.
-fn run_suite(suite: &mut Suite) -> Done<Count> {
+fn run_suite(suite: &mut Suite) -> Done<(Count, Recap)> {
     let name = suite.name;
     let failed = |error: std::io::Error| format!("{name} could not be run: {error}.");
-    if !suite.counts {
-        let good = suite.command.current_dir(root()).status().map_err(failed)?.success();
-        return Ok(Count { passed: i64::from(good), failed: i64::from(!good), skipped: 0 });
-    }
-    let mut child = suite.command.stdout(Stdio::piped()).spawn().map_err(failed)?;
-    let mut count = Count::default();
-    if let Some(stdout) = child.stdout.take() {
-        for line in BufReader::new(stdout).split(b'\n') {
-            let line = String::from_utf8_lossy(&line.map_err(failed)?).into_owned();
+    let command = suite.command.current_dir(root()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().map_err(failed)?;
+    let errors =
+        child.stderr.take().map(|stderr| thread::spawn(|| passed_on(stderr, |line| eprintln!("{line}"))));
+    let (mut count, mut recap) = (Count::default(), Recap::default());
+    let said = child.stdout.take().map(|stdout| {
+        passed_on(stdout, |line| {
             println!("{line}");
-            count.add(counted(&line));
-        }
-    }
+            if suite.counts {
+                count.add(counted(line));
+                recap.hear(line);
+            }
+        })
+    });
     let good = child.wait().map_err(failed)?.success();
+    let errors = errors.and_then(|thread| thread.join().ok());
+    if !suite.counts {
+        count.passed = i64::from(good);
+    }
     if !good && count.failed == 0 {
         count.failed = 1;
     }
-    Ok(count)
+    if !good && recap.is_empty() {
+        recap.without_a_test(said.into_iter().chain(errors).flatten().collect());
+    }
+    Ok((count, recap))
+}
+
+/// Hands on what is read, line by line, and gives the last lines.
+fn passed_on(from: impl Read, mut to: impl FnMut(&str)) -> VecDeque<String> {
+    let mut last = VecDeque::new();
+    for line in BufReader::new(from).split(b'\n').map_while(Result::ok) {
+        let line = String::from_utf8_lossy(&line).into_owned();
+        to(&line);
+        last.push_back(line);
+        if last.len() > LAST_LINES {
+            last.pop_front();
+        }
+    }
+    last
 }
 
 /// What a line of a runner's output counts.
