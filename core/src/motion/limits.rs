@@ -54,9 +54,10 @@ impl Limits {
         .slowed(drive_speed(machine, &machine.z))
     }
 
-    /// Of X, Y and Z along a milled path.
+    /// Of X, Y and Z along a milled path. Z may go up or down there: it keeps the limits of both.
     pub fn of_path(machine: &Machine) -> [Self; 3] {
-        [&machine.x, &machine.y, &machine.z].map(|axis| Self::of_axis(machine, axis))
+        let [x, y, z] = [&machine.x, &machine.y, &machine.z].map(|axis| Self::of_axis(machine, axis));
+        [x, y, z.with_share(Self::of_down(machine), 1.0)]
     }
 
     /// These and also a lower speed.

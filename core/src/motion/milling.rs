@@ -1,14 +1,15 @@
-//! Mill commands that follow each other as one path from rest to rest.
+//! Mill commands that follow each other as paths from rest to rest.
 //!
 //! ```text
-//! Mill, Mill, MillArc, Mill   ─▶   one move:   /‾‾\__/‾‾‾‾‾‾‾‾\_/‾‾\
+//! Mill, Mill, MillArc, Mill   ─▶   one move:         /‾‾\__/‾‾‾‾‾‾‾‾\_/‾‾\
+//! the same with play          ─▶   a move a stretch: /‾‾\ │ /‾‾‾‾\ │ /‾‾‾\     │ an axis turned: its play is taken up
 //! ```
 //!
-//! Comes in: commands, the place where they start, a machine. Goes out: a part of a move. Does not know steps in time.
+//! Comes in: commands, the place where they start, a machine. Goes out: paths of the axes, in mm. Does not know steps in time.
 
 use super::Limits;
 use super::limits::mm_per_step;
-use super::path::{self, Chain, Piece, Rules, To};
+use super::path::{self, Chain, Path, Piece, Place, Rules, To};
 use super::timeline::{Motion, Part, Route};
 use crate::geometry::Point;
 use crate::job::{Command, Stage};
@@ -17,44 +18,58 @@ use crate::remark::{Remark, Weight};
 
 /// The piece that a mill command is; none for any other command.
 pub(super) fn piece(command: &Command) -> Option<Piece> {
-    let mm = |at: Point| [at.x.mm(), at.y.mm()];
+    let place = |at: Point, height: crate::units::Length| [at.x.mm(), at.y.mm(), height.mm()];
     let (to, feed_um_per_s) = match *command {
-        Command::Mill { to, height, feed_um_per_s } => {
-            let [x, y] = mm(to);
-            (To::Line([x, y, height.mm()]), feed_um_per_s)
-        }
-        Command::MillArc { to, center, ccw, feed_um_per_s, .. } => {
-            (To::Arc { to: mm(to), center: mm(center), ccw }, feed_um_per_s)
+        Command::Mill { to, height, feed_um_per_s } => (To::Line(place(to, height)), feed_um_per_s),
+        Command::MillArc { to, height, center, ccw, feed_um_per_s } => {
+            let center = [center.x.mm(), center.y.mm()];
+            (To::Arc { to: place(to, height), center, ccw }, feed_um_per_s)
         }
         _ => return None,
     };
     Some(Piece { to, feed_mm_per_s: f64::from(feed_um_per_s) * 1e-3 })
 }
 
-/// The part that mills `pieces` from rest at `at`, which is the step next to `start`, to rest at `to`.
+/// A path of the axes, and for X and Y whether the motor goes down in its numbers along it.
+pub(super) type Turned = ([bool; 2], Path);
+
+/// The paths that mill `pieces` from rest at `start`, where the motors of X and Y went `down` last: one where no axis has
+/// play, else one for every stretch in which no axis with play turns.
 ///
-/// Refused: axes with play, whose turns would have to stop; table-driven axes, which do not go together; feeds of 0; and
-/// what cannot be planned, with the number of the piece.
-pub(super) fn part(
+/// Refused: table-driven axes, which do not go together; feeds of 0; and what cannot be planned, with the number of the
+/// piece.
+pub(super) fn paths(
     machine: &Machine,
-    (at, to): (Steps, Steps),
-    start: Point,
+    start: Place,
     pieces: Vec<Piece>,
-    start_tick: u64,
-) -> Result<Part, Remark> {
+    down: [bool; 2],
+) -> Result<Vec<Turned>, Remark> {
     let refuse = |code: &str| Err(Remark::new(Weight::Loss, code));
     if machine.drive == DriveKind::Table {
         return refuse("motion.path_on_table");
     }
-    if [&machine.x, &machine.y].iter().any(|axis| axis.scale.steps(axis.backlash) != 0) {
-        return refuse("motion.path_with_play");
-    }
     if pieces.iter().any(|piece| piece.feed_mm_per_s <= 0.0) {
         return refuse("motion.no_feed");
     }
+    let (limits, rules) = (Limits::of_path(machine), Rules::of(machine));
+    let mm = mm_per_step(machine);
+    let play_mm = [0, 1].map(|axis: usize| {
+        let settings = machine.axis(axis);
+        settings.scale.steps(settings.backlash) as f64 * mm[axis]
+    });
+    path::turns(&Chain { start, pieces }, (play_mm, down), &limits, &rules)
+}
+
+/// The part of a move that follows `path`, which goes where the motors go, with the spindles of a set; from rest at `at` to
+/// rest at `to`, the steps next to its ends.
+pub(super) fn part(
+    machine: &Machine,
+    path: Path,
+    (at, to): (Steps, Steps),
+    spindles: u8,
+    start_tick: u64,
+) -> Part {
     let [x, y, z, ..] = mm_per_step(machine);
-    let chain = Chain { start: [start.x.mm(), start.y.mm(), at[2] as f64 * z], pieces };
-    let path = path::plan(&chain, &Limits::of_path(machine), &Rules::of(machine))?;
-    let motion = Motion::Path(Box::new(Route { path, mm_per_step: [x, y, z] }));
-    Ok(Part { stage: Stage::Mill, start_tick, from: at, to, motion })
+    let motion = Motion::Path(Box::new(Route { path, mm_per_step: [x, y, z], spindles }));
+    Part { stage: Stage::Mill, start_tick, from: at, to, motion }
 }

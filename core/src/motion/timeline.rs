@@ -70,17 +70,29 @@ pub enum Motion {
     Line(Stroke),
     /// By the table of dynamics, takt by takt; one axis.
     Takts(Takts),
-    /// X and Y along lines and arcs, without a stop.
+    /// X, Y and spindles along lines, arcs and helices, without a stop.
     Path(Box<Route>),
 }
 
-/// A path and what a step of X, Y and Z is along it.
+/// A path of the motors, what a step of X, Y and Z is along it, and who follows its height.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Route {
     /// Where it goes, in mm from the work zero.
     pub path: Path,
     /// Millimetres of one step.
     pub mm_per_step: [f64; 3],
+    /// The spindles that go along, one bit each: bit 0 is Z1.
+    pub spindles: u8,
+}
+
+impl Route {
+    /// Which of its coordinates `axis` follows, if any.
+    pub fn coordinate(&self, axis: usize) -> Option<usize> {
+        match axis {
+            0 | 1 => Some(axis),
+            _ => (axis < AXES && self.spindles >> (axis - 2) & 1 == 1).then_some(2),
+        }
+    }
 }
 
 /// The takts of one axis.
@@ -152,15 +164,19 @@ impl Part {
 
     /// Whether `axis` belongs to it.
     pub fn moves(&self, axis: usize) -> bool {
-        // A path that closes ends where it starts.
-        self.from[axis] != self.to[axis] || axis < 2 && matches!(self.motion, Motion::Path(_))
+        match &self.motion {
+            // A path that closes ends where it starts.
+            Motion::Path(route) => route.coordinate(axis).is_some(),
+            _ => self.from[axis] != self.to[axis],
+        }
     }
 
     /// Where `axis` is `t_s` seconds after the start of the move, in steps and parts of steps.
     fn at(&self, axis: usize, t_s: f64) -> f64 {
         match &self.motion {
-            Motion::Path(route) if axis < 3 && t_s < self.end_s() => {
-                route.path.at(t_s - self.start_s())[axis] / route.mm_per_step[axis]
+            Motion::Path(route) if t_s < self.end_s() => {
+                let place = |of: usize| route.path.at(t_s - self.start_s())[of] / route.mm_per_step[of];
+                route.coordinate(axis).map_or(self.from[axis] as f64, place)
             }
             _ => {
                 let way = (self.to[axis] - self.from[axis]) as f64;

@@ -13,6 +13,7 @@
 
 use super::limits::{line, mm_per_step, takts};
 use super::milling;
+use super::path::Path;
 use super::profile::Stroke;
 use super::strokes::{Hole, Low, Strokes, plain_hole};
 use super::timeline::{Motion, Move, Part, Timeline};
@@ -91,6 +92,8 @@ pub(super) struct Writer<'a> {
     settled: bool,
     /// Where X and Y were sent last, of which `at` is the nearest step.
     place: Point,
+    /// The lowest that the tip was at this place, if it was in the board.
+    bottom: Option<Length>,
     strokes: Strokes,
     /// At the bottom of a hole, on the way to the next one.
     low: Option<Low>,
@@ -112,6 +115,7 @@ impl<'a> Writer<'a> {
             spindles: installed(machine).collect(),
             settled: true,
             place: Point::default(),
+            bottom: None,
             strokes: Strokes::default(),
             low: None,
             turned: [false; AXES],
@@ -176,25 +180,66 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// A path along `commands`, all of which mill.
+    /// Along `commands`, all of which mill: a path, or several between which play is taken up.
     fn mill(&mut self, commands: &[Command]) -> Result<(), Remark> {
         let pieces: Vec<_> = commands.iter().filter_map(milling::piece).collect();
         let (last, height) = match commands.last() {
             Some(Command::Mill { to, height, .. } | Command::MillArc { to, height, .. }) => (*to, *height),
             _ => return Ok(()),
         };
-        let mut to = self.with_z(height);
-        to[0] = self.machine.x.scale.steps(last.x);
-        to[1] = self.machine.y.scale.steps(last.y);
+        let feed = pieces.first().map_or(0.0, |piece| piece.feed_mm_per_s);
+        let tip = self.spindles.first().map_or(0, |axis| self.at[*axis]);
+        let mm = mm_per_step(self.machine);
+        let start = [self.place.x.mm(), self.place.y.mm(), tip as f64 * mm[2]];
+        let down = [self.turned[0], self.turned[1]];
+        let paths = milling::paths(self.machine, start, pieces, down)?;
+        let count = paths.len();
+        let mut whole = self.with_z(height);
+        whole[0] = self.machine.x.scale.steps(last.x);
+        whole[1] = self.machine.y.scale.steps(last.y);
+        for (index, (down, path)) in paths.into_iter().enumerate() {
+            self.take_up(down, feed)?;
+            self.along(path, (index + 1 == count).then_some(whole))?;
+        }
+        self.place = last;
+        (self.settled, self.bottom) = (false, None);
+        Ok(())
+    }
+
+    /// The motors of X and Y through the play of those that are to go the other way from now on; the axes stand.
+    fn take_up(&mut self, down: [bool; 2], speed: f64) -> Result<(), Remark> {
+        let mut to = self.at;
+        for axis in (0..2).filter(|axis| down[*axis] != self.turned[*axis]) {
+            let play = play_steps(self.machine, axis);
+            to[axis] += if down[axis] { -play } else { play };
+        }
+        self.line(Stage::Mill, to, speed, None)
+    }
+
+    /// Along `path`, which is where the axes go, to the steps `axes` or else to the nearest.
+    fn along(&mut self, path: Path, axes: Option<Steps>) -> Result<(), Remark> {
+        let mm = mm_per_step(self.machine);
+        let play: [i64; 2] =
+            [0, 1].map(|axis| if self.turned[axis] { play_steps(self.machine, axis) } else { 0 });
+        let end = path.end();
+        let path = path.shifted([-play[0] as f64 * mm[0], -play[1] as f64 * mm[1], 0.0]);
+        let nearest = |axis: usize| libm::floor(end[axis.min(2)] / mm[axis] + 0.5) as i64;
+        let mut to = axes.unwrap_or_else(|| {
+            let moved = |axis: &usize| *axis < 2 || self.spindles.contains(axis);
+            std::array::from_fn(|axis| if moved(&axis) { nearest(axis) } else { self.at[axis] })
+        });
+        (to[0], to[1]) = (to[0] - play[0], to[1] - play[1]);
         let wait_s = f64::from(self.machine.direction_setup_us) * 1e-6
             + 1.0 / f64::from(self.machine.max_step_hz.max(1));
         let start_tick = libm::ceil(wait_s * TICK_HZ as f64) as u64 + REST_TICKS;
-        let part = milling::part(self.machine, (self.at, to), self.place, pieces, start_tick)?;
+        let spindles = self.spindles.iter().fold(0, |set, axis| set | 1 << (axis - 2));
+        let part = milling::part(self.machine, path, (self.at, to), spindles, start_tick);
         refuse_slow(0.0, part.end_s())?;
         let duration_ticks = libm::ceil(part.end_s() * TICK_HZ as f64) as u64 + REST_TICKS;
+        let turned = self.turned;
         self.push(Move { to, duration_ticks, parts: vec![part], ..self.blank(Stage::Mill) });
-        self.place = last;
-        self.settled = false;
+        // Which way the motors went is known from the play taken up, also where they went less than a step.
+        (self.turned[0], self.turned[1]) = (turned[0], turned[1]);
         Ok(())
     }
 
@@ -203,7 +248,7 @@ impl<'a> Writer<'a> {
             Command::Mill { .. } | Command::MillArc { .. } => self.mill(&[command]),
             Command::Rapid { to } => self.rapid(to),
             Command::Plunge { to, feed_um_per_s, gate } => self.plunge(to, feed_um_per_s, gate),
-            Command::Retract { to } => self.line(Stage::Retract, self.with_z(to), f64::INFINITY, None),
+            Command::Retract { to } => self.retract(to),
             Command::Dwell { us } => {
                 self.rest(Stage::Dwell, u64::from(us) * (TICK_HZ / 1_000_000), Effect::None);
                 Ok(())
@@ -226,8 +271,19 @@ impl<'a> Writer<'a> {
         let before = self.at;
         self.line(Stage::Travel, self.play(&target), f64::INFINITY, None)?;
         self.settled &= before == self.at;
+        if to != self.place {
+            self.bottom = None;
+        }
         self.place = to;
         Ok(())
+    }
+
+    fn retract(&mut self, to: Length) -> Result<(), Remark> {
+        let top = self.with_z(to);
+        if (2..AXES).any(|axis| top[axis] < self.at[axis]) {
+            return Err(Remark::new(Weight::Loss, "motion.retract_downwards").with("to", to.mm()));
+        }
+        self.line(Stage::Retract, top, f64::INFINITY, None)
     }
 
     fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Remark> {
@@ -243,10 +299,15 @@ impl<'a> Writer<'a> {
             self.rest(Stage::Dwell, ticks, Effect::None);
             self.settled = true;
         }
-        let above = self.with_z(self.feed_height.max(to));
+        // Where it has been deeper already, as when it pecks, nothing is left to cut down to there.
+        let uncut = self.bottom.unwrap_or(Length::ZERO) + self.feed_height;
+        let above = self.with_z(uncut.max(to));
         if (2..AXES).any(|axis| above[axis] < self.at[axis]) {
             self.line(Stage::Approach, above, f64::INFINITY, None)?;
         }
+        let deepest = self.bottom.map_or(to, |bottom| bottom.min(to)).min(Length::ZERO);
+        // Where a sensor ends it, nobody knows how deep it got.
+        self.bottom = if gate.is_some() { self.bottom } else { Some(deepest) };
         self.line(Stage::Drill, bottom, f64::from(feed_um_per_s) * 1e-3, gate)
     }
 

@@ -17,7 +17,7 @@
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::machine::{AXES, Machine};
-use crate::motion::path::sweeps;
+use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
 use crate::motion::{Motion, Move, Part, Route, Takts, Timeline};
 use crate::remark::{Remark, Weight};
@@ -148,7 +148,9 @@ impl Maker {
     /// An axis' share of a path: steps one way, then the other.
     fn path(&mut self, part: &Part, axis: usize, route: &Route, cursor: &mut Cursor<'_>) {
         let start = part.start_tick as f64;
-        for sweep in sweeps(&route.path, axis, route.mm_per_step[axis], self.turn_s) {
+        let Some(of) = route.coordinate(axis) else { return };
+        let ends = (part.from[axis], part.to[axis]);
+        for sweep in sweeps_between(&route.path, of, route.mm_per_step[of], self.turn_s, ends) {
             let track = Track {
                 axes: cursor.axes,
                 forward: sweep.forward,

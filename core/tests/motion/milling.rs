@@ -4,40 +4,69 @@ use crate::programs::{Chance, one_by_one};
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
-use annulus_core::machine::{Machine, lab, six_spindles, virtual_drill};
+use annulus_core::machine::{AXES, Machine, lab, six_spindles, virtual_drill};
 use annulus_core::motion::{Timeline, laws, timeline};
 use annulus_core::steps::{self, Segment, Stage, TICK_HZ};
 use annulus_core::units::Length;
 
-/// A random path of lines and arcs around the middle of the machine, the tip in the board.
-fn milling(chance: &mut Chance, machine: &Machine) -> Program {
+/// What a random leg may do.
+#[derive(Clone, Copy)]
+struct Kind {
+    /// Ramps and helices too.
+    heights: bool,
+    /// Out of the board and in again between the commands.
+    pecks: bool,
+    commands: u32,
+    /// Longest reach of a command, mm.
+    reach: f64,
+}
+
+const FLAT: Kind = Kind { heights: false, pecks: false, commands: 20, reach: 20.0 };
+
+/// A leg of random lines and arcs around the middle of the machine, the tip in the board.
+fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
     let process = &machine.process;
-    let height = Length::from_um(-100);
+    let mut height = Length::from_um(-100);
     let mut commands = vec![
         Command::Spindle { rpm: process.spindle_rpm.max(1) },
         Command::Dwell { us: (process.spin_up_ms * 1e3) as u32 },
         Command::Rapid { to: Point::from_mm(60.0, 60.0) },
         Command::Plunge { to: height, feed_um_per_s: 2_000, gate: None },
     ];
-    let mut at = [60.0, 60.0];
-    for _ in 0..20 {
-        let reach = chance.scale(0.02, 20.0);
+    let (mut at, mut tip) = ([60.0, 60.0], height);
+    for _ in 0..kind.commands {
+        let reach = chance.scale(0.02, kind.reach);
         let angle = chance.between(0.0, 6.2);
         let feed_um_per_s = chance.scale(2e3, 1e5) as u32;
         let away = [at[0] + reach * libm::cos(angle), at[1] + reach * libm::sin(angle)];
         let inside = |place: [f64; 2]| place.iter().all(|mm| (25.0..100.0).contains(mm));
-        match chance.next() % 3 {
+        if kind.heights && !chance.next().is_multiple_of(3) {
+            height = Length::from_um(-(chance.next() as i64 & 0x7FF) + 300);
+        }
+        let ccw = chance.next().is_multiple_of(2);
+        let before = commands.len();
+        match chance.next() % 5 {
             0 => {
                 // A full circle around a place nearby.
                 let center = [at[0] + 0.2 * (away[0] - at[0]), at[1] + 0.2 * (away[1] - at[1])];
                 let (to, center) = (Point::from_mm(at[0], at[1]), Point::from_mm(center[0], center[1]));
-                commands.push(Command::MillArc {
-                    to,
-                    height,
-                    center,
-                    ccw: chance.next().is_multiple_of(2),
-                    feed_um_per_s,
-                });
+                commands.push(Command::MillArc { to, height, center, ccw, feed_um_per_s });
+            }
+            1 if inside(away) => {
+                // Half a circle.
+                let center = [0.5 * (at[0] + away[0]), 0.5 * (at[1] + away[1])];
+                let (to, center) = (Point::from_mm(away[0], away[1]), Point::from_mm(center[0], center[1]));
+                commands.push(Command::MillArc { to, height, center, ccw, feed_um_per_s });
+                at = away;
+            }
+            2 if kind.pecks => {
+                // Up, in the board or over it, and deeper again, perhaps milled on from there.
+                height = tip + Length::from_um(100 + (chance.next() as i64 & 0x3FF));
+                commands.push(Command::Retract { to: height });
+                if !chance.next().is_multiple_of(3) {
+                    height -= Length::from_um(100 + (chance.next() as i64 & 0x3FF));
+                    commands.push(Command::Plunge { to: height, feed_um_per_s: 5_000, gate: None });
+                }
             }
             _ if inside(away) => {
                 let to = Point::from_mm(away[0], away[1]);
@@ -46,17 +75,20 @@ fn milling(chance: &mut Chance, machine: &Machine) -> Program {
             }
             _ => {}
         }
+        if commands.len() > before {
+            tip = height;
+        }
     }
-    commands.push(Command::Retract { to: process.safe_height });
+    commands.push(Command::Retract { to: process.safe_height.max(tip) });
     commands.push(Command::Spindle { rpm: 0 });
     Program {
         name: "path".into(),
         machine: machine.fingerprint(),
         origin: Point::default(),
         bits: vec![],
-        spindles: 1,
+        spindles: 0b11,
         safe_height: process.safe_height,
-        legs: vec![Leg { mark: Mark::Finish, commands }],
+        legs: vec![Leg { mark: Mark::Way(0), commands }],
         accepted: vec![],
     }
 }
@@ -67,7 +99,7 @@ fn on_the_path(plan: &Timeline, index: usize, segment: &Segment, seed: u64) {
     let mut at = planned.from;
     for pulse in steps::replay(segment) {
         let t_s = pulse.tick as f64 / TICK_HZ as f64;
-        for axis in (0..2).filter(|axis| pulse.axes >> axis & 1 == 1) {
+        for axis in (0..AXES).filter(|axis| pulse.axes >> axis & 1 == 1) {
             at[axis] += if pulse.forward >> axis & 1 == 1 { 1 } else { -1 };
             let off = (planned.at(t_s)[axis] - at[axis] as f64).abs();
             assert!(off < 0.75, "seed {seed}: {off} steps off at {t_s} s on axis {axis}");
@@ -76,35 +108,168 @@ fn on_the_path(plan: &Timeline, index: usize, segment: &Segment, seed: u64) {
     assert_eq!(at, planned.to, "seed {seed}");
 }
 
-#[test]
-fn paths_become_steps_that_keep_the_plan_and_pass_the_check() {
+/// Plans, times and checks a program; how many of its segments mill.
+fn run(program: &Program, machine: &Machine, seed: u64) -> u32 {
+    let plan = timeline(program, machine).unwrap_or_else(|why| panic!("seed {seed}: {why:?}"));
+    laws::laws(&plan, machine).unwrap_or_else(|why| panic!("seed {seed}: {:?}", why[0]));
+    let stream = steps::stream(&plan, machine).unwrap();
     let mut milled = 0;
-    for seed in 0..300 {
-        for machine in [virtual_drill(), one_by_one(), six_spindles()] {
-            let program = milling(&mut Chance(seed), &machine);
-            let plan = timeline(&program, &machine).unwrap();
-            laws::laws(&plan, &machine).unwrap_or_else(|why| panic!("seed {seed}: {:?}", why[0]));
-            let stream = steps::stream(&plan, &machine).unwrap();
-            for (index, segment) in stream.segments.iter().enumerate() {
-                if segment.stage == Stage::Mill {
-                    on_the_path(&plan, index, segment, seed);
-                    milled += 1;
-                }
-            }
-            let verdict = verify(&stream, &machine, corner_zero(&machine));
-            assert!(verdict.is_ok(), "seed {seed} on {}: {:?}", machine.name, verdict.unwrap_err()[0]);
+    for (index, segment) in stream.segments.iter().enumerate() {
+        if segment.stage == Stage::Mill {
+            on_the_path(&plan, index, segment, seed);
+            milled += 1;
         }
     }
-    assert!(milled >= 900, "{milled} paths, each one move");
+    let verdict = verify(&stream, machine, corner_zero(machine));
+    assert!(verdict.is_ok(), "seed {seed} on {}: {:?}", machine.name, verdict.unwrap_err()[0]);
+    milled
 }
 
 #[test]
-fn paths_that_a_machine_cannot_follow_are_refused_with_a_sentence() {
-    let mut played = virtual_drill();
-    played.x.backlash = Length::from_um(100);
-    for (machine, code) in [(played, "motion.path_with_play"), (lab(), "motion.path_on_table")] {
-        let why = timeline(&milling(&mut Chance(3), &machine), &machine).unwrap_err();
-        assert_eq!(why.code, code);
-        assert!(!why.message("en").contains('{') && !why.advice("en").is_empty());
+fn paths_become_steps_that_keep_the_plan_and_pass_the_check() {
+    let mut milled = 0;
+    for seed in 0..60 {
+        for machine in [virtual_drill(), one_by_one(), six_spindles()] {
+            milled += run(&milling(&mut Chance(seed), &machine, FLAT), &machine, seed);
+        }
     }
+    assert!(milled >= 180, "{milled} paths, each one move");
+}
+
+#[test]
+fn ramps_helices_pecks_and_tabs_become_steps_that_keep_the_plan_and_pass_the_check() {
+    let mut milled = 0;
+    let kind = Kind { heights: true, pecks: true, ..FLAT };
+    for seed in 0..60 {
+        for machine in [virtual_drill(), six_spindles()] {
+            milled += run(&milling(&mut Chance(seed), &machine, kind), &machine, seed);
+        }
+    }
+    assert!(milled >= 360, "{milled} paths, several to a leg");
+}
+
+/// Half-way between two steps either is as near: the path and its move take the same one.
+#[test]
+fn paths_between_half_steps_end_where_they_are_told_to() {
+    let machine = virtual_drill();
+    let half = |steps: i64| Length::from_nm(steps * 6_250);
+    assert_eq!(machine.x.scale.steps(Length::from_mm(1.0)), 80, "a step is 12.5 µm");
+    for (from, to) in [(-1, 3), (-3, -5), (7, 1), (1, -1), (5, 5)] {
+        let mut program = milling(&mut Chance(1), &machine, Kind { commands: 0, ..FLAT });
+        let place = |at| Point::new(half(at), half(-at));
+        let leg = &mut program.legs[0].commands;
+        let at = leg.iter().position(|command| matches!(command, Command::Rapid { .. })).unwrap();
+        leg[at] = Command::Rapid { to: place(from) };
+        let height = Length::from_um(-100);
+        leg.insert(at + 2, Command::Mill { to: place(to), height, feed_um_per_s: 5_000 });
+        leg.insert(at + 3, Command::Mill { to: place(from), height, feed_um_per_s: 5_000 });
+        leg.insert(at + 4, Command::Mill { to: place(to), height, feed_um_per_s: 5_000 });
+        let mut roomy = machine.clone();
+        (roomy.x.min, roomy.y.min) = (Length::from_um(-5_000), Length::from_um(-5_000));
+        program.machine = roomy.fingerprint();
+        let plan = timeline(&program, &roomy).unwrap();
+        let stream = steps::stream(&plan, &roomy).unwrap();
+        let mut zero = corner_zero(&roomy);
+        (zero[0], zero[1]) = (0, 0);
+        assert!(verify(&stream, &roomy, zero).is_ok(), "{from} {to}: {:?}", verify(&stream, &roomy, zero));
+    }
+}
+
+#[test]
+fn what_cannot_be_milled_is_refused_with_a_sentence() {
+    let machine = virtual_drill();
+    let mut down = milling(&mut Chance(3), &machine, FLAT);
+    let last = down.legs[0].commands.len() - 2;
+    down.legs[0].commands.insert(last, Command::Retract { to: Length::from_um(-500) });
+    for (machine, program, code) in [
+        (lab(), milling(&mut Chance(3), &lab(), FLAT), "motion.path_on_table"),
+        (machine, down, "motion.retract_downwards"),
+    ] {
+        let why = timeline(&program, &machine).unwrap_err();
+        assert_eq!(why.code, code);
+        assert!(!why.message("en").contains('{') && !why.advice("en").is_empty(), "{}", why.message("en"));
+    }
+}
+
+/// The way that a leg's mill commands describe, in short straight lines, mm.
+fn outline(program: &Program) -> Vec<[f64; 2]> {
+    let mm = |at: Point| [at.x.mm(), at.y.mm()];
+    let mut line: Vec<[f64; 2]> = Vec::new();
+    for command in &program.legs[0].commands {
+        match *command {
+            Command::Rapid { to } | Command::Mill { to, .. } => line.push(mm(to)),
+            Command::MillArc { to, center, ccw, .. } => {
+                let (from, to, center) = (*line.last().unwrap(), mm(to), mm(center));
+                let angle = |at: [f64; 2]| libm::atan2(at[1] - center[1], at[0] - center[0]);
+                let radius = libm::hypot(from[0] - center[0], from[1] - center[1]);
+                let turn = if ccw { angle(to) - angle(from) } else { angle(from) - angle(to) };
+                let full = core::f64::consts::TAU;
+                let turn = if from == to { full } else { libm::fmod(turn + full, full) };
+                for part in 1..=300 {
+                    let share = f64::from(part) / 300.0 * if ccw { turn } else { -turn };
+                    let at = angle(from) + share;
+                    line.push([center[0] + radius * libm::cos(at), center[1] + radius * libm::sin(at)]);
+                }
+                line.push(to);
+            }
+            _ => {}
+        }
+    }
+    line
+}
+
+fn distance(line: &[[f64; 2]], at: [f64; 2]) -> f64 {
+    let to = |pair: &[[f64; 2]]| {
+        let (way, off) =
+            ([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]], [at[0] - pair[0][0], at[1] - pair[0][1]]);
+        let squared = way[0] * way[0] + way[1] * way[1];
+        let share =
+            if squared > 0.0 { ((way[0] * off[0] + way[1] * off[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
+        libm::hypot(off[0] - share * way[0], off[1] - share * way[1])
+    };
+    line.windows(2).map(to).fold(f64::INFINITY, f64::min)
+}
+
+/// The axes of a machine with play stand where the motors push them: up with the motor, and down the play behind it.
+#[test]
+fn with_play_the_axes_keep_to_the_path_because_it_is_taken_up_at_every_turn() {
+    let mut looked = 0;
+    for seed in 0..40 {
+        let mut chance = Chance(seed);
+        let mut machine = virtual_drill();
+        let play = |chance: &mut Chance| Length::from_um(12 * (chance.next() as i64 & 0xF));
+        (machine.x.backlash, machine.y.backlash) = (play(&mut chance), play(&mut chance));
+        let kind = Kind { heights: true, pecks: false, commands: 6, reach: 4.0 };
+        let program = milling(&mut chance, &machine, kind);
+        let line = outline(&program);
+        let mut away = program.clone();
+        // From either side.
+        away.legs[0]
+            .commands
+            .insert(2, Command::Rapid { to: Point::from_mm(chance.between(50.0, 70.0), 70.0) });
+        run(&away, &machine, seed);
+        let stream = steps::stream(&timeline(&away, &machine).unwrap(), &machine).unwrap();
+        let play = [0, 1].map(|axis: usize| machine.axis(axis).scale.steps(machine.axis(axis).backlash));
+        let (mut motors, mut axes) = (stream.start, [stream.start[0], stream.start[1]]);
+        for segment in &stream.segments {
+            for pulse in steps::replay(segment) {
+                for axis in 0..2 {
+                    if pulse.axes >> axis & 1 == 1 {
+                        motors[axis] += if pulse.forward >> axis & 1 == 1 { 1 } else { -1 };
+                    }
+                    axes[axis] = axes[axis].clamp(motors[axis], motors[axis] + play[axis]);
+                }
+                let mm = [axes[0] as f64 / 80.0, axes[1] as f64 / 80.0];
+                if segment.stage == Stage::Mill && (pulse.tick / 10).is_multiple_of(5) {
+                    let off = distance(&line, mm) * 80.0;
+                    assert!(off < 1.1, "seed {seed}: {mm:?} is {off} steps off the path");
+                    looked += 1;
+                }
+            }
+        }
+        let end = *line.last().unwrap();
+        let off = libm::hypot(axes[0] as f64 / 80.0 - end[0], axes[1] as f64 / 80.0 - end[1]) * 80.0;
+        assert!(off < 0.75, "seed {seed}: {off} steps off at the end");
+    }
+    assert!(looked > 5_000, "{looked} places");
 }

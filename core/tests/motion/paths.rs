@@ -26,6 +26,11 @@ fn rounded(mm: f64) -> f64 {
     libm::round(mm * 1e6) * 1e-6
 }
 
+/// Half of all arcs are helices.
+fn rise(chance: &mut Chance) -> f64 {
+    if chance.next().is_multiple_of(2) { 0.0 } else { chance.between(-2.0, 2.0) }
+}
+
 fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
     let feed = if chance.next().is_multiple_of(4) { f64::INFINITY } else { chance.scale(0.5, 200.0) };
     let length = if chance.next().is_multiple_of(5) { 0.001 } else { chance.scale(0.001, 30.0) };
@@ -40,7 +45,10 @@ fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
         0 => To::Line(at),
         1 => To::Line([rounded(beyond[0]), rounded(beyond[1]), rounded(at[2] + chance.between(-2.0, 2.0))]),
         2 => To::Line([at[0], at[1], rounded(at[2] + chance.between(-2.0, 2.0))]),
-        3 => To::Arc { to: [at[0], at[1]], center: beyond, ccw: chance.next().is_multiple_of(2) },
+        3 => {
+            let to = [at[0], at[1], rounded(at[2] + rise(chance))];
+            To::Arc { to, center: beyond, ccw: chance.next().is_multiple_of(2) }
+        }
         4 | 5 => {
             let ccw = chance.next().is_multiple_of(2);
             let side = if ccw { 0.5 * PI } else { -0.5 * PI };
@@ -49,17 +57,17 @@ fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
             let angle = *way - side + turn;
             *way += turn;
             let to = [center[0] + length * libm::cos(angle), center[1] + length * libm::sin(angle)];
-            To::Arc { to: to.map(rounded), center: center.map(rounded), ccw }
+            let to = [rounded(to[0]), rounded(to[1]), rounded(at[2] + rise(chance))];
+            To::Arc { to, center: center.map(rounded), ccw }
         }
         _ => To::Line([rounded(beyond[0]), rounded(beyond[1]), at[2]]),
     };
     Piece { to, feed_mm_per_s: feed }
 }
 
-fn end_of(piece: &Piece, at: Place) -> Place {
+fn end_of(piece: &Piece) -> Place {
     match piece.to {
-        To::Line(to) => to,
-        To::Arc { to, .. } => [to[0], to[1], at[2]],
+        To::Line(to) | To::Arc { to, .. } => to,
     }
 }
 
@@ -68,7 +76,7 @@ fn random_chain(chance: &mut Chance, most: u64) -> Chain {
     let (mut at, mut way) = (chain.start, 0.0);
     for _ in 0..1 + chance.next() % most {
         let piece = random_piece(chance, at, &mut way);
-        at = end_of(&piece, at);
+        at = end_of(&piece);
         chain.pieces.push(piece);
     }
     chain
@@ -93,7 +101,7 @@ fn flattened(chance: &mut Chance) -> Chain {
 fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules, seed: u64) {
     laws(path, axes, rules).unwrap_or_else(|remark| panic!("seed {seed}: {remark:?}"));
     let total = path.duration_s();
-    let end = chain.pieces.iter().fold(chain.start, |at, piece| end_of(piece, at));
+    let end = chain.pieces.last().map_or(chain.start, end_of);
     let nearly = |a: Place, b: Place| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9);
     assert!(nearly(path.end(), end), "seed {seed}: ends at {:?} instead of {end:?}", path.end());
     assert!(path.at(total) == path.end() && path.at(0.0) == chain.start, "seed {seed}");
@@ -264,7 +272,7 @@ fn corners_slow_down_as_much_as_they_turn() {
 fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
     let axes = axes(50.0, 1000.0, 5e4);
     let circle =
-        |feed| Piece { to: To::Arc { to: [0.0; 2], center: [3.0, 0.0], ccw: true }, feed_mm_per_s: feed };
+        |feed| Piece { to: To::Arc { to: [0.0; 3], center: [3.0, 0.0], ccw: true }, feed_mm_per_s: feed };
     let path = planned(vec![circle(f64::INFINITY)], &axes);
     assert!((path.length_mm() - 6.0 * PI).abs() < 1e-9);
     let half = path.at(path.time_at_length(3.0 * PI));
@@ -288,6 +296,38 @@ fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
     let one = planned(vec![line(1.0, 0.0)], &axes);
     assert!((dust.duration_s() - one.duration_s()).abs() < 1e-9, "dust gathers speed as one line does");
     assert_eq!((dust.pieces.len(), dust.runs.len()), (1000, 1));
+}
+
+#[test]
+fn a_helix_is_its_circle_from_above_and_rises_evenly() {
+    let axes = axes(50.0, 1000.0, 5e4);
+    for (ccw, rise, turns) in [(true, -1.5, 1.0), (false, 2.0, 1.0), (true, 0.25, 0.5), (false, -40.0, 0.5)] {
+        let end = if turns == 1.0 { [0.0, 0.0, rise] } else { [4.0, 0.0, rise] };
+        let to = To::Arc { to: end, center: [2.0, 0.0], ccw };
+        let path = planned(vec![Piece { to, feed_mm_per_s: f64::INFINITY }], &axes);
+        let (around, way) = (4.0 * PI * turns, if ccw { 1.0 } else { -1.0 });
+        assert!((path.length_mm() - libm::sqrt(around * around + rise * rise)).abs() < 1e-9);
+        for part in 0..=100 {
+            let share = f64::from(part) / 100.0;
+            let at = path.at(path.time_at_length(share * path.length_mm()));
+            let angle = PI + way * TAU * turns * share;
+            let meant = [2.0 + 2.0 * libm::cos(angle), 2.0 * libm::sin(angle), rise * share];
+            assert!(at.iter().zip(meant).all(|(a, b)| (a - b).abs() < 1e-7), "{at:?} instead of {meant:?}");
+        }
+    }
+    // Steep ones are as fast as the height allows, flat ones as the circle.
+    let top = |rise: f64| {
+        let to = To::Arc { to: [0.0, 0.0, rise], center: [2.0, 0.0], ccw: true };
+        let path = planned(vec![Piece { to, feed_mm_per_s: f64::INFINITY }], &axes);
+        (0..1000)
+            .map(|part| path.velocity(path.duration_s() * f64::from(part) / 1000.0))
+            .fold([0.0_f64; 2], |most, v| {
+                [most[0].max(libm::sqrt(v[0] * v[0] + v[1] * v[1])), most[1].max(v[2].abs())]
+            })
+    };
+    let flat = libm::sqrt(0.64 * 1000.0 * 2.0);
+    assert!((top(0.0)[0] - flat).abs() < 1e-6 && (top(1.0)[0] - flat).abs() < 0.02 * flat, "{:?}", top(1.0));
+    assert!(top(400.0)[1] > 0.99 * 50.0, "{:?}", top(400.0));
 }
 
 #[test]
@@ -315,9 +355,10 @@ fn broken_chains_are_refused_with_the_piece() {
     let arc = |to, center| Piece { to: To::Arc { to, center, ccw: true }, feed_mm_per_s: 10.0 };
     assert_eq!(refused(line(f64::NAN, 0.0)), "motion.bad_place");
     assert_eq!(refused(line(1e12, 0.0)), "motion.bad_place");
-    assert_eq!(refused(arc([2.0, 0.0], [f64::INFINITY, 0.0])), "motion.bad_place");
-    assert_eq!(refused(arc([2.0, 0.0], [1.2, 0.0])), "motion.bad_arc");
-    assert_eq!(refused(arc([1.0, 0.0], [1.0, 0.0])), "motion.bad_arc");
+    assert_eq!(refused(arc([2.0, 0.0, 0.0], [f64::INFINITY, 0.0])), "motion.bad_place");
+    assert_eq!(refused(arc([2.0, 0.0, f64::NAN], [1.5, 0.0])), "motion.bad_place");
+    assert_eq!(refused(arc([2.0, 0.0, 0.0], [1.2, 0.0])), "motion.bad_arc");
+    assert_eq!(refused(arc([1.0, 0.0, 0.0], [1.0, 0.0])), "motion.bad_arc");
     for feed in [0.0, -1.0, f64::NAN] {
         assert_eq!(refused(Piece { feed_mm_per_s: feed, ..line(2.0, 0.0) }), "motion.bad_path_feed");
     }

@@ -11,8 +11,8 @@
 //! Comes in: a path, an axis, the length of its step. Goes out: sweeps, and the second of every step in them. Does not
 //! know how steps are stored.
 
-use super::Path;
 use super::curve::Stretch;
+use super::{Path, Planned};
 
 /// Steps one way, one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,20 +42,38 @@ struct Part {
 /// and its first one back are at least `turn_s` apart. In all, the axis goes from the step next to its start to the step
 /// next to its end.
 pub fn sweeps(path: &Path, axis: usize, mm_per_step: f64, turn_s: f64) -> Vec<Sweep> {
+    if axis > 2 {
+        return Vec::new();
+    }
+    let step = |mm: f64| libm::floor(mm / mm_per_step + 0.5) as i64;
+    sweeps_between(path, axis, mm_per_step, turn_s, (step(path.start[axis]), step(path.end()[axis])))
+}
+
+/// The same from the step at which the axis stands to the one at which it is to stand, which are the ones next to the
+/// path's ends. Half-way between two steps either is as near.
+pub fn sweeps_between(
+    path: &Path,
+    axis: usize,
+    mm_per_step: f64,
+    turn_s: f64,
+    (first, last): (i64, i64),
+) -> Vec<Sweep> {
     let mut found: Vec<Sweep> = Vec::new();
     if axis > 2 || mm_per_step.is_nan() || mm_per_step <= 0.0 {
         return found;
     }
     let step = |mm: f64| libm::floor(mm / mm_per_step + 0.5) as i64;
-    for (piece, planned) in path.pieces.iter().enumerate() {
-        for stretch in planned.curve.stretches(axis) {
-            // Its start is where the piece before ended, which may differ by rounding: count on from there.
-            let from = found.last().map_or(step(path.start[axis]), Sweep::to_step);
-            let part = Part { piece, stretch, from, to: step(stretch.to) };
-            if part.from != part.to {
-                add(&mut found, Sweep::of(part, axis, mm_per_step));
-                settle(&mut found, path, turn_s);
-            }
+    let of_piece = |(piece, planned): (usize, &Planned)| {
+        planned.curve.stretches(axis).into_iter().map(move |stretch| (piece, stretch)).collect::<Vec<_>>()
+    };
+    let mut stretches = path.pieces.iter().enumerate().flat_map(of_piece).peekable();
+    while let Some((piece, stretch)) = stretches.next() {
+        // Its start is where the piece before ended, which may differ by rounding: count on from there.
+        let from = found.last().map_or(first, Sweep::to_step);
+        let to = if stretches.peek().is_some() { step(stretch.to) } else { last };
+        if from != to {
+            add(&mut found, Sweep::of(Part { piece, stretch, from, to }, axis, mm_per_step));
+            settle(&mut found, path, turn_s);
         }
     }
     found

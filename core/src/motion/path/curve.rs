@@ -1,4 +1,4 @@
-//! One piece of a path: a straight line in space or a true arc in the plane.
+//! One piece of a path: a straight line in space, or a true arc in the plane, whose height may change evenly: a helix.
 //!
 //! ```text
 //! y ^     ,--- to           ψ: the angle from an axis; over [mπ, (m+1)π] the axis only rises
@@ -7,6 +7,9 @@
 //!   | from  centre
 //!   +--------------> x
 //! ```
+//!
+//! A helix of radius r that turns by φ and rises by h is L = √((rφ)² + h²) long. Its plane sees rφ/L of every length, its
+//! height h/L; seen from above it is the arc.
 //!
 //! Comes in: end points and centres in mm. Goes out: place, direction and curvature at any length along the piece, and
 //! the length at which an axis passes a place. Does not know time.
@@ -40,7 +43,7 @@ pub enum Curve {
         /// mm.
         length_mm: f64,
     },
-    /// An arc in the plane of X and Y.
+    /// An arc in the plane of X and Y, or a helix above it.
     Arc {
         /// Centre, X and Y.
         center: [f64; 2],
@@ -50,7 +53,9 @@ pub enum Curve {
         from_rad: f64,
         /// How far it turns; positive is counter-clockwise.
         sweep_rad: f64,
-        /// End; its Z is that of all the arc.
+        /// How far it rises, evenly along its length, mm; negative where it falls.
+        rise_mm: f64,
+        /// End.
         to: Place,
     },
 }
@@ -64,15 +69,14 @@ pub(super) fn line(from: Place, to: Place) -> Curve {
     Curve::Line { from, to, length_mm: distance(&from, &to) }
 }
 
-/// An arc around `center`, as one or two pieces. It ends where it says exactly: where its ends are not equally far from
-/// the centre, the centre is moved onto the line between them that is.
-pub(super) fn arc(from: Place, to: [f64; 2], center: [f64; 2], ccw: bool) -> Result<Vec<Curve>, Remark> {
-    let start = [from[0], from[1]];
+/// An arc or a helix around `center`, as one or two pieces. It ends where it says exactly: where its ends are not equally
+/// far from the centre, the centre is moved onto the line between them that is.
+pub(super) fn arc(from: Place, end: Place, center: [f64; 2], ccw: bool) -> Result<Vec<Curve>, Remark> {
+    let (start, to) = ([from[0], from[1]], [end[0], end[1]]);
     let (r0, r1) = (distance(&start, &center), distance(&to, &center));
     if !(r0 >= LEAST_RADIUS_MM && r1 >= LEAST_RADIUS_MM && (r0 - r1).abs() <= ARC_MISMATCH_MM) {
         return Err(Remark::new(Weight::Loss, "motion.bad_arc").with("start", r0).with("end", r1));
     }
-    let end = [to[0], to[1], from[2]];
     let angle = |at: [f64; 2]| libm::atan2(at[1] - center[1], at[0] - center[0]);
     let turn = angle(to) - angle(start);
     let turn = if ccw { turn } else { -turn };
@@ -90,8 +94,9 @@ pub(super) fn arc(from: Place, to: [f64; 2], center: [f64; 2], ccw: bool) -> Res
     // A centre can only be moved where the chord says where to: a nearly full circle becomes two arcs.
     let middle_rad = angle(start) + if ccw { 0.5 * turn } else { -0.5 * turn };
     let radius = 0.5 * (r0 + r1);
+    let height = 0.5 * (from[2] + end[2]);
     let middle =
-        [center[0] + radius * libm::cos(middle_rad), center[1] + radius * libm::sin(middle_rad), from[2]];
+        [center[0] + radius * libm::cos(middle_rad), center[1] + radius * libm::sin(middle_rad), height];
     let half = 0.5 * turn;
     Ok(vec![one_arc(from, middle, center, half, ccw, false), one_arc(middle, end, center, half, ccw, false)])
 }
@@ -116,7 +121,15 @@ fn one_arc(from: Place, to: Place, center: [f64; 2], turn: f64, ccw: bool, exact
     if sweep_rad < 1.0 && radius_mm * (1.0 - libm::cos(0.5 * sweep_rad)) < FLAT_MM {
         return line(from, to);
     }
-    Curve::Arc { center, radius_mm, from_rad, sweep_rad: if ccw { sweep_rad } else { -sweep_rad }, to }
+    let rise_mm = to[2] - from[2];
+    Curve::Arc {
+        center,
+        radius_mm,
+        from_rad,
+        sweep_rad: if ccw { sweep_rad } else { -sweep_rad },
+        rise_mm,
+        to,
+    }
 }
 
 impl Curve {
@@ -124,7 +137,44 @@ impl Curve {
     pub fn length_mm(&self) -> f64 {
         match *self {
             Self::Line { length_mm, .. } => length_mm,
-            Self::Arc { radius_mm, sweep_rad, .. } => radius_mm * sweep_rad.abs(),
+            Self::Arc { radius_mm, sweep_rad, rise_mm, .. } => {
+                let turned = radius_mm * sweep_rad.abs();
+                libm::sqrt(turned * turned + rise_mm * rise_mm)
+            }
+        }
+    }
+
+    /// The share of an arc's length that is seen from above: 1 for one that does not rise. 1 for lines too.
+    pub(super) fn level_share(&self) -> f64 {
+        match *self {
+            Self::Line { .. } => 1.0,
+            Self::Arc { radius_mm, sweep_rad, .. } => radius_mm * sweep_rad.abs() / self.length_mm(),
+        }
+    }
+
+    /// The part of it between two of its lengths.
+    pub(super) fn cut(&self, from_mm: f64, to_mm: f64) -> Self {
+        let (start, end) = (self.at(from_mm), self.at(to_mm));
+        match *self {
+            Self::Line { .. } => line(start, end),
+            Self::Arc { center, radius_mm, from_rad, sweep_rad, .. } => {
+                let turned = libm::copysign((to_mm - from_mm) * self.level_share() / radius_mm, sweep_rad);
+                let from_rad = self.angle_at(from_rad, radius_mm, sweep_rad, from_mm);
+                let rise_mm = end[2] - start[2];
+                Self::Arc { center, radius_mm, from_rad, sweep_rad: turned, rise_mm, to: end }
+            }
+        }
+    }
+
+    /// The same somewhere else.
+    pub(super) fn shifted(&self, by: Place) -> Self {
+        let moved = |place: Place| core::array::from_fn(|axis| place[axis] + by[axis]);
+        match *self {
+            Self::Line { from, to, length_mm } => Self::Line { from: moved(from), to: moved(to), length_mm },
+            Self::Arc { center, radius_mm, from_rad, sweep_rad, rise_mm, to } => {
+                let center = [center[0] + by[0], center[1] + by[1]];
+                Self::Arc { center, radius_mm, from_rad, sweep_rad, rise_mm, to: moved(to) }
+            }
         }
     }
 
@@ -136,8 +186,8 @@ impl Curve {
     }
 
     /// Angle of an arc at the length `s_mm`.
-    fn angle(from_rad: f64, radius_mm: f64, sweep_rad: f64, s_mm: f64) -> f64 {
-        from_rad + libm::copysign(s_mm / radius_mm, sweep_rad)
+    fn angle_at(&self, from_rad: f64, radius_mm: f64, sweep_rad: f64, s_mm: f64) -> f64 {
+        from_rad + libm::copysign(s_mm * self.level_share() / radius_mm, sweep_rad)
     }
 
     /// The place at the length `s_mm`: exactly the end at the whole length and beyond.
@@ -152,10 +202,10 @@ impl Curve {
                 let share = s / length;
                 core::array::from_fn(|axis| from[axis] + (to[axis] - from[axis]) * share)
             }
-            Self::Arc { center, radius_mm, from_rad, sweep_rad, to } => {
-                let angle = Self::angle(from_rad, radius_mm, sweep_rad, s);
+            Self::Arc { center, radius_mm, from_rad, sweep_rad, rise_mm, to } => {
+                let angle = self.angle_at(from_rad, radius_mm, sweep_rad, s);
                 let (x, y) = (radius_mm * libm::cos(angle), radius_mm * libm::sin(angle));
-                [center[0] + x, center[1] + y, to[2]]
+                [center[0] + x, center[1] + y, to[2] - rise_mm * (1.0 - s / length)]
             }
         }
     }
@@ -166,10 +216,10 @@ impl Curve {
             Self::Line { from, to, length_mm } => {
                 core::array::from_fn(|axis| (to[axis] - from[axis]) / length_mm)
             }
-            Self::Arc { radius_mm, from_rad, sweep_rad, .. } => {
-                let angle = Self::angle(from_rad, radius_mm, sweep_rad, s_mm);
-                let way = libm::copysign(1.0, sweep_rad);
-                [-way * libm::sin(angle), way * libm::cos(angle), 0.0]
+            Self::Arc { radius_mm, from_rad, sweep_rad, rise_mm, .. } => {
+                let angle = self.angle_at(from_rad, radius_mm, sweep_rad, s_mm);
+                let way = libm::copysign(self.level_share(), sweep_rad);
+                [-way * libm::sin(angle), way * libm::cos(angle), rise_mm / self.length_mm()]
             }
         }
     }
@@ -179,8 +229,10 @@ impl Curve {
         match *self {
             Self::Line { .. } => [0.0; 3],
             Self::Arc { radius_mm, from_rad, sweep_rad, .. } => {
-                let angle = Self::angle(from_rad, radius_mm, sweep_rad, s_mm);
-                [-libm::cos(angle) / radius_mm, -libm::sin(angle) / radius_mm, 0.0]
+                let angle = self.angle_at(from_rad, radius_mm, sweep_rad, s_mm);
+                let level = self.level_share();
+                let bend = level * level / radius_mm;
+                [-libm::cos(angle) * bend, -libm::sin(angle) * bend, 0.0]
             }
         }
     }
@@ -189,13 +241,14 @@ impl Curve {
     pub fn greatest_share(&self, axis: usize) -> f64 {
         match *self {
             Self::Line { .. } => self.tangent(0.0)[axis].abs(),
-            Self::Arc { .. } if axis > 1 => 0.0,
+            Self::Arc { rise_mm, .. } if axis > 1 => rise_mm.abs() / self.length_mm(),
             Self::Arc { .. } => {
                 // |sin ψ| is greatest where ψ is half a turn from its zeros, or else at an end.
                 let (from, to) = self.psi(axis);
                 let (low, high) = (from.min(to), from.max(to));
                 let top = libm::ceil((low - FRAC_PI_2) / PI) * PI + FRAC_PI_2;
-                if top <= high { 1.0 } else { libm::sin(low).abs().max(libm::sin(high).abs()) }
+                let turning = if top <= high { 1.0 } else { libm::sin(low).abs().max(libm::sin(high).abs()) };
+                turning * self.level_share()
             }
         }
     }
@@ -223,6 +276,7 @@ impl Curve {
             return vec![stretch(0.0, length, 0)];
         }
         let (from, to) = self.psi(axis);
+        let along = radius_mm / self.level_share();
         let way = if to > from { 1 } else { -1 };
         let mut half_turn = libm::floor(from / PI) as i32;
         let mut start_mm = 0.0;
@@ -230,7 +284,7 @@ impl Curve {
         // A turn has at most four ends of such stretches, with those at its own ends.
         for _ in 0..4 {
             let border = PI * f64::from(if way > 0 { half_turn + 1 } else { half_turn });
-            let end_mm = ((border - from).abs() * radius_mm).min(length);
+            let end_mm = ((border - from).abs() * along).min(length);
             if end_mm > start_mm {
                 found.push(stretch(start_mm, end_mm, half_turn));
             }
@@ -246,15 +300,15 @@ impl Curve {
     pub(super) fn length_at(&self, axis: usize, stretch: &Stretch, value: f64) -> f64 {
         let s = match *self {
             _ if stretch.from == stretch.to => stretch.from_mm,
-            Self::Line { .. } => {
-                let share = (value - stretch.from) / (stretch.to - stretch.from);
-                stretch.from_mm + share * (stretch.to_mm - stretch.from_mm)
-            }
-            Self::Arc { center, radius_mm, .. } => {
-                let within = libm::acos(((value - center[axis.min(1)]) / radius_mm).clamp(-1.0, 1.0));
+            Self::Arc { center, radius_mm, .. } if axis < 2 => {
+                let within = libm::acos(((value - center[axis]) / radius_mm).clamp(-1.0, 1.0));
                 let rest = if stretch.half_turn % 2 == 0 { within } else { PI - within };
                 let psi = PI * f64::from(stretch.half_turn) + rest;
-                (psi - self.psi(axis).0).abs() * radius_mm
+                (psi - self.psi(axis).0).abs() * radius_mm / self.level_share()
+            }
+            Self::Line { .. } | Self::Arc { .. } => {
+                let share = (value - stretch.from) / (stretch.to - stretch.from);
+                stretch.from_mm + share * (stretch.to_mm - stretch.from_mm)
             }
         };
         s.clamp(stretch.from_mm, stretch.to_mm)

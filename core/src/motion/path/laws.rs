@@ -4,9 +4,10 @@
 //! Comes in: a path, limits of X, Y and Z, the rules it was planned by. Goes out: what is broken,
 //! if anything. Does not know how it was planned.
 //!
-//! Greatest speed, acceleration and jerk of a span are among its numbers. A line gives an axis its share of each. On an
-//! arc of radius r an axis sees at most |v|·(its greatest share) of the speed, √(a² + (v²/r)²) of the acceleration and
-//! √((j + v³/r²)² + (3va/r)²) of the jerk, with the greatest v, a, j of the span. In a corner the speed of an axis jumps:
+//! Greatest speed, acceleration and jerk of a span are among its numbers. A line gives an axis its share of each, as does
+//! a helix to the height. On an arc of radius r an axis sees at most |v|·(its greatest share) of the speed, √(a² + (v²/r)²)
+//! of the acceleration and √((j + v³/r²)² + (3va/r)²) of the jerk, with the greatest v, a, j of the span, of which the
+//! plane has its share where the arc is a helix. In a corner the speed of an axis jumps:
 //! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A.
 
 use super::plan::{OF_CORNERS, Rules, turn};
@@ -131,8 +132,10 @@ fn too_much(planned: &Planned, span: &Span, axes: &[Limits; 3], axis: usize) -> 
     let (a, j) = (span.ramp.acceleration_mm_per_s2, span.ramp.jerk_mm_per_s3);
     let (acceleration, jerk) = match planned.curve {
         Curve::Line { .. } => (a * of_way, j * of_way),
-        Curve::Arc { .. } if axis > 1 => (0.0, 0.0),
+        Curve::Arc { .. } if axis > 1 => (a * of_way, j * of_way),
         Curve::Arc { radius_mm, .. } => {
+            let level = planned.curve.level_share();
+            let (v, a, j) = (v * level, a * level, j * level);
             let (pull, turning) = (v * v / radius_mm, v * v * v / (radius_mm * radius_mm));
             let changing = 3.0 * v * a / radius_mm;
             (libm::sqrt(a * a + pull * pull), libm::sqrt((j + turning) * (j + turning) + changing * changing))

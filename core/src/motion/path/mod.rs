@@ -16,11 +16,13 @@ mod crossings;
 mod curve;
 mod laws;
 mod plan;
+mod turns;
 
-pub use crossings::{Sweep, sweeps};
+pub use crossings::{Sweep, sweeps, sweeps_between};
 pub use curve::{Curve, Place};
 pub use laws::{laws, pace_change_per_s};
 pub use plan::{Chain, Piece, Rules, To, plan};
+pub use turns::turns;
 
 use super::profile::Span;
 use serde::{Deserialize, Serialize};
@@ -110,6 +112,16 @@ impl Path {
     /// Where it ends.
     pub fn end(&self) -> Place {
         self.pieces.last().map_or(self.start, |last| last.curve.end())
+    }
+
+    /// The same somewhere else, by `by` mm.
+    #[must_use]
+    pub fn shifted(mut self, by: Place) -> Self {
+        self.start = core::array::from_fn(|axis| self.start[axis] + by[axis]);
+        for planned in &mut self.pieces {
+            planned.curve = planned.curve.shifted(by);
+        }
+        self
     }
 
     /// The pieces of a run.

@@ -11,7 +11,8 @@
 //!
 //! Maths. A piece is limited by its axes' shares of it. On an arc of radius r the pull to the centre v²/r and the
 //! acceleration along it a add up at right angles: v²/r is kept to 0.8 of what the axes may do, a to what is then
-//! left. In the same way jerk along (with v³/r²) and across (3va/r) the arc share the axes' jerk.
+//! left. In the same way jerk along (with v³/r²) and across (3va/r) the arc share the axes' jerk. Of a helix this holds
+//! for what is seen from above; its height has its share, as on a line.
 //!
 //! A corner that turns by φ is taken as if an arc touched both sides and passed the corner in the distance d: its radius
 //! is R = d·cos(φ/2)/(1 − cos(φ/2)), from R/cos(φ/2) − R = d; the pull to its centre v²/R must stay within what the axes
@@ -81,10 +82,11 @@ pub struct Piece {
 pub enum To {
     /// Straight to a place, mm.
     Line(Place),
-    /// In the plane of X and Y around `center`, mm; a full circle where it ends where it starts.
+    /// In the plane of X and Y around `center`, mm; a full circle where it ends where it starts. The height changes evenly
+    /// on the way.
     Arc {
         /// End.
-        to: [f64; 2],
+        to: Place,
         /// Centre.
         center: [f64; 2],
         /// Counter-clockwise.
@@ -121,8 +123,20 @@ struct Limited {
 /// are not equally far from the centre, feeds and limits that cannot be planned with.
 pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Remark> {
     check(chain, axes, rules)?;
-    let axes = axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
-    let mut pieces: Vec<Limited> = Vec::with_capacity(chain.pieces.len());
+    Ok(along_curves(chain.start, &curves(chain)?, axes, rules))
+}
+
+/// A curve as it is wanted.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fed {
+    pub(super) source: u32,
+    pub(super) curve: Curve,
+    pub(super) feed_mm_per_s: f64,
+}
+
+/// The curves of a chain that go anywhere.
+pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Remark> {
+    let mut found: Vec<Fed> = Vec::with_capacity(chain.pieces.len());
     let mut at = chain.start;
     for (index, piece) in chain.pieces.iter().enumerate() {
         let source = u32::try_from(index).map_err(|_| Remark::new(Weight::Loss, "motion.too_many_legs"))?;
@@ -134,9 +148,21 @@ pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Re
         };
         for curve in curves.into_iter().filter(|curve| curve.length_mm() >= NOTHING_MM) {
             at = curve.end();
-            pieces.push(Limited { source, curve, limits: along(&curve, piece.feed_mm_per_s, &axes) });
+            found.push(Fed { source, curve, feed_mm_per_s: piece.feed_mm_per_s });
         }
     }
+    Ok(found)
+}
+
+/// The fastest path from rest at `start` along `curves` to rest.
+pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rules: &Rules) -> Path {
+    let axes = axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
+    let limited = |fed: &Fed| Limited {
+        source: fed.source,
+        curve: fed.curve,
+        limits: along(&fed.curve, fed.feed_mm_per_s, &axes),
+    };
+    let pieces: Vec<Limited> = curves.iter().map(limited).collect();
     let corners = corners(&pieces, &axes, rules);
     let groups = groups(&pieces, &corners);
     let ends = groups.iter().map(|group| group.first + group.count);
@@ -151,7 +177,7 @@ pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Re
     for (index, group) in groups.iter().enumerate() {
         speeds[index + 1] = speeds[index + 1].min(reached(speeds[index], &group.limits, group.length_mm));
     }
-    Ok(assemble(chain.start, &pieces, &groups, &speeds))
+    assemble(start, &pieces, &groups, &speeds)
 }
 
 /// The path of pieces in groups with the given speeds at the ends of the groups.
@@ -215,7 +241,7 @@ fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
     found
 }
 
-fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark> {
+pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark> {
     axes.iter().try_for_each(|axis| Shape::SCurve.check(*axis))?;
     let wrong = |code: &str, value: f64| Err(Remark::new(Weight::Loss, code).with("value", value));
     if !(rules.share > 1e-3 && rules.share <= 1.0) {
@@ -252,20 +278,26 @@ fn along(curve: &Curve, feed: f64, axes: &[Limits; 3]) -> Limits {
         if share > 0.0 {
             limits.speed = limits.speed.min(own.speed / share);
         }
-        if share > 0.0 && matches!(curve, Curve::Line { .. }) {
+        if share > 0.0 && (axis > 1 || matches!(curve, Curve::Line { .. })) {
             limits.acceleration = limits.acceleration.min(own.acceleration / share);
             limits.jerk = limits.jerk.min(own.jerk / share);
         }
     }
     let Curve::Arc { radius_mm, .. } = *curve else { return limits };
+    // As seen from above, then along the way.
+    let level = curve.level_share();
     let (a, j) = (axes[0].acceleration.min(axes[1].acceleration), axes[0].jerk.min(axes[1].jerk));
     let by_pull = libm::sqrt(ACROSS * a * radius_mm);
     let by_turning = libm::cbrt(JERK_OF_TURNING * j * radius_mm * radius_mm);
-    let speed = limits.speed.min(by_pull).min(by_turning);
+    let speed = (limits.speed * level).min(by_pull).min(by_turning);
     let pull = speed * speed / radius_mm;
     let left = libm::sqrt((a - pull) * (a + pull));
     let by_change = JERK_OF_PULL * j * radius_mm / (3.0 * speed);
-    Limits { speed, acceleration: left.min(by_change), jerk: JERK_ALONG * j }
+    Limits {
+        speed: speed / level,
+        acceleration: limits.acceleration.min(left.min(by_change) / level),
+        jerk: limits.jerk.min(JERK_ALONG * j / level),
+    }
 }
 
 /// The greatest speed at every corner, with rest at both ends: one more than there are pieces.
