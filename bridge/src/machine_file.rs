@@ -4,7 +4,8 @@
 //! read is never overwritten. Does not know what the settings mean; the table in `machine` does.
 
 use crate::cli::Refusal;
-use annulus_core::machine::{self, Kind, Machine, SECTIONS, Setting, Value};
+use annulus_core::machine::{self, Kind, Machine, SECTIONS, Setting};
+use annulus_core::project::text;
 use annulus_core::remark::{Remark, Weight};
 use std::env;
 use std::fmt::Write as _;
@@ -87,7 +88,7 @@ pub(crate) fn load(path: &Path) -> Result<Machine, Refusal> {
     let refuse = |remark: Remark| Refusal::content(remark);
     let Ok(text) = std::str::from_utf8(&bytes) else {
         let at = std::str::from_utf8(&bytes).err().map_or(0, |error| error.valid_up_to());
-        let (line, column) = line_and_column(&bytes, at);
+        let (line, column) = text::line_and_column(&bytes, at);
         return Err(refuse(Remark::new(Weight::Loss, "machine.file_not_text").at(&file, line, column)));
     };
     parse(&file, text).map_err(refuse)
@@ -98,16 +99,16 @@ fn unreadable(file: &str, error: &io::Error) -> Refusal {
     Refusal::surroundings(why)
 }
 
-/// The machine in `text`. Settings that it does not mention are those of the virtual drill.
-fn parse(file: &str, text: &str) -> Result<Machine, Remark> {
-    let document = toml::de::DeTable::parse(text).map_err(|error| {
+/// The machine in `written`. Settings that it does not mention are those of the virtual drill.
+fn parse(file: &str, written: &str) -> Result<Machine, Remark> {
+    let document = toml::de::DeTable::parse(written).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
-        let (line, column) = line_and_column(text.as_bytes(), at);
+        let (line, column) = text::line_and_column(written.as_bytes(), at);
         let what = error.message().lines().next().unwrap_or_default().to_owned();
         Remark::new(Weight::Loss, "machine.file_syntax").at(file, line, column).with("what", what)
     })?;
     let place = |remark: Remark, at: usize| {
-        let (line, column) = line_and_column(text.as_bytes(), at);
+        let (line, column) = text::line_and_column(written.as_bytes(), at);
         remark.at(file, line, column)
     };
     let mut machine = machine::virtual_drill();
@@ -123,7 +124,7 @@ fn parse(file: &str, text: &str) -> Result<Machine, Remark> {
                 for (name, value) in rows {
                     let key = format!("{}.{}", section.get_ref(), name.get_ref());
                     let (value_at, name_at) = (value.span().start, name.span().start);
-                    let change = [(key.clone(), plain(value.get_ref()))];
+                    let change = [(key.clone(), text::value(value.get_ref()))];
                     // One by one first, so that a refusal has the line of its field; bounds between fields later.
                     if machine::setting(&key).is_none() {
                         let why = Remark::new(Weight::Loss, "machine.setting_unknown").with("key", key);
@@ -167,36 +168,6 @@ fn parse(file: &str, text: &str) -> Result<Machine, Remark> {
     }
 }
 
-fn plain(value: &toml::de::DeValue<'_>) -> Value {
-    use toml::de::DeValue;
-    let number = |value: &DeValue<'_>| match value {
-        DeValue::Integer(number) => i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
-            .ok()
-            .map(|whole| whole as f64),
-        DeValue::Float(number) => number.as_str().replace('_', "").parse::<f64>().ok(),
-        _ => None,
-    };
-    match value {
-        DeValue::String(text) => Value::Text(text.to_string()),
-        DeValue::Array(items) => {
-            let numbers: Vec<_> = items.iter().filter_map(|item| number(item.get_ref())).collect();
-            if numbers.len() == items.len() {
-                Value::Numbers(numbers)
-            } else {
-                Value::Text("a list".to_owned())
-            }
-        }
-        other => number(other).map_or_else(|| Value::Text(other.type_str().to_owned()), Value::Number),
-    }
-}
-
-fn line_and_column(bytes: &[u8], at: usize) -> (u32, u32) {
-    let before = &bytes[..at.min(bytes.len())];
-    let line = before.iter().filter(|byte| **byte == b'\n').count();
-    let column = before.iter().rev().take_while(|byte| **byte != b'\n').count();
-    (u32::try_from(line + 1).unwrap_or(u32::MAX), u32::try_from(column + 1).unwrap_or(u32::MAX))
-}
-
 /// Writes `machine` to `path`, whole or not at all.
 pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Remark> {
     write_whole(path, text_of(machine).as_bytes()).map_err(|error| {
@@ -232,7 +203,7 @@ pub(crate) fn text_of(machine: &Machine) -> String {
         for row in *rows {
             let _ = writeln!(out, "# {}", explain(row));
             let name = row.key.split_once('.').map_or(row.key, |(_, name)| name);
-            let _ = writeln!(out, "{name} = {}", literal(&row.value(machine)));
+            let _ = writeln!(out, "{name} = {}", text::literal(&row.value(machine)));
         }
     }
     out
@@ -247,17 +218,6 @@ fn explain(row: &Setting) -> String {
         Kind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
         Kind::Numbers(low, high) | Kind::Wholes(low, high) => {
             format!("{sentence} Each {low} … {high}{unit}, at most 64.")
-        }
-    }
-}
-
-fn literal(value: &Value) -> String {
-    match value {
-        Value::Number(number) => number.to_string(),
-        Value::Text(text) => toml::Value::String(text.clone()).to_string(),
-        Value::Numbers(numbers) => {
-            let words: Vec<_> = numbers.iter().map(f64::to_string).collect();
-            format!("[{}]", words.join(", "))
         }
     }
 }

@@ -21,6 +21,7 @@
 //! | `job` | the program: legs of commands with gates and marks | how fast |
 //! | `cam` | plans: rack, order of holes, lowering to a program | motion |
 //! | `post` | programs in other controllers' words | motion |
+//! | `project` | the job file: a work as text | how ways are made |
 //! | `motion` | when each axis is where | steps |
 //! | `steps` | step times as runs, their digest and replay | planners' reasons |
 //! | `check` | an independent verdict on a stream | planners |
@@ -46,6 +47,7 @@ pub mod motion;
 pub mod pins;
 pub mod plot;
 pub mod post;
+pub mod project;
 pub mod queue;
 pub mod remark;
 pub mod servo;

@@ -20,6 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("job", &["geometry"]),
     ("cam", &["board", "job", "geometry", "machine"]),
     ("post", &["job", "geometry", "machine"]),
+    ("project", &["board", "cam", "job", "geometry", "machine"]),
     ("motion", &["job", "geometry", "machine"]),
     ("steps", &["motion", "job", "machine"]),
     ("check", &["steps", "job", "machine", "geometry"]),

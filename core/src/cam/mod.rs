@@ -10,8 +10,11 @@
 pub mod bench;
 mod lower;
 mod order;
+pub mod parameters;
 pub mod rack;
 mod tour;
+pub mod usual;
+pub mod work;
 
 pub use lower::lower;
 pub use rack::BitUse;
@@ -22,10 +25,12 @@ use crate::machine::Machine;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use order::{straight_mm, way};
+use serde::{Deserialize, Serialize};
 use tour::Effort;
 
 /// Order of the holes of one bit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Order {
     /// Shortest closed tour in straight distance, cut open where it serves the approach.
     #[default]

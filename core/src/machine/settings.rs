@@ -98,18 +98,20 @@ impl Setting {
 
     /// Why `value` cannot be, if it cannot.
     fn refusal(&self, value: &Value) -> Option<Remark> {
+        self.kind.refusal(self.key, self.unit, value)
+    }
+}
+
+impl Kind {
+    /// Why `value` cannot be the value of `key`, which is in `unit`, if it cannot.
+    pub fn refusal(self, key: &str, unit: &str, value: &Value) -> Option<Remark> {
         let remark = |what: &str| {
             let code = format!("machine.setting_{what}");
-            Some(
-                Remark::new(Weight::Loss, &code)
-                    .with("key", self.key)
-                    .with("value", value)
-                    .with("unit", self.unit),
-            )
+            Some(Remark::new(Weight::Loss, &code).with("key", key).with("value", value).with("unit", unit))
         };
         let inside = |number: f64, low: f64, high: f64| number.is_finite() && (low..=high).contains(&number);
         let range = |low: f64, high: f64| remark("range").map(|r| r.with("low", low).with("high", high));
-        match (self.kind, value) {
+        match (self, value) {
             (Kind::Text(longest), Value::Text(text)) => {
                 if text.chars().count() > longest || text.chars().any(char::is_control) {
                     return remark("text").map(|r| r.with("longest", longest));

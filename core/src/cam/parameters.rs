@@ -1,0 +1,502 @@
+//! The one table of a job's parameters: key, unit, range, how to get and set. Job file, command line and page read it;
+//! the sentence for each key is `work.<key with dots as underscores>` in the locale tables.
+//!
+//! ```text
+//!   SETUP       rows of the setup                      [setup]       in a job file
+//!   BIT         rows of a bit                          [[bit]]
+//!   OPERATION   rows of an operation; a row that does  [[operation]]
+//!               not belong to its kind has no value
+//! ```
+//!
+//! Comes in: keys and values. Goes out: a changed setup, bit or operation, or a remark naming the row. Does not know any
+//! file format.
+
+use super::Order;
+use super::work::{
+    Action, Bore, Clear, CutOut, CutSide, Direction, Drill, Flip, Holes, Isolate, Lines, Operation, Setup,
+    Work,
+};
+use crate::board::Face;
+use crate::geometry::{Bounds, Point};
+use crate::job::{Bit, Cutter};
+use crate::machine::{Kind, Value};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+
+/// One row of the table, of something of type `T`.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter<T: 'static> {
+    /// Group and name, for example `isolate.passes`; names are different within a `T`.
+    pub key: &'static str,
+    /// Unit of the numbers, empty for words.
+    pub unit: &'static str,
+    /// What is allowed.
+    pub kind: Kind,
+    /// Its value; none where the row does not belong to this one.
+    get: fn(&T) -> Option<Value>,
+    set: fn(&mut T, &Value),
+}
+
+impl<T> Parameter<T> {
+    /// Its value in `of`; none where the row does not belong to it.
+    pub fn value(&self, of: &T) -> Option<Value> {
+        (self.get)(of)
+    }
+
+    /// Its name: what stands behind the dot.
+    pub fn name(&self) -> &'static str {
+        self.key.split_once('.').map_or(self.key, |(_, name)| name)
+    }
+
+    /// Key of its sentence in the locale tables.
+    pub fn sentence_key(&self) -> String {
+        format!("work.{}", self.key.replace('.', "_"))
+    }
+
+    /// Sets it in `of`, or says why not; then nothing is changed.
+    pub fn set(&self, of: &mut T, value: &Value) -> Result<(), Remark> {
+        if self.value(of).is_none() {
+            return Err(Remark::new(Weight::Loss, "work.not_of_this_kind").with("key", self.key));
+        }
+        match self.kind.refusal(self.key, self.unit, value) {
+            Some(refusal) => Err(refusal),
+            None => {
+                (self.set)(of, value);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// The row of `table` called `name`, with or without its group.
+pub fn find<T>(table: &'static [Parameter<T>], name: &str) -> Option<&'static Parameter<T>> {
+    table.iter().find(|row| row.key == name || row.name() == name)
+}
+
+/// Sets `key` in `work`: `setup.…` in its setup, `operation.…` in every operation, and the rows of a kind in every
+/// operation of that kind. Numbers and words come as text. Fails when the row is not known or nothing has it.
+pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Remark> {
+    let unknown = || Remark::new(Weight::Loss, "work.unknown_key").with("key", key);
+    if let Some(row) = SETUP.iter().find(|row| row.key == key) {
+        return row.set(&mut work.setup, &valued(row.kind, text));
+    }
+    let row = OPERATION.iter().find(|row| row.key == key).ok_or_else(unknown)?;
+    let mut found = false;
+    for operation in work.operations.iter_mut().filter(|operation| row.value(operation).is_some()) {
+        row.set(operation, &valued(row.kind, text))?;
+        found = true;
+    }
+    if found { Ok(()) } else { Err(Remark::new(Weight::Loss, "work.nothing_has").with("key", key)) }
+}
+
+/// Text as the kind of value that is wanted; text where it is no number.
+fn valued(kind: Kind, text: &str) -> Value {
+    let plain = || Value::Text(text.to_owned());
+    let numbers = || text.split([',', ' ']).filter(|word| !word.is_empty()).map(|word| word.parse().ok());
+    match kind {
+        Kind::Text(_) | Kind::Choice(_) => plain(),
+        Kind::Number(..) | Kind::Whole(..) => text.trim().parse().map_or_else(|_| plain(), Value::Number),
+        Kind::Numbers(..) | Kind::Wholes(..) => {
+            numbers().collect::<Option<Vec<f64>>>().map_or_else(plain, Value::Numbers)
+        }
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    if let Value::Number(number) = value { *number } else { 0.0 }
+}
+
+fn text(value: &Value) -> &str {
+    if let Value::Text(text) = value { text } else { "" }
+}
+
+/// Pairs of numbers as points.
+fn points(value: &Value) -> Vec<Point> {
+    let Value::Numbers(numbers) = value else { return Vec::new() };
+    numbers.as_chunks::<2>().0.iter().map(|[x, y]| Point::from_mm(*x, *y)).collect()
+}
+
+fn pairs(points: impl IntoIterator<Item = Point>) -> Value {
+    Value::Numbers(points.into_iter().flat_map(|at| [at.x.mm(), at.y.mm()]).collect())
+}
+
+/// Names, one behind the other with commas between.
+fn names(value: &Value) -> Vec<String> {
+    text(value).split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
+macro_rules! row {
+    ($key:literal, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
+        Parameter { key: $key, unit: $unit, kind: $kind, get: $get, set: $set }
+    };
+}
+/// A row of the field that `$part` reaches, read by `$read` and written by `$write`.
+macro_rules! part {
+    ($key:literal, $unit:literal, $kind:expr, $variant:ident :: $field:ident, $read:expr, $write:expr) => {
+        row!(
+            $key,
+            $unit,
+            $kind,
+            |o: &Operation| match &o.action {
+                Action::$variant($variant { $field, .. }) => Some($read($field)),
+                _ => None,
+            },
+            |o: &mut Operation, v: &Value| if let Action::$variant(part) = &mut o.action {
+                part.$field = $write(v);
+            }
+        )
+    };
+}
+macro_rules! mm {
+    ($key:literal, $low:literal, $high:literal, $variant:ident :: $field:ident) => {
+        part!(
+            $key,
+            "mm",
+            Kind::Number($low, $high),
+            $variant::$field,
+            |length: &Length| Value::Number(length.mm()),
+            |v: &Value| Length::from_mm(number(v))
+        )
+    };
+}
+macro_rules! plain {
+    ($key:literal, $unit:literal, $low:literal, $high:literal, $variant:ident :: $field:ident) => {
+        part!($key, $unit, Kind::Number($low, $high), $variant::$field, |n: &f64| Value::Number(*n), number)
+    };
+}
+macro_rules! whole {
+    ($key:literal, $low:literal, $high:literal, $variant:ident :: $field:ident) => {
+        part!(
+            $key,
+            "",
+            Kind::Whole($low, $high),
+            $variant::$field,
+            |n: &u32| Value::Number(f64::from(*n)),
+            |v: &Value| number(v) as u32
+        )
+    };
+}
+macro_rules! flag {
+    ($key:literal, $variant:ident :: $field:ident) => {
+        part!($key, "", Kind::Choice(&["no", "yes"]), $variant::$field, yes_no, |v: &Value| text(v) == "yes")
+    };
+}
+macro_rules! words {
+    ($key:literal, $variant:ident :: $field:ident, $($word:literal => $value:path),+) => {
+        row!($key, "", Kind::Choice(&[$($word),+]),
+            |o: &Operation| match &o.action {
+                Action::$variant(part) => {
+                    Some(Value::Text(match part.$field { $($value => $word),+ }.to_owned()))
+                }
+                _ => None,
+            },
+            |o: &mut Operation, v: &Value| if let Action::$variant(part) = &mut o.action {
+                part.$field = match text(v) { $($word => $value,)+ _ => part.$field };
+            })
+    };
+}
+macro_rules! list {
+    ($key:literal, $variant:ident :: $field:ident) => {
+        part!(
+            $key,
+            "",
+            Kind::Text(400),
+            $variant::$field,
+            |bits: &Vec<String>| Value::Text(bits.join(", ")),
+            names
+        )
+    };
+}
+
+fn yes_no(yes: &bool) -> Value {
+    Value::Text(if *yes { "yes" } else { "no" }.to_owned())
+}
+
+fn face_word(face: Face) -> Value {
+    Value::Text(if face == Face::Top { "top" } else { "bottom" }.to_owned())
+}
+
+fn face(value: &Value) -> Face {
+    if text(value) == "bottom" { Face::Bottom } else { Face::Top }
+}
+
+const FACES: Kind = Kind::Choice(&["top", "bottom"]);
+/// Boxes as four numbers each: low X, low Y, high X, high Y.
+const PLACES: Kind = Kind::Numbers(-2000.0, 2000.0);
+
+fn zones(setup: &Setup) -> Option<Value> {
+    Some(pairs(setup.exclusions.iter().flat_map(|zone| [zone.min, zone.max])))
+}
+
+fn set_zones(setup: &mut Setup, value: &Value) {
+    let corners = points(value);
+    let boxes = corners.as_chunks::<2>().0.iter().map(|[a, b]| Bounds::of(*a).with(*b));
+    setup.exclusions = boxes.collect();
+}
+
+macro_rules! setup {
+    ($key:literal, $kind:expr, $($field:ident).+) => {
+        row!($key, "mm", $kind, |s: &Setup| Some(Value::Number(s.$($field).+.mm())),
+            |s: &mut Setup, v: &Value| s.$($field).+ = Length::from_mm(number(v)))
+    };
+}
+macro_rules! count {
+    ($key:literal, $low:literal, $high:literal, $($field:ident).+) => {
+        row!($key, "", Kind::Whole($low, $high), |s: &Setup| Some(Value::Number(f64::from(s.$($field).+))),
+            |s: &mut Setup, v: &Value| s.$($field).+ = number(v) as u32)
+    };
+}
+
+/// The rows of the setup.
+pub const SETUP: &[Parameter<Setup>] = &[
+    row!("setup.face", "", FACES, |s: &Setup| Some(face_word(s.face)), |s: &mut Setup, v: &Value| s.face =
+        face(v)),
+    row!(
+        "setup.flip",
+        "",
+        Kind::Choice(&["left_right", "top_bottom"]),
+        |s: &Setup| Some(Value::Text(
+            if s.flip == Flip::LeftRight { "left_right" } else { "top_bottom" }.to_owned()
+        )),
+        |s: &mut Setup, v: &Value| s.flip =
+            if text(v) == "top_bottom" { Flip::TopBottom } else { Flip::LeftRight }
+    ),
+    count!("setup.columns", 1.0, 50.0, panel.columns),
+    count!("setup.rows", 1.0, 50.0, panel.rows),
+    setup!("setup.gap", Kind::Number(0.0, 100.0), panel.gap),
+    count!("setup.pairs", 0.0, 4.0, alignment.pairs),
+    setup!("setup.pin", Kind::Number(0.3, 10.0), alignment.diameter),
+    setup!("setup.pin_margin", Kind::Number(0.0, 50.0), alignment.margin),
+    setup!("setup.pin_depth", Kind::Number(0.0, 30.0), alignment.depth),
+    setup!("setup.margin", Kind::Number(0.0, 50.0), margin),
+    row!("setup.exclusions", "mm", PLACES, zones, set_zones),
+];
+
+fn vee(bit: &Bit) -> Option<(Length, u32)> {
+    if let Cutter::Vee { tip, angle_mdeg } = bit.cutter { Some((tip, angle_mdeg)) } else { None }
+}
+
+fn form(bit: &Bit) -> Option<Value> {
+    let word = match bit.cutter {
+        Cutter::Drill => "drill",
+        Cutter::Mill => "mill",
+        Cutter::Vee { .. } => "vee",
+    };
+    Some(Value::Text(word.to_owned()))
+}
+
+fn set_form(bit: &mut Bit, value: &Value) {
+    bit.cutter = match text(value) {
+        "drill" => Cutter::Drill,
+        "mill" => Cutter::Mill,
+        _ if vee(bit).is_some() => bit.cutter,
+        _ => Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 },
+    };
+}
+
+/// The rows of a bit.
+pub const BIT: &[Parameter<Bit>] = &[
+    row!(
+        "bit.name",
+        "",
+        Kind::Text(60),
+        |b: &Bit| Some(Value::Text(b.name.clone())),
+        |b: &mut Bit, v: &Value| b.name = text(v).to_owned()
+    ),
+    row!("bit.form", "", Kind::Choice(&["drill", "mill", "vee"]), form, set_form),
+    row!(
+        "bit.diameter",
+        "mm",
+        Kind::Number(0.05, 20.0),
+        |b: &Bit| Some(Value::Number(b.diameter.mm())),
+        |b: &mut Bit, v: &Value| b.diameter = Length::from_mm(number(v))
+    ),
+    row!(
+        "bit.tip",
+        "mm",
+        Kind::Number(0.0, 10.0),
+        |b: &Bit| vee(b).map(|(tip, _)| Value::Number(tip.mm())),
+        |b: &mut Bit, v: &Value| if let Cutter::Vee { tip, .. } = &mut b.cutter {
+            *tip = Length::from_mm(number(v));
+        }
+    ),
+    row!(
+        "bit.angle",
+        "°",
+        Kind::Number(1.0, 179.0),
+        |b: &Bit| vee(b).map(|(_, angle)| Value::Number(f64::from(angle) * 1e-3)),
+        |b: &mut Bit, v: &Value| if let Cutter::Vee { angle_mdeg, .. } = &mut b.cutter {
+            *angle_mdeg = libm::round(number(v) * 1e3) as u32;
+        }
+    ),
+];
+
+macro_rules! common {
+    ($key:literal, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
+        row!($key, $unit, $kind, |o: &Operation| Some($get(o)), $set)
+    };
+}
+
+/// The rows of an operation.
+pub const OPERATION: &[Parameter<Operation>] = &[
+    common!("operation.name", "", Kind::Text(60), |o: &Operation| Value::Text(o.name.clone()), |o, v| o
+        .name =
+        text(v).to_owned()),
+    common!("operation.on", "", Kind::Choice(&["no", "yes"]), |o: &Operation| yes_no(&o.on), |o, v| o.on =
+        text(v) == "yes"),
+    common!("operation.face", "", FACES, |o: &Operation| face_word(o.face), |o, v| o.face = face(v)),
+    common!("operation.bit", "", Kind::Text(60), |o: &Operation| Value::Text(o.bit.clone()), |o, v| o.bit =
+        text(v).to_owned()),
+    common!(
+        "operation.feed",
+        "mm/s",
+        Kind::Number(0.01, 500.0),
+        |o: &Operation| Value::Number(o.feed_mm_per_s),
+        |o, v| o.feed_mm_per_s = number(v)
+    ),
+    common!(
+        "operation.plunge",
+        "mm/s",
+        Kind::Number(0.01, 500.0),
+        |o: &Operation| Value::Number(o.plunge_mm_per_s),
+        |o, v| o.plunge_mm_per_s = number(v)
+    ),
+    common!(
+        "operation.speed",
+        "rpm",
+        Kind::Whole(0.0, 300_000.0),
+        |o: &Operation| Value::Number(f64::from(o.spindle_rpm)),
+        |o, v| o.spindle_rpm = number(v) as u32
+    ),
+    common!(
+        "operation.depth",
+        "mm",
+        Kind::Number(0.0, 30.0),
+        |o: &Operation| Value::Number(o.depth.mm()),
+        |o, v| o.depth = Length::from_mm(number(v))
+    ),
+    common!(
+        "operation.depth_per_pass",
+        "mm",
+        Kind::Number(0.0, 30.0),
+        |o: &Operation| Value::Number(o.depth_per_pass.mm()),
+        |o, v| o.depth_per_pass = Length::from_mm(number(v))
+    ),
+    whole!("isolate.passes", 1.0, 20.0, Isolate::passes),
+    plain!("isolate.overlap", "%", 0.0, 95.0, Isolate::overlap_percent),
+    words!("isolate.direction", Isolate::direction,
+        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+    mm!("isolate.loop_overlap", 0.0, 10.0, Isolate::loop_overlap),
+    flag!("isolate.voronoi", Isolate::voronoi),
+    list!("isolate.further", Isolate::further),
+    plain!("clear.stepover", "%", 5.0, 100.0, Clear::stepover_percent),
+    mm!("clear.margin", 0.0, 10.0, Clear::margin),
+    words!("clear.direction", Clear::direction,
+        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+    list!("clear.further", Clear::further),
+    words!("engrave.of", Engrave::of,
+        "legend" => Lines::Legend, "outline" => Lines::Outline, "copper" => Lines::Copper),
+    words!("drill.holes", Drill::holes, "board" => Holes::Board, "alignment" => Holes::Alignment),
+    words!("drill.order", Drill::order,
+        "shortest" => Order::Shortest, "fastest" => Order::Fastest, "file" => Order::File),
+    mm!("drill.tolerance", 0.0, 1.0, Drill::tolerance),
+    mm!("drill.peck", 0.0, 30.0, Drill::peck),
+    flag!("bore.slots", Bore::slots),
+    flag!("bore.holes", Bore::holes),
+    words!("bore.direction", Bore::direction,
+        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+    list!("bore.further", Bore::further),
+    words!("cut_out.side", CutOut::side, "outside" => CutSide::Outside, "on" => CutSide::On),
+    words!("cut_out.direction", CutOut::direction,
+        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+    whole!("cut_out.tabs", 0.0, 100.0, CutOut::tabs),
+    mm!("cut_out.tab_width", 0.0, 50.0, CutOut::tab_width),
+    mm!("cut_out.tab_height", 0.0, 20.0, CutOut::tab_height),
+    part!(
+        "cut_out.tab_at",
+        "mm",
+        PLACES,
+        CutOut::tab_at,
+        |at: &Vec<Point>| pairs(at.iter().copied()),
+        points
+    ),
+    flag!("cut_out.bites", CutOut::bites),
+    mm!("cut_out.bite_hole", 0.1, 5.0, CutOut::bite_hole),
+    mm!("cut_out.bite_pitch", 0.1, 20.0, CutOut::bite_pitch),
+    plain!("cut_out.ramp", "°", 0.0, 45.0, CutOut::ramp_deg),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::locale;
+    use crate::machine::virtual_drill;
+
+    fn described<T>(table: &[Parameter<T>]) {
+        for row in table {
+            assert!(
+                locale::lookup("en", &row.sentence_key()).is_some(),
+                "no sentence {}",
+                row.sentence_key()
+            );
+        }
+    }
+
+    #[test]
+    fn every_row_has_a_sentence_and_a_value_that_may_be_set() {
+        described(SETUP);
+        described(BIT);
+        described(OPERATION);
+        let machine = virtual_drill();
+        let mut seen = 0;
+        for word in Action::WORDS {
+            let usual = Operation::usual(word, Face::Top, &machine).unwrap();
+            assert_eq!(usual.action.word(), word);
+            for row in OPERATION {
+                let Some(value) = row.value(&usual) else {
+                    let refusal = row.set(&mut usual.clone(), &Value::Number(1.0)).unwrap_err();
+                    assert_eq!(refusal.code, "work.not_of_this_kind");
+                    continue;
+                };
+                let mut same = usual.clone();
+                row.set(&mut same, &value).unwrap();
+                assert_eq!(same, usual, "{}", row.key);
+                seen += 1;
+            }
+        }
+        assert!(seen > OPERATION.len());
+        assert!(Operation::usual("fold", Face::Top, &machine).is_none());
+    }
+
+    #[test]
+    fn names_are_different_within_each_kind() {
+        let machine = virtual_drill();
+        for word in Action::WORDS {
+            let usual = Operation::usual(word, Face::Top, &machine).unwrap();
+            let mut names: Vec<_> =
+                OPERATION.iter().filter(|row| row.value(&usual).is_some()).map(Parameter::name).collect();
+            let all = names.len();
+            names.sort_unstable();
+            names.dedup();
+            assert_eq!(names.len(), all, "{word}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let mut operation = Operation::usual("isolate", Face::Top, &virtual_drill()).unwrap();
+        let before = operation.clone();
+        let rows = [
+            ("isolate.passes", Value::Number(1.5), "machine.setting_range"),
+            ("isolate.passes", Value::Number(21.0), "machine.setting_range"),
+            ("isolate.overlap", Value::Number(100.0), "machine.setting_range"),
+            ("isolate.direction", Value::Text("left".into()), "machine.setting_choice"),
+            ("operation.feed", Value::Text("fast".into()), "machine.setting_kind"),
+        ];
+        for (key, value, code) in rows {
+            let row = find(OPERATION, key).unwrap();
+            assert_eq!(row.set(&mut operation, &value).unwrap_err().code, code, "{key}");
+            assert_eq!(operation, before);
+        }
+    }
+}

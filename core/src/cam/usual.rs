@@ -1,0 +1,116 @@
+//! What a job, an operation, a bit has as long as nobody chose otherwise (N11).
+//!
+//! Comes in: a board and a machine, or the word of a kind. Goes out: [`Work`] and its parts. Does not know how ways are
+//! made.
+
+use super::Order;
+use super::work::{
+    Action, Bore, Clear, CutOut, Direction, Drill, Engrave, Holes, Isolate, Lines, Operation, Setup, Work,
+};
+use crate::board::{Board, Face};
+use crate::job::{Bit, Cutter};
+use crate::machine::Machine;
+use crate::units::Length;
+
+impl Action {
+    /// The kind called `word` with its usual values on `machine`.
+    pub fn usual(word: &str, machine: &Machine) -> Option<Self> {
+        Some(match word {
+            "isolate" => Self::Isolate(Isolate::default()),
+            "clear" => Self::Clear(Clear::default()),
+            "engrave" => Self::Engrave(Engrave { of: Lines::Legend }),
+            "drill" => Self::Drill(Drill {
+                holes: Holes::Board,
+                order: Order::Shortest,
+                tolerance: machine.rack_tolerance,
+                peck: Length::ZERO,
+            }),
+            "bore" => Self::Bore(Bore {
+                slots: true,
+                holes: true,
+                direction: Direction::Climb,
+                further: vec![SMALL_MILL.to_owned()],
+            }),
+            "cut_out" => Self::CutOut(CutOut::default()),
+            _ => return None,
+        })
+    }
+}
+
+/// The V-bit that a new job has.
+const VEE: &str = "V 30°";
+/// The mill that a new job bores and cuts out with.
+const MILL: &str = "Mill 1.5 mm";
+/// Its smaller mill.
+const SMALL_MILL: &str = "Mill 0.8 mm";
+
+/// The bits that a new job has.
+pub fn usual_bits() -> Vec<Bit> {
+    let bit = |name: &str, um, cutter| Bit { diameter: Length::from_um(um), name: name.to_owned(), cutter };
+    vec![
+        bit(VEE, 3_175, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 }),
+        bit(MILL, 1_500, Cutter::Mill),
+        bit(SMALL_MILL, 800, Cutter::Mill),
+    ]
+}
+
+impl Operation {
+    /// An operation of the kind called `word` on `face` with its usual values; none for an unknown kind.
+    pub fn usual(word: &str, face: Face, machine: &Machine) -> Option<Self> {
+        let action = Action::usual(word, machine)?;
+        let (bit, depth, depth_per_pass, feed, plunge) = match &action {
+            Action::Isolate(_) | Action::Clear(_) | Action::Engrave(_) => (VEE, 80, 0, 6.0, 1.5),
+            Action::Drill(_) => ("", 0, 0, machine.process.feed_mm_per_s, machine.process.feed_mm_per_s),
+            Action::Bore(_) | Action::CutOut(_) => (MILL, 0, 600, 5.0, 1.5),
+        };
+        Some(Self {
+            name: String::new(),
+            on: true,
+            face,
+            bit: bit.to_owned(),
+            feed_mm_per_s: feed,
+            plunge_mm_per_s: plunge,
+            spindle_rpm: machine.process.spindle_rpm,
+            depth: Length::from_um(depth),
+            depth_per_pass: Length::from_um(depth_per_pass),
+            action,
+        })
+    }
+}
+
+impl Work {
+    /// The job that `board` opens with on `machine`: grooves round the copper of each side that has any, holes, slots and
+    /// the outline. A board with copper on both sides is turned over about two pins, its bottom first.
+    pub fn default_for(board: &Board, machine: &Machine) -> Self {
+        let has = |face| board.copper.iter().any(|copper| copper.face == face && !copper.region.is_empty());
+        let (top, bottom) = (has(Face::Top), has(Face::Bottom));
+        let last = if bottom && !top { Face::Bottom } else { Face::Top };
+        let mut setup = Setup { face: last, ..Setup::default() };
+        let mut wanted = Vec::new();
+        if top && bottom {
+            setup.alignment.pairs = 1;
+            wanted.extend([("drill", Face::Bottom), ("isolate", Face::Bottom)]);
+        }
+        if top || bottom {
+            wanted.push(("isolate", last));
+        }
+        let wants_bore =
+            !board.slots.is_empty() || board.holes.iter().any(|hole| !drilled(hole.diameter, machine));
+        wanted.extend((!board.holes.is_empty()).then_some(("drill", last)));
+        wanted.extend(wants_bore.then_some(("bore", last)));
+        wanted.extend((!board.outline.is_empty()).then_some(("cut_out", last)));
+        let mut operations: Vec<Operation> =
+            wanted.iter().filter_map(|(word, face)| Operation::usual(word, *face, machine)).collect();
+        if let Some(Operation { action: Action::Drill(drill), .. }) =
+            operations.first_mut().filter(|_| setup.alignment.pairs > 0)
+        {
+            drill.holes = Holes::Alignment;
+        }
+        Self { setup, bits: usual_bits(), operations }
+    }
+}
+
+/// Whether a drill of the rack fits a hole of this size; a hole without a size is no milling matter.
+fn drilled(size: Option<Length>, machine: &Machine) -> bool {
+    size.is_none_or(|size| super::rack::nearest(&machine.rack, size, machine.rack_tolerance).is_some())
+}

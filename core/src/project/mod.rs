@@ -1,0 +1,308 @@
+//! The job file: a [`Work`] as TOML, one table for the setup, one for every bit and every operation.
+//!
+//! ```text
+//!  schema = 1
+//!  [setup]                       rows left out keep what the board opens with
+//!  [[bit]]                       any bit replaces all bits
+//!  [[operation]]                 any operation replaces all operations;
+//!  kind = "isolate"              rows left out keep the usual value of the kind
+//!  [[operation.cure]]
+//! ```
+//!
+//! Comes in: text, the work that the board opens with, the machine. Goes out: [`Work`], or a remark with file, line and
+//! column; and the text of a work. Does not know what the rows mean: the table in `cam` does.
+
+pub mod text;
+
+use crate::board::Face;
+use crate::cam::parameters::{self, Parameter};
+use crate::cam::work::{Action, Cure, Operation, Remedy, Work};
+use crate::geometry::Point;
+use crate::job::{Bit, Cutter};
+use crate::locale;
+use crate::machine::{Kind, Machine, Value};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use std::fmt::Write as _;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Version of the file's layout.
+const SCHEMA: i64 = 1;
+/// Longest job file, in bytes.
+pub const LONGEST: usize = 1 << 20;
+/// Most bits, and most operations, of a job.
+const MOST: usize = 64;
+/// Most cures of an operation.
+const MOST_CURES: usize = 4_096;
+
+/// The work that `text` describes; what it leaves out is as in `base`. `file` is its name for remarks.
+pub fn read(file: &str, text: &str, base: &Work, machine: &Machine) -> Result<Work, Remark> {
+    if text.len() > LONGEST {
+        return Err(Remark::new(Weight::Loss, "project.too_long").at(file, 0, 0).with("longest", LONGEST));
+    }
+    let reader = Reader { file, text, machine };
+    let document = DeTable::parse(text).map_err(|error| {
+        let what = error.message().lines().next().unwrap_or_default().to_owned();
+        let why = Remark::new(Weight::Loss, "project.syntax").with("what", what);
+        reader.place(why, error.span().map_or(0, |span| span.start))
+    })?;
+    reader.work(document.get_ref(), base)
+}
+
+struct Reader<'a> {
+    file: &'a str,
+    text: &'a str,
+    machine: &'a Machine,
+}
+
+/// A table of the file.
+type Table<'a> = DeTable<'a>;
+
+impl Reader<'_> {
+    fn place(&self, remark: Remark, at: usize) -> Remark {
+        let (line, column) = text::line_and_column(self.text.as_bytes(), at);
+        remark.at(self.file, line, column)
+    }
+
+    fn refuse<T>(&self, code: &str, key: &str, at: usize) -> Result<T, Remark> {
+        Err(self.place(Remark::new(Weight::Loss, code).with("key", key), at))
+    }
+
+    fn work(&self, document: &Table<'_>, base: &Work) -> Result<Work, Remark> {
+        let mut work = base.clone();
+        let mut schema = None;
+        for (name, value) in document {
+            match (name.get_ref().as_ref(), value.get_ref()) {
+                ("schema", DeValue::Integer(number)) => schema = number.as_str().parse::<i64>().ok(),
+                ("setup", DeValue::Table(rows)) => {
+                    self.rows(rows, parameters::SETUP, &[], &mut work.setup)?;
+                }
+                ("bit", DeValue::Array(tables)) => {
+                    work.bits = self.several(tables, MOST, "bit", |rows, at| self.bit(rows, at))?;
+                }
+                ("operation", DeValue::Array(tables)) => {
+                    work.operations =
+                        self.several(tables, MOST, "operation", |rows, at| self.operation(rows, at))?;
+                }
+                (other, _) => return self.refuse("project.unknown_row", other, name.span().start),
+            }
+        }
+        if schema != Some(SCHEMA) {
+            let found = schema.map_or_else(|| "none".to_owned(), |number| number.to_string());
+            let why = Remark::new(Weight::Loss, "project.schema").with("found", found).with("known", SCHEMA);
+            return Err(self.place(why, 0));
+        }
+        self.names(document, &work)?;
+        Ok(work)
+    }
+
+    /// Every table of a list.
+    fn several<T>(
+        &self,
+        tables: &[Spanned<DeValue<'_>>],
+        most: usize,
+        name: &str,
+        mut read: impl FnMut(&Table<'_>, usize) -> Result<T, Remark>,
+    ) -> Result<Vec<T>, Remark> {
+        let mut found = Vec::new();
+        for table in tables {
+            let at = table.span().start;
+            match table.get_ref() {
+                DeValue::Table(_) if found.len() == most => {
+                    let why = Remark::new(Weight::Loss, "project.too_many");
+                    return Err(self.place(why.with("key", name).with("most", most), at));
+                }
+                DeValue::Table(rows) => found.push(read(rows, at)?),
+                _ => return self.refuse("project.unknown_row", name, at),
+            }
+        }
+        Ok(found)
+    }
+
+    /// The rows of a table that `parameters` knows; those called as in `others` are left to the caller.
+    fn rows<T>(
+        &self,
+        rows: &Table<'_>,
+        table: &'static [Parameter<T>],
+        others: &[&str],
+        of: &mut T,
+    ) -> Result<(), Remark> {
+        for (name, value) in rows {
+            let name_text = name.get_ref().as_ref();
+            if others.contains(&name_text) {
+                continue;
+            }
+            let known = table.iter().find(|row| row.name() == name_text && row.value(of).is_some());
+            let Some(row) = known else {
+                return self.refuse("project.unknown_row", name_text, name.span().start);
+            };
+            row.set(of, &text::value(value.get_ref())).map_err(|why| self.place(why, value.span().start))?;
+        }
+        Ok(())
+    }
+
+    fn bit(&self, rows: &Table<'_>, at: usize) -> Result<Bit, Remark> {
+        let mut bit = Bit { diameter: Length::from_mm(1.0), name: String::new(), cutter: Cutter::Mill };
+        // Tip and angle exist only once the form is known.
+        let form = rows.iter().find(|(name, _)| name.get_ref() == "form");
+        if let (Some((_, value)), Some(row)) = (form, parameters::find(parameters::BIT, "bit.form")) {
+            row.set(&mut bit, &text::value(value.get_ref()))
+                .map_err(|why| self.place(why, value.span().start))?;
+        }
+        self.rows(rows, parameters::BIT, &["form"], &mut bit)?;
+        if bit.name.is_empty() {
+            return self.refuse("project.no_name", "bit", at);
+        }
+        if let Cutter::Vee { tip, .. } = bit.cutter
+            && tip > bit.diameter
+        {
+            return self.refuse("project.tip_too_wide", &bit.name, at);
+        }
+        Ok(bit)
+    }
+
+    fn operation(&self, rows: &Table<'_>, at: usize) -> Result<Operation, Remark> {
+        let kind = rows.iter().find(|(name, _)| name.get_ref() == "kind");
+        let (word, word_at) = match kind.map(|(_, value)| (value.get_ref(), value.span().start)) {
+            Some((DeValue::String(word), at)) => (word.as_ref(), at),
+            Some((_, at)) => ("", at),
+            None => ("", at),
+        };
+        let Some(mut operation) = Operation::usual(word, Face::Top, self.machine) else {
+            let why = Remark::new(Weight::Loss, "project.unknown_kind");
+            return Err(self.place(why.with("found", word).with("known", Action::WORDS.join(", ")), word_at));
+        };
+        let others =
+            if matches!(operation.action, Action::Isolate(_)) { &["kind", "cure"][..] } else { &["kind"] };
+        self.rows(rows, parameters::OPERATION, others, &mut operation)?;
+        let cures = rows.iter().find(|(name, _)| name.get_ref() == "cure");
+        if let (Action::Isolate(isolate), Some((name, value))) = (&mut operation.action, cures) {
+            let DeValue::Array(tables) = value.get_ref() else {
+                return self.refuse("project.unknown_row", "cure", name.span().start);
+            };
+            isolate.cures = self.several(tables, MOST_CURES, "cure", |rows, at| self.cure(rows, at))?;
+        }
+        Ok(operation)
+    }
+
+    fn cure(&self, rows: &Table<'_>, at: usize) -> Result<Cure, Remark> {
+        let (mut from, mut to, mut bit, mut depth, mut with) = (None, None, None, None, None);
+        for (name, found) in rows {
+            let value = text::value(found.get_ref());
+            match (name.get_ref().as_ref(), value) {
+                ("from", Value::Numbers(at)) => from = point(&at),
+                ("to", Value::Numbers(at)) => to = point(&at),
+                ("bit", Value::Text(name)) => bit = Some(name),
+                ("depth", Value::Number(mm)) if (0.001..=30.0).contains(&mm) => {
+                    depth = Some(Length::from_mm(mm));
+                }
+                ("with", Value::Text(word)) => with = Some(word),
+                (other, _) => return self.refuse("project.unknown_row", other, name.span().start),
+            }
+        }
+        let with = match (with.as_deref(), bit, depth) {
+            (Some("bit"), Some(bit), None) => Some(Remedy::Bit(bit)),
+            (Some("depth"), None, Some(depth)) => Some(Remedy::Depth(depth)),
+            (Some("centred"), None, None) => Some(Remedy::Centred),
+            _ => None,
+        };
+        match (from, to, with) {
+            (Some(from), Some(to), Some(with)) => Ok(Cure { from, to, with }),
+            _ => self.refuse("project.bad_cure", "cure", at),
+        }
+    }
+
+    /// Bits are named once, and every name that is used is a bit's.
+    fn names(&self, document: &Table<'_>, work: &Work) -> Result<(), Remark> {
+        let at = |list: &str, index: usize| {
+            let list =
+                document.iter().find(|(name, _)| name.get_ref() == list).map(|(_, value)| value.get_ref());
+            match list {
+                Some(DeValue::Array(tables)) => tables.get(index).map_or(0, |table| table.span().start),
+                _ => 0,
+            }
+        };
+        for (index, bit) in work.bits.iter().enumerate() {
+            if work.bits.iter().take(index).any(|other| other.name == bit.name) {
+                return self.refuse("project.name_twice", &bit.name, at("bit", index));
+            }
+        }
+        for (index, operation) in work.operations.iter().enumerate() {
+            if let Some(missing) = operation.bit_names().into_iter().find(|name| work.bit(name).is_none()) {
+                return self.refuse("project.no_such_bit", missing, at("operation", index));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn point(at: &[f64]) -> Option<Point> {
+    match at {
+        [x, y] if x.abs() <= 2000.0 && y.abs() <= 2000.0 => Some(Point::from_mm(*x, *y)),
+        _ => None,
+    }
+}
+
+/// The job file of `work`, with a comment over every row: its sentence, range and unit.
+pub fn write(work: &Work) -> String {
+    let mut out =
+        format!("# A job of Annulus. Rows that are left out keep their usual value.\nschema = {SCHEMA}\n");
+    out += "\n[setup]\n";
+    write_rows(&mut out, parameters::SETUP, &work.setup, true);
+    for (index, bit) in work.bits.iter().enumerate() {
+        out += "\n[[bit]]\n";
+        write_rows(&mut out, parameters::BIT, bit, index == 0);
+    }
+    let mut described: Vec<&str> = Vec::new();
+    for operation in &work.operations {
+        let word = operation.action.word();
+        let _ = write!(out, "\n[[operation]]\nkind = {}\n", text::literal(&Value::Text(word.to_owned())));
+        write_rows(&mut out, parameters::OPERATION, operation, !described.contains(&word));
+        described.push(word);
+        if let Action::Isolate(isolate) = &operation.action {
+            isolate.cures.iter().for_each(|cure| write_cure(&mut out, cure));
+        }
+    }
+    out
+}
+
+fn write_rows<T>(out: &mut String, table: &[Parameter<T>], of: &T, explained: bool) {
+    for row in table {
+        let Some(value) = row.value(of) else { continue };
+        if explained {
+            let _ = writeln!(out, "# {}", explain(row));
+        }
+        let _ = writeln!(out, "{} = {}", row.name(), text::literal(&value));
+    }
+}
+
+fn explain<T>(row: &Parameter<T>) -> String {
+    let sentence = locale::text("en", &row.sentence_key(), &[]);
+    let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
+    match row.kind {
+        Kind::Text(_) => sentence,
+        Kind::Number(low, high)
+        | Kind::Whole(low, high)
+        | Kind::Numbers(low, high)
+        | Kind::Wholes(low, high) => {
+            format!("{sentence} {low} … {high}{unit}.")
+        }
+        Kind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
+    }
+}
+
+fn write_cure(out: &mut String, cure: &Cure) {
+    let (x0, y0, x1, y1) = (cure.from.x.mm(), cure.from.y.mm(), cure.to.x.mm(), cure.to.y.mm());
+    let _ = write!(out, "\n[[operation.cure]]\nfrom = [{x0}, {y0}]\nto = [{x1}, {y1}]\n");
+    let _ = match &cure.with {
+        Remedy::Bit(name) => {
+            writeln!(out, "with = \"bit\"\nbit = {}", text::literal(&Value::Text(name.clone())))
+        }
+        Remedy::Depth(depth) => writeln!(out, "with = \"depth\"\ndepth = {}", depth.mm()),
+        Remedy::Centred => writeln!(out, "with = \"centred\""),
+    };
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,105 @@
+//! Job files: what is written is read again, and what is wrong is told with its place.
+
+use super::*;
+use crate::board::Board;
+use crate::cam::work::{Flip, Isolate};
+use crate::geometry::Bounds;
+use crate::machine::virtual_drill;
+
+fn base() -> Work {
+    Work::default_for(&Board::default(), &virtual_drill())
+}
+
+fn every_kind() -> Work {
+    let machine = virtual_drill();
+    let mut work = base();
+    work.operations =
+        Action::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Bottom, &machine)).collect();
+    work.setup.flip = Flip::TopBottom;
+    work.setup.exclusions =
+        vec![Bounds { min: Point::from_mm(-1.0, 2.5), max: Point::from_mm(3.0, 4.000001) }];
+    let at = |x, y| Point::from_mm(x, y);
+    if let Some(Operation { action: Action::Isolate(isolate), name, .. }) = work.operations.first_mut() {
+        "Oś \"górna\"\\".clone_into(name);
+        let remedies =
+            [Remedy::Bit(work.bits[0].name.clone()), Remedy::Depth(Length::from_um(45)), Remedy::Centred];
+        let cure = |with| Cure { from: at(1.5, -2.0), to: at(1.6, -2.0), with };
+        *isolate = Isolate {
+            cures: remedies.map(cure).to_vec(),
+            further: vec![work.bits[0].name.clone()],
+            ..isolate.clone()
+        };
+    }
+    if let Some(Operation { action: Action::CutOut(cut), .. }) = work.operations.last_mut() {
+        cut.tab_at = vec![at(0.0, 1.0), at(10.0, 1.0)];
+    }
+    work
+}
+
+#[test]
+fn what_is_written_is_read_again() {
+    let work = every_kind();
+    let text = write(&work);
+    let again = read("job.toml", &text, &base(), &virtual_drill()).unwrap();
+    assert_eq!(again, work, "{text}");
+    assert_eq!(write(&again), text);
+}
+
+#[test]
+fn what_is_left_out_stays_as_the_board_opens() {
+    let (machine, base) = (virtual_drill(), base());
+    let work = read("job.toml", "schema = 1\n", &base, &machine).unwrap();
+    assert_eq!(work, base);
+    let text = "schema = 1\n[setup]\ncolumns = 2\n[[operation]]\nkind = \"cut_out\"\ntabs = 2\n";
+    let work = read("job.toml", text, &base, &machine).unwrap();
+    assert_eq!((work.setup.panel.columns, work.setup.panel.rows, work.operations.len()), (2, 1, 1));
+    assert_eq!(work.bits, base.bits);
+}
+
+#[test]
+fn errors_have_their_place() {
+    let rows = [
+        ("schema = 1\n[setup\n", "project.syntax", 2, 7),
+        ("", "project.schema", 1, 1),
+        ("schema = 9\n", "project.schema", 1, 1),
+        ("schema = 1\ncolour = 1\n", "project.unknown_row", 2, 1),
+        ("schema = 1\n[setup]\ncolums = 2\n", "project.unknown_row", 3, 1),
+        ("schema = 1\n[setup]\ncolumns = 0\n", "machine.setting_range", 3, 11),
+        ("schema = 1\n[[bit]]\ndiameter = 1.0\n", "project.no_name", 2, 1),
+        ("schema = 1\n[[bit]]\nname = \"a\"\nform = \"vee\"\ntip = 2.0\n", "project.tip_too_wide", 2, 1),
+        ("schema = 1\n[[bit]]\nname = \"a\"\n[[bit]]\nname = \"a\"\n", "project.name_twice", 4, 1),
+        ("schema = 1\n[[operation]]\nkind = \"fold\"\n", "project.unknown_kind", 3, 8),
+        ("schema = 1\n[[operation]]\ntabs = 1\n", "project.unknown_kind", 2, 1),
+        ("schema = 1\n[[operation]]\nkind = \"drill\"\ntabs = 1\n", "project.unknown_row", 4, 1),
+        ("schema = 1\n[[operation]]\nkind = \"isolate\"\nbit = \"none\"\n", "project.no_such_bit", 2, 1),
+        (
+            "schema = 1\n[[operation]]\nkind = \"isolate\"\n[[operation.cure]]\nfrom = [1, 2]\n",
+            "project.bad_cure",
+            4,
+            1,
+        ),
+    ];
+    for (text, code, line, column) in rows {
+        let why = read("job.toml", text, &base(), &virtual_drill()).unwrap_err();
+        let place = why.place.clone().unwrap();
+        assert_eq!((why.code.as_str(), place.line, place.column), (code, line, column), "{text}");
+        assert!(!why.message("en").contains(".message"), "{code} has no sentence");
+    }
+}
+
+#[test]
+fn no_cut_and_no_changed_byte_panics() {
+    let text = write(&every_kind());
+    let machine = virtual_drill();
+    for end in (0..text.len()).step_by(7).filter(|end| text.is_char_boundary(*end)) {
+        let _ = read("cut", &text[..end], &base(), &machine);
+    }
+    let mut seed = 11_u64;
+    for _ in 0..500 {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let mut bytes = text.clone().into_bytes();
+        let at = (seed >> 33) as usize % bytes.len();
+        bytes[at] = (seed >> 20) as u8 & 0x7f;
+        let _ = read("mutated", &String::from_utf8_lossy(&bytes), &base(), &machine);
+    }
+}

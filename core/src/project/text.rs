@@ -1,0 +1,54 @@
+//! What every TOML file of Annulus needs: values as the tables write them, and places of errors.
+//!
+//! Comes in: parsed TOML and offsets in bytes. Goes out: [`Value`]s, lines and columns from 1. Does not know what the
+//! values mean.
+
+use crate::machine::Value;
+use toml::de::DeValue;
+
+/// The value as the tables of settings write it. What they do not know becomes a text naming its kind, which every row
+/// refuses.
+pub fn value(found: &DeValue<'_>) -> Value {
+    match found {
+        DeValue::String(text) => Value::Text(text.to_string()),
+        DeValue::Array(items) => {
+            let numbers: Vec<_> = items.iter().filter_map(|item| number(item.get_ref())).collect();
+            if numbers.len() == items.len() {
+                Value::Numbers(numbers)
+            } else {
+                Value::Text("a list".to_owned())
+            }
+        }
+        other => number(other).map_or_else(|| Value::Text(other.type_str().to_owned()), Value::Number),
+    }
+}
+
+fn number(found: &DeValue<'_>) -> Option<f64> {
+    match found {
+        DeValue::Integer(number) => i64::from_str_radix(&number.as_str().replace('_', ""), number.radix())
+            .ok()
+            .map(|whole| whole as f64),
+        DeValue::Float(number) => number.as_str().replace('_', "").parse::<f64>().ok(),
+        _ => None,
+    }
+}
+
+/// Line and column of the byte `at`, both from 1.
+pub fn line_and_column(bytes: &[u8], at: usize) -> (u32, u32) {
+    let before = bytes.get(..at).unwrap_or(bytes);
+    let line = before.iter().filter(|byte| **byte == b'\n').count();
+    let column = before.iter().rev().take_while(|byte| **byte != b'\n').count();
+    (u32::try_from(line + 1).unwrap_or(u32::MAX), u32::try_from(column + 1).unwrap_or(u32::MAX))
+}
+
+/// A value as TOML writes it.
+pub fn literal(value: &Value) -> String {
+    match value {
+        Value::Number(number) => number.to_string(),
+        Value::Text(text) => toml::Value::String(text.clone()).to_string(),
+        Value::Numbers(numbers) => {
+            let words: Vec<_> = numbers.iter().map(f64::to_string).collect();
+            format!("[{}]", words.join(", "))
+        }
+    }
+}
