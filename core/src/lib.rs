@@ -14,7 +14,7 @@
 //! | `units` | lengths in whole nanometres | anything else |
 //! | `remark` | what a reader or check has to say, as code and arguments | the sentences |
 //! | `locale` | the sentences, one table a language | who asks |
-//! | `geometry` | points and boxes | boards |
+//! | `geometry` | points, boxes, regions of lines and arcs | boards |
 //! | `machine` | a machine described, its settings table, presets | jobs |
 //! | `artwork` | files as written | what they are for |
 //! | `board` | the board as meant: holes and slots | files' words |

@@ -3,12 +3,35 @@
 //! Comes in: [`Length`]. Goes out: points, boxes, paths and regions of lines and arcs. Knows no boards.
 
 pub mod chords;
+mod combine;
+mod gaps;
+mod grow;
+mod index;
+mod measure;
+mod nearest;
+mod placement;
+mod rebuild;
 mod shape;
+mod sheet;
+mod stroke;
 
+pub use combine::{Coat, Rule, combine, even_odd, paint, settled, union};
+pub use gaps::{Gap, gaps};
+pub use grow::grow;
+pub use index::{Edge, Index, Near};
+pub use measure::{
+    area_mm2, contains, island_area_mm2, island_contains, path_area_mm2, path_bounds, segment_bounds, winding,
+};
+pub use placement::{Placement, QUARTER_MDEG};
 pub use shape::{Island, Path, Region, Segment};
+pub use stroke::{circle, rectangle, stroke, sweep};
 
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
+
+/// How far from the zero point outlines can be united and cut: 1.07 m either way. What lies beyond is moved to it,
+/// so a reader refuses it with a remark of its own.
+pub const REACH: Length = Length::from_nm((1 << 30) - 1);
 
 /// A place in the plane of the board: X to the right, Y away from the person.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -78,8 +101,25 @@ impl Bounds {
         }
     }
 
+    /// Whether all of it can be united and cut, see [`REACH`].
+    pub fn is_in_reach(self) -> bool {
+        let reach = Self::of(Point::default()).grown(REACH);
+        reach.contains(self.min) && reach.contains(self.max)
+    }
+
+    /// Whether the two have a point in common.
+    pub fn meets(self, other: Self) -> bool {
+        self.min.x <= other.max.x
+            && other.min.x <= self.max.x
+            && self.min.y <= other.max.y
+            && other.min.y <= self.max.y
+    }
+
     /// Whether `point` lies in it.
     pub fn contains(self, point: Point) -> bool {
         self.min.x <= point.x && point.x <= self.max.x && self.min.y <= point.y && point.y <= self.max.y
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,7 +14,7 @@
 //!
 //! Comes in: points. Goes out: paths and regions as plain data. Does not know boards, layers or tools.
 
-use super::{Bounds, Point, chords};
+use super::{Bounds, Point, chords, measure};
 use serde::{Deserialize, Serialize};
 
 /// One piece of a path.
@@ -95,6 +95,20 @@ impl Path {
         Self { start: self.end(), segments }
     }
 
+    /// A closed path, started at its leftmost, then lowest corner. An open one stays as it is.
+    #[must_use]
+    pub fn from_its_left(&self) -> Self {
+        let first = self.corners().take(self.segments.len()).enumerate().min_by_key(|(_, corner)| *corner);
+        match first {
+            Some((first, start)) if self.is_closed() => {
+                let mut segments = self.segments.clone();
+                segments.rotate_left(first);
+                Self { start, segments }
+            }
+            _ => self.clone(),
+        }
+    }
+
     /// The points of the path with arcs cut into chords that are at most `error_mm` off.
     pub fn flattened(&self, error_mm: f64) -> Vec<Point> {
         let mut points = vec![self.start];
@@ -155,9 +169,10 @@ impl Region {
         self.islands.is_empty()
     }
 
-    /// The box around it, arcs bulging included, to a micrometre; none for nothing.
+    /// The box around it, arcs bulging included, to a nanometre; none for nothing.
     pub fn bounds(&self) -> Option<Bounds> {
-        Bounds::around(self.islands.iter().flat_map(|island| island.outer.flattened(5e-4)))
+        let boxes = self.islands.iter().map(|island| measure::path_bounds(&island.outer));
+        boxes.reduce(|all, next| all.with(next.min).with(next.max))
     }
 }
 

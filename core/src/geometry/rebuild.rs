@@ -1,0 +1,403 @@
+//! From contours of chords back to paths of lines and true arcs.
+//!
+//! ```text
+//!   chords of one circle in a row ─▶ one arc        ╲_│_╱  a corner between two outlines was found on chords:
+//!   lines in one direction        ─▶ one line          ●   it is moved to where the arc and the line truly cross
+//!   crumbs                        ─▶ nothing
+//! ```
+//!
+//! Comes in: contours of edges that know their circles. Goes out: a region in canonical order: every path starts at its
+//! leftmost, then lowest corner, islands and holes are ordered by that corner.
+//! Tolerance: an arc lies on the circle it came from; a line is within [`STRAIGHT_NM`] of the corners it swallowed; a
+//! piece shorter than the crumb length given is drawn together to a point beside or on it; a contour thinner on average than
+//! [`DUST_WIDTH_NM`] is dropped. Knows no boards.
+
+use super::sheet::{CHORD_ERROR_NM, Circle, Found, Shape, Spot, apart};
+use super::{Island, Path, Point, Region, Segment};
+use crate::units::Length;
+
+/// Corners this near to a straight line, in nm, lie on it.
+pub(super) const STRAIGHT_NM: f64 = 3.0;
+/// Two circles whose centres and radii differ by no more, in nm, are one.
+const SAME_NM: f64 = 20.0;
+/// A contour whose area is less than this width times half its length is dust.
+pub(super) const DUST_WIDTH_NM: f64 = 20.0;
+/// A contour of less area is dust, in nm²: a square micrometre.
+const DUST_AREA_NM2: f64 = 1e6;
+/// Farther than this, in nm, a corner is not moved to where its neighbours truly cross.
+const SNAP_NM: f64 = 8.0 * CHORD_ERROR_NM;
+/// At most so many corners are swallowed by one line at once.
+const LONGEST_LOOK: usize = 256;
+
+/// What leads from one corner to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Line,
+    Arc { circle: Circle, clockwise: bool },
+}
+
+/// A corner, and what leads on from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Node {
+    at: Spot,
+    kind: Kind,
+}
+
+impl Kind {
+    fn of(edge: &Found, circles: &[Circle]) -> Self {
+        let Some(&circle) = edge.data.circle().and_then(|index| circles.get(index)) else {
+            return Self::Line;
+        };
+        let (a, b, c) = (place(edge, false), place(edge, true), circle.centre);
+        let side = (a.0 - c.0) * (b.1 - c.1) - (a.1 - c.1) * (b.0 - c.0);
+        Self::Arc { circle, clockwise: side < 0.0 }
+    }
+
+    /// Whether two pieces in a row are one: arcs of one circle the same way round.
+    fn goes_on(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Arc { circle: a, clockwise: left }, Self::Arc { circle: b, clockwise: right }) => {
+                left == right
+                    && (a == b
+                        || apart(a.centre, b.centre) <= SAME_NM && (a.radius - b.radius).abs() <= SAME_NM)
+            }
+            _ => false,
+        }
+    }
+}
+
+fn place(edge: &Found, end: bool) -> Spot {
+    let point = if end { edge.b } else { edge.a };
+    (f64::from(point.x), f64::from(point.y))
+}
+
+fn sub(a: Spot, b: Spot) -> Spot {
+    (a.0 - b.0, a.1 - b.1)
+}
+
+fn cross(a: Spot, b: Spot) -> f64 {
+    a.0 * b.1 - a.1 * b.0
+}
+
+fn dot(a: Spot, b: Spot) -> f64 {
+    a.0 * b.0 + a.1 * b.1
+}
+
+/// Area to the left of a contour and its length, both by its edges, in nm² and nm.
+fn size(contour: &[Found]) -> (f64, f64) {
+    let start = contour.first().map_or((0.0, 0.0), |edge| place(edge, false));
+    contour.iter().fold((0.0, 0.0), |(area, length), edge| {
+        let (a, b) = (place(edge, false), place(edge, true));
+        (area + cross(sub(a, start), sub(b, start)) / 2.0, length + apart(a, b))
+    })
+}
+
+fn is_dust(contour: &[Found]) -> bool {
+    let (area, length) = size(contour);
+    area.abs() < DUST_AREA_NM2.max(DUST_WIDTH_NM * length / 2.0)
+}
+
+/// Runs of one arc become one piece. The ring starts where a run starts.
+fn runs(contour: &[Found], circles: &[Circle]) -> Vec<Node> {
+    let all: Vec<Node> =
+        contour.iter().map(|edge| Node { at: place(edge, false), kind: Kind::of(edge, circles) }).collect();
+    join_arcs(&all)
+}
+
+/// Rotates the ring so that it starts at a seam between pieces that do not go on, and joins those that do. A ring of
+/// one arc alone stays one node.
+fn join_arcs(nodes: &[Node]) -> Vec<Node> {
+    let before = nodes.iter().cycle().skip(nodes.len().saturating_sub(1));
+    let seam = nodes.iter().zip(before).position(|(node, before)| !before.kind.goes_on(node.kind));
+    let Some(seam) = seam else { return nodes.iter().take(1).copied().collect() };
+    let mut joined: Vec<Node> = Vec::with_capacity(nodes.len());
+    for node in nodes.iter().cycle().skip(seam).take(nodes.len()) {
+        if !joined.last().is_some_and(|last| last.kind.goes_on(node.kind)) {
+            joined.push(*node);
+        }
+    }
+    joined
+}
+
+/// Neighbours in the ring: index before and index after.
+fn around(index: usize, count: usize) -> (usize, usize) {
+    ((index + count - 1) % count, (index + 1) % count)
+}
+
+/// Where the lines a–b and c–d cross; none where they are nearly parallel.
+fn crossing(a: Spot, b: Spot, c: Spot, d: Spot) -> Option<Spot> {
+    let (u, v) = (sub(b, a), sub(d, c));
+    let slope = cross(u, v);
+    if slope.abs() <= 0.02 * libm::sqrt(dot(u, u) * dot(v, v)) {
+        return None;
+    }
+    let share = cross(sub(c, a), v) / slope;
+    Some((a.0 + u.0 * share, a.1 + u.1 * share))
+}
+
+/// Whether a piece is so short that it is drawn together. An arc from nearly its end round to it is not.
+fn is_crumb(here: Node, next: Node, crumb: f64) -> bool {
+    let chord = sub(next.at, here.at);
+    dot(chord, chord) < crumb * crumb
+        && match here.kind {
+            Kind::Line => true,
+            Kind::Arc { circle, clockwise } => {
+                let side = cross(chord, sub(circle.centre, here.at));
+                if clockwise { side < 0.0 } else { side > 0.0 }
+            }
+        }
+}
+
+/// Draws pieces shorter than `crumb` together to one corner; never two in a row, so that a fine curve keeps its form.
+fn drop_crumbs(nodes: &[Node], crumb: f64) -> Vec<Node> {
+    let mut kept: Vec<Node> = Vec::with_capacity(nodes.len());
+    let mut index = 0;
+    while let Some(&here) = nodes.get(index) {
+        let enough = kept.len() + nodes.len() - index > 3;
+        match nodes.get(index + 1) {
+            Some(&next) if enough && is_crumb(here, next, crumb) => {
+                let last = kept.last().or(nodes.last()).copied().unwrap_or(here);
+                let far = nodes.get(index + 2).or(kept.first()).copied().unwrap_or(next);
+                kept.push(Node { at: drawn_together(last, here, next, far, crumb), kind: next.kind });
+                index += 2;
+            }
+            _ => {
+                kept.push(here);
+                index += 1;
+            }
+        }
+    }
+    kept
+}
+
+/// The corner that replaces a crumb from `here` to `next`: where the lines about it cross, or its end on an arc.
+fn drawn_together(last: Node, here: Node, next: Node, far: Node, crumb: f64) -> Spot {
+    let middle = ((here.at.0 + next.at.0) / 2.0, (here.at.1 + next.at.1) / 2.0);
+    match (last.kind, next.kind) {
+        (Kind::Line, Kind::Line) => crossing(last.at, here.at, next.at, far.at)
+            .filter(|&place| apart(place, middle) <= 2.0 * crumb)
+            .unwrap_or(middle),
+        (Kind::Line, Kind::Arc { .. }) => next.at,
+        (Kind::Arc { .. }, _) => here.at,
+    }
+}
+
+/// Whether the lines into and out of `here` turn back upon each other with less than a dust width between.
+fn is_spike(last: Node, here: Node, next: Spot) -> bool {
+    let (back, on) = (sub(last.at, here.at), sub(next, here.at));
+    let longer = libm::sqrt(dot(back, back).max(dot(on, on)));
+    last.kind == Kind::Line
+        && here.kind == Kind::Line
+        && dot(back, on) > 0.0
+        && cross(back, on).abs() <= DUST_WIDTH_NM * longer
+}
+
+/// Takes out corners where a line turns back upon itself.
+fn drop_spikes(nodes: &[Node]) -> Vec<Node> {
+    let mut kept: Vec<Node> = Vec::with_capacity(nodes.len());
+    for &node in nodes {
+        while let [.., last, here] = kept.as_slice()
+            && is_spike(*last, *here, node.at)
+        {
+            kept.pop();
+        }
+        kept.push(node);
+    }
+    kept
+}
+
+/// The index after the last corner of `line` that a straight line from its first one reaches with all between on it.
+fn straight_until(line: &[Node]) -> usize {
+    let Some(first) = line.first() else { return 0 };
+    let mut good = 1;
+    for end in 2..line.len().min(LONGEST_LOOK) {
+        let Some(to) = line.get(end) else { break };
+        let way = sub(to.at, first.at);
+        let length = libm::sqrt(dot(way, way));
+        let mut reached = 0.0;
+        let on_line = line.iter().take(end).skip(1).all(|node| {
+            let arm = sub(node.at, first.at);
+            let along = dot(arm, way) / length.max(1.0);
+            let forward = along >= reached - STRAIGHT_NM && along <= length + STRAIGHT_NM;
+            reached = along;
+            forward && cross(way, arm).abs() <= STRAIGHT_NM * length
+        });
+        if !on_line {
+            break;
+        }
+        good = end;
+    }
+    good
+}
+
+/// Joins lines that go on in one direction.
+fn straighten(nodes: &[Node]) -> Vec<Node> {
+    let count = nodes.len();
+    let round: Vec<Node> = nodes.iter().chain(nodes.first()).copied().collect();
+    let mut kept = Vec::with_capacity(count);
+    let mut index = 0;
+    while let Some(node) = nodes.get(index) {
+        kept.push(*node);
+        let ahead = round.iter().skip(index).take(LONGEST_LOOK);
+        let lines = ahead.take_while(|node| node.kind == Kind::Line).count();
+        let reach = (index + lines + 1).min(round.len());
+        index += round.get(index..reach).map_or(1, straight_until).max(1);
+    }
+    kept
+}
+
+/// Rotates the ring by half, so that its seam is looked at from the other side.
+fn half_round(nodes: &mut [Node]) {
+    let half = nodes.len() / 2;
+    nodes.rotate_left(half);
+}
+
+/// The point of `circle` on the line a–b nearest to `near`.
+fn line_meets(a: Spot, b: Spot, circle: Circle, near: Spot) -> Option<Spot> {
+    let way = sub(b, a);
+    let length = libm::sqrt(dot(way, way));
+    let unit = (way.0 / length, way.1 / length);
+    let arm = sub(circle.centre, a);
+    let (foot, off) = (dot(arm, unit), cross(unit, arm));
+    let half = libm::sqrt(circle.radius * circle.radius - off * off);
+    [foot - half, foot + half]
+        .map(|along| (a.0 + unit.0 * along, a.1 + unit.1 * along))
+        .into_iter()
+        .filter(|place| place.0.is_finite() && place.1.is_finite())
+        .min_by(|p, q| apart(*p, near).total_cmp(&apart(*q, near)))
+}
+
+/// The common point of two circles nearest to `near`.
+fn circles_meet(one: Circle, two: Circle, near: Spot) -> Option<Spot> {
+    let way = sub(two.centre, one.centre);
+    let gap = libm::sqrt(dot(way, way));
+    let along = (gap * gap + one.radius * one.radius - two.radius * two.radius) / (2.0 * gap);
+    let half = libm::sqrt(one.radius * one.radius - along * along);
+    let unit = (way.0 / gap, way.1 / gap);
+    [half, -half]
+        .map(|side| {
+            (one.centre.0 + unit.0 * along - unit.1 * side, one.centre.1 + unit.1 * along + unit.0 * side)
+        })
+        .into_iter()
+        .filter(|place| place.0.is_finite() && place.1.is_finite())
+        .min_by(|p, q| apart(*p, near).total_cmp(&apart(*q, near)))
+}
+
+fn off(circle: Circle, place: Spot) -> f64 {
+    (apart(circle.centre, place) - circle.radius).abs()
+}
+
+/// The point of a circle nearest to a place.
+fn onto(circle: Circle, place: Spot) -> Spot {
+    let arm = sub(place, circle.centre);
+    let length = libm::sqrt(dot(arm, arm)).max(1e-9);
+    (circle.centre.0 + arm.0 / length * circle.radius, circle.centre.1 + arm.1 / length * circle.radius)
+}
+
+/// Moves corners that were found on chords to where the true curves meet.
+fn snap(nodes: &mut [Node]) {
+    let count = nodes.len();
+    for index in 0..count {
+        let (before, after) = around(index, count);
+        let (Some(&here), Some(&last), Some(&next)) = (nodes.get(index), nodes.get(before), nodes.get(after))
+        else {
+            return;
+        };
+        let found = match (last.kind, here.kind) {
+            (Kind::Line, Kind::Line) => continue,
+            (Kind::Line, Kind::Arc { circle, .. }) => meet_line(last.at, here.at, circle),
+            (Kind::Arc { circle, .. }, Kind::Line) => meet_line(next.at, here.at, circle),
+            (Kind::Arc { circle: one, .. }, Kind::Arc { circle: two, .. }) => meet_arcs(one, two, here.at),
+        };
+        let Some(found) = found else { continue };
+        let room = apart(here.at, last.at).min(apart(here.at, next.at));
+        let moved = apart(found, here.at);
+        if moved <= SNAP_NM
+            && moved <= room / 3.0
+            && let Some(node) = nodes.get_mut(index)
+        {
+            node.at = (libm::round(found.0), libm::round(found.1));
+        }
+    }
+}
+
+fn meet_line(far: Spot, here: Spot, circle: Circle) -> Option<Spot> {
+    if off(circle, here) <= 2.0 {
+        return None;
+    }
+    let near = |place: &Spot| apart(*place, here) <= SNAP_NM;
+    line_meets(far, here, circle, here).filter(near).or_else(|| Some(onto(circle, here)))
+}
+
+fn meet_arcs(one: Circle, two: Circle, here: Spot) -> Option<Spot> {
+    if off(one, here).max(off(two, here)) <= 2.0 {
+        return None;
+    }
+    let near = |place: &Spot| apart(*place, here) <= SNAP_NM;
+    circles_meet(one, two, here).filter(near).or_else(|| {
+        let (a, b) = (onto(one, here), onto(two, here));
+        Some(((a.0 + b.0) / 2.0, (a.1 + b.1) / 2.0))
+    })
+}
+
+fn point((x, y): Spot) -> Point {
+    Point::new(Length::from_nm(libm::round(x) as i64), Length::from_nm(libm::round(y) as i64))
+}
+
+fn whole(circle: Circle, clockwise: bool) -> Path {
+    let centre = point(circle.centre);
+    let start = Point::new(centre.x - Length::from_nm(libm::round(circle.radius) as i64), centre.y);
+    Path { start, segments: vec![Segment::Arc { to: start, centre, clockwise }] }
+}
+
+/// The path of a ring, starting at its leftmost, then lowest corner.
+fn path_of(nodes: &[Node]) -> Option<Path> {
+    if let [Node { kind: Kind::Arc { circle, clockwise }, .. }] = *nodes {
+        return Some(whole(circle, clockwise));
+    }
+    let corners: Vec<Point> = nodes.iter().map(|node| point(node.at)).collect();
+    let first = (0..corners.len()).min_by_key(|&index| corners.get(index))?;
+    let ends = corners.iter().cycle().skip(first + 1);
+    let starts = corners.iter().cycle().skip(first);
+    let kinds = nodes.iter().cycle().skip(first).take(nodes.len());
+    let segments: Vec<Segment> = kinds
+        .zip(starts.zip(ends))
+        .filter(|(node, (from, to))| from != to || matches!(node.kind, Kind::Arc { .. }) && nodes.len() == 1)
+        .map(|(node, (_, &to))| match node.kind {
+            Kind::Line => Segment::Line { to },
+            Kind::Arc { circle, clockwise } => Segment::Arc { to, centre: point(circle.centre), clockwise },
+        })
+        .collect();
+    let round = segments.iter().any(|segment| matches!(segment, Segment::Arc { .. }));
+    let enough = if round { 2 } else { 3 };
+    (segments.len() >= enough)
+        .then(|| Path { start: corners.get(first).copied().unwrap_or_default(), segments })
+}
+
+/// One contour as a path; none for dust.
+fn path(contour: &[Found], circles: &[Circle], crumb: f64) -> Option<Path> {
+    if is_dust(contour) {
+        return None;
+    }
+    let mut nodes = runs(contour, circles);
+    for _ in 0..2 {
+        nodes = straighten(&join_arcs(&drop_spikes(&drop_crumbs(&nodes, crumb))));
+        half_round(&mut nodes);
+    }
+    snap(&mut nodes);
+    path_of(&nodes)
+}
+
+/// The region of shapes. Pieces shorter than `crumb` nm are drawn together.
+pub(super) fn region(shapes: &[Shape], circles: &[Circle], crumb: f64) -> Region {
+    let island = |shape: &Shape| {
+        let (outer, holes) = shape.split_first()?;
+        let outer = path(outer, circles, crumb)?;
+        let mut holes: Vec<Path> = holes.iter().filter_map(|hole| path(hole, circles, crumb)).collect();
+        holes.sort();
+        Some(Island { outer, holes })
+    };
+    let mut islands: Vec<Island> = shapes.iter().filter_map(island).collect();
+    islands.sort();
+    Region { islands }
+}

@@ -1,0 +1,273 @@
+//! The bench on which outlines are laid over each other: straight edges on whole nanometres, each knowing the circle
+//! that it is a chord of. The only file that speaks to the overlay engine.
+//!
+//! ```text
+//!   Path ──▶ edges ──────────▶ overlay ──────▶ contours of edges ──▶ Path (see `rebuild`)
+//!            a─b, circle 7                     a─b, circle 7
+//!
+//!   chords of one circle end at the same angles wherever an arc starts, so that equal arcs cut into equal chords
+//! ```
+//!
+//! Comes in: paths. Goes out: contours, outer ones counter-clockwise, holes clockwise, whose edges know their circles.
+//! Tolerance: a chord is at most [`CHORD_ERROR_NM`] off its arc; a crossing is at most 2 nm off the crossing of
+//! the chords. Coordinates beyond [`super::REACH`] are moved to it, so nothing overflows. Knows no boards and no tools.
+
+use super::{Path, Point, REACH, Segment, chords};
+use i_overlay::core::edge_data::{EdgeDataMerge, OverlayEdgeData};
+use i_overlay::core::edge_overlay::{EdgeOverlay, InputEdge};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay::ShapeType;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::i_float::int::point::IntPoint;
+use i_overlay::segm::boolean::ShapeCountBoolean;
+use i_overlay::vector::edge::DataVectorEdge;
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_4, TAU};
+
+/// How far a chord may be off its arc, in nm. Arcs come back exact; only where two outlines cross does it show.
+pub(super) const CHORD_ERROR_NM: f64 = 400.0;
+/// Chords of a whole circle at most, in eighths of it.
+const MOST_EIGHTHS: usize = 512;
+/// Ends whose distances from the centre differ by more, in nm, do not lie on one arc.
+const UNEVEN_NM: f64 = 1_000.0;
+
+/// A place in nm, in whole numbers unless it is being computed.
+pub(super) type Spot = (f64, f64);
+
+/// A circle that edges are chords of: centre and radius in nm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Circle {
+    pub(super) centre: Spot,
+    pub(super) radius: f64,
+}
+
+/// The number of an edge's circle, from 1; 0 where the edge is straight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Tag(u32);
+
+impl Tag {
+    pub(super) const STRAIGHT: Self = Self(0);
+
+    /// Its place in [`Sheet::circles`].
+    pub(super) const fn circle(self) -> Option<usize> {
+        if self.0 == 0 { None } else { Some(self.0 as usize - 1) }
+    }
+}
+
+impl OverlayEdgeData for Tag {
+    type Store = ();
+
+    /// Straight wins, then the older circle: what is chosen does not depend on the order of the two.
+    fn merge(both: EdgeDataMerge<ShapeCountBoolean, Self>, (): &mut ()) -> Self {
+        Self(both.lhs_data.0.min(both.rhs_data.0))
+    }
+}
+
+/// An edge as it is laid down.
+pub(super) type Edge = InputEdge<i32, Tag>;
+/// An edge of a result.
+pub(super) type Found = DataVectorEdge<i32, Tag>;
+/// An outer contour and its holes.
+pub(super) type Shape = Vec<Vec<Found>>;
+
+/// Which winding is inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fill {
+    /// Anything but 0.
+    NonZero,
+    /// Odd.
+    EvenOdd,
+    /// Above 0.
+    Positive,
+}
+
+impl From<Fill> for FillRule {
+    fn from(fill: Fill) -> Self {
+        match fill {
+            Fill::NonZero => Self::NonZero,
+            Fill::EvenOdd => Self::EvenOdd,
+            Fill::Positive => Self::Positive,
+        }
+    }
+}
+
+/// Edges being laid down, and the circles they belong to.
+#[derive(Default)]
+pub(super) struct Sheet {
+    pub(super) circles: Vec<Circle>,
+    pub(super) edges: Vec<Edge>,
+    wheels: BTreeMap<usize, Vec<Spot>>,
+}
+
+/// A point as the overlay takes it, moved into reach.
+pub(super) fn pin((x, y): Spot) -> IntPoint<i32> {
+    let reach = REACH.nm() as f64;
+    let hold = |value: f64| libm::round(value).clamp(-reach, reach) as i32;
+    IntPoint::new(hold(x), hold(y))
+}
+
+/// A point in nm.
+pub(super) fn spot(point: Point) -> Spot {
+    (point.x.nm() as f64, point.y.nm() as f64)
+}
+
+/// Distance of two places in nm.
+pub(super) fn apart(a: Spot, b: Spot) -> f64 {
+    let (dx, dy) = (a.0 - b.0, a.1 - b.1);
+    libm::sqrt(dx * dx + dy * dy)
+}
+
+impl Circle {
+    /// The circle of an arc between two ends, which lie on it or nearly so.
+    pub(super) fn through(centre: Spot, from: Spot, to: Spot) -> Self {
+        Self { centre, radius: (apart(centre, from) + apart(centre, to)) / 2.0 }
+    }
+}
+
+/// Chords of a whole circle of this radius, in eighths of it.
+fn eighths(radius: f64) -> usize {
+    let flat = (1.0 - CHORD_ERROR_NM / radius.max(CHORD_ERROR_NM)).clamp(-1.0, 1.0);
+    let step = 2.0 * libm::acos(flat);
+    (libm::ceil(FRAC_PI_4 / step.max(1e-9)) as usize).clamp(1, MOST_EIGHTHS)
+}
+
+/// The corners of a regular polygon in the unit circle, mirrored from one eighth so that they are exactly symmetric.
+fn wheel(eighths: usize) -> Vec<Spot> {
+    let count = 8 * eighths;
+    let first = |index: usize| {
+        let angle = TAU * index as f64 / count as f64;
+        (libm::cos(angle), libm::sin(angle))
+    };
+    let quarter = |index: usize| {
+        if index <= eighths {
+            first(index)
+        } else {
+            let (x, y) = first(2 * eighths - index);
+            (y, x)
+        }
+    };
+    (0..count)
+        .map(|index| {
+            let (x, y) = quarter(index % (2 * eighths));
+            match index / (2 * eighths) {
+                0 => (x, y),
+                1 => (-y, x),
+                2 => (-x, -y),
+                _ => (y, -x),
+            }
+        })
+        .collect()
+}
+
+impl Sheet {
+    fn put(&mut self, from: Spot, to: Spot, data: Tag) {
+        let (a, b) = (pin(from), pin(to));
+        if a != b {
+            self.edges.push(InputEdge { a, b, data });
+        }
+    }
+
+    /// Lays down a straight edge.
+    pub(super) fn line(&mut self, from: Spot, to: Spot) {
+        self.put(from, to, Tag::STRAIGHT);
+    }
+
+    /// Lays down an arc of `circle` as chords; equal ends are a whole circle.
+    pub(super) fn arc(&mut self, from: Spot, to: Spot, circle: Circle, clockwise: bool) {
+        if circle.radius < 1.0 {
+            return self.line(from, to);
+        }
+        self.circles.push(circle);
+        let tag = Tag(u32::try_from(self.circles.len()).unwrap_or(0));
+        let size = eighths(circle.radius);
+        let count = 8 * size;
+        let step = TAU / count as f64;
+        let angle = |(x, y): Spot| {
+            let turned = libm::atan2(y - circle.centre.1, x - circle.centre.0);
+            if turned < 0.0 { turned + TAU } else { turned }
+        };
+        let (low, high) = if clockwise { (angle(to), angle(from)) } else { (angle(from), angle(to)) };
+        let high = if high <= low || from == to { high + TAU } else { high };
+        let high = if high > low + TAU { high - TAU } else { high };
+        // Corners of the wheel strictly between the ends, none so near that the edge would be a crumb.
+        let first = libm::floor(low / step + 0.01) as usize + 1;
+        let last = libm::ceil(high / step - 0.01) as usize;
+        let wheel = self.wheels.entry(size).or_insert_with(|| wheel(size));
+        let corner = |index: usize| {
+            let (x, y) = wheel.get(index % count).copied().unwrap_or_default();
+            (circle.centre.0 + circle.radius * x, circle.centre.1 + circle.radius * y)
+        };
+        let inner: Vec<Spot> = if clockwise {
+            (first..last).rev().map(corner).collect()
+        } else {
+            (first..last).map(corner).collect()
+        };
+        let mut at = from;
+        for next in inner.into_iter().chain([to]) {
+            self.put(at, next, tag);
+            at = next;
+        }
+    }
+
+    /// Lays down one segment of a path.
+    pub(super) fn segment(&mut self, from: Point, segment: Segment) {
+        let start = spot(from);
+        match segment {
+            Segment::Line { to } => self.line(start, spot(to)),
+            Segment::Arc { to, centre, clockwise } => {
+                let (end, middle) = (spot(to), spot(centre));
+                if (apart(middle, start) - apart(middle, end)).abs() > UNEVEN_NM {
+                    let mut at = start;
+                    for point in chords::arc(from, to, centre, clockwise, CHORD_ERROR_NM * 1e-6) {
+                        self.line(at, spot(point));
+                        at = spot(point);
+                    }
+                } else {
+                    self.arc(start, end, Circle::through(middle, start, end), clockwise);
+                }
+            }
+        }
+    }
+
+    /// Lays down a path, closing an open one by a straight edge.
+    pub(super) fn path(&mut self, path: &Path) {
+        for (from, segment) in path.pieces() {
+            self.segment(from, segment);
+        }
+        self.line(spot(path.end()), spot(path.start));
+    }
+
+    /// What is inside by `fill`, of all edges together. The edges are used up.
+    pub(super) fn trace(&mut self, fill: Fill) -> Vec<Shape> {
+        trace(std::mem::take(&mut self.edges), fill)
+    }
+}
+
+/// What is inside of `edges` by `fill`.
+pub(super) fn trace(edges: Vec<Edge>, fill: Fill) -> Vec<Shape> {
+    if edges.is_empty() {
+        return Vec::new();
+    }
+    let mut overlay = EdgeOverlay::<i32, Tag>::new(edges.len());
+    overlay.add_edges(edges, ShapeType::Subject);
+    overlay.build_vector_shapes(OverlayRule::Subject, fill.into())
+}
+
+/// What is inside of two sets of edges, each by nonzero winding, laid together by `rule`.
+pub(super) fn trace_two(subject: Vec<Edge>, clip: Vec<Edge>, rule: OverlayRule) -> Vec<Shape> {
+    let mut overlay = EdgeOverlay::<i32, Tag>::new(subject.len() + clip.len());
+    overlay.add_edges(subject, ShapeType::Subject);
+    overlay.add_edges(clip, ShapeType::Clip);
+    overlay.build_vector_shapes(rule, FillRule::NonZero)
+}
+
+/// The edges of shapes, to be laid down again.
+pub(super) fn edges_of(shapes: &[Shape]) -> Vec<Edge> {
+    let edges = shapes.iter().flatten().flatten();
+    edges.map(|edge| InputEdge { a: edge.a, b: edge.b, data: edge.data }).collect()
+}
+
+/// The same edges the other way round: what counted +1 now counts −1.
+pub(super) fn turned(edges: &[Edge]) -> impl Iterator<Item = Edge> {
+    edges.iter().map(|edge| InputEdge { a: edge.b, b: edge.a, data: edge.data })
+}
