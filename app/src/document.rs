@@ -8,16 +8,19 @@
 //!
 //! Comes in: names and bytes, choices of the person. Goes out: signals. Does not know how it is shown.
 
-use crate::engine::messages::{Numbers, Order, Planned, Reading, Settings, Timed, ToPlan, ToRead, ToTime};
+use crate::engine::messages::{
+    LayerRow, Numbers, Order, Planned, Reading, Settings, Timed, ToPlan, ToRead, ToTime,
+};
 use crate::engine::{Engine, Stopped};
 use crate::i18n::{key, say};
 use crate::state::{Job, Task, state};
+use crate::view::Mesh;
 use crate::widgets::toast;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::program;
 use leptos::prelude::*;
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -32,6 +35,8 @@ pub struct Document {
     pub used: Option<Vec<u32>>,
     /// What came of it.
     pub reading: Reading,
+    /// The triangles of each of its layers.
+    pub meshes: Vec<Arc<Mesh>>,
 }
 
 impl Document {
@@ -90,6 +95,10 @@ thread_local! {
     static WISH: Cell<u32> = const { Cell::new(0) };
     /// The files were just opened; whether all went well is known when they are planned.
     static JUST_OPENED: Cell<bool> = const { Cell::new(false) };
+    /// A plan is in work.
+    static PLANNING: Cell<bool> = const { Cell::new(false) };
+    /// The plan that is wanted next.
+    static WAITING: RefCell<Option<ToPlan>> = const { RefCell::new(None) };
 }
 
 /// The open board. Made by [`begin`].
@@ -130,7 +139,7 @@ pub fn begin() {
     Effect::new(move |_| {
         let document = desk.document.get();
         let wanted = document.filter(|_| !desk.reviewing.get()).map(|document| ToPlan {
-            board: document.reading.board.clone(),
+            board_key: document.reading.board_key,
             machine: Settings::of(&state().machine.get()),
             order: desk.order.get(),
             loaded: desk.loaded.get(),
@@ -169,7 +178,8 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     let wish = next_wish();
     engine().cancel();
     state().task.set(Some(Task { word: key!("page.task.reading"), share: 0.0 }));
-    let wanted = ToRead { files: files.clone(), numbers: numbers.clone(), used: used.clone() };
+    let wanted =
+        ToRead { board_key: wish, files: files.clone(), numbers: numbers.clone(), used: used.clone() };
     let answer = engine().read(wanted).await;
     if wish != WISH.get() {
         return;
@@ -177,7 +187,7 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     state().task.set(None);
     match answer {
         Ok(reading) => {
-            let document = Document { files, numbers, used, reading };
+            let document = document_of(files, numbers, used, reading);
             desk.accepted.set(BTreeSet::new());
             clear_plan(desk);
             let doubtful = document.doubtful() || document.reading.board.holes.is_empty();
@@ -199,6 +209,17 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     }
 }
 
+fn document_of(
+    files: Vec<(String, Vec<u8>)>,
+    numbers: Numbers,
+    used: Option<Vec<u32>>,
+    mut reading: Reading,
+) -> Document {
+    let mesh = |layer: &mut LayerRow| Arc::new(std::mem::take(&mut layer.mesh));
+    let meshes = reading.layers.iter_mut().map(mesh).collect();
+    Document { files, numbers, used, reading, meshes }
+}
+
 fn show_review() {
     desk().reviewing.set(true);
 }
@@ -211,9 +232,44 @@ fn clear_plan(desk: Desk) {
     state().selected.set(None);
 }
 
+/// Plans `wanted` when what is in work is done; of several that wait, only the last.
 async fn make_plan(desk: Desk, wanted: ToPlan) {
-    let wish = next_wish();
-    engine().cancel();
+    next_wish();
+    if PLANNING.get() {
+        WAITING.with_borrow_mut(|waiting| *waiting = Some(wanted));
+        return;
+    }
+    PLANNING.set(true);
+    let mut next = Some(wanted);
+    while let Some(wanted) = next {
+        plan_and_time(desk, wanted).await;
+        next = WAITING.take();
+    }
+    PLANNING.set(false);
+}
+
+/// Plans; a worker that does not have the board is given the files first.
+async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result<Planned, Stopped> {
+    let answer = engine().plan(wanted.clone(), progress).await;
+    let gone = |why: &[Remark]| why.iter().any(|remark| remark.code == "engine.board_gone");
+    match answer {
+        Err(Stopped::Refused(why)) if gone(&why) => {
+            let Some(document) = desk().document.get_untracked() else { return Err(Stopped::Cancelled) };
+            let again = ToRead {
+                board_key: wanted.board_key,
+                files: document.files.clone(),
+                numbers: document.numbers.clone(),
+                used: document.used.clone(),
+            };
+            engine().read(again).await?;
+            engine().plan(wanted, progress).await
+        }
+        answer => answer,
+    }
+}
+
+async fn plan_and_time(desk: Desk, wanted: ToPlan) {
+    let wish = WISH.get();
     let machine = wanted.machine.clone();
     let progress = move |share| {
         if wish == WISH.get() {
@@ -221,7 +277,7 @@ async fn make_plan(desk: Desk, wanted: ToPlan) {
         }
     };
     progress(0.0);
-    let answer = engine().plan(wanted, progress).await;
+    let answer = plan(wanted, progress).await;
     if wish != WISH.get() {
         return;
     }
@@ -265,6 +321,7 @@ fn finish(desk: Desk, planned: &Planned, timed: Timed) {
 /// Calls off what the worker does.
 pub fn cancel() {
     next_wish();
+    WAITING.take();
     engine().cancel();
     state().task.set(None);
 }

@@ -8,6 +8,8 @@ pub enum Tab {
     /// The board and its holes.
     #[default]
     Board,
+    /// What is milled and drilled, with what, in which order.
+    Cam,
     /// The playback.
     Simulate,
     /// The drill.
@@ -20,12 +22,14 @@ pub enum Tab {
 
 impl Tab {
     /// All of them, in order.
-    pub const ALL: [Self; 5] = [Self::Board, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
+    pub const ALL: [Self; 6] =
+        [Self::Board, Self::Cam, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
 
     /// Its word in the address: `#/board`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Board => "board",
+            Self::Cam => "cam",
             Self::Simulate => "simulate",
             Self::Machine => "machine",
             Self::Lab => "lab",
@@ -82,6 +86,8 @@ pub enum Action {
     Region(bool),
     /// Whole board.
     Fit,
+    /// The other side of the board.
+    Flip,
     /// Closer.
     ZoomIn,
     /// Further.
@@ -194,7 +200,7 @@ fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
         (Tab::Simulate, "Home") => Some(Action::Beginning),
         (Tab::Simulate, "End") => Some(Action::End),
         (Tab::Simulate, "," | ".") => Some(Action::Faster(key == ".")),
-        (Tab::Board | Tab::Machine, "Home") => Some(Action::Fit),
+        (Tab::Board | Tab::Cam | Tab::Machine, "Home") => Some(Action::Fit),
         _ => None,
     }
 }
@@ -208,6 +214,9 @@ fn anywhere(press: &Press, key: &str) -> Option<Action> {
             ("W" | "w", _) => Some(Action::Speak),
             _ => None,
         };
+    }
+    if matches!(key, "f" | "F") {
+        return Some(Action::Flip);
     }
     let number = key.parse::<usize>().ok().filter(|_| key.len() == 1)?;
     Tab::ALL.get(number.checked_sub(1)?).map(|tab| Action::Show(*tab))
@@ -251,8 +260,11 @@ mod tests {
             ("text+Space", Tab::Machine, None),
             ("Shift+ArrowRight", Tab::Simulate, Some(Action::Step(Stride::Hole(true)))),
             ("Ctrl+ArrowLeft", Tab::Simulate, Some(Action::Step(Stride::Percent(false)))),
-            ("3", Tab::Board, Some(Action::Show(Tab::Machine))),
-            ("4", Tab::Board, Some(Action::Show(Tab::Lab))),
+            ("2", Tab::Board, Some(Action::Show(Tab::Cam))),
+            ("4", Tab::Board, Some(Action::Show(Tab::Machine))),
+            ("5", Tab::Board, Some(Action::Show(Tab::Lab))),
+            ("f", Tab::Board, Some(Action::Flip)),
+            ("text+f", Tab::Board, None),
             ("Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
             ("text+Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
             ("lines+Ctrl+z", Tab::Lab, None),

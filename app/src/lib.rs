@@ -14,6 +14,7 @@ pub mod format;
 pub mod health;
 pub mod keys;
 pub mod lab;
+pub mod layers;
 pub mod picture;
 pub mod readout;
 pub mod view;

@@ -29,8 +29,8 @@ const CHORD_ERROR_MM: f64 = 0.005;
 const TRAVEL_PX: f32 = 1.25;
 
 /// The place in the files' coordinates that the picture counts from.
-pub fn origin(board: &Board) -> Point {
-    body(board).map_or_else(Point::default, |bounds| bounds.min)
+pub fn origin(body: Option<Bounds>) -> Point {
+    body.map_or_else(Point::default, |bounds| bounds.min)
 }
 
 /// A place of the files in millimetres of the picture.
@@ -38,9 +38,14 @@ pub fn place(origin: Point, at: Point) -> [f32; 2] {
     [(at.x - origin.x).mm() as f32, (at.y - origin.y).mm() as f32]
 }
 
-/// The board's body: its outline, or a margin around its holes.
-fn body(board: &Board) -> Option<Bounds> {
-    board.outline.bounds().or_else(|| board.bounds().map(|bounds| bounds.grown(MARGIN)))
+/// The board's body: its outline, or a margin around its holes and its copper.
+pub fn body(board: &Board) -> Option<Bounds> {
+    let inside = || {
+        let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
+        let boxes = board.bounds().into_iter().chain(copper);
+        boxes.reduce(|a, b| a.with(b.min).with(b.max)).map(|bounds| bounds.grown(MARGIN))
+    };
+    board.outline.bounds().or_else(inside)
 }
 
 /// The sizes of holes and slots there are, ascending; each has a colour.
@@ -53,9 +58,9 @@ pub fn sizes(board: &Board) -> Vec<Length> {
     sizes
 }
 
-/// The board with all holes planned and no travel.
-pub fn scene(board: &Board, palette: &Palette) -> Scene {
-    let origin = origin(board);
+/// The board with all holes planned, no travel and no layers. `body` is that of the whole board.
+pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
+    let origin = origin(body);
     let sizes = sizes(board);
     let colour = |size: Length| palette.tool(sizes.partition_point(|other| *other < size));
     let disc = |hole: &annulus_core::board::Hole| {
@@ -84,9 +89,10 @@ pub fn scene(board: &Board, palette: &Palette) -> Scene {
     let outline: Vec<Vec<[f32; 2]>> = board.outline.paths().map(ring).collect();
     let filled = fill(&outline);
     Scene {
-        plate: body(board).filter(|_| filled.is_empty()).map(|bounds| plate(origin, bounds)),
+        plate: body.filter(|_| filled.is_empty()).map(|bounds| plate(origin, bounds)),
         body: filled,
         outline,
+        layers: Vec::new(),
         slots: board.slots.iter().map(slot).collect(),
         lines: Vec::new(),
         discs: board.holes.iter().map(disc).collect(),
@@ -123,8 +129,7 @@ fn plate(origin: Point, bounds: Bounds) -> Plate {
 
 /// The way of the head from `start` over `holes` (indices into the board's holes), in order: line `n` leads to the
 /// hole with number `n`.
-pub fn travel(board: &Board, start: Point, holes: &[u32], palette: &Palette) -> Vec<Line> {
-    let origin = origin(board);
+pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette: &Palette) -> Vec<Line> {
     let stops = holes.iter().filter_map(|index| board.holes.get(*index as usize)).map(|hole| hole.at);
     let mut from = place(origin, start);
     let leg = |(number, stop): (usize, Point)| {
@@ -140,6 +145,10 @@ mod tests {
     use super::*;
     use annulus_core::board::{Hole, Slot};
     use annulus_core::geometry::{Island, Region};
+
+    fn seen(board: &Board) -> Scene {
+        scene(board, body(board), &Palette::DARK)
+    }
 
     fn hole(x: f64, y: f64, um: Option<i64>) -> Hole {
         let diameter = um.map(Length::from_um);
@@ -167,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_picture_counts_from_the_boards_corner() {
-        let scene = scene(&board(), &Palette::DARK);
+        let scene = seen(&board());
         assert_eq!(scene.plate.map(|plate| (plate.min_mm, plate.max_mm)), Some(([0.0, 0.0], [18.0, 28.0])));
         assert_eq!(scene.discs[0].centre_mm, [4.0, 4.0]);
         assert_eq!(scene.discs[1].centre_mm, [14.0, 24.0]);
@@ -178,7 +187,7 @@ mod tests {
     #[test]
     fn equal_sizes_share_a_colour_and_others_do_not() {
         let palette = Palette::DARK;
-        let scene = scene(&board(), &palette);
+        let scene = seen(&board());
         assert_eq!(scene.discs[1].colour, palette.tool(0), "0.6 mm is the smallest");
         assert_eq!(scene.discs[2].colour, palette.tool(1), "no size stands for 0.8 mm");
         assert_eq!(scene.discs[0].colour, palette.tool(2));
@@ -191,7 +200,7 @@ mod tests {
         let corners: Vec<Point> = square.iter().map(|(x, y)| Point::from_mm(*x, *y)).collect();
         let outer = Path::through(&corners).unwrap();
         let outline = Region { islands: vec![Island { outer, holes: Vec::new() }] };
-        let scene = scene(&Board { outline, ..board() }, &Palette::DARK);
+        let scene = seen(&Board { outline, ..board() });
         assert_eq!(scene.plate, None);
         assert_eq!(scene.outline[0][2], [60.0, 50.0]);
         assert_eq!(area(&scene.body), 60.0 * 50.0);
@@ -230,7 +239,8 @@ mod tests {
     #[test]
     fn travel_leads_from_hole_to_hole_in_order() {
         let board = board();
-        let lines = travel(&board, origin(&board), &[1, 0, 7], &Palette::DARK);
+        let corner = origin(body(&board));
+        let lines = travel(&board, corner, corner, &[1, 0, 7], &Palette::DARK);
         assert_eq!(lines.len(), 2, "a hole that is not there has no line");
         assert_eq!((lines[0].a_mm, lines[0].b_mm, lines[0].order), ([0.0, 0.0], [14.0, 24.0], 0));
         assert_eq!((lines[1].a_mm, lines[1].b_mm, lines[1].order), ([14.0, 24.0], [4.0, 4.0], 1));
@@ -238,6 +248,6 @@ mod tests {
 
     #[test]
     fn an_empty_board_is_an_empty_scene() {
-        assert_eq!(scene(&Board::default(), &Palette::DARK), Scene::default());
+        assert_eq!(seen(&Board::default()), Scene::default());
     }
 }

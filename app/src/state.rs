@@ -7,6 +7,7 @@ use crate::document;
 use crate::format::Unit;
 use crate::i18n::say;
 use crate::keys::Tab;
+use crate::layers::Look;
 use crate::link;
 use crate::screens::machine::preflight::Preflight;
 use annulus_core::job::Program;
@@ -76,6 +77,10 @@ pub struct State {
     pub selected: RwSignal<Option<u32>>,
     /// Show the ways as in the file instead of the planned ones.
     pub show_before: RwSignal<bool>,
+    /// How each layer is seen.
+    pub layers: RwSignal<Vec<Look>>,
+    /// The board is looked at from below.
+    pub flipped: RwSignal<bool>,
     /// Where the pointer is, work coordinates in mm.
     pub cursor_mm: RwSignal<Option<[f64; 2]>>,
     /// CSS pixels in a millimetre.
@@ -120,6 +125,8 @@ pub fn begin() {
         task: RwSignal::new(None),
         selected: RwSignal::new(None),
         show_before: RwSignal::new(false),
+        layers: RwSignal::new(Vec::new()),
+        flipped: RwSignal::new(false),
         cursor_mm: RwSignal::new(None),
         zoom: RwSignal::new(0.0),
         backend: RwSignal::new(None),

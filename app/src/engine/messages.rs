@@ -3,8 +3,9 @@
 //!
 //! Comes in, goes out: messages. Does not know how they travel.
 
+use crate::view::Mesh;
 use annulus_core::board::Board;
-use annulus_core::geometry::Point;
+use annulus_core::geometry::{Bounds, Point};
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
 use annulus_core::remark::Remark;
@@ -20,7 +21,7 @@ pub struct Envelope {
     pub request: Request,
 }
 
-/// What can be asked of the worker. Every request carries all it needs, so that a new worker can take it up.
+/// What can be asked of the worker. A new worker has no board: it is given the files again first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
     /// Read files and make the board of some of them.
@@ -34,6 +35,8 @@ pub enum Request {
 /// Files to read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToRead {
+    /// The number by which the board shall be known.
+    pub board_key: u32,
     /// Names and bytes; zips are opened.
     pub files: Vec<(String, Vec<u8>)>,
     /// What a person says about the numbers of drill files.
@@ -53,17 +56,38 @@ pub struct Numbers {
     pub zeros: Option<String>,
 }
 
-/// What was read.
+/// What was read. The copper stays with the worker, which knows it by `board_key`; the page gets its triangles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// Every file and every member of every zip, in order.
     pub files: Vec<FileRow>,
     /// Which of them the board was made of.
     pub used: Vec<u32>,
-    /// The board.
+    /// The board without its copper.
     pub board: Board,
+    /// The number by which the worker knows the whole board.
+    pub board_key: u32,
+    /// The box of the board: its outline, or whatever there is with a margin.
+    pub body: Option<Bounds>,
+    /// Layers to be seen, the lowest first.
+    pub layers: Vec<LayerRow>,
     /// What was found in making it.
     pub remarks: Vec<Remark>,
+}
+
+/// One layer as the picture shows it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LayerRow {
+    /// The row of [`Reading::files`] it came from, where it came from one file.
+    pub file: Option<u32>,
+    /// `copper`, `mask`, ….
+    pub role: String,
+    /// `top`, `bottom` or `inner`.
+    pub side: Option<String>,
+    /// How many connected pieces it has.
+    pub islands: u32,
+    /// Its triangles, in mm from the corner of [`Reading::body`].
+    pub mesh: Mesh,
 }
 
 /// One file, as the import review shows it. The words are those of `annulus inspect --json`.
@@ -130,8 +154,8 @@ pub struct ToolRow {
 /// A board to plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToPlan {
-    /// The board.
-    pub board: Board,
+    /// The number of a board that this worker has read; one that has not refuses with `engine.board_gone`.
+    pub board_key: u32,
     /// The machine.
     pub machine: Settings,
     /// Order of the holes of one bit.

@@ -7,7 +7,9 @@
 //! Comes in: files, boards, programs. Goes out: futures of what became of them; remarks where it is refused. Does not know
 //! what the page shows.
 
+mod mesh;
 pub mod messages;
+mod shelf;
 mod work;
 
 #[cfg(target_arch = "wasm32")]
@@ -17,6 +19,7 @@ mod oneshot;
 #[cfg(target_arch = "wasm32")]
 pub mod worker;
 
+pub use shelf::Shelf;
 pub use work::perform;
 
 use annulus_core::remark::Remark;

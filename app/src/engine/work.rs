@@ -2,37 +2,74 @@
 //!
 //! Comes in: a [`Request`], somebody to tell how far it is. Goes out: an [`Answer`] or remarks. Does not know workers.
 
+use super::mesh::mesh;
 use super::messages::{
-    Answer, DrillRow, FileRow, Numbers, Order, Planned, PlannedBit, Reading, Request, Timed, ToPlan, ToRead,
-    ToTime, ToolRow,
+    Answer, DrillRow, FileRow, LayerRow, Numbers, Order, Planned, PlannedBit, Reading, Request, Timed,
+    ToPlan, ToRead, ToTime, ToolRow,
 };
+use super::shelf::Shelf;
+use crate::picture;
 use annulus_core::artwork::{self, Digits, DrillFile, FileRead, Overrides, Units, Zeros};
+use annulus_core::geometry::Bounds;
 use annulus_core::remark::Remark;
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
 use annulus_core::{board, cam, motion, steps};
 
-/// Does what is asked. `progress` is told what is done and how much there is.
-pub fn perform(request: Request, progress: &mut dyn FnMut(u64, u64)) -> Result<Answer, Vec<Remark>> {
+/// Does what is asked, with what `shelf` keeps. `progress` is told what is done and how much there is.
+pub fn perform(
+    request: Request,
+    shelf: &mut Shelf,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Answer, Vec<Remark>> {
     match request {
-        Request::Read(wanted) => Ok(Answer::Read(read(&wanted))),
-        Request::Plan(wanted) => plan(&wanted, progress).map(Answer::Planned),
+        Request::Read(wanted) => Ok(Answer::Read(read(&wanted, shelf))),
+        Request::Plan(wanted) => plan(&wanted, shelf, progress).map(Answer::Planned),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
     }
 }
 
-fn read(wanted: &ToRead) -> Reading {
+fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     let artwork = artwork::read_set(&wanted.files, &overrides(&wanted.numbers));
     let used: Vec<usize> = match &wanted.used {
         Some(rows) => rows.iter().map(|row| *row as usize).filter(|row| *row < artwork.files.len()).collect(),
         None => artwork.default_use(),
     };
-    let (board, remarks) = board::from_artwork(&artwork, &used);
+    let (mut board, remarks) = board::from_artwork(&artwork, &used);
+    let body = picture::body(&board);
+    let layers = layers(&board, body);
+    shelf.keep(wanted.board_key, board.clone());
+    board.copper.clear();
     Reading {
         files: artwork.files.iter().map(file_row).collect(),
         used: used.iter().map(|row| *row as u32).collect(),
         board,
+        board_key: wanted.board_key,
+        body,
+        layers,
         remarks,
+    }
+}
+
+/// What is to be seen of the copper, the lower side first.
+fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow> {
+    let origin = picture::origin(body);
+    let row = |copper: &board::Copper| LayerRow {
+        file: None,
+        role: "copper".to_owned(),
+        side: Some(face_word(copper.face).to_owned()),
+        islands: copper.region.islands.len() as u32,
+        mesh: mesh(&copper.region, origin),
+    };
+    let mut sides: Vec<&board::Copper> = board.copper.iter().collect();
+    sides.sort_by_key(|copper| std::cmp::Reverse(copper.face));
+    sides.into_iter().map(row).collect()
+}
+
+fn face_word(face: board::Face) -> &'static str {
+    match face {
+        board::Face::Top => "top",
+        board::Face::Bottom => "bottom",
     }
 }
 
@@ -90,7 +127,8 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
     }
 }
 
-fn plan(wanted: &ToPlan, progress: &mut dyn FnMut(u64, u64)) -> Result<Planned, Vec<Remark>> {
+fn plan(wanted: &ToPlan, shelf: &Shelf, progress: &mut dyn FnMut(u64, u64)) -> Result<Planned, Vec<Remark>> {
+    let board = shelf.board(wanted.board_key)?;
     let machine = wanted.machine.machine()?;
     let options = cam::PlanOptions {
         order: match wanted.order {
@@ -108,8 +146,8 @@ fn plan(wanted: &ToPlan, progress: &mut dyn FnMut(u64, u64)) -> Result<Planned, 
         progress(at.done, at.total);
         true
     };
-    let (plan, remarks) = cam::plan(&wanted.board, &machine, &options, &hop_time, &mut tell)?;
-    let program = program::encode(&cam::lower(&wanted.board, &plan, &machine));
+    let (plan, remarks) = cam::plan(board, &machine, &options, &hop_time, &mut tell)?;
+    let program = program::encode(&cam::lower(board, &plan, &machine));
     let bits =
         plan.bits.into_iter().map(|bit| PlannedBit { diameter: bit.bit, sizes: bit.sizes, holes: bit.holes });
     Ok(Planned {
@@ -146,25 +184,27 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
 mod tests {
     use super::super::messages::{Envelope, Settings};
     use super::*;
+    use annulus_core::geometry::{Island, Path, Point, Region};
     use annulus_core::machine::virtual_drill;
 
     const DRILL: &[u8] =
         b"M48\nMETRIC\nT1C0.800\nT2C1.000\n%\nG90\nT1\nX10.0Y10.0\nX40.0Y10.0\nX12.0Y10.0\nX38.0Y11.0\nT2\nX20.0Y20.0\nM30\n";
 
-    fn reading() -> Reading {
+    fn reading() -> (Reading, Shelf) {
         let files =
             vec![("board.drl".to_owned(), DRILL.to_vec()), ("notes.txt".to_owned(), b"hello".to_vec())];
-        let wanted = ToRead { files, ..ToRead::default() };
-        match perform(Request::Read(wanted), &mut |_, _| {}) {
-            Ok(Answer::Read(reading)) => reading,
+        let wanted = ToRead { files, board_key: 3, ..ToRead::default() };
+        let mut shelf = Shelf::default();
+        match perform(Request::Read(wanted), &mut shelf, &mut |_, _| {}) {
+            Ok(Answer::Read(reading)) => (reading, shelf),
             other => panic!("{other:?}"),
         }
     }
 
     fn planned(order: Order, told: &mut Vec<(u64, u64)>) -> Planned {
         let machine = Settings::of(&virtual_drill());
-        let wanted = ToPlan { board: reading().board, machine, order, loaded: None, accept: vec![] };
-        match perform(Request::Plan(wanted), &mut |done, total| told.push((done, total))) {
+        let wanted = ToPlan { board_key: 3, machine, order, loaded: None, accept: vec![] };
+        match perform(Request::Plan(wanted), &mut reading().1, &mut |done, total| told.push((done, total))) {
             Ok(Answer::Planned(planned)) => planned,
             other => panic!("{other:?}"),
         }
@@ -172,7 +212,7 @@ mod tests {
 
     #[test]
     fn every_file_is_listed_and_drill_files_make_the_board() {
-        let reading = reading();
+        let (reading, _) = reading();
         let rows: Vec<_> = reading.files.iter().map(|row| (row.name.as_str(), row.kind.as_str())).collect();
         assert_eq!(rows[0], ("board.drl", "drill"));
         assert_eq!(rows.len(), 2);
@@ -200,7 +240,7 @@ mod tests {
     fn a_program_is_timed_and_its_digest_repeats() {
         let planned = planned(Order::Shortest, &mut Vec::new());
         let wanted = ToTime { program: planned.program, machine: Settings::of(&virtual_drill()) };
-        let time = || perform(Request::Time(wanted.clone()), &mut |_, _| {});
+        let time = || perform(Request::Time(wanted.clone()), &mut Shelf::default(), &mut |_, _| {});
         let Ok(Answer::Timed(timed)) = time() else { panic!("{:?}", time()) };
         assert_eq!(timed.holes, 5);
         assert!(timed.total_s > 1.0 && timed.steps.iter().all(|steps| *steps > 100), "{:?}", timed.steps);
@@ -212,7 +252,7 @@ mod tests {
         let machine = Settings::of(&virtual_drill());
         assert_eq!(machine.machine(), Ok(virtual_drill()));
         let request = Request::Plan(ToPlan {
-            board: reading().board,
+            board_key: 3,
             machine,
             order: Order::Fastest,
             loaded: None,
@@ -224,9 +264,34 @@ mod tests {
     }
 
     #[test]
+    fn a_new_worker_says_that_it_has_no_board() {
+        let machine = Settings::of(&virtual_drill());
+        let wanted = ToPlan { board_key: 3, machine, order: Order::File, loaded: None, accept: vec![] };
+        let refused = perform(Request::Plan(wanted), &mut Shelf::default(), &mut |_, _| {});
+        assert!(refused.is_err_and(|remarks| remarks[0].code == "engine.board_gone"));
+    }
+
+    #[test]
+    fn copper_stays_on_the_shelf_and_its_triangles_go_to_the_page() {
+        let square = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0), (0.0, 0.0)];
+        let outer = Path::through(&square.map(|(x, y)| Point::from_mm(x, y))).unwrap();
+        let region = Region { islands: vec![Island { outer, holes: vec![] }] };
+        let on = |face| board::Copper { face, region: region.clone(), ..board::Copper::default() };
+        let board = board::Board {
+            copper: vec![on(board::Face::Top), on(board::Face::Bottom)],
+            ..board::Board::default()
+        };
+        let rows = layers(&board, picture::body(&board));
+        let sides: Vec<_> = rows.iter().map(|row| row.side.as_deref().unwrap()).collect();
+        assert_eq!(sides, ["bottom", "top"], "the lower one is drawn first");
+        assert_eq!(rows[0].mesh.triangles.len(), 2);
+        assert_eq!(rows[0].mesh.bounds_mm(), Some([[4.0, 4.0], [6.0, 5.0]]), "from the corner of the body");
+    }
+
+    #[test]
     fn a_damaged_program_is_refused_with_a_remark() {
         let wanted = ToTime { program: b"no program".to_vec(), machine: Settings::of(&virtual_drill()) };
-        let refused = perform(Request::Time(wanted), &mut |_, _| {});
+        let refused = perform(Request::Time(wanted), &mut Shelf::default(), &mut |_, _| {});
         assert!(refused.is_err_and(|remarks| remarks[0].code == "program.not_one"));
     }
 }

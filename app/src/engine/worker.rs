@@ -4,10 +4,16 @@
 
 use super::desk::send;
 use super::messages::{Envelope, Report};
+use super::shelf::Shelf;
 use super::work;
 use annulus_core::remark::{Remark, Weight};
+use std::cell::RefCell;
 use wasm_bindgen::prelude::*;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
+
+thread_local! {
+    static SHELF: RefCell<Shelf> = RefCell::default();
+}
 
 /// Begins to listen. Called once, when the wasm is started in a worker.
 pub fn serve() {
@@ -33,7 +39,7 @@ fn perform(Envelope { id, request }: Envelope) {
             report(&Report::Progress { id, done, total });
         }
     };
-    let answer = work::perform(request, &mut progress);
+    let answer = SHELF.with_borrow_mut(|shelf| work::perform(request, shelf, &mut progress));
     report(&Report::Done { id, answer });
 }
 

@@ -3,7 +3,9 @@
 //! Comes in: state and link. Goes out: the page. Boards, plans and moves come from `annulus-core` alone.
 
 mod board;
+mod cam;
 mod lab;
+mod layers;
 pub mod machine;
 mod opening;
 mod regions;
@@ -26,6 +28,7 @@ pub fn App() -> impl IntoView {
     link::begin();
     state::begin();
     crate::document::begin();
+    layers::begin();
     simulate::begin();
     lab::begin();
     if let Some(word) = settings::kept_theme() {

@@ -94,6 +94,7 @@ pub(crate) fn act(action: Action) {
             *unit = if *unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
         }),
         Action::Region(onwards) => next_region(onwards),
+        Action::Flip => state().flipped.update(|flipped| *flipped = !*flipped),
         Action::Fit | Action::ZoomIn | Action::ZoomOut => stage::act(action),
         Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
             simulate::play().act(action);

@@ -2,7 +2,7 @@
 //!
 //! Comes in: the state. Goes out: the page. Knows no screen's content.
 
-use super::{board, lab, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
+use super::{board, cam, lab, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
 use crate::document::desk;
 use crate::i18n::{say, t};
 use crate::keys::Tab;
@@ -24,6 +24,7 @@ pub(crate) fn shell() -> impl IntoView {
         _ if empty.get() => welcome::welcome().into_any(),
         _ if reviewing.get() => review::review().into_any(),
         Tab::Board => board::board().into_any(),
+        Tab::Cam => cam::cam().into_any(),
         Tab::Simulate => simulate::simulate().into_any(),
     };
     div().class("shell").child((

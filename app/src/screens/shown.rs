@@ -9,9 +9,9 @@ use crate::keys::Tab;
 use crate::link;
 use crate::picture;
 use crate::state::{Job, state};
-use crate::view::Progress;
+use crate::view::{Layer, Progress};
 use annulus_core::board::{Board, Hole};
-use annulus_core::geometry::Point;
+use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Command, Leg, Mark, Program, Stage};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -25,6 +25,10 @@ pub(crate) struct Shown {
     pub order: Vec<u32>,
     /// The place in the files' coordinates that is the work zero.
     pub work_zero: Point,
+    /// The box of the board, whose lower left corner the picture counts from.
+    pub body: Option<Bounds>,
+    /// Filled layers, the lowest first.
+    pub layers: Vec<Layer>,
     /// Show the ways as in the file instead of the planned ones.
     pub before: bool,
 }
@@ -42,7 +46,7 @@ impl Shown {
 
     /// Millimetres of the picture to work coordinates.
     pub(crate) fn work_of_picture(&self, at_mm: [f64; 2]) -> [f64; 2] {
-        let origin = picture::origin(&self.board);
+        let origin = picture::origin(self.body);
         [at_mm[0] + (origin.x - self.work_zero.x).mm(), at_mm[1] + (origin.y - self.work_zero.y).mm()]
     }
 
@@ -65,13 +69,16 @@ pub(crate) struct Moment {
 /// The board in the picture.
 pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
     let desk = desk();
+    let layers = Memo::new(move |_| super::layers::seen());
     let planned = Memo::new(move |_| {
         let document = desk.document.get()?;
         let board = Arc::new(document.reading.board.clone());
+        let body = document.reading.body;
+        let layers = layers.get();
         let plan = desk.plan.get();
         let (order, work_zero) =
-            plan.map_or_else(|| (Vec::new(), picture::origin(&board)), |plan| (plan.order(), plan.origin));
-        Some(Arc::new(Shown { board, order, work_zero, before: state().show_before.get() }))
+            plan.map_or_else(|| (Vec::new(), picture::origin(body)), |plan| (plan.order(), plan.origin));
+        Some(Arc::new(Shown { board, order, work_zero, body, layers, before: state().show_before.get() }))
     });
     let at_machine = Memo::new(move |_| {
         let Some(job) = state().shown_job.get() else { return planned.get() };
@@ -95,7 +102,15 @@ fn of_program(job: &Job) -> Shown {
     }
     let order = (0..holes.len() as u32).collect();
     let board = Board { name: program.name.clone(), holes, ..Board::default() };
-    Shown { board: Arc::new(board), order, work_zero: program.origin, before: false }
+    let body = picture::body(&board);
+    Shown {
+        board: Arc::new(board),
+        order,
+        work_zero: program.origin,
+        body,
+        layers: Vec::new(),
+        before: false,
+    }
 }
 
 fn hole(program: &Program, leg: &Leg, diameter: Option<annulus_core::units::Length>) -> Option<Hole> {

@@ -8,13 +8,16 @@
 //!
 //! Comes in: what the screen shows. Goes out: the picture, hole under the pointer, hole pressed. Knows no GPU.
 
+use super::layers;
 use super::shown::{Shown, moment, shown};
+use crate::document::desk;
 use crate::i18n::{key, say, t};
 use crate::keys::{Action, Tab};
+use crate::layers::Kind;
 use crate::picture;
 use crate::state::{Theme, state};
 use crate::view::{Backend, Line, Palette, Scene, View, Wanted, Width};
-use crate::widgets::{Icon, picture_button, toasts};
+use crate::widgets::{Icon, picture_button, push, toasts};
 use leptos::html::{self, div};
 use leptos::prelude::*;
 use std::cell::RefCell;
@@ -105,8 +108,25 @@ pub(crate) fn stage() -> impl IntoView {
             .attr("role", "toolbar")
             .attr("aria-label", t!("page.view.tools"))
             .child(Vec::from(buttons)),
+        side(),
         toasts(),
     ))
+}
+
+/// Which side is looked at.
+fn side() -> impl IntoView {
+    let known = move || desk().document.with(Option::is_some) && state().tab.get() == Tab::Board;
+    move || {
+        known().then(|| {
+            let below = move || state().flipped.get();
+            let word = move || if below() { say!("page.view.bottom") } else { say!("page.view.top") };
+            push("side-badge", word, |_| act_flip()).attr("title", t!("page.view.flip"))
+        })
+    }
+}
+
+fn act_flip() {
+    state().flipped.update(|flipped| *flipped = !*flipped);
 }
 
 /// What draws can be asked for in the address, for tests: `?draw=webgl2`.
@@ -152,6 +172,12 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
         board
     });
     Effect::new(move |_| {
+        let flipped = state().flipped.get() && state().tab.get() == Tab::Board;
+        if ready.get() {
+            with_view(|view| view.set_mirrored(flipped));
+        }
+    });
+    Effect::new(move |_| {
         let (ready, shown) = (ready.get(), shown.get());
         let disc = state().selected.get().and_then(|hole| shown.as_ref()?.disc_of_hole(hole));
         let chosen: Vec<usize> = disc.into_iter().collect();
@@ -175,7 +201,17 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
 }
 
 fn scene(shown: &Shown, palette: &Palette) -> Scene {
-    let mut scene = picture::scene(&shown.board, palette);
+    let mut scene = picture::scene(&shown.board, shown.body, palette);
+    scene.layers.clone_from(&shown.layers);
+    if state().tab.get() == Tab::Board {
+        let (holes, outline) = (layers::kind_seen(Kind::Holes), layers::kind_seen(Kind::Outline));
+        scene.discs.retain(|_| holes);
+        scene.slots.retain(|_| holes);
+        scene.outline.retain(|_| outline);
+        if !holes {
+            return scene;
+        }
+    }
     let file_order: Vec<u32>;
     let order = if shown.before && state().tab.get() == Tab::Board {
         file_order = (0..shown.board.holes.len() as u32).collect();
@@ -183,7 +219,8 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     } else {
         &shown.order
     };
-    scene.lines = picture::travel(&shown.board, shown.work_zero, order, palette);
+    let corner = picture::origin(shown.body);
+    scene.lines = picture::travel(&shown.board, corner, shown.work_zero, order, palette);
     if shown.before {
         let quiet = |line: Line| Line { width: Width::Px(1.0), ..line };
         scene.lines = scene.lines.into_iter().map(quiet).collect();

@@ -19,6 +19,7 @@ use leptos::prelude::*;
 pub(crate) fn name_of(tab: Tab) -> String {
     match tab {
         Tab::Board => say!("page.tab.board"),
+        Tab::Cam => say!("page.tab.cam"),
         Tab::Simulate => say!("page.tab.simulate"),
         Tab::Machine => say!("page.tab.machine"),
         Tab::Lab => say!("page.tab.lab"),

@@ -24,19 +24,26 @@ pub struct Camera {
     pub px_per_mm: f64,
     /// Size of the window in CSS pixels.
     pub viewport_px: [f64; 2],
+    /// Seen from below: X points to the left.
+    pub mirrored: bool,
 }
 
 impl Default for Camera {
     fn default() -> Self {
-        Self { centre_mm: [0.0; 2], px_per_mm: ACTUAL_PX_PER_MM, viewport_px: [1.0; 2] }
+        Self { centre_mm: [0.0; 2], px_per_mm: ACTUAL_PX_PER_MM, viewport_px: [1.0; 2], mirrored: false }
     }
 }
 
 impl Camera {
+    /// Which way X points: 1 to the right, -1 to the left.
+    pub fn hand(&self) -> f64 {
+        if self.mirrored { -1.0 } else { 1.0 }
+    }
+
     /// Where a place of the board is in the window.
     pub fn to_px(&self, mm: [f64; 2]) -> [f64; 2] {
         [
-            self.viewport_px[0] / 2.0 + (mm[0] - self.centre_mm[0]) * self.px_per_mm,
+            self.viewport_px[0] / 2.0 + (mm[0] - self.centre_mm[0]) * self.px_per_mm * self.hand(),
             self.viewport_px[1] / 2.0 - (mm[1] - self.centre_mm[1]) * self.px_per_mm,
         ]
     }
@@ -44,14 +51,14 @@ impl Camera {
     /// Which place of the board a pixel shows.
     pub fn to_mm(&self, px: [f64; 2]) -> [f64; 2] {
         [
-            self.centre_mm[0] + (px[0] - self.viewport_px[0] / 2.0) / self.px_per_mm,
+            self.centre_mm[0] + (px[0] - self.viewport_px[0] / 2.0) / self.px_per_mm * self.hand(),
             self.centre_mm[1] - (px[1] - self.viewport_px[1] / 2.0) / self.px_per_mm,
         ]
     }
 
     /// Moves the board by so many pixels, as if it hung on the pointer.
     pub fn pan_px(&mut self, by_px: [f64; 2]) {
-        self.centre_mm[0] -= by_px[0] / self.px_per_mm;
+        self.centre_mm[0] -= by_px[0] / self.px_per_mm * self.hand();
         self.centre_mm[1] += by_px[1] / self.px_per_mm;
     }
 
@@ -112,8 +119,11 @@ mod tests {
         let camera = Camera { centre_mm: [10.0, -4.0], px_per_mm: 20.0, ..window() };
         near(camera.to_px([10.0, -4.0]), [400.0, 300.0]);
         near(camera.to_px([11.0, -3.0]), [420.0, 280.0]);
+        let below = Camera { mirrored: true, ..camera };
+        near(below.to_px([11.0, -3.0]), [380.0, 280.0]);
         for px in [[0.0, 0.0], [800.0, 600.0], [17.0, 555.0]] {
             near(camera.to_px(camera.to_mm(px)), px);
+            near(below.to_px(below.to_mm(px)), px);
         }
     }
 
@@ -130,10 +140,12 @@ mod tests {
 
     #[test]
     fn panning_carries_the_board_with_the_pointer() {
-        let mut camera = window();
-        let held = camera.to_mm([100.0, 100.0]);
-        camera.pan_px([40.0, -25.0]);
-        near(camera.to_mm([140.0, 75.0]), held);
+        for mirrored in [false, true] {
+            let mut camera = Camera { mirrored, ..window() };
+            let held = camera.to_mm([100.0, 100.0]);
+            camera.pan_px([40.0, -25.0]);
+            near(camera.to_mm([140.0, 75.0]), held);
+        }
     }
 
     #[test]

@@ -34,6 +34,7 @@ impl Flat {
         self.context.set_line_cap("round");
         self.plate(look);
         self.body(look);
+        self.layers(look);
         for ring in &look.scene.outline {
             let closed: Vec<_> = ring.iter().chain(ring.first()).copied().collect();
             self.path(look, &closed, 1.5, look.palette.outline);
@@ -59,8 +60,10 @@ impl Flat {
         let low = look.camera.to_px(plate.min_mm.map(f64::from));
         let high = look.camera.to_px(plate.max_mm.map(f64::from));
         let corner = f64::from(plate.corner_mm) * look.camera.px_per_mm;
+        let left = low[0].min(high[0]);
+        let width = (high[0] - low[0]).abs();
         self.context.begin_path();
-        let _ = self.context.round_rect_with_f64(low[0], high[1], high[0] - low[0], low[1] - high[1], corner);
+        let _ = self.context.round_rect_with_f64(left, high[1], width, low[1] - high[1], corner);
         self.context.set_fill_style_str(&look.palette.plate.css());
         self.context.fill();
         self.stroke(1.5, look.palette.edge);
@@ -81,6 +84,23 @@ impl Flat {
         for ring in &look.scene.outline {
             let closed: Vec<_> = ring.iter().chain(ring.first()).copied().collect();
             self.path(look, &closed, 4.0, look.palette.edge);
+        }
+    }
+
+    /// Each layer as one path, so that a translucent one is as light where its triangles meet.
+    fn layers(&self, look: &Look<'_>) {
+        for layer in &look.scene.layers {
+            self.context.begin_path();
+            for corners in &layer.mesh.triangles {
+                for (index, corner) in corners.iter().enumerate() {
+                    let at = layer.mesh.corners_mm.get(*corner as usize).copied().unwrap_or_default();
+                    let [x, y] = look.camera.to_px(at.map(f64::from));
+                    if index == 0 { self.context.move_to(x, y) } else { self.context.line_to(x, y) }
+                }
+                self.context.close_path();
+            }
+            self.context.set_fill_style_str(&layer.colour.css());
+            self.context.fill();
         }
     }
 

@@ -1,9 +1,11 @@
-//! The painter on the GPU: WebGPU or WebGL2, a pipeline each for the ground, the board's body and the marks.
+//! The painter on the GPU: WebGPU or WebGL2, a pipeline each for the ground, the board's body, its layers and the marks.
 //!
 //! Comes in: instances and a frame's numbers. Goes out: pixels in a canvas. Does not know pointers or clocks.
 //!
 //! Both back ends blend in linear light: where the canvas is not sRGB itself (WebGPU) it is drawn through an sRGB view.
+//! Where the adapter can, every pixel is sampled four times, so that the edges of triangles are smooth too.
 
+use super::areas::Layers;
 use super::camera::Camera;
 use super::marks::{self, Emphasis, Mark};
 use super::palette::Palette;
@@ -15,6 +17,7 @@ use web_sys::HtmlCanvasElement;
 
 const MARK_SIZE: u64 = size_of::<Mark>() as u64;
 const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
+const TINT_SIZE: u64 = size_of::<super::palette::Colour>() as u64;
 
 /// Everything a frame is drawn with, but the marks. The shader has the same struct.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -32,7 +35,8 @@ struct FrameNumbers {
     discs: u32,
     lines: u32,
     drilling: u32,
-    unused: [u32; 3],
+    hand: f32,
+    unused: [u32; 2],
     colours: [[f32; 4]; 10],
 }
 
@@ -66,11 +70,15 @@ pub(super) struct Gpu {
     view_format: wgpu::TextureFormat,
     ground: wgpu::RenderPipeline,
     body: wgpu::RenderPipeline,
+    areas: wgpu::RenderPipeline,
     strokes: wgpu::RenderPipeline,
+    samples: u32,
+    smooth: Option<wgpu::TextureView>,
     numbers: wgpu::Buffer,
     group: wgpu::BindGroup,
     triangles: wgpu::Buffer,
     corner_count: u32,
+    layers: Layers,
     marks: wgpu::Buffer,
     mark_count: u32,
     first_disc: usize,
@@ -104,14 +112,16 @@ impl Gpu {
         });
         let (config, view_format) = surface_config(&surface, &adapter, canvas)?;
         surface.configure(&device, &config);
-        Ok(Self::assemble(surface, device, queue, (config, view_format), lost))
+        let can = adapter.get_texture_format_features(view_format).flags;
+        let samples = if can.sample_count_supported(4) { 4 } else { 1 };
+        Ok(Self::assemble(surface, device, queue, (config, view_format, samples), lost))
     }
 
     fn assemble(
         surface: wgpu::Surface<'static>,
         device: wgpu::Device,
         queue: wgpu::Queue,
-        (config, view_format): (wgpu::SurfaceConfiguration, wgpu::TextureFormat),
+        (config, view_format, samples): (wgpu::SurfaceConfiguration, wgpu::TextureFormat, u32),
         lost: Arc<AtomicBool>,
     ) -> Self {
         let shader = device.create_shader_module(wgpu::include_wgsl!("marks.wgsl"));
@@ -122,7 +132,7 @@ impl Gpu {
             immediate_size: 0,
         });
         let make = |names: [&str; 2], shape, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
-            pipeline(&device, &layout, &shader, view_format, names, shape, buffers)
+            pipeline(&device, &layout, &shader, (view_format, samples), names, shape, buffers)
         };
         let (strip, list) = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::PrimitiveTopology::TriangleList);
         let ground = make(["ground_corner", "ground_colour"], strip, &[]);
@@ -131,7 +141,13 @@ impl Gpu {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &wgpu::vertex_attr_array![0 => Float32x2],
         };
-        let body = make(["body_corner", "body_colour"], list, &[Some(corners)]);
+        let body = make(["body_corner", "body_colour"], list, &[Some(corners.clone())]);
+        let tints = wgpu::VertexBufferLayout {
+            array_stride: TINT_SIZE,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &wgpu::vertex_attr_array![1 => Unorm8x4],
+        };
+        let areas = make(["layer_corner", "layer_colour"], list, &[Some(corners), Some(tints)]);
         let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Unorm8x4, 3 => Uint32];
         let instances = wgpu::VertexBufferLayout {
             array_stride: MARK_SIZE,
@@ -142,6 +158,8 @@ impl Gpu {
         let triangles = vertex_buffer(&device, CORNER_SIZE);
         let marks = vertex_buffer(&device, MARK_SIZE);
         let head = vertex_buffer(&device, MARK_SIZE);
+        let layers = Layers::new(&device);
+        let smooth = smooth(&device, &config, view_format, samples);
         Self {
             surface,
             device,
@@ -150,11 +168,15 @@ impl Gpu {
             view_format,
             ground,
             body,
+            areas,
             strokes,
+            samples,
+            smooth,
             numbers,
             group,
             triangles,
             corner_count: 0,
+            layers,
             marks,
             mark_count: 0,
             first_disc: 0,
@@ -175,6 +197,7 @@ impl Gpu {
         self.config.width = width.clamp(1, most);
         self.config.height = height.clamp(1, most);
         self.surface.configure(&self.device, &self.config);
+        self.smooth = smooth(&self.device, &self.config, self.view_format, self.samples);
     }
 
     /// Everything anew.
@@ -185,6 +208,7 @@ impl Gpu {
         fill(&self.device, &self.queue, &mut self.marks, bytemuck::cast_slice(&built.all));
         self.corner_count = scene.body.len() as u32;
         fill(&self.device, &self.queue, &mut self.triangles, bytemuck::cast_slice(&scene.body));
+        self.layers.set(&self.device, &self.queue, &scene.layers);
     }
 
     /// Only these discs anew.
@@ -228,9 +252,9 @@ impl Gpu {
 
     fn draw(&self, encoder: &mut wgpu::CommandEncoder, view: &wgpu::TextureView, with_head: bool) {
         let attachment = wgpu::RenderPassColorAttachment {
-            view,
+            view: self.smooth.as_ref().unwrap_or(view),
             depth_slice: None,
-            resolve_target: None,
+            resolve_target: self.smooth.as_ref().map(|_| view),
             ops: wgpu::Operations {
                 load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
                 store: wgpu::StoreOp::Store,
@@ -247,6 +271,10 @@ impl Gpu {
             pass.set_pipeline(&self.body);
             pass.set_vertex_buffer(0, self.triangles.slice(..));
             pass.draw(0..self.corner_count, 0..1);
+        }
+        if !self.layers.is_empty() {
+            pass.set_pipeline(&self.areas);
+            self.layers.draw(&mut pass);
         }
         pass.set_pipeline(&self.strokes);
         if self.mark_count > 0 {
@@ -289,7 +317,8 @@ impl Gpu {
             discs: look.progress.discs,
             lines: look.progress.lines,
             drilling: u32::from(look.progress.drilling),
-            unused: [0; 3],
+            hand: camera.hand() as f32,
+            unused: [0; 2],
             colours: colours.map(super::palette::Colour::linear),
         }
     }
@@ -330,15 +359,37 @@ fn frame_group(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout, w
     (numbers, group_layout, group)
 }
 
+/// Where a frame is drawn before its samples become pixels; none where a pixel has one sample.
+fn smooth(
+    device: &wgpu::Device,
+    config: &wgpu::SurfaceConfiguration,
+    format: wgpu::TextureFormat,
+    samples: u32,
+) -> Option<wgpu::TextureView> {
+    let made = || {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("samples"),
+            size: wgpu::Extent3d { width: config.width, height: config.height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: samples,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        })
+    };
+    (samples > 1).then(|| made().create_view(&wgpu::TextureViewDescriptor::default()))
+}
+
 /// Puts `bytes` into `buffer`, or into a larger one.
-fn fill(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &mut wgpu::Buffer, bytes: &[u8]) {
+pub(super) fn fill(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &mut wgpu::Buffer, bytes: &[u8]) {
     if buffer.size() < bytes.len() as u64 {
         *buffer = vertex_buffer(device, bytes.len() as u64);
     }
     queue.write_buffer(buffer, 0, bytes);
 }
 
-fn vertex_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
+pub(super) fn vertex_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("vertices"),
         size: bytes.max(MARK_SIZE).next_power_of_two(),
@@ -367,7 +418,7 @@ fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
     shader: &wgpu::ShaderModule,
-    format: wgpu::TextureFormat,
+    (format, samples): (wgpu::TextureFormat, u32),
     [vertex, fragment]: [&str; 2],
     topology: wgpu::PrimitiveTopology,
     buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
@@ -388,7 +439,7 @@ fn pipeline(
         },
         primitive: wgpu::PrimitiveState { topology, ..Default::default() },
         depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
+        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module: shader,
             entry_point: Some(fragment),

@@ -227,7 +227,15 @@ impl View {
 
     /// Looks from somewhere else. The size of the window stays the real one.
     pub fn set_camera(&self, camera: Camera) {
-        self.move_camera(|own| *own = Camera { viewport_px: own.viewport_px, ..camera });
+        self.move_camera(|own| {
+            *own = Camera { viewport_px: own.viewport_px, mirrored: own.mirrored, ..camera }
+        });
+    }
+
+    /// Looks from below, or from above. What is in the middle stays there.
+    pub fn set_mirrored(&self, mirrored: bool) {
+        self.0.borrow_mut().camera.mirrored = mirrored;
+        self.moved();
     }
 
     /// Zooms about the middle of the window.

@@ -1,5 +1,5 @@
-// The picture in three draws: the ground (background, board without outline, grid), the board's body (triangles of its
-// outline), and the marks (strokes and discs).
+// The picture: the ground (background, board without outline, grid), the board's body (triangles of its outline), the
+// layers (triangles of one colour each), and the marks (strokes and discs).
 // All distances inside are in device pixels from the middle of the window, Y up. Colours are linear light.
 
 struct Frame {
@@ -14,11 +14,16 @@ struct Frame {
   // discs with a lower number are done; lines with a lower number lie behind the head
   discs: u32, lines: u32,
   // 1 if disc number `discs` is in work
-  drilling: u32, unused_a: u32, unused_b: u32, unused_c: u32,
+  drilling: u32,
+  // -1 where the board is seen from below and X points to the left, else 1
+  hand: f32, unused_b: u32, unused_c: u32,
   background: vec4f, body: vec4f, edge: vec4f, grid: vec4f, bore: vec4f,
   done: vec4f, current: vec4f, failed: vec4f, selected: vec4f, travelled: vec4f,
 }
 @group(0) @binding(0) var<uniform> frame: Frame;
+
+// Board to window.
+fn handed() -> vec2f { return vec2f(frame.hand, 1.0); }
 
 // How much of a pixel lies inside of an edge that is `distance` pixels away.
 fn inside(distance: f32) -> f32 { return clamp(0.5 - distance, 0.0, 1.0); }
@@ -40,7 +45,7 @@ fn plate_distance(at_px: vec2f) -> f32 {
   let low = (frame.plate.xy - frame.centre) * frame.px_per_mm;
   let high = (frame.plate.zw - frame.centre) * frame.px_per_mm;
   let corner = frame.corner_mm * frame.px_per_mm;
-  let off = abs(at_px - 0.5 * (low + high)) - 0.5 * (high - low) + corner;
+  let off = abs(at_px * handed() - 0.5 * (low + high)) - 0.5 * (high - low) + corner;
   return length(max(off, vec2f(0.0))) + min(max(off.x, off.y), 0.0) - corner;
 }
 
@@ -56,7 +61,7 @@ fn from_middle(position: vec4f) -> vec2f {
 }
 
 fn grid_share(at_px: vec2f) -> f32 {
-  let at_mm = frame.centre + at_px / frame.px_per_mm;
+  let at_mm = frame.centre + at_px * handed() / frame.px_per_mm;
   let fine = grid_lines(at_mm, frame.grid_mm) * frame.grid_fade;
   return max(fine * 0.55, grid_lines(at_mm, frame.grid_mm * 10.0));
 }
@@ -85,13 +90,24 @@ fn board_colour(at_px: vec2f, grid: f32) -> vec3f {
 // ---- body ------------------------------------------------------------------------------------------------
 
 @vertex fn body_corner(@location(0) corner: vec2f) -> @builtin(position) vec4f {
-  return vec4f((corner - frame.centre) * frame.px_per_mm / frame.half_px, 0.0, 1.0);
+  return vec4f((corner - frame.centre) * handed() * frame.px_per_mm / frame.half_px, 0.0, 1.0);
 }
 
 @fragment fn body_colour(@builtin(position) position: vec4f) -> @location(0) vec4f {
   let at_px = from_middle(position);
   return vec4f(board_colour(at_px, grid_share(at_px)), 1.0);
 }
+
+// ---- layers ----------------------------------------------------------------------------------------------
+
+struct Area { @builtin(position) position: vec4f, @location(0) @interpolate(flat) colour: vec4f }
+
+@vertex fn layer_corner(@location(0) corner: vec2f, @location(1) colour: vec4f) -> Area {
+  let tint = linear(colour);
+  return Area(body_corner(corner), vec4f(tint.rgb * tint.a, tint.a));
+}
+
+@fragment fn layer_colour(area: Area) -> @location(0) vec4f { return area.colour; }
 
 // ---- marks -----------------------------------------------------------------------------------------------
 
@@ -128,8 +144,8 @@ fn progressed(bits: u32) -> u32 {
   @builtin(vertex_index) index: u32,
   @location(0) ends: vec4f, @location(1) radii: vec2f, @location(2) colour: vec4f, @location(3) own_bits: u32,
 ) -> Stroke {
-  let a = (ends.xy - frame.centre) * frame.px_per_mm;
-  let b = (ends.zw - frame.centre) * frame.px_per_mm;
+  let a = (ends.xy - frame.centre) * handed() * frame.px_per_mm;
+  let b = (ends.zw - frame.centre) * handed() * frame.px_per_mm;
   let length_px = length(b - a);
   var along = vec2f(1.0, 0.0);
   if length_px > 0.001 { along = (b - a) / length_px; }

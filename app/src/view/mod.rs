@@ -18,6 +18,8 @@ mod pick;
 mod scene;
 
 #[cfg(target_arch = "wasm32")]
+mod areas;
+#[cfg(target_arch = "wasm32")]
 mod backend;
 #[cfg(target_arch = "wasm32")]
 mod flat;
@@ -33,7 +35,7 @@ mod stage;
 pub use camera::Camera;
 pub use palette::{Colour, Palette};
 pub use pick::Picker;
-pub use scene::{Disc, Line, Plate, Progress, Scene, Slot, State, UNORDERED, Width};
+pub use scene::{Disc, Layer, Line, Mesh, Plate, Progress, Scene, Slot, State, UNORDERED, Width};
 
 #[cfg(target_arch = "wasm32")]
 pub use backend::{Backend, Wanted};

@@ -19,6 +19,12 @@ impl Colour {
         Self([self.0[0], self.0[1], self.0[2], alpha])
     }
 
+    /// From `#rrggbb`, opaque.
+    pub fn of_css(text: &str) -> Option<Self> {
+        let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6)?;
+        u32::from_str_radix(digits, 16).ok().map(Self::rgb)
+    }
+
     /// As style sheets write it.
     pub fn css(self) -> String {
         let [red, green, blue, alpha] = self.0;
@@ -57,6 +63,16 @@ pub struct Palette {
     pub grid: Colour,
     /// Outline read from a file.
     pub outline: Colour,
+    /// Copper of the upper side.
+    pub copper_top: Colour,
+    /// Copper of the lower side.
+    pub copper_bottom: Colour,
+    /// Legend.
+    pub silk: Colour,
+    /// Copper that cannot be isolated.
+    pub joined: Colour,
+    /// What the proof has found.
+    pub finding: Colour,
     /// Inside of a hole that is to be drilled.
     pub bore: Colour,
     /// A hole that is drilled.
@@ -85,6 +101,11 @@ impl Palette {
         edge: Colour::rgb(0x0047_6a5e),
         grid: Colour::rgb(0x009f_c4b8),
         outline: Colour::rgb(0x00f2_e8a0),
+        copper_top: Colour::rgb(0x00d9_6a3a),
+        copper_bottom: Colour::rgb(0x004a_7fd0),
+        silk: Colour::rgb(0x00e6_e9e6),
+        joined: Colour::rgb(0x00ff_5a52),
+        finding: Colour::rgb(0x00ff_5cd6),
         bore: Colour::rgb(0x000b_0e10),
         done: Colour::rgb(0x004a_de80),
         current: Colour::rgb(0x00e8_945f),
@@ -103,6 +124,11 @@ impl Palette {
         edge: Colour::rgb(0x0014_2a23),
         grid: Colour::rgb(0x006f_8f85),
         outline: Colour::rgb(0x00f2_e8a0),
+        copper_top: Colour::rgb(0x00e0_7444),
+        copper_bottom: Colour::rgb(0x005a_90e0),
+        silk: Colour::rgb(0x00f2_f4f2),
+        joined: Colour::rgb(0x00ff_6b63),
+        finding: Colour::rgb(0x00ff_6bdb),
         bore: Colour::rgb(0x000e_1513),
         done: Colour::rgb(0x004a_de80),
         current: Colour::rgb(0x00ff_a26b),
@@ -144,6 +170,10 @@ mod tests {
     #[test]
     fn light_and_css_are_the_standard_ones() {
         assert_eq!(Colour::rgb(0x00ff_8000).css(), "#ff8000ff");
+        assert_eq!(Colour::of_css("#ff8000"), Some(Colour::rgb(0x00ff_8000)));
+        for wrong in ["ff8000", "#ff80", "#ff80zz", "#ff80éé"] {
+            assert_eq!(Colour::of_css(wrong), None, "{wrong}");
+        }
         assert_eq!(Colour::rgb(0x00ff_8000).alpha(16).css(), "#ff800010");
         assert_eq!(Colour::rgb(0x00ff_ffff).linear(), [1.0; 4]);
         assert!((Colour::rgb(0x0080_8080).linear()[0] - 0.215_86).abs() < 1e-4);
@@ -152,7 +182,16 @@ mod tests {
     #[test]
     fn everything_that_says_something_has_three_to_one_on_the_board() {
         for (theme, palette) in [("dark", Palette::DARK), ("light", Palette::LIGHT)] {
-            let signs = [palette.done, palette.current, palette.failed, palette.selected, palette.outline];
+            let signs = [
+                palette.done,
+                palette.current,
+                palette.failed,
+                palette.selected,
+                palette.outline,
+                palette.copper_top,
+                palette.copper_bottom,
+                palette.finding,
+            ];
             for (index, sign) in signs.iter().chain(&palette.tools).enumerate() {
                 for ground in [palette.plate, palette.bore] {
                     let ratio = contrast(*sign, ground);

@@ -3,6 +3,8 @@
 //! Comes in: whatever somebody wants drawn. Goes out: the same. Does not know how it is drawn.
 
 use super::palette::Colour;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A thing that takes no part in the order of a plan.
 pub const UNORDERED: u32 = 0x00ff_ffff;
@@ -16,12 +18,32 @@ pub struct Scene {
     pub body: Vec<[f32; 2]>,
     /// Closed lines of the board's edge.
     pub outline: Vec<Vec<[f32; 2]>>,
+    /// Filled areas over the body, the first lowest.
+    pub layers: Vec<Layer>,
     /// Elongated holes.
     pub slots: Vec<Slot>,
     /// Lines, for example the way of the head. They lie under the discs.
     pub lines: Vec<Line>,
     /// Round holes. They are told apart by their index here.
     pub discs: Vec<Disc>,
+}
+
+/// A filled area.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// Its triangles.
+    pub mesh: Arc<Mesh>,
+    /// Its colour; the alpha is its opacity.
+    pub colour: Colour,
+}
+
+/// Triangles with shared corners.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Mesh {
+    /// The corners in mm.
+    pub corners_mm: Vec<[f32; 2]>,
+    /// Three indices into them for each triangle.
+    pub triangles: Vec<[u32; 3]>,
 }
 
 /// A rounded rectangle.
@@ -124,7 +146,19 @@ impl Scene {
             .slots
             .iter()
             .flat_map(|slot| slot.path_mm.iter().map(move |point| around(*point, slot.width_mm / 2.0)));
-        plate.chain(discs).chain(edge).chain(slots).reduce(|a, b| {
+        let areas = self.layers.iter().filter_map(|layer| layer.mesh.bounds_mm());
+        plate.chain(discs).chain(edge).chain(slots).chain(areas).reduce(|a, b| {
+            let low = [a[0][0].min(b[0][0]), a[0][1].min(b[0][1])];
+            [low, [a[1][0].max(b[1][0]), a[1][1].max(b[1][1])]]
+        })
+    }
+}
+
+impl Mesh {
+    /// Lower left and upper right corner; none for nothing.
+    pub fn bounds_mm(&self) -> Option<[[f32; 2]; 2]> {
+        let corners = self.corners_mm.iter().map(|corner| [*corner; 2]);
+        corners.reduce(|a, b| {
             let low = [a[0][0].min(b[0][0]), a[0][1].min(b[0][1])];
             [low, [a[1][0].max(b[1][0]), a[1][1].max(b[1][1])]]
         })

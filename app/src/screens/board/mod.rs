@@ -6,16 +6,17 @@ mod holes;
 mod inspector;
 mod rows;
 
-pub(crate) use inspector::show_problems;
+pub(crate) use inspector::{inspector, show_problems};
 pub(crate) use rows::swatch;
 
+use super::layers;
 use leptos::html::div;
 use leptos::prelude::*;
 
 /// The panels beside the picture.
 pub(crate) fn board() -> impl IntoView {
     (
-        div().class("panel left holes").child(holes::holes()),
-        div().class("panel right inspector").child(inspector::inspector()),
+        div().class("panel left holes").child((layers::panel(), holes::holes())),
+        div().class("panel right inspector").child(inspector()),
     )
 }

@@ -1,0 +1,91 @@
+//! Regions as triangles for the picture, cut in the worker.
+//!
+//! ```text
+//!  island with holes, arcs ─ chords ─▶ rings ─ ear cutting ─▶ corners in mm from `origin`, three indices a triangle
+//! ```
+//!
+//! Comes in: a [`Region`], the place in nanometres that the picture counts from. Goes out: a [`Mesh`] of at most
+//! [`MOST_CORNERS`] corners. Knows no colours.
+
+use crate::picture::place;
+use crate::view::Mesh;
+use annulus_core::geometry::{Path, Point, Region};
+use geo::{LineString, Polygon, TriangulateEarcut};
+
+/// How far a chord may be from its arc, in mm. At a zoom where this is a pixel, a board of 100 mm is 50,000 wide.
+const CHORD_ERROR_MM: f64 = 0.002;
+/// Islands after this many corners are left out of the picture, and of nothing else.
+const MOST_CORNERS: usize = 8_000_000;
+
+/// The triangles of `region`.
+pub(super) fn mesh(region: &Region, origin: Point) -> Mesh {
+    let mut mesh = Mesh::default();
+    for island in &region.islands {
+        let holes = island.holes.iter().map(|hole| ring(hole, origin)).collect();
+        let cut = Polygon::new(ring(&island.outer, origin), holes).earcut_triangles_raw();
+        let first = mesh.corners_mm.len();
+        if first + cut.vertices.len() > MOST_CORNERS {
+            break;
+        }
+        mesh.corners_mm.extend(cut.vertices.iter().map(|at| at.map(|mm| mm as f32)));
+        let corner = |index: usize| (first + index) as u32;
+        let triangles = cut.triangle_indices.chunks_exact(3);
+        mesh.triangles.extend(triangles.map(|three| [corner(three[0]), corner(three[1]), corner(three[2])]));
+    }
+    mesh
+}
+
+fn ring(path: &Path, origin: Point) -> LineString<f64> {
+    let points = path.flattened(CHORD_ERROR_MM);
+    points.into_iter().map(|at| place(origin, at).map(f64::from)).collect::<Vec<_>>().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::geometry::{Island, Segment};
+    use std::f64::consts::PI;
+
+    /// A circle, counter-clockwise or as a hole.
+    fn circle(x: f64, y: f64, radius: f64, clockwise: bool) -> Path {
+        let (start, centre) = (Point::from_mm(x + radius, y), Point::from_mm(x, y));
+        Path { start, segments: vec![Segment::Arc { to: start, centre, clockwise }] }
+    }
+
+    fn square(side: f64) -> Path {
+        let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side), (0.0, 0.0)];
+        Path::through(&corners.map(|(x, y)| Point::from_mm(x, y))).unwrap()
+    }
+
+    fn area(mesh: &Mesh) -> f64 {
+        let at = |index: u32| mesh.corners_mm[index as usize].map(f64::from);
+        let half = |[a, b, c]: [u32; 3]| {
+            let (a, b, c) = (at(a), at(b), at(c));
+            ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs() / 2.0
+        };
+        mesh.triangles.iter().copied().map(half).sum()
+    }
+
+    #[test]
+    fn the_triangles_cover_what_the_region_does() {
+        let pour = Island {
+            outer: square(20.0),
+            holes: vec![circle(5.0, 5.0, 2.0, true), circle(14.0, 14.0, 3.0, true)],
+        };
+        let pad = Island { outer: circle(14.0, 14.0, 1.0, false), holes: vec![] };
+        type Row = (&'static str, Vec<Island>, f64);
+        let rows: [Row; 4] = [
+            ("nothing", vec![], 0.0),
+            ("a pad", vec![pad.clone()], PI),
+            ("a pour with holes", vec![pour.clone()], 400.0 - 13.0 * PI),
+            ("a pad in a hole of a pour", vec![pour, pad], 400.0 - 12.0 * PI),
+        ];
+        for (name, islands, expected) in rows {
+            let region = Region { islands };
+            for origin in [Point::default(), Point::from_mm(-300.0, 120.0)] {
+                let found = area(&mesh(&region, origin));
+                assert!((found - expected).abs() < 0.2, "{name}: {found} is not {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! Which layers are seen, how strongly, and in what colour: what the layers panel changes.
+//!
+//! ```text
+//!   below ─▶ … ─▶ above       seen from above: bottom copper, top copper, …, legend
+//!                             seen from below: the other way round
+//! ```
+//!
+//! Comes in: role and side of every layer, what the person chose. Goes out: looks, in the order of drawing. Knows no
+//! screens.
+
+use crate::view::{Colour, Palette};
+
+/// What a layer is, as far as its look goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Copper of the upper side.
+    CopperTop,
+    /// Copper of the lower side.
+    CopperBottom,
+    /// Copper inside the board.
+    CopperInner,
+    /// Where there is no solder mask.
+    Mask,
+    /// Legend.
+    Silk,
+    /// Solder paste.
+    Paste,
+    /// Anything else.
+    Other,
+    /// Holes and slots.
+    Holes,
+    /// Edge of the board.
+    Outline,
+}
+
+impl Kind {
+    /// Of a file's role and side.
+    pub fn of(role: &str, side: Option<&str>) -> Self {
+        match (role, side) {
+            ("copper", Some("bottom")) => Self::CopperBottom,
+            ("copper", Some("inner")) => Self::CopperInner,
+            ("copper", _) => Self::CopperTop,
+            ("mask", _) => Self::Mask,
+            ("silk", _) => Self::Silk,
+            ("paste", _) => Self::Paste,
+            ("outline", _) => Self::Outline,
+            ("drill", _) => Self::Holes,
+            _ => Self::Other,
+        }
+    }
+
+    /// Its colour until somebody chooses another.
+    pub fn colour(self, palette: &Palette) -> Colour {
+        match self {
+            Self::CopperTop => palette.copper_top,
+            Self::CopperBottom => palette.copper_bottom,
+            Self::CopperInner => palette.tools[1],
+            Self::Mask => palette.tools[0],
+            Self::Silk => palette.silk,
+            Self::Paste | Self::Other | Self::Holes => palette.tools[4],
+            Self::Outline => palette.outline,
+        }
+    }
+
+    /// Whether it is seen until somebody says otherwise.
+    const fn first_seen(self) -> bool {
+        matches!(self, Self::CopperTop | Self::CopperBottom | Self::Holes | Self::Outline)
+    }
+
+    /// Height over the board's middle: the higher is drawn later when seen from above.
+    const fn height(self, side: Side) -> i32 {
+        let over = match self {
+            Self::CopperInner | Self::Other => 0,
+            Self::CopperTop | Self::CopperBottom => 1,
+            Self::Mask => 2,
+            Self::Paste => 3,
+            Self::Silk => 4,
+            Self::Outline => 5,
+            Self::Holes => 6,
+        };
+        if matches!(side, Side::Bottom) { -over } else { over }
+    }
+}
+
+/// Where a layer lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Above.
+    #[default]
+    Top,
+    /// Below.
+    Bottom,
+    /// In between, or through everything.
+    Both,
+}
+
+impl Side {
+    /// Of a file's side.
+    pub fn of(word: Option<&str>) -> Self {
+        match word {
+            Some("top") => Self::Top,
+            Some("bottom") => Self::Bottom,
+            _ => Self::Both,
+        }
+    }
+}
+
+/// One line of the panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Tells the layer from others, also when the files are read again.
+    pub name: String,
+    /// What it is.
+    pub kind: Kind,
+    /// Where it lies.
+    pub side: Side,
+    /// Index of its triangles; none for holes and outline.
+    pub mesh: Option<usize>,
+    /// Whether it is seen.
+    pub eye: bool,
+    /// From 0, not there, to 100.
+    pub opacity: u8,
+    /// A colour of the person's own.
+    pub colour: Option<Colour>,
+}
+
+/// Groups of layers shown with one press.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// Everything.
+    All,
+    /// What lies on the upper side.
+    Top,
+    /// What lies on the lower side.
+    Bottom,
+    /// Copper alone.
+    Copper,
+    /// Holes alone.
+    Holes,
+}
+
+impl Look {
+    /// A layer as it is seen first.
+    pub fn new(name: String, kind: Kind, side: Side, mesh: Option<usize>) -> Self {
+        Self { name, kind, side, mesh, eye: kind.first_seen(), opacity: 100, colour: None }
+    }
+
+    /// The colour it is drawn in.
+    pub fn tint(&self, palette: &Palette) -> Colour {
+        let alpha = u16::from(self.opacity.min(100)) * 255 / 100;
+        self.colour.unwrap_or_else(|| self.kind.colour(palette)).alpha(alpha as u8)
+    }
+
+    /// Whether `preset` shows it.
+    pub fn in_preset(&self, preset: Preset) -> bool {
+        let through = matches!(self.kind, Kind::Holes | Kind::Outline);
+        match preset {
+            Preset::All => true,
+            Preset::Top => through || self.side == Side::Top,
+            Preset::Bottom => through || self.side == Side::Bottom,
+            Preset::Copper => {
+                matches!(self.kind, Kind::CopperTop | Kind::CopperBottom | Kind::CopperInner | Kind::Outline)
+            }
+            Preset::Holes => through,
+        }
+    }
+}
+
+/// What the person chose before is kept for layers that are still there.
+pub fn kept(fresh: Vec<Look>, before: &[Look]) -> Vec<Look> {
+    let keep = |look: Look| match before.iter().find(|old| old.name == look.name) {
+        Some(old) => Look { eye: old.eye, opacity: old.opacity, colour: old.colour, ..look },
+        None => look,
+    };
+    fresh.into_iter().map(keep).collect()
+}
+
+/// The looks in the order of drawing, the lowest first.
+pub fn drawn(looks: &[Look], from_below: bool) -> Vec<&Look> {
+    let mut order: Vec<&Look> = looks.iter().filter(|look| look.eye && look.opacity > 0).collect();
+    order.sort_by_key(|look| {
+        let height = look.kind.height(look.side);
+        if from_below { -height } else { height }
+    });
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn looks() -> Vec<Look> {
+        let rows = [
+            ("top", Kind::CopperTop, Side::Top, Some(0)),
+            ("bottom", Kind::CopperBottom, Side::Bottom, Some(1)),
+            ("legend", Kind::Silk, Side::Top, Some(2)),
+            ("holes", Kind::Holes, Side::Both, None),
+            ("outline", Kind::Outline, Side::Both, None),
+        ];
+        rows.map(|(name, kind, side, mesh)| Look::new(name.to_owned(), kind, side, mesh)).into()
+    }
+
+    fn names(order: &[&Look]) -> String {
+        order
+            .iter()
+            .filter(|look| look.mesh.is_some())
+            .map(|look| look.name.as_str())
+            .collect::<Vec<_>>()
+            .join(" ")
+    }
+
+    #[test]
+    fn the_nearer_side_is_drawn_later() {
+        let mut looks = looks();
+        assert_eq!(names(&drawn(&looks, false)), "bottom top");
+        looks[2].eye = true;
+        assert_eq!(names(&drawn(&looks, false)), "bottom top legend");
+        assert_eq!(names(&drawn(&looks, true)), "legend top bottom");
+        looks[0].opacity = 0;
+        assert_eq!(names(&drawn(&looks, false)), "bottom legend");
+    }
+
+    #[test]
+    fn presets_show_their_layers() {
+        let rows = [
+            (Preset::All, "top bottom legend holes outline"),
+            (Preset::Top, "top legend holes outline"),
+            (Preset::Bottom, "bottom holes outline"),
+            (Preset::Copper, "top bottom outline"),
+            (Preset::Holes, "holes outline"),
+        ];
+        for (preset, expected) in rows {
+            let shown: Vec<_> =
+                looks().iter().filter(|look| look.in_preset(preset)).map(|look| look.name.clone()).collect();
+            assert_eq!(shown.join(" "), expected, "{preset:?}");
+        }
+    }
+
+    #[test]
+    fn choices_outlive_reading_the_files_again() {
+        let mut before = looks();
+        before[1].eye = false;
+        before[1].opacity = 40;
+        let mut fresh = looks();
+        fresh.swap(0, 1);
+        let kept = kept(fresh, &before);
+        assert_eq!((kept[0].name.as_str(), kept[0].eye, kept[0].opacity), ("bottom", false, 40));
+        assert_eq!((kept[1].name.as_str(), kept[1].eye), ("top", true));
+    }
+
+    #[test]
+    fn opacity_is_the_alpha_of_the_colour() {
+        let mut look = looks().remove(0);
+        assert_eq!(look.tint(&Palette::DARK), Palette::DARK.copper_top);
+        look.opacity = 50;
+        assert_eq!(look.tint(&Palette::DARK).0[3], 127);
+        look.colour = Some(Colour::rgb(0x00ff_0000));
+        assert_eq!(look.tint(&Palette::DARK).0, [255, 0, 0, 127]);
+    }
+}

@@ -1,0 +1,181 @@
+//! The layers panel: an eye, a colour and an opacity for every layer, groups with one press, and the side looked at.
+//!
+//! Comes in: the layers of the open board. Goes out: which are drawn, in what colour.
+
+use crate::document::desk;
+use crate::i18n::{key, say, t};
+use crate::layers::{self, Kind, Look, Preset, Side};
+use crate::state::state;
+use crate::view::{Colour, Layer, Palette};
+use crate::widgets::{Icon, choice, picture_button, push};
+use leptos::ev;
+use leptos::html::{div, h2, header, input, li, section, span, ul};
+use leptos::prelude::*;
+
+/// Keeps the list of layers in step with the open board.
+pub(crate) fn begin() {
+    Effect::new(|_| {
+        let fresh = desk().document.with(|document| {
+            let Some(document) = document else { return Vec::new() };
+            let reading = &document.reading;
+            let row = |(index, layer): (usize, &crate::engine::messages::LayerRow)| {
+                let side = layer.side.as_deref();
+                let name = format!("{} {} {index}", layer.role, side.unwrap_or_default());
+                Look::new(name, Kind::of(&layer.role, side), Side::of(side), Some(index))
+            };
+            let mut looks: Vec<Look> = reading.layers.iter().enumerate().map(row).collect();
+            looks.reverse();
+            if !reading.board.outline.is_empty() {
+                looks.push(Look::new("outline".to_owned(), Kind::Outline, Side::Both, None));
+            }
+            looks.push(Look::new("holes".to_owned(), Kind::Holes, Side::Both, None));
+            looks
+        });
+        let before = state().layers.get_untracked();
+        state().layers.set(layers::kept(fresh, &before));
+    });
+}
+
+/// The filled layers that are drawn now, the lowest first.
+pub(crate) fn seen() -> Vec<Layer> {
+    let from_below = state().flipped.get();
+    desk().document.with(|document| {
+        let Some(document) = document else { return Vec::new() };
+        state().layers.with(|looks| {
+            let layer = |look: &Look| {
+                let mesh = document.meshes.get(look.mesh?)?.clone();
+                Some(Layer { mesh, colour: look.tint(&Palette::DARK) })
+            };
+            layers::drawn(looks, from_below).into_iter().filter_map(layer).collect()
+        })
+    })
+}
+
+/// Whether holes, or the outline, are drawn.
+pub(crate) fn kind_seen(kind: Kind) -> bool {
+    state().layers.with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
+}
+
+const PRESETS: [(Preset, &str); 5] = [
+    (Preset::All, key!("page.layers.all")),
+    (Preset::Top, key!("page.side.top")),
+    (Preset::Bottom, key!("page.side.bottom")),
+    (Preset::Copper, key!("page.kind.copper")),
+    (Preset::Holes, key!("page.layers.holes")),
+];
+
+/// The block.
+pub(crate) fn panel() -> impl IntoView {
+    let presets = PRESETS.map(|(preset, name)| {
+        push(
+            "button small",
+            move || crate::i18n::text(name, &[]),
+            move |_| {
+                state().layers.update(|looks| {
+                    looks.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
+                });
+            },
+        )
+    });
+    let flipped = state().flipped;
+    let count = Memo::new(move |_| state().layers.with(Vec::len));
+    let lines = move || (0..count.get()).map(|index| line(index).into_any()).collect::<Vec<_>>();
+    section().class("block layers").attr("aria-label", t!("page.layers.title")).child((
+        header().child((
+            h2().child(t!("page.layers.title")),
+            div()
+                .class("segmented")
+                .attr("role", "group")
+                .attr("aria-label", t!("page.layers.seen_from"))
+                .child((
+                    choice(move || !flipped.get(), t!("page.side.top"), move |_| flipped.set(false)),
+                    choice(move || flipped.get(), t!("page.side.bottom"), move |_| flipped.set(true)),
+                )),
+        )),
+        ul().child(lines),
+        div()
+            .class("row")
+            .attr("role", "group")
+            .attr("aria-label", t!("page.layers.presets"))
+            .child(Vec::from(presets)),
+    ))
+}
+
+fn change(index: usize, act: impl FnOnce(&mut Look)) {
+    state().layers.update(|looks| {
+        if let Some(look) = looks.get_mut(index) {
+            act(look);
+        }
+    });
+}
+
+/// The name of a layer for people.
+fn name_of(look: &Look) -> String {
+    let side = match look.side {
+        Side::Top => say!("page.side.top"),
+        Side::Bottom => say!("page.side.bottom"),
+        Side::Both => String::new(),
+    };
+    let what = match look.kind {
+        Kind::CopperTop | Kind::CopperBottom => say!("page.kind.copper"),
+        Kind::CopperInner => say!("page.layers.inner"),
+        Kind::Mask => say!("page.kind.mask"),
+        Kind::Silk => say!("page.kind.silk"),
+        Kind::Paste => say!("page.kind.paste"),
+        Kind::Other => say!("page.kind.other"),
+        Kind::Holes => say!("page.layers.holes"),
+        Kind::Outline => say!("page.kind.outline"),
+    };
+    if side.is_empty() { what } else { say!("page.layers.name", what = what, side = side) }
+}
+
+fn line(index: usize) -> impl IntoView {
+    let look = Memo::new(move |_| state().layers.with(|looks| looks.get(index).cloned()));
+    let name = move || look.with(|look| look.as_ref().map(name_of).unwrap_or_default());
+    let eye = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.eye)));
+    let opacity = Memo::new(move |_| look.with(|look| look.as_ref().map_or(0, |look| look.opacity)));
+    let colour = Memo::new(move |_| {
+        look.with(|look| look.as_ref().map_or_else(String::new, |look| look.tint(&Palette::DARK).css()))
+    });
+    let filled = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.mesh.is_some())));
+    let eye_name = move || {
+        if eye.get() {
+            say!("page.layers.hide", name = name())
+        } else {
+            say!("page.layers.show", name = name())
+        }
+    };
+    let strength = move || {
+        filled.get().then(|| {
+            let set = move |event| {
+                if let Ok(percent) = event_target_value(&event).parse() {
+                    change(index, |look| look.opacity = percent);
+                }
+            };
+            (
+                input()
+                    .attr("type", "color")
+                    .attr("aria-label", move || say!("page.layers.colour", name = name()))
+                    .prop("value", move || colour.get().get(..7).unwrap_or_default().to_owned())
+                    .on(ev::input, move |event| {
+                        let chosen = Colour::of_css(&event_target_value(&event));
+                        change(index, |look| look.colour = chosen);
+                    }),
+                input()
+                    .attr("type", "range")
+                    .attr("min", "0")
+                    .attr("max", "100")
+                    .attr("step", "5")
+                    .attr("aria-label", move || say!("page.layers.opacity", name = name()))
+                    .attr("aria-valuetext", move || format!("{} %", opacity.get()))
+                    .prop("value", move || opacity.get().to_string())
+                    .on(ev::input, set),
+            )
+        })
+    };
+    li().class(move || if eye.get() { "layer" } else { "layer off" }).child((
+        picture_button(Icon::Eye, eye_name, move |_| change(index, |look| look.eye = !look.eye)),
+        span().class("grow").child(name),
+        strength,
+    ))
+}
