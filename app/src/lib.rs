@@ -18,6 +18,7 @@ pub mod layers;
 pub mod picture;
 pub mod readout;
 pub mod view;
+pub mod ways;
 
 #[cfg(target_arch = "wasm32")]
 pub mod document;

@@ -44,7 +44,7 @@ for (const scheme of ["dark", "light"]) {
       assert.deepEqual(await findings(page), [], "welcome");
       await page.getByRole("button", { name: /Sample board/ }).click();
       await page.getByText(/^Planned .* m,/).waitFor();
-      for (const screen of ["Board", "Simulate", "Machine", "Lab", "Settings"]) {
+      for (const screen of ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"]) {
         await tab(page, screen).click();
         await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
         await atRest(page);
@@ -63,11 +63,11 @@ test("the screens are reached by their numbers, and no key starts anything", asy
   try {
     await page.getByRole("button", { name: /Sample board/ }).click();
     await page.getByText(/^Planned .* m,/).waitFor();
-    for (const [number, screen] of ["Board", "Simulate", "Machine", "Lab", "Settings"].entries()) {
+    for (const [number, screen] of ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"].entries()) {
       await page.keyboard.press(String(number + 1));
       await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
     }
-    await page.keyboard.press("3");
+    await page.keyboard.press("4");
     await page.getByText("Initialise first", { exact: false }).first().waitFor();
     for (const key of ["Enter", "Space", "s", "h", "r"]) await page.keyboard.press(key);
     await page.waitForTimeout(500);

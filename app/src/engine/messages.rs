@@ -292,7 +292,7 @@ pub enum Report {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer {
     /// To [`Request::Read`].
-    Read(Reading),
+    Read(Box<Reading>),
     /// To [`Request::Plan`].
     Planned(Planned),
     /// To [`Request::Time`].

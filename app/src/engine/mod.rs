@@ -57,7 +57,7 @@ mod handle {
         /// Reads files and makes the board of some of them.
         pub async fn read(&self, wanted: ToRead) -> Result<Reading, Stopped> {
             match desk::ask(&self.0, Request::Read(wanted), Box::new(|_| {})).await? {
-                Answer::Read(reading) => Ok(reading),
+                Answer::Read(reading) => Ok(*reading),
                 _ => Err(Stopped::Cancelled),
             }
         }

@@ -23,7 +23,7 @@ pub fn perform(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Answer, Vec<Remark>> {
     match request {
-        Request::Read(wanted) => Ok(Answer::Read(read(&wanted, shelf))),
+        Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, shelf)))),
         Request::Plan(wanted) => plan(&wanted, shelf, progress).map(Answer::Planned),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
     }
@@ -196,7 +196,7 @@ mod tests {
         let wanted = ToRead { files, board_key: 3, ..ToRead::default() };
         let mut shelf = Shelf::default();
         match perform(Request::Read(wanted), &mut shelf, &mut |_, _| {}) {
-            Ok(Answer::Read(reading)) => (reading, shelf),
+            Ok(Answer::Read(reading)) => (*reading, shelf),
             other => panic!("{other:?}"),
         }
     }
