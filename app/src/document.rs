@@ -8,14 +8,14 @@
 //!
 //! Comes in: names and bytes, choices of the person. Goes out: signals. Does not know how it is shown.
 
-use crate::engine::messages::{
-    LayerRow, Numbers, Order, Planned, Reading, Settings, Timed, ToPlan, ToRead, ToTime,
-};
+use crate::engine::messages::{LayerRow, Numbers, Planned, Reading, Settings, Timed, ToPlan, ToRead, ToTime};
 use crate::engine::{Engine, Stopped};
 use crate::i18n::{key, say};
 use crate::state::{Job, Task, state};
 use crate::view::Mesh;
 use crate::widgets::toast;
+use crate::workbench::bench;
+use annulus_core::geometry::Bounds;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -74,14 +74,14 @@ pub struct Desk {
     pub reviewing: RwSignal<bool>,
     /// Losses that were seen, by code.
     pub accepted: RwSignal<BTreeSet<String>>,
-    /// Order of the holes of one bit.
-    pub order: RwSignal<Order>,
     /// The bit in the spindle, if it is to go first.
     pub loaded: RwSignal<Option<Length>>,
     /// The plan.
     pub plan: RwSignal<Option<Arc<Planned>>>,
     /// The plan in time.
     pub timed: RwSignal<Option<Arc<Timed>>>,
+    /// The box of the board as it lies for the plan.
+    pub lies: Memo<Option<Bounds>>,
     /// Why there is no plan.
     pub refused: RwSignal<Vec<Remark>>,
     /// What files and plan have to say that is more than a note, the first hundred.
@@ -124,11 +124,12 @@ pub fn begin() {
         remarks.truncate(MOST_PROBLEMS);
         remarks
     });
+    let lies = Memo::new(move |_| document.with(|document| document.as_ref()?.reading.body));
     let desk = Desk {
         document,
         reviewing: RwSignal::new(false),
         accepted: RwSignal::new(BTreeSet::new()),
-        order: RwSignal::new(Order::default()),
+        lies,
         loaded: RwSignal::new(None),
         plan,
         timed: RwSignal::new(None),
@@ -137,15 +138,16 @@ pub fn begin() {
     };
     DESK.set(Some(desk));
     Effect::new(move |_| {
-        let document = desk.document.get();
-        let wanted = document.filter(|_| !desk.reviewing.get()).map(|document| ToPlan {
+        let document = desk.document.get().zip(bench().work.get());
+        let wanted = document.filter(|_| !desk.reviewing.get()).map(|(document, work)| ToPlan {
             board_key: document.reading.board_key,
             machine: Settings::of(&state().machine.get()),
-            order: desk.order.get(),
+            work: (*work).clone(),
             loaded: desk.loaded.get(),
             accept: desk.accepted.get().into_iter().collect(),
         });
         if let Some(wanted) = wanted {
+            bench().stale.set(true);
             leptos::task::spawn_local(make_plan(desk, wanted));
         }
     });
@@ -178,8 +180,13 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     let wish = next_wish();
     engine().cancel();
     state().task.set(Some(Task { word: key!("page.task.reading"), share: 0.0 }));
-    let wanted =
-        ToRead { board_key: wish, files: files.clone(), numbers: numbers.clone(), used: used.clone() };
+    let wanted = ToRead {
+        board_key: wish,
+        files: files.clone(),
+        numbers: numbers.clone(),
+        used: used.clone(),
+        machine: Some(Settings::of(&state().machine.get_untracked())),
+    };
     let answer = engine().read(wanted).await;
     if wish != WISH.get() {
         return;
@@ -194,6 +201,7 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
             if !again {
                 desk.reviewing.set(doubtful);
             }
+            bench().open(document.reading.work.clone());
             JUST_OPENED.set(!doubtful && !again);
             desk.document.set(Some(Arc::new(document)));
             if !again {
@@ -260,6 +268,7 @@ async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result
                 files: document.files.clone(),
                 numbers: document.numbers.clone(),
                 used: document.used.clone(),
+                machine: Some(wanted.machine.clone()),
             };
             engine().read(again).await?;
             engine().plan(wanted, progress).await
@@ -316,6 +325,7 @@ fn finish(desk: Desk, planned: &Planned, timed: Timed) {
     let (bytes, key) = (planned.program.clone(), planned.key.clone());
     state().job.set(Some(Arc::new(Job { program, bytes, key, stream_digest: timed.stream_digest.clone() })));
     desk.timed.set(Some(Arc::new(timed)));
+    bench().stale.set(false);
 }
 
 /// Calls off what the worker does.

@@ -110,6 +110,23 @@ pub enum Action {
     Undo(bool),
     /// Something of the Lab's queue.
     Queue(QueueKey),
+    /// Something of the job.
+    Cam(CamKey),
+}
+
+/// What a key asks of the job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CamKey {
+    /// Add an operation.
+    Add,
+    /// The chosen operation up or down.
+    Move(bool),
+    /// Back by an edit, or on again.
+    Undo(bool),
+    /// Take the chosen operation out.
+    Remove,
+    /// Show the next finding, or the one before.
+    Problem(bool),
 }
 
 /// What a key asks of the queue. It runs in this page's own drill, unless the person chose the machine and it is still.
@@ -155,6 +172,11 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     {
         return Some(action);
     }
+    if tab == Tab::Cam
+        && let Some(key) = in_cam(press, key)
+    {
+        return Some(Action::Cam(key));
+    }
     if press.in_text || press.alt {
         return None;
     }
@@ -182,6 +204,23 @@ fn in_lab(press: &Press, key: &str) -> Option<Action> {
         _ if press.in_lines => None,
         "z" if press.ctrl => Some(Action::Undo(!press.shift)),
         "y" if press.ctrl && !press.shift => Some(Action::Undo(false)),
+        _ => None,
+    }
+}
+
+/// The job has an undo of its own; in a field its text has one.
+fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
+    if press.alt {
+        let up = key == "ArrowUp";
+        return (!press.ctrl && (up || key == "ArrowDown")).then_some(CamKey::Move(up));
+    }
+    match key.to_ascii_lowercase().as_str() {
+        "f8" if !press.ctrl => Some(CamKey::Problem(!press.shift)),
+        _ if press.in_text => None,
+        "z" if press.ctrl => Some(CamKey::Undo(!press.shift)),
+        "y" if press.ctrl && !press.shift => Some(CamKey::Undo(false)),
+        "a" if !press.ctrl && !press.shift => Some(CamKey::Add),
+        "delete" if !press.ctrl => Some(CamKey::Remove),
         _ => None,
     }
 }
@@ -271,6 +310,14 @@ mod tests {
             ("Ctrl+Shift+Z", Tab::Lab, Some(Action::Undo(false))),
             ("Ctrl+y", Tab::Lab, Some(Action::Undo(false))),
             ("Ctrl+z", Tab::Board, None),
+            ("Ctrl+z", Tab::Cam, Some(Action::Cam(CamKey::Undo(true)))),
+            ("text+Ctrl+z", Tab::Cam, None),
+            ("Alt+ArrowUp", Tab::Cam, Some(Action::Cam(CamKey::Move(true)))),
+            ("Alt+ArrowDown", Tab::Board, None),
+            ("Shift+F8", Tab::Cam, Some(Action::Cam(CamKey::Problem(false)))),
+            ("a", Tab::Cam, Some(Action::Cam(CamKey::Add))),
+            ("text+a", Tab::Cam, None),
+            ("Delete", Tab::Cam, Some(Action::Cam(CamKey::Remove))),
             ("lines+F10", Tab::Lab, Some(Action::Queue(QueueKey::Step))),
             ("repeat+F10", Tab::Lab, None),
             ("F8", Tab::Machine, None),

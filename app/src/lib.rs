@@ -19,6 +19,7 @@ pub mod picture;
 pub mod readout;
 pub mod view;
 pub mod ways;
+pub mod workbench;
 
 #[cfg(target_arch = "wasm32")]
 pub mod document;

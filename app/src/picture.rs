@@ -9,7 +9,8 @@
 //! Comes in: a [`Board`], an order of holes. Goes out: a [`Scene`] in millimetres from the board's lower left corner, so
 //! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
 
-use crate::view::{Disc, Line, Palette, Plate, Scene, Slot, State, UNORDERED, Width};
+use crate::view::{Colour, Disc, Line, Palette, Plate, Scene, Slot, State, UNORDERED, Width};
+use crate::ways::{Cut, Travel, Ways};
 use annulus_core::board::Board;
 use annulus_core::geometry::{Bounds, Path, Point};
 use annulus_core::units::Length;
@@ -27,6 +28,8 @@ const MOST_RINGS: usize = 1_000;
 const CHORD_ERROR_MM: f64 = 0.005;
 /// Width of travel lines in CSS pixels.
 const TRAVEL_PX: f32 = 1.25;
+/// How much of its own colour a swath has; the rest is the board's, which is what is left there.
+const SWATH_SHARE: f32 = 0.45;
 
 /// The place in the files' coordinates that the picture counts from.
 pub fn origin(body: Option<Bounds>) -> Point {
@@ -40,9 +43,15 @@ pub fn place(origin: Point, at: Point) -> [f32; 2] {
 
 /// The board's body: its outline, or a margin around its holes and its copper.
 pub fn body(board: &Board) -> Option<Bounds> {
+    body_with(board, [])
+}
+
+/// The same where something happens at `places` too.
+pub fn body_with(board: &Board, places: impl IntoIterator<Item = Point>) -> Option<Bounds> {
+    let places = Bounds::around(places);
     let inside = || {
         let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
-        let boxes = board.bounds().into_iter().chain(copper);
+        let boxes = board.bounds().into_iter().chain(copper).chain(places);
         boxes.reduce(|a, b| a.with(b.min).with(b.max)).map(|bounds| bounds.grown(MARGIN))
     };
     board.outline.bounds().or_else(inside)
@@ -138,6 +147,22 @@ pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette
         Line { a_mm, b_mm: to, width: Width::Px(TRAVEL_PX), colour: palette.travel, order: number as u32 }
     };
     stops.enumerate().map(leg).collect()
+}
+
+/// What a program does as lines: swaths as wide as they cut, the middle of each, and the travel between. They bear the
+/// numbers of their stops. `colour` is that of a stop's swaths.
+pub fn ways(ways: &Ways, palette: &Palette, colour: impl Fn(u32) -> Colour) -> Vec<Line> {
+    let line = |a_mm, b_mm, width, colour, order| Line { a_mm, b_mm, width, colour, order };
+    let swath = |cut: &Cut| {
+        let tint = colour(cut.stop).mixed(palette.plate, SWATH_SHARE);
+        line(cut.a_mm, cut.b_mm, Width::Mm(cut.width_mm), tint, cut.stop)
+    };
+    let middle = |cut: &Cut| line(cut.a_mm, cut.b_mm, Width::Px(1.0), colour(cut.stop), cut.stop);
+    let travel =
+        |travel: &Travel| line(travel.a_mm, travel.b_mm, Width::Px(TRAVEL_PX), palette.travel, travel.stop);
+    let wide = ways.cuts.iter().filter(|cut| cut.width_mm > 0.0);
+    let travels = ways.travels.iter().map(travel);
+    wide.map(swath).chain(ways.cuts.iter().map(middle)).chain(travels).collect()
 }
 
 #[cfg(test)]

@@ -26,6 +26,8 @@ pub struct Ways {
     pub cuts: Vec<Cut>,
     /// From stop to stop.
     pub travels: Vec<Travel>,
+    /// For each leg of the program, how many stops lie before it.
+    pub before: Vec<u32>,
 }
 
 /// A straight piece of a way.
@@ -55,14 +57,23 @@ pub struct Travel {
 }
 
 impl Ways {
-    /// How many of the stops lie before leg `leg`.
-    pub fn stops_before(program: &Program, leg: usize) -> u32 {
-        program.legs.iter().take(leg).filter(|leg| is_stop(leg.mark)).count() as u32
+    /// How many stops are done in leg `leg` when `holes` holes are through.
+    pub fn done(&self, leg: u32, holes: u32) -> u32 {
+        let before = self.before.get(leg as usize).copied().unwrap_or(self.stops.len() as u32);
+        let is_hole = |(_, mark): &(u32, &Mark)| matches!(mark, Mark::Hole(_));
+        let drilled = (1..).zip(&self.stops).filter(is_hole);
+        let through = holes.checked_sub(1).and_then(|last| drilled.map(|(stop, _)| stop).nth(last as usize));
+        before.max(through.unwrap_or(0))
     }
 
     /// How many ways there are.
     pub fn way_count(&self) -> usize {
         self.stops.iter().filter(|mark| matches!(mark, Mark::Way(_))).count()
+    }
+
+    /// Length of all travel, mm.
+    pub fn travel_mm(&self) -> f64 {
+        self.travels.iter().map(|travel| apart(travel.a_mm, travel.b_mm)).sum()
     }
 
     /// Length of all cuts, mm.
@@ -106,6 +117,7 @@ pub fn ways(program: &Program, corner: Point) -> Ways {
 
 impl Head<'_> {
     fn leg(&mut self, leg: &Leg) {
+        self.ways.before.push(self.ways.stops.len() as u32);
         for command in &leg.commands {
             match *command {
                 Command::Rapid { to } => self.travel(to),
@@ -225,8 +237,10 @@ mod tests {
 
     #[test]
     fn stops_are_counted_by_leg() {
-        let counts: Vec<_> = (0..=5).map(|leg| Ways::stops_before(&program(), leg)).collect();
-        assert_eq!(counts, [0, 0, 1, 1, 2, 2]);
+        let found = ways(&program(), Point::default());
+        let done: Vec<_> = (0..=5).map(|leg| found.done(leg, 0)).collect();
+        assert_eq!(done, [0, 0, 1, 1, 2, 2]);
+        assert_eq!(found.done(3, 1), 2, "the hole is through before its leg is over");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 use crate::view::Mesh;
 use annulus_core::board::Board;
+use annulus_core::cam::work::Work;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
@@ -43,6 +44,8 @@ pub struct ToRead {
     pub numbers: Numbers,
     /// Which rows of [`Reading::files`] make the board; none for the reader's own choice.
     pub used: Option<Vec<u32>>,
+    /// The machine, for the job that the board opens with; none for the virtual drill.
+    pub machine: Option<Settings>,
 }
 
 /// How the numbers of drill files are to be read, where a person knows better.
@@ -71,6 +74,8 @@ pub struct Reading {
     pub body: Option<Bounds>,
     /// Layers to be seen, the lowest first.
     pub layers: Vec<LayerRow>,
+    /// The job that it opens with.
+    pub work: Work,
     /// What was found in making it.
     pub remarks: Vec<Remark>,
 }
@@ -158,24 +163,12 @@ pub struct ToPlan {
     pub board_key: u32,
     /// The machine.
     pub machine: Settings,
-    /// Order of the holes of one bit.
-    pub order: Order,
+    /// The job.
+    pub work: Work,
     /// The bit in the spindle: it goes first. None for ascending sizes.
     pub loaded: Option<Length>,
     /// Codes of losses that a person has seen.
     pub accept: Vec<String>,
-}
-
-/// Order of the holes of one bit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Order {
-    /// Shortest way.
-    #[default]
-    Shortest,
-    /// Least machine time.
-    Fastest,
-    /// As in the file.
-    File,
 }
 
 /// A plan and its program.

@@ -4,13 +4,15 @@
 
 use super::mesh::mesh;
 use super::messages::{
-    Answer, DrillRow, FileRow, LayerRow, Numbers, Order, Planned, PlannedBit, Reading, Request, Timed,
-    ToPlan, ToRead, ToTime, ToolRow,
+    Answer, DrillRow, FileRow, LayerRow, Numbers, Planned, PlannedBit, Reading, Request, Timed, ToPlan,
+    ToRead, ToTime, ToolRow,
 };
 use super::shelf::Shelf;
 use crate::picture;
 use annulus_core::artwork::{self, Digits, DrillFile, FileRead, Overrides, Units, Zeros};
+use annulus_core::cam::work::{Action, Work};
 use annulus_core::geometry::Bounds;
+use annulus_core::machine::virtual_drill;
 use annulus_core::remark::Remark;
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
@@ -38,6 +40,8 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     let (mut board, remarks) = board::from_artwork(&artwork, &used);
     let body = picture::body(&board);
     let layers = layers(&board, body);
+    let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
+    let work = Work::default_for(&board, &machine.unwrap_or_else(virtual_drill));
     shelf.keep(wanted.board_key, board.clone());
     board.copper.clear();
     Reading {
@@ -47,6 +51,7 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
         board_key: wanted.board_key,
         body,
         layers,
+        work,
         remarks,
     }
 }
@@ -130,12 +135,12 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
 fn plan(wanted: &ToPlan, shelf: &Shelf, progress: &mut dyn FnMut(u64, u64)) -> Result<Planned, Vec<Remark>> {
     let board = shelf.board(wanted.board_key)?;
     let machine = wanted.machine.machine()?;
+    let drill = wanted.work.operations.iter().find_map(|operation| match &operation.action {
+        Action::Drill(drill) if operation.on => Some(drill.clone()),
+        _ => None,
+    });
     let options = cam::PlanOptions {
-        order: match wanted.order {
-            Order::Shortest => cam::Order::Shortest,
-            Order::Fastest => cam::Order::Fastest,
-            Order::File => cam::Order::File,
-        },
+        order: drill.map_or(cam::Order::default(), |drill| drill.order),
         group: if wanted.loaded.is_some() { cam::Group::LoadedFirst } else { cam::Group::Ascending },
         loaded: wanted.loaded,
         accept: wanted.accept.clone(),
@@ -185,7 +190,6 @@ mod tests {
     use super::super::messages::{Envelope, Settings};
     use super::*;
     use annulus_core::geometry::{Island, Path, Point, Region};
-    use annulus_core::machine::virtual_drill;
 
     const DRILL: &[u8] =
         b"M48\nMETRIC\nT1C0.800\nT2C1.000\n%\nG90\nT1\nX10.0Y10.0\nX40.0Y10.0\nX12.0Y10.0\nX38.0Y11.0\nT2\nX20.0Y20.0\nM30\n";
@@ -201,9 +205,20 @@ mod tests {
         }
     }
 
-    fn planned(order: Order, told: &mut Vec<(u64, u64)>) -> Planned {
+    /// A job that drills in this order.
+    fn drilling(order: cam::Order) -> Work {
+        let mut work = reading().0.work;
+        for operation in &mut work.operations {
+            if let Action::Drill(drill) = &mut operation.action {
+                drill.order = order;
+            }
+        }
+        work
+    }
+
+    fn planned(order: cam::Order, told: &mut Vec<(u64, u64)>) -> Planned {
         let machine = Settings::of(&virtual_drill());
-        let wanted = ToPlan { board_key: 3, machine, order, loaded: None, accept: vec![] };
+        let wanted = ToPlan { board_key: 3, machine, work: drilling(order), loaded: None, accept: vec![] };
         match perform(Request::Plan(wanted), &mut reading().1, &mut |done, total| told.push((done, total))) {
             Ok(Answer::Planned(planned)) => planned,
             other => panic!("{other:?}"),
@@ -225,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_plan_drills_every_hole_once_and_is_no_longer_than_the_file() {
-        for order in [Order::Shortest, Order::Fastest, Order::File] {
+        for order in [cam::Order::Shortest, cam::Order::Fastest, cam::Order::File] {
             let mut told = Vec::new();
             let planned = planned(order, &mut told);
             let mut holes = planned.order();
@@ -238,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_program_is_timed_and_its_digest_repeats() {
-        let planned = planned(Order::Shortest, &mut Vec::new());
+        let planned = planned(cam::Order::Shortest, &mut Vec::new());
         let wanted = ToTime { program: planned.program, machine: Settings::of(&virtual_drill()) };
         let time = || perform(Request::Time(wanted.clone()), &mut Shelf::default(), &mut |_, _| {});
         let Ok(Answer::Timed(timed)) = time() else { panic!("{:?}", time()) };
@@ -254,7 +269,7 @@ mod tests {
         let request = Request::Plan(ToPlan {
             board_key: 3,
             machine,
-            order: Order::Fastest,
+            work: drilling(cam::Order::Fastest),
             loaded: None,
             accept: vec!["x".to_owned()],
         });
@@ -266,7 +281,7 @@ mod tests {
     #[test]
     fn a_new_worker_says_that_it_has_no_board() {
         let machine = Settings::of(&virtual_drill());
-        let wanted = ToPlan { board_key: 3, machine, order: Order::File, loaded: None, accept: vec![] };
+        let wanted = ToPlan { board_key: 3, machine, work: Work::default(), loaded: None, accept: vec![] };
         let refused = perform(Request::Plan(wanted), &mut Shelf::default(), &mut |_, _| {});
         assert!(refused.is_err_and(|remarks| remarks[0].code == "engine.board_gone"));
     }

@@ -27,7 +27,9 @@ use leptos::prelude::*;
 pub fn App() -> impl IntoView {
     link::begin();
     state::begin();
+    crate::workbench::begin();
     crate::document::begin();
+    cam::begin();
     layers::begin();
     simulate::begin();
     lab::begin();

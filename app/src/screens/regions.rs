@@ -7,7 +7,7 @@ use crate::i18n::say;
 use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Sheet;
 use crate::link;
-use crate::screens::{lab, opening, simulate, stage};
+use crate::screens::{cam, lab, opening, simulate, stage};
 use crate::state::state;
 use crate::widgets::toast;
 use annulus_core::control::State;
@@ -102,6 +102,7 @@ pub(crate) fn act(action: Action) {
         Action::Speak => speak(),
         Action::Undo(back) => lab::desk().undo(back),
         Action::Queue(key) => lab::queue_key(key),
+        Action::Cam(key) => cam::act(key),
     }
 }
 

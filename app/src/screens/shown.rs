@@ -3,13 +3,14 @@
 //! Comes in: the open document, its plan, the job of the machine, the playback. Goes out: [`Shown`] and [`Moment`].
 //! Knows no pixels.
 
-use super::simulate;
+use super::{cam, simulate};
 use crate::document::desk;
 use crate::keys::Tab;
 use crate::link;
 use crate::picture;
 use crate::state::{Job, state};
 use crate::view::{Layer, Progress};
+use crate::ways::{self, Ways};
 use annulus_core::board::{Board, Hole};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Command, Leg, Mark, Program, Stage};
@@ -27,6 +28,10 @@ pub(crate) struct Shown {
     pub work_zero: Point,
     /// The box of the board, whose lower left corner the picture counts from.
     pub body: Option<Bounds>,
+    /// What the program does, if there is one.
+    pub ways: Option<Arc<Ways>>,
+    /// Disc and stop of every hole.
+    pub discs: Vec<(u32, u32)>,
     /// Filled layers, the lowest first.
     pub layers: Vec<Layer>,
     /// Show the ways as in the file instead of the planned ones.
@@ -42,6 +47,13 @@ impl Shown {
     /// The disc of hole `hole`.
     pub(crate) fn disc_of_hole(&self, hole: u32) -> Option<usize> {
         self.hole_of_disc(hole as usize).map(|hole| hole as usize)
+    }
+
+    /// The operation that a stop belongs to; where that is not known, its bit tells them apart.
+    pub(crate) fn operation_of(&self, stop: u32) -> usize {
+        let ways = self.ways.as_ref();
+        let cut = ways.and_then(|ways| ways.cuts.get(ways.cuts.partition_point(|cut| cut.stop < stop)));
+        cut.map_or(0, |cut| cut.bit as usize)
     }
 
     /// Millimetres of the picture to work coordinates.
@@ -78,7 +90,9 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
         let plan = desk.plan.get();
         let (order, work_zero) =
             plan.map_or_else(|| (Vec::new(), picture::origin(body)), |plan| (plan.order(), plan.origin));
-        Some(Arc::new(Shown { board, order, work_zero, body, layers, before: state().show_before.get() }))
+        let (ways, before) = (cam::ways().get(), state().show_before.get());
+        let discs = ways.as_ref().map(|ways| discs(ways, |hole, _| hole)).unwrap_or_default();
+        Some(Arc::new(Shown { board, order, work_zero, body, ways, discs, layers, before }))
     });
     let at_machine = Memo::new(move |_| {
         let Some(job) = state().shown_job.get() else { return planned.get() };
@@ -102,15 +116,39 @@ fn of_program(job: &Job) -> Shown {
     }
     let order = (0..holes.len() as u32).collect();
     let board = Board { name: program.name.clone(), holes, ..Board::default() };
-    let body = picture::body(&board);
+    let body = picture::body_with(&board, milled(program));
+    let corner = picture::origin(body);
+    let ways = ways::ways(program, Point::new(corner.x - program.origin.x, corner.y - program.origin.y));
     Shown {
         board: Arc::new(board),
         order,
         work_zero: program.origin,
         body,
+        discs: discs(&ways, |_, number| number),
+        ways: Some(Arc::new(ways)),
         layers: Vec::new(),
         before: false,
     }
+}
+
+/// The stop of every hole, by disc; `disc` finds it for a hole and its number in the order of drilling.
+fn discs(ways: &Ways, disc: impl Fn(u32, u32) -> u32) -> Vec<(u32, u32)> {
+    let holes = (0..).zip(&ways.stops).filter_map(|(stop, mark)| match mark {
+        Mark::Hole(hole) => Some((stop, *hole)),
+        _ => None,
+    });
+    (0..).zip(holes).map(|(number, (stop, hole))| (disc(hole, number), stop)).collect()
+}
+
+/// Where a program mills, in the files' coordinates.
+fn milled(program: &Program) -> impl Iterator<Item = Point> {
+    let commands = program.legs.iter().flat_map(|leg| &leg.commands);
+    commands.filter_map(|command| match command {
+        Command::Mill { to, .. } | Command::MillArc { to, .. } => {
+            Some(Point::new(to.x + program.origin.x, to.y + program.origin.y))
+        }
+        _ => None,
+    })
 }
 
 fn hole(program: &Program, leg: &Leg, diameter: Option<annulus_core::units::Length>) -> Option<Hole> {
@@ -146,8 +184,7 @@ fn at_machine() -> Moment {
     let done = state().shown_job.with(|job| {
         let (Some(job), Some(leg)) = (job, status.leg) else { return at_end(line) };
         let legs = &job.program.legs;
-        let behind =
-            legs.iter().take(leg as usize).filter(|leg| matches!(leg.mark, Mark::Hole(_))).count() as u32;
+        let behind = legs.iter().take(leg as usize).filter(|leg| ways::is_stop(leg.mark)).count() as u32;
         let here = legs.get(leg as usize).is_some_and(|leg| matches!(leg.mark, Mark::Hole(_)));
         behind + u32::from(here && status.stage == Some(Stage::Retract))
     });

@@ -221,6 +221,19 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     };
     let corner = picture::origin(shown.body);
     scene.lines = picture::travel(&shown.board, corner, shown.work_zero, order, palette);
+    match &shown.ways {
+        Some(ways) if !(shown.before && state().tab.get() == Tab::Board) => {
+            let colour = |stop: u32| palette.operation(shown.operation_of(stop));
+            scene.lines = picture::ways(ways, palette, colour);
+            for (disc, stop) in &shown.discs {
+                if let Some(disc) = scene.discs.get_mut(*disc as usize) {
+                    disc.order = *stop;
+                }
+            }
+            return scene;
+        }
+        _ => {}
+    }
     if shown.before {
         let quiet = |line: Line| Line { width: Width::Px(1.0), ..line };
         scene.lines = scene.lines.into_iter().map(quiet).collect();

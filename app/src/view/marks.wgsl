@@ -89,9 +89,11 @@ fn board_colour(at_px: vec2f, grid: f32) -> vec3f {
 
 // ---- body ------------------------------------------------------------------------------------------------
 
-@vertex fn body_corner(@location(0) corner: vec2f) -> @builtin(position) vec4f {
+fn in_window(corner: vec2f) -> vec4f {
   return vec4f((corner - frame.centre) * handed() * frame.px_per_mm / frame.half_px, 0.0, 1.0);
 }
+
+@vertex fn body_corner(@location(0) corner: vec2f) -> @builtin(position) vec4f { return in_window(corner); }
 
 @fragment fn body_colour(@builtin(position) position: vec4f) -> @location(0) vec4f {
   let at_px = from_middle(position);
@@ -104,7 +106,7 @@ struct Area { @builtin(position) position: vec4f, @location(0) @interpolate(flat
 
 @vertex fn layer_corner(@location(0) corner: vec2f, @location(1) colour: vec4f) -> Area {
   let tint = linear(colour);
-  return Area(body_corner(corner), vec4f(tint.rgb * tint.a, tint.a));
+  return Area(in_window(corner), vec4f(tint.rgb * tint.a, tint.a));
 }
 
 @fragment fn layer_colour(area: Area) -> @location(0) vec4f { return area.colour; }

@@ -19,6 +19,14 @@ impl Colour {
         Self([self.0[0], self.0[1], self.0[2], alpha])
     }
 
+    /// `share` of it and the rest of `other`, opaque.
+    #[must_use]
+    pub fn mixed(self, other: Self, share: f32) -> Self {
+        let mix = |own: u8, other: u8| (f32::from(own) * share + f32::from(other) * (1.0 - share)) as u8;
+        let [red, green, blue, _] = self.0;
+        Self([mix(red, other.0[0]), mix(green, other.0[1]), mix(blue, other.0[2]), 255])
+    }
+
     /// From `#rrggbb`, opaque.
     pub fn of_css(text: &str) -> Option<Self> {
         let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6)?;
@@ -91,6 +99,8 @@ pub struct Palette {
     pub travelled: Colour,
     /// One colour a tool; told apart with every common colour blindness.
     pub tools: [Colour; 8],
+    /// One colour an operation, for its ways.
+    pub operations: [Colour; 6],
 }
 
 impl Palette {
@@ -115,6 +125,7 @@ impl Palette {
         travel: Colour::rgb(0x009f_b3c2).alpha(120),
         travelled: Colour::rgb(0x004a_de80).alpha(110),
         tools: TOOLS,
+        operations: OPERATIONS,
     };
 
     /// For light surroundings. The board stays dark, so that tools keep their colours.
@@ -138,7 +149,13 @@ impl Palette {
         travel: Colour::rgb(0x00b9_c9d6).alpha(130),
         travelled: Colour::rgb(0x004a_de80).alpha(120),
         tools: TOOLS,
+        operations: OPERATIONS,
     };
+
+    /// The colour of the ways of the operation with this index; they repeat after six.
+    pub fn operation(&self, index: usize) -> Colour {
+        self.operations[index % self.operations.len()]
+    }
 
     /// The colour of the tool with this index; they repeat after eight.
     pub fn tool(&self, index: usize) -> Colour {
@@ -156,6 +173,16 @@ const TOOLS: [Colour; 8] = [
     Colour::rgb(0x00db_664c),
     Colour::rgb(0x005c_85f8),
     Colour::rgb(0x00a2_8bdf),
+];
+
+/// Told apart from copper of either side and from what is done.
+const OPERATIONS: [Colour; 6] = [
+    Colour::rgb(0x00f6_e27a),
+    Colour::rgb(0x0062_d6d6),
+    Colour::rgb(0x00d5_9df0),
+    Colour::rgb(0x00f0_f3f5),
+    Colour::rgb(0x00b9_d66a),
+    Colour::rgb(0x00ff_b3a0),
 ];
 
 #[cfg(test)]

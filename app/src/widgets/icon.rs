@@ -15,6 +15,7 @@ pub enum Icon {
     Bit,
     Check,
     Cross,
+    Down,
     Eye,
     File,
     Fit,
@@ -34,6 +35,7 @@ pub enum Icon {
     ToBeginning,
     ToEnd,
     Undo,
+    Up,
     Warning,
 }
 
@@ -45,6 +47,7 @@ fn drawing(icon: Icon) -> &'static str {
         Icon::Bit => "M9 3h6v5H9zM9.5 8l5 3-5 3 5 3M12 17v4l2.2-4",
         Icon::Check => "M5 12.5l4.5 4.5L19 7",
         Icon::Cross => "M6 6l12 12M18 6L6 18",
+        Icon::Down => "M12 4v16M6 14l6 6 6-6",
         Icon::Eye => {
             "M2.5 12S6 5.5 12 5.5S21.5 12 21.5 12S18 18.5 12 18.5S2.5 12 2.5 12M12 9a3 3 0 1 0 0 6a3 3 0 1 0 0-6"
         }
@@ -66,6 +69,7 @@ fn drawing(icon: Icon) -> &'static str {
         Icon::ToBeginning => "M5 5v14M19 5l-10 7 10 7z",
         Icon::ToEnd => "M19 5v14M5 5l10 7-10 7z",
         Icon::Undo => "M9 5l-5 5 5 5M4 10h10.5a5.5 5.5 0 0 1 0 11H12",
+        Icon::Up => "M12 20V4M6 10l6-6 6 6",
         Icon::Warning => "M12 3.5l9.5 17h-19zM12 10v5M12 17.7v.1",
     }
 }

@@ -3,13 +3,15 @@
 //! Comes in: the plan. Goes out: order, first bit, accepted losses.
 
 use crate::document::{cancel, desk};
-use crate::engine::messages::{Order, Planned};
+use crate::engine::messages::Planned;
 use crate::format::clock;
 use crate::i18n::{key, say, t};
 use crate::keys::Tab;
 use crate::screens::review::finding;
 use crate::state::state;
 use crate::widgets::{choice, fact, push, shape};
+use crate::workbench::bench;
+use annulus_core::cam::Order;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{div, dl, h2, header, label, option, p, section, select, span};
@@ -35,9 +37,9 @@ fn order() -> impl IntoView {
     let desk = desk();
     let choices = ORDERS.map(|(order, name)| {
         choice(
-            move || desk.order.get() == order,
+            move || bench().drill_order() == Some(order),
             move || crate::i18n::text(name, &[]),
-            move |_| desk.order.set(order),
+            move |_| bench().set_drill_order(order),
         )
     });
     let bits = Memo::new(move |_| {

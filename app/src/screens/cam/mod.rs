@@ -1,12 +1,72 @@
-//! The CAM screen: what is made of the board, in which order, with what.
+//! The CAM screen: what is made of the board, in which order, with what, and what the proof says of it.
 //!
-//! Comes in: the open board and its plan. Goes out: choices of the person.
+//! ```text
+//! + job ────────+ picture with the ways ─────────+ values ──────+
+//! | operations  | as wide as they cut            | of the       |
+//! | totals      | findings                       | operation    |
+//! +─────────────+────────────────────────────────+──────────────+
+//! ```
+//!
+//! Comes in: the open board, its job and plan. Goes out: edits of the job.
 
-use crate::screens::board;
+mod entry;
+mod job;
+mod values;
+
+use crate::keys::CamKey;
+use crate::picture;
+use crate::state::state;
+use crate::ways::{self, Ways};
+use crate::workbench::bench;
+use annulus_core::geometry::Point;
 use leptos::html::div;
 use leptos::prelude::*;
+use std::cell::Cell;
+use std::sync::Arc;
+use wasm_bindgen::JsCast;
+
+thread_local! {
+    static WAYS: Cell<Option<Memo<Option<Arc<Ways>>>>> = const { Cell::new(None) };
+}
+
+/// Keeps what the planned program does in step with it.
+pub(crate) fn begin() {
+    let ways = Memo::new(move |_| {
+        let job = state().job.get()?;
+        let body = crate::document::desk().lies.get();
+        let corner = picture::origin(body);
+        let origin = job.program.origin;
+        Some(Arc::new(ways::ways(&job.program, Point::new(corner.x - origin.x, corner.y - origin.y))))
+    });
+    WAYS.set(Some(ways));
+}
+
+/// What the planned program does. Made by [`begin`].
+pub(crate) fn ways() -> Memo<Option<Arc<Ways>>> {
+    WAYS.get().expect("the ways are made before the first screen")
+}
 
 /// The panels beside the picture.
 pub(crate) fn cam() -> impl IntoView {
-    div().class("panel left inspector").child(board::inspector())
+    (
+        div().class("panel left cam-job").child(job::job()),
+        div().class("panel right cam-values").child(values::values()),
+    )
+}
+
+/// What a key asks of the job.
+pub(crate) fn act(key: CamKey) {
+    let bench = bench();
+    match key {
+        CamKey::Add => {
+            let menu = document().get_element_by_id(job::ADD);
+            if let Some(menu) = menu.and_then(|menu| menu.dyn_into::<web_sys::HtmlElement>().ok()) {
+                let _ = menu.focus();
+            }
+        }
+        CamKey::Move(up) => bench.shift(up),
+        CamKey::Undo(back) => bench.undo(back),
+        CamKey::Remove => bench.remove(),
+        CamKey::Problem(_) => {}
+    }
 }

@@ -13,6 +13,7 @@ mod scrub;
 use crate::document::desk;
 use crate::i18n::t;
 use crate::keys::{Action, Stride};
+use crate::screens::cam;
 use crate::screens::shown::Moment;
 use crate::view::Progress;
 use annulus_core::job::{Mark, Stage};
@@ -151,10 +152,9 @@ pub(crate) fn moment() -> Moment {
     let Some(now) = play().now() else { return Moment::default() };
     let drilling = matches!(now.mark, Mark::Hole(_)) && matches!(now.stage, Stage::Approach | Stage::Drill);
     let [x, y, _] = now.position_mm;
-    Moment {
-        progress: Progress { discs: now.holes_done, drilling, lines: now.holes_done },
-        head_mm: Some([x, y]),
-    }
+    let done = cam::ways()
+        .with(|ways| ways.as_ref().map_or(now.holes_done, |ways| ways.done(now.leg, now.holes_done)));
+    Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 
 /// The panels round the picture.

@@ -1,0 +1,138 @@
+//! A field for one row of the job's table: its name, its unit, its sentence, and why it cannot be what was typed.
+//!
+//! Comes in: a row, its value now, what to do with another one. Goes out: a field. Knows no single row.
+
+use crate::i18n::{self, advice, message};
+use crate::widgets::menu_word;
+use crate::workbench::edit;
+use annulus_core::cam::parameters::Parameter;
+use annulus_core::locale;
+use annulus_core::machine::{Kind, Value};
+use annulus_core::remark::Remark;
+use leptos::ev;
+use leptos::html::{div, input, label, p, select, small, span};
+use leptos::prelude::*;
+
+/// What a field writes: the value, and whether the person is still at it.
+pub(super) type Write = std::sync::Arc<dyn Fn(Value) -> Result<(), Remark> + Send + Sync>;
+
+/// The name of a row for people: its short one in the locale tables, else its sentence.
+fn name_of(key: &str) -> String {
+    let plain = key.replace('.', "_");
+    let short = format!("page.cam.row.{plain}");
+    let known = locale::lookup(&i18n::language(), &short).is_some();
+    i18n::text(&if known { short } else { format!("work.{plain}") }, &[])
+}
+
+/// The word of a choice for people.
+fn word_of(word: &str) -> String {
+    i18n::text(&format!("page.cam.word.{word}"), &[])
+}
+
+fn shown(value: Option<&Value>) -> String {
+    match value {
+        Some(Value::Number(number)) => crate::format::plain(*number),
+        Some(value) => value.to_string(),
+        None => String::new(),
+    }
+}
+
+/// The field. A number with a `slider` has one under it, for as far as the hint says.
+pub(super) fn entry<T: 'static>(
+    row: &'static Parameter<T>,
+    now: Memo<Option<Value>>,
+    slider: Option<(f64, f64, f64)>,
+    write: Write,
+) -> AnyView {
+    let refused = RwSignal::new(None::<Remark>);
+    let set = {
+        let write = write.clone();
+        move |text: String| refused.set(write(edit::value(row, &text)).err())
+    };
+    if matches!(row.kind, Kind::Choice(["no", "yes"])) {
+        return flag(row, now, write);
+    }
+    let sentence = row.sentence_key();
+    let id = format!("work-{}", row.key.replace('.', "-"));
+    let control = match row.kind {
+        Kind::Choice(words) => {
+            let is = move |word: &str| now.with(|now| matches!(now, Some(Value::Text(now)) if now == word));
+            let options =
+                words.iter().copied().map(|word| menu_word(word, move || is(word), move || word_of(word)));
+            select()
+                .attr("id", id.clone())
+                .on(ev::change, move |event| set(event_target_value(&event)))
+                .child(options.collect::<Vec<_>>())
+                .into_any()
+        }
+        _ => input()
+            .attr("type", "text")
+            .attr("id", id.clone())
+            .attr("inputmode", if matches!(row.kind, Kind::Text(_)) { "text" } else { "decimal" })
+            .attr("aria-describedby", format!("{id}-help"))
+            .attr("aria-invalid", move || refused.with(Option::is_some).then_some("true"))
+            .prop("value", move || now.with(|now| shown(now.as_ref())))
+            .on(ev::change, move |event| set(event_target_value(&event)))
+            .into_any(),
+    };
+    let refusal = move || {
+        refused.get().map(|why| {
+            let cure = why.clone();
+            p().class("refusal").attr("role", "alert").child((
+                move || message(&why),
+                " ",
+                move || advice(&cure),
+            ))
+        })
+    };
+    let track = slider.map(|range| self::slider(row, now, range, write));
+    div()
+        .class("setting")
+        .child((
+            label().attr("for", id.clone()).child(move || name_of(row.key)),
+            span().class("with-unit").child((control, span().child(row.unit))),
+            track,
+            small()
+                .attr("id", format!("{id}-help"))
+                .class("unseen")
+                .child(move || i18n::text(&sentence, &[])),
+            refusal,
+        ))
+        .into_any()
+}
+
+fn slider<T: 'static>(
+    row: &'static Parameter<T>,
+    now: Memo<Option<Value>>,
+    (low, high, step): (f64, f64, f64),
+    write: Write,
+) -> impl IntoView {
+    let number = move || now.with(|now| if let Some(Value::Number(number)) = now { *number } else { low });
+    input()
+        .attr("type", "range")
+        .attr("min", low.to_string())
+        .attr("max", high.to_string())
+        .attr("step", step.to_string())
+        .attr("aria-label", move || name_of(row.key))
+        .attr("aria-valuetext", move || format!("{} {}", crate::format::plain(number()), row.unit))
+        .prop("value", move || number().to_string())
+        .on(ev::input, move |event| {
+            if let Ok(number) = event_target_value(&event).parse() {
+                let _out_of_range_is_not_taken = write(Value::Number(number));
+            }
+        })
+}
+
+fn flag<T: 'static>(row: &'static Parameter<T>, now: Memo<Option<Value>>, write: Write) -> AnyView {
+    let yes = move || now.with(|now| matches!(now, Some(Value::Text(word)) if word == "yes"));
+    label()
+        .class("tick")
+        .child((
+            input().attr("type", "checkbox").prop("checked", yes).on(ev::change, move |event| {
+                let word = if event_target_checked(&event) { "yes" } else { "no" };
+                let _every_flag_knows_both = write(Value::Text(word.to_owned()));
+            }),
+            span().child(move || name_of(row.key)),
+        ))
+        .into_any()
+}

@@ -1,0 +1,259 @@
+//! The job on the left: the side that is up, the operations in order, and what all of it takes.
+//!
+//! ```text
+//! [x] 1 Isolate, top        checkbox: done or not; press: its values on the right
+//! [x] 2 Drill               dragged, by buttons, or by Alt and arrows
+//! + Add
+//! ```
+//!
+//! Comes in: the job. Goes out: edits of it.
+
+use super::entry::entry;
+use crate::document::desk;
+use crate::format::clock;
+use crate::i18n::{self, say, t};
+use crate::state::state;
+use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if};
+use crate::workbench::{Bench, bench, edit};
+use annulus_core::board::Face;
+use annulus_core::cam::parameters::{Parameter, SETUP};
+use annulus_core::cam::work::{Action, Operation, Setup};
+use leptos::ev;
+use leptos::html::{button, details, div, dl, h2, header, input, li, ol, section, select, span, summary};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+/// The name of an operation for people.
+pub(super) fn name_of(operation: &Operation) -> String {
+    if operation.name.is_empty() { word_of(operation.action.word()) } else { operation.name.clone() }
+}
+
+fn word_of(word: &str) -> String {
+    i18n::text(&format!("page.cam.word.{word}"), &[])
+}
+
+/// The panel.
+pub(super) fn job() -> impl IntoView {
+    (sides(), operations(), totals(), board_setup())
+}
+
+fn sides() -> impl IntoView {
+    let bench = bench();
+    let face = Memo::new(move |_| bench.work.with(|work| work.as_ref().map(|work| work.setup.face)));
+    let turn = move |to: Face| {
+        bench.change(None, |work| edit::turned(work, to));
+        let first = bench
+            .work
+            .with_untracked(|work| work.as_ref().and_then(|work| edit::of_face(work, to).first().copied()));
+        bench.chosen.set(first.unwrap_or(0));
+    };
+    let history = move |back: bool| {
+        bench.history.with(|history| {
+            history.as_ref().is_some_and(|history| if back { history.can_undo() } else { history.can_redo() })
+        })
+    };
+    section().class("block").attr("aria-label", t!("page.cam.side")).child((
+        header().child((
+            h2().child(t!("page.cam.job")),
+            div().class("row").child((
+                picture_button_if(
+                    Icon::Undo,
+                    move || history(true),
+                    t!("page.cam.undo"),
+                    move |_| {
+                        bench.undo(true);
+                    },
+                ),
+                picture_button_if(
+                    Icon::Redo,
+                    move || history(false),
+                    t!("page.cam.redo"),
+                    move |_| {
+                        bench.undo(false);
+                    },
+                ),
+            )),
+        )),
+        div().class("segmented").attr("role", "group").attr("aria-label", t!("page.cam.side")).child((
+            choice(move || face.get() == Some(Face::Top), t!("page.side.top"), move |_| turn(Face::Top)),
+            choice(
+                move || face.get() == Some(Face::Bottom),
+                t!("page.view.bottom"),
+                move |_| {
+                    turn(Face::Bottom);
+                },
+            ),
+        )),
+    ))
+}
+
+fn operations() -> impl IntoView {
+    let bench = bench();
+    let places = Memo::new(move |_| {
+        bench
+            .work
+            .with(|work| work.as_ref().map(|work| edit::of_face(work, work.setup.face)).unwrap_or_default())
+    });
+    let lines = move || {
+        let places = places.get();
+        (1..).zip(places).map(|(number, at)| line(bench, number, at).into_any()).collect::<Vec<_>>()
+    };
+    let any = move || places.with(|places| places.contains(&bench.chosen.get()));
+    let can_move = move |up: bool| {
+        places.with(|places| {
+            let here = places.iter().position(|at| *at == bench.chosen.get());
+            here.is_some_and(|here| if up { here > 0 } else { here + 1 < places.len() })
+        })
+    };
+    section().class("block").attr("aria-label", t!("page.cam.operations")).child((
+        header().child((
+            h2().child(t!("page.cam.operations")),
+            div().class("row").child((
+                picture_button_if(
+                    Icon::Up,
+                    move || can_move(true),
+                    t!("page.cam.up"),
+                    move |_| bench.shift(true),
+                ),
+                picture_button_if(
+                    Icon::Down,
+                    move || can_move(false),
+                    t!("page.cam.down"),
+                    move |_| {
+                        bench.shift(false);
+                    },
+                ),
+                picture_button_if(Icon::Cross, any, t!("page.cam.remove"), move |_| bench.remove()),
+            )),
+        )),
+        ol().class("operations").child(lines),
+        add(bench),
+    ))
+}
+
+/// The menu of what can be added; for whoever jumps to it.
+pub(super) const ADD: &str = "cam-add";
+
+fn add(bench: Bench) -> impl IntoView {
+    let words = Action::WORDS.map(|word| menu_word(word, || false, move || word_of(word)));
+    select()
+        .attr("id", ADD)
+        .attr("aria-label", t!("page.cam.add"))
+        .prop("value", "")
+        .on(ev::change, move |event| {
+            let word = event_target_value(&event);
+            bench.add(&word);
+            let menu: web_sys::HtmlSelectElement = event_target(&event);
+            menu.set_value("");
+        })
+        .child((menu_word("", || true, t!("page.cam.add")), Vec::from(words)))
+}
+
+fn line(bench: Bench, number: usize, at: usize) -> impl IntoView {
+    let operation = Memo::new(move |_| bench.work.with(|work| work.as_ref()?.operations.get(at).cloned()));
+    let name = move || operation.with(|operation| operation.as_ref().map(name_of).unwrap_or_default());
+    let bit =
+        move || operation.with(|operation| operation.as_ref().map(|one| one.bit.clone()).unwrap_or_default());
+    let on = move || operation.with(|operation| operation.as_ref().is_some_and(|one| one.on));
+    let flip = move || {
+        bench.change(None, |work| edit::changed(work, at, |operation| operation.on = !operation.on));
+    };
+    let chosen = move || bench.chosen.get() == at;
+    let colour = crate::view::Palette::DARK.operation(at).css();
+    li().class(move || if chosen() { "operation chosen" } else { "operation" })
+        .attr("draggable", "true")
+        .on(ev::dragstart, move |event| {
+            if let Some(data) = event.data_transfer() {
+                let _ = data.set_data("text/plain", &at.to_string());
+            }
+            bench.chosen.set(at);
+        })
+        .on(ev::dragover, |event| event.prevent_default())
+        .on(ev::drop, move |event| {
+            let from = event.data_transfer().and_then(|data| data.get_data("text/plain").ok());
+            if let Some(from) = from.and_then(|text| text.parse().ok()) {
+                event.prevent_default();
+                event.stop_propagation();
+                bench.change(None, |work| edit::moved(work, from, at));
+                bench.chosen.set(at);
+            }
+        })
+        .child((
+            input()
+                .attr("type", "checkbox")
+                .attr("aria-label", move || say!("page.cam.done", name = name()))
+                .prop("checked", on)
+                .on(ev::change, move |_| flip()),
+            button()
+                .attr("type", "button")
+                .attr("aria-current", move || chosen().then_some("true"))
+                .on(ev::click, move |event| if event.ctrl_key() { flip() } else { bench.chosen.set(at) })
+                .child((
+                    span().class("swatch").style(("--swatch", colour)),
+                    span()
+                        .class("grow")
+                        .child(move || say!("page.cam.numbered", number = number, name = name())),
+                    span().class("quiet").child(bit),
+                )),
+        ))
+}
+
+/// What the whole job takes.
+fn totals() -> impl IntoView {
+    let desk = desk();
+    let time = move || {
+        desk.timed.with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| clock(timed.total_s)))
+    };
+    let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
+    let travel = move || {
+        let travel = super::ways().with(|ways| ways.as_ref().map_or(0.0, |ways| ways.travel_mm()));
+        say!("page.cam.metres", metres = metres(travel))
+    };
+    let milled = move || {
+        let milled = super::ways().with(|ways| ways.as_ref().map_or(0.0, |ways| ways.cut_mm()));
+        say!("page.cam.metres", metres = metres(milled))
+    };
+    let count =
+        move || super::ways().with(|ways| ways.as_ref().map_or(0, |ways| ways.way_count())).to_string();
+    let holes = move || {
+        super::ways()
+            .with(|ways| ways.as_ref().map_or(0, |ways| ways.stops.len() - ways.way_count()))
+            .to_string()
+    };
+    let changes =
+        move || state().job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
+    section()
+        .class(move || if bench().stale.get() { "block stale-numbers" } else { "block" })
+        .attr("aria-label", t!("page.cam.totals"))
+        .child(dl().class("facts").child((
+            fact(t!("page.cam.time"), time),
+            fact(t!("page.cam.milled"), milled),
+            fact(t!("page.cam.travel"), travel),
+            fact(t!("page.cam.ways"), count),
+            fact(t!("page.plan.holes"), holes),
+            fact(t!("page.plan.changes"), changes),
+        )))
+}
+
+/// Panel, turning over, pins: set once for the job.
+fn board_setup() -> impl IntoView {
+    let rows = SETUP.iter().filter(|row| row.key != "setup.face").map(setup_row);
+    section().class("block").attr("aria-label", t!("page.cam.setup")).child(details().child((
+        summary().child(t!("page.cam.setup")),
+        div().class("setting-list").child(rows.collect::<Vec<_>>()),
+    )))
+}
+
+fn setup_row(row: &'static Parameter<Setup>) -> AnyView {
+    let bench = bench();
+    let now =
+        Memo::new(move |_| bench.work.with(|work| work.as_ref().and_then(|work| row.value(&work.setup))));
+    let write = move |value| {
+        let Some(work) = bench.work.get_untracked() else { return Ok(()) };
+        let mut setup = work.setup.clone();
+        row.set(&mut setup, &value)?;
+        bench.change(Some(row.key), |work| annulus_core::cam::work::Work { setup, ..work.clone() });
+        Ok(())
+    };
+    entry(row, now, None, Arc::new(write))
+}

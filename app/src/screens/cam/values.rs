@@ -1,0 +1,182 @@
+//! The chosen operation on the right: its bit, how wide that cuts, and every value the job's table has for it.
+//!
+//! Comes in: the job. Goes out: changed values; sliders while they move.
+
+use super::entry::entry;
+use super::job::name_of;
+use crate::i18n::{say, t};
+use crate::state::state;
+use crate::widgets::push;
+use crate::workbench::{Bench, bench, edit};
+use annulus_core::cam::parameters::{BIT, OPERATION, Parameter};
+use annulus_core::cam::work::{Action, Operation, Work};
+use annulus_core::job::Bit;
+use leptos::ev;
+use leptos::html::{details, div, h2, header, label, option, p, section, select, span, summary};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+/// Rows that have a slider: as far as it goes, and in what steps. The field takes the whole range.
+const SLIDERS: [(&str, (f64, f64, f64)); 6] = [
+    ("isolate.passes", (1.0, 6.0, 1.0)),
+    ("isolate.overlap", (0.0, 80.0, 5.0)),
+    ("operation.depth", (0.0, 0.3, 0.01)),
+    ("clear.stepover", (20.0, 100.0, 5.0)),
+    ("cut_out.tabs", (0.0, 12.0, 1.0)),
+    ("drill.tolerance", (0.0, 0.3, 0.01)),
+];
+
+/// Rows that are shown elsewhere.
+const ELSEWHERE: [&str; 3] = ["operation.on", "operation.bit", "operation.face"];
+
+/// The panel.
+pub(super) fn values() -> impl IntoView {
+    let bench = bench();
+    // the fields are made anew only for another operation, so that the one in use keeps its focus
+    let which = Memo::new(move |_| {
+        let at = bench.chosen.get();
+        bench.operation().map(|operation| (at, operation.action.word()))
+    });
+    let body = move || match which.get() {
+        Some((at, _)) => {
+            untrack(move || bench.operation()).map(|operation| fields(bench, at, &operation)).into_any()
+        }
+        None => p().class("quiet").child(t!("page.cam.nothing_chosen")).into_any(),
+    };
+    section().class("block").attr("aria-label", t!("page.cam.values")).child((
+        header().child(h2().child(move || {
+            bench.operation().map_or_else(|| say!("page.cam.values"), |operation| name_of(&operation))
+        })),
+        body,
+    ))
+}
+
+fn fields(bench: Bench, at: usize, operation: &Operation) -> impl IntoView + use<> {
+    let rows = OPERATION.iter().filter(|row| !ELSEWHERE.contains(&row.key) && row.value(operation).is_some());
+    let rows: Vec<AnyView> = rows.map(|row| field(bench, at, row)).collect();
+    let mills = !matches!(operation.action, Action::Drill(_));
+    div().class("setting-list").child((mills.then(|| bit(bench, at)), rows, mills.then(|| bits(bench))))
+}
+
+fn field(bench: Bench, at: usize, row: &'static Parameter<Operation>) -> AnyView {
+    let now = Memo::new(move |_| {
+        bench.work.with(|work| work.as_ref()?.operations.get(at).and_then(|operation| row.value(operation)))
+    });
+    let write = move |value| {
+        let found = bench.work.with_untracked(|work| work.as_ref()?.operations.get(at).cloned());
+        let Some(mut operation) = found else { return Ok(()) };
+        row.set(&mut operation, &value)?;
+        bench.change(Some(row.key), |work| edit::changed(work, at, |place| *place = operation));
+        Ok(())
+    };
+    let slider = SLIDERS.iter().find(|(key, _)| *key == row.key).map(|(_, range)| *range);
+    entry(row, now, slider, Arc::new(write))
+}
+
+/// The bit by its name, and what it cuts at this depth.
+fn bit(bench: Bench, at: usize) -> impl IntoView {
+    let names = Memo::new(move |_| {
+        bench.work.with(|work| {
+            work.as_ref().map(|work| work.bits.iter().map(|bit| bit.name.clone()).collect::<Vec<_>>())
+        })
+    });
+    let now = Memo::new(move |_| {
+        bench.work.with(|work| Some(work.as_ref()?.operations.get(at)?.bit.clone())).unwrap_or_default()
+    });
+    let options = move || {
+        let one = |name: String| {
+            let chosen = now.get_untracked() == name;
+            option().attr("value", name.clone()).prop("selected", chosen).child(name)
+        };
+        names.get().unwrap_or_default().into_iter().map(one).collect::<Vec<_>>()
+    };
+    let width = move || {
+        let found = bench.work.with(|work| {
+            let work = work.as_ref()?;
+            edit::width(work, work.operations.get(at)?)
+        });
+        found.map(|width| {
+            let size = state().unit.get().coordinate(width.mm());
+            say!("page.cam.width", width = size, unit = state().unit_word())
+        })
+    };
+    div().class("setting").child((
+        label().attr("for", "cam-bit").child(t!("page.cam.bit")),
+        select()
+            .attr("id", "cam-bit")
+            .prop("value", move || now.get())
+            .on(ev::change, move |event| {
+                let name = event_target_value(&event);
+                bench.change(None, |work| edit::changed(work, at, |operation| operation.bit = name));
+            })
+            .child(options),
+        span().class("quiet tabular").attr("role", "status").child(width),
+    ))
+}
+
+/// All bits of the job, to be changed.
+fn bits(bench: Bench) -> impl IntoView {
+    let count = Memo::new(move |_| bench.work.with(|work| work.as_ref().map_or(0, |work| work.bits.len())));
+    let chosen = RwSignal::new(0_usize);
+    let which = Memo::new(move |_| {
+        let form = bench.work.with(|work| {
+            let bit = work.as_ref()?.bits.get(chosen.get())?;
+            Some(std::mem::discriminant(&bit.cutter))
+        });
+        (chosen.get(), form)
+    });
+    let options = move || {
+        (0..count.get())
+            .map(|index| {
+                let name = move || {
+                    bench
+                        .work
+                        .with(|work| Some(work.as_ref()?.bits.get(index)?.name.clone()))
+                        .unwrap_or_default()
+                };
+                option()
+                    .attr("value", index.to_string())
+                    .prop("selected", move || chosen.get() == index)
+                    .child(name)
+            })
+            .collect::<Vec<_>>()
+    };
+    let rows = move || {
+        let (at, _) = which.get();
+        let bit = bench.work.with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
+        let rows = BIT.iter().filter(|row| bit.as_ref().is_some_and(|bit| row.value(bit).is_some()));
+        rows.map(|row| bit_field(bench, at, row)).collect::<Vec<_>>()
+    };
+    details().child((
+        summary().child(t!("page.cam.bits")),
+        div().class("setting-list").child((
+            div().class("row").child((
+                select()
+                    .attr("aria-label", t!("page.cam.bits"))
+                    .on(ev::change, move |event| chosen.set(event_target_value(&event).parse().unwrap_or(0)))
+                    .child(options),
+                push("button small", t!("page.cam.new_bit"), move |_| {
+                    bench.change(None, |work| {
+                        let mut next: Work = work.clone();
+                        next.bits.push(edit::new_bit(work));
+                        next
+                    });
+                    chosen.set(count.get_untracked().saturating_sub(1));
+                }),
+            )),
+            rows,
+        )),
+    ))
+}
+
+fn bit_field(bench: Bench, at: usize, row: &'static Parameter<Bit>) -> AnyView {
+    let now = Memo::new(move |_| bench.work.with(|work| row.value(work.as_ref()?.bits.get(at)?)));
+    let write = move |value| {
+        let found = bench.work.with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
+        let Some(mut bit) = found else { return Ok(()) };
+        row.set(&mut bit, &value)?;
+        bench.change(Some(row.key), |work| edit::bit_changed(work, at, bit));
+        Ok(())
+    };
+    entry(row, now, None, Arc::new(write))
+}

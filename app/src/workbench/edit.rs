@@ -1,0 +1,189 @@
+//! Changes of a job: one operation more or less, another order, another value. Each gives a new job, so that it can be
+//! taken back.
+//!
+//! Comes in: a [`Work`] and a change. Goes out: the changed one. Knows no screens.
+
+use crate::format::typed;
+use annulus_core::board::Face;
+use annulus_core::cam::parameters::Parameter;
+use annulus_core::cam::work::{Action, Operation, Work};
+use annulus_core::job::{Bit, Cutter};
+use annulus_core::machine::{Kind, Machine, Value};
+use annulus_core::units::Length;
+
+/// The most operations of a job; more are not added.
+const MOST_OPERATIONS: usize = 100;
+
+/// The operation at `from` goes to place `to`; the others close up.
+pub fn moved(work: &Work, from: usize, to: usize) -> Work {
+    let mut work = work.clone();
+    if from < work.operations.len() && to < work.operations.len() {
+        let operation = work.operations.remove(from);
+        work.operations.insert(to, operation);
+    }
+    work
+}
+
+/// One operation of the kind `word` more, behind place `after`, and where it is now.
+pub fn added(work: &Work, word: &str, after: Option<usize>, machine: &Machine) -> Option<(Work, usize)> {
+    let operation = Operation::usual(word, work.setup.face, machine)?;
+    if work.operations.len() >= MOST_OPERATIONS {
+        return None;
+    }
+    let mut work = work.clone();
+    let at = after.map_or(work.operations.len(), |after| after + 1).min(work.operations.len());
+    work.operations.insert(at, operation);
+    Some((work, at))
+}
+
+/// Without the operation at `at`.
+pub fn removed(work: &Work, at: usize) -> Work {
+    let mut work = work.clone();
+    if at < work.operations.len() {
+        work.operations.remove(at);
+    }
+    work
+}
+
+/// With something changed in the operation at `at`.
+pub fn changed(work: &Work, at: usize, act: impl FnOnce(&mut Operation)) -> Work {
+    let mut work = work.clone();
+    if let Some(operation) = work.operations.get_mut(at) {
+        act(operation);
+    }
+    work
+}
+
+/// The other side up.
+pub fn turned(work: &Work, face: Face) -> Work {
+    let mut work = work.clone();
+    work.setup.face = face;
+    work
+}
+
+/// The places of the operations that are made while the board lies with `face` up.
+pub fn of_face(work: &Work, face: Face) -> Vec<usize> {
+    let on = work.operations.iter().enumerate().filter(|(_, operation)| operation.face == face);
+    on.map(|(at, _)| at).collect()
+}
+
+/// What was typed, as a value of a row; text that is no number stays text and is refused as such.
+pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
+    match row.kind {
+        Kind::Text(_) | Kind::Choice(_) => Value::Text(text.to_owned()),
+        Kind::Number(..) | Kind::Whole(..) => {
+            typed(text).map_or_else(|| Value::Text(text.to_owned()), Value::Number)
+        }
+        Kind::Numbers(..) | Kind::Wholes(..) => {
+            let words: Option<Vec<_>> = text.split_whitespace().map(typed).collect();
+            words.map_or_else(|| Value::Text(text.to_owned()), Value::Numbers)
+        }
+    }
+}
+
+/// What the bit of `operation` cuts at the surface, where it is a V-bit: the deeper, the wider.
+pub fn width(work: &Work, operation: &Operation) -> Option<Length> {
+    let bit = work.bit(&operation.bit)?;
+    let uses = !matches!(operation.action, Action::Drill(_));
+    (uses && matches!(bit.cutter, Cutter::Vee { .. })).then(|| bit.width_at(operation.depth))
+}
+
+/// A bit to begin with, whose name is not taken.
+pub fn new_bit(work: &Work) -> Bit {
+    let free = |number: &u32| work.bit(&format!("Mill {number}")).is_none();
+    let number = (1..).find(free).unwrap_or(1);
+    Bit { diameter: Length::from_um(1_000), name: format!("Mill {number}"), cutter: Cutter::Mill }
+}
+
+/// The bit at `at` changed; operations that call it by its name follow.
+pub fn bit_changed(work: &Work, at: usize, bit: Bit) -> Work {
+    let mut work = work.clone();
+    let Some(place) = work.bits.get_mut(at) else { return work };
+    let before = std::mem::replace(&mut place.name, bit.name.clone());
+    *place = bit;
+    let name = place.name.clone();
+    for operation in &mut work.operations {
+        if operation.bit == before {
+            operation.bit.clone_from(&name);
+        }
+    }
+    work
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::cam::parameters;
+    use annulus_core::cam::usual::usual_bits;
+    use annulus_core::machine::virtual_drill;
+
+    fn work(words: &[&str]) -> Work {
+        let operation = |word: &&str| Operation::usual(word, Face::Top, &virtual_drill()).unwrap();
+        Work { bits: usual_bits(), operations: words.iter().map(operation).collect(), ..Work::default() }
+    }
+
+    fn words(work: &Work) -> String {
+        work.operations.iter().map(|operation| operation.action.word()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn operations_come_go_and_change_places() {
+        let before = work(&["isolate", "drill", "cut_out"]);
+        assert_eq!(words(&moved(&before, 0, 2)), "drill cut_out isolate");
+        assert_eq!(words(&moved(&before, 2, 1)), "isolate cut_out drill");
+        assert_eq!(moved(&before, 1, 9), before);
+        assert_eq!(moved(&moved(&before, 0, 2), 2, 0), before, "and back");
+        let (more, at) = added(&before, "bore", Some(1), &virtual_drill()).unwrap();
+        assert_eq!((words(&more).as_str(), at), ("isolate drill bore cut_out", 2));
+        assert_eq!(removed(&more, at), before);
+        assert_eq!(added(&before, "fold", None, &virtual_drill()), None);
+    }
+
+    #[test]
+    fn a_job_does_not_grow_for_ever() {
+        let mut full = work(&[]);
+        while let Some((more, _)) = added(&full, "drill", None, &virtual_drill()) {
+            full = more;
+        }
+        assert_eq!(full.operations.len(), MOST_OPERATIONS);
+    }
+
+    #[test]
+    fn each_side_has_its_operations() {
+        let mut both = work(&["isolate", "drill"]);
+        both.operations[0].face = Face::Bottom;
+        assert_eq!(of_face(&both, Face::Bottom), [0]);
+        assert_eq!(of_face(&both, Face::Top), [1]);
+        assert_eq!(turned(&both, Face::Bottom).setup.face, Face::Bottom);
+    }
+
+    #[test]
+    fn a_vee_bit_says_how_wide_it_cuts_and_others_do_not() {
+        let work = work(&["isolate", "cut_out", "drill"]);
+        let found: Vec<_> = work.operations.iter().map(|operation| width(&work, operation)).collect();
+        let expected = 0.1 + 2.0 * 0.08 * libm::tan(15.0_f64.to_radians());
+        assert!((found[0].unwrap().mm() - expected).abs() < 2e-6, "{found:?}");
+        assert_eq!(found[1..], [None, None]);
+    }
+
+    #[test]
+    fn what_is_typed_becomes_a_value_or_is_refused() {
+        let row = parameters::find(parameters::OPERATION, "isolate.passes").unwrap();
+        let mut operation = work(&["isolate"]).operations.remove(0);
+        assert!(row.set(&mut operation, &value(row, " 3 ")).is_ok());
+        assert_eq!(row.value(&operation), Some(Value::Number(3.0)));
+        assert!(row.set(&mut operation, &value(row, "three")).is_err());
+        assert!(row.set(&mut operation, &value(row, "1,5")).is_err(), "no half passes");
+    }
+
+    #[test]
+    fn a_bit_of_another_name_is_still_the_operations_bit() {
+        let before = work(&["isolate"]);
+        let bit = Bit { name: "Thin V".to_owned(), ..before.bits[0].clone() };
+        let after = bit_changed(&before, 0, bit);
+        assert_eq!(after.operations[0].bit, "Thin V");
+        assert!(width(&after, &after.operations[0]).is_some());
+        let name = new_bit(&after).name;
+        assert!(after.bit(&name).is_none());
+    }
+}
