@@ -73,12 +73,12 @@ impl Ways {
 
     /// Length of all travel, mm.
     pub fn travel_mm(&self) -> f64 {
-        self.travels.iter().map(|travel| apart(travel.a_mm, travel.b_mm)).sum()
+        self.travels.iter().map(|travel| apart(travel.a_mm, travel.b_mm)).sum::<f64>() + 0.0
     }
 
     /// Length of all cuts, mm.
     pub fn cut_mm(&self) -> f64 {
-        self.cuts.iter().map(|cut| apart(cut.a_mm, cut.b_mm)).sum()
+        self.cuts.iter().map(|cut| apart(cut.a_mm, cut.b_mm)).sum::<f64>() + 0.0
     }
 }
 
