@@ -92,7 +92,7 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
 }
 
 /// The program in the file `path`; none when it is something else.
-fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
+pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     let trouble = |error: std::io::Error| {
         let why =
             Remark::new(Weight::Loss, "job.unreadable").with("file", path.display()).with("reason", error);

@@ -22,6 +22,7 @@
 //! | `cam` | plans: rack, order of holes, lowering to a program | motion |
 //! | `post` | programs in other controllers' words | motion |
 //! | `project` | the job file: a work as text | how ways are made |
+//! | `proof` | what copper is left after a program, against the nets | planners |
 //! | `motion` | when each axis is where | steps |
 //! | `steps` | step times as runs, their digest and replay | planners' reasons |
 //! | `check` | an independent verdict on a stream | planners |
@@ -48,6 +49,7 @@ pub mod pins;
 pub mod plot;
 pub mod post;
 pub mod project;
+pub mod proof;
 pub mod queue;
 pub mod remark;
 pub mod servo;

@@ -21,6 +21,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("cam", &["board", "job", "geometry", "machine"]),
     ("post", &["job", "geometry", "machine"]),
     ("project", &["board", "cam", "job", "geometry", "machine"]),
+    ("proof", &["job", "board", "geometry"]),
     ("motion", &["job", "geometry", "machine"]),
     ("steps", &["motion", "job", "machine"]),
     ("check", &["steps", "job", "machine", "geometry"]),

@@ -11,6 +11,7 @@ mod lab;
 mod link;
 mod machines;
 mod plan;
+mod prove;
 mod queue;
 mod refusal;
 mod run;
@@ -47,6 +48,8 @@ pub(crate) enum Command {
     Inspect(inspect::InspectArgs),
     /// Choose bits and put the holes in order.
     Plan(plan::PlanArgs),
+    /// Prove programs against the design: shorts, breaks, gaps, slivers.
+    Prove(prove::ProveArgs),
     /// Write a program in another controller's words.
     Export(export::ExportArgs),
     /// Compute the step stream and say how long it takes.
@@ -276,6 +279,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
     match arguments.command {
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Plan(args)) => plan::run(&args),
+        Some(Command::Prove(args)) => prove::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Run(args)) => run::run(&args, json),

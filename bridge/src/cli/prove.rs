@@ -1,0 +1,212 @@
+//! Proves programs against the design that they were made for (N8): which copper is left, and what that does to the nets.
+//!
+//! Comes in: the files of the design and programs. Goes out: every finding with place, width, nets and cures; exit code 1
+//! while there are findings that nobody has accepted. Does not know how the programs were made.
+
+use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
+use crate::{files, job};
+use annulus_core::board::{Board, Face, from_artwork};
+use annulus_core::job::Program;
+use annulus_core::locale;
+use annulus_core::proof::{self, Cure, Finding, Options, Verdict};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use clap::ValueEnum;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Findings shown when people read.
+const SHOWN: usize = 40;
+
+/// Arguments of `annulus prove`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ProveArgs {
+    /// The design: copper, outline and drill files; a file, a folder or a zip.
+    #[arg(value_name = "JOB")]
+    pub(crate) job: PathBuf,
+    /// Programs that are run on it one after the other.
+    #[arg(value_name = "PROGRAM", required = true)]
+    pub(crate) programs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: super::ReadingArgs,
+    /// The side that is looked at.
+    #[arg(long, value_enum, default_value_t = Side::Top)]
+    pub(crate) side: Side,
+    /// Thickness of the copper in µm.
+    #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = copper_um)]
+    pub(crate) copper_um: f64,
+    /// How far copper that belongs to nothing must be away from the nets, in mm.
+    #[arg(long, value_name = "MM")]
+    pub(crate) clearance: Option<f64>,
+    /// Findings that were read and may stay, by name or by kind.
+    #[arg(long, value_delimiter = ',', value_name = "ID|KIND")]
+    pub(crate) accept: Vec<String>,
+}
+
+/// A side of a board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Side {
+    /// The component side.
+    Top,
+    /// The solder side.
+    Bottom,
+}
+
+fn copper_um(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if (1.0..=1_000.0).contains(&value) { Ok(value) } else { Err("from 1 to 1000 µm".to_owned()) }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
+    let read = files::read(std::slice::from_ref(&args.job), &args.reading)?;
+    let (board, remarks) = from_artwork(&read.artwork, &read.default_use());
+    let programs: Vec<Program> = args
+        .programs
+        .iter()
+        .map(|path| job::program_file(path)?.ok_or_else(|| not_one(path)))
+        .collect::<Result<_, _>>()?;
+    let face = match args.side {
+        Side::Top => Face::Top,
+        Side::Bottom => Face::Bottom,
+    };
+    let has_copper = |board: &Board| board.copper.iter().any(|copper| copper.face == face);
+    if !has_copper(&board) {
+        let side = if face == Face::Top { "top" } else { "bottom" };
+        let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side);
+        return Err(Refusal::content(why.with("path", args.job.display())));
+    }
+    let options = Options {
+        face,
+        copper_thickness: Length::from_mm(args.copper_um / 1e3),
+        clearance: args.clearance.map(Length::from_mm),
+        ..Options::default()
+    };
+    let verdict = proof::prove(&board, &programs, &options);
+    let mut object = verdict_object(&verdict, &args.accept);
+    if let Value::Object(rows) = &mut object {
+        rows.insert("remarks".to_owned(), remark_objects(&remarks).into());
+    }
+    let exit = if unread(&verdict.findings, &args.accept) == 0 { Exit::Done } else { Exit::Content };
+    let text = verdict_text(&verdict, &args.accept) + &remark_lines(&remarks);
+    Ok(Answer { object, text, exit })
+}
+
+fn not_one(path: &std::path::Path) -> Refusal {
+    Refusal::content(Remark::new(Weight::Loss, "proof.not_a_program").with("path", path.display()))
+}
+
+/// Whether a finding was accepted: by its name, its code or the last word of its code.
+fn accepted(finding: &Finding, accept: &[String]) -> bool {
+    let code = finding.kind.code();
+    let kind = code.rsplit('.').next().unwrap_or(code);
+    accept.iter().any(|word| *word == finding.id || word == code || word == kind)
+}
+
+/// How many findings must be read and were not accepted.
+pub(super) fn unread(findings: &[Finding], accept: &[String]) -> usize {
+    findings.iter().filter(|finding| finding.must_be_read() && !accepted(finding, accept)).count()
+}
+
+/// A verdict for scripts.
+pub(super) fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
+    json!({
+        "islands": verdict.islands,
+        "nets": verdict.nets,
+        "pieces_left": verdict.left.islands.len(),
+        "unread": unread(&verdict.findings, accept),
+        "findings": verdict.findings.iter().map(|f| finding_object(f, accept)).collect::<Vec<_>>(),
+        "more": verdict.more,
+    })
+}
+
+fn finding_object(finding: &Finding, accept: &[String]) -> Value {
+    let remark = finding.remark();
+    let mm = |length: Length| rounded(length.mm());
+    json!({
+        "id": finding.id,
+        "kind": finding.kind,
+        "code": remark.code,
+        "weight": remark.weight,
+        "x_mm": mm(finding.at.x),
+        "y_mm": mm(finding.at.y),
+        "width_mm": mm(finding.width),
+        "tool_mm": finding.tool.map(mm),
+        "nets": finding.nets,
+        "program": finding.leg.map(|(program, _)| program),
+        "leg": finding.leg.map(|(_, leg)| leg),
+        "cures": finding.cures.iter().map(cure_object).collect::<Vec<_>>(),
+        "accepted": accepted(finding, accept),
+        "message": remark.message("en"),
+        "advice": remark.advice("en"),
+    })
+}
+
+/// Kind, bit, depth, width and lost copper of a cure; its sentence.
+fn cure_object(cure: &Cure) -> Value {
+    let (key, bit, depth, width, lost) = match cure {
+        Cure::Shallower { bit, depth, width } => ("shallower", bit, depth, width, None),
+        Cure::OtherBit { bit, depth, width, .. } => ("other_bit", bit, depth, width, None),
+        Cure::Centred { bit, depth, width, lost } => ("centred", bit, depth, width, Some(*lost)),
+        Cure::Deeper { bit, depth, width } => ("deeper", bit, depth, width, None),
+    };
+    let text = |length: Length| format!("{:.3}", length.mm());
+    let words = [
+        ("bit", bit.clone()),
+        ("depth", text(*depth)),
+        ("width", text(*width)),
+        ("lost", lost.map(text).unwrap_or_default()),
+    ];
+    let words = words.map(|(name, value)| (name.to_owned(), value));
+    json!({
+        "cure": key,
+        "bit": bit,
+        "depth_mm": rounded(depth.mm()),
+        "width_mm": rounded(width.mm()),
+        "lost_mm": lost.map(|lost| rounded(lost.mm())),
+        "message": locale::text("en", &format!("proof.cure.{key}"), &words),
+    })
+}
+
+/// A verdict for people: a line in front, then the findings.
+pub(super) fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
+    let say = |key: &str, words: &[(&str, String)]| {
+        let words: Vec<_> = words.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        locale::text("en", key, &words) + "\n"
+    };
+    let findings = &verdict.findings;
+    let mut out = say(
+        "proof.report.head",
+        &[
+            ("islands", verdict.islands.to_string()),
+            ("nets", verdict.nets.to_string()),
+            ("pieces", verdict.left.islands.len().to_string()),
+            ("findings", (findings.len() + verdict.more as usize).to_string()),
+            ("unread", unread(findings, accept).to_string()),
+        ],
+    );
+    if findings.is_empty() {
+        return out + &say("proof.report.none", &[]);
+    }
+    for finding in findings.iter().take(SHOWN) {
+        let remark = finding.remark();
+        let read = if accepted(finding, accept) { "✓" } else { "-" };
+        out += &format!(
+            "{read} {} {} {} ({})\n",
+            finding.id,
+            remark.message("en"),
+            remark.advice("en"),
+            remark.code
+        );
+        for cure in &finding.cures {
+            if let Some(text) = cure_object(cure)["message"].as_str() {
+                out += &format!("    {text}\n");
+            }
+        }
+    }
+    let more = findings.len().saturating_sub(SHOWN) + verdict.more as usize;
+    if more > 0 {
+        out += &say("proof.report.more", &[("count", more.to_string())]);
+    }
+    out
+}

@@ -1,0 +1,90 @@
+//! Islands that are in pieces or gone.
+//!
+//! ```text
+//!    ██████╲  ╲██████      the pieces of one island, each in another piece of the copper left: told where they are nearest
+//!    ███████╲  ╲█████
+//! ```
+//!
+//! Comes in: the scene. Goes out: findings. Does not know which cut did it.
+
+use super::edges::{Edge, Spot};
+use super::finding::{Finding, Kind};
+use super::scene::{Kept, Scene, inner_spot};
+use crate::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Places along an edge are this far apart, in mm.
+const STEP_MM: f64 = 0.02;
+/// Gaps that are wider than the narrowest by less than this, in mm, are as narrow.
+const EQUAL_MM: f64 = 0.002;
+
+/// Every island that is not whole.
+pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
+    let mut pieces: BTreeMap<u32, Vec<(u32, Kept)>> = BTreeMap::new();
+    for (index, kept) in (0..).zip(&scene.kept) {
+        if let Some(kept) = kept.filter(|kept| kept.area >= scene.options.smallest_mm2) {
+            pieces.entry(kept.island).or_default().push((index, kept));
+        }
+    }
+    let mut findings = Vec::new();
+    for (island, shape) in (0..).zip(&scene.copper.islands) {
+        match pieces.get(&island) {
+            None => {
+                // An island that is itself that small and still there is not gone.
+                let there = scene.kept.iter().flatten().any(|kept| kept.island == island);
+                if let Some(spot) = inner_spot(shape).filter(|_| !there) {
+                    findings.push(finding(scene, Kind::Gone, island, spot, 0.0));
+                }
+            }
+            Some(pieces) => findings.extend(broken(scene, island, pieces)),
+        }
+    }
+    findings
+}
+
+fn finding(scene: &Scene<'_>, kind: Kind, island: u32, spot: Spot, width: f64) -> Finding {
+    let mut finding =
+        Finding::new(kind, spot.point(), Length::from_mm(width), vec![scene.label(scene.net(island))]);
+    finding.tool = scene.narrowest();
+    finding
+}
+
+/// One finding for every group of pieces that is apart from the largest.
+fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)]) -> Vec<Finding> {
+    let groups: BTreeSet<u32> = pieces.iter().map(|(_, kept)| kept.piece).collect();
+    let area = |group: u32| -> f64 {
+        pieces.iter().filter(|(_, kept)| kept.piece == group).map(|(_, kept)| kept.area).sum()
+    };
+    let largest = groups.iter().copied().max_by(|&a, &b| area(a).total_cmp(&area(b)));
+    let of_group = |group: u32| -> BTreeSet<u32> {
+        pieces.iter().filter(|(_, kept)| kept.piece == group).map(|(index, _)| *index).collect()
+    };
+    let apart = groups.iter().filter(|group| Some(**group) != largest).map(|&group| of_group(group));
+    let all: BTreeSet<u32> = pieces.iter().map(|(index, _)| *index).collect();
+    let place = |ours: BTreeSet<u32>| {
+        let theirs = &all - &ours;
+        let (width, spot) = narrowest(scene, &ours, &theirs)?;
+        Some(finding(scene, Kind::Break, island, spot, width))
+    };
+    apart.filter_map(place).collect()
+}
+
+/// Where two sets of kept pieces are nearest; of equally near places that with the middle number.
+fn narrowest(scene: &Scene<'_>, ours: &BTreeSet<u32>, theirs: &BTreeSet<u32>) -> Option<(f64, Spot)> {
+    let mut places: Vec<(f64, Spot)> = Vec::new();
+    let extent = scene.design.extent();
+    let wanted = |edge: &Edge| theirs.contains(&edge.island);
+    for edge in scene.kept_edges.edges.iter().filter(|edge| ours.contains(&edge.island)) {
+        let count = libm::ceil(edge.length() / STEP_MM).clamp(1.0, 1_000.0) as usize;
+        for index in 0..count {
+            let spot = edge.from.towards(edge.to, (index as f64 + 0.5) / count as f64);
+            let best = places.iter().fold(extent, |best, (width, _)| best.min(*width));
+            if let Some((width, at, _)) = scene.kept_edges.nearest(spot, best + EQUAL_MM, &wanted) {
+                places.retain(|(known, _)| *known <= width + EQUAL_MM);
+                places.push((width, spot.towards(at, 0.5)));
+            }
+        }
+    }
+    places.sort_by_key(|(_, spot)| spot.point());
+    places.get(places.len() / 2).copied()
+}

@@ -1,0 +1,195 @@
+//! A finding: what is wrong, where, how wide, with which nets, and what would cure it.
+//!
+//! Comes in: kind, place, width, nets. Goes out: the finding with its name, merged lists, a [`Remark`]. Does not know how
+//! anything was found.
+
+use super::cures::Cure;
+use crate::geometry::Point;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+/// Findings of one kind about the same nets that are nearer to each other than this are one.
+const SAME_PLACE_MM: f64 = 0.5;
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Two nets in one piece, though a bit of the program would fit between them.
+    Short,
+    /// Two nets in one piece: the gap between them is narrower than every bit of the program.
+    Gap,
+    /// An island of copper is in two or more pieces.
+    Break,
+    /// Nothing is left of an island.
+    Gone,
+    /// A cut goes into copper that must stay.
+    Lost,
+    /// A drill goes through copper of a net that it does not belong to.
+    Hit,
+    /// Something is cut while no bit is in.
+    NoBit,
+    /// A cut that does not go through the copper.
+    Shallow,
+    /// Too little copper around a drilled hole, or none.
+    Ring,
+    /// Copper so thin that it may tear off.
+    Sliver,
+    /// Copper that belongs to nothing and is nearer to a net than was asked.
+    Remnant,
+    /// A loose piece so small that it may come off.
+    Crumb,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 12] = [
+        Self::Short,
+        Self::Gap,
+        Self::Break,
+        Self::Gone,
+        Self::Lost,
+        Self::Hit,
+        Self::NoBit,
+        Self::Shallow,
+        Self::Ring,
+        Self::Sliver,
+        Self::Remnant,
+        Self::Crumb,
+    ];
+
+    /// Its code, a key of the locale tables.
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Short => "proof.short",
+            Self::Gap => "proof.gap",
+            Self::Break => "proof.break",
+            Self::Gone => "proof.gone",
+            Self::Lost => "proof.lost",
+            Self::Hit => "proof.hit",
+            Self::NoBit => "proof.no_bit",
+            Self::Shallow => "proof.shallow",
+            Self::Ring => "proof.ring",
+            Self::Sliver => "proof.sliver",
+            Self::Remnant => "proof.remnant",
+            Self::Crumb => "proof.crumb",
+        }
+    }
+
+    /// How much it weighs.
+    pub const fn weight(self) -> Weight {
+        match self {
+            Self::Short | Self::Gap | Self::Break | Self::Gone | Self::Lost | Self::Hit | Self::NoBit => {
+                Weight::Loss
+            }
+            Self::Shallow | Self::Ring | Self::Sliver | Self::Remnant => Weight::Doubt,
+            Self::Crumb => Weight::Note,
+        }
+    }
+}
+
+/// One finding.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Finding {
+    /// A name that stays the same as long as kind, nets and place do, whatever else is found.
+    pub id: String,
+    /// What is wrong.
+    pub kind: Kind,
+    /// Where, in the board's coordinates.
+    pub at: Point,
+    /// Of the gap, of what was cut off, of what is left: as the kind says. Negative where a hole breaks out of its pad.
+    pub width: Length,
+    /// Width of the tool there, where a tool is concerned.
+    pub tool: Option<Length>,
+    /// The nets, by name; nets without a name by a place on them, as `@x,y` in mm.
+    pub nets: Vec<String>,
+    /// The gap's two sides, for shorts and gaps.
+    pub ends: Option<(Point, Point)>,
+    /// Leg of the program that is concerned: which program, and which of its legs.
+    pub leg: Option<(u32, u32)>,
+    /// What would cure it, the gentlest first.
+    pub cures: Vec<Cure>,
+}
+
+impl Finding {
+    /// A finding without tool, leg and cures.
+    pub(super) fn new(kind: Kind, at: Point, width: Length, mut nets: Vec<String>) -> Self {
+        nets.sort();
+        nets.dedup();
+        Self {
+            id: name(kind, at, &nets),
+            kind,
+            at,
+            width,
+            tool: None,
+            nets,
+            ends: None,
+            leg: None,
+            cures: Vec::new(),
+        }
+    }
+
+    /// How much it weighs.
+    pub const fn weight(&self) -> Weight {
+        self.kind.weight()
+    }
+
+    /// Whether a person must have read it before anything is made of the program.
+    pub fn must_be_read(&self) -> bool {
+        self.weight() > Weight::Note
+    }
+
+    /// What it says.
+    pub fn remark(&self) -> Remark {
+        let mm = |length: Length| format!("{:.3}", length.mm());
+        let place = |length: Length| format!("{:.2}", length.mm());
+        Remark::new(self.weight(), self.kind.code())
+            .with("x", place(self.at.x))
+            .with("y", place(self.at.y))
+            .with("width", mm(self.width))
+            .with("tool", self.tool.map(mm).unwrap_or_default())
+            .with("nets", self.nets.join(" · "))
+            .with("id", &self.id)
+    }
+}
+
+/// Eight hexadecimal digits of kind, nets and place; the place to a tenth of a millimetre.
+fn name(kind: Kind, at: Point, nets: &[String]) -> String {
+    let tenth = |length: Length| libm::round(length.mm() * 10.0) as i64;
+    let text = format!("{}|{}|{}|{}", kind.code(), nets.join("|"), tenth(at.x), tenth(at.y));
+    Sha256::digest(text.as_bytes()).iter().take(4).map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Findings about the same at the same place made one, the worst first. What the kind measures decides which place stays:
+/// the narrowest; of lost copper the widest.
+pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
+    let rank = |finding: &Finding| {
+        if finding.kind == Kind::Lost { -finding.width } else { finding.width }
+    };
+    findings.sort_by(|a, b| {
+        let key = |f: &Finding| (f.kind, rank(f), f.at);
+        key(a).cmp(&key(b)).then_with(|| (&a.nets, &a.leg, &a.cures).cmp(&(&b.nets, &b.leg, &b.cures)))
+    });
+    // Cells as large as what is the same place: a neighbour is in one of nine.
+    let mut seen: BTreeMap<(Kind, Vec<String>, i64, i64), Vec<Point>> = BTreeMap::new();
+    let mut kept: Vec<Finding> = Vec::new();
+    for finding in findings {
+        let cell = |length: Length| libm::floor(length.mm() / SAME_PLACE_MM) as i64;
+        let (column, row) = (cell(finding.at.x), cell(finding.at.y));
+        let mut places = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (column + dx, row + dy)));
+        let known = places.any(|(column, row)| {
+            let here = seen.get(&(finding.kind, finding.nets.clone(), column, row));
+            here.is_some_and(|points| points.iter().any(|p| p.distance_mm(finding.at) <= SAME_PLACE_MM))
+        });
+        if !known {
+            seen.entry((finding.kind, finding.nets.clone(), column, row)).or_default().push(finding.at);
+            kept.push(finding);
+        }
+    }
+    // Listed by place within a kind, so that a list can be walked over the board.
+    kept.sort_by(|a, b| (a.kind, a.at, &a.nets).cmp(&(b.kind, b.at, &b.nets)));
+    kept
+}

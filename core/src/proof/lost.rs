@@ -1,0 +1,188 @@
+//! Cuts that go into copper that must stay, and cuts that do not go through the copper.
+//!
+//! ```text
+//!           ┄┄┄┄ way of the bit's middle ┄┄┄┄
+//!      ════════════════╗   ↕ half the width
+//!      ████ island ████║▒▒ ← bite: half the width less the distance from the way to the edge; the whole width where the
+//!      ████████████████║     way is inside
+//! ```
+//!
+//! Comes in: the scene. Goes out: findings. What lies in a hole or slot of the board is meant to go and is not told.
+
+use super::cures;
+use super::edges::{Edge, Spot, around, between, spots};
+use super::finding::{Finding, Kind};
+use super::replay::Cut;
+use super::scene::Scene;
+use crate::job::Mark;
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// Stretches of a bite that are nearer to each other than this, in mm along the way, are one.
+const SAME_BITE_MM: f64 = 0.5;
+/// Places along a shallow way are this far apart, in mm.
+const STEP_MM: f64 = 0.1;
+/// A shallow way is told when it leaves at least so much of itself uncut, in mm.
+const SHALLOW_MM: f64 = 0.2;
+/// Ways beyond the meant edge of a hole or slot by this, in mm, are still meant.
+const OPENING_MM: f64 = 0.01;
+
+/// A bite under way: where it is deepest, and where it was last felt.
+struct Bite {
+    depth: f64,
+    spot: Spot,
+    last: f64,
+}
+
+/// Every place where a cut takes copper off that must stay.
+pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    // Pieces of a ramp follow each other: bites go on over cuts of one leg.
+    let mut open: BTreeMap<u32, Bite> = BTreeMap::new();
+    let (mut leg, mut along) = ((u32::MAX, u32::MAX), 0.0);
+    let mut previous: Option<&Cut> = None;
+    let meant = |cut: &&Cut| cut.through.is_some() && !matches!(cut.mark, Mark::Hole(_));
+    for cut in scene.cuts.iter().filter(meant) {
+        if leg != (cut.program, cut.leg) {
+            close(scene, previous, &mut open, &mut findings);
+            leg = (cut.program, cut.leg);
+        }
+        previous = Some(cut);
+        let spots = spots(&cut.path);
+        let dot = spots.first().map(|&spot| (spot, spot)).filter(|_| spots.len() == 1);
+        let pairs = spots.iter().copied().zip(spots.iter().skip(1).copied()).chain(dot);
+        for (from, to) in pairs {
+            let edge = Edge { from, to, island: 0, ring: 0, along };
+            along += edge.length();
+            for (island, depth, spot) in bites(scene, &edge, cut.surface.mm()) {
+                feel(scene, cut, (island, depth, spot), (edge.along, along), &mut open, &mut findings);
+            }
+        }
+    }
+    close(scene, previous, &mut open, &mut findings);
+    findings
+}
+
+/// Adds a bite at `stretch` of the way to those under way.
+fn feel(
+    scene: &Scene<'_>,
+    cut: &Cut,
+    (island, depth, spot): (u32, f64, Spot),
+    stretch: (f64, f64),
+    open: &mut BTreeMap<u32, Bite>,
+    findings: &mut Vec<Finding>,
+) {
+    let fresh = Bite { depth, spot, last: stretch.1 };
+    match open.get_mut(&island) {
+        Some(bite) if stretch.0 - bite.last <= SAME_BITE_MM => {
+            if depth > bite.depth {
+                (bite.depth, bite.spot) = (depth, spot);
+            }
+            bite.last = stretch.1;
+        }
+        _ => {
+            if let Some(old) = open.insert(island, fresh) {
+                findings.push(bitten(scene, cut, island, &old));
+            }
+        }
+    }
+}
+
+fn close(scene: &Scene<'_>, cut: Option<&Cut>, open: &mut BTreeMap<u32, Bite>, findings: &mut Vec<Finding>) {
+    let old = std::mem::take(open);
+    let Some(cut) = cut else { return };
+    findings.extend(old.iter().map(|(&island, bite)| bitten(scene, cut, island, bite)));
+}
+
+fn bitten(scene: &Scene<'_>, cut: &Cut, island: u32, bite: &Bite) -> Finding {
+    let net = scene.label(scene.net(island));
+    let mut finding = Finding::new(Kind::Lost, bite.spot.point(), Length::from_mm(bite.depth), vec![net]);
+    finding.tool = Some(cut.surface);
+    finding.leg = Some((cut.program, cut.leg));
+    finding
+}
+
+/// How deep a straight stretch of this width bites into which islands, and where.
+fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64) -> Vec<(u32, f64, Spot)> {
+    let half = width / 2.0;
+    let tolerance = scene.options.tolerance.mm();
+    let mut nearest: BTreeMap<u32, (f64, Spot)> = BTreeMap::new();
+    let (low, high) = around(stretch.from, stretch.to, half);
+    scene.design.in_box(low, high, &mut |_, edge| {
+        let (distance, _, at) = between(stretch, edge);
+        if half - distance > tolerance {
+            let known = nearest.entry(edge.island).or_insert((distance, at));
+            if distance < known.0 {
+                *known = (distance, at);
+            }
+        }
+    });
+    let mut bites: BTreeMap<u32, (f64, Spot)> =
+        nearest.into_iter().map(|(island, (distance, at))| (island, (half - distance, at))).collect();
+    // Where the way itself is inside, the whole width goes.
+    for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        let spot = stretch.from.towards(stretch.to, share);
+        if let Some(island) = scene.design.island_at(spot) {
+            let edge = scene.design.nearest(spot, half, &|edge| edge.island == island);
+            let depth = half + edge.map_or(half, |(distance, _, _)| distance);
+            let known = bites.entry(island).or_insert((depth, spot));
+            if depth > known.0 {
+                *known = (depth, spot);
+            }
+        }
+    }
+    let told = bites.into_iter().filter(|(_, (_, spot))| !meant_to_go(scene, *spot));
+    told.map(|(island, (depth, spot))| (island, depth, spot)).collect()
+}
+
+/// Whether a place lies in a hole or slot of the board.
+fn meant_to_go(scene: &Scene<'_>, spot: Spot) -> bool {
+    let hole = scene.board.holes.iter().any(|hole| {
+        let radius = hole.diameter.map_or(0.0, Length::mm) / 2.0;
+        Spot::of(hole.at).distance(spot) <= radius + OPENING_MM
+    });
+    let slot = || {
+        scene.board.slots.iter().any(|slot| {
+            let radius = slot.width.map_or(0.0, Length::mm) / 2.0;
+            let pairs = slot.path.iter().zip(slot.path.iter().skip(1));
+            pairs.into_iter().any(|(&from, &to)| {
+                let edge = Edge { from: Spot::of(from), to: Spot::of(to), island: 0, ring: 0, along: 0.0 };
+                edge.near(spot).distance(spot) <= radius + OPENING_MM
+            })
+        })
+    };
+    hole || slot()
+}
+
+/// Legs with a way that is under the surface and not through the copper, where no other cut goes through either.
+pub(super) fn shallow(scene: &Scene<'_>) -> Vec<Finding> {
+    /// What is uncut of a leg: how much, the least depth, a place, the cut.
+    type Uncut<'c> = (f64, Length, Spot, &'c Cut);
+    let mut legs: BTreeMap<(u32, u32), Uncut<'_>> = BTreeMap::new();
+    for cut in scene.cuts.iter().filter(|cut| cut.through.is_none()) {
+        let spots = spots(&cut.path);
+        for (from, to) in spots.iter().zip(spots.iter().skip(1)) {
+            let count = libm::ceil(from.distance(*to) / STEP_MM).clamp(1.0, 10_000.0);
+            let step = from.distance(*to) / count;
+            for index in 0..count as usize {
+                let spot = from.towards(*to, (index as f64 + 0.5) / count);
+                if scene.left_edges.island_at(spot).is_some() {
+                    let uncut = legs.entry((cut.program, cut.leg)).or_insert((0.0, cut.depth, spot, cut));
+                    uncut.0 += step;
+                    uncut.1 = uncut.1.min(cut.depth);
+                }
+            }
+        }
+    }
+    let told = legs.into_iter().filter(|(_, (length, ..))| *length >= SHALLOW_MM);
+    told.map(|(leg, (_, depth, spot, cut))| {
+        let near = scene.design.nearest(spot, cut.surface.mm(), &|_| true);
+        let net = near.map(|(_, _, edge)| scene.label(scene.net(edge.island)));
+        let mut finding = Finding::new(Kind::Shallow, spot.point(), depth, net.into_iter().collect());
+        finding.tool = Some(cut.surface);
+        finding.leg = Some(leg);
+        finding.cures = scene.bit(cut).map(|bit| cures::for_shallow(scene, bit)).into_iter().collect();
+        finding
+    })
+    .collect()
+}

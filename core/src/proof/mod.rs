@@ -1,0 +1,119 @@
+//! The proof of a program: which copper is left when it has run, and what that does to the nets.
+//!
+//! ```text
+//!  programs ─ replay ─▶ cuts ─ strokes ─▶ what is cut away ─┐
+//!  board ─ outline ─▶ blank ────────────────────────────────┴─ minus ─▶ copper left ─┬─ two nets in one piece: short, gap
+//!  board ─ copper ─▶ islands and their nets ─────────────────────────────────────────┼─ a net in two pieces: break
+//!                                                                                    ├─ thin or tiny pieces: sliver, crumb
+//!  cuts over islands: lost copper · cuts not through: shallow · drills over islands: ring, hit
+//! ```
+//!
+//! Comes in: a [`Board`] and its programs, in the same coordinates. Goes out: a [`Verdict`]: findings with place, width,
+//! nets, a stable name and cures. Lengths in [`Length`], areas in mm². Does not know how the programs came about.
+
+mod breaks;
+mod cures;
+mod edges;
+mod finding;
+mod lost;
+mod remnants;
+mod replay;
+mod rings;
+mod scene;
+mod shorts;
+mod slivers;
+
+pub use cures::Cure;
+pub use finding::{Finding, Kind};
+pub use replay::{Cut, Replay, replay};
+
+use crate::board::{Board, Face};
+use crate::geometry::Region;
+use crate::job::{Bit, Program};
+use crate::units::Length;
+use scene::Scene;
+
+/// What a proof is measured against.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The side whose copper is looked at.
+    pub face: Face,
+    /// How thick the copper is: a cut that is less deep isolates nothing.
+    pub copper_thickness: Length,
+    /// How much deeper than the copper a cure has to go at least.
+    pub depth_margin: Length,
+    /// A cut may go this far into copper that must stay.
+    pub tolerance: Length,
+    /// Copper thinner than this may tear off.
+    pub thinnest: Length,
+    /// Loose pieces smaller than this, in mm², are told.
+    pub smallest_mm2: f64,
+    /// A drilled pad has at least this much copper all around its hole.
+    pub ring: Length,
+    /// How far copper that belongs to nothing must be away from the nets; none where it may touch them.
+    pub clearance: Option<Length>,
+    /// The bits that a person owns, for cures.
+    pub owned: Vec<Bit>,
+    /// At most this many findings are listed.
+    pub most: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            face: Face::Top,
+            copper_thickness: Length::from_um(35),
+            depth_margin: Length::from_um(15),
+            tolerance: Length::from_um(5),
+            thinnest: Length::from_um(50),
+            smallest_mm2: 0.01,
+            ring: Length::from_um(50),
+            clearance: None,
+            owned: Vec::new(),
+            most: 2_000,
+        }
+    }
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// The worst first.
+    pub findings: Vec<Finding>,
+    /// How many more there are.
+    pub more: u32,
+    /// Islands of copper that shall stay.
+    pub islands: u32,
+    /// Nets that they belong to.
+    pub nets: u32,
+    /// The copper left, in connected pieces.
+    pub left: Region,
+}
+
+/// Proves `programs`, run one after the other on `board`.
+pub fn prove(board: &Board, programs: &[Program], options: &Options) -> Verdict {
+    let Some(scene) = Scene::new(board, programs, options) else { return Verdict::default() };
+    let mut findings = scene.without_bit();
+    let shorts = shorts::shorts(&scene);
+    findings.extend(shorts);
+    findings.extend(breaks::breaks(&scene));
+    findings.extend(lost::lost(&scene));
+    findings.extend(lost::shallow(&scene));
+    findings.extend(slivers::slivers(&scene));
+    findings.extend(slivers::crumbs(&scene));
+    findings.extend(rings::rings(&scene));
+    findings.extend(remnants::remnants(&scene));
+    let mut findings = finding::merged(findings);
+    let more = findings.len().saturating_sub(options.most) as u32;
+    findings.truncate(options.most);
+    Verdict {
+        findings,
+        more,
+        islands: scene.copper.islands.len() as u32,
+        nets: scene.labels.len() as u32,
+        left: scene.left,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,242 @@
+//! What every part of the proof looks at: the islands with their nets, the cuts, the copper left and which piece of it
+//! holds which island.
+//!
+//! ```text
+//!   blank − strokes of the cuts = left        island ∩ left = kept, in pieces; every kept piece lies in one left piece
+//! ```
+//!
+//! Comes in: board, programs, options. Goes out: a [`Scene`]. Does not know what is wrong.
+
+use super::Options;
+use super::edges::{Edges, Spot, spots};
+use super::finding::{Finding, Kind};
+use super::replay::{Cut, replay};
+use crate::board::{Board, Copper};
+use crate::geometry::{
+    Bounds, Coat, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, rectangle, stroke,
+};
+use crate::job::{Bit, Program};
+use crate::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// How far the blank goes beyond copper and cuts where there is no outline.
+const RIM: Length = Length::from_um(2_000);
+/// Kept pieces smaller than this, in mm², are what rounding leaves.
+const DUST_MM2: f64 = 1e-6;
+
+/// A piece of an island that is left.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kept {
+    /// The island of the design.
+    pub(super) island: u32,
+    /// The piece of the copper left that it lies in.
+    pub(super) piece: u32,
+    /// In mm².
+    pub(super) area: f64,
+    /// A place in it.
+    pub(super) spot: Spot,
+}
+
+/// Everything that the proof looks at.
+pub(super) struct Scene<'a> {
+    pub(super) board: &'a Board,
+    pub(super) programs: &'a [Program],
+    pub(super) options: &'a Options,
+    /// The islands that shall stay, as far as they are on the blank.
+    pub(super) copper: Region,
+    pub(super) design: Edges,
+    /// The net of every island: index into `labels`.
+    pub(super) net_of: Vec<u32>,
+    pub(super) labels: Vec<String>,
+    pub(super) cuts: Vec<Cut>,
+    without_bit: Option<Point>,
+    /// The copper left.
+    pub(super) left: Region,
+    pub(super) left_edges: Edges,
+    /// The pieces of islands that are left, in the order of `kept_region`.
+    pub(super) kept: Vec<Option<Kept>>,
+    pub(super) kept_edges: Edges,
+    /// The nets in every piece of the copper left.
+    pub(super) nets_in: Vec<BTreeSet<u32>>,
+}
+
+impl<'a> Scene<'a> {
+    /// None where that side has no copper.
+    pub(super) fn new(board: &'a Board, programs: &'a [Program], options: &'a Options) -> Option<Self> {
+        let copper = board.copper.iter().find(|copper| copper.face == options.face)?;
+        let mut cuts = Vec::new();
+        let mut without_bit = None;
+        for (index, program) in (0..).zip(programs) {
+            let played = replay(program, index, options.copper_thickness);
+            cuts.extend(played.cuts);
+            without_bit = without_bit.or(played.without_bit);
+        }
+        let outline = Some(&board.outline).filter(|outline| !outline.is_empty());
+        let blank = outline.cloned().unwrap_or_else(|| around(copper, &cuts));
+        let (copper, net_of, labels) = islands(copper, outline);
+        let material = Coat { clear: false, outlines: blank.paths().cloned().collect() };
+        let left = paint(&[material, Coat { clear: true, outlines: strokes(&cuts) }]);
+        let kept_region = combine(&copper, &left, Rule::Intersection);
+        let (design, left_edges) = (Edges::of(&copper), Edges::of(&left));
+        let kept: Vec<Option<Kept>> =
+            kept_region.islands.iter().map(|island| kept(island, &design, &left_edges)).collect();
+        let mut nets_in = vec![BTreeSet::new(); left.islands.len()];
+        for kept in kept.iter().flatten() {
+            if let (Some(nets), Some(&net)) =
+                (nets_in.get_mut(kept.piece as usize), net_of.get(kept.island as usize))
+            {
+                nets.insert(net);
+            }
+        }
+        let kept_edges = Edges::of(&kept_region);
+        Some(Self {
+            board,
+            programs,
+            options,
+            copper,
+            design,
+            net_of,
+            labels,
+            cuts,
+            without_bit,
+            left,
+            left_edges,
+            kept,
+            kept_edges,
+            nets_in,
+        })
+    }
+
+    /// The net of an island.
+    pub(super) fn net(&self, island: u32) -> u32 {
+        self.net_of.get(island as usize).copied().unwrap_or_default()
+    }
+
+    /// What people call a net.
+    pub(super) fn label(&self, net: u32) -> String {
+        self.labels.get(net as usize).cloned().unwrap_or_default()
+    }
+
+    /// The nets in a piece of the copper left.
+    pub(super) fn nets_in(&self, piece: u32) -> Option<&BTreeSet<u32>> {
+        self.nets_in.get(piece as usize)
+    }
+
+    /// The bit of a cut.
+    pub(super) fn bit(&self, cut: &Cut) -> Option<&'a Bit> {
+        self.programs.get(cut.program as usize)?.bits.get(cut.bit as usize)
+    }
+
+    /// The bits with which something is cut.
+    pub(super) fn bits_used(&self) -> Vec<&'a Bit> {
+        let used: BTreeSet<(u32, u32)> = self.cuts.iter().map(|cut| (cut.program, cut.bit)).collect();
+        let bit = |(program, bit): (u32, u32)| self.programs.get(program as usize)?.bits.get(bit as usize);
+        used.into_iter().filter_map(bit).collect()
+    }
+
+    /// The narrowest cut through the copper, at the surface, that is milled.
+    pub(super) fn narrowest(&self) -> Option<Length> {
+        let milled = self.cuts.iter().filter(|cut| cut.through.is_some() && !cut.is_drilled(self.programs));
+        milled.map(|cut| cut.surface).min()
+    }
+
+    /// A cut was made with no bit in.
+    pub(super) fn without_bit(&self) -> Vec<Finding> {
+        let finding = |at| Finding::new(Kind::NoBit, at, Length::ZERO, Vec::new());
+        self.without_bit.map(finding).into_iter().collect()
+    }
+}
+
+/// What is cut through, as outlines of the ways of round tools.
+fn strokes(cuts: &[Cut]) -> Vec<Path> {
+    let through = cuts.iter().filter_map(|cut| Some((cut, cut.through?)));
+    through.flat_map(|(cut, width)| stroke(&cut.path, width)).collect()
+}
+
+/// A blank that goes a little beyond copper and cuts.
+fn around(copper: &Copper, cuts: &[Cut]) -> Region {
+    let widest = cuts.iter().map(|cut| cut.surface).max().unwrap_or_default();
+    let ways = Bounds::around(cuts.iter().flat_map(|cut| cut.path.flattened(0.01)));
+    let ways = ways.map(|bounds| bounds.grown(widest));
+    let both = copper.region.bounds().into_iter().chain(ways).reduce(|a, b| a.with(b.min).with(b.max));
+    both.map_or_else(Region::default, |bounds| {
+        let outer = rectangle(bounds.grown(RIM));
+        Region { islands: vec![Island { outer, holes: Vec::new() }] }
+    })
+}
+
+/// The islands on the blank with their nets, and what people call these. Islands of one name are one net.
+fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Vec<u32>, Vec<String>) {
+    let whole = Edges::of(&copper.region);
+    let region = match outline {
+        Some(outline) if !within(&whole, outline) => combine(&copper.region, outline, Rule::Intersection),
+        _ => copper.region.clone(),
+    };
+    let same = region == copper.region;
+    let mut labels: Vec<String> = Vec::new();
+    let mut known: BTreeMap<String, u32> = BTreeMap::new();
+    let mut net_of = Vec::new();
+    for (index, island) in (0..).zip(&region.islands) {
+        let source =
+            if same { Some(index) } else { inner_spot(island).and_then(|spot| whole.island_at(spot)) };
+        let name = source.and_then(|source| copper.nets.get(source as usize)?.clone());
+        let next = labels.len() as u32;
+        let net = name.as_ref().map_or(next, |name| *known.entry(name.clone()).or_insert(next));
+        if net == next {
+            labels.push(name.unwrap_or_else(|| place_name(island)));
+        }
+        net_of.push(net);
+    }
+    (region, net_of, labels)
+}
+
+/// Whether all copper is on the blank.
+fn within(copper: &Edges, outline: &Region) -> bool {
+    let body = Edges::of(outline);
+    copper.edges.iter().all(|edge| body.island_at(edge.from).is_some())
+}
+
+/// What an island without a name is called: its leftmost corner, the lowest of these.
+fn place_name(island: &Island) -> String {
+    let corner = island.outer.corners().min().unwrap_or_default();
+    format!("@{:.2},{:.2}", corner.x.mm(), corner.y.mm())
+}
+
+/// Where a piece of an island belongs.
+fn kept(island: &Island, design: &Edges, left: &Edges) -> Option<Kept> {
+    let area = island_area_mm2(island);
+    if area < DUST_MM2 {
+        return None;
+    }
+    let spot = inner_spot(island)?;
+    Some(Kept { island: design.island_at(spot)?, piece: left.island_at(spot)?, area, spot })
+}
+
+/// A place well inside an island: the middle of the widest stretch of a level line through it.
+pub(super) fn inner_spot(island: &Island) -> Option<Spot> {
+    let rings: Vec<Vec<Spot>> = island.paths().map(spots).collect();
+    let outer = rings.first()?;
+    let low = outer.iter().fold(f64::MAX, |low, spot| low.min(spot.y));
+    let high = outer.iter().fold(f64::MIN, |high, spot| high.max(spot.y));
+    let mut best: Option<(f64, Spot)> = None;
+    // Levels that are not likely to run along an edge.
+    for share in [0.503, 0.297, 0.709, 0.113, 0.891] {
+        let y = low + (high - low) * share;
+        let mut crossings: Vec<f64> = Vec::new();
+        for ring in &rings {
+            for (a, b) in ring.iter().zip(ring.iter().skip(1)) {
+                if (a.y <= y) != (b.y <= y) {
+                    crossings.push(a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
+                }
+            }
+        }
+        crossings.sort_by(f64::total_cmp);
+        for pair in crossings.chunks_exact(2) {
+            let [from, to] = *pair else { continue };
+            if best.is_none_or(|(width, _)| to - from > width) {
+                best = Some((to - from, Spot { x: (from + to) / 2.0, y }));
+            }
+        }
+    }
+    best.map(|(_, spot)| spot)
+}

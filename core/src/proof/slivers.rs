@@ -1,0 +1,148 @@
+//! Copper so thin or so small that it may come off.
+//!
+//! ```text
+//!   ┌──────────┐   ┌────────        two edges face each other through copper, nearer than the limit: a sliver, or a neck
+//!   │          └───┘  ↕
+//!   │          ┌───┐                edges that follow each other round a corner are its tip, and no sliver
+//!   └──────────┘   └────────
+//! ```
+//!
+//! Comes in: the scene. Goes out: findings. Does not know which cut left it.
+
+use super::edges::{Edge, Ring, Spot, around, between};
+use super::finding::{Finding, Kind};
+use super::scene::{Scene, inner_spot};
+use crate::geometry::island_area_mm2;
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// Edges that run against each other within 60° face each other: the cosine.
+const FACING: f64 = -0.5;
+/// What is nearer than this, in mm, is what rounding leaves.
+const HAIR_MM: f64 = 0.001;
+/// Two edges nearer than so many times the limit along their ring are one corner.
+const CORNER: f64 = 6.0;
+/// Places nearer than this, in mm, are one sliver.
+const JOINED_MM: f64 = 0.3;
+
+/// A place where copper is thin.
+#[derive(Clone, Copy)]
+struct Thin {
+    width: f64,
+    spot: Spot,
+    piece: u32,
+}
+
+/// Every place where the copper left is thinner than the limit, what is joined as one.
+pub(super) fn slivers(scene: &Scene<'_>) -> Vec<Finding> {
+    let limit = scene.options.thinnest.mm();
+    let edges = &scene.left_edges;
+    let mut thin = Vec::new();
+    for (index, edge) in (0_u32..).zip(&edges.edges) {
+        let (low, high) = around(edge.from, edge.to, limit);
+        edges.in_box(low, high, &mut |other_index, other| {
+            if other_index > index && other.island == edge.island {
+                thin.extend(facing(edge, other, limit, &edges.rings));
+            }
+        });
+    }
+    groups(&thin).into_iter().map(|thin| sliver(scene, thin)).collect()
+}
+
+/// The places along two edges where there is less copper than the limit between them.
+fn facing(one: &Edge, other: &Edge, limit: f64, rings: &[Ring]) -> Vec<Thin> {
+    let (u, v) = (one.to.minus(one.from), other.to.minus(other.from));
+    let lengths = u.length() * v.length();
+    if lengths <= 0.0 || u.dot(v) > FACING * lengths {
+        return Vec::new();
+    }
+    let (width, from, to) = between(one, other);
+    if width >= limit || width < HAIR_MM {
+        return Vec::new();
+    }
+    // Copper is on the left of an edge.
+    let left = Spot { x: -u.y, y: u.x };
+    if left.dot(to.minus(from)) < 0.7 * left.length() * width {
+        return Vec::new();
+    }
+    if one.ring == other.ring {
+        let ring = rings.get(one.ring as usize).map_or(0.0, |ring| ring.length);
+        let place = |edge: &Edge, spot: Spot| edge.along + edge.from.distance(spot);
+        let apart = libm::fabs(place(one, from) - place(other, to));
+        if apart.min(ring - apart) < CORNER * limit {
+            return Vec::new();
+        }
+    }
+    // Long edges face each other along a stretch.
+    let count = libm::ceil(2.0 * u.length() / JOINED_MM).clamp(1.0, 10_000.0) as usize;
+    let along = (0..=count).filter(|_| count > 1).map(|index| {
+        let spot = one.from.towards(one.to, index as f64 / count as f64);
+        let across = other.near(spot);
+        (spot.distance(across), spot.towards(across, 0.5))
+    });
+    let places = along.chain([(width, from.towards(to, 0.5))]);
+    places
+        .filter(|(width, _)| *width < limit)
+        .map(|(width, spot)| Thin { width, spot, piece: one.island })
+        .collect()
+}
+
+/// The thinnest place of every group of places that are near each other in one piece.
+fn groups(thin: &[Thin]) -> Vec<Thin> {
+    let cell = |thin: &Thin| {
+        let cell = |value: f64| libm::floor(value / JOINED_MM) as i64;
+        (thin.piece, cell(thin.spot.x), cell(thin.spot.y))
+    };
+    let mut cells: BTreeMap<(u32, i64, i64), Thin> = BTreeMap::new();
+    for place in thin {
+        let thinnest = cells.entry(cell(place)).or_insert(*place);
+        if (place.width, place.spot.point()) < (thinnest.width, thinnest.spot.point()) {
+            *thinnest = *place;
+        }
+    }
+    let mut groups = Vec::new();
+    while let Some((first, mut thinnest)) = cells.pop_first() {
+        let mut open = vec![first];
+        while let Some((piece, column, row)) = open.pop() {
+            for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+                let next = (piece, column + dx, row + dy);
+                if let Some(place) = cells.remove(&next) {
+                    open.push(next);
+                    if (place.width, place.spot.point()) < (thinnest.width, thinnest.spot.point()) {
+                        thinnest = place;
+                    }
+                }
+            }
+        }
+        groups.push(thinnest);
+    }
+    groups
+}
+
+fn sliver(scene: &Scene<'_>, thin: Thin) -> Finding {
+    let nets = scene.nets_in(thin.piece).into_iter().flatten();
+    // A piece that holds many nets is told as shorts; its slivers need no list of them.
+    let nets = nets.take(2).map(|&net| scene.label(net)).collect();
+    let mut finding = Finding::new(Kind::Sliver, thin.spot.point(), Length::from_mm(thin.width), nets);
+    finding.tool = scene.narrowest();
+    finding
+}
+
+/// Loose pieces that are smaller than the limit.
+pub(super) fn crumbs(scene: &Scene<'_>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (piece, island) in (0..).zip(&scene.left.islands) {
+        if scene.nets_in(piece).is_some_and(|nets| !nets.is_empty()) {
+            continue;
+        }
+        let area = island_area_mm2(island);
+        // What rounding leaves is not told: a thousandth of the limit.
+        let smallest = scene.options.smallest_mm2;
+        let small = area < smallest && area > smallest / 1_000.0;
+        if let Some(spot) = inner_spot(island).filter(|_| small) {
+            let width = Length::from_mm(libm::sqrt(area));
+            findings.push(Finding::new(Kind::Crumb, spot.point(), width, Vec::new()));
+        }
+    }
+    findings
+}

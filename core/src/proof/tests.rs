@@ -1,0 +1,491 @@
+//! Hand-made programs on hand-made boards: every kind of finding provoked, its place checked to a tenth of a millimetre;
+//! good programs have none; any single fault put into a good one is found.
+
+use super::*;
+use crate::board::{Copper, Hole};
+use crate::geometry::{Island, Path, Point, rectangle};
+use crate::job::{Command, Cutter, Leg, Mark};
+use crate::locale;
+
+type Rect = (f64, f64, f64, f64);
+
+fn bounds((left, bottom, right, top): Rect) -> crate::geometry::Bounds {
+    crate::geometry::Bounds { min: Point::from_mm(left, bottom), max: Point::from_mm(right, top) }
+}
+
+fn board(rects: &[(Rect, Option<&str>)]) -> Board {
+    let island = |rect: Rect| Island { outer: rectangle(bounds(rect)), holes: Vec::new() };
+    let region = Region { islands: rects.iter().map(|(rect, _)| island(*rect)).collect() };
+    let nets = rects.iter().map(|(_, net)| net.map(str::to_owned)).collect();
+    Board { copper: vec![Copper { face: Face::Top, region, nets, source: 0 }], ..Board::default() }
+}
+
+/// Three pads: gaps of 0.5 (A–B, at x = 4.25) and 0.3 (to C, at y = 2.15).
+const A: Rect = (0.0, 0.0, 4.0, 2.0);
+const B: Rect = (4.5, 0.0, 8.0, 2.0);
+const C: Rect = (0.0, 2.3, 8.0, 4.0);
+
+fn three() -> Board {
+    board(&[(A, Some("A")), (B, Some("B")), (C, Some("C"))])
+}
+
+fn bit(diameter: f64, cutter: Cutter) -> Bit {
+    Bit { diameter: Length::from_mm(diameter), name: format!("{diameter} mm"), cutter }
+}
+
+/// A V-bit of 60° with a tip of 0.1 mm.
+fn vee() -> Bit {
+    bit(3.0, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 })
+}
+
+/// A way at one depth; one point is a plunge.
+#[derive(Clone, Debug)]
+struct Way {
+    points: Vec<(f64, f64)>,
+    depth: f64,
+    mark: Mark,
+}
+
+fn way(points: &[(f64, f64)], depth: f64) -> Way {
+    Way { points: points.to_vec(), depth, mark: Mark::Way(0) }
+}
+
+/// Once around a rectangle, so far away.
+fn contour((left, bottom, right, top): Rect, away: f64, depth: f64) -> Way {
+    let (left, bottom, right, top) = (left - away, bottom - away, right + away, top + away);
+    way(&[(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)], depth)
+}
+
+fn program(bit: Bit, ways: &[Way]) -> Program {
+    let safe_height = Length::from_mm(2.0);
+    let leg = |way: &Way| {
+        let height = Length::from_mm(-way.depth);
+        let place = |(x, y): (f64, f64)| Point::from_mm(x - 1.0, y - 2.0);
+        let mut commands = vec![
+            Command::Rapid { to: place(way.points[0]) },
+            Command::Plunge { to: height, feed_um_per_s: 1000, gate: None },
+        ];
+        let mill = |&at: &(f64, f64)| Command::Mill { to: place(at), height, feed_um_per_s: 1000 };
+        commands.extend(way.points[1..].iter().map(mill));
+        commands.push(Command::Retract { to: safe_height });
+        Leg { mark: way.mark, commands }
+    };
+    let first = Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] };
+    Program {
+        name: String::new(),
+        machine: String::new(),
+        origin: Point::from_mm(1.0, 2.0),
+        bits: vec![bit],
+        spindles: 1,
+        safe_height,
+        legs: std::iter::once(first).chain(ways.iter().map(leg)).collect(),
+        accepted: Vec::new(),
+    }
+}
+
+fn good() -> Vec<Way> {
+    [A, B, C].map(|pad| contour(pad, 0.1, 0.1)).to_vec()
+}
+
+fn mill(diameter: f64) -> Bit {
+    bit(diameter, Cutter::Mill)
+}
+
+fn found(board: &Board, programs: &[Program]) -> Vec<Finding> {
+    prove(board, programs, &Options::default()).findings
+}
+
+fn kinds(findings: &[Finding]) -> Vec<Kind> {
+    let mut kinds: Vec<Kind> = findings.iter().map(|finding| finding.kind).collect();
+    kinds.dedup();
+    kinds
+}
+
+#[track_caller]
+fn only(findings: &[Finding], kind: Kind) -> &Finding {
+    let of_kind: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == kind).collect();
+    assert_eq!(of_kind.len(), 1, "{kind:?} in {findings:#?}");
+    of_kind[0]
+}
+
+#[track_caller]
+fn near(finding: &Finding, x: Option<f64>, y: Option<f64>) {
+    let close = |found: Length, wanted: Option<f64>| wanted.is_none_or(|mm| (found.mm() - mm).abs() <= 0.1);
+    assert!(close(finding.at.x, x) && close(finding.at.y, y), "{finding:?}");
+}
+
+#[track_caller]
+fn wide(finding: &Finding, mm: f64) {
+    assert!((finding.width.mm() - mm).abs() < 2e-3, "{finding:?}");
+}
+
+#[test]
+fn a_good_program_has_no_findings() {
+    assert_eq!(found(&three(), &[program(mill(0.2), &good())]), []);
+    // The V-bit is as wide at the surface at this depth.
+    let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
+    let ways = [A, B, C].map(|pad| contour(pad, 0.1, depth));
+    assert_eq!(found(&three(), &[program(vee(), &ways)]), []);
+    // Two programs, one after the other.
+    let halves = [program(mill(0.2), &good()[..1]), program(mill(0.2), &good()[1..])];
+    assert_eq!(found(&three(), &halves), []);
+    // One net in two islands need not be apart.
+    let same = board(&[(A, Some("A")), (B, Some("A")), (C, Some("C"))]);
+    assert_eq!(found(&same, &[program(mill(0.2), &good()[2..])]), []);
+}
+
+#[test]
+fn nothing_cut_is_all_shorts() {
+    let findings = found(&three(), &[program(mill(0.2), &[])]);
+    assert_eq!(kinds(&findings), [Kind::Short]);
+    let nets: Vec<String> = findings.iter().map(|finding| finding.nets.concat()).collect();
+    assert_eq!(nets.len(), 3, "{nets:?}");
+    for finding in &findings {
+        match finding.nets.concat().as_str() {
+            "AB" => {
+                near(finding, Some(4.25), None);
+                wide(finding, 0.5);
+            }
+            "AC" | "BC" => {
+                near(finding, None, Some(2.15));
+                wide(finding, 0.3);
+            }
+            other => panic!("{other}"),
+        }
+    }
+}
+
+#[test]
+fn a_way_left_out_and_a_way_too_shallow_are_found() {
+    // A and B are only apart by A's contour.
+    let ways = [good()[0].clone(), good()[2].clone()];
+    assert_eq!(found(&three(), &[program(mill(0.2), &ways)]), []);
+    let findings = found(&three(), &[program(mill(0.2), &ways[1..])]);
+    assert_eq!(kinds(&findings), [Kind::Short]);
+    let short = only(&findings, Kind::Short);
+    near(short, Some(4.25), None);
+    wide(short, 0.5);
+    assert_eq!(short.nets, ["A", "B"]);
+    assert_eq!(short.tool, Some(Length::from_mm(0.2)));
+    let shallow = [contour(A, 0.1, 0.03), ways[1].clone()];
+    let findings = found(&three(), &[program(mill(0.2), &shallow)]);
+    assert_eq!(kinds(&findings), [Kind::Short, Kind::Shallow]);
+    let shallow = only(&findings, Kind::Shallow);
+    wide(shallow, 0.03);
+    assert_eq!(shallow.leg, Some((0, 1)));
+    assert!(matches!(&shallow.cures[..], [Cure::Deeper { depth, .. }] if *depth == Length::from_um(50)));
+}
+
+#[test]
+fn a_way_beside_its_place_and_a_bit_wider_than_said_take_copper() {
+    let mut ways = good();
+    ways[0].points.iter_mut().for_each(|(x, _)| *x += 0.2);
+    let findings = found(&three(), &[program(mill(0.2), &ways)]);
+    let lost = only(&findings, Kind::Lost);
+    near(lost, Some(0.1), None);
+    wide(lost, 0.2);
+    assert_eq!((lost.nets.concat(), lost.leg), ("A".to_owned(), Some((0, 1))));
+    let findings = found(&three(), &[program(mill(0.3), &good())]);
+    let lost: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == Kind::Lost).collect();
+    assert!(lost.len() >= 3, "{findings:#?}");
+    assert!(lost.iter().all(|finding| (finding.width.mm() - 0.05).abs() < 2e-3), "{lost:#?}");
+    // 4 µm is within the tolerance.
+    assert_eq!(found(&three(), &[program(mill(0.208), &good())]), []);
+}
+
+#[test]
+fn a_cut_through_a_net_is_a_break() {
+    let mut ways = good();
+    ways.push(way(&[(2.0, -0.5), (2.0, 2.1)], 0.1));
+    let findings = found(&three(), &[program(mill(0.2), &ways)]);
+    let broken = only(&findings, Kind::Break);
+    near(broken, Some(2.0), Some(1.0));
+    wide(broken, 0.2);
+    assert_eq!(broken.nets, ["A"]);
+    assert_eq!(kinds(&findings), [Kind::Break, Kind::Lost]);
+    wide(only(&findings, Kind::Lost), 0.2);
+}
+
+#[test]
+fn an_island_that_is_milled_away_is_gone() {
+    let board = board(&[(A, Some("A")), ((4.4, 0.9, 4.6, 1.1), Some("dot"))]);
+    let ways = [contour(A, 0.1, 0.1), way(&[(4.5, 0.0), (4.5, 2.0)], 0.1)];
+    let findings = found(&board, &[program(mill(0.4), &ways)]);
+    near(only(&findings, Kind::Gone), Some(4.5), Some(1.0));
+}
+
+/// Two pads with this gap from x = 1 on.
+fn tight(gap: f64) -> Board {
+    board(&[((0.0, 0.0, 1.0, 1.0), Some("P")), ((1.0 + gap, 0.2, 2.0, 0.8), None)])
+}
+
+fn around_tight() -> Vec<Way> {
+    vec![
+        way(&[(1.1, -0.1), (-0.1, -0.1), (-0.1, 1.1), (1.1, 1.1), (1.1, 0.9), (2.1, 0.9), (2.1, 0.1)], 0.1),
+        way(&[(2.1, 0.1), (1.1, 0.1), (1.1, -0.1)], 0.1),
+    ]
+}
+
+#[test]
+fn a_gap_narrower_than_the_bit_has_cures() {
+    let owned = vec![mill(0.1), mill(0.12), mill(0.3), bit(0.1, Cutter::Drill)];
+    let options = Options { owned, ..Options::default() };
+    let findings = prove(&tight(0.15), &[program(mill(0.2), &around_tight())], &options).findings;
+    let gap = only(&findings, Kind::Gap);
+    near(gap, Some(1.075), Some(0.5));
+    wide(gap, 0.15);
+    assert_eq!(gap.nets, ["@1.15,0.20", "P"]);
+    let depth = Length::from_um(50);
+    let other = Cure::OtherBit { owned: 1, bit: "0.12 mm".to_owned(), depth, width: Length::from_mm(0.12) };
+    let (width, lost) = (Length::from_mm(0.2), Length::from_um(25));
+    assert_eq!(gap.cures, [other, Cure::Centred { bit: "0.2 mm".to_owned(), depth, width, lost }]);
+    // The centred pass, once made, is proved by what it costs.
+    let mut cured = around_tight();
+    cured.push(way(&[(1.075, 0.0), (1.075, 1.0)], 0.1));
+    let findings = prove(&tight(0.15), &[program(mill(0.2), &cured)], &options).findings;
+    let lost: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == Kind::Lost).collect();
+    assert_eq!(lost.len(), 2, "{findings:#?}");
+    lost.iter().for_each(|finding| wide(finding, 0.025));
+    assert!(findings.iter().all(|finding| finding.kind != Kind::Gap));
+}
+
+#[test]
+fn a_deep_vee_is_cured_by_less_depth() {
+    let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
+    let ways: Vec<Way> = around_tight().into_iter().map(|way| Way { depth, ..way }).collect();
+    let findings = found(&tight(0.17), &[program(vee(), &ways)]);
+    let gap = only(&findings, Kind::Gap);
+    let [Cure::Shallower { depth, width, .. }] = &gap.cures[..] else { panic!("{gap:?}") };
+    assert!((width.mm() - 0.17).abs() < 1e-5, "{gap:?}");
+    assert!(*depth > Length::from_um(60) && *depth < Length::from_um(61), "{gap:?}");
+}
+
+#[test]
+fn thin_and_tiny_pieces_are_found() {
+    // Two ways side by side leave 30 µm between them.
+    let mut ways = good();
+    ways.push(way(&[(0.0, 6.0), (3.0, 6.0)], 0.1));
+    ways.push(way(&[(0.0, 6.23), (3.0, 6.23)], 0.1));
+    let findings = found(&three(), &[program(mill(0.2), &ways)]);
+    assert_eq!(kinds(&findings), [Kind::Sliver]);
+    let sliver = only(&findings, Kind::Sliver);
+    near(sliver, None, Some(6.115));
+    wide(sliver, 0.03);
+    // A square of 80 µm all by itself.
+    let mut ways = good();
+    ways.push(contour((6.0, 6.0, 6.08, 6.08), 0.1, 0.1));
+    let findings = found(&three(), &[program(mill(0.2), &ways)]);
+    assert_eq!(kinds(&findings), [Kind::Crumb]);
+    near(only(&findings, Kind::Crumb), Some(6.04), Some(6.04));
+    assert!(!findings[0].must_be_read());
+}
+
+fn drilled(board: &mut Board, x: f64, y: f64, diameter: f64) -> Program {
+    let at = Point::from_mm(x, y);
+    let hole = Hole {
+        at,
+        diameter: Some(Length::from_mm(diameter)),
+        plated: None,
+        source: 0,
+        tool_code: 1,
+        line: 1,
+    };
+    board.holes = vec![hole];
+    let stroke = Way { mark: Mark::Hole(0), ..way(&[(x, y)], 1.8) };
+    program(bit(diameter, Cutter::Drill), &[stroke])
+}
+
+#[test]
+fn holes_are_looked_at_with_the_copper_around_them() {
+    let isolate = program(mill(0.2), &good());
+    // In the middle of A, 1 mm to its edges; 30 µm to its edge; out of it by 100 µm; in the gap, over A.
+    let rows = [
+        (2.0, 1.0, None, 0.0),
+        (2.0, 0.63, Some(Kind::Ring), 0.03),
+        (2.0, 0.5, Some(Kind::Ring), -0.1),
+        (4.25, 1.0, Some(Kind::Hit), 0.35),
+    ];
+    for (x, y, kind, width) in rows {
+        let mut board = three();
+        let drill = drilled(&mut board, x, y, 1.2);
+        let findings = found(&board, &[isolate.clone(), drill]);
+        match kind {
+            None => assert_eq!(findings, []),
+            Some(Kind::Ring) => {
+                let ring = only(&findings, Kind::Ring);
+                near(ring, Some(2.0), Some(0.0));
+                wide(ring, width);
+            }
+            Some(kind) => {
+                let hits: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == kind).collect();
+                assert_eq!(hits.len(), 2, "{findings:#?}");
+                hits.iter().for_each(|hit| wide(hit, width));
+                near(hits[0], Some(4.0), Some(1.0));
+            }
+        }
+    }
+    // A pad that shows the hole already: the drill is larger than what is bare.
+    let mut board = three();
+    let mut hole = rectangle(bounds((1.8, 0.8, 2.2, 1.2)));
+    hole = hole.reversed();
+    board.copper[0].region.islands[0].holes.push(hole);
+    let drill = drilled(&mut board, 2.0, 1.0, 1.2);
+    assert_eq!(found(&board, &[isolate, drill]), []);
+}
+
+#[test]
+fn a_cut_without_a_bit_is_told() {
+    let mut program = program(mill(0.2), &good());
+    program.legs.remove(0);
+    let findings = found(&three(), &[program]);
+    assert_eq!(kinds(&findings), [Kind::NoBit]);
+}
+
+#[test]
+fn copper_nearer_than_asked_is_a_remnant() {
+    let options = Options { clearance: Some(Length::from_mm(0.36)), ..Options::default() };
+    let inner = contour(A, 0.1, 0.1);
+    let outer = contour(A, 0.26, 0.1);
+    let alone = board(&[(A, Some("A"))]);
+    let both = program(mill(0.2), &[inner.clone(), outer]);
+    assert_eq!(prove(&alone, &[both], &options).findings, []);
+    let findings = prove(&alone, &[program(mill(0.2), &[inner])], &options).findings;
+    assert_eq!(kinds(&findings), [Kind::Remnant]);
+}
+
+#[test]
+fn copper_beyond_the_outline_does_not_count() {
+    let mut board = three();
+    const CARD: Rect = (-0.5, -0.5, 8.5, 3.0);
+    let outer = rectangle(bounds(CARD));
+    board.outline = Region { islands: vec![Island { outer, holes: Vec::new() }] };
+    let mut ways = good();
+    // Cut out along the edge, through what of C lies beyond it.
+    ways.push(contour(CARD, 0.1, 0.1));
+    assert_eq!(found(&board, &[program(mill(0.2), &ways)]), []);
+}
+
+#[test]
+fn names_do_not_depend_on_order_and_every_kind_has_words() {
+    let names = |rects: &[(Rect, Option<&str>)]| {
+        let mut names: Vec<String> =
+            found(&board(rects), &[program(mill(0.2), &[])]).into_iter().map(|finding| finding.id).collect();
+        names.sort();
+        names
+    };
+    let there = names(&[(A, Some("A")), (B, None), (C, Some("C"))]);
+    assert_eq!(there, names(&[(C, Some("C")), (A, Some("A")), (B, None)]));
+    assert_eq!(there.len(), 3);
+    for kind in Kind::ALL {
+        for part in ["message", "advice"] {
+            let key = format!("{}.{part}", kind.code());
+            assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
+        }
+    }
+    let verdict = prove(&three(), &[program(mill(0.2), &[])], &Options { most: 1, ..Options::default() });
+    assert_eq!((verdict.findings.len(), verdict.more, verdict.islands, verdict.nets), (1, 2, 3, 3));
+}
+
+/// Chance from a seed.
+struct Chance(u64);
+
+impl Chance {
+    /// From 0 to below 1.
+    fn share(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.share()
+    }
+}
+
+/// Islands in the cells of an uneven grid, and one way along every border between two cells or to the outside.
+fn cells(chance: &mut Chance) -> (Board, Vec<Way>, Vec<(String, String)>) {
+    let count = 2 + (chance.share() * 3.0) as usize;
+    let mut lines = || -> Vec<f64> {
+        let mut at = 0.0;
+        let mut step = |chance: &mut Chance| {
+            at += chance.between(1.0, 3.0);
+            at
+        };
+        std::iter::repeat_with(|| step(chance)).take(count + 1).collect()
+    };
+    let (xs, ys) = (lines(), lines());
+    let mut rects = Vec::new();
+    let name = |column: usize, row: usize| format!("{column}/{row}");
+    let mut names = Vec::new();
+    for column in 0..count {
+        for row in 0..count {
+            let mut inset = || chance.between(0.12, 0.4);
+            let (left, bottom) = (xs[column] + inset(), ys[row] + inset());
+            rects.push((left, bottom, xs[column + 1] - inset(), ys[row + 1] - inset()));
+            names.push(name(column, row));
+        }
+    }
+    let (mut ways, mut neighbours) = (Vec::new(), Vec::new());
+    for line in 0..=count {
+        for cell in 0..count {
+            ways.push(way(&[(xs[line], ys[cell]), (xs[line], ys[cell + 1])], 0.1));
+            neighbours.push((line > 0 && line < count).then(|| (name(line - 1, cell), name(line, cell))));
+            ways.push(way(&[(xs[cell], ys[line]), (xs[cell + 1], ys[line])], 0.1));
+            neighbours.push((line > 0 && line < count).then(|| (name(cell, line - 1), name(cell, line))));
+        }
+    }
+    let rows: Vec<(Rect, Option<&str>)> =
+        rects.iter().zip(&names).map(|(rect, name)| (*rect, Some(name.as_str()))).collect();
+    let pair = |pair: Option<(String, String)>| pair.unwrap_or_default();
+    (board(&rows), ways, neighbours.into_iter().map(pair).collect())
+}
+
+#[test]
+fn any_way_taken_out_of_a_good_program_is_a_short() {
+    for seed in 1..=12 {
+        println!("seed {seed}");
+        let (board, ways, neighbours) = cells(&mut Chance(seed));
+        assert_eq!(found(&board, &[program(mill(0.2), &ways)]), [], "seed {seed}");
+        for (missing, (one, other)) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()) {
+            let mut rest = ways.clone();
+            let gone = rest.remove(missing);
+            let findings = found(&board, &[program(mill(0.2), &rest)]);
+            assert_eq!(kinds(&findings), [Kind::Short], "seed {seed} way {missing}: {findings:#?}");
+            let short = only(&findings, Kind::Short);
+            let mut nets = vec![one.clone(), other.clone()];
+            nets.sort();
+            assert_eq!(short.nets, nets, "seed {seed} way {missing}");
+            // The place is in the gap that the way runs through.
+            let path =
+                Path::through(&gone.points.iter().map(|&(x, y)| Point::from_mm(x, y)).collect::<Vec<_>>());
+            let away = edges::spots(&path.unwrap());
+            let upright = (away[0].x - away[1].x).abs() < 1e-9;
+            let off = if upright { short.at.x.mm() - away[0].x } else { short.at.y.mm() - away[0].y };
+            assert!(off.abs() <= 0.2, "seed {seed} way {missing}: {short:?}");
+        }
+    }
+}
+
+#[test]
+fn any_way_made_shallow_moved_or_widened_is_found() {
+    for seed in 1..=6 {
+        println!("seed {seed}");
+        let mut chance = Chance(seed);
+        let (board, ways, neighbours) = cells(&mut chance);
+        for (index, _) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()).step_by(3) {
+            let mut shallow = ways.clone();
+            shallow[index].depth = 0.034;
+            let found_shallow = kinds(&found(&board, &[program(mill(0.2), &shallow)]));
+            assert_eq!(found_shallow, [Kind::Short, Kind::Shallow], "seed {seed} way {index}");
+            // Moved by 0.45 it goes through the copper beside it.
+            let mut moved = ways.clone();
+            let upright = moved[index].points[0].0 == moved[index].points[1].0;
+            for (x, y) in &mut moved[index].points {
+                *(if upright { x } else { y }) += 0.45;
+            }
+            let found_moved = kinds(&found(&board, &[program(mill(0.2), &moved)]));
+            assert!(found_moved.contains(&Kind::Lost), "seed {seed} way {index}: {found_moved:?}");
+        }
+        let wide = kinds(&found(&board, &[program(mill(0.9), &ways)]));
+        assert!(wide.contains(&Kind::Lost), "seed {seed}: {wide:?}");
+    }
+}
