@@ -58,6 +58,9 @@ pub(crate) struct JobRecord {
     pub(crate) stream_digest: String,
     /// Holes in all.
     pub(crate) holes_total: u32,
+    /// Ways in all; none of a job that an older bridge began.
+    #[serde(default)]
+    pub(crate) ways_total: u32,
 }
 
 /// How far it is.
@@ -69,6 +72,9 @@ pub(crate) struct Progress {
     pub(crate) begun: u32,
     /// Holes drilled.
     pub(crate) holes: u32,
+    /// Ways milled.
+    #[serde(default)]
+    pub(crate) ways: u32,
 }
 
 /// What a journal holds.

@@ -1,5 +1,9 @@
 //! `annulus run` as a real process: a board from a drill file, a full disk, corrupted files (A11, N16, N24).
 
+mod programs;
+
+use annulus_core::machine::virtual_drill;
+use annulus_core::wire::program;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -39,6 +43,23 @@ fn a_board_is_drilled_from_its_file() {
     assert_eq!(object["stream_digest"].as_str().map(str::len), Some(64));
     let record = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
     assert_eq!(record.lines().count(), 4);
+}
+
+#[test]
+fn a_milling_program_runs_as_it_was_simulated() {
+    let folder = folder();
+    let file = program::encode(&programs::milling(&virtual_drill()));
+    fs::write(folder.path().join("milled.annulus-program"), file).unwrap();
+    let simulated = json(&annulus(folder.path(), "simulate milled.annulus-program --machine virtual --json"));
+    let output = annulus(folder.path(), "run milled.annulus-program --machine virtual --speed 2000 --json");
+    let object = json(&output);
+    assert_eq!(output.status.code(), Some(0), "{object}");
+    let done = ["holes_done", "ways_done"].map(|key| object[key].as_u64());
+    assert_eq!(done, [Some(2), Some(u64::from(programs::WAYS))], "{object}");
+    assert_eq!(simulated["stream_digest"], object["stream_digest"]);
+    assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));
+    let record = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
+    assert_eq!(record.lines().count(), programs::HOLES.len(), "{record}");
 }
 
 #[test]

@@ -1,13 +1,14 @@
 //! The virtual drill: motors that slip when overdriven, sensors, a board that is really drilled (N20).
 
-use annulus_core::job::{Gate, Input, Otherwise};
+use annulus_core::job::{Bit, Cutter, Gate, Input, Otherwise};
 use annulus_core::machine::phases::{PRESETS as TABLES, preset};
 use annulus_core::machine::{Dynamics, Machine, PhaseTable, Steps, StrokeEnd, lab, virtual_drill};
 use annulus_core::motion::cycles;
 use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, Steady, play};
 use annulus_core::steps::automaton::Automaton;
 use annulus_core::steps::{Segment, TICK_HZ, segment};
-use annulus_core::twin::{Cause, Drilled, Faults, Push, Rotor, Switches, Twin};
+use annulus_core::twin::{Breakage, Cause, Drilled, Faults, Push, Rotor, Switches, Twin};
+use annulus_core::units::Length;
 use std::sync::{Arc, Mutex};
 
 fn twin(machine: &Machine, faults: Faults) -> (Twin, Arc<Mutex<Vec<Drilled>>>) {
@@ -100,14 +101,85 @@ fn only_a_turning_whole_tip_that_comes_through_makes_a_hole() {
 
     let aside = drill.real()[0] + 3;
     drive(&mut drill, &mut tick, 0, aside, 10);
-    assert!(drill.broken(), "dragged sideways in the board");
+    assert_eq!(drill.broken(), Some(Breakage::Dragged), "dragged sideways in the board");
     drive(&mut drill, &mut tick, 2, z(-28.0), 100_000);
     drive(&mut drill, &mut tick, 2, z(-32.1), 100_000);
     assert_eq!(holes.lock().unwrap().len(), 2, "a broken bit drills nothing");
 
     let (mut still, holes) = twin(&machine, Faults::default());
     drive(&mut still, &mut tick, 2, z(-32.1), 100_000);
-    assert!(still.broken() && holes.lock().unwrap().is_empty(), "pushed in without turning");
+    assert_eq!((still.broken(), holes.lock().unwrap().len()), (Some(Breakage::Still), 0));
+}
+
+fn bit(diameter_um: i64, cutter: Cutter) -> Bit {
+    Bit { diameter: Length::from_um(diameter_um), name: String::new(), cutter }
+}
+
+/// Steps an axis evenly at so many steps a second.
+fn drive_at(twin: &mut Twin, tick: &mut u64, axis: usize, to: i64, hz: u64) {
+    while twin.real()[axis] != to {
+        *tick += TICK_HZ / hz;
+        let up = if to > twin.real()[axis] { 1 << axis } else { 0 };
+        twin.step(*tick, 1 << axis, up);
+    }
+}
+
+#[test]
+fn mills_and_vees_are_dragged_through_the_board_and_break_where_they_are_driven_too_hard() {
+    let machine = virtual_drill();
+    let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 };
+    // (bit, depth in µm, steps a second sideways, rpm, why it breaks); a step in the plane is 12.5 µm.
+    let rows = [
+        (bit(800, Cutter::Mill), 1_700, 800, 30_000, None),
+        (bit(800, Cutter::Drill), 1_700, 800, 30_000, Some(Breakage::Dragged)),
+        (bit(3_175, vee), 100, 800, 30_000, None),
+        // A quarter of 0.8 mm a turn at 1000 rpm is 3.3 mm/s or 267 steps/s.
+        (bit(800, Cutter::Mill), 500, 200, 1_000, None),
+        (bit(800, Cutter::Mill), 500, 300, 1_000, Some(Breakage::TooFast)),
+        // Edges of five diameters.
+        (bit(300, Cutter::Mill), 1_450, 400, 30_000, None),
+        (bit(300, Cutter::Mill), 1_550, 400, 30_000, Some(Breakage::TooDeep)),
+        (bit(300, Cutter::Drill), 1_700, 0, 30_000, None),
+        (bit(3_175, vee), 3_000, 0, 30_000, Some(Breakage::TooDeep)),
+        (bit(800, Cutter::Mill), 1_700, 0, 0, Some(Breakage::Still)),
+    ];
+    for (bit, depth_um, hz, rpm, why) in rows {
+        let (mut drill, holes) = twin(&machine, Faults::default());
+        let z = |um: i64| machine.z.scale.steps(machine.process.surface + Length::from_um(um));
+        let mut tick = TICK_HZ;
+        drill.bit(tick, &bit);
+        drill.spindle(tick, rpm);
+        drive_at(&mut drill, &mut tick, 2, z(50), 300);
+        // Slowly enough for 1000 rpm.
+        drive_at(&mut drill, &mut tick, 2, z(-depth_um), 300);
+        if hz > 0 {
+            let aside = drill.real()[0] + 400;
+            drive_at(&mut drill, &mut tick, 0, aside, hz);
+        }
+        assert_eq!(drill.broken(), why, "{bit:?} at {depth_um} µm, {hz} steps/s, {rpm} rpm");
+        drive_at(&mut drill, &mut tick, 2, z(1_000), 300);
+        let through = depth_um > 1_600 && rpm > 0;
+        assert_eq!(holes.lock().unwrap().len(), usize::from(through), "where it went straight down");
+        drill.bit(tick, &bit);
+        assert_eq!(drill.broken(), None, "a new one is whole");
+    }
+}
+
+#[test]
+fn a_worn_bit_is_held_back_only_where_it_has_not_been() {
+    let machine = virtual_drill();
+    let z = |um: i64| machine.z.scale.steps(machine.process.surface + Length::from_um(um));
+    let dull = Faults { dull_bit_hz: Some(100.0), ..Faults::default() };
+    let (mut drill, holes) = twin(&machine, dull);
+    drill.spindle(0, 30_000);
+    let mut tick = TICK_HZ;
+    drive_at(&mut drill, &mut tick, 2, z(-800), 90);
+    assert_eq!(drill.lost(), [0; 3]);
+    // A peck: fast where it has been, slowly on.
+    drive_at(&mut drill, &mut tick, 2, z(500), 400);
+    drive_at(&mut drill, &mut tick, 2, z(-450), 400);
+    drive_at(&mut drill, &mut tick, 2, z(-1_700), 90);
+    assert_eq!((drill.lost(), holes.lock().unwrap().len()), ([0; 3], 1));
 }
 
 #[test]
@@ -355,6 +427,8 @@ fn a_worn_bit_slows_the_stroke_until_its_time_is_over() {
     let mut times = Vec::new();
     for hole in 0..30 {
         drive(&mut drill, &mut tick, 2, z(-29.9), 100_000);
+        let beside = drill.real()[0] + 100;
+        drive(&mut drill, &mut tick, 0, beside, 100);
         let begun = tick;
         let deadline = tick + 2 * TICK_HZ;
         tick += TICK_HZ / 10;
@@ -374,8 +448,10 @@ fn a_worn_bit_slows_the_stroke_until_its_time_is_over() {
     assert!(drill.slips().iter().any(|slip| slip.axis == 2 && slip.cause == Cause::Held));
     let worn = holes.lock().unwrap().len();
     assert!((20..30).contains(&worn), "{worn} holes");
-    drill.change_bit();
+    drill.bit(tick, &bit(800, Cutter::Drill));
     drive(&mut drill, &mut tick, 2, z(-29.9), 100_000);
+    let beside = drill.real()[0] + 100;
+    drive(&mut drill, &mut tick, 0, beside, 100);
     drive(&mut drill, &mut tick, 2, z(-31.7), 100_000);
     assert_eq!(holes.lock().unwrap().len(), worn + 1, "a new bit is sharp");
 }

@@ -52,12 +52,12 @@ pub(super) fn heard(tell: Tell) {
         Tell::Armed { job, stream_digest, checks } => {
             line.armed.set(Some(Armed { job, stream_digest, checks }));
         }
-        Tell::Ended { job, ending, holes_done } => {
+        Tell::Ended { job, ending, holes_done, .. } => {
             line.interrupted.set(None);
             noted(Event::Ended(ending, holes_done));
             line.ended.set(Some(Ended { job, ending, holes_done }));
         }
-        Tell::Interrupted { job, name, next_leg, holes_done, holes_total } => {
+        Tell::Interrupted { job, name, next_leg, holes_done, holes_total, .. } => {
             line.interrupted.set(Some(Interrupted { job, name, next_leg, holes_done, holes_total }));
         }
         Tell::Timing(timing) => line.timing.set(Some(Arc::new(*timing))),

@@ -74,7 +74,7 @@ impl<'a> Operator<'a> {
     fn new(drill: &'a Drill, signals: Signals, json: bool) -> Self {
         let shown = std::io::stderr().is_terminal() && !json;
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes  {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and ways  {msg}") {
             bar.set_style(style);
         }
         Self { drill, tells: drill.watch(), bar, signals, interrupted: false }
@@ -96,17 +96,19 @@ impl<'a> Operator<'a> {
             self.ask(Ask::AcknowledgeAlarm)?;
         }
         let offer = self.drill.greeting().into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { job, next_leg, holes_done, .. } if job == key => Some((next_leg, holes_done)),
+            Tell::Interrupted { job, next_leg, holes_done, ways_done, .. } if job == key => {
+                Some((next_leg, done(holes_done, ways_done)))
+            }
             _ => None,
         });
         self.ask(Ask::Home)?;
         let homed = self.settle().await;
         if self.interrupted || homed.state != State::Ready {
-            return Ok(self.answer(ending_of(&homed), 0, "", &homed));
+            return Ok(self.answer(ending_of(&homed), (0, 0), "", &homed));
         }
         let from_leg = match offer.filter(|_| !from_start) {
-            Some((leg, holes)) => {
-                super::say(format_args!("This job was interrupted after {holes} holes; it goes on there."));
+            Some((leg, done)) => {
+                super::say(format_args!("This job was interrupted after {done}; it goes on there."));
                 leg
             }
             None => {
@@ -116,10 +118,10 @@ impl<'a> Operator<'a> {
         };
         let digest = self.arm(&key)?;
         self.ask(Ask::Start { job: key.clone(), stream_digest: digest.clone(), from_leg })?;
-        let (ending, holes) = self.until_ended(&key).await;
+        let (ending, done) = self.until_ended(&key).await;
         self.bar.finish_and_clear();
         let rested = self.settle().await;
-        Ok(self.answer(ending, holes, &digest, &rested))
+        Ok(self.answer(ending, done, &digest, &rested))
     }
 
     /// Arms the job; the first failed row of the pre-flight refuses it.
@@ -166,39 +168,43 @@ impl<'a> Operator<'a> {
     }
 
     /// Confirms bits and shows the progress until the job is over.
-    async fn until_ended(&mut self, key: &str) -> (Ending, u32) {
+    async fn until_ended(&mut self, key: &str) -> (Ending, (u32, u32)) {
         loop {
             match self.next().await {
-                Some(Tell::Ended { job, ending, holes_done }) if job == *key => return (ending, holes_done),
+                Some(Tell::Ended { job, ending, holes_done, ways_done }) if job == *key => {
+                    return (ending, (holes_done, ways_done));
+                }
                 Some(Tell::Status(status)) => {
                     if status.state == State::ToolChange && self.drill.ask(Ask::BitChanged).is_ok() {
                         super::say("The next bit is in: the virtual drill needs nobody to change it.");
                     }
-                    self.bar.set_length(u64::from(status.holes_total));
-                    self.bar.set_position(u64::from(status.holes_done));
+                    self.bar.set_length(u64::from(status.holes_total) + u64::from(status.ways_total));
+                    self.bar.set_position(u64::from(status.holes_done) + u64::from(status.ways_done));
                     let left = Duration::from_secs_f64(status.left_s.max(0.0));
                     self.bar.set_message(format!("{} left", HumanDuration(left)));
                 }
                 Some(_) => {}
-                None => return (Ending::Alarm, 0),
+                None => return (Ending::Alarm, (0, 0)),
             }
         }
     }
 
-    fn answer(&self, ending: Ending, holes_done: u32, digest: &str, rested: &Status) -> Answer {
+    fn answer(&self, ending: Ending, (holes, ways): (u32, u32), digest: &str, rested: &Status) -> Answer {
         let exit = match ending {
             Ending::Done => Exit::Done,
             _ if self.interrupted => Exit::Interrupted,
             _ => Exit::Content,
         };
         let mut object = json!({
-            "holes_done": holes_done,
+            "holes_done": holes,
             "stopped_because": ending,
             "position_trust": rested.trust,
             "stream_digest": digest,
+            "ways_done": ways,
         });
         let why = rested.alarm.clone().unwrap_or_else(|| remark("run.stopped"));
-        let mut text = format!("{holes_done} holes drilled.\n");
+        let milled = if ways > 0 { format!(" {ways} ways milled.") } else { String::new() };
+        let mut text = format!("{holes} holes drilled.{milled}\n");
         if exit != Exit::Done {
             let refusal = Refusal::content(why);
             object["error"] = refusal.object()["error"].clone();
@@ -206,6 +212,11 @@ impl<'a> Operator<'a> {
         }
         Answer { object, text, exit }
     }
+}
+
+/// What is done, in words.
+fn done(holes: u32, ways: u32) -> String {
+    if ways == 0 { format!("{holes} holes") } else { format!("{holes} holes and {ways} ways") }
 }
 
 fn ending_of(status: &Status) -> Ending {

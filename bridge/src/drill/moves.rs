@@ -35,6 +35,8 @@ pub(super) struct Work {
     pub(super) segment: usize,
     /// Holes drilled.
     pub(super) holes: u32,
+    /// Ways milled.
+    pub(super) ways: u32,
     pub(super) started: Instant,
     /// Bit in the spindle.
     pub(super) bit: Option<u32>,
@@ -48,16 +50,16 @@ impl Work {
     pub(super) fn new(job: Arc<Prepared>, leg: usize) -> Self {
         let segment = job.legs.get(leg).map_or(0, |range| range.start);
         let (bit, _) = job.in_force(segment);
-        let holes = job.holes_before(leg);
+        let (holes, ways) = job.done_before(leg);
         let of_leg = job.legs.get(leg).and_then(|range| job.stream.segments.get(range.clone()));
         let asks = of_leg.unwrap_or_default().iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
         let confirm_bit = bit.is_some() && !asks;
-        Self { job, leg, segment, holes, started: Instant::now(), bit, stop: None, confirm_bit }
+        Self { job, leg, segment, holes, ways, started: Instant::now(), bit, stop: None, confirm_bit }
     }
 
     pub(super) fn progress(&self) -> Progress {
         let leg = u32::try_from(self.leg).unwrap_or(u32::MAX);
-        Progress { done: leg, begun: leg, holes: self.holes }
+        Progress { done: leg, begun: leg, holes: self.holes, ways: self.ways }
     }
 
     fn leg_end(&self) -> usize {
@@ -80,7 +82,7 @@ pub(super) enum Doing {
     Leg,
     /// Some segments of a row of the queue.
     Queue,
-    /// Up from the bottom of a hole, because the next one does not follow at once. Whether that leg drilled a hole, and
+    /// Up from the bottom of a hole, because the next one does not follow at once. Whether that leg drilled or milled, and
     /// whether it was the last.
     Lift(bool, bool),
     /// Tip up, spindle off.
@@ -226,6 +228,11 @@ impl Owner {
     pub(super) fn approach(&mut self) -> Result<(), Remark> {
         let Some(work) = &self.work else { return Ok(()) };
         let to = work.job.start_of_leg(work.leg);
+        let (bit, asks) = (work.bit.unwrap_or(0), work.confirm_bit);
+        if !asks {
+            self.put_in(bit, false);
+        }
+        let Some(work) = &self.work else { return Ok(()) };
         let timeline = cycles::go_to(&self.machine, self.position, to)?;
         let mut segments = self.in_time(segments(&timeline, &self.machine))?;
         if !work.confirm_bit {
@@ -253,6 +260,7 @@ impl Owner {
     pub(super) fn leg(&mut self, mut segments: Vec<Segment>) {
         let unattended = self.machine.tool_change == ToolChange::Unattended;
         let Some(work) = &mut self.work else { return };
+        let mut put_in = None;
         let end = work.leg_end();
         let starts = work.job.legs.get(work.leg).is_some_and(|range| range.start == work.segment);
         let up = self.position[2] >= work.job.zero[2];
@@ -270,6 +278,7 @@ impl Owner {
                 }
                 work.bit = Some(bit);
                 work.segment += 1;
+                put_in = Some(bit);
                 continue;
             }
             let gated = segment.gate.is_some();
@@ -279,6 +288,9 @@ impl Owner {
                 break;
             }
         }
+        if let Some(bit) = put_in {
+            self.put_in(bit, true);
+        }
         if segments.is_empty() { self.leg_ended() } else { self.give(Doing::Leg, segments) }
     }
 
@@ -287,6 +299,8 @@ impl Owner {
         let spindle = self.spindle_up();
         let Some(work) = &mut self.work else { return };
         if std::mem::take(&mut work.confirm_bit) {
+            let bit = work.bit.unwrap_or(0);
+            self.put_in(bit, true);
             return self.give(Doing::Approach, spindle);
         }
         if let Some(Effect::AwaitBit(bit)) =
@@ -294,8 +308,19 @@ impl Owner {
         {
             work.bit = Some(bit);
             work.segment += 1;
+            self.put_in(bit, true);
         }
         self.leg(spindle);
+    }
+
+    /// Bit `bit` of the program is in the spindles: a new one, or perhaps still the same.
+    fn put_in(&mut self, bit: u32, is_new: bool) {
+        let bits = self.work.as_ref().map(|work| &work.job.program.bits);
+        let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
+        if is_new || self.in_spindle.as_ref() != Some(&bit) {
+            self.executor.bit(bit.clone());
+            self.in_spindle = Some(bit);
+        }
     }
 
     /// All segments given are played: the leg is done, waits for a bit, or goes on behind a gate.
@@ -306,20 +331,22 @@ impl Owner {
             let waits = matches!(work.job.stream.segments[work.segment].effect, Effect::AwaitBit(_));
             return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
         }
-        let hole = work.job.program.legs.get(work.leg).is_some_and(|leg| matches!(leg.mark, Mark::Hole(_)));
+        let mark = work.job.program.legs.get(work.leg).map(|leg| leg.mark);
+        let (hole, way) = (matches!(mark, Some(Mark::Hole(_))), matches!(mark, Some(Mark::Way(_))));
         let stop = work.stop.take().map(|at| (u32::try_from(work.leg).unwrap_or(u32::MAX), at));
         work.holes += u32::from(hole);
+        work.ways += u32::from(way);
         work.leg += 1;
         let last = work.leg >= work.job.legs.len();
         self.recorder.write(Record::Advance(work.progress(), stop));
         // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
         if self.session.state == State::Pausing && work.job.begins_low(work.leg) {
             match work.job.lift(&self.machine, work.leg - 1) {
-                Ok(lift) => return self.give(Doing::Lift(hole, last), lift),
+                Ok(lift) => return self.give(Doing::Lift(hole || way, last), lift),
                 Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
             }
         }
-        self.pending.push_back(Event::LegDone(hole, last));
+        self.pending.push_back(Event::LegDone(hole || way, last));
     }
 
     /// A sensor ended a stroke early: what follows in the leg starts from there.

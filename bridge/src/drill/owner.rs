@@ -14,6 +14,7 @@ use crate::executor::{Executor, Report, Shared};
 use crate::journal::{Contents, JobRecord, Journal, Progress, WorkZero};
 use crate::machine_file;
 use annulus_core::control::{Action, Ending, Event, Session, State, Timing, Trust, step};
+use annulus_core::job::Bit;
 use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
 use annulus_core::queue::Mode;
 use annulus_core::remark::{Remark, Weight};
@@ -89,6 +90,8 @@ pub(super) struct Owner {
     /// A job that did not come to its end.
     pub(super) interrupted: Option<(JobRecord, Progress)>,
     pub(super) doing: Doing,
+    /// The bit that the executor was told of last.
+    pub(super) in_spindle: Option<Bit>,
     /// The queue of work commands.
     pub(super) lab: Option<Lab>,
     /// Outputs by hand.
@@ -150,6 +153,7 @@ impl Owner {
             work: None,
             interrupted,
             doing: Doing::Nothing,
+            in_spindle: None,
             lab: None,
             bench: Bench::default(),
             task: 0,
@@ -343,6 +347,7 @@ impl Owner {
             ruler: Some(ruler(&self.machine)),
             stream_digest: prepared.digest.clone(),
             holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
+            ways_total: u32::try_from(prepared.program.way_count()).unwrap_or(u32::MAX),
         };
         let (reply, answer) = channel();
         let begin = Record::Begin(Box::new(record.clone()), work.progress(), prepared.bytes.clone(), reply);
@@ -365,7 +370,8 @@ impl Owner {
         }
         self.session.offer =
             self.interrupted.as_ref().map(|(job, progress)| (job.key.clone(), progress.done));
-        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done: work.holes });
+        let (holes_done, ways_done) = (work.holes, work.ways);
+        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, ways_done });
         if let Some(offer) = self.offer() {
             self.tell(offer);
         }
@@ -456,7 +462,7 @@ impl Owner {
         let measured = self.timing.as_ref().map(|timing| timing.lateness.clone());
         let (executor, timing) = self.hands.executor(&self.machine, self.speed, measured, shared)?;
         (self.executor, self.timing) = (executor, timing);
-        self.position = Steps::default();
+        (self.position, self.in_spindle) = (Steps::default(), None);
         Ok(())
     }
 }

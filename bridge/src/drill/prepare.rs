@@ -103,10 +103,14 @@ impl Prepared {
         (bit, rpm)
     }
 
-    /// Holes of the legs before `leg`.
-    pub(super) fn holes_before(&self, leg: usize) -> u32 {
-        let holes = self.program.legs.iter().take(leg).filter(|leg| matches!(leg.mark, Mark::Hole(_)));
-        u32::try_from(holes.count()).unwrap_or(u32::MAX)
+    /// Holes and ways of the legs before `leg`.
+    pub(super) fn done_before(&self, leg: usize) -> (u32, u32) {
+        let before = self.program.legs.iter().take(leg);
+        before.fold((0, 0), |(holes, ways), leg| match leg.mark {
+            Mark::Hole(_) => (holes + 1, ways),
+            Mark::Way(_) => (holes, ways + 1),
+            _ => (holes, ways),
+        })
     }
 }
 
@@ -164,9 +168,10 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         checks.push(row(Verdict::Warn, why));
     }
     let holes = program.hole_count();
+    let words = if program.way_count() > 0 { "preflight.time_milling" } else { "preflight.time" };
     checks.push(row(
         Verdict::Pass,
-        note("preflight.time").with("holes", holes).with("seconds", total_s.round()),
+        note(words).with("holes", holes).with("ways", program.way_count()).with("seconds", total_s.round()),
     ));
     let (key, bytes, context) = (key.to_owned(), bytes.to_vec(), context.clone());
     Ok(Prepared { key, bytes, program, stream, digest, legs, left_ticks, zero, checks, context })

@@ -53,6 +53,8 @@ impl Owner {
             next_leg: progress.done,
             holes_done: progress.holes,
             holes_total: job.holes_total,
+            ways_done: progress.ways,
+            ways_total: job.ways_total,
         })
     }
 
@@ -87,10 +89,12 @@ impl Owner {
         let target_mm =
             target.map(|_| [0, 1].map(|axis: usize| axes[axis].scale.length(glimpse.end[axis]).mm()));
         let lowest = leg.and_then(|leg| {
-            leg.commands.iter().find_map(|command| match command {
+            let depths = leg.commands.iter().filter_map(|command| match command {
                 Command::Plunge { to, .. } => Some(to.mm()),
+                Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(height.mm()),
                 _ => None,
-            })
+            });
+            depths.reduce(f64::min)
         });
         let stage =
             glimpse.stage.map(|stage| if stage == Stage::Hop { hop_stage(work_mm[2]) } else { stage });
@@ -111,8 +115,10 @@ impl Owner {
             leg: work.map(|work| u32::try_from(work.leg).unwrap_or(u32::MAX)),
             hole: leg.and_then(|leg| if let Mark::Hole(hole) = leg.mark { Some(hole) } else { None }),
             holes_done: work.map_or(0, |work| work.holes),
-            holes_total: work
-                .map_or(0, |work| u32::try_from(work.job.program.hole_count()).unwrap_or(u32::MAX)),
+            holes_total: work.map_or(0, |work| count(work.job.program.hole_count())),
+            way: leg.and_then(|leg| if let Mark::Way(way) = leg.mark { Some(way) } else { None }),
+            ways_done: work.map_or(0, |work| work.ways),
+            ways_total: work.map_or(0, |work| count(work.job.program.way_count())),
             stage,
             command: self.queue_command().or(stage.map(|stage| command_name(stage).to_owned())),
             bit,
@@ -149,6 +155,10 @@ impl Owner {
         });
         told.collect()
     }
+}
+
+fn count(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
 }
 
 /// What is being done in a hop, as far as the height of the tip tells.

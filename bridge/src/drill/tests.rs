@@ -1,6 +1,7 @@
 //! The drill in one process, on the virtual drill with and without faults. No disk but a temporary folder.
 
 mod lab;
+mod milling;
 mod pace;
 mod zero;
 

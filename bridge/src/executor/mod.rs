@@ -20,7 +20,7 @@ pub(crate) mod realtime;
 mod record;
 mod thread;
 
-use annulus_core::job::{Gate, Input};
+use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::Pins;
 use annulus_core::remark::Remark;
@@ -212,6 +212,11 @@ impl Executor {
     /// Switches an output, by its place among the machine's names, at rest.
     pub(crate) fn output(&self, place: u8, on: bool) {
         self.send(thread::Message::Output(place, on));
+    }
+
+    /// A new bit of this kind is in the spindles.
+    pub(crate) fn bit(&self, bit: Bit) {
+        self.send(thread::Message::Bit(bit));
     }
 
     /// Whether it died: nothing that is given will be reported.

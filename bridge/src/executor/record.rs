@@ -9,6 +9,7 @@
 //! Comes in: what is done to the pins. Goes out: the same to the pins behind, and a line at the end of a file. While
 //! something moves nothing is written: the last steps are kept in memory. Does not know who stopped it.
 
+use annulus_core::job::Bit;
 use annulus_core::machine::{AXES, Steps};
 use annulus_core::pins::{AxisSet, Pins};
 use serde_json::json;
@@ -100,6 +101,10 @@ impl<P: Pins> Pins for Recorded<P> {
 
     fn due(&self) -> Option<u64> {
         self.pins.due()
+    }
+
+    fn bit(&mut self, at_tick: u64, bit: &Bit) {
+        self.pins.bit(at_tick, bit);
     }
 
     fn attend(&mut self, at_tick: u64) {

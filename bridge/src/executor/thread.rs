@@ -4,7 +4,7 @@
 //! who gives the tasks, nor in which process it is.
 
 use super::{Ended, Glimpse, Report, Shared, Task};
-use annulus_core::job::Mark;
+use annulus_core::job::{Bit, Mark};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
 use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay};
@@ -30,6 +30,8 @@ pub(super) enum Message {
     Spindle(u32),
     /// An output by its place among the machine's names.
     Output(u8, bool),
+    /// A new bit is in the spindles.
+    Bit(Bit),
     Finish,
 }
 
@@ -75,6 +77,7 @@ impl Place {
                     self.rpm = rpm;
                 }
                 Message::Output(place, on) => self.pins.output(self.line.tick, place, on),
+                Message::Bit(bit) => self.pins.bit(self.line.tick, &bit),
                 Message::Finish => break,
             }
             self.leave(None);

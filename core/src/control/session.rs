@@ -75,7 +75,7 @@ pub enum Event {
     Pause,
     /// Go on.
     Resume,
-    /// Finish the hole, then end.
+    /// Finish the hole or way, then end.
     StopAfterHole,
     /// Come to rest now.
     Stop,
@@ -87,7 +87,7 @@ pub enum Event {
     Homed,
     /// Report: the move by hand is done, or the head stands where the job starts.
     Arrived,
-    /// Report: a leg is done; whether it drilled a hole, whether it was the last.
+    /// Report: a leg is done; whether it drilled a hole or milled a way, whether it was the last.
     LegDone(bool, bool),
     /// Report: the leg waits for a bit.
     BitWanted,

@@ -279,6 +279,11 @@ impl Program {
         self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()
     }
 
+    /// How many ways it mills.
+    pub fn way_count(&self) -> usize {
+        self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count()
+    }
+
     /// Where the head stands in the plane before leg `index` (work zero before the first).
     pub fn start_of_leg(&self, index: usize) -> Point {
         let before = self.legs[..index.min(self.legs.len())].iter().rev();

@@ -10,6 +10,8 @@
 //! 5. `rest` says that all axes are at rest and may stay so: what only a turning motor needs may be taken away.
 //! 6. `due` is the tick by which `attend` wants to be called although nothing steps; none while nothing is pending. After
 //!    `attend` at a tick that was due, nothing is due at that tick or before it.
+//! 7. `bit` says that from now on a new, sharp bit of this kind is in every spindle. Nothing turns then. What only drives
+//!    wires does nothing.
 //!
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
@@ -26,6 +28,7 @@ pub use play::{Brakes, Desk, Line, Order, Outcome, play};
 pub use recorder::{Recorder, Written};
 pub use steady::Steady;
 
+use crate::job::Bit;
 use crate::steps::AXES;
 
 /// A set of axes, one bit each: bit 0 is X, bit 1 is Y, bits 2 … 7 are Z1 … Z6.
@@ -54,6 +57,9 @@ pub trait Pins {
     fn due(&self) -> Option<u64> {
         None
     }
+
+    /// A new bit of this kind is in every spindle.
+    fn bit(&mut self, _at_tick: u64, _bit: &Bit) {}
 
     /// It is `at_tick`: what is due may be switched.
     fn attend(&mut self, _at_tick: u64) {}

@@ -10,6 +10,7 @@
 //! Comes in: any [`Pins`]. Goes out: the same with steadier inputs. Does not know what the inputs mean.
 
 use super::{AxisSet, Pins};
+use crate::job::Bit;
 
 /// So many readings in a row must agree before a change is believed. With 1 % of the readings flipped, one in 10¹⁰ is
 /// believed wrongly.
@@ -67,6 +68,10 @@ impl<P: Pins> Pins for Steady<P> {
 
     fn due(&self) -> Option<u64> {
         self.pins.due()
+    }
+
+    fn bit(&mut self, at_tick: u64, bit: &Bit) {
+        self.pins.bit(at_tick, bit);
     }
 
     fn attend(&mut self, at_tick: u64) {

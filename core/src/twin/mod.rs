@@ -16,11 +16,11 @@ mod bit;
 mod rotor;
 mod switches;
 
-pub use bit::Bit;
+pub use bit::{Bit, Breakage, Tip};
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
 
-use crate::job::Input;
+use crate::job::{self, Input};
 use crate::machine::{Machine, StrokeEnd};
 use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
@@ -150,7 +150,12 @@ impl Twin {
             edges,
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
             switches: Switches::new(seed, bouncing, faults.glitches),
-            bit: Bit::new(board, feed_hz, faults.bit_life, faults.dull_bit_hz),
+            bit: Bit::new(
+                (board, 1.0 / z.scale.steps_per_mm()),
+                feed_hz,
+                faults.bit_life,
+                faults.dull_bit_hz,
+            ),
             faults,
             slips: Vec::new(),
             drilled,
@@ -185,14 +190,9 @@ impl Twin {
         [0, 1, 2].map(|axis| self.rotors[axis].byte())
     }
 
-    /// Whether the bit broke: pushed in without turning, or dragged sideways.
-    pub fn broken(&self) -> bool {
+    /// Why the bit broke, if it did.
+    pub fn broken(&self) -> Option<Breakage> {
         self.bit.broken
-    }
-
-    /// Puts a new bit into the spindle.
-    pub fn change_bit(&mut self) {
-        self.bit.change();
     }
 
     fn step_axis(&mut self, tick: u64, axis: usize, forward: bool) {
@@ -202,10 +202,14 @@ impl Twin {
         if let Some((lost, cause)) = self.rotors[axis].takt(Push { tick, forward, held, thrown }) {
             self.slipped(Slip { axis, tick, step, place, lost, cause, until: tick });
         }
-        if axis == 2 {
-            self.tip_moved(tick);
-        } else {
-            self.bit.dragged();
+        let mm = [0, 1, 2].map(|axis: usize| self.rotors[axis].at as f64 / self.steps_per_mm[axis]);
+        let tip = Tip { tick, z: self.rotors[2].at, mm };
+        if axis < 2 {
+            return self.bit.slid(tip);
+        }
+        if let Some(depth) = self.bit.moved(tip) {
+            let depth_mm = depth as f64 / self.steps_per_mm[2];
+            (self.drilled)(&Drilled { x_mm: mm[0], y_mm: mm[1], depth_mm, tick });
         }
     }
 
@@ -239,14 +243,6 @@ impl Twin {
             | on(2, Input::ZBottom, Input::ZTop)
             | contact
     }
-
-    fn tip_moved(&mut self, tick: u64) {
-        if let Some(depth) = self.bit.moved(self.rotors[2].at) {
-            let mm = |axis: usize| self.rotors[axis].at as f64 / self.steps_per_mm[axis];
-            let depth_mm = depth as f64 / self.steps_per_mm[2];
-            (self.drilled)(&Drilled { x_mm: mm(0), y_mm: mm(1), depth_mm, tick });
-        }
-    }
 }
 
 impl Pins for Twin {
@@ -267,6 +263,10 @@ impl Pins for Twin {
     fn inputs(&mut self, at_tick: u64) -> u32 {
         let sensed = self.sensed();
         (self.switches.read(at_tick, sensed) | self.faults.stuck_on) & !self.faults.stuck_off
+    }
+
+    fn bit(&mut self, _at_tick: u64, bit: &job::Bit) {
+        self.bit.change(bit);
     }
 
     fn safe(&mut self) {

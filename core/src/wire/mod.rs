@@ -296,6 +296,9 @@ pub enum Tell {
         ending: Ending,
         /// Holes drilled.
         holes_done: u32,
+        /// Ways milled.
+        #[serde(default)]
+        ways_done: u32,
     },
     /// A job was interrupted and can be taken up.
     Interrupted {
@@ -309,6 +312,12 @@ pub enum Tell {
         holes_done: u32,
         /// Holes in all.
         holes_total: u32,
+        /// Ways done for certain.
+        #[serde(default)]
+        ways_done: u32,
+        /// Ways in all.
+        #[serde(default)]
+        ways_total: u32,
     },
     /// What the bridge found out about its clock; only where time is real.
     Timing(Box<Timing>),
@@ -398,6 +407,15 @@ pub struct Status {
     pub holes_done: u32,
     /// Holes in all.
     pub holes_total: u32,
+    /// Way in work (index into the job's ways).
+    #[serde(default)]
+    pub way: Option<u32>,
+    /// Ways milled.
+    #[serde(default)]
+    pub ways_done: u32,
+    /// Ways in all.
+    #[serde(default)]
+    pub ways_total: u32,
     /// What is being done.
     pub stage: Option<Stage>,
     /// The work command, by its name.

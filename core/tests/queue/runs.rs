@@ -70,7 +70,7 @@ fn holes_are_where_the_queue_says() {
             assert!((hole.x_mm - x).abs() < 1e-3 && (hole.y_mm - y).abs() < 1e-3, "{hole:?} {x} {y}");
             assert!(hole.depth_mm >= machine.process.board_thickness.mm());
         }
-        assert!(!twin.broken() && twin.lost() == [0; 3]);
+        assert!(twin.broken().is_none() && twin.lost() == [0; 3]);
         let results = run.run().results();
         let turns: Vec<u32> = results.iter().map(|result| result.turns).collect();
         assert_eq!(turns, [1, 1, 2, 2, 2, 2, 2, 0, 4, 4, 4]);
@@ -243,7 +243,7 @@ fn what_was_checked_never_leaves_the_range_on_the_drill() {
                 assert!(homes || inside, "{axis}: {:?} {:?} {told}", pins.lowest, pins.highest);
             }
             assert!(!pins.dragged, "{told}");
-            assert!(!drill.broken() && drill.lost() == [0; 3], "{told}");
+            assert!(drill.broken().is_none() && drill.lost() == [0; 3], "{told}");
             assert_eq!(drill.real()[..], run.bench().standing.position[..3], "{told}");
             assert_eq!(drill.real()[..2], promised.end.position[..2], "{told}");
             assert!(holes.lock().unwrap().len() <= promised.strokes as usize, "{told}");

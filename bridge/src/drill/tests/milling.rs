@@ -1,0 +1,84 @@
+//! Milling on the virtual drill: ways are counted, stopped in the middle, and milled again from their beginning.
+
+#[path = "../../../tests/programs/mod.rs"]
+mod programs;
+
+use super::*;
+use annulus_core::steps::Stage;
+use programs::{HOLES, WAYS, milling};
+
+/// Slow enough that a way in work is seen.
+fn slow() -> Bench {
+    let folder = tempfile::tempdir().unwrap();
+    let drill = Drill::open_with(folder.path(), machine(), 60.0, Faults::default()).unwrap();
+    let tells = drill.watch();
+    Bench { drill, folder, tells }
+}
+
+/// The holes straight through that were meant, and nothing else, each so often.
+fn drilled(bench: &Bench) -> [u32; 2] {
+    let mut counts = [0; 2];
+    for [x, y, _] in bench.record() {
+        // Work zero is 1 mm from the sensors.
+        let hole = HOLES.iter().position(|at| (at.0 + 1.0 - x).abs() < 0.03 && (at.1 + 1.0 - y).abs() < 0.03);
+        counts[hole.unwrap_or_else(|| panic!("a hole where none should be: {x} {y}"))] += 1;
+    }
+    counts
+}
+
+#[test]
+fn ways_are_milled_and_the_bit_is_whole_afterwards() {
+    let mut bench = slow();
+    bench.start(&milling(&machine()));
+    let status = bench.wait(|status| status.stage == Some(Stage::Mill));
+    assert_eq!((status.ways_total, status.command.as_deref()), (WAYS, Some("mill")));
+    assert!(status.way.is_some() && status.hole.is_none() && status.bit == Some(1), "{status:?}");
+    assert!(status.lower_dead_point_mm.is_some_and(|low| low < -0.1), "{status:?}");
+    assert_eq!(bench.ended(), (Ending::Done, 2));
+    // The last hole is made by the mill that milled all the ways.
+    assert_eq!(drilled(&bench), [1, 1]);
+    assert_eq!(bench.wait(|status| status.state == State::Ready).trust, Trust::Trusted);
+}
+
+#[test]
+fn a_way_that_was_stopped_is_milled_again_from_its_beginning_and_none_is_left_out() {
+    let program = milling(&machine());
+    for way in 0..WAYS {
+        let mut bench = slow();
+        bench.start(&program);
+        bench.wait(|status| status.way == Some(way) && status.stage == Some(Stage::Mill));
+        bench.drill.ask(Ask::Stop).unwrap();
+        let status = bench.wait(|status| status.state == State::Ready);
+        assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0), "way {way}");
+        assert!(status.machine_mm[2] > -1.01, "the tip is up: {status:?}");
+        if bench.ended().0 == Ending::Done {
+            continue;
+        }
+        let offer = bench.drill.greeting().into_iter().find_map(|tell| match tell {
+            Tell::Interrupted { next_leg, ways_done, ways_total, .. } => {
+                Some((next_leg, ways_done, ways_total))
+            }
+            _ => None,
+        });
+        let (from_leg, ways_done, ways_total) = offer.unwrap();
+        assert!(ways_done >= way && ways_total == WAYS, "way {way}: {offer:?}");
+        let at = program.legs[from_leg as usize].mark;
+        assert!(!matches!(at, Mark::Way(next) if next != ways_done), "{at:?} after {ways_done} ways");
+        let (job, stream_digest, _) = bench.arm(&program);
+        bench.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap();
+        let again = bench.wait(|status| status.stage == Some(Stage::Mill) || status.state == State::Ready);
+        assert!(again.ways_done >= ways_done || again.state == State::Ready);
+        assert_eq!(bench.ended(), (Ending::Done, 2));
+        assert_eq!(drilled(&bench), [1, 1], "way {way}");
+    }
+}
+
+#[test]
+fn stop_after_hole_stops_after_a_way_too() {
+    let mut bench = slow();
+    bench.start(&milling(&machine()));
+    bench.wait(|status| status.way == Some(0) && status.stage == Some(Stage::Mill));
+    bench.drill.ask(Ask::StopAfterHole).unwrap();
+    let (ending, holes) = bench.ended();
+    assert_eq!((ending, holes), (Ending::StoppedAfterHole, 1));
+}
