@@ -60,6 +60,15 @@ fn a_milling_program_runs_as_it_was_simulated() {
     assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));
     let record = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
     assert_eq!(record.lines().count(), programs::HOLES.len(), "{record}");
+    let time = simulated["time_s"].as_object().unwrap();
+    let sum: f64 = time.values().filter_map(serde_json::Value::as_f64).sum();
+    assert!((sum - simulated["total_time_s"].as_f64().unwrap()).abs() < 0.01, "{simulated}");
+    assert!(time["mill"].as_f64() > time["drill"].as_f64(), "{simulated}");
+    // Four sides of 8 mm with quarters of circles of 1 mm, five turns of 1.5 mm going down 2 mm in four, 14 mm with a tab.
+    let turn = std::f64::consts::TAU;
+    let milled = 32.0 + turn + 4.0 * 9.438 + 1.5 * turn + 14.2;
+    let found = simulated["milled_mm"].as_f64().unwrap();
+    assert!((found - milled).abs() < 0.1, "{found} instead of {milled}");
 }
 
 #[test]

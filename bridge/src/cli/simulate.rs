@@ -41,9 +41,18 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         "stream_bytes": steps::encoded_len(&stream),
         "stream_digest": digest,
         "holes": numbers.holes,
+        "ways": numbers.ways,
+        "milled_mm": rounded(numbers.milled_mm),
+        "time_s": {
+            "drill": rounded(numbers.spent.drill_s),
+            "mill": rounded(numbers.spent.mill_s),
+            "between": rounded(numbers.spent.between_s),
+            "change": rounded(numbers.spent.change_s),
+            "other": rounded(numbers.spent.other_s),
+        },
         "remarks": remark_objects(&job.remarks),
     });
-    let mut text = sentences(&numbers, &digest) + &remark_lines(&job.remarks);
+    let mut text = sentences(&numbers, &digest) + &milled(&numbers) + &remark_lines(&job.remarks);
     if args.digest_trace {
         let trace = steps::trace(&stream, TRACED_RUNS);
         object["digest_trace"] = trace.lines().collect();
@@ -58,6 +67,20 @@ fn lawful<T>(verdict: Result<T, Vec<Remark>>) -> Result<(), Refusal> {
     let Some(first) = refusals.next() else { return Ok(()) };
     refusals.for_each(super::say);
     Err(first)
+}
+
+/// What is milled, where anything is.
+fn milled(numbers: &Summary) -> String {
+    if numbers.ways == 0 {
+        return String::new();
+    }
+    let rows = [
+        ("ways", numbers.ways.to_string()),
+        ("mm", format!("{:.1}", numbers.milled_mm)),
+        ("seconds", format!("{:.1}", numbers.spent.mill_s)),
+        ("between", format!("{:.1}", numbers.spent.between_s)),
+    ];
+    locale::text("en", "simulate.milled", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
 }
 
 fn sentences(numbers: &Summary, digest: &str) -> String {

@@ -19,6 +19,7 @@ pub struct Playback {
     timeline: Timeline,
     legs: Vec<LegStart>,
     drilled: Vec<Drilled>,
+    milled: Vec<Milled>,
 }
 
 /// Where a leg begins.
@@ -43,6 +44,17 @@ pub struct Drilled {
     pub done_s: f64,
 }
 
+/// A way and when it is milled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Milled {
+    /// Index into the job's ways.
+    pub way: u32,
+    /// When its leg begins.
+    pub from_s: f64,
+    /// When its leg is done.
+    pub done_s: f64,
+}
+
 /// What is seen at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
@@ -58,6 +70,8 @@ pub struct Moment {
     pub stage: Stage,
     /// How many holes are through: that many of [`Playback::drilled`].
     pub holes_done: u32,
+    /// How many ways are milled: that many of [`Playback::milled`].
+    pub ways_done: u32,
     /// The bit in the spindle, if one was put in.
     pub bit: Option<u32>,
 }
@@ -70,6 +84,7 @@ impl Playback {
     /// Of `timeline`.
     pub fn new(timeline: Timeline) -> Self {
         let (mut legs, mut drilled) = (Vec::<LegStart>::new(), Vec::<Drilled>::new());
+        let (mut milled, mut milled_leg) = (Vec::<Milled>::new(), None);
         let (mut bit, mut drilled_leg) = (None, None);
         for planned in &timeline.moves {
             if legs.last().is_none_or(|last| last.leg != planned.leg) {
@@ -86,8 +101,17 @@ impl Playback {
                 drilled_leg = Some(planned.leg);
                 drilled.push(Drilled { hole, done_s: seconds(tick) });
             }
+            if let Mark::Way(way) = planned.mark {
+                let from_s = seconds(planned.start_tick);
+                let done_s = seconds(planned.start_tick + planned.duration_ticks);
+                match milled.last_mut().filter(|_| milled_leg == Some(planned.leg)) {
+                    Some(last) => last.done_s = done_s,
+                    None => milled.push(Milled { way, from_s, done_s }),
+                }
+                milled_leg = Some(planned.leg);
+            }
         }
-        Self { timeline, legs, drilled }
+        Self { timeline, legs, drilled, milled }
     }
 
     /// What is played.
@@ -110,6 +134,11 @@ impl Playback {
         &self.drilled
     }
 
+    /// All ways in the order in which they are milled.
+    pub fn milled(&self) -> &[Milled] {
+        &self.milled
+    }
+
     /// When leg `leg` begins.
     pub fn time_of_leg(&self, leg: u32) -> Option<f64> {
         let index = self.legs.binary_search_by_key(&leg, |start| start.leg).ok()?;
@@ -119,6 +148,11 @@ impl Playback {
     /// When hole `hole` is through.
     pub fn time_of_hole(&self, hole: u32) -> Option<f64> {
         self.drilled.iter().find(|drilled| drilled.hole == hole).map(|drilled| drilled.done_s)
+    }
+
+    /// When way `way` begins.
+    pub fn time_of_way(&self, way: u32) -> Option<f64> {
+        self.milled.iter().find(|milled| milled.way == way).map(|milled| milled.from_s)
     }
 
     /// The moment at second `t_s`; before the start it is the start, after the end the end. None for an empty timeline.
@@ -138,6 +172,7 @@ impl Playback {
             mark: planned.mark,
             stage: stage_at(planned, part, steps[2]),
             holes_done: self.drilled.partition_point(|drilled| drilled.done_s <= t_s) as u32,
+            ways_done: self.milled.partition_point(|milled| milled.done_s <= t_s) as u32,
             bit: self.legs.get(leg.saturating_sub(1)).and_then(|start| start.bit),
         })
     }
@@ -162,7 +197,7 @@ mod tests {
     use crate::motion::timeline;
     use crate::units::Length;
 
-    fn two_holes() -> Playback {
+    fn two_holes_program() -> Program {
         let hole = |index, x, y| Leg {
             mark: Mark::Hole(index),
             commands: vec![
@@ -172,7 +207,7 @@ mod tests {
             ],
         };
         let change = vec![Command::AwaitBit { bit: 0 }, Command::Dwell { us: 500_000 }];
-        let program = Program {
+        Program {
             name: String::new(),
             machine: String::new(),
             origin: Point::default(),
@@ -185,8 +220,11 @@ mod tests {
                 hole(3, 20.0, 0.0),
             ],
             accepted: vec![],
-        };
-        Playback::new(timeline(&program, &virtual_drill()).unwrap())
+        }
+    }
+
+    fn two_holes() -> Playback {
+        Playback::new(timeline(&two_holes_program(), &virtual_drill()).unwrap())
     }
 
     #[test]
@@ -205,6 +243,38 @@ mod tests {
         assert_eq!(play.at(through).unwrap().holes_done, 1);
         assert_eq!(play.at(play.time_of_leg(2).unwrap() + 1e-7).unwrap().leg, 2);
         assert_eq!(play.time_of_leg(3), None);
+    }
+
+    #[test]
+    fn ways_are_counted_while_they_are_milled() {
+        let mill = |x, height| Command::Mill { to: Point::from_mm(x, 5.0), height, feed_um_per_s: 10_000 };
+        let way = |index, x| Leg {
+            mark: Mark::Way(index),
+            commands: vec![
+                Command::Rapid { to: Point::from_mm(x, 5.0) },
+                Command::Plunge { to: Length::from_um(-200), feed_um_per_s: 5_000, gate: None },
+                mill(x + 5.0, Length::from_um(-200)),
+                Command::Retract { to: Length::from_um(-100) },
+                mill(x + 8.0, Length::from_um(-400)),
+                Command::Retract { to: Length::from_um(2_000) },
+            ],
+        };
+        let mut program = two_holes_program();
+        program.legs.extend([way(4, 10.0), way(2, 30.0)]);
+        let play = Playback::new(timeline(&program, &virtual_drill()).unwrap());
+        let [first, second] = play.milled() else { panic!("{:?}", play.milled()) };
+        assert_eq!((first.way, second.way, play.time_of_way(2)), (4, 2, Some(second.from_s)));
+        assert!(first.done_s <= second.from_s && second.done_s == play.total_s());
+        let mut milled = 0;
+        for part in 0..=200 {
+            let t = first.from_s + (first.done_s - first.from_s) * 0.999 * f64::from(part) / 200.0;
+            let now = play.at(t).unwrap();
+            assert_eq!((now.mark, now.ways_done, now.holes_done), (Mark::Way(4), 0, 2));
+            milled += u32::from(now.stage == Stage::Mill && now.position_mm[2] < 0.0);
+        }
+        assert!(milled > 50, "{milled} moments in the board");
+        assert_eq!(play.at(first.done_s).unwrap().ways_done, 1);
+        assert_eq!(play.at(play.total_s()).unwrap().ways_done, 2);
     }
 
     #[test]

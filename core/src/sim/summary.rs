@@ -4,15 +4,36 @@
 
 use crate::job::{Mark, Stage};
 use crate::machine::{AXES, Machine};
-use crate::motion::{Move, Part, Timeline};
+use crate::motion::{Motion, Move, Part, Timeline};
 use crate::steps::StepStream;
 use crate::units::TICK_HZ;
+
+/// Where the time goes, s. All of it together is the time of the job.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spent {
+    /// All of the legs that drill holes.
+    pub drill_s: f64,
+    /// Along ways and down to them, in legs that mill.
+    pub mill_s: f64,
+    /// The rest of the legs that mill: from way to way, up, and down to the board.
+    pub between_s: f64,
+    /// Changes of bits, without the waits for people.
+    pub change_s: f64,
+    /// Before the first and after the last.
+    pub other_s: f64,
+}
 
 /// What people want to know of a job before they start it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Time of the whole job without the waits for people, s.
     pub total_s: f64,
+    /// Where it goes.
+    pub spent: Spent,
+    /// How many ways are milled.
+    pub ways: u32,
+    /// Length of all that is milled, with what is above the board in it, mm.
+    pub milled_mm: f64,
     /// How many holes.
     pub holes: u32,
     /// Holes per minute while drilling, changes of bit not counted: strokes of one spindle.
@@ -53,6 +74,9 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
     }
     Summary {
         total_s: timeline.total_s(),
+        spent: spent(timeline),
+        ways: ways(timeline),
+        milled_mm: timeline.moves.iter().flat_map(|planned| &planned.parts).map(milled_mm).sum(),
         holes: times.len() as u32,
         holes_per_min: per_min(drilling_s),
         holes_per_min_sequential: per_min(sequential_s),
@@ -60,6 +84,32 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
         longest_hole_s: times.last().copied().map_or(0.0, seconds),
         steps,
     }
+}
+
+fn spent(timeline: &Timeline) -> Spent {
+    let mut spent = Spent::default();
+    for planned in &timeline.moves {
+        let place = match (planned.mark, planned.stage) {
+            (Mark::Hole(_), _) => &mut spent.drill_s,
+            (Mark::Way(_), Stage::Mill | Stage::Drill) => &mut spent.mill_s,
+            (Mark::Way(_), _) => &mut spent.between_s,
+            (Mark::ChangeBit(_), _) => &mut spent.change_s,
+            (Mark::Prepare | Mark::Finish, _) => &mut spent.other_s,
+        };
+        *place += planned.duration_ticks as f64 / TICK_HZ as f64;
+    }
+    spent
+}
+
+fn ways(timeline: &Timeline) -> u32 {
+    let moves = timeline.moves.iter().filter(|planned| matches!(planned.mark, Mark::Way(_)));
+    let mut legs: Vec<u32> = moves.map(|planned| planned.leg).collect();
+    legs.dedup();
+    u32::try_from(legs.len()).unwrap_or(u32::MAX)
+}
+
+fn milled_mm(part: &Part) -> f64 {
+    if let Motion::Path(route) = &part.motion { route.path.length_mm() } else { 0.0 }
 }
 
 /// How long a move would take if its parts came one after the other, the plane settling before the spindles go down, s.

@@ -1,0 +1,293 @@
+//! Stock that is carved: how deep the board was cut, cell by cell, as a field of depths.
+//!
+//! ```text
+//!   cell   ┌─┬─┬─┬─┬─┬─┬─┐  surface        seen from the side; every cell knows how deep the deepest
+//!          │ │ │▓│▓│▓│ │ │                 bit was over its middle
+//!          │ │ │▓│▓│▓│ │ │
+//!          └─┴─┴─┴─┴─┴─┴─┘  underside      a cut is so many rows, a row is from here to there
+//! ```
+//!
+//! Comes in: the size of the board, cuts in mm from the work zero. Goes out: depths in µm below the surface, 0 … 65 535. A
+//! tile of 64 × 64 cells takes memory once it is cut. Drills and mills are flat cylinders, vees cones with a flat tip. Does
+//! not know time, nor what a cut is for.
+
+use super::cuts::{Cut, Shape};
+use crate::geometry::Bounds;
+use crate::job::{Bit, Cutter};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+
+/// Cells along each side of a tile.
+pub const TILE: usize = 64;
+
+/// Sizes of cells to choose from, µm.
+const CELLS_UM: [i64; 6] = [25, 50, 100, 200, 400, 800];
+
+/// Most cells of a stock: 32 MB once all of them are cut.
+const MOST_CELLS: f64 = 16e6;
+
+/// A ramp is cut in pieces that go down by no more than this, mm: each as deep as its deepest end.
+const RAMP_MM: f64 = 0.005;
+
+/// Most pieces that one cut is parted into.
+const MOST_PIECES: f64 = 100_000.0;
+
+/// A board as it is cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stock {
+    low_mm: [f64; 2],
+    cell_mm: f64,
+    cells: [usize; 2],
+    thickness_mm: f64,
+    tiles_across: usize,
+    tiles: Vec<Option<Box<[u16]>>>,
+}
+
+/// Some cells that belong together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tile<'a> {
+    /// Its first cell, counted from the low corner: X, Y.
+    pub first: [usize; 2],
+    /// Depths in µm, row by row; cells beyond the board stay 0. None where nothing was cut.
+    pub depths_um: Option<&'a [u16]>,
+}
+
+/// The outline of a bit as seen from the side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tool {
+    /// Radius of its flat end.
+    tip_mm: f64,
+    /// Greatest radius.
+    radius_mm: f64,
+    /// How much higher its edge is for every mm further out; 0 for one that is as wide everywhere.
+    slope: f64,
+}
+
+impl Tool {
+    fn of(bit: &Bit) -> Self {
+        let radius_mm = 0.5 * bit.diameter.mm();
+        match bit.cutter {
+            Cutter::Drill | Cutter::Mill => Self { tip_mm: radius_mm, radius_mm, slope: 0.0 },
+            Cutter::Vee { tip, angle_mdeg } => {
+                let half_rad = f64::from(angle_mdeg) * 0.5e-3 * core::f64::consts::PI / 180.0;
+                let tip_mm = (0.5 * tip.mm()).clamp(0.0, radius_mm);
+                Self { tip_mm, radius_mm, slope: 1.0 / libm::tan(half_rad).max(1e-6) }
+            }
+        }
+    }
+
+    /// How deep it cuts `away_mm` from its axis when its tip is at `depth_mm`.
+    fn depth_at(&self, away_mm: f64, depth_mm: f64) -> f64 {
+        depth_mm - self.slope * (away_mm - self.tip_mm).max(0.0)
+    }
+
+    /// How far from its axis it cuts anything.
+    fn reach_mm(&self, depth_mm: f64) -> f64 {
+        if self.slope == 0.0 {
+            self.radius_mm
+        } else {
+            (self.tip_mm + depth_mm / self.slope).min(self.radius_mm)
+        }
+    }
+}
+
+impl Stock {
+    /// An uncut board over `bounds` in work coordinates, of the finest cells that it may have. Refused where it has no area,
+    /// or is too large to be shown.
+    pub fn new(bounds: Bounds, thickness: Length) -> Result<Self, Remark> {
+        let size = [(bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm()];
+        let count = |cell_um: i64| size.map(|mm| libm::ceil(mm * 1e3 / cell_um as f64));
+        let fits = |cell_um: &i64| {
+            let [x, y] = count(*cell_um);
+            x >= 1.0 && y >= 1.0 && x * y <= MOST_CELLS
+        };
+        let Some(cell_um) = CELLS_UM.into_iter().find(fits) else {
+            let remark = Remark::new(Weight::Doubt, "sim.no_stock");
+            return Err(remark.with("width", size[0]).with("height", size[1]));
+        };
+        let cells = count(cell_um).map(|cells| cells as usize);
+        let tiles = cells.map(|cells| cells.div_ceil(TILE));
+        Ok(Self {
+            low_mm: [bounds.min.x.mm(), bounds.min.y.mm()],
+            cell_mm: cell_um as f64 * 1e-3,
+            cells,
+            thickness_mm: thickness.mm(),
+            tiles_across: tiles[0],
+            tiles: vec![None; tiles[0] * tiles[1]],
+        })
+    }
+
+    /// Size of a cell, mm.
+    pub fn cell_mm(&self) -> f64 {
+        self.cell_mm
+    }
+
+    /// Cells along X and Y.
+    pub fn cells(&self) -> [usize; 2] {
+        self.cells
+    }
+
+    /// Low corner, mm from the work zero.
+    pub fn low_mm(&self) -> [f64; 2] {
+        self.low_mm
+    }
+
+    /// All tiles, row by row from the low corner.
+    pub fn tiles(&self) -> impl Iterator<Item = Tile<'_>> {
+        self.tiles.iter().enumerate().map(|(index, tile)| Tile {
+            first: [index % self.tiles_across * TILE, index / self.tiles_across * TILE],
+            depths_um: tile.as_deref(),
+        })
+    }
+
+    /// Depth below the surface at a place, mm; none beside the board.
+    pub fn depth_mm(&self, place: [f64; 2]) -> Option<f64> {
+        let at: [f64; 2] =
+            core::array::from_fn(|axis| libm::floor((place[axis] - self.low_mm[axis]) / self.cell_mm));
+        let inside = (0..2).all(|axis| at[axis] >= 0.0 && at[axis] < self.cells[axis] as f64);
+        inside.then(|| f64::from(self.depth_um(at[0] as usize, at[1] as usize)) * 1e-3)
+    }
+
+    /// Whether nothing is left at a place of the board.
+    pub fn is_through(&self, place: [f64; 2]) -> bool {
+        self.depth_mm(place).is_some_and(|depth| depth >= self.thickness_mm)
+    }
+
+    /// What was removed, mm³; what was cut below the board is air.
+    pub fn removed_mm3(&self) -> f64 {
+        let most = self.thickness_mm * 1e3;
+        let depths = self.tiles.iter().flatten().flat_map(|tile| tile.iter());
+        let sum_um: f64 = depths.map(|depth| f64::from(*depth).min(most)).sum();
+        sum_um * 1e-3 * self.cell_mm * self.cell_mm
+    }
+
+    fn depth_um(&self, x: usize, y: usize) -> u16 {
+        let tile = self.tiles.get(y / TILE * self.tiles_across + x / TILE).and_then(Option::as_ref);
+        tile.and_then(|tile| tile.get(y % TILE * TILE + x % TILE)).copied().unwrap_or(0)
+    }
+
+    /// Cuts from one share of a cut to another, 0 … 1: all of it from 0 to 1.
+    pub fn carve(&mut self, cut: &Cut, bit: &Bit, from: f64, to: f64) {
+        let tool = Tool::of(bit);
+        if to.is_nan() || from.is_nan() || to < from {
+            return;
+        }
+        let falls_mm = (cut.at(to)[2] - cut.at(from)[2]).abs();
+        let chords = match cut.shape {
+            Shape::Line => 1.0,
+            // The middle of a chord is off its arc by r·(1 − cos(φ/2)), here an eighth of a cell.
+            Shape::Arc { radius_mm, turn_rad, .. } => {
+                let off = (1.0 - 0.125 * self.cell_mm / radius_mm.max(1e-9)).clamp(-1.0, 1.0);
+                turn_rad.abs() * (to - from) / (2.0 * libm::acos(off)).max(1e-6)
+            }
+        };
+        let pieces = libm::ceil(chords.max(falls_mm / RAMP_MM).clamp(1.0, MOST_PIECES));
+        let share = |piece: f64| from + (to - from) * piece / pieces;
+        let mut at = cut.at(from);
+        for piece in 1..=pieces as u32 {
+            let next = cut.at(share(f64::from(piece)));
+            self.sweep(&tool, [at[0], at[1]], [next[0], next[1]], -at[2].min(next[2]));
+            at = next;
+        }
+    }
+
+    /// What a bit takes away on its straight way from `a` to `b` with its tip at `depth_mm`.
+    fn sweep(&mut self, tool: &Tool, a: [f64; 2], b: [f64; 2], depth_mm: f64) {
+        if depth_mm.is_nan() || depth_mm <= 0.0 {
+            return;
+        }
+        let reach = tool.reach_mm(depth_mm);
+        let (low, high) = (a[1].min(b[1]) - reach, a[1].max(b[1]) + reach);
+        let Some((first, last)) = self.span(1, low, high) else { return };
+        let deepest = to_um(depth_mm);
+        for row in first..=last {
+            let y = self.middle(1, row);
+            let Some((from_mm, to_mm)) = across(a, b, reach, y) else { continue };
+            let Some((from, to)) = self.span(0, from_mm, to_mm) else { continue };
+            if tool.slope == 0.0 {
+                self.lower(row, from, to, |_| deepest);
+            } else {
+                let (low_x, cell) = (self.low_mm[0], self.cell_mm);
+                self.lower(row, from, to, |column| {
+                    let x = low_x + (column as f64 + 0.5) * cell;
+                    to_um(tool.depth_at(distance(a, b, [x, y]), depth_mm))
+                });
+            }
+        }
+    }
+
+    /// Middle of a column (axis 0) or row (axis 1), mm.
+    fn middle(&self, axis: usize, index: usize) -> f64 {
+        self.low_mm[axis] + (index as f64 + 0.5) * self.cell_mm
+    }
+
+    /// First and last cell along `axis` whose middles lie between two places.
+    fn span(&self, axis: usize, from_mm: f64, to_mm: f64) -> Option<(usize, usize)> {
+        let cell = |mm: f64| (mm - self.low_mm[axis]) / self.cell_mm - 0.5;
+        let first = libm::ceil(cell(from_mm)).max(0.0);
+        let last = libm::floor(cell(to_mm)).min(self.cells[axis] as f64 - 1.0);
+        (first <= last).then_some((first as usize, last as usize))
+    }
+
+    /// Lowers the cells of a row from column `from` to column `to` to a depth for each, where they are not deeper.
+    fn lower(&mut self, row: usize, from: usize, to: usize, depth_um: impl Fn(usize) -> u16) {
+        let mut column = from;
+        while column <= to {
+            let end = (column / TILE * TILE + TILE - 1).min(to);
+            let index = row / TILE * self.tiles_across + column / TILE;
+            if let Some(tile) = self.tiles.get_mut(index) {
+                let tile = tile.get_or_insert_with(|| vec![0; TILE * TILE].into_boxed_slice());
+                let start = row % TILE * TILE;
+                let cells = tile.iter_mut().skip(start + column % TILE).take(end - column + 1);
+                for (cell, column) in cells.zip(column..) {
+                    *cell = (*cell).max(depth_um(column));
+                }
+            }
+            column = end + 1;
+        }
+    }
+}
+
+/// A depth in µm; nothing above the surface.
+fn to_um(depth_mm: f64) -> u16 {
+    libm::round(depth_mm * 1e3).clamp(0.0, f64::from(u16::MAX)) as u16
+}
+
+/// Where the line at height `y` enters and leaves what is no further than `reach` from the way from `a` to `b`.
+fn across(a: [f64; 2], b: [f64; 2], reach: f64, y: f64) -> Option<(f64, f64)> {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut seen = |from: f64, to: f64| (low, high) = (low.min(from), high.max(to));
+    for end in [a, b] {
+        let beside = y - end[1];
+        if beside.abs() <= reach {
+            let half = libm::sqrt((reach - beside) * (reach + beside));
+            seen(end[0] - half, end[0] + half);
+        }
+    }
+    let way = [b[0] - a[0], b[1] - a[1]];
+    let length = libm::sqrt(way[0] * way[0] + way[1] * way[1]);
+    if length > 0.0 {
+        let aside = [-way[1] / length * reach, way[0] / length * reach];
+        let corner = |at: [f64; 2], side: f64| [at[0] + side * aside[0], at[1] + side * aside[1]];
+        let corners = [corner(a, 1.0), corner(b, 1.0), corner(b, -1.0), corner(a, -1.0)];
+        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let rise = to[1] - from[1];
+            let share = (y - from[1]) / rise;
+            if rise != 0.0 && (0.0..=1.0).contains(&share) {
+                let x = from[0] + share * (to[0] - from[0]);
+                seen(x, x);
+            }
+        }
+    }
+    (low <= high).then_some((low, high))
+}
+
+/// How far `at` is from the way from `a` to `b`.
+fn distance(a: [f64; 2], b: [f64; 2], at: [f64; 2]) -> f64 {
+    let (way, off) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
+    let squared = way[0] * way[0] + way[1] * way[1];
+    let share =
+        if squared > 0.0 { ((way[0] * off[0] + way[1] * off[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    let [x, y] = [off[0] - share * way[0], off[1] - share * way[1]];
+    libm::sqrt(x * x + y * y)
+}

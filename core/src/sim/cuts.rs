@@ -1,0 +1,139 @@
+//! A program as cuts: where the tip goes, command by command, as lines, arcs and helices.
+//!
+//! ```text
+//! leg 3   Rapid ─ Plunge ─ Mill ─ MillArc ─ Retract      4 cuts: all that move the tip in the board or towards it
+//! ```
+//!
+//! Comes in: a program. Goes out: [`Cut`]s in order, in mm from the work zero, each with its leg and bit. A stroke that ends
+//! on a sensor is taken to its end. Does not know time.
+
+use crate::geometry::{Bounds, Point};
+use crate::job::{Command, Mark, Program};
+use crate::units::Length;
+
+/// One way of the tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// Index of the leg.
+    pub leg: u32,
+    /// Index of the command in it.
+    pub command: u32,
+    /// Index of the bit in the program.
+    pub bit: u32,
+    /// Where it starts, mm.
+    pub from: [f64; 3],
+    /// Where it ends.
+    pub to: [f64; 3],
+    /// How it goes there.
+    pub shape: Shape,
+}
+
+/// The shape of a cut seen from above; its height changes evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Straight.
+    Line,
+    /// Around a centre.
+    Arc {
+        /// mm.
+        center: [f64; 2],
+        /// At its start, mm.
+        radius_mm: f64,
+        /// Angle of its start.
+        from_rad: f64,
+        /// How far it turns; positive is counter-clockwise.
+        turn_rad: f64,
+    },
+}
+
+impl Cut {
+    /// Where the tip is after a share of the cut, 0 … 1.
+    pub fn at(&self, share: f64) -> [f64; 3] {
+        let share = share.clamp(0.0, 1.0);
+        let even = |axis: usize| self.from[axis] + (self.to[axis] - self.from[axis]) * share;
+        match self.shape {
+            Shape::Arc { center, radius_mm, from_rad, turn_rad } if share > 0.0 && share < 1.0 => {
+                let angle = from_rad + turn_rad * share;
+                let (x, y) = (radius_mm * libm::cos(angle), radius_mm * libm::sin(angle));
+                [center[0] + x, center[1] + y, even(2)]
+            }
+            _ if share == 1.0 => self.to,
+            _ => [even(0), even(1), even(2)],
+        }
+    }
+}
+
+/// The cuts of `program` that begin or end below the surface, in order.
+pub fn cuts(program: &Program) -> Vec<Cut> {
+    let (mut found, mut bit) = (Vec::new(), 0);
+    let mut at = [0.0, 0.0, program.safe_height.mm()];
+    for (leg, steps) in (0..).zip(&program.legs) {
+        if let Mark::ChangeBit(next) = steps.mark {
+            bit = next;
+        }
+        for (command, step) in (0..).zip(&steps.commands) {
+            if let Command::AwaitBit { bit: next } = step {
+                bit = *next;
+            }
+            let Some((to, shape)) = way(step, at) else { continue };
+            if at[2] < 0.0 || to[2] < 0.0 {
+                found.push(Cut { leg, command, bit, from: at, to, shape });
+            }
+            at = to;
+        }
+    }
+    found
+}
+
+/// Where a command takes the tip from `at`, and how.
+fn way(command: &Command, at: [f64; 3]) -> Option<([f64; 3], Shape)> {
+    let place = |to: &Point, z: f64| [to.x.mm(), to.y.mm(), z];
+    let straight = |to: [f64; 3]| Some((to, Shape::Line));
+    match command {
+        Command::Rapid { to } => straight(place(to, at[2])),
+        Command::Plunge { to, .. } | Command::Retract { to } => straight([at[0], at[1], to.mm()]),
+        Command::Mill { to, height, .. } => straight(place(to, height.mm())),
+        Command::MillArc { to, height, center, ccw, .. } => {
+            let (to, center) = (place(to, height.mm()), [center.x.mm(), center.y.mm()]);
+            Some((to, arc(at, to, center, *ccw)))
+        }
+        Command::Dwell { .. } | Command::Spindle { .. } | Command::AwaitBit { .. } => None,
+    }
+}
+
+fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> Shape {
+    let angle = |at: [f64; 3]| libm::atan2(at[1] - center[1], at[0] - center[0]);
+    let (x, y) = (from[0] - center[0], from[1] - center[1]);
+    let (from_rad, full) = (angle(from), core::f64::consts::TAU);
+    let turn = if ccw { angle(to) - from_rad } else { from_rad - angle(to) };
+    let same = from[0] == to[0] && from[1] == to[1];
+    let turn = if same {
+        full
+    } else if turn > 0.0 {
+        turn
+    } else {
+        turn + full
+    };
+    let turn_rad = if ccw { turn } else { -turn };
+    Shape::Arc { center, radius_mm: libm::sqrt(x * x + y * y), from_rad, turn_rad }
+}
+
+/// All that the bits of `program` can reach in the plane while they cut, in work coordinates; none where nothing is cut.
+pub fn reach(program: &Program) -> Option<Bounds> {
+    let mut found: Option<Bounds> = None;
+    for cut in cuts(program) {
+        let radius = program.bits.get(cut.bit as usize).map_or(0.0, |bit| 0.5 * bit.diameter.mm());
+        let ends = [cut.from, cut.to].map(|at| (at[0], at[1], radius));
+        let round = match cut.shape {
+            Shape::Line => None,
+            Shape::Arc { center, radius_mm, .. } => Some((center[0], center[1], radius_mm + radius)),
+        };
+        for (x, y, around) in ends.into_iter().chain(round) {
+            for way in [-around, around] {
+                let corner = Point::new(Length::from_mm(x + way), Length::from_mm(y + way));
+                found = Some(found.map_or(Bounds::of(corner), |all| all.with(corner)));
+            }
+        }
+    }
+    found
+}
