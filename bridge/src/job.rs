@@ -11,7 +11,7 @@
 use crate::cli::{self, Group, JobArgs, Order, Refusal};
 use crate::{files, machine_file};
 use annulus_core::artwork::Kind;
-use annulus_core::board::{Board, Hole, from_artwork};
+use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::{self, Plan, PlanOptions, Progress};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
@@ -117,7 +117,8 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
 fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
     let read = files::read(std::slice::from_ref(&args.job), &args.reading)?;
     let used = read.default_use();
-    let (board, mut remarks) = from_artwork(&read.artwork, &used);
+    let wanted = Wanted { copper: false, aligned: args.reading.align };
+    let (board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
     // A drill file that could not be read at all, or a member that was left out, is missing from the board.
     let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
     let missing = missing.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive));

@@ -3,7 +3,9 @@
 //! Comes in: bytes. Goes out: nothing, or a panic that names the broken promise. The seeded mutation test and the
 //! fuzzer run the same functions.
 
-use annulus_core::artwork::{Artwork, Kind, MOST_HITS, MOST_KEPT, Overrides, read_drill, read_set};
+use annulus_core::artwork::{
+    Artwork, Kind, MOST_HITS, MOST_KEPT, Overrides, nets, painted, painted_measures, read_drill, read_set,
+};
 use annulus_core::board::from_artwork;
 use annulus_core::locale;
 use annulus_core::units::Length;
@@ -24,6 +26,21 @@ pub fn beside(bytes: &[u8]) {
     let (front, back) = bytes.split_at(bytes.len() / 2);
     let files = [("a.drl".to_owned(), front.to_vec()), ("a.gtl".to_owned(), back.to_vec())];
     promises(&read_set(&files, &Overrides::default()));
+}
+
+/// The bytes as a layer, painted where it is small, with its nets.
+pub fn gerber(bytes: &[u8]) {
+    let artwork = read_set(&[("mutated.gbr".to_owned(), bytes.to_vec())], &Overrides::default());
+    for gerber in artwork.files.iter().filter_map(|file| file.gerber.as_ref()) {
+        let drawn = gerber.pads().len() + gerber.strokes().len() + gerber.contours().len();
+        assert!(drawn <= 1_500_000, "{drawn} objects");
+        if drawn < 500 {
+            let region = painted(gerber);
+            assert_eq!(nets(gerber, &region).names.len(), region.islands.len());
+            assert!(painted_measures(&region).area_mm2 >= 0.0);
+        }
+    }
+    promises(&artwork);
 }
 
 fn promises(artwork: &Artwork) {

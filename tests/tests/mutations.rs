@@ -6,6 +6,9 @@ use std::fs;
 /// Inputs per sample and target, so that there are above 10⁵ together.
 const ROUNDS: u64 = 5_000;
 
+/// Damaged layers, which are painted too.
+const LAYER_ROUNDS: u64 = 2_000;
+
 /// Small, quick and the same everywhere (splitmix64).
 struct Chance(u64);
 
@@ -23,7 +26,7 @@ impl Chance {
 }
 
 /// Pieces that mean something to a reader.
-const WORDS: [&[u8]; 24] = [
+const WORDS: [&[u8]; 34] = [
     b"M25\n",
     b"M01\n",
     b"M02X1Y1\n",
@@ -48,6 +51,16 @@ const WORDS: [&[u8]; 24] = [
     b"%FSLAX24Y24*%",
     b";FILE_FORMAT=9:9\n",
     b"G02X1Y1I1J0\n",
+    b"%SRX300Y300I1J1*%",
+    b"%ABD20*%",
+    b"%AB*%",
+    b"%LS99*%",
+    b"%OFA9B9*%",
+    b"%AMBOX*1,1,$1/0,0,0*%",
+    b"%ADD12BOX,9999999*%",
+    b"G36*",
+    b"G37*",
+    b"X9999999999Y-9999999999D01*",
 ];
 
 fn damage(sample: &[u8], chance: &mut Chance) -> Vec<u8> {
@@ -74,6 +87,27 @@ fn damage(sample: &[u8], chance: &mut Chance) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// A layer with a little of everything.
+const LAYER: &[u8] = b"G04 #@! TF.FileFunction,Copper,L1,Top*\n%FSLAX36Y36*%\n%MOMM*%\n%AMBOX*\n$3=$1x2-($2+.5)/3*\n\
+21,1,$1,$2,0,0,30*\n1,0,$3,0,0*\n7,0,0,1,.5,.1,20*\n%\n%ADD10C,0.5X0.2*%\n%ADD11R,1X0.6*%\n%ADD12BOX,1.2X0.8*%\n%ADD13P,1X6X30*%\n\
+%ABD20*%\nD10*\nX1000000Y0D03*\n%AB*%\nG75*\nG01*\nD11*\n%TO.N,GND*%\nX0Y0D02*\nX3000000Y1000000D01*\nD12*\nX5000000Y5000000D03*\n\
+%TD*%\n%LPC*%\nD10*\nG03*\nX2000000Y0I1000000J0D01*\n%LPD*%\n%LR45*%\nD13*\nX9000000Y0D03*\n%LR0*%\n%SRX2Y3I5J5*%\nD20*\n\
+X0Y0D03*\n%SR*%\nG36*\nX0Y0D02*\nG01X4000000D01*\nY4000000D01*\nG02X0Y0I-4000000J0D01*\nG37*\nM02*\n";
+
+#[test]
+fn damaged_layers_break_no_promise() {
+    let mut small = 0;
+    for seed in 0..LAYER_ROUNDS {
+        let bytes = damage(LAYER, &mut Chance(seed));
+        small += usize::from(bytes.len() < LAYER.len());
+        if let Err(panic) = std::panic::catch_unwind(|| targets::gerber(&bytes)) {
+            println!("seed {seed}: {}", String::from_utf8_lossy(&bytes));
+            std::panic::resume_unwind(panic);
+        }
+    }
+    assert!(small > 100, "the samples are damaged");
 }
 
 #[test]

@@ -37,7 +37,8 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
         Some(rows) => rows.iter().map(|row| *row as usize).filter(|row| *row < artwork.files.len()).collect(),
         None => artwork.default_use(),
     };
-    let (mut board, remarks) = board::from_artwork(&artwork, &used);
+    let with_copper = board::Wanted { copper: true, ..board::Wanted::default() };
+    let (mut board, remarks) = board::from_artwork_with(&artwork, &used, with_copper);
     let body = picture::body(&board);
     let layers = layers(&board, body);
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());

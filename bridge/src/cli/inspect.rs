@@ -5,7 +5,7 @@
 
 use super::{Answer, Exit, Refusal, rounded};
 use crate::files;
-use annulus_core::artwork::{Counts, DrillFile, FileRead, Kind};
+use annulus_core::artwork::{Counts, DrillFile, FileRead, Gerber, Kind, nets, painted, painted_measures};
 use annulus_core::geometry::Bounds;
 use annulus_core::remark::{Remark, Weight};
 use serde_json::{Map, Value, json};
@@ -61,24 +61,37 @@ fn file_object(file: &FileRead) -> Value {
             drill_rows(rows, drill);
         }
         if let Some(gerber) = &file.gerber {
-            let objects = gerber.objects;
-            rows.insert(
-                "image_polarity".into(),
-                json!(if gerber.negative_image { "negative" } else { "positive" }),
-            );
-            rows.insert("file_function".into(), json!(gerber.file_function));
-            rows.insert(
-                "objects".into(),
-                json!({ "flashes": objects.flashes, "lines": objects.lines, "arcs": objects.arcs,
-                    "regions": objects.regions, "total": objects.total() }),
-            );
-            for unpainted in ["painted_bbox_mm", "dark_area_mm2", "islands", "holes_in_islands"] {
-                rows.insert(unpainted.into(), Value::Null);
-            }
+            gerber_rows(rows, gerber);
         }
         rows.insert("remarks".into(), file.remarks.iter().map(remark_object).collect());
     }
     object
+}
+
+fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber) {
+    let objects = gerber.counts;
+    let polarity = if gerber.negative_image { "negative" } else { "positive" };
+    let painted = painted(gerber);
+    let measures = painted_measures(&painted);
+    let nets = nets(gerber, &painted);
+    let hairlines = gerber.centre_bounds().filter(|_| gerber.has_only_hairlines());
+    let rest = [
+        ("image_polarity", json!(polarity)),
+        ("file_function", json!(gerber.file_function)),
+        ("file_polarity_attribute", json!(gerber.file_polarity)),
+        (
+            "objects",
+            json!({ "flashes": objects.flashes, "lines": objects.lines, "arcs": objects.arcs,
+                "regions": objects.regions, "total": objects.total() }),
+        ),
+        ("painted_bbox_mm", json!(measures.bounds.map(corners))),
+        ("centre_line_bbox_mm", json!(hairlines.map(corners))),
+        ("dark_area_mm2", json!(rounded(measures.area_mm2))),
+        ("islands", json!(measures.islands)),
+        ("holes_in_islands", json!(measures.holes)),
+        ("nets", json!(nets.names.iter().flatten().collect::<std::collections::BTreeSet<_>>().len())),
+    ];
+    rows.extend(rest.map(|(key, value)| (key.to_owned(), value)));
 }
 
 fn drill_rows(rows: &mut Map<String, Value>, drill: &DrillFile) {
@@ -142,6 +155,14 @@ fn file_text(file: &FileRead) -> String {
     if file.kind == Kind::Gerber {
         let side = file.side.map_or("", |side| side.name());
         let _ = writeln!(text, "  {} {side}", file.role.name());
+    }
+    if let Some(gerber) = &file.gerber {
+        let counts = gerber.counts;
+        let _ = writeln!(
+            text,
+            "  {} flashes, {} lines, {} arcs, {} contours",
+            counts.flashes, counts.lines, counts.arcs, counts.regions
+        );
     }
     for remark in file.remarks.iter().take(SHOWN_REMARKS) {
         let line = remark.place.as_ref().map_or(0, |place| place.line);

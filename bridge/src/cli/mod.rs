@@ -122,6 +122,9 @@ pub(crate) struct ReadingArgs {
     /// Zeros that were left out.
     #[arg(long, value_enum)]
     pub(crate) zeros: Option<Zeros>,
+    /// Move holes and outline that do not share the zero point of the copper to where they fit it.
+    #[arg(long)]
+    pub(crate) align: bool,
 }
 
 /// Units of coordinates.

@@ -5,7 +5,7 @@
 
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
 use crate::{files, job};
-use annulus_core::board::{Board, Face, from_artwork};
+use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
 use annulus_core::job::Program;
 use annulus_core::locale;
 use annulus_core::proof::{self, Cure, Finding, Options, Verdict};
@@ -60,7 +60,8 @@ fn copper_um(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let read = files::read(std::slice::from_ref(&args.job), &args.reading)?;
-    let (board, remarks) = from_artwork(&read.artwork, &read.default_use());
+    let wanted = Wanted { copper: true, aligned: args.reading.align };
+    let (board, remarks) = from_artwork_with(&read.artwork, &read.default_use(), wanted);
     let programs: Vec<Program> = args
         .programs
         .iter()

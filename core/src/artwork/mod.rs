@@ -8,10 +8,11 @@
 //! bytes ─ text ─ detect ─▶ excellon ─ survey ─ sense ─ reader ─▶ DrillFile
 //!   │                 ├──▶ drill_list ────────────────────────▶ DrillFile
 //!   │                 ├──▶ companion   (tool tables, formats)      ▲
-//!   │                 └──▶ gerber      (flashes, strokes) ─ registration: which reading fits the copper?
+//!   │                 └──▶ gerber      (objects; areas on demand) ─ registration: which reading fits the copper?
 //!   └─ archive: members, each as if it were a file
 //! ```
 
+mod aperture_list;
 mod archive;
 mod companion;
 mod decide;
@@ -23,14 +24,20 @@ mod findings;
 mod gerber;
 mod kinds;
 mod measure;
+mod names;
 mod number;
 mod read;
 mod registration;
+mod role;
+mod set;
 mod text;
 
 pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};
 pub use excellon::MOST_HITS;
 pub use findings::MOST_KEPT;
-pub use gerber::{Gerber, GerberObjects, Track};
+pub use gerber::{
+    Aperture, Form, Gerber, GerberObjects, Mount, Nets, Object, Opening, PaintedMeasures, Shape, Tag, Track,
+    nets, painted, painted_measures,
+};
 pub use kinds::{Digits, Evidence, Kind, Overrides, Role, Side, Source, Units, Zeros};
 pub use read::{Artwork, FileRead, read_drill, read_set};

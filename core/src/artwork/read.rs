@@ -9,7 +9,10 @@ use super::detect::{What, detect};
 use super::gerber::{self, Gerber};
 use super::registration::Copper;
 use super::text::{decode, holds};
-use super::{Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, decide, drill_list};
+use super::{
+    Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
+    drill_list, set,
+};
 use crate::remark::{Remark, Weight};
 use std::collections::BTreeMap;
 
@@ -105,6 +108,9 @@ impl Artwork {
     }
 }
 
+/// What Gerber without its head is refused with.
+const HEADLESS: &str = "refused.gerber_without_format";
+
 /// A file before its content is read through.
 struct Pending<'a> {
     name: String,
@@ -127,19 +133,21 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
         .filter(|(_, file)| file.what == What::Report)
         .map(|(index, file)| (index, companion::read(&decode(&file.bytes))))
         .collect();
-    let layers: Vec<Option<FileRead>> = pending
+    let mut layers: Vec<Option<FileRead>> = pending
         .iter()
-        .map(|file| {
-            (file.what == What::Gerber && file.settled.is_none())
-                .then(|| gerber_file(&file.name, &file.bytes))
+        .map(|file| match file.what {
+            What::Gerber if file.settled.is_none() => Some(gerber_file(&file.name, &file.bytes, overrides)),
+            What::Refused(HEADLESS) if file.settled.is_none() => headless(file, &pending, overrides),
+            _ => None,
         })
         .collect();
+    set::recognise(&mut layers);
     let copper = copper_by_folder(&layers);
     let mut out = Vec::new();
-    for ((index, file), layer) in pending.iter().enumerate().zip(&layers) {
-        let mut read = match (&file.settled, layer, file.what) {
+    for ((index, file), layer) in pending.iter().enumerate().zip(&mut layers) {
+        let mut read = match (&file.settled, layer.take(), file.what) {
             (Some(settled), ..) => settled.clone(),
-            (_, Some(layer), _) => layer.clone(),
+            (_, Some(layer), _) => layer,
             (_, _, What::Drill | What::List) => {
                 let neighbours = Neighbours {
                     companions: companions
@@ -223,29 +231,43 @@ fn copper_by_folder(layers: &[Option<FileRead>]) -> BTreeMap<String, Copper> {
     for layer in layers.iter().flatten() {
         folders.entry(folder(&layer.name)).or_default().push(layer);
     }
-    let of_role = |layers: &[&FileRead], role| -> Vec<Gerber> {
-        layers.iter().filter(|layer| layer.role == role).filter_map(|layer| layer.gerber.clone()).collect()
+    let of_role = |layers: &[&'_ FileRead], role| {
+        let ours = layers.iter().filter(|layer| layer.role == role);
+        Copper::new(ours.filter_map(|layer| layer.gerber.as_ref()))
     };
     let mut found = BTreeMap::new();
     for (folder, layers) in folders {
         let copper = of_role(&layers, Role::Copper);
-        let layers = if copper.is_empty() { of_role(&layers, Role::Mask) } else { copper };
-        if let Some(copper) = Copper::new(layers.iter()) {
+        if let Some(copper) = copper.or_else(|| of_role(&layers, Role::Mask)) {
             found.insert(folder.to_owned(), copper);
         }
     }
     found
 }
 
-fn gerber_file(name: &str, bytes: &[u8]) -> FileRead {
-    let (layer, remarks) = gerber::read(name, &decode(bytes));
-    let found = gerber::role::find(name, &layer);
-    let mut file = FileRead::new(name, Kind::Gerber, found.role, found.reason);
-    (file.side, file.plated, file.remarks) = (found.side, found.plated, remarks);
+/// A layer; what it is for is found when all layers of its folder are known.
+fn gerber_file(name: &str, bytes: &[u8], person: &Overrides) -> FileRead {
+    let (layer, remarks) = gerber::read(name, &decode(bytes), person);
+    let unknown = Remark::new(Weight::Note, "kind.gerber");
+    let mut file = FileRead::new(name, Kind::Gerber, Role::Other, unknown);
+    file.remarks = remarks;
     (file.units, file.number_format, file.zeros) = (layer.units, layer.digits, layer.zeros);
     file.generator = layer.generator.clone();
     file.gerber = Some(layer);
     file
+}
+
+/// A layer without head (RS-274-D), if an aperture list lies beside it and a person says its format.
+fn headless(file: &Pending<'_>, all: &[Pending<'_>], person: &Overrides) -> Option<FileRead> {
+    let beside =
+        |other: &&Pending<'_>| other.what == What::Report && folder(&other.name) == folder(&file.name);
+    let lists: Vec<_> = all.iter().filter(beside).map(|other| decode(&other.bytes)).collect();
+    let lists: Vec<&[u8]> = lists.iter().map(AsRef::as_ref).collect();
+    let mut text = aperture_list::head(&lists, person).filter(|_| !lists.is_empty())?.into_bytes();
+    text.extend_from_slice(&decode(&file.bytes));
+    let mut read = gerber_file(&file.name, &text, person);
+    read.remarks.push(Remark::new(Weight::Note, "gerber.head_from_list").at(&file.name, 0, 0));
+    Some(read)
 }
 
 fn drill_file(

@@ -48,8 +48,8 @@ impl Copper {
     pub(super) fn new<'a>(layers: impl Iterator<Item = &'a Gerber>) -> Option<Self> {
         let (mut pads, mut tracks, mut widest_mm) = (Vec::new(), Vec::new(), 0.0_f64);
         for layer in layers {
-            pads.extend(layer.pads.iter().map(|&pad| mm(pad)));
-            for &Track { from, to, half_width } in &layer.tracks {
+            pads.extend(layer.pads().into_iter().map(mm));
+            for Track { from, to, half_width } in layer.tracks() {
                 widest_mm = widest_mm.max(half_width.mm());
                 tracks.push(GeomWithData::new(Line::new(mm(from), mm(to)), half_width.mm()));
             }
@@ -134,12 +134,19 @@ fn mm(point: Point) -> [f64; 2] {
 mod tests {
     use super::*;
 
+    /// A layer of some words, drawn with a circle of 1 mm.
+    fn read(words: &str) -> Gerber {
+        let text = format!("%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*{words}M02*");
+        super::super::gerber::read("t", text.as_bytes(), &super::super::Overrides::default()).0
+    }
+
     /// Pads on a crooked grid, so that no shift but one fits.
     fn layer() -> (Gerber, Vec<Point>) {
         let points: Vec<Point> = (0..60)
             .map(|i| Point::from_mm(f64::from(i * 7 % 31) * 1.27, f64::from(i * i % 53) * 0.83))
             .collect();
-        (Gerber { pads: points.clone(), ..Gerber::default() }, points)
+        let flash = |point: &Point| format!("X{}Y{}D03*", point.x.nm(), point.y.nm());
+        (read(&points.iter().map(flash).collect::<String>()), points)
     }
 
     #[test]
@@ -157,12 +164,7 @@ mod tests {
 
     #[test]
     fn a_hole_within_a_track_is_on_copper() {
-        let track = Track {
-            from: Point::from_mm(0.0, 0.0),
-            to: Point::from_mm(10.0, 0.0),
-            half_width: Length::from_um(500),
-        };
-        let gerber = Gerber { tracks: vec![track], ..Gerber::default() };
+        let gerber = read("X0Y0D02*X10000000D01*");
         let copper = Copper::new([&gerber].into_iter()).unwrap();
         let fit = copper.fit(&[Point::from_mm(5.0, 0.4), Point::from_mm(5.0, 0.7)]);
         assert_eq!(fit.share, 0.5);

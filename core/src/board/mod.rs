@@ -2,10 +2,11 @@
 //!
 //! Comes in: drill files as written. Goes out: a [`Board`]. Does not know the words of any file format.
 
+mod copper;
 mod from_artwork;
 mod outline;
 
-pub use from_artwork::from_artwork;
+pub use from_artwork::{Wanted, from_artwork, from_artwork_with};
 
 use crate::geometry::{Bounds, Point, Region};
 use crate::units::Length;

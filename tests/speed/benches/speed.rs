@@ -48,6 +48,21 @@ fn parsing(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The largest copper layer of the corpus: read alone, in MB/s, and read and painted.
+fn layers(criterion: &mut Criterion) {
+    let Some(corpus) = corpus() else { return };
+    let path = corpus.join("altium/limesdr-qpcie/LimeSDR-QPCIe_1v2.GTL");
+    let files = vec![("board.gtl".to_owned(), std::fs::read(path).expect("the file is in the corpus"))];
+    let read = || artwork::read_set(black_box(&files), &Overrides::default());
+    let mut group = criterion.benchmark_group("gerber");
+    group.sample_size(10).throughput(Throughput::Bytes(files[0].1.len() as u64));
+    group.bench_function("LimeSDR top copper, read", |bencher| bencher.iter(|| read().files.len()));
+    group.bench_function("LimeSDR top copper, read and painted", |bencher| {
+        bencher.iter(|| read().files[0].gerber.as_ref().map(|layer| artwork::painted(layer).islands.len()));
+    });
+    group.finish();
+}
+
 fn planning(criterion: &mut Criterion) {
     let machine = annulus_speed::machine();
     let mut group = criterion.benchmark_group("plan");
@@ -129,5 +144,5 @@ fn tours(_: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, presets, parsing, tours, planning, streams);
+criterion_group!(benches, presets, parsing, layers, tours, planning, streams);
 criterion_main!(benches);

@@ -1,69 +1,37 @@
-//! Just enough of Gerber to place holes: words, apertures, flashes, the centre lines of strokes. No areas.
+//! Gerber layers: RS-274X with X2 and X3 attributes, and RS-274-D with an aperture list beside it.
 //!
-//! Comes in: text. Goes out: a [`Gerber`]: counts, pad centres, tracks with their half widths, centre lines. Does not
-//! paint, and does not know drill files.
+//! Comes in: text. Goes out: a [`Gerber`]: objects as plain data, and remarks for whatever was not understood. Areas are
+//! painted on demand. Does not know drill files or boards.
+//!
+//! ```text
+//! text ─ words ─▶ machine ─▶ objects ─┬─ walk ─▶ pads, tracks, contours (places holes, finds outlines)
+//!                  │ extended         └─ paint ─▶ Region ─ nets
+//!                  │ aperture · macros · expression · primitives
+//!                  │ attributes · copies · draw · image
+//! ```
 
-mod reader;
-pub(super) mod role;
+mod aperture;
+mod attributes;
+mod copies;
+mod draw;
+mod expression;
+mod extended;
+mod forms;
+mod image;
+mod machine;
+mod macros;
+mod measure;
+mod mount;
+mod nets;
+mod object;
+mod paint;
+mod primitives;
+mod walk;
+mod words;
 
-pub(super) use reader::read;
-
-use super::{Digits, Units, Zeros};
-use crate::geometry::Point;
-use crate::units::Length;
-
-/// What a layer draws with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct GerberObjects {
-    /// Flashes.
-    pub flashes: u32,
-    /// Straight strokes.
-    pub lines: u32,
-    /// Arcs.
-    pub arcs: u32,
-    /// Filled regions.
-    pub regions: u32,
-}
-
-impl GerberObjects {
-    /// All together.
-    pub const fn total(&self) -> u32 {
-        self.flashes + self.lines + self.arcs + self.regions
-    }
-}
-
-/// A stroke between two points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Track {
-    /// One end.
-    pub from: Point,
-    /// The other.
-    pub to: Point,
-    /// Half of its width.
-    pub half_width: Length,
-}
-
-/// A Gerber layer, read for what places holes.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Gerber {
-    /// Units of the first coordinate.
-    pub units: Option<Units>,
-    /// Digits of coordinates.
-    pub digits: Option<Digits>,
-    /// Zeros left out.
-    pub zeros: Option<Zeros>,
-    /// `%IP`: whether the image is negative.
-    pub negative_image: bool,
-    /// X2 file function, as written.
-    pub file_function: Option<String>,
-    /// The program that wrote it.
-    pub generator: Option<String>,
-    /// Layer or image name.
-    pub layer_name: Option<String>,
-    /// Counts.
-    pub objects: GerberObjects,
-    /// Centres of flashes.
-    pub pads: Vec<Point>,
-    /// Strokes; arcs are cut into chords.
-    pub tracks: Vec<Track>,
-}
+pub(super) use machine::read;
+pub use measure::{PaintedMeasures, painted_measures};
+pub use mount::Mount;
+pub use nets::{Nets, nets};
+pub use object::{Aperture, Form, Gerber, GerberObjects, Object, Opening, Shape, Tag, Track};
+pub use paint::painted;

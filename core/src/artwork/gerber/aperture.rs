@@ -1,0 +1,143 @@
+//! Aperture definitions: `10C,0.8`, `11R,1.5X1.2X0.6`, `12O,…`, `13P,1X6X30`, `14ROUNDRECT,…`.
+//!
+//! Comes in: what stands behind `AD`. Goes out: an [`Aperture`], in millimetres whatever the file's units. Does not draw.
+
+use super::extended::plain;
+use super::machine::Machine;
+use super::object::{Aperture, Form, Opening};
+use super::words::Block;
+use crate::artwork::Units;
+use crate::artwork::number::{Decimal, decimal};
+use crate::remark::Weight;
+use crate::units::Length;
+
+/// Apertures of one layer.
+const MOST_APERTURES: usize = 10_000;
+/// Digits behind the point that count.
+const FINEST: usize = 9;
+/// D-codes above this are no D-codes.
+const HIGHEST_CODE: i64 = 1_000_000_000;
+/// Corners of a polygon.
+const MOST_CORNERS: i64 = 1_000;
+/// Parameters of an aperture.
+const MOST_PARAMETERS: usize = 1_000;
+/// An aperture cannot be larger than this.
+const LARGEST: Length = Length::from_um(2_000_000);
+
+impl Machine {
+    /// Reads `D10C,0.8`, the `AD` taken off.
+    pub(super) fn aperture_definition(&mut self, rest: &[u8], block: &Block<'_>) {
+        let code = rest.strip_prefix(b"D").and_then(decimal);
+        let code = code.filter(|(number, _)| (0..=HIGHEST_CODE).contains(&number.mantissa) && !number.point);
+        let Some((number, used)) = code.filter(|_| self.out.apertures.len() < MOST_APERTURES) else {
+            self.findings.at(Weight::Loss, "gerber.bad_aperture", block.line, 1, block.text);
+            return;
+        };
+        let text = rest.get(1 + used..).unwrap_or_default();
+        let (name, fields) = match text.iter().position(|&byte| byte == b',') {
+            Some(at) => (text.get(..at).unwrap_or_default(), text.get(at + 1..).unwrap_or_default()),
+            None => (text, [].as_slice()),
+        };
+        let fields = fields.split(|&byte| byte == b'X' || byte == b'x').map(<[u8]>::trim_ascii);
+        let fields: Vec<Option<Decimal>> =
+            fields.filter(|field| !field.is_empty()).take(MOST_PARAMETERS).map(size).collect();
+        let numbers: Option<Vec<Decimal>> = fields.into_iter().collect();
+        let units = self.size_units();
+        let name = name.trim_ascii();
+        let made = match (name, &numbers) {
+            (b"C" | b"R" | b"O" | b"P", Some(numbers)) => standard(name, numbers, units),
+            (_, Some(numbers)) => self.macro_aperture(name, numbers, units, block).map(|form| (form, None)),
+            _ => None,
+        };
+        // A code stays known though its form is not: what it draws is counted, and shows no area.
+        let Some((form, opening)) = made else {
+            self.findings.at(Weight::Loss, "gerber.bad_aperture", block.line, 1, block.text);
+            return;
+        };
+        let function = self.attributes.aperture_function();
+        let aperture =
+            Aperture { code: number.mantissa as u32, form, opening, function, copies: 1, depth: 0 };
+        self.define(aperture, block);
+    }
+
+    /// Makes an aperture known.
+    pub(super) fn define(&mut self, aperture: Aperture, block: &Block<'_>) {
+        let index = self.out.apertures.len() as u32;
+        if self.codes.insert(aperture.code, index).is_some() {
+            self.findings.once(Weight::Note, "gerber.aperture_again", block.line, 1, block.text);
+        }
+        self.out.apertures.push(aperture);
+    }
+}
+
+/// A size; digits finer than a nanometre, which computed sizes come with, are cut off.
+fn size(field: &[u8]) -> Option<Decimal> {
+    let point = field.iter().position(|&byte| byte == b'.').unwrap_or(field.len());
+    let (front, fine) = field.split_at_checked(point + 1 + FINEST).unwrap_or((field, &[]));
+    let read = decimal(front).filter(|&(_, used)| used == front.len() && fine.iter().all(u8::is_ascii_digit));
+    read.map(|(number, _)| number)
+}
+
+/// A standard aperture and its opening; none if its numbers make none.
+fn standard(name: &[u8], numbers: &[Decimal], units: Units) -> Option<(Form, Option<Opening>)> {
+    let length = |index: usize| {
+        numbers.get(index)?.length(units).filter(|size| (Length::ZERO..=LARGEST).contains(size))
+    };
+    let opening = |first: usize| match (length(first), length(first + 1)) {
+        (Some(width), Some(height)) => Some(Opening::Rectangle(width, height)),
+        (Some(diameter), None) => Some(Opening::Round(diameter)),
+        _ => None,
+    };
+    let some = |opening: Option<Opening>| opening.filter(|opening| *opening != Opening::Round(Length::ZERO));
+    let (form, first) = match name {
+        b"C" => (Form::Circle { diameter: length(0)? }, 1),
+        b"R" => (Form::Rectangle { width: length(0)?, height: length(1)? }, 2),
+        b"O" => (Form::Obround { width: length(0)?, height: length(1)? }, 2),
+        _ => {
+            let corners =
+                numbers.get(1).filter(|n| n.decimals == 0 || plain(**n) == libm::round(plain(**n)))?;
+            let corners = plain(*corners) as i64;
+            if !(3..=MOST_CORNERS).contains(&corners) {
+                return None;
+            }
+            let turn_deg = numbers.get(2).map_or(0.0, |number| plain(*number));
+            (Form::Polygon { diameter: length(0)?, corners: corners as u32, turn_deg }, 3)
+        }
+    };
+    Some((form, some(opening(first))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::artwork::Overrides;
+
+    fn forms(definitions: &str) -> Vec<Form> {
+        let text = format!("%FSLAX33Y33*%%MOIN*%{definitions}M02*");
+        let (gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        gerber.apertures.into_iter().map(|aperture| aperture.form).collect()
+    }
+
+    #[test]
+    fn definitions_are_read_in_the_units_of_the_file() {
+        let um = Length::from_um;
+        assert_eq!(
+            forms(
+                "%ADD10C,0.1*%%ADD11R,0.10000000000000000000001X.2*%%ADD12O,0.2X0.1X0.05*%%ADD13P,0.1X6X-30.5*%"
+            ),
+            [
+                Form::Circle { diameter: um(2_540) },
+                Form::Rectangle { width: um(2_540), height: um(5_080) },
+                Form::Obround { width: um(5_080), height: um(2_540) },
+                Form::Polygon { diameter: um(2_540), corners: 6, turn_deg: -30.5 },
+            ]
+        );
+    }
+
+    #[test]
+    fn what_makes_no_aperture_is_left_out() {
+        for text in ["C", "C,", "C,-1", "R,1", "P,5X2", "P,5X1000000000", "C,1e3", "NOSUCH,1", "C,9999"] {
+            assert_eq!(forms(&format!("%ADD10{text}*%")), [], "{text}");
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Moves, strokes, flashes and contours: what coordinates do.
+//!
+//! Comes in: the numbers of a block and the state. Goes out: objects. Does not read words.
+//!
+//! ```text
+//!  G74: I and J have no sign; of four middles          G75: the middle is where I and J say
+//!       ·   ·      the one is taken that both ends
+//!         ●        lie on and that turns by a          An arc that ends where it starts is a full
+//!       ·   ◉      quarter at most                     circle under G75, a dot under G74.
+//! ```
+
+use super::machine::Machine;
+use super::object::Shape;
+use super::words::Numbers;
+use crate::artwork::number::Decimal;
+use crate::geometry::{Point, Segment, chords};
+use crate::remark::Weight;
+use crate::units::Length;
+
+/// Radii at both ends of an arc may differ by this before somebody should look.
+const UNEVEN_MM: f64 = 0.05;
+/// Middles are moved by no more than this to make both radii equal.
+const RECENTRED_MM: f64 = 0.02;
+/// A quarter turn with room for rounding, in radians.
+const QUARTER: f64 = 1.6;
+
+impl Machine {
+    /// Acts on the numbers of a block. `acted` is the D-code in it, if there is one.
+    pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<u32>, line: u32) {
+        let moved = numbers.x.is_some() || numbers.y.is_some();
+        let circle = acted == Some(1) && self.motion != 1 && (numbers.i.is_some() || numbers.j.is_some());
+        // A D-code alone sets what coordinates do from here on; in a region it is a point of the contour.
+        if !moved && !circle && acted != Some(3) && (acted.is_none() || self.region.is_none()) {
+            return;
+        }
+        let Some(scale) = self.scale else {
+            self.findings.once(Weight::Loss, "gerber.no_format", line, 1, b"");
+            return;
+        };
+        let length = |number: Option<Decimal>| number.map_or(Some(Length::ZERO), |n| scale.length(n));
+        let axis = |at: Length, number: Option<Decimal>| {
+            let value = number.map(|number| scale.length(number));
+            match value {
+                Some(Some(value)) if self.incremental => Some(at + value),
+                Some(value) => value,
+                None => Some(at),
+            }
+        };
+        let to = axis(self.at.x, numbers.x).zip(axis(self.at.y, numbers.y));
+        let to = to.filter(|(x, y)| x.abs() <= Length::LIMIT && y.abs() <= Length::LIMIT);
+        let offset = length(numbers.i).zip(length(numbers.j));
+        let (Some((x, y)), Some(offset)) = (to, offset) else {
+            self.findings.once(Weight::Loss, "gerber.too_far", line, 1, b"");
+            return;
+        };
+        let (from, to) = (self.at, Point::new(x, y));
+        self.at = to;
+        match self.action {
+            1 => {
+                let segment = self.segment(from, to, offset, line);
+                self.stroke(from, segment, line);
+            }
+            3 if self.region.is_none() => self.flash(to, line),
+            3 => self.findings.once(Weight::Doubt, "gerber.flash_in_region", line, 1, b""),
+            _ => {
+                self.end_contour(line);
+                if let Some(path) = &mut self.region {
+                    path.start = self.image.point(to);
+                }
+            }
+        }
+    }
+
+    fn flash(&mut self, at: Point, line: u32) {
+        self.out.counts.flashes += 1;
+        let at = self.image.point(at);
+        match self.aperture {
+            Some(aperture) => self.put(Shape::Flash { at }, aperture, line),
+            None => self.findings.once(Weight::Loss, "gerber.no_aperture", line, 1, b""),
+        }
+    }
+
+    fn stroke(&mut self, from: Point, segment: Segment, line: u32) {
+        let image = self.image;
+        let segment = match segment {
+            Segment::Line { to } => Segment::Line { to: image.point(to) },
+            Segment::Arc { to, centre, clockwise } => Segment::Arc {
+                to: image.point(to),
+                centre: image.point(centre),
+                clockwise: clockwise != image.flips(),
+            },
+        };
+        let from = image.point(from);
+        if let Some(path) = &mut self.region {
+            if path.segments.is_empty() {
+                path.start = from;
+            }
+            path.segments.push(segment);
+            self.kept += 1;
+            return;
+        }
+        match segment {
+            Segment::Line { .. } => self.out.counts.lines += 1,
+            Segment::Arc { .. } => self.out.counts.arcs += 1,
+        }
+        match self.aperture {
+            Some(aperture) => self.put(Shape::Stroke { from, segment }, aperture, line),
+            None => self.findings.once(Weight::Loss, "gerber.no_aperture", line, 1, b""),
+        }
+    }
+
+    /// Ends the contour so far, if there is one, and closes it where the file did not.
+    pub(super) fn end_contour(&mut self, line: u32) {
+        let Some(path) = self.region.as_mut().filter(|path| !path.segments.is_empty()) else { return };
+        let mut path = std::mem::take(path);
+        self.out.counts.regions += 1;
+        if !path.is_closed() {
+            self.findings.once(Weight::Doubt, "gerber.contour_open", line, 1, b"");
+            path.segments.push(Segment::Line { to: path.start });
+        }
+        self.put(Shape::Contour(path), 0, line);
+    }
+
+    /// The segment from here to there in the motion in force.
+    fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), line: u32) -> Segment {
+        if self.motion == 1 {
+            return Segment::Line { to };
+        }
+        let clockwise = self.motion == 2;
+        let signed = Point::new(from.x + offset.0, from.y + offset.1);
+        let many = self.many_quadrants.unwrap_or_else(|| {
+            let negative = offset.0 < Length::ZERO || offset.1 < Length::ZERO;
+            self.findings.once(Weight::Doubt, "gerber.quadrant_missing", line, 1, b"");
+            negative
+        });
+        let centre = if many { signed } else { quarter_centre(from, to, offset, clockwise) };
+        let (first, last) = (from.distance_mm(centre), to.distance_mm(centre));
+        if from == to && !many {
+            return Segment::Line { to };
+        }
+        if first < 1e-6 || last < 1e-6 {
+            self.findings.once(Weight::Doubt, "gerber.arc_without_radius", line, 1, b"");
+            return Segment::Line { to };
+        }
+        if (first - last).abs() > UNEVEN_MM {
+            self.findings.once(Weight::Doubt, "gerber.arc_uneven", line, 1, b"");
+        }
+        Segment::Arc { to, centre: even_centre(from, to, centre), clockwise }
+    }
+}
+
+/// In single-quadrant mode: of the four middles, the one that fits both ends best and turns by a quarter at most.
+fn quarter_centre(from: Point, to: Point, offset: (Length, Length), clockwise: bool) -> Point {
+    let middle =
+        |(sx, sy): (i64, i64)| Point::new(from.x + offset.0.abs() * sx, from.y + offset.1.abs() * sy);
+    let fits = |centre: &Point| {
+        let uneven = (from.distance_mm(*centre) - to.distance_mm(*centre)).abs();
+        let turn = chords::turn(from, to, *centre, clockwise);
+        uneven + if turn < QUARTER { 0.0 } else { turn * 1_000.0 }
+    };
+    let signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)];
+    signs.map(middle).into_iter().min_by(|a, b| fits(a).total_cmp(&fits(b))).unwrap_or(from)
+}
+
+/// The middle moved along the chord until both radii are equal: files round I and J. Moved far, it would be another arc.
+fn even_centre(from: Point, to: Point, centre: Point) -> Point {
+    let chord = from.distance_mm(to);
+    let (first, last) = (from.distance_mm(centre), to.distance_mm(centre));
+    let by = (last * last - first * first) / (2.0 * chord);
+    if chord == 0.0 || by.abs() > RECENTRED_MM {
+        return centre;
+    }
+    let (dx, dy) = ((to.x - from.x).mm() / chord, (to.y - from.y).mm() / chord);
+    Point::new(centre.x + Length::from_mm(dx * by), centre.y + Length::from_mm(dy * by))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::object::Gerber;
+    use super::*;
+    use crate::artwork::Overrides;
+
+    fn arc(mode: &str, words: &str) -> Segment {
+        let text = format!("%FSLAX33Y33*%%MOMM*%%ADD10C,0.1*%{mode}D10*X0Y0D02*{words}*M02*");
+        let (gerber, _): (Gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        match gerber.objects[0].shape {
+            Shape::Stroke { segment, .. } => segment,
+            ref other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn arcs_find_their_middle() {
+        let quarter = arc("G74*G03*", "X5000Y5000I0J5000D01");
+        let centre = Point::from_mm(0.0, 5.0);
+        assert_eq!(quarter, Segment::Arc { to: Point::from_mm(5.0, 5.0), centre, clockwise: false });
+        let backwards = arc("G74*G02*", "X5000Y5000I5000J0D01");
+        let centre = Point::from_mm(5.0, 0.0);
+        assert_eq!(backwards, Segment::Arc { to: Point::from_mm(5.0, 5.0), centre, clockwise: true });
+        let unsaid = arc("G03*", "X-5000Y5000I-5000J0D01");
+        assert!(
+            matches!(unsaid, Segment::Arc { centre, .. } if centre == Point::from_mm(-5.0, 0.0)),
+            "{unsaid:?}"
+        );
+        let full = arc("G75*G02*", "X0Y0I5000J0D01");
+        assert!(matches!(full, Segment::Arc { to, .. } if to == Point::default()));
+        assert!(matches!(arc("G74*G02*", "X0Y0I5000J0D01"), Segment::Line { .. }));
+        let rounded = arc("G75*G03*", "X10000Y0I5004J0D01");
+        assert!(matches!(rounded, Segment::Arc { centre, .. } if centre == Point::from_mm(5.0, 0.0)));
+        assert!(matches!(arc("G75*G02*", "X1000Y0I0J0D01"), Segment::Line { .. }));
+    }
+}

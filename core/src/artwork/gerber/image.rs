@@ -1,0 +1,78 @@
+//! The old words that place the image as a whole: mirror (MI), scale (SF), offset (OF), turn (IR).
+//!
+//! Comes in: points as written. Goes out: points of the layer. As the format had it, MI and SF move coordinates and leave
+//! apertures alone; IR turns everything. Does not draw.
+//!
+//! ```text
+//!   as written ─ MI ─ SF ─ OF ─ IR ─▶ layer
+//! ```
+
+use super::mount::Mount;
+use crate::geometry::Point;
+use crate::units::Length;
+
+/// Where the image lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Image {
+    /// Whether X is mirrored.
+    pub(super) mirror_x: bool,
+    /// Whether Y is mirrored.
+    pub(super) mirror_y: bool,
+    /// Factor, if any is stated.
+    pub(super) scale: Option<f64>,
+    /// Shift.
+    pub(super) offset: Point,
+    /// Quarter turns, counter-clockwise.
+    pub(super) quarters: u8,
+}
+
+impl Image {
+    /// A point of the layer.
+    #[inline]
+    pub(super) fn point(&self, at: Point) -> Point {
+        if *self == Self::default() {
+            return at;
+        }
+        let sign = |mirrored, value: Length| if mirrored { -value } else { value };
+        let (mut x, mut y) = (sign(self.mirror_x, at.x), sign(self.mirror_y, at.y));
+        if let Some(factor) = self.scale {
+            (x, y) = (Length::from_mm(x.mm() * factor), Length::from_mm(y.mm() * factor));
+        }
+        (x, y) = (x + self.offset.x, y + self.offset.y);
+        match self.quarters {
+            1 => Point::new(-y, x),
+            2 => Point::new(-x, -y),
+            3 => Point::new(y, -x),
+            _ => Point::new(x, y),
+        }
+    }
+
+    /// Whether arcs turn the other way.
+    pub(super) fn flips(&self) -> bool {
+        self.mirror_x != self.mirror_y
+    }
+
+    /// A mount under the image's turn.
+    pub(super) fn turned(&self, mount: Mount) -> Mount {
+        Mount { turn_deg: f64::from(self.quarters) * 90.0, ..Mount::PLAIN }.over(mount)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_image_is_mirrored_then_moved_then_turned() {
+        let image = Image {
+            mirror_x: true,
+            scale: Some(2.0),
+            offset: Point::from_mm(1.0, 0.0),
+            quarters: 1,
+            ..Image::default()
+        };
+        assert_eq!(image.point(Point::from_mm(3.0, 4.0)), Point::from_mm(-8.0, -5.0));
+        assert!(image.flips());
+        assert_eq!(Image::default().point(Point::from_mm(3.0, 4.0)), Point::from_mm(3.0, 4.0));
+    }
+}

@@ -1,0 +1,334 @@
+//! Reads the blocks of a Gerber layer in one walk.
+//!
+//! Comes in: text. Goes out: a [`Gerber`] and remarks. Does not paint; includes are never opened.
+//!
+//! ```text
+//!  block ─┬─ G04 …           comment, or attribute in a comment      attributes
+//!         ├─ two letters      %FS %MO %AD %AM %AB %SR %LP %TF …       extended, copies
+//!         ├─ in a macro       its lines                               macros
+//!         └─ words            G X Y I J D M                           here ─▶ draw
+//! ```
+
+use super::attributes::Attributes;
+use super::copies::Open;
+use super::image::Image;
+use super::macros::{self, Macro};
+use super::mount::{Held, Mount};
+use super::object::Tag;
+use super::object::{Gerber, Object, Shape};
+use super::paint::is_too_wide;
+use super::words::{Block, Numbers, blocks};
+use crate::artwork::findings::Findings;
+use crate::artwork::number::{Decimal, Reading, Scale, decimal};
+use crate::artwork::text::{front, holds};
+use crate::artwork::{Overrides, Units, Zeros};
+use crate::geometry::{Path, Point};
+use crate::remark::{Remark, Weight};
+use std::collections::BTreeMap;
+
+/// Objects kept of one layer, blocks included.
+const MOST_OBJECTS: usize = 1_000_000;
+/// Bytes looked through for units that stand behind the first aperture.
+const LOOKED_AT: usize = 64 * 1024;
+
+/// What the walk knows so far.
+pub(super) struct Machine {
+    pub(super) findings: Findings,
+    pub(super) out: Gerber,
+    /// What the coordinates mean, once format and units are known.
+    pub(super) scale: Option<Scale>,
+    /// Units before any were stated: those stated further down, else inches.
+    pub(super) units_ahead: Option<Units>,
+    /// Apertures by D-code.
+    pub(super) codes: BTreeMap<u32, u32>,
+    pub(super) macros: BTreeMap<Vec<u8>, Macro>,
+    /// The macro whose lines are being read.
+    pub(super) macro_open: Option<Vec<u8>>,
+    /// Bytes of macros that may still be worked through.
+    pub(super) fuel: usize,
+    pub(super) aperture: Option<u32>,
+    /// Current point as written, before the image is placed.
+    pub(super) at: Point,
+    /// 1 draw, 2 move, 3 flash.
+    pub(super) action: u32,
+    /// 1 straight, 2 clockwise, 3 counter-clockwise.
+    pub(super) motion: u32,
+    /// Whether arcs may be longer than a quarter (G75), once stated.
+    pub(super) many_quadrants: Option<bool>,
+    pub(super) incremental: bool,
+    /// Inside G36 … G37: the contour so far.
+    pub(super) region: Option<Path>,
+    pub(super) clear: bool,
+    pub(super) held: Held,
+    /// Index of the mount with the image's turn, if it is known.
+    pub(super) mount_index: Option<u32>,
+    pub(super) image: Image,
+    pub(super) attributes: Attributes,
+    pub(super) tags: BTreeMap<Tag, u32>,
+    /// Index of the tag in force, if it is known.
+    pub(super) tag_index: Option<u32>,
+    /// Blocks and repeats that are being written.
+    pub(super) open: Vec<Open>,
+    /// Objects kept.
+    pub(super) kept: usize,
+    /// Objects there are when all copies are made.
+    pub(super) copies: u64,
+    /// Whether a level (`%LN`) has named the layer.
+    pub(super) level_named: bool,
+    ended: bool,
+}
+
+/// Reads a layer. What a person says about its numbers counts where the layer says nothing.
+pub(in crate::artwork) fn read(name: &str, text: &[u8], person: &Overrides) -> (Gerber, Vec<Remark>) {
+    let mut machine = Machine::new(name, text);
+    machine.overrule(person);
+    machine.run(text);
+    machine.finish()
+}
+
+impl Machine {
+    pub(super) fn new(name: &str, text: &[u8]) -> Self {
+        Self {
+            findings: Findings::new(name),
+            out: Gerber { mounts: vec![Mount::PLAIN], tags: vec![Tag::default()], ..Gerber::default() },
+            scale: None,
+            units_ahead: units_ahead(front(text, LOOKED_AT)),
+            codes: BTreeMap::new(),
+            macros: BTreeMap::new(),
+            macro_open: None,
+            fuel: macros::FUEL,
+            aperture: None,
+            at: Point::default(),
+            action: 2,
+            motion: 1,
+            many_quadrants: None,
+            incremental: false,
+            region: None,
+            clear: false,
+            held: Held::PLAIN,
+            mount_index: Some(0),
+            image: Image::default(),
+            attributes: Attributes::default(),
+            tags: BTreeMap::from([(Tag::default(), 0)]),
+            tag_index: Some(0),
+            open: Vec::new(),
+            kept: 0,
+            copies: 0,
+            level_named: false,
+            ended: false,
+        }
+    }
+
+    fn overrule(&mut self, person: &Overrides) {
+        (self.out.digits, self.out.zeros) = (person.digits, person.zeros);
+        self.units_ahead = person.units.or(self.units_ahead);
+        self.rescale();
+    }
+
+    pub(super) fn run(&mut self, text: &[u8]) {
+        for block in blocks(text) {
+            if self.ended {
+                self.findings.at(Weight::Note, "gerber.after_end", block.line, 1, block.text);
+                break;
+            }
+            self.block(&block);
+            if self.kept >= MOST_OBJECTS {
+                self.findings.at(Weight::Loss, "gerber.too_many_objects", block.line, 1, b"");
+                break;
+            }
+        }
+    }
+
+    fn block(&mut self, block: &Block<'_>) {
+        match block.text {
+            [b'G', b'0', b'4', rest @ ..] | [b'G', b'4', b' ', rest @ ..] => self.comment(rest, block.line),
+            [b'G', b'4'] => {}
+            [b'0'..=b'9' | b'$', ..] if self.macro_open.is_some() => self.macro_line(block),
+            [first, second, ..] if first.is_ascii_alphabetic() && second.is_ascii_alphabetic() => {
+                self.macro_open = None;
+                self.extended(block);
+            }
+            _ => {
+                self.macro_open = None;
+                self.words(block);
+            }
+        }
+    }
+
+    pub(super) fn finish(mut self) -> (Gerber, Vec<Remark>) {
+        if self.region.is_some() {
+            self.findings.at(Weight::Doubt, "gerber.region_open", 0, 0, b"");
+            self.end_contour(0);
+        }
+        self.close_all();
+        if self.out.centre_bounds().is_some_and(is_too_wide) {
+            self.findings.at(Weight::Loss, "gerber.out_of_reach", 0, 0, b"");
+        }
+        self.out.units = self.out.units.or(self.units_ahead);
+        if self.out.units.is_none() || self.out.digits.is_none() {
+            self.findings.at(Weight::Doubt, "gerber.format_missing", 0, 0, b"");
+        } else if !self.ended {
+            self.findings.at(Weight::Doubt, "gerber.no_end", 0, 0, b"");
+        }
+        (self.out, self.findings.finish())
+    }
+
+    pub(super) fn rescale(&mut self) {
+        let units = self.out.units.or(self.units_ahead).unwrap_or(Units::Inch);
+        let zeros = self.out.zeros.unwrap_or(Zeros::Leading);
+        self.scale = self.out.digits.map(|digits| Scale::new(Reading { units, digits, zeros }));
+    }
+
+    /// Units of sizes that stand here.
+    pub(super) fn size_units(&self) -> Units {
+        self.out.units.or(self.units_ahead).unwrap_or(Units::Inch)
+    }
+
+    fn words(&mut self, block: &Block<'_>) {
+        let (mut numbers, mut at, mut acted) = (Numbers::default(), 0, None);
+        while let Some(&letter) = block.text.get(at) {
+            at += 1;
+            if letter.is_ascii_whitespace() {
+                continue;
+            }
+            let Some((number, used)) = decimal(block.text.get(at..).unwrap_or_default()) else {
+                self.findings.once(Weight::Doubt, "gerber.unknown_word", block.line, at as u32, block.text);
+                return;
+            };
+            at += used;
+            match letter {
+                b'X' => numbers.x = Some(number),
+                b'Y' => numbers.y = Some(number),
+                b'I' => numbers.i = Some(number),
+                b'J' => numbers.j = Some(number),
+                b'G' => self.g_code(number.mantissa, block),
+                b'D' if number.mantissa >= 10 => self.select(number, block),
+                b'D' if (1..=3).contains(&number.mantissa) => acted = Some(number.mantissa as u32),
+                b'M' if number.mantissa == 0 || number.mantissa == 2 => self.ended = true,
+                b'M' | b'N' => {}
+                _ => self.findings.once(
+                    Weight::Doubt,
+                    "gerber.unknown_word",
+                    block.line,
+                    at as u32,
+                    block.text,
+                ),
+            }
+        }
+        self.action = acted.unwrap_or(self.action);
+        self.go(&numbers, acted, block.line);
+    }
+
+    fn select(&mut self, number: Decimal, block: &Block<'_>) {
+        let code = u32::try_from(number.mantissa).ok();
+        self.aperture = code.and_then(|code| self.codes.get(&code)).copied();
+        if self.aperture.is_none() {
+            self.findings.once(Weight::Loss, "gerber.aperture_undefined", block.line, 1, block.text);
+        }
+    }
+
+    fn g_code(&mut self, code: i64, block: &Block<'_>) {
+        match code {
+            1..=3 => self.motion = code as u32,
+            10..=12 => {
+                self.motion = 1;
+                if code > 10 {
+                    self.findings.once(Weight::Loss, "gerber.scaled_lines", block.line, 1, block.text);
+                }
+            }
+            36 => {
+                self.region = Some(Path::default());
+            }
+            37 => {
+                self.end_contour(block.line);
+                self.region = None;
+            }
+            70 => self.set_units(Units::Inch, block.line),
+            71 => self.set_units(Units::Mm, block.line),
+            74 => self.many_quadrants = Some(false),
+            75 => self.many_quadrants = Some(true),
+            90 => self.incremental = false,
+            91 => self.incremental = true,
+            0 | 54 | 55 => {}
+            _ => self.findings.once(Weight::Doubt, "gerber.unknown_word", block.line, 1, block.text),
+        }
+    }
+
+    /// States the units. A second, other statement counts from there on.
+    pub(super) fn set_units(&mut self, units: Units, line: u32) {
+        let before = self.out.units.replace(units);
+        if before.is_some_and(|before| before != units) {
+            self.findings.once(Weight::Doubt, "gerber.units_change", line, 1, units.name().as_bytes());
+        }
+        self.rescale();
+    }
+
+    /// Keeps an object.
+    pub(super) fn put(&mut self, shape: Shape, aperture: u32, line: u32) {
+        let (mount, tag) = (self.mount_now(), self.tag_now(matches!(shape, Shape::Contour(_))));
+        let object = Object { shape, clear: self.clear, aperture, mount, tag, line };
+        self.keep(object);
+    }
+
+    fn mount_now(&mut self) -> u32 {
+        if let Some(index) = self.mount_index {
+            return index;
+        }
+        let mount = self.image.turned(self.held.mount());
+        let known = self.out.mounts.iter().rposition(|known| *known == mount);
+        let index = known.unwrap_or_else(|| {
+            self.out.mounts.push(mount);
+            self.out.mounts.len() - 1
+        });
+        self.mount_index = Some(index as u32);
+        index as u32
+    }
+}
+
+/// Units stated anywhere near the start.
+fn units_ahead(head: &[u8]) -> Option<Units> {
+    let stated = |word: &str, units| holds(head, word).then_some(units);
+    stated("MOIN*", Units::Inch)
+        .or_else(|| stated("MOMM*", Units::Mm))
+        .or_else(|| stated("G70", Units::Inch))
+        .or_else(|| stated("G71", Units::Mm))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> (Gerber, Vec<String>) {
+        let (gerber, remarks) = read("t.gbr", text.as_bytes(), &Overrides::default());
+        (gerber, remarks.into_iter().map(|remark| remark.code).collect())
+    }
+
+    #[test]
+    fn what_is_not_understood_is_remarked_with_its_weight() {
+        let head = "%FSLAX36Y36*%%MOMM*%%ADD10C,0.1*%D10*";
+        for (body, code) in [
+            ("X0Y0D03*M02*", None),
+            ("X0Y0D03*", Some("gerber.no_end")),
+            ("D11*X0Y0D03*M02*", Some("gerber.aperture_undefined")),
+            ("Q1*M02*", Some("gerber.unknown_word")),
+            ("%ZZX*%M02*", Some("gerber.unknown_command")),
+            ("%IFother.gbr*%M02*", Some("gerber.include")),
+            ("%MOIN*%M02*", Some("gerber.units_change")),
+            ("M02*X0Y0D03*", Some("gerber.after_end")),
+            ("G36*X0Y0D02*X1Y0D01*X1Y1D01*M02*", Some("gerber.region_open")),
+            ("%AMBAD*1,1,$1+,0,0*%%ADD12BAD,1*%M02*", Some("gerber.bad_macro")),
+        ] {
+            let (_, codes) = read_text(&format!("{head}{body}"));
+            assert_eq!(codes.iter().map(String::as_str).next(), code, "{body}: {codes:?}");
+        }
+    }
+
+    #[test]
+    fn modal_words_draw_on() {
+        let (gerber, remarks) = read_text(
+            "%FSLAX24Y24*%%MOIN*%%ADD10C,0.01*%G54D10*X0Y0D02*X10000*D01*Y10000*X0*D03*X20000*M02*",
+        );
+        assert_eq!((gerber.counts.lines, gerber.counts.flashes), (2, 2), "{:?}", gerber.objects);
+        assert_eq!(remarks, Vec::<String>::new());
+    }
+}

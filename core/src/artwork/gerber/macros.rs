@@ -1,0 +1,143 @@
+//! Aperture macros: kept as text, worked out for every aperture that names them.
+//!
+//! Comes in: the lines of a macro, the parameters of an aperture. Goes out: closed paths in millimetres of the layer.
+//!
+//! ```text
+//!  %AMDONUT*             %ADD12DONUT,1.2X.8*%
+//!  0 outer, inner*            $1 = 1.2   $2 = 0.8
+//!  $3=$1-$2*                  $3 = 0.4
+//!  1,1,$1,0,0*                ●
+//!  1,0,$2,0,0*%               ○ taken away
+//! ```
+
+use super::expression::value;
+use super::extended::plain;
+use super::machine::Machine;
+use super::object::Form;
+use super::primitives::{Primitive, primitive};
+use super::words::Block;
+use crate::artwork::Units;
+use crate::artwork::number::Decimal;
+use crate::remark::Weight;
+use std::collections::BTreeMap;
+
+/// Bytes of macros that one layer may work through: every aperture that names a macro works through its text.
+pub(super) const FUEL: usize = 8_000_000;
+/// Macros of one layer.
+const MOST_MACROS: usize = 10_000;
+/// Lines of one macro.
+const MOST_LINES: usize = 10_000;
+/// Variables of one macro.
+const MOST_VARIABLES: usize = 1_000;
+/// Fields of one primitive.
+const MOST_FIELDS: usize = 20_005;
+
+/// The lines of a macro, comments left out.
+pub(super) type Macro = Vec<Vec<u8>>;
+
+impl Machine {
+    /// Reads `DONUT`, the `AM` taken off; its lines follow as blocks of their own.
+    pub(super) fn macro_definition(&mut self, name: &[u8], block: &Block<'_>) {
+        if self.macros.len() >= MOST_MACROS {
+            self.findings.once(Weight::Loss, "gerber.bad_macro", block.line, 1, block.text);
+            return;
+        }
+        if self.macros.insert(name.to_vec(), Macro::new()).is_some() {
+            self.findings.once(Weight::Note, "gerber.macro_again", block.line, 1, block.text);
+        }
+        self.macro_open = Some(name.to_vec());
+    }
+
+    /// A line of the macro that is open.
+    pub(super) fn macro_line(&mut self, block: &Block<'_>) {
+        let lines = self.macro_open.as_ref().and_then(|name| self.macros.get_mut(name));
+        let Some(lines) = lines.filter(|lines| lines.len() < MOST_LINES) else {
+            self.findings.once(Weight::Loss, "gerber.bad_macro", block.line, 1, block.text);
+            return;
+        };
+        let comment = matches!(block.text, [b'0'] | [b'0', b' ' | b',' | b'\n' | b'\r' | b'\t', ..]);
+        if !comment {
+            lines.push(block.text.to_vec());
+        }
+    }
+
+    /// The macro of this name worked out; remarked and without what it cannot do.
+    pub(super) fn macro_aperture(
+        &mut self,
+        name: &[u8],
+        numbers: &[Decimal],
+        units: Units,
+        block: &Block<'_>,
+    ) -> Option<Form> {
+        let lines = self.macros.get(name)?;
+        let mut variables: BTreeMap<u32, f64> =
+            (1..).zip(numbers.iter().map(|number| plain(*number))).collect();
+        let (mut primitives, mut lost) = (Vec::new(), Vec::new());
+        for line in lines {
+            match work_out(line, &mut variables, units, &mut self.fuel) {
+                Some(made) => primitives.extend(made),
+                None => lost.push(line.clone()),
+            }
+        }
+        for line in lost {
+            self.findings.once(Weight::Loss, "gerber.bad_macro", block.line, 1, &line);
+        }
+        Some(Form::Macro { name: String::from_utf8_lossy(name).into_owned(), primitives })
+    }
+}
+
+/// One line: an assignment makes nothing, a primitive makes paths. None where it is neither.
+fn work_out(
+    line: &[u8],
+    variables: &mut BTreeMap<u32, f64>,
+    units: Units,
+    fuel: &mut usize,
+) -> Option<Vec<Primitive>> {
+    if let Some(rest) = line.strip_prefix(b"$") {
+        let at = rest.iter().position(|&byte| byte == b'=')?;
+        let index = std::str::from_utf8(rest.get(..at)?.trim_ascii()).ok()?.parse().ok()?;
+        let found = value(rest.get(at + 1..)?, variables, fuel)?;
+        if variables.len() >= MOST_VARIABLES {
+            return None;
+        }
+        variables.insert(index, found);
+        return Some(Vec::new());
+    }
+    let mut fields = Vec::new();
+    for field in line.split(|&byte| byte == b',').take(MOST_FIELDS) {
+        fields.push(value(field, variables, fuel)?);
+    }
+    primitive(&fields, units)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::artwork::Overrides;
+    use crate::geometry::Point;
+
+    fn paths(text: &str) -> (Vec<Primitive>, usize) {
+        let text = format!("%FSLAX33Y33*%%MOMM*%{text}M02*");
+        let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        match gerber.apertures.into_iter().next().map(|aperture| aperture.form) {
+            Some(Form::Macro { primitives, .. }) => (primitives, remarks.len()),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_macro_is_worked_out_with_its_parameters() {
+        let (paths, remarks) =
+            paths("%AMD*\n0 a 1,1,9,0,0 comment*\n$3=$1-$2*1,1,$1,$3,0*\n1,0,$2,0,0*%%ADD10D,1.2X.8*%");
+        assert_eq!((paths.len(), remarks), (2, 0));
+        assert!(paths[0].0 && !paths[1].0);
+        let right = paths[0].1[0].flattened(1e-3).into_iter().max().unwrap();
+        assert!(right.distance_mm(Point::from_mm(1.0, 0.0)) < 0.05, "{right:?}");
+    }
+
+    #[test]
+    fn what_a_macro_cannot_do_is_remarked_and_the_rest_drawn() {
+        let (paths, remarks) = paths("%AMD*1,1,1,0,0*9,1,1*1,1,$1x(,0,0*%%ADD10D,1*%");
+        assert_eq!((paths.len(), remarks), (1, 2));
+    }
+}

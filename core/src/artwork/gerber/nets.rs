@@ -1,0 +1,91 @@
+//! Which net every island of a painted layer belongs to, by the X2 attributes of what was drawn there.
+//!
+//! Comes in: a layer and its area. Goes out: a net for every island, and islands on which several nets meet. Does not look
+//! at other layers.
+//!
+//! ```text
+//!   island 0 ── flash "GND", stroke "GND", contour "GND"  ⇒ GND
+//!   island 1 ── flash "A", flash "B"                      ⇒ A, and a remark: a short, or a net tie
+//!   island 2 ── nothing said                              ⇒ none
+//! ```
+
+use super::object::{Gerber, Shape};
+use super::walk::each;
+use crate::geometry::{Index, Point, Region, Segment};
+use std::collections::BTreeMap;
+
+/// What the islands are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Nets {
+    /// The net of every island.
+    pub names: Vec<Option<String>>,
+    /// Islands with more than one net, and which nets.
+    pub meeting: Vec<(usize, Vec<String>)>,
+}
+
+/// The nets of the islands of `region`, which is `layer` painted.
+pub fn nets(layer: &Gerber, region: &Region) -> Nets {
+    let mut votes: Vec<BTreeMap<&str, usize>> = vec![BTreeMap::new(); region.islands.len()];
+    if layer.tags.iter().any(|tag| tag.net.is_some()) {
+        let index = Index::of(region);
+        each(layer, &mut |seen| {
+            let net = layer.tags.get(seen.tag as usize).and_then(|tag| tag.net.as_deref());
+            let Some(net) = net.filter(|net| !seen.clear && !net.is_empty()) else { return };
+            let inner = |point: Point| index.island_at(seen.place.point(point));
+            let island = match &seen.object.shape {
+                Shape::Flash { at } => inner(*at),
+                Shape::Stroke { from, segment } => inner(*from).or_else(|| inner(segment.to())),
+                Shape::Contour(path) => path
+                    .pieces()
+                    .zip(path.pieces().skip(1))
+                    .take(CORNERS_LOOKED_AT)
+                    .find_map(|((from, first), (_, second))| inner(inside(from, first, second))),
+                Shape::Repeat { .. } => None,
+            };
+            if let Some(votes) = island.and_then(|island| votes.get_mut(island)) {
+                *votes.entry(net).or_default() += 1;
+            }
+        });
+    }
+    let most = |votes: &BTreeMap<&str, usize>| {
+        votes
+            .iter()
+            .max_by_key(|(name, count)| (**count, std::cmp::Reverse(**name)))
+            .map(|(name, _)| (*name).to_owned())
+    };
+    let names = votes.iter().map(most).collect();
+    let several = votes.iter().enumerate().filter(|(_, votes)| votes.len() > 1);
+    let meeting =
+        several.map(|(island, votes)| (island, votes.keys().map(|&name| name.to_owned()).collect()));
+    Nets { names, meeting: meeting.collect() }
+}
+
+/// Corners of a contour tried for a point inside.
+const CORNERS_LOOKED_AT: usize = 16;
+
+/// A point near the corner between two segments, on the chord that cuts it off.
+fn inside(from: Point, first: Segment, second: Segment) -> Point {
+    let (corner, to) = (first.to(), second.to());
+    let near = |a: f64, b: f64, c: f64| b + ((a + c) / 2.0 - b) * 0.01;
+    Point::from_mm(near(from.x.mm(), corner.x.mm(), to.x.mm()), near(from.y.mm(), corner.y.mm(), to.y.mm()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::artwork::Overrides;
+
+    #[test]
+    fn islands_bear_the_nets_of_what_lies_on_them() {
+        let text = "%FSLAX33Y33*%%MOMM*%%ADD10C,1*%D10*%TO.N,GND*%X0Y0D03*X0Y0D02*X5000D01*\
+            %TO.N,A*%X0Y5000D03*%TO.N,B*%X500Y5000D03*%TD*%X0Y9000D03*\
+            %TO.N,C*%G36*X0Y20000D02*X5000D01*Y22000D01*X0D01*Y20000D01*G37*M02*";
+        let (gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        let found = nets(&gerber, &super::super::painted(&gerber));
+        let mut names: Vec<_> = found.names.iter().map(|name| name.as_deref().unwrap_or("-")).collect();
+        names.sort_unstable();
+        assert_eq!(names, ["-", "A", "C", "GND"]);
+        assert_eq!(found.meeting.len(), 1);
+        assert_eq!(found.meeting[0].1, ["A", "B"]);
+    }
+}

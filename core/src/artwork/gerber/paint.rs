@@ -1,0 +1,208 @@
+//! A layer's objects as an area.
+//!
+//! Comes in: a [`Gerber`]. Goes out: the [`Region`] that is dark, as drawn: a negative image is not inverted, because the
+//! inverse needs the board's outline. Takes its time: call it where an area is needed.
+//!
+//! ```text
+//!  object ─▶ outlines ─▶ coats, dark and clear in the order of the file ─▶ region
+//!  flash     the aperture as one piece: an opening in it clears nothing below
+//!  stroke    round aperture: the exact round sweep. Others: the hull of the aperture at both ends, which is the exact
+//!            sweep for convex ones along a line; arcs are then cut into chords of 1 µm
+//!  contour   even-odd
+//! ```
+
+use super::forms::{hull, outlines};
+use super::mount::{Mount, Place};
+use super::object::{Form, Gerber, Object, Shape};
+use super::walk::{Seen, each};
+use crate::geometry::{Bounds, Coat, Path, Point, Region, Segment, chords, even_odd, settled, stroke};
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// How far a chord may be from its arc where an aperture that is not round is dragged, in mm.
+const CHORD_ERROR_MM: f64 = 0.001;
+
+/// The dark area of a layer, as drawn.
+pub fn painted(layer: &Gerber) -> Region {
+    let centre = middle(layer);
+    let home = Place { mount: Mount::PLAIN, at: Point::new(-centre.x, -centre.y) };
+    let mut brush = Brush { layer, home, stamps: BTreeMap::new() };
+    let mut coats: Vec<Coat> = Vec::new();
+    each(layer, &mut |seen| {
+        let mut paths = brush.outlines(&seen);
+        match coats.last_mut() {
+            Some(coat) if coat.clear == seen.clear => coat.outlines.append(&mut paths),
+            _ => coats.push(Coat { clear: seen.clear, outlines: paths }),
+        }
+    });
+    moved(crate::geometry::paint(&coats), centre)
+}
+
+/// What has to be taken off every place so that the layer can be painted: nothing, unless it lies far out.
+fn middle(layer: &Gerber) -> Point {
+    let Some(bounds) = layer.centre_bounds().filter(|bounds| !bounds.is_in_reach()) else {
+        return Point::default();
+    };
+    let half = |low: Length, high: Length| Length::from_nm(low.nm() + (high.nm() - low.nm()) / 2);
+    Point::new(half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y))
+}
+
+/// Whether a layer within these bounds is too wide to be painted.
+pub(super) fn is_too_wide(bounds: Bounds) -> bool {
+    let half = |low: Length, high: Length| Length::from_nm((high.nm() - low.nm()) / 2);
+    let corner = Point::new(half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y));
+    !Bounds::of(corner).is_in_reach()
+}
+
+fn moved(mut region: Region, by: Point) -> Region {
+    if by == Point::default() {
+        return region;
+    }
+    let back = Place { mount: Mount::PLAIN, at: by };
+    for island in &mut region.islands {
+        island.outer = back.path(&island.outer);
+        island.holes = island.holes.iter().map(|hole| back.path(hole)).collect();
+    }
+    region
+}
+
+/// An aperture as it is held, by aperture, mirror, turn and scale.
+type StampKey = (u32, bool, u64, u64);
+
+struct Brush<'a> {
+    layer: &'a Gerber,
+    home: Place,
+    stamps: BTreeMap<StampKey, Vec<Path>>,
+}
+
+impl Brush<'_> {
+    /// The outlines of an object, inside on the left.
+    fn outlines(&mut self, seen: &Seen<'_>) -> Vec<Path> {
+        let place = self.home.inner(seen.place.mount, seen.place.at);
+        let object = seen.object;
+        match &object.shape {
+            Shape::Flash { at } => self.stamp(object, seen.mount(self.layer), place.point(*at)),
+            Shape::Contour(path) => contour(&place.path(path)),
+            Shape::Stroke { from, segment } => {
+                let (from, segment) = (place.point(*from), place.segment(*segment));
+                let mount = seen.mount(self.layer);
+                match self.layer.aperture(object).map(|aperture| &aperture.form) {
+                    Some(Form::Circle { diameter }) => {
+                        let width = Length::from_mm(diameter.mm() * mount.scale);
+                        stroke(&Path { start: from, segments: vec![segment] }, width)
+                    }
+                    Some(_) => self.dragged(object, mount, from, segment),
+                    None => Vec::new(),
+                }
+            }
+            Shape::Repeat { .. } => Vec::new(),
+        }
+    }
+
+    /// The aperture of an object put down at a place.
+    fn stamp(&mut self, object: &Object, mount: Mount, at: Point) -> Vec<Path> {
+        let key = (object.aperture, mount.mirrored, mount.turn_deg.to_bits(), mount.scale.to_bits());
+        let layer = self.layer;
+        let stamp = self.stamps.entry(key).or_insert_with(|| {
+            let about = Place { mount, at: Point::default() };
+            let paths = layer.aperture(object).map(outlines).unwrap_or_default();
+            paths.iter().map(|path| left(about.path(path), mount)).collect()
+        });
+        let there = Place { mount: Mount::PLAIN, at };
+        stamp.iter().map(|path| there.path(path)).collect()
+    }
+
+    /// An aperture that is not round, dragged along a segment.
+    fn dragged(&mut self, object: &Object, mount: Mount, from: Point, segment: Segment) -> Vec<Path> {
+        let form: Vec<Point> = self
+            .stamp(object, mount, Point::default())
+            .iter()
+            .flat_map(|path| path.flattened(CHORD_ERROR_MM))
+            .collect();
+        let stops = match segment {
+            Segment::Line { to } => vec![to],
+            Segment::Arc { to, centre, clockwise } => {
+                chords::arc(from, to, centre, clockwise, CHORD_ERROR_MM)
+            }
+        };
+        let mut last = from;
+        let mut paths = Vec::new();
+        for stop in stops {
+            let at = |p: &Point, q: Point| Point::new(p.x + q.x, p.y + q.y);
+            let both = form.iter().flat_map(|point| [at(point, last), at(point, stop)]).collect();
+            paths.extend(hull(both));
+            last = stop;
+        }
+        paths
+    }
+}
+
+/// A path that a mirror may have turned round, inside on the left again.
+fn left(path: Path, mount: Mount) -> Path {
+    if mount.mirrored { path.reversed() } else { path }
+}
+
+/// What an even-odd filled contour encloses. Most contours cross themselves nowhere and are their own outline.
+fn contour(path: &Path) -> Vec<Path> {
+    let [only] = settled(path).try_into().unwrap_or_else(|_| [Path::default()]);
+    if only.is_closed() && (only == *path || only == path.reversed()) {
+        return vec![only];
+    }
+    even_odd(std::slice::from_ref(path)).paths().cloned().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::artwork::Overrides;
+    use crate::geometry::area_mm2;
+    use std::f64::consts::PI;
+
+    /// Area, islands and holes of what a text draws.
+    fn drawn(body: &str) -> (f64, usize, usize) {
+        let text =
+            format!("%FSLAX33Y33*%%MOMM*%G75*%ADD10C,1*%%ADD11R,1X2*%%ADD12C,2X1*%%ADD13R,10X10*%{body}M02*");
+        let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        assert_eq!(remarks, [], "{body}");
+        let region = painted(&gerber);
+        let holes = region.islands.iter().map(|island| island.holes.len()).sum();
+        (area_mm2(&region), region.islands.len(), holes)
+    }
+
+    #[test]
+    fn objects_have_the_area_that_the_format_gives_them() {
+        for (body, area, islands, holes) in [
+            ("D10*X0Y0D03*X5000D03*", PI / 2.0, 2, 0),
+            // A round stroke has round ends, also where it has no length.
+            ("D10*X0Y0D02*X3000D01*", 3.0 + PI / 4.0, 1, 0),
+            ("D10*X0Y0D02*X0D01*", PI / 4.0, 1, 0),
+            ("D10*X5000Y0D02*G03*X5000Y0I-5000J0D01*", 10.0 * PI, 1, 1),
+            // A rectangle dragged aslant: its own area and what its diagonal sweeps.
+            ("D11*X0Y0D02*X3000Y1000D01*", 2.0 + 3.0 * 2.0 + 1.0 * 1.0, 1, 0),
+            // An opening does not clear what lies below; a clear flash does.
+            ("D12*X0Y0D03*", 0.75 * PI, 1, 1),
+            ("D13*X0Y0D03*D12*X0Y0D03*", 100.0, 1, 0),
+            ("D13*X0Y0D03*%LPC*%D10*X0Y0D03*", 100.0 - PI / 4.0, 1, 1),
+            ("D13*X0Y0D03*%LPC*%D10*X0Y0D03*%LPD*%X0Y0D03*", 100.0, 1, 0),
+            // A contour that crosses itself is even-odd.
+            ("G36*X0Y0D02*X2000D01*Y2000D01*X0D01*Y0D01*G37*", 4.0, 1, 0),
+            ("G36*X0Y0D02*X2000Y2000D01*X2000Y0D01*X0Y2000D01*X0Y0D01*G37*", 2.0, 2, 0),
+            ("G36*X0Y0D02*G03*X0Y0I1000J0D01*G37*", PI, 1, 0),
+            ("%LR90*%%LS2*%D11*X0Y0D03*", 8.0, 1, 0),
+            ("%SRX2Y2I5J5*%D10*X0Y0D03*%SR*%", PI, 4, 0),
+            ("%ABD20*%D13*X0Y0D03*%LPC*%D10*X0Y0D03*%LPD*%%AB*%D20*X0Y0D03*", 100.0 - PI / 4.0, 1, 1),
+        ] {
+            let found = drawn(body);
+            assert!((found.0 - area).abs() < 2e-3, "{body}: {} not {area}", found.0);
+            assert_eq!((found.1, found.2), (islands, holes), "{body}");
+        }
+    }
+
+    #[test]
+    fn a_layer_far_out_is_painted_where_it_is() {
+        let text = "%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*X5000000000Y0D03*M02*";
+        let (gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        let bounds = painted(&gerber).bounds().unwrap();
+        assert!(bounds.min.distance_mm(Point::from_mm(4_999.5, -0.5)) < 2e-3, "{bounds:?}");
+    }
+}

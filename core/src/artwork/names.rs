@@ -1,0 +1,409 @@
+//! How the CADs name their layers.
+//!
+//! Comes in: the name of a file. Goes out: the layers it may be, each with the CAD that names it so. The same ending means
+//! different things to different CADs, so the set decides which of them wrote it. Does not open files.
+
+use super::{Role, Side};
+use Role::{Copper, Drill, Mask, Other, Outline, Paste, Silk};
+
+/// One CAD's name for a layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Meaning {
+    /// The CAD.
+    pub(super) cad: &'static str,
+    /// What the layer is for.
+    pub(super) role: Role,
+    /// Which side it shows.
+    pub(super) side: Option<Side>,
+}
+
+const TOP: Option<Side> = Some(Side::Top);
+const BOTTOM: Option<Side> = Some(Side::Bottom);
+const INNER: Option<Side> = Some(Side::Inner);
+
+/// A CAD and its names. In patterns `*` is anything and `#` one digit or more; all is lower case.
+type Table = (&'static str, &'static [(&'static str, Role, Option<Side>)]);
+
+/// The CADs. What none of them knows is left to the words in the name.
+const TABLES: [Table; 20] = [
+    (
+        "KiCad",
+        &[
+            ("*f_cu.*", Copper, TOP),
+            ("*f.cu.*", Copper, TOP),
+            ("*b_cu.*", Copper, BOTTOM),
+            ("*b.cu.*", Copper, BOTTOM),
+            ("*in#_cu.*", Copper, INNER),
+            ("*in#.cu.*", Copper, INNER),
+            ("*f?mask.*", Mask, TOP),
+            ("*b?mask.*", Mask, BOTTOM),
+            ("*f?silk*.*", Silk, TOP),
+            ("*b?silk*.*", Silk, BOTTOM),
+            ("*f?paste.*", Paste, TOP),
+            ("*b?paste.*", Paste, BOTTOM),
+            ("*edge?cuts.*", Outline, None),
+            ("*edgecuts.*", Outline, None),
+            ("*?fab.*", Other, None),
+            ("*?courtyard.*", Other, None),
+            ("*?adhesive.*", Other, None),
+            ("*dwgs_user.*", Other, None),
+            ("*user_#.*", Other, None),
+        ],
+    ),
+    (
+        "Altium",
+        &[
+            ("*.gtl", Copper, TOP),
+            ("*.gbl", Copper, BOTTOM),
+            ("*.g#", Copper, INNER),
+            ("*.gp#", Copper, INNER),
+            ("*.gts", Mask, TOP),
+            ("*.gbs", Mask, BOTTOM),
+            ("*.gto", Silk, TOP),
+            ("*.gbo", Silk, BOTTOM),
+            ("*.gtp", Paste, TOP),
+            ("*.gbp", Paste, BOTTOM),
+            ("*.gko", Outline, None),
+            ("*.gm1", Outline, None),
+            ("*.gm", Outline, None),
+            ("*.gml", Outline, None),
+            ("*.gm#", Other, None),
+            ("*.gpt", Other, TOP),
+            ("*.gpb", Other, BOTTOM),
+            ("*.gd#", Drill, None),
+            ("*.gg#", Drill, None),
+            ("*copper_signal_top.*", Copper, TOP),
+            ("*copper_signal_bot*.*", Copper, BOTTOM),
+            ("*copper_signal_#.*", Copper, INNER),
+        ],
+    ),
+    (
+        "Eagle",
+        &[
+            ("*.cmp", Copper, TOP),
+            ("*.sol", Copper, BOTTOM),
+            ("*.ly#", Copper, INNER),
+            ("*.stc", Mask, TOP),
+            ("*.sts", Mask, BOTTOM),
+            ("*.plc", Silk, TOP),
+            ("*.pls", Silk, BOTTOM),
+            ("*.crc", Paste, TOP),
+            ("*.crs", Paste, BOTTOM),
+            ("*.tsp", Paste, TOP),
+            ("*.dim", Outline, None),
+            ("*.mil", Outline, None),
+            ("*.oln", Outline, None),
+            ("copper_top.*", Copper, TOP),
+            ("copper_bottom.*", Copper, BOTTOM),
+            ("copper_inner#.*", Copper, INNER),
+            ("soldermask_top.*", Mask, TOP),
+            ("soldermask_bottom.*", Mask, BOTTOM),
+            ("silkscreen_top.*", Silk, TOP),
+            ("silkscreen_bottom.*", Silk, BOTTOM),
+            ("solderpaste_top.*", Paste, TOP),
+            ("solderpaste_bottom.*", Paste, BOTTOM),
+            ("profile.*", Outline, None),
+        ],
+    ),
+    (
+        "OrCAD",
+        &[
+            ("*.top", Copper, TOP),
+            ("*.bot", Copper, BOTTOM),
+            ("*.in#", Copper, INNER),
+            ("*.gnd", Copper, INNER),
+            ("*.pwr", Copper, INNER),
+            ("*.smt", Mask, TOP),
+            ("*.smb", Mask, BOTTOM),
+            ("*.sst", Silk, TOP),
+            ("*.ssb", Silk, BOTTOM),
+            ("*.spt", Paste, TOP),
+            ("*.spb", Paste, BOTTOM),
+            ("*.drd", Drill, None),
+            ("*.fab", Other, None),
+        ],
+    ),
+    (
+        "gEDA",
+        &[
+            ("*.top.*", Copper, TOP),
+            ("*.bottom.*", Copper, BOTTOM),
+            ("*.group#.*", Copper, INNER),
+            ("*.topmask.*", Mask, TOP),
+            ("*.bottommask.*", Mask, BOTTOM),
+            ("*.topsilk.*", Silk, TOP),
+            ("*.bottomsilk.*", Silk, BOTTOM),
+            ("*.toppaste.*", Paste, TOP),
+            ("*.bottompaste.*", Paste, BOTTOM),
+            ("*.outline.*", Outline, None),
+            ("*.fab.*", Other, None),
+        ],
+    ),
+    (
+        "DipTrace",
+        &[
+            ("*top.gbr", Copper, TOP),
+            ("*bottom.gbr", Copper, BOTTOM),
+            ("*layer#.gbr", Copper, INNER),
+            ("*topmask.gbr", Mask, TOP),
+            ("*bottommask.gbr", Mask, BOTTOM),
+            ("*topsilk.gbr", Silk, TOP),
+            ("*bottomsilk.gbr", Silk, BOTTOM),
+            ("*toppaste.gbr", Paste, TOP),
+            ("*bottompaste.gbr", Paste, BOTTOM),
+            ("*topassy.gbr", Other, TOP),
+            ("*bottomassy.gbr", Other, BOTTOM),
+            ("*boardoutline.gbr", Outline, None),
+        ],
+    ),
+    (
+        "Allegro",
+        &[
+            ("*top.art", Copper, TOP),
+            ("*bottom.art", Copper, BOTTOM),
+            ("*bot.art", Copper, BOTTOM),
+            ("*lyr#.art", Copper, INNER),
+            ("*layer#.art", Copper, INNER),
+            ("*l#.art", Copper, INNER),
+            ("*gnd*.art", Copper, INNER),
+            ("*mask*top*.art", Mask, TOP),
+            ("*mask*bot*.art", Mask, BOTTOM),
+            ("*smt.art", Mask, TOP),
+            ("*smb.art", Mask, BOTTOM),
+            ("*silk*top*.art", Silk, TOP),
+            ("*silk*bot*.art", Silk, BOTTOM),
+            ("*paste*top*.art", Paste, TOP),
+            ("*paste*bot*.art", Paste, BOTTOM),
+            ("*outline*.art", Outline, None),
+            ("*drill*.art", Drill, None),
+            ("*fab*.art", Other, None),
+        ],
+    ),
+    (
+        "EasyEDA",
+        &[
+            ("*toplayer.*", Copper, TOP),
+            ("*bottomlayer.*", Copper, BOTTOM),
+            ("*innerlayer#.*", Copper, INNER),
+            ("*topsoldermasklayer.*", Mask, TOP),
+            ("*bottomsoldermasklayer.*", Mask, BOTTOM),
+            ("*topsilk*layer.*", Silk, TOP),
+            ("*bottomsilk*layer.*", Silk, BOTTOM),
+            ("*toppastemasklayer.*", Paste, TOP),
+            ("*bottompastemasklayer.*", Paste, BOTTOM),
+            ("*boardoutline*.*", Outline, None),
+            ("*documentlayer.*", Other, None),
+            ("*drilldrawinglayer.*", Drill, None),
+        ],
+    ),
+    (
+        "Proteus",
+        &[
+            ("*cadcam top copper.*", Copper, TOP),
+            ("*cadcam bottom copper.*", Copper, BOTTOM),
+            ("*cadcam inner copper*.*", Copper, INNER),
+            ("*cadcam top solder resist.*", Mask, TOP),
+            ("*cadcam bottom solder resist.*", Mask, BOTTOM),
+            ("*cadcam top silk screen.*", Silk, TOP),
+            ("*cadcam bottom silk screen.*", Silk, BOTTOM),
+            ("*cadcam top smt paste mask.*", Paste, TOP),
+            ("*cadcam bottom smt paste mask.*", Paste, BOTTOM),
+            ("*cadcam mechanical*.*", Outline, None),
+            ("*cadcam drill.*", Drill, None),
+        ],
+    ),
+    (
+        "PADS",
+        &[
+            ("top.pho", Copper, TOP),
+            ("bottom.pho", Copper, BOTTOM),
+            ("art01.pho", Copper, TOP),
+            ("art#.pho", Copper, INNER),
+            ("sm*21.pho", Mask, TOP),
+            ("sm*28.pho", Mask, BOTTOM),
+            ("ss*26.pho", Silk, TOP),
+            ("ss*29.pho", Silk, BOTTOM),
+            ("smd*23.pho", Paste, TOP),
+            ("smd*22.pho", Paste, BOTTOM),
+            ("dd*.pho", Drill, None),
+        ],
+    ),
+    (
+        "Fritzing",
+        &[
+            ("*coppertop.*", Copper, TOP),
+            ("*copperbottom.*", Copper, BOTTOM),
+            ("*masktop.*", Mask, TOP),
+            ("*maskbottom.*", Mask, BOTTOM),
+            ("*silktop.*", Silk, TOP),
+            ("*silkbottom.*", Silk, BOTTOM),
+            ("*pastemasktop.*", Paste, TOP),
+            ("*pastemaskbottom.*", Paste, BOTTOM),
+            ("*contour.*", Outline, None),
+        ],
+    ),
+    (
+        "Target",
+        &[
+            ("*.top", Copper, TOP),
+            ("*.bottom", Copper, BOTTOM),
+            ("*.inner#", Copper, INNER),
+            ("*.stoptop", Mask, TOP),
+            ("*.stopbot*", Mask, BOTTOM),
+            ("*.positop", Silk, TOP),
+            ("*.posibot*", Silk, BOTTOM),
+            ("*.creamtop", Paste, TOP),
+            ("*.creambot*", Paste, BOTTOM),
+            ("*.outline", Outline, None),
+        ],
+    ),
+    (
+        "Mentor",
+        &[
+            ("etchlayer*top.*", Copper, TOP),
+            ("etchlayer*bottom.*", Copper, BOTTOM),
+            ("etchlayer#.*", Copper, INNER),
+            ("soldermasktop.*", Mask, TOP),
+            ("soldermaskbottom.*", Mask, BOTTOM),
+            ("silkscreentop.*", Silk, TOP),
+            ("silkscreenbottom.*", Silk, BOTTOM),
+            ("solderpastetop.*", Paste, TOP),
+            ("solderpastebottom.*", Paste, BOTTOM),
+            ("boardoutline.*", Outline, None),
+            ("contour.*", Outline, None),
+            ("drilldrawing*.*", Drill, None),
+        ],
+    ),
+    (
+        "LibrePCB",
+        &[
+            ("*copper-top.*", Copper, TOP),
+            ("*copper-bottom.*", Copper, BOTTOM),
+            ("*copper-in#.*", Copper, INNER),
+            ("*soldermask-top.*", Mask, TOP),
+            ("*soldermask-bottom.*", Mask, BOTTOM),
+            ("*silkscreen-top.*", Silk, TOP),
+            ("*silkscreen-bottom.*", Silk, BOTTOM),
+            ("*solderpaste-top.*", Paste, TOP),
+            ("*solderpaste-bottom.*", Paste, BOTTOM),
+            ("*outlines.*", Outline, None),
+        ],
+    ),
+    (
+        "FreePCB",
+        &[
+            ("top.grb", Copper, TOP),
+            ("bottom.grb", Copper, BOTTOM),
+            ("inner#.grb", Copper, INNER),
+            ("top_solder_mask.grb", Mask, TOP),
+            ("bottom_solder_mask.grb", Mask, BOTTOM),
+            ("top_silk.grb", Silk, TOP),
+            ("bottom_silk.grb", Silk, BOTTOM),
+            ("board_outline.grb", Outline, None),
+        ],
+    ),
+    (
+        "DesignSpark",
+        &[
+            ("*top copper.*", Copper, TOP),
+            ("*bottom copper.*", Copper, BOTTOM),
+            ("*top copper (resist).*", Mask, TOP),
+            ("*bottom copper (resist).*", Mask, BOTTOM),
+            ("*top copper (paste).*", Paste, TOP),
+            ("*bottom copper (paste).*", Paste, BOTTOM),
+            ("*top silkscreen.*", Silk, TOP),
+            ("*bottom silkscreen.*", Silk, BOTTOM),
+            ("*board outline*.*", Outline, None),
+        ],
+    ),
+    (
+        "Sprint-Layout",
+        &[
+            ("*_copper_top.*", Copper, TOP),
+            ("*_copper_bottom.*", Copper, BOTTOM),
+            ("*_smdmask_top.*", Paste, TOP),
+            ("*_soldermask_top.*", Mask, TOP),
+            ("*_soldermask_bottom.*", Mask, BOTTOM),
+            ("*_silkscreen_top.*", Silk, TOP),
+            ("*_silkscreen_bottom.*", Silk, BOTTOM),
+            ("*_outline.*", Outline, None),
+        ],
+    ),
+    (
+        "FAB 3000",
+        &[
+            ("tl", Copper, TOP),
+            ("bl", Copper, BOTTOM),
+            ("tm", Mask, TOP),
+            ("bm", Mask, BOTTOM),
+            ("ts", Silk, TOP),
+            ("bs", Silk, BOTTOM),
+            ("tp", Paste, TOP),
+            ("bp", Paste, BOTTOM),
+            ("ko", Outline, None),
+            ("drl", Drill, None),
+        ],
+    ),
+    (
+        "pcb-rnd",
+        &[
+            ("*.asb", Other, BOTTOM),
+            ("*.ast", Other, TOP),
+            ("*.gbl", Copper, BOTTOM),
+            ("*.gtl", Copper, TOP),
+            ("*.oln", Outline, None),
+        ],
+    ),
+    ("Gerber drill", &[("*.xln", Drill, None), ("*.drl", Drill, None), ("*.dri", Drill, None)]),
+];
+
+/// Everything a name may mean.
+pub(super) fn meanings(base: &str) -> Vec<Meaning> {
+    let base = base.to_ascii_lowercase();
+    let mut found = Vec::new();
+    for (cad, rows) in TABLES {
+        let row = rows.iter().find(|(pattern, ..)| fits(pattern.as_bytes(), base.as_bytes()));
+        found.extend(row.map(|&(_, role, side)| Meaning { cad, role, side }));
+    }
+    found
+}
+
+/// Whether a name fits a pattern: `*` is anything, `?` one letter, `#` digits.
+fn fits(pattern: &[u8], name: &[u8]) -> bool {
+    match pattern {
+        [] => name.is_empty(),
+        [b'*', rest @ ..] => (0..=name.len()).any(|at| name.get(at..).is_some_and(|name| fits(rest, name))),
+        [b'#', rest @ ..] => {
+            let digits = name.iter().take_while(|byte| byte.is_ascii_digit()).count();
+            digits > 0 && fits(rest, name.get(digits..).unwrap_or_default())
+        }
+        [b'?', rest @ ..] => name.split_first().is_some_and(|(_, name)| fits(rest, name)),
+        [letter, rest @ ..] => name.strip_prefix(&[*letter]).is_some_and(|name| fits(rest, name)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_fit_whole_names() {
+        for (pattern, name, want) in [
+            ("*.g#", "board.g12", true),
+            ("*.g#", "board.gtl", false),
+            ("*in#_cu.*", "x-in2_cu.gbr", true),
+            ("*f?mask.*", "x-f_mask.gts", true),
+            ("top.pho", "stop.pho", false),
+            ("tl", "tl", true),
+        ] {
+            assert_eq!(fits(pattern.as_bytes(), name.as_bytes()), want, "{pattern} {name}");
+        }
+    }
+
+    #[test]
+    fn patterns_are_lower_case() {
+        for (cad, rows) in TABLES {
+            assert!(rows.iter().all(|(pattern, ..)| *pattern == pattern.to_ascii_lowercase()), "{cad}");
+        }
+    }
+}

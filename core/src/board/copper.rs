@@ -1,0 +1,66 @@
+//! The copper of a board's sides, painted, with the nets of its islands.
+//!
+//! Comes in: an [`Artwork`] and the board so far, for its outline. Goes out: one [`Copper`] a side, and remarks. Painting
+//! takes its time: only who needs areas calls this.
+//!
+//! ```text
+//!  positive: ▰ is copper        negative (%IPNEG): the outline less what is drawn is copper
+//! ```
+
+use super::{Board, Copper, Face};
+use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, nets, painted};
+use crate::geometry::{Point, Region, Rule, combine};
+use crate::remark::{Remark, Weight};
+
+/// Paints the copper layers of the set into the board: of each side the one among `used`, else the first beside the
+/// board's drill file, else the first.
+pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks: &mut Vec<Remark>) {
+    for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
+        let Some((file, layer)) = layer(artwork, used, side, board.sources.first()) else { continue };
+        let drawn = painted(layer);
+        let region = if layer.negative_image { inverted(board, file, &drawn, remarks) } else { drawn };
+        let found = nets(layer, &region);
+        for (island, names) in found.meeting {
+            let at = region.islands.get(island).map_or(Point::default(), |island| island.outer.start);
+            remarks.push(
+                Remark::new(Weight::Doubt, "board.nets_meet")
+                    .at(&file.name, 0, 0)
+                    .with("nets", names.join(", "))
+                    .with("x", format!("{:.3}", at.x.mm()))
+                    .with("y", format!("{:.3}", at.y.mm())),
+            );
+        }
+        remarks.extend(file.remarks.iter().cloned());
+        let source = board.sources.len() as u32;
+        board.sources.push(file.name.clone());
+        board.copper.push(Copper { face, region, nets: found.names, source });
+    }
+}
+
+/// The copper layer of a side.
+fn layer<'a>(
+    artwork: &'a Artwork,
+    used: &[usize],
+    side: Side,
+    drill: Option<&String>,
+) -> Option<(&'a FileRead, &'a Gerber)> {
+    let folder = |name: &str| name.rfind(['/', '\\']).map_or(0, |at| at + 1);
+    let beside = |file: &FileRead| {
+        drill.is_some_and(|drill| file.name.get(..folder(&file.name)) == drill.get(..folder(drill)))
+    };
+    let layers = artwork.files.iter().enumerate().filter_map(|(index, file)| {
+        let fits = file.role == Role::Copper && file.side == Some(side);
+        Some((index, file, file.gerber.as_ref().filter(|_| fits)?))
+    });
+    let rank =
+        |&(index, file, _): &(usize, &FileRead, &Gerber)| (!used.contains(&index), !beside(file), index);
+    layers.min_by_key(rank).map(|(_, file, gerber)| (file, gerber))
+}
+
+/// The outline less what is drawn.
+fn inverted(board: &Board, file: &FileRead, drawn: &Region, remarks: &mut Vec<Remark>) -> Region {
+    if board.outline.is_empty() {
+        remarks.push(Remark::new(Weight::Loss, "board.negative_without_outline").at(&file.name, 0, 0));
+    }
+    combine(&board.outline, drawn, Rule::Difference)
+}

@@ -1,0 +1,285 @@
+//! Every Gerber layer of the corpus, read with its neighbours and painted, against its expectation; hostile layers within
+//! their limits.
+
+use annulus_core::artwork::{
+    Artwork, FileRead, Kind, Overrides, Role, Side, painted, painted_measures, read_set,
+};
+use annulus_core::board::{Face, Wanted, from_artwork, from_artwork_with};
+use annulus_core::geometry::Bounds;
+use annulus_core::remark::Weight;
+use annulus_tests::corpus;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Bounds are compared to this, in mm.
+const BOUNDS_MM: f64 = 0.002;
+
+fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() { files_below(&path, out) } else { out.push(path) }
+    }
+}
+
+fn read_folder(folder: &Path) -> Artwork {
+    let mut paths = Vec::new();
+    files_below(folder, &mut paths);
+    let named: Vec<_> =
+        paths.iter().map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect();
+    read_set(&named, &Overrides::default())
+}
+
+/// All expectations of a kind: the file's path in the corpus, and what is said about it.
+fn expectations(corpus: &Path, kind: &str) -> BTreeMap<String, Value> {
+    let mut paths = Vec::new();
+    files_below(&corpus.join("expected"), &mut paths);
+    let mut found = BTreeMap::new();
+    for path in paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "json")) {
+        let value: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
+        let name = path.strip_prefix(corpus.join("expected")).unwrap().display().to_string();
+        if value["kind"] == kind {
+            found.insert(name.trim_end_matches(".json").to_owned(), value);
+        }
+    }
+    found
+}
+
+/// Where the expectation counts other holes than are found, while islands, area and box agree: pours of strokes that touch
+/// each other, where the expectation's 256-gons leave slivers that true circles close. Expected holes, and those found.
+const SLIVERS: [(&str, u32, u32); 2] = [
+    ("altium/protel-se-sg-if/SE_SG_IF_V2.GTL", 12_176, 12_142),
+    ("fd1-keyboard-panel/panel_Bottom.gbr", 48, 47),
+];
+
+/// The pixel of the image that the expected box was measured in, where no program gave it exactly.
+fn raster_mm(row: &Value) -> Option<f64> {
+    let (raster, wanted) = (&row["oracles"]["gerbv"], &row["expected"]["painted_bbox_mm"]);
+    let measured = !wanted.is_null() && raster["painted_bbox_mm"] == *wanted;
+    raster["dpi"].as_f64().filter(|_| measured).map(|dpi| 25.4 / dpi)
+}
+
+fn box_differs(found: Option<Bounds>, wanted: &Value, raster_mm: Option<f64>) -> bool {
+    let Some(wanted) = wanted.as_array() else { return false };
+    let Some(b) = found else { return true };
+    let found = [b.min.x, b.min.y, b.max.x, b.max.y].map(|length| length.mm());
+    found.iter().zip(wanted).any(|(found, wanted)| {
+        (found - wanted.as_f64().unwrap()).abs() > BOUNDS_MM.max(raster_mm.unwrap_or(0.0))
+    })
+}
+
+/// Everything in which a layer differs from its expectation. `draws` is not compared: libgerbv, whose count it is, counts
+/// moves and the edges of contours among them.
+fn differences(file: &FileRead, row: &Value) -> Vec<String> {
+    let (expected, raster_mm) = (&row["expected"], raster_mm(row));
+    let Some(gerber) = &file.gerber else { return vec![format!("no layer: {:?}", file.remarks)] };
+    let mut out = Vec::new();
+    let mut compare = |what: &str, found: Value, wanted: &Value| {
+        if !wanted.is_null() && found != *wanted {
+            out.push(format!("{what}: {found} instead of {wanted}"));
+        }
+    };
+    compare("units", file.units.map(|units| units.name()).into(), &expected["units"]);
+    let polarity = if gerber.negative_image { "negative" } else { "positive" };
+    compare("image polarity", polarity.into(), &expected["image_polarity"]);
+    compare("file function", gerber.file_function.clone().into(), &expected["file_function"]);
+    compare("file polarity", gerber.file_polarity.clone().into(), &expected["file_polarity_attribute"]);
+    if let Some(digits) = file.number_format {
+        compare("integer digits", digits.integer.into(), &expected["number_format"]["integer"]);
+        compare("decimal digits", digits.decimal.into(), &expected["number_format"]["decimal"]);
+    }
+    let (counts, wanted) = (gerber.counts, &expected["objects"]);
+    compare("flashes", counts.flashes.into(), &wanted["flashes"]);
+    compare("lines", counts.lines.into(), &wanted["lines"]);
+    compare("arcs", counts.arcs.into(), &wanted["arcs"]);
+    compare("regions", counts.regions.into(), &wanted["regions"]);
+    compare("objects", counts.total().into(), &wanted["total"]);
+    let found = painted_measures(&painted(gerber));
+    compare("islands", found.islands.into(), &expected["islands"]);
+    let sliver = SLIVERS.iter().find(|(name, ..)| file.name.ends_with(name));
+    match sliver {
+        Some((_, theirs, ours)) => {
+            assert_eq!(expected["holes_in_islands"], *theirs, "{}", file.name);
+            compare("holes", found.holes.into(), &(*ours).into());
+        }
+        None => compare("holes", found.holes.into(), &expected["holes_in_islands"]),
+    }
+    let area = expected["dark_area_mm2"].as_f64().unwrap();
+    let percent = expected["area_tolerance_pct"].as_f64().unwrap();
+    if (found.area_mm2 - area).abs() > area * percent / 100.0 {
+        out.push(format!("area {} instead of {area} within {percent} %", found.area_mm2));
+    }
+    if box_differs(found.bounds, &expected["painted_bbox_mm"], raster_mm) {
+        out.push(format!("box {:?} instead of {}", found.bounds, expected["painted_bbox_mm"]));
+    }
+    if box_differs(gerber.centre_bounds(), &expected["centre_line_bbox_mm"], None) {
+        out.push(format!("centre lines {:?}", gerber.centre_bounds()));
+    }
+    out
+}
+
+#[test]
+fn every_layer_meets_its_expectation() {
+    let Some(corpus) = corpus() else { return };
+    let mut folders: BTreeMap<PathBuf, Vec<(String, Value)>> = BTreeMap::new();
+    for (name, value) in expectations(&corpus, "gerber") {
+        let path = corpus.join(&name);
+        folders.entry(path.parent().unwrap().to_owned()).or_default().push((name, value));
+    }
+    let (mut wrong, mut count) = (Vec::new(), 0);
+    for (folder, rows) in folders {
+        let artwork = read_folder(&folder);
+        for (name, value) in rows {
+            let path = corpus.join(&name).display().to_string();
+            let file = artwork.files.iter().find(|file| file.name == path).unwrap();
+            let found = differences(file, &value);
+            count += 1;
+            if !found.is_empty() {
+                wrong.push(format!("{name}: {}", found.join("; ")));
+            }
+        }
+    }
+    assert!(count > 50, "only {count} layers");
+    assert!(wrong.is_empty(), "{} of {count} differ:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// Which layers of the corpus are what. Names are told apart with all files of their folder at hand.
+const ROLES: [(&str, Role, Option<Side>, &str); 38] = [
+    ("kicad/2013-clockblock/clockblock-F_Cu.gbr", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("kicad/2013-clockblock/clockblock-Edge_Cuts.gbr", Role::Outline, None, "kind.gerber_cad_name"),
+    ("kicad/4.0-multivibrator/multivibrator-B.Cu.gbr", Role::Copper, BOTTOM, "kind.gerber_x2"),
+    ("kicad/4.0-multivibrator/multivibrator-Edge.Cuts.gbr", Role::Outline, None, "kind.gerber_x2"),
+    ("kicad/6.0-herovco-front/herovco_front-EdgeCuts.gm1", Role::Outline, None, "kind.gerber_x2"),
+    ("kicad/8.0-carte_test/carte_test-B_Cu.gbr", Role::Copper, BOTTOM, "kind.gerber_x2"),
+    ("kicad/9.0-gerber-x2-drill/gerber-x2-drill-pth.gbr", Role::Drill, None, "kind.gerber_x2"),
+    ("eagle/arduino-uno/arduino-uno.cmp", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("eagle/pcb-tools-board/top_copper.GTL", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("eagle/9-gyw-curriculum/copper_bottom.gbr", Role::Copper, BOTTOM, "kind.gerber_x2"),
+    ("eagle/9-gyw-curriculum/profile.gbr", Role::Outline, None, "kind.gerber_x2"),
+    ("eagle/particle-core/core.GTL", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("eagle/particle-core/core.MIL", Role::Outline, None, "kind.gerber_cad_name"),
+    ("altium/limesdr-qpcie/LimeSDR-QPCIe_1v2.GTL", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("altium/limesdr-qpcie/LimeSDR-QPCIe_1v2.GTS", Role::Mask, TOP, "kind.gerber_cad_name"),
+    ("altium/protel-se-sg-if/SE_SG_IF_V2.GTL", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("altium/23-x2-sample/PCB1_Copper_Signal_Top.gbr", Role::Copper, TOP, "kind.gerber_x2"),
+    ("allegro/minnowboard-max/MinnowMax_lyr2.art", Role::Copper, INNER, "kind.gerber_layer_name"),
+    ("orcad/rs232/rs232_cm.top", Role::Copper, TOP, "kind.gerber_layer_name"),
+    ("geda-pcb/stepper-lights/controller.bottom.gbr", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
+    ("pcb-rnd/isolated-power/power-art.gtl", Role::Copper, TOP, "kind.gerber_layer_name"),
+    ("diptrace/fd1-keyboard-panel/panel_BoardOutline.gbr", Role::Outline, None, "kind.gerber_layer_name"),
+    ("diptrace/fd1-keyboard-panel/panel_Bottom.gbr", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
+    ("easyeda/easytrace-tht/Gerber_BottomLayer.gbl", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
+    ("horizon/usbkvm/usbkvm.gko", Role::Outline, None, "kind.gerber_cad_name"),
+    ("horizon/usbkvm/usbkvm.gtl", Role::Copper, TOP, "kind.gerber_cad_name"),
+    (
+        "librepcb/demo-bldc/Demo_Brushless_Controller_Project_COPPER-TOP.gbr",
+        Role::Copper,
+        TOP,
+        "kind.gerber_cad_name",
+    ),
+    ("fritzing/gyro-2021/combined.GKO", Role::Outline, None, "kind.gerber_cad_name"),
+    ("fritzing/gyro-2021/combined.gtl", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("target3001/solarcast/IRNASIoTbank1.2.Outline", Role::Outline, None, "kind.gerber_layer_name"),
+    ("proteus/yawdamper/yawdamper-gerber - CADCAM Top Copper.GBR", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("mentor-veribest/nollezappare/EtchLayer2Bottom.gdo", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
+    ("siemens-xpedition/lasmo/EtchLayerTop.gdo", Role::Copper, TOP, "kind.gerber_layer_name"),
+    ("pads/osu-rover-2011/Bottom.pho", Role::Copper, BOTTOM, "kind.gerber_cad_name"),
+    ("p-cad/zxinet/ZXINET.GTL", Role::Copper, TOP, "kind.gerber_layer_name"),
+    ("freepcb/fcpoly/bottom.grb", Role::Copper, TOP, "kind.gerber_layer_name"),
+    ("upverter/sportiduino/design_export.xln", Role::Drill, None, "kind.gerber_cad_name"),
+    ("ultiboard/pihpsdr/PiHPSDR_Controller_MK_II_rev2.g6", Role::Outline, None, "kind.gerber_layer_name"),
+];
+const TOP: Option<Side> = Some(Side::Top);
+const BOTTOM: Option<Side> = Some(Side::Bottom);
+const INNER: Option<Side> = Some(Side::Inner);
+
+#[test]
+fn every_layer_of_a_set_has_its_role_and_the_reason() {
+    let Some(corpus) = corpus() else { return };
+    let mut wrong = Vec::new();
+    for (name, role, side, reason) in ROLES {
+        let path = corpus.join(name);
+        let artwork = read_folder(path.parent().unwrap());
+        let file = artwork.files.iter().find(|file| file.name == path.display().to_string()).unwrap();
+        let found = (file.role, file.side, file.reason.code.as_str());
+        if found != (role, side, reason) {
+            wrong.push(format!("{name}: {found:?} {:?}", file.reason.args));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn holes_with_a_zero_point_of_their_own_are_moved_onto_the_copper_when_asked() {
+    let Some(corpus) = corpus() else { return };
+    let artwork = read_folder(&corpus.join("ultiboard/pihpsdr"));
+    let used = artwork.default_use();
+    let (apart, said) = from_artwork(&artwork, &used);
+    let (board, told) = from_artwork_with(&artwork, &used, Wanted { aligned: true, ..Wanted::default() });
+    let by = |index: usize| {
+        let (from, to) = (apart.holes[index].at, board.holes[index].at);
+        ((to.x - from.x).mm(), (to.y - from.y).mm())
+    };
+    for index in [0, board.holes.len() - 1] {
+        let (x, y) = by(index);
+        assert!((x - 3.295).abs() < 0.01 && (y - 140.124).abs() < 0.01, "moved by {x}, {y}");
+    }
+    assert!(said.iter().any(|remark| remark.code == "drill.shifted_from_copper"), "{said:?}");
+    assert!(told.iter().any(|remark| remark.code == "board.moved"), "{told:?}");
+}
+
+#[test]
+fn old_gerber_is_read_with_the_list_beside_it_and_the_format_that_a_person_says() {
+    let Some(corpus) = corpus() else { return };
+    let folder = corpus.join("cam350/ekf-rs274d");
+    let files = ["ekf.gap", "l1.off"].map(|name| (name.to_owned(), fs::read(folder.join(name)).unwrap()));
+    let digits = Some(annulus_core::artwork::Digits { integer: 2, decimal: 3 });
+    let person = Overrides { units: Some(annulus_core::artwork::Units::Inch), digits, zeros: None };
+    let artwork = read_set(&files, &person);
+    let gerber = artwork.files[1].gerber.as_ref().unwrap();
+    assert!(!artwork.files[1].has_loss(), "{:?}", artwork.files[1].remarks);
+    assert!(gerber.counts.total() > 1_000, "{:?}", gerber.counts);
+    let found = painted_measures(&painted(gerber));
+    assert!(found.islands > 100 && found.area_mm2 > 100.0, "{found:?}");
+    assert_eq!(read_set(&files, &Overrides::default()).files[1].kind, Kind::Refused);
+}
+
+#[test]
+fn copper_has_the_nets_that_x2_says() {
+    let Some(corpus) = corpus() else { return };
+    let artwork = read_folder(&corpus.join("kicad/8.0-carte_test"));
+    let (board, _) = from_artwork_with(&artwork, &[], Wanted { copper: true, ..Wanted::default() });
+    let [copper] = board.copper.as_slice() else { panic!("{} sides", board.copper.len()) };
+    assert_eq!((copper.face, copper.nets.len()), (Face::Bottom, copper.region.islands.len()));
+    let named = copper.nets.iter().flatten().count();
+    assert!(named * 10 > copper.nets.len() * 8, "{named} of {}", copper.nets.len());
+}
+
+#[test]
+fn hostile_layers_stay_within_their_limits() {
+    let Some(corpus) = corpus() else { return };
+    let mut count = 0;
+    for entry in fs::read_dir(corpus.join("synthetic")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if !name.starts_with("x2") {
+            continue;
+        }
+        count += 1;
+        let artwork = read_set(&[(name.clone(), fs::read(&path).unwrap())], &Overrides::default());
+        let file = &artwork.files[0];
+        let heaviest = file.remarks.iter().map(|remark| remark.weight).max();
+        if name.starts_with("x28") {
+            assert_eq!(file.kind, Kind::Gerber);
+        } else {
+            assert!(heaviest >= Some(Weight::Doubt), "{name} is not remarked: {:?}", file.remarks);
+        }
+        if let Some(gerber) = &file.gerber {
+            let islands = painted(gerber).islands.len();
+            assert!(islands < 250_000, "{name}: {islands}");
+        }
+    }
+    assert_eq!(count, 9);
+}
