@@ -17,8 +17,9 @@
 //! of the crossing is that of chords 0.4 µm off, mended to the true one where there is one. Pieces shorter than 0.1 µm
 //! are drawn together, islands and holes thinner than 20 nm dropped. Knows no boards.
 
+use super::clusters::clusters;
 use super::rebuild;
-use super::sheet::{Edge, Fill, Sheet, edges_of, trace, trace_two, turned};
+use super::sheet::{Edge, Fill, Shape, Sheet, edges_of, extent_of, run, trace_two, turned};
 use super::{Path, Region, Segment};
 use i_overlay::core::overlay_rule::OverlayRule;
 
@@ -121,48 +122,69 @@ pub(super) fn together<'a>(outlines: impl IntoIterator<Item = &'a Path>) -> Regi
 pub fn combine(first: &Region, second: &Region, rule: Rule) -> Region {
     let mut sheet = Sheet::default();
     first.paths().for_each(|path| sheet.path(path));
-    let subject = std::mem::take(&mut sheet.edges);
+    let subject = sheet.take();
     second.paths().for_each(|path| sheet.path(path));
-    let clip = std::mem::take(&mut sheet.edges);
+    let clip = sheet.take();
     let rule = match rule {
         Rule::Union => OverlayRule::Union,
         Rule::Difference => OverlayRule::Difference,
         Rule::Intersection => OverlayRule::Intersect,
         Rule::Xor => OverlayRule::Xor,
     };
-    rebuild::region(&trace_two(subject, clip, rule), &sheet.circles, CRUMB_NM)
+    rebuild::region(&trace_two(&subject, &clip, rule), &sheet.circles, CRUMB_NM)
 }
 
-/// What a row of coats does to whatever lies beneath: takes `clear` away, then adds `dark`. Both are settled: they
-/// wind once round what is inside.
+/// What a row of coats does to whatever lies beneath: takes `clear` away, then adds `dark`. The shapes of either do not
+/// overlap.
 #[derive(Default)]
 struct Layer {
-    clear: Vec<Edge>,
-    dark: Vec<Edge>,
+    clear: Vec<Shape>,
+    dark: Vec<Shape>,
+}
+
+/// Shapes laid over each other: where the sum of `weight` times their windings is above zero. A group of shapes
+/// that hang together by their boxes is worked on apart, and stays as it is where all are of one list.
+fn weighed<const N: usize>(lists: [(i32, Vec<Shape>); N]) -> Vec<Shape> {
+    let all: Vec<(i32, Shape)> = lists
+        .into_iter()
+        .flat_map(|(weight, shapes)| shapes.into_iter().map(move |shape| (weight, shape)))
+        .collect();
+    let extents: Vec<_> = all.iter().map(|(_, shape)| extent_of(shape)).collect();
+    let mut all: Vec<Option<(i32, Shape)>> = all.into_iter().map(Some).collect();
+    let mut found = Vec::new();
+    for group in clusters(&extents) {
+        let group: Vec<(i32, Shape)> =
+            group.into_iter().filter_map(|index| all.get_mut(index).and_then(Option::take)).collect();
+        let first = group.first().map_or(0, |(weight, _)| *weight);
+        if group.iter().any(|(weight, _)| *weight != first) {
+            found.extend(run(group.iter().flat_map(|(weight, shape)| heavy(*weight, shape)), Fill::Positive));
+        } else if first > 0 {
+            found.extend(group.into_iter().map(|(_, shape)| shape));
+        }
+    }
+    found
+}
+
+/// The edges of a shape as often as it weighs, turned where it weighs less than nothing.
+fn heavy(weight: i32, shape: &Shape) -> impl Iterator<Item = Edge> {
+    let times = weight.unsigned_abs() as usize;
+    let turn = move |edge: Edge| if weight < 0 { turned(edge) } else { edge };
+    std::iter::repeat_n(shape, times).flat_map(edges_of).map(turn)
 }
 
 /// Two layers as one, the second over the first.
 ///
-/// Inside of what stays dark is where `first.dark − second.clear + 2 · second.dark` is above zero: a single pass.
+/// What stays dark is where `first.dark − second.clear + 2 · second.dark` is above zero: a single pass.
 fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
-    let clear = match (keep_clear, first.clear.is_empty(), second.clear.is_empty()) {
-        (false, _, _) => Vec::new(),
-        (true, true, _) => second.clear.clone(),
-        (true, _, true) => first.clear,
-        (true, false, false) => edges_of(&trace([first.clear, second.clear.clone()].concat(), Fill::NonZero)),
+    let clear = match keep_clear {
+        false => Vec::new(),
+        true => weighed([(1, first.clear), (2, second.clear.clone())]),
     };
-    let mut dark = first.dark;
-    if dark.is_empty() {
-        return Layer { clear, dark: second.dark };
-    }
-    dark.extend(turned(&second.clear));
-    dark.extend(&second.dark);
-    dark.extend(&second.dark);
-    Layer { clear, dark: edges_of(&trace(dark, Fill::Positive)) }
+    Layer { clear, dark: weighed([(1, first.dark), (-1, second.clear), (2, second.dark)]) }
 }
 
-/// The layer that a row of settled coats makes. Halves first, so that nothing is laid down more often than there are
-/// doublings in the number of coats.
+/// The layer that a row of coats makes. Halves first, so that nothing is laid down more often than there are doublings
+/// in the number of coats.
 fn layer(coats: &mut [Layer], keep_clear: bool) -> Layer {
     match coats {
         [] => Layer::default(),
@@ -180,22 +202,14 @@ pub fn paint(coats: &[Coat]) -> Region {
     let first_dark = coats.iter().position(|coat| !coat.clear).unwrap_or(coats.len());
     let mut sheet = Sheet::default();
     let mut layers: Vec<Layer> = Vec::new();
-    let mut rest = coats.get(first_dark..).unwrap_or_default();
-    while let Some(first) = rest.first() {
-        let same = rest.iter().take_while(|coat| coat.clear == first.clear).count();
-        let (here, after) = rest.split_at(same);
-        here.iter().flat_map(|coat| &coat.outlines).for_each(|outline| sheet.path(outline));
+    for same in coats.get(first_dark..).unwrap_or_default().chunk_by(|one, two| one.clear == two.clear) {
+        same.iter().flat_map(|coat| &coat.outlines).for_each(|outline| sheet.path(outline));
         let shapes = sheet.trace(Fill::NonZero);
-        if after.is_empty() && layers.is_empty() {
-            return rebuild::region(&shapes, &sheet.circles, CRUMB_NM);
-        }
-        let edges = edges_of(&shapes);
-        layers.push(match first.clear {
-            true => Layer { clear: edges, dark: Vec::new() },
-            false => Layer { clear: Vec::new(), dark: edges },
+        layers.push(match same.first() {
+            Some(Coat { clear: true, .. }) => Layer { clear: shapes, dark: Vec::new() },
+            _ => Layer { clear: Vec::new(), dark: shapes },
         });
-        rest = after;
     }
     let dark = layer(&mut layers, false).dark;
-    rebuild::region(&trace(dark, Fill::NonZero), &sheet.circles, CRUMB_NM)
+    rebuild::region(&dark, &sheet.circles, CRUMB_NM)
 }

@@ -14,6 +14,7 @@
 //! Comes in: a region and a width. Goes out: the list, ordered by place. Widths are exact to the nanometre; places of one pair of islands
 //! that are nearer to each other than the width are one. Knows no nets.
 
+use super::clusters::{groups, unite};
 use super::index::{Entry, Index, entries, point};
 use super::measure::segment_bounds;
 use super::nearest::{Piece, nearest_pair};
@@ -141,28 +142,6 @@ fn pairs(outlines: &Outlines, index: &Index, width: Length) -> Vec<Pair> {
     pairs
 }
 
-/// The first of a set in which places are united.
-fn root(parents: &mut [usize], of: usize) -> usize {
-    let mut at = of;
-    while let Some(&parent) = parents.get(at)
-        && parent != at
-    {
-        let grand = parents.get(parent).copied().unwrap_or(parent);
-        if let Some(slot) = parents.get_mut(at) {
-            *slot = grand;
-        }
-        at = grand;
-    }
-    at
-}
-
-fn unite(parents: &mut [usize], one: usize, two: usize) {
-    let (a, b) = (root(parents, one), root(parents, two));
-    if let Some(slot) = parents.get_mut(a.max(b)) {
-        *slot = a.min(b);
-    }
-}
-
 /// Pairs gathered into places: each a list of indices, the narrowest first.
 fn places(outlines: &Outlines, pairs: &[Pair]) -> Vec<Vec<usize>> {
     let mut parents: Vec<usize> = (0..pairs.len()).collect();
@@ -179,18 +158,10 @@ fn places(outlines: &Outlines, pairs: &[Pair]) -> Vec<Vec<usize>> {
             }
         }
     }
-    let mut members: Vec<(usize, usize)> =
-        (0..pairs.len()).map(|index| (root(&mut parents, index), index)).collect();
-    members.sort_unstable();
     let width = |index: &usize| pairs.get(*index).map_or(f64::INFINITY, |pair| pair.width);
-    let by_root = members.chunk_by(|a, b| a.0 == b.0);
-    by_root
-        .map(|place| {
-            let mut place: Vec<usize> = place.iter().map(|&(_, index)| index).collect();
-            place.sort_by(|a, b| width(a).total_cmp(&width(b)));
-            place
-        })
-        .collect()
+    let mut places = groups(&mut parents);
+    places.iter_mut().for_each(|place| place.sort_by(|a, b| width(a).total_cmp(&width(b))));
+    places
 }
 
 /// Whether an edge other than the two lies across the way from one place to the other.
@@ -256,7 +227,7 @@ pub fn gaps(region: &Region, narrower_than: Length) -> Vec<Gap> {
         return Vec::new();
     }
     let outlines = outlines(region);
-    let index = Index::of(region);
+    let index = Index::from_entries(outlines.entries.clone());
     let pairs = pairs(&outlines, &index, narrower_than);
     let narrowest = |place: Vec<usize>| {
         let tries = place.into_iter().take(MOST_TRIES).filter_map(|number| pairs.get(number));

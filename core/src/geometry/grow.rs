@@ -21,7 +21,7 @@
 
 use super::combine::CRUMB_NM;
 use super::rebuild;
-use super::sheet::{Circle, Fill, Sheet, Spot, apart, spot, turned};
+use super::sheet::{Circle, Fill, Sheet, Spot, apart, spot, trace};
 use super::{Path, Point, REACH, Region, Segment, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
@@ -175,6 +175,7 @@ fn lay(path: &Path, by: f64, sheet: &mut Sheet) {
             Corner::Round(circle) => sheet.arc(end, start, circle, false),
         }
     }
+    sheet.end_outline();
 }
 
 fn grown(region: &Region, by: f64, crumb: f64) -> Region {
@@ -188,8 +189,9 @@ fn shrunk(region: &Region, by: f64) -> Region {
     let closed = grown(region, CLOSING_NM, CRUMB_NM);
     let mut sheet = Sheet::default();
     closed.paths().for_each(|path| lay(&path.reversed(), by + CLOSING_NM, &mut sheet));
-    sheet.edges = turned(&sheet.edges).collect();
-    let shapes = sheet.trace(Fill::Positive);
+    let mut pile = sheet.take();
+    pile.turn();
+    let shapes = trace(&pile, Fill::Positive);
     rebuild::region(&shapes, &sheet.circles, GROWN_CRUMB_NM)
 }
 

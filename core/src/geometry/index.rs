@@ -41,12 +41,13 @@ pub(super) struct Entry {
     pub(super) from: Point,
     pub(super) segment: Segment,
     pub(super) piece: Piece,
+    around: AABB<[f64; 2]>,
 }
 
 impl RTreeObject for Entry {
     type Envelope = AABB<[f64; 2]>;
     fn envelope(&self) -> Self::Envelope {
-        envelope(segment_bounds(self.from, self.segment))
+        self.around
     }
 }
 
@@ -81,7 +82,9 @@ pub(super) fn entries(region: &Region) -> Vec<Entry> {
             for (segment, (from, piece)) in (0_u32..).zip(outline.pieces()) {
                 let edge = Edge { island, path, segment };
                 let number = entries.len();
-                entries.push(Entry { number, edge, from, segment: piece, piece: Piece::of(from, piece) });
+                let around = envelope(segment_bounds(from, piece));
+                let geometry = Piece::of(from, piece);
+                entries.push(Entry { number, edge, from, segment: piece, piece: geometry, around });
             }
         }
     }
@@ -91,7 +94,12 @@ pub(super) fn entries(region: &Region) -> Vec<Entry> {
 impl Index {
     /// Makes a region ready.
     pub fn of(region: &Region) -> Self {
-        Self { tree: RTree::bulk_load(entries(region)) }
+        Self::from_entries(entries(region))
+    }
+
+    /// Of edges already listed.
+    pub(super) fn from_entries(entries: Vec<Entry>) -> Self {
+        Self { tree: RTree::bulk_load(entries) }
     }
 
     /// The island that a point lies in; the innermost where an island lies in a hole of another.

@@ -3,6 +3,7 @@
 //! Comes in: [`Length`]. Goes out: points, boxes, paths and regions of lines and arcs. Knows no boards.
 
 pub mod chords;
+mod clusters;
 mod combine;
 mod gaps;
 mod grow;
@@ -121,5 +122,7 @@ impl Bounds {
     }
 }
 
+#[cfg(test)]
+mod laws;
 #[cfg(test)]
 mod tests;

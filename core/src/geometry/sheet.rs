@@ -12,6 +12,7 @@
 //! Tolerance: a chord is at most [`CHORD_ERROR_NM`] off its arc; a crossing is at most 2 nm off the crossing of
 //! the chords. Coordinates beyond [`super::REACH`] are moved to it, so nothing overflows. Knows no boards and no tools.
 
+use super::clusters::{self, Extent};
 use super::{Path, Point, REACH, Segment, chords};
 use i_overlay::core::edge_data::{EdgeDataMerge, OverlayEdgeData};
 use i_overlay::core::edge_overlay::{EdgeOverlay, InputEdge};
@@ -25,9 +26,12 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// How far a chord may be off its arc, in nm. Arcs come back exact; only where two outlines cross does it show.
-pub(super) const CHORD_ERROR_NM: f64 = 400.0;
+pub(super) const CHORD_ERROR_NM: f64 = 800.0;
 /// Chords of a whole circle at most, in eighths of it.
 const MOST_EIGHTHS: usize = 512;
+/// Groups of outlines are gathered until they have so many edges: below the number from which the overlay sets up its
+/// structures for large boards.
+const BATCH_EDGES: usize = 1_500;
 /// Ends whose distances from the centre differ by more, in nm, do not lie on one arc.
 const UNEVEN_NM: f64 = 1_000.0;
 
@@ -91,12 +95,32 @@ impl From<Fill> for FillRule {
     }
 }
 
-/// Edges being laid down, and the circles they belong to.
+/// Outlines laid down.
+#[derive(Clone, Default)]
+pub(super) struct Pile {
+    edges: Vec<Edge>,
+    /// How many edges there are after each outline.
+    ends: Vec<usize>,
+}
+
+/// Outlines being laid down, and the circles that their edges belong to.
 #[derive(Default)]
 pub(super) struct Sheet {
     pub(super) circles: Vec<Circle>,
-    pub(super) edges: Vec<Edge>,
+    pile: Pile,
     wheels: BTreeMap<usize, Vec<Spot>>,
+}
+
+impl Pile {
+    fn outlines(&self) -> impl Iterator<Item = &[Edge]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| self.edges.get(start..end).unwrap_or_default())
+    }
+
+    /// Every edge the other way round: what counted one now counts minus one.
+    pub(super) fn turn(&mut self) {
+        self.edges.iter_mut().for_each(|edge| *edge = turned(*edge));
+    }
 }
 
 /// A point as the overlay takes it, moved into reach.
@@ -163,7 +187,7 @@ impl Sheet {
     fn put(&mut self, from: Spot, to: Spot, data: Tag) {
         let (a, b) = (pin(from), pin(to));
         if a != b {
-            self.edges.push(InputEdge { a, b, data });
+            self.pile.edges.push(InputEdge { a, b, data });
         }
     }
 
@@ -229,45 +253,107 @@ impl Sheet {
         }
     }
 
-    /// Lays down a path, closing an open one by a straight edge.
+    /// Ends an outline. Outlines are what is sorted into groups, so what belongs together is one or overlaps.
+    pub(super) fn end_outline(&mut self) {
+        self.pile.ends.push(self.pile.edges.len());
+    }
+
+    /// Lays down a path as an outline, closing an open one by a straight edge.
     pub(super) fn path(&mut self, path: &Path) {
         for (from, segment) in path.pieces() {
             self.segment(from, segment);
         }
         self.line(spot(path.end()), spot(path.start));
+        self.end_outline();
     }
 
-    /// What is inside by `fill`, of all edges together. The edges are used up.
+    /// What was laid down. The sheet is empty after that, but knows its circles.
+    pub(super) fn take(&mut self) -> Pile {
+        std::mem::take(&mut self.pile)
+    }
+
+    /// What is inside by `fill`, of all outlines together. They are used up.
     pub(super) fn trace(&mut self, fill: Fill) -> Vec<Shape> {
-        trace(std::mem::take(&mut self.edges), fill)
+        trace(&self.take(), fill)
     }
 }
 
-/// What is inside of `edges` by `fill`.
-pub(super) fn trace(edges: Vec<Edge>, fill: Fill) -> Vec<Shape> {
-    if edges.is_empty() {
-        return Vec::new();
-    }
-    let mut overlay = EdgeOverlay::<i32, Tag>::new(edges.len());
+/// The other way round.
+pub(super) fn turned(edge: Edge) -> Edge {
+    InputEdge { a: edge.b, b: edge.a, data: edge.data }
+}
+
+fn extent<'a>(points: impl IntoIterator<Item = &'a IntPoint<i32>>) -> Extent {
+    points.into_iter().fold(clusters::NOTHING, |extent, point| clusters::with(extent, point.x, point.y))
+}
+
+/// The extent of a shape.
+pub(super) fn extent_of(shape: &Shape) -> Extent {
+    extent(shape.iter().take(1).flatten().map(|edge| &edge.a))
+}
+
+/// Runs the overlay on `edges`.
+pub(super) fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
+    let edges = edges.into_iter();
+    let mut overlay = EdgeOverlay::<i32, Tag>::new(edges.size_hint().0);
     overlay.add_edges(edges, ShapeType::Subject);
     overlay.build_vector_shapes(OverlayRule::Subject, fill.into())
 }
 
-/// What is inside of two sets of edges, each by nonzero winding, laid together by `rule`.
-pub(super) fn trace_two(subject: Vec<Edge>, clip: Vec<Edge>, rule: OverlayRule) -> Vec<Shape> {
-    let mut overlay = EdgeOverlay::<i32, Tag>::new(subject.len() + clip.len());
-    overlay.add_edges(subject, ShapeType::Subject);
-    overlay.add_edges(clip, ShapeType::Clip);
-    overlay.build_vector_shapes(rule, FillRule::NonZero)
+/// Groups of outlines that hang together, small ones gathered so that each has enough edges for a run.
+fn batches(outlines: &[&[Edge]]) -> Vec<Vec<usize>> {
+    let extents: Vec<Extent> =
+        outlines.iter().map(|outline| extent(outline.iter().map(|edge| &edge.a))).collect();
+    let size = |group: &[usize]| -> usize {
+        group.iter().filter_map(|&index| outlines.get(index)).map(|outline| outline.len()).sum()
+    };
+    let mut batches: Vec<Vec<usize>> = Vec::new();
+    let mut filled = BATCH_EDGES;
+    for group in clusters::clusters(&extents) {
+        let more = size(&group);
+        match batches.last_mut() {
+            Some(last) if filled + more <= BATCH_EDGES => {
+                last.extend(group);
+                filled += more;
+            }
+            _ => {
+                batches.push(group);
+                filled = more;
+            }
+        }
+    }
+    batches
+}
+
+/// What is inside of a pile of outlines by `fill`.
+pub(super) fn trace(pile: &Pile, fill: Fill) -> Vec<Shape> {
+    let outlines: Vec<&[Edge]> = pile.outlines().collect();
+    let mut shapes = Vec::new();
+    for batch in batches(&outlines) {
+        let chosen = batch.iter().filter_map(|&index| outlines.get(index));
+        let edges: Vec<Edge> = chosen.copied().flatten().copied().collect();
+        shapes.extend(run(edges, fill));
+    }
+    shapes
+}
+
+/// What is inside of two piles, each by nonzero winding, laid together by `rule`.
+pub(super) fn trace_two(subject: &Pile, clip: &Pile, rule: OverlayRule) -> Vec<Shape> {
+    let subjects: Vec<&[Edge]> = subject.outlines().collect();
+    let outlines: Vec<&[Edge]> = subjects.iter().copied().chain(clip.outlines()).collect();
+    let mut shapes = Vec::new();
+    for batch in batches(&outlines) {
+        let mut overlay = EdgeOverlay::<i32, Tag>::new(batch.len());
+        for index in batch {
+            let kind = if index < subjects.len() { ShapeType::Subject } else { ShapeType::Clip };
+            overlay.add_edges(outlines.get(index).copied().unwrap_or_default().iter().copied(), kind);
+        }
+        shapes.extend(overlay.build_vector_shapes(rule, FillRule::NonZero));
+    }
+    shapes
 }
 
 /// The edges of shapes, to be laid down again.
-pub(super) fn edges_of(shapes: &[Shape]) -> Vec<Edge> {
-    let edges = shapes.iter().flatten().flatten();
-    edges.map(|edge| InputEdge { a: edge.a, b: edge.b, data: edge.data }).collect()
-}
-
-/// The same edges the other way round: what counted +1 now counts −1.
-pub(super) fn turned(edges: &[Edge]) -> impl Iterator<Item = Edge> {
-    edges.iter().map(|edge| InputEdge { a: edge.b, b: edge.a, data: edge.data })
+pub(super) fn edges_of(shape: &Shape) -> impl Iterator<Item = Edge> {
+    shape.iter().flatten().map(|edge| InputEdge { a: edge.a, b: edge.b, data: edge.data })
 }

@@ -1,0 +1,173 @@
+//! Laws that hold for any board: areas add up, points lie where they lay, offsets keep their distance, and no result
+//! depends on where the board lies, which way its outlines turn or where they start.
+//!
+//! Comes in: seeds, printed when a law is broken. The boards are made to be hard: on a grid, doubled, touching, coincident.
+
+use super::*;
+
+/// Boards tried for every law.
+const SEEDS: std::ops::Range<u64> = 1..25;
+const UM: f64 = 1e-3;
+
+struct Chance(u64);
+
+impl Chance {
+    fn share(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) as f64) / f64::from(1_u32 << 31)
+    }
+
+    fn below(&mut self, end: u32) -> u32 {
+        (self.share() * f64::from(end)) as u32
+    }
+
+    /// A coordinate within 8 mm, on a grid of so many mm.
+    fn on_grid(&mut self, grid: f64) -> f64 {
+        libm::round(self.share() * 8.0 / grid) * grid
+    }
+}
+
+/// The grid of a board in mm: coarse so that much coincides, or as fine as nanometres.
+fn grid(seed: u64) -> f64 {
+    [0.25, 0.5, 0.1, 1e-6].get(seed as usize % 4).copied().unwrap_or(0.25)
+}
+
+fn board(seed: u64, shapes: usize) -> Vec<Path> {
+    let mut chance = Chance(seed);
+    let grid = grid(seed);
+    let mut paths: Vec<Path> = Vec::new();
+    while paths.len() < shapes {
+        let at = Point::from_mm(chance.on_grid(grid), chance.on_grid(grid));
+        let size = Length::from_mm(0.25 + chance.on_grid(grid) / 8.0);
+        let other = Point::from_mm(chance.on_grid(grid), chance.on_grid(grid));
+        match chance.below(6) {
+            0 => paths.push(circle(at, size)),
+            1 => paths.push(rectangle(Bounds::of(at).with(Point::new(at.x + size, at.y + size + size)))),
+            2 => paths.extend(stroke(&Path { start: at, segments: vec![Segment::Line { to: other }] }, size)),
+            3 => {
+                let centre = Point::new(at.x + size, at.y);
+                let to = Point::new(at.x + size, at.y + size);
+                let bend = Segment::Arc { to, centre, clockwise: chance.below(2) == 0 };
+                paths.extend(stroke(&Path { start: at, segments: vec![bend] }, Length::from_mm(0.25)));
+            }
+            4 => {
+                let third = Point::new(at.x, other.y);
+                let triangle = Path::through(&[at, other, third, at]);
+                paths.extend(triangle.filter(|triangle| path_area_mm2(triangle).abs() > 0.01));
+            }
+            _ => paths.extend(paths.last().cloned()),
+        }
+    }
+    paths
+}
+
+#[track_caller]
+fn close(got: f64, wanted: f64, allowed: f64, seed: u64) {
+    assert!((got - wanted).abs() <= allowed, "seed {seed}: {got} instead of {wanted}");
+}
+
+/// Area that a length of edge may be off by rounding, in mm².
+fn slack(region: &Region) -> f64 {
+    3e-6 * region.paths().map(Path::length_mm).sum::<f64>() + 1e-5
+}
+
+#[test]
+fn areas_add_up() {
+    for seed in SEEDS {
+        let (a, b) = (union(&board(seed, 20)), union(&board(seed + 1_000, 20)));
+        let of = |rule| area_mm2(&combine(&a, &b, rule));
+        let allowed = slack(&a) + slack(&b);
+        let (either, both) = (of(Rule::Union), of(Rule::Intersection));
+        close(either + both, area_mm2(&a) + area_mm2(&b), allowed, seed);
+        close(of(Rule::Difference), area_mm2(&a) - both, allowed, seed);
+        close(of(Rule::Xor), either - both, allowed, seed);
+        let again = combine(&a, &a, Rule::Union);
+        close(area_mm2(&again), area_mm2(&a), slack(&a), seed);
+        assert_eq!(again.islands.len(), a.islands.len(), "seed {seed}");
+        assert!(combine(&a, &a, Rule::Difference).is_empty(), "seed {seed}");
+        let coats = [false, true, false].map(|clear| Coat { clear, outlines: b.paths().cloned().collect() });
+        close(area_mm2(&paint(&coats)), area_mm2(&b), slack(&b), seed);
+    }
+}
+
+#[test]
+fn points_lie_where_they_lay() {
+    for seed in SEEDS {
+        let paths = board(seed, 25);
+        let region = union(&paths);
+        let index = Index::of(&region);
+        let mut chance = Chance(seed);
+        for _ in 0..300 {
+            let point = Point::from_mm(chance.share() * 10.0 - 1.0, chance.share() * 10.0 - 1.0);
+            if index.nearest(point, Length::from_um(1)).is_some() {
+                continue;
+            }
+            let inside = paths.iter().any(|path| winding(path, point) != 0);
+            assert_eq!(contains(&region, point), inside, "seed {seed}: {point:?}");
+            assert_eq!(index.island_at(point).is_some(), inside, "seed {seed}: {point:?}");
+        }
+    }
+}
+
+/// How far a point is from a region, less than zero inside of it, in mm.
+fn depth(region: &Region, index: &Index, point: Point) -> f64 {
+    let edge = index.nearest(point, Length::from_mm(50.0)).map_or(50.0, |near| near.distance.mm());
+    if contains(region, point) { -edge } else { edge }
+}
+
+#[test]
+fn offsets_keep_their_distance() {
+    for seed in SEEDS {
+        let region = union(&board(seed, 16));
+        let index = Index::of(&region);
+        let by = [0.05, 0.3, -0.05, -0.11].get(seed as usize % 4).copied().unwrap_or(0.1);
+        let grown = grow(&region, Length::from_mm(by));
+        let mut chance = Chance(seed);
+        for _ in 0..300 {
+            let point = Point::from_mm(chance.share() * 10.0 - 1.0, chance.share() * 10.0 - 1.0);
+            let depth = depth(&region, &index, point);
+            if (depth - by).abs() > UM {
+                assert_eq!(contains(&grown, point), depth < by, "seed {seed}: {point:?} {depth} {by}");
+            }
+        }
+        for path in grown.paths() {
+            for point in path.flattened(0.02) {
+                let depth = depth(&region, &index, point);
+                assert!((depth - by).abs() <= UM, "seed {seed}: {point:?} is {depth} off, not {by}");
+            }
+        }
+        assert!(grown.paths().all(|path| path.is_closed() && path == &path.from_its_left()), "seed {seed}");
+    }
+}
+
+#[test]
+fn nothing_depends_on_where_or_which_way() {
+    for seed in SEEDS {
+        let paths = board(seed, 25);
+        let region = union(&paths);
+        let grown = grow(&region, Length::from_mm(0.1));
+        let shrunk = grow(&region, Length::from_mm(-0.06));
+        let same = |other: Vec<Path>, what: &str| {
+            let region = [region.clone(), grown.clone(), shrunk.clone()];
+            let united = union(&other);
+            let others = [grow(&united, Length::from_mm(0.1)), grow(&united, Length::from_mm(-0.06))];
+            for (one, two) in region.iter().zip([&united].into_iter().chain(&others)) {
+                close(area_mm2(two), area_mm2(one), slack(one), seed);
+                assert_eq!(two.islands.len(), one.islands.len(), "seed {seed}, {what}");
+            }
+        };
+        let placed = |placement: Placement| paths.iter().map(|path| placement.path(path)).collect();
+        same(paths.iter().map(Path::reversed).collect(), "reversed");
+        same(paths.iter().rev().cloned().collect(), "last first");
+        same(placed(Placement { mirror: true, ..Placement::default() }), "mirrored");
+        same(placed(Placement { rotation_mdeg: QUARTER_MDEG, ..Placement::default() }), "rotated");
+        same(placed(Placement::shifted(Point::from_mm(-123.456_789, 77.7))), "shifted");
+        let started = |path: &Path| {
+            let mut segments = path.segments.clone();
+            let middle = segments.len() / 2;
+            segments.rotate_left(middle);
+            Path { start: path.corners().nth(middle).unwrap_or(path.start), segments }
+        };
+        same(paths.iter().map(started).collect(), "started elsewhere");
+    }
+}
