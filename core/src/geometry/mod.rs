@@ -15,6 +15,7 @@ mod rebuild;
 mod shape;
 mod sheet;
 mod stroke;
+mod watershed;
 
 pub use combine::{Coat, Rule, combine, even_odd, paint, settled, union};
 pub use gaps::{Gap, gaps};
@@ -26,6 +27,7 @@ pub use measure::{
 pub use placement::{Placement, QUARTER_MDEG};
 pub use shape::{Island, Path, Region, Segment};
 pub use stroke::{circle, rectangle, stroke, sweep};
+pub use watershed::watershed;
 
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
