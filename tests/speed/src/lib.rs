@@ -2,6 +2,7 @@
 //!
 //! Comes in: sizes. Goes out: counts of what was done; whoever calls looks at the clock.
 
+pub mod copper;
 mod pace;
 
 pub use pace::{Pace, pace};
