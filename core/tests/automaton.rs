@@ -1,24 +1,14 @@
 //! The integer automaton: event for event as in the reference, exact for every distance and every change of target, and
 //! tables proved by running them (A4, A5).
 
+mod reference;
+
 use annulus_core::machine::Dynamics;
 use annulus_core::steps::automaton::{
     Automaton, FARTHEST, MOST_STATES, capped, check, state_within, stretches, takts, total,
 };
+use reference::vectors;
 use serde_json::Value;
-use std::path::Path;
-
-fn vectors() -> Option<Value> {
-    let folder = std::env::var("ANNULUS_VECTORS").unwrap_or_else(|_| {
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/reference/vectors").to_owned()
-    });
-    let Ok(text) = std::fs::read_to_string(Path::new(&folder).join("step_automaton.json")) else {
-        assert!(std::env::var("CI").as_deref() != Ok("true"), "no reference vectors");
-        println!("skipped: no vectors");
-        return None;
-    };
-    Some(serde_json::from_str(&text).unwrap())
-}
 
 fn chance(seed: &mut u64, below: u64) -> u64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -52,7 +42,7 @@ fn run(automaton: &mut Automaton, most: u64) -> Vec<(u64, i64, i32)> {
 
 #[test]
 fn every_event_is_that_of_the_reference() {
-    let Some(file) = vectors() else { return };
+    let Some(file) = vectors("step_automaton.json") else { return };
     let mut events = 0;
     for case in file["cases"].as_array().unwrap() {
         let id = &case["id"];
@@ -83,7 +73,7 @@ fn every_event_is_that_of_the_reference() {
 
 #[test]
 fn totals_and_table_conditions_are_those_of_the_reference() {
-    let Some(file) = vectors() else { return };
+    let Some(file) = vectors("step_automaton.json") else { return };
     let arendt = Dynamics::arendt();
     for case in file["totals"].as_array().unwrap() {
         let interrupts = total(&arendt, case["n"].as_u64().unwrap()).unwrap();

@@ -1,23 +1,12 @@
 //! Phase tables: bytes as in the reference both ways, no 24 V at rest, and wrong tables refused by column (A3).
 
+mod reference;
+
 use annulus_core::machine::phases::{
     Commutator, FORCING, MOST_COLUMNS, PRESETS, WINDINGS, angle, byte, check, column, preset, turn, turns,
 };
 use annulus_core::machine::{PhaseTable, Value as Setting, apply, virtual_drill};
-use serde_json::Value;
-use std::path::Path;
-
-fn vectors() -> Option<Value> {
-    let folder = std::env::var("ANNULUS_VECTORS").unwrap_or_else(|_| {
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/reference/vectors").to_owned()
-    });
-    let Ok(text) = std::fs::read_to_string(Path::new(&folder).join("step_automaton.json")) else {
-        assert!(std::env::var("CI").as_deref() != Ok("true"), "no reference vectors");
-        println!("skipped: no vectors");
-        return None;
-    };
-    Some(serde_json::from_str(&text).unwrap())
-}
+use reference::vectors;
 
 fn table(columns: &[u8]) -> PhaseTable {
     PhaseTable { columns: columns.to_vec() }
@@ -25,7 +14,7 @@ fn table(columns: &[u8]) -> PhaseTable {
 
 #[test]
 fn bytes_are_those_of_the_reference_both_ways() {
-    let Some(file) = vectors() else { return };
+    let Some(file) = vectors("step_automaton.json") else { return };
     let lab = PhaseTable::arendt();
     let printed: Vec<u8> = serde_json::from_value(file["phase_table"]["bytes"].clone()).unwrap();
     assert_eq!(lab.columns, printed);

@@ -454,7 +454,7 @@ mod tests {
     #[test]
     fn during_a_move_slow_takts_are_forced_for_one_interrupt_and_fast_ones_until_the_next() {
         // Takts every 14 ms, as where the laboratory drill starts, and every 1.5 ms.
-        let run = |interval, count| Run { axes: 1, forward: true, interval, count, change: 0 };
+        let run = |interval, count| Run::even(1, true, interval, count);
         let segment = Segment {
             leg: 0,
             mark: Mark::Prepare,

@@ -14,7 +14,7 @@
 use crate::job::Stage;
 use crate::machine::{DriveKind, Machine};
 use crate::remark::{Remark, Weight};
-use crate::steps::stream::Run;
+use crate::steps::stream::{PARTS, Run, rounded};
 use crate::units::TICK_HZ;
 
 /// Forgiven over a stretch between two steps: 1 µs at either end, and a tick of rounding.
@@ -142,20 +142,20 @@ impl Walker {
         if run.count == 0 {
             return Err(refuse("check.empty_run"));
         }
-        let interval_before =
-            |step: u32| i128::from(run.interval) + i128::from(run.change) * i128::from(step - 1);
-        let shortest = interval_before(run.count).min(interval_before(2));
-        if run.count > 1 && shortest < i128::from(self.least_interval) {
-            return Err(self.too_close(shortest));
+        // Whole ticks of two steps are as far apart as their times at least, less the parts of a tick.
+        let shortest = run.parts_before(run.count - 1).min(run.parts_before(1));
+        if run.count > 1 && shortest < i128::from(self.least_interval) * i128::from(PARTS) {
+            return Err(self.too_close(shortest as f64 / PARTS as f64));
         }
-        self.first_step(run, begin + i128::from(run.interval))?;
+        self.first_step(run, begin + rounded(run.parts_before(0)))?;
         let way = i64::from(run.count) * if run.forward { 1 } else { -1 };
         let end = self.at.saturating_add(way);
         self.within_range(end)?;
-        let (mut tick, mut interval) = (begin, i128::from(run.interval));
+        let (mut tick, mut parts, mut interval) = (begin, 0, run.parts_before(0));
         for _ in 0..run.count {
-            tick += interval;
+            parts += interval;
             interval += i128::from(run.change);
+            tick = begin + rounded(parts);
             self.at += if run.forward { 1 } else { -1 };
             let at_tick = tick as u64;
             pace.step(at_tick, run.forward, self)?;
@@ -182,7 +182,7 @@ impl Walker {
             None => (tick, true),
         };
         if self.last.is_some() && since < i128::from(self.least_interval) {
-            return Err(self.too_close(since));
+            return Err(self.too_close(since as f64));
         }
         if turned && since < i128::from(self.direction_setup) {
             let needed_us = self.direction_setup / 10;
@@ -193,9 +193,9 @@ impl Walker {
         Ok(())
     }
 
-    fn too_close(&self, ticks: i128) -> Remark {
+    fn too_close(&self, ticks: f64) -> Remark {
         refuse("check.interval")
-            .with("us", ticks as f64 / 10.0)
+            .with("us", libm::round(ticks) / 10.0)
             .with("least", self.least_interval as f64 / 10.0)
     }
 }

@@ -13,7 +13,7 @@
 
 use crate::machine::{AXES, axis_name};
 use crate::remark::{Remark, Weight};
-use crate::steps::{Segment, TICK_HZ};
+use crate::steps::{PARTS, Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
 
 /// Upper edges of the histogram's bars, µs. What is later is in the last bar, which ends at the worst.
@@ -106,26 +106,25 @@ pub fn safe_rate(lateness: &Lateness, start_stop_hz: f64) -> f64 {
     fastest.max(start_stop_hz).min(TICK_HZ as f64)
 }
 
-/// The shortest interval between two steps of one axis in `segments`: its rate in steps per second, and the axis. None
-/// where no axis makes two steps.
+/// The shortest interval between two steps of one axis in `segments`, less than a tick too short where it is no whole one: its
+/// rate in steps per second, and the axis. None where no axis makes two steps.
 pub fn fastest_rate(segments: &[Segment]) -> Option<(f64, usize)> {
-    let mut shortest: Option<(i64, usize)> = None;
+    let mut shortest: Option<(i128, usize)> = None;
     for segment in segments {
         let mut seen = [false; AXES];
         for run in &segment.runs {
-            let (interval, change) = (i64::from(run.interval), i64::from(run.change));
             // Axes that step together have the same intervals.
             let Some(axis) = (0..AXES).find(|axis| run.axes >> axis & 1 == 1) else { continue };
             let seen = &mut seen[axis];
-            let last = interval + change * (i64::from(run.count) - 1).max(0);
+            let last = run.parts_before(run.count.saturating_sub(1));
             // The first step of a segment follows a rest.
-            let first = if *seen { interval } else { interval + change };
+            let first = run.parts_before(u32::from(!*seen));
             let single = !*seen && run.count < 2;
             *seen |= run.count > 0;
             if run.count == 0 || single {
                 continue;
             }
-            let least = first.min(last).max(1);
+            let least = (first.min(last) / i128::from(PARTS)).max(1);
             if shortest.is_none_or(|(ticks, _)| least < ticks) {
                 shortest = Some((least, axis));
             }
@@ -213,8 +212,9 @@ mod tests {
             for axis in 0..3_u8 {
                 for _ in 0..draw(4) {
                     let (interval, count) = (2_000 + draw(5_000) as u32, draw(20) as u32);
-                    let change = draw(100) as i32 - 50;
-                    runs.push(Run { axes: 1 << axis, forward: true, interval, count, change });
+                    let change = draw(100 * PARTS as u64) as i32 - 50 * PARTS as i32;
+                    let fraction = draw(PARTS as u64) as u16;
+                    runs.push(Run { axes: 1 << axis, forward: true, interval, fraction, count, change });
                 }
             }
             let segment = segment(runs);
@@ -229,15 +229,17 @@ mod tests {
                     *last = Some(pulse.tick);
                 }
             }
-            let found = fastest_rate(&[segment]).map(|(hz, _)| hz);
-            let expected = (shortest != u64::MAX).then(|| TICK_HZ as f64 / shortest as f64);
-            assert_eq!(found, expected, "seed 5");
+            let found = fastest_rate(&[segment]).map(|(hz, _)| libm::round(TICK_HZ as f64 / hz) as u64);
+            assert_eq!(found.is_some(), shortest != u64::MAX, "seed 5");
+            if let Some(ticks) = found {
+                assert!((shortest - 1..=shortest).contains(&ticks), "seed 5: {ticks} for {shortest}");
+            }
         }
     }
 
     #[test]
     fn a_stream_above_the_safe_rate_is_refused_with_both_numbers() {
-        let run = Run { axes: 2, forward: true, interval: 20_000, count: 9, change: 0 };
+        let run = Run::even(2, true, 20_000, 9);
         let segments = [segment(vec![run])];
         assert_eq!(too_fast(&segments, 500.0), None);
         let why = too_fast(&segments, 499.5).unwrap();

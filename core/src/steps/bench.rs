@@ -2,6 +2,7 @@
 //!
 //! Comes in: a plan and its stream. Goes out: counts, and the furthest any step is from its time. Knows no clock.
 
+use super::digest::RUN_BYTES;
 use super::replay::replay;
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::machine::AXES;
@@ -23,22 +24,13 @@ pub struct Yield {
     pub busiest_bytes_per_s: f64,
 }
 
-/// Bytes of one run in the canonical encoding.
-const RUN_BYTES: f64 = 14.0;
-
 /// Bytes of runs a second of the busiest axis of a segment, counted over the time in which it moves.
 fn busiest(segment: &Segment) -> f64 {
     let rate = |runs: &[Run]| {
-        let ticks: f64 = runs
-            .iter()
-            .map(|run| {
-                let count = f64::from(run.count);
-                count * f64::from(run.interval) + f64::from(run.change) * count * (count - 1.0) / 2.0
-            })
-            .sum();
+        let ticks = runs.iter().map(|run| run.ticks()).sum::<i128>() as f64;
         let seconds = ticks / TICK_HZ as f64;
         let axes = runs.first().map_or(1, |run| run.axes.count_ones().max(1));
-        if seconds < 0.05 { 0.0 } else { RUN_BYTES * runs.len() as f64 / seconds / f64::from(axes) }
+        if seconds < 0.05 { 0.0 } else { (RUN_BYTES * runs.len()) as f64 / seconds / f64::from(axes) }
     };
     segment.runs.chunk_by(|a, b| a.axes == b.axes).map(rate).fold(0.0, f64::max)
 }

@@ -4,21 +4,21 @@
 //! native code hash the same bytes:
 //!
 //! ```text
-//! "annulus stream 2"  start 8 × i64  segments u64
+//! "annulus stream 3"  start 8 × i64  segments u64
 //! segment: leg u32  mark u8 u32  stage u8  duration u64  effect u8 u32  gate u8 [input u8 deadline u32 otherwise u8]
 //!          end 8 × i64  runs u32
-//! run:     axes u8  forward u8  interval u32  count u32  change i32
+//! run:     axes u8  forward u8  interval u32  fraction u16  count u32  change i32
 //! ```
 //!
 //! Comes in: a stream. Goes out: SHA-256 in hexadecimal, the length of the encoding, the first runs as text.
 
-use super::stream::{Run, Segment, StepStream};
+use super::stream::{PARTS, Run, Segment, StepStream};
 use crate::job::{Effect, Gate, Mark, Otherwise, Stage};
 use crate::machine::{Steps, axis_name};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
-const HEADER: &[u8; 16] = b"annulus stream 2";
+const HEADER: &[u8; 16] = b"annulus stream 3";
 
 /// Somewhere for the bytes to go.
 trait Sink {
@@ -123,13 +123,17 @@ const fn stage_tag(stage: Stage) -> u8 {
     }
 }
 
-fn run_bytes(run: &Run) -> [u8; 14] {
-    let mut bytes = [0; 14];
+/// Bytes of a run in the canonical encoding.
+pub const RUN_BYTES: usize = 16;
+
+fn run_bytes(run: &Run) -> [u8; RUN_BYTES] {
+    let mut bytes = [0; RUN_BYTES];
     bytes[0] = run.axes;
     bytes[1] = u8::from(run.forward);
     bytes[2..6].copy_from_slice(&run.interval.to_le_bytes());
-    bytes[6..10].copy_from_slice(&run.count.to_le_bytes());
-    bytes[10..14].copy_from_slice(&run.change.to_le_bytes());
+    bytes[6..8].copy_from_slice(&run.fraction.to_le_bytes());
+    bytes[8..12].copy_from_slice(&run.count.to_le_bytes());
+    bytes[12..16].copy_from_slice(&run.change.to_le_bytes());
     bytes
 }
 
@@ -146,9 +150,10 @@ pub fn trace(stream: &StepStream, most: usize) -> String {
             writeln!(text, "segment {index} leg {leg} {stage:?} {ticks} ticks, end {:?}", &segment.end[..3]);
         for run in segment.runs.iter().take(left) {
             let sign = if run.forward { '+' } else { '-' };
-            let (count, interval, change) = (run.count, run.interval, run.change);
-            let axes = axes_text(run.axes);
-            let _ = writeln!(text, "  {axes} {sign}{count} interval {interval} change {change:+}");
+            let (axes, count) = (axes_text(run.axes), run.count);
+            let ticks = |parts: i64| parts as f64 / PARTS as f64;
+            let (interval, change) = (ticks(run.first_parts()), ticks(i64::from(run.change)));
+            let _ = writeln!(text, "  {axes} {sign}{count} interval {interval:.5} change {change:+.5}");
         }
         left -= left.min(segment.runs.len());
     }

@@ -115,7 +115,7 @@ impl Maker {
     /// An axis' share of a line.
     fn line(&mut self, part: &Part, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
         let way = part.to[axis] - part.from[axis];
-        cursor.last_tick = self.fit(cursor.axes, way, stroke, part.start_tick, cursor.last_tick, cursor.runs);
+        self.fit(way, stroke, part.start_tick, false, cursor);
     }
 
     /// A stroke of spindles: fitted once, then only moved in time. Its first step is a run by itself, whose interval
@@ -129,8 +129,9 @@ impl Maker {
         let lead = self.least_interval;
         if found.is_none() {
             let mut runs = Vec::new();
-            let last_tick = self.fit(cursor.axes, way, stroke, lead as u64, 0, &mut runs);
-            first_alone(&mut runs);
+            let mut alone = Cursor { axes: cursor.axes, last_tick: 0, runs: &mut runs };
+            self.fit(way, stroke, lead as u64, true, &mut alone);
+            let last_tick = alone.last_tick;
             self.known[place] = Some(Known { way, stroke: stroke.clone(), runs, last_tick });
             self.oldest = (self.oldest + 1) % self.known.len();
         }
@@ -157,40 +158,50 @@ impl Maker {
                 count: sweep.count,
                 least_interval: self.least_interval,
                 from: cursor.last_tick,
+                first_alone: false,
+                even: None,
             };
             let time_of = |step: u64| start + sweep.time_s(&route.path, step) * TICK_HZ as f64;
             cursor.last_tick = self.fitter.fit(track, time_of, cursor.runs);
         }
     }
 
-    /// Runs of `way` steps along `stroke`, which begins at `start_tick`; the tick of the last step.
+    /// Runs of `way` steps along `stroke`, which begins at `start_tick`.
     fn fit(
         &mut self,
-        axes: u8,
         way: i64,
         stroke: &Stroke,
         start_tick: u64,
-        last_tick: i64,
-        runs: &mut Vec<Run>,
-    ) -> i64 {
+        first_alone: bool,
+        cursor: &mut Cursor<'_>,
+    ) {
         let count = way.unsigned_abs();
         let step_mm = stroke.length_mm() / count.max(1) as f64;
         let start = start_tick as f64;
-        let track =
-            Track { axes, forward: way > 0, count, least_interval: self.least_interval, from: last_tick };
-        match stroke {
+        let mut track = Track {
+            axes: cursor.axes,
+            forward: way > 0,
+            count,
+            least_interval: self.least_interval,
+            from: cursor.last_tick,
+            first_alone,
+            even: None,
+        };
+        let place_mm = |step: u64| (step as f64 - 0.5) * step_mm;
+        cursor.last_tick = match stroke {
             Stroke::One(profile) => {
                 let inverse = Inverse::of(profile);
-                let time_of =
-                    |step: u64| start + inverse.time_at((step as f64 - 0.5) * step_mm) * TICK_HZ as f64;
-                self.fitter.fit(track, time_of, runs)
+                let (from_mm, to_mm) = inverse.cruise_mm();
+                let step_at = |mm: f64| mm / step_mm + 0.5;
+                track.even = Some((libm::ceil(step_at(from_mm)) as u64, libm::floor(step_at(to_mm)) as u64));
+                let time_of = |step: u64| start + inverse.time_at(place_mm(step)) * TICK_HZ as f64;
+                self.fitter.fit(track, time_of, cursor.runs)
             }
             Stroke::Two(_) => {
-                let time_of =
-                    |step: u64| start + stroke.time_at((step as f64 - 0.5) * step_mm) * TICK_HZ as f64;
-                self.fitter.fit(track, time_of, runs)
+                let time_of = |step: u64| start + stroke.time_at(place_mm(step)) * TICK_HZ as f64;
+                self.fitter.fit(track, time_of, cursor.runs)
             }
-        }
+        };
     }
 }
 
@@ -209,16 +220,6 @@ fn sets(planned: &Move) -> Vec<(usize, u8)> {
         }
     }
     sets
-}
-
-/// Takes the first step out of the first run.
-fn first_alone(runs: &mut Vec<Run>) {
-    let Some(first) = runs.first_mut().filter(|first| first.count > 1) else { return };
-    let interval = i64::from(first.interval) + i64::from(first.change);
-    let rest =
-        Run { interval: u32::try_from(interval).unwrap_or(u32::MAX), count: first.count - 1, ..*first };
-    (first.count, first.change) = (1, 0);
-    runs.insert(1, rest);
 }
 
 /// Runs of a table-driven axis: one for each stretch of equal intervals.
@@ -246,6 +247,6 @@ impl Cursor<'_> {
     fn push(&mut self, forward: bool, interval: i64, count: u32) {
         self.last_tick += interval * i64::from(count);
         let interval = u32::try_from(interval).unwrap_or(u32::MAX);
-        self.runs.push(Run { axes: self.axes, forward, interval, count, change: 0 });
+        self.runs.push(Run::even(self.axes, forward, interval, count));
     }
 }

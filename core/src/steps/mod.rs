@@ -21,4 +21,4 @@ pub use crate::motion::automaton;
 pub use digest::{digest, encoded_len, trace};
 pub use make::{segment, stream};
 pub use replay::{Pulse, Replay, replay, replay_stream};
-pub use stream::{Run, Segment, StepStream, TICK_HZ};
+pub use stream::{PARTS, Run, Segment, StepStream, TICK_HZ};

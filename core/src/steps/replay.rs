@@ -8,7 +8,7 @@
 //!
 //! Comes in: a segment or a stream. Goes out: [`Pulse`]s, as [`crate::pins::Pins::step`] takes them. Knows nothing else.
 
-use super::stream::{Run, Segment, StepStream};
+use super::stream::{PARTS, Run, Segment, StepStream};
 use crate::machine::AXES;
 
 /// Steps that come in the same tick.
@@ -35,8 +35,13 @@ pub struct Replay<'a> {
 struct Cursor<'a> {
     axes: u8,
     forward: bool,
-    /// Tick of the next step.
+    /// Tick of the next step, and of the one before it.
     tick: i64,
+    before: i64,
+    /// Tick before the run.
+    base: i64,
+    /// From there to the next step, and half a tick, in parts of a tick; and the interval before it.
+    parts: i64,
     interval: i64,
     change: i64,
     /// Steps left in this run, the next one included.
@@ -52,16 +57,26 @@ impl Replay<'_> {
 
     /// For every set of axes with steps left: the axes, whether they count up, and the tick of their last step.
     pub fn sets(&self) -> impl Iterator<Item = (u8, bool, u64)> {
-        self.cursors[..self.active].iter().map(|cursor| {
-            let last = cursor.tick.saturating_sub(cursor.interval);
-            (cursor.axes, cursor.forward, u64::try_from(last).unwrap_or(0))
-        })
+        self.cursors[..self.active]
+            .iter()
+            .map(|cursor| (cursor.axes, cursor.forward, u64::try_from(cursor.before).unwrap_or(0)))
     }
 }
 
 /// The pulses of `segment` in order of time, ticks counted from its start.
 pub fn replay(segment: &Segment) -> Replay<'_> {
-    let idle = Cursor { axes: 0, forward: false, tick: 0, interval: 0, change: 0, left: 0, later: &[] };
+    let idle = Cursor {
+        axes: 0,
+        forward: false,
+        tick: 0,
+        before: 0,
+        base: 0,
+        parts: 0,
+        interval: 0,
+        change: 0,
+        left: 0,
+        later: &[],
+    };
     let mut replay = Replay { cursors: [idle; AXES], active: 0 };
     for runs in segment.runs.chunk_by(|a, b| a.axes == b.axes) {
         let Some(first) = runs.first() else { continue };
@@ -93,10 +108,12 @@ impl Cursor<'_> {
             self.later = later;
             if run.count > 0 {
                 self.forward = run.forward;
-                self.interval = i64::from(run.interval);
+                self.interval = run.first_parts();
                 self.change = i64::from(run.change);
                 self.left = run.count;
-                self.tick = self.tick.saturating_add(self.interval);
+                self.base = self.tick;
+                self.parts = PARTS / 2 + self.interval;
+                self.find_tick();
                 return true;
             }
         }
@@ -110,9 +127,17 @@ impl Cursor<'_> {
         if self.left == 0 {
             return self.next_run();
         }
-        self.interval += self.change;
-        self.tick = self.tick.saturating_add(self.interval);
+        self.interval = self.interval.saturating_add(self.change);
+        self.parts = self.parts.saturating_add(self.interval);
+        self.find_tick();
         true
+    }
+
+    /// The whole tick of the next step.
+    #[inline]
+    fn find_tick(&mut self) {
+        self.before = self.tick;
+        self.tick = self.base.saturating_add(self.parts >> PARTS.trailing_zeros());
     }
 }
 

@@ -3,11 +3,11 @@
 //! ```text
 //! segment        |<------------------ duration ------------------->|   (at rest at both ends)
 //! run (axes 1)        |.    .   .  . . . .|      interval, count, change
-//!                 t0 + i, then i += change after every step
+//!                 the interval grows by the change after every step
 //! ```
 //!
 //! Comes in: runs. Goes out: the same as plain data. Time is counted in ticks of 0.1 µs from the start of each
-//! segment; positions are whole motor steps from the work zero. Does not know millimetres.
+//! segment, intervals in parts of a tick; positions are whole motor steps from the work zero. Does not know millimetres.
 
 use crate::job::{Effect, Gate, Mark, Stage};
 use crate::machine::Steps;
@@ -45,19 +45,61 @@ pub struct Segment {
     pub end: Steps,
 }
 
-/// Steps at intervals that grow or shrink evenly, of one axis or of several that step together. The first step comes
-/// `interval` ticks after the step before it (or after the start of the segment, for the first run of these axes in it);
-/// then the interval changes by `change` after every step. An axis belongs to one set of axes all through a segment.
+/// Parts of a tick in which intervals are counted.
+pub const PARTS: i64 = 1 << 16;
+
+/// Steps at intervals that grow or shrink evenly, of one axis or of several that step together. The first interval begins
+/// at the step before (or at the start of the segment, for the first run of these axes in it); after every step it changes
+/// by `change`. Parts of a tick add up within the run; each step comes in the nearest whole tick (half a tick: the later),
+/// and the next run counts from the whole tick of the last step:
+///
+/// ```text
+/// tick of step i = tick before the run + ⌊(i·interval + i(i−1)/2·change + ½ tick) in parts / 65,536⌋,  i = 1 … count
+/// ```
+///
+/// An axis belongs to one set of axes all through a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Run {
     /// Which axes, one bit each: bit 0 is X, bit 1 is Y, bits 2 … 7 are Z1 … Z6.
     pub axes: u8,
     /// Whether they count up.
     pub forward: bool,
-    /// Ticks before the first step of the run.
+    /// Whole ticks of the interval before the first step of the run.
     pub interval: u32,
+    /// What it is longer than that, in parts of a tick, 65,536 to the tick.
+    pub fraction: u16,
     /// How many steps, at least 1.
     pub count: u32,
-    /// Change of the interval after every step, in ticks.
+    /// Change of the interval after every step, in parts of a tick.
     pub change: i32,
+}
+
+impl Run {
+    /// `count` steps at one interval of whole ticks.
+    pub fn even(axes: u8, forward: bool, interval: u32, count: u32) -> Self {
+        Self { axes, forward, interval, fraction: 0, count, change: 0 }
+    }
+
+    /// The interval before its first step, in parts of a tick.
+    pub fn first_parts(&self) -> i64 {
+        i64::from(self.interval) * PARTS + i64::from(self.fraction)
+    }
+
+    /// The interval before its step `index`, counted from 0, in parts of a tick. Any run can be asked, a senseless one too.
+    pub fn parts_before(&self, index: u32) -> i128 {
+        i128::from(self.first_parts()) + i128::from(self.change) * i128::from(index)
+    }
+
+    /// Ticks from the step before it to its last step. Any run can be asked, a senseless one too.
+    pub fn ticks(&self) -> i128 {
+        let count = i128::from(self.count);
+        let parts =
+            count * i128::from(self.first_parts()) + count * (count - 1) / 2 * i128::from(self.change);
+        rounded(parts)
+    }
+}
+
+/// Whole ticks of so many parts: the nearest, of two the later.
+pub(crate) fn rounded(parts: i128) -> i128 {
+    (parts + i128::from(PARTS / 2)) >> PARTS.trailing_zeros()
 }

@@ -38,7 +38,7 @@ fn evenly(segment: &mut Segment, axes: u8, interval: u32) {
     let count = segment.runs.iter().filter(|run| run.axes == axes).map(|run| run.count).sum();
     let forward = segment.runs.iter().any(|run| run.axes == axes && run.forward);
     segment.runs.retain(|run| run.axes != axes);
-    segment.runs.push(Run { axes, forward, interval, count, change: 0 });
+    segment.runs.push(Run::even(axes, forward, interval, count));
     segment.runs.sort_by_key(|run| run.axes);
     segment.duration_ticks = segment.duration_ticks.max(u64::from(interval) * u64::from(count));
 }
@@ -56,16 +56,10 @@ const FAULTS: [(&str, Fault); 17] = [
         travel.runs.push(x);
     }),
     ("check.axis_missing", |s| {
-        first(s, Stage::Travel).runs.push(Run {
-            axes: 1 << 7,
-            forward: true,
-            interval: 9_000,
-            count: 1,
-            change: 0,
-        });
+        first(s, Stage::Travel).runs.push(Run::even(1 << 7, true, 9_000, 1));
     }),
     ("check.empty_run", |s| {
-        let run = Run { axes: X, forward: true, interval: 9_000, count: 0, change: 0 };
+        let run = Run::even(X, true, 9_000, 0);
         first(s, Stage::Travel).runs.insert(0, run);
     }),
     ("check.too_large", |s| s.segments[0].duration_ticks = u64::MAX),
@@ -75,7 +69,7 @@ const FAULTS: [(&str, Fault); 17] = [
         (last.interval, last.change) = (last.interval + 300_000, last.change.max(0));
     }),
     ("check.range", |s| {
-        let run = Run { axes: X, forward: false, interval: 900_000, count: 400, change: 0 };
+        let run = Run::even(X, false, 900_000, 400);
         let travel = first(s, Stage::Travel);
         travel.runs.retain(|run| run.axes != X);
         travel.runs.insert(0, run);
@@ -83,7 +77,7 @@ const FAULTS: [(&str, Fault); 17] = [
     ("check.interval", |s| evenly(first(s, Stage::Travel), X, 199)),
     ("check.direction_setup", |s| {
         let retract = first(s, Stage::Retract);
-        let there = Run { axes: Z, forward: true, interval: 100_000, count: 1, change: 0 };
+        let there = Run::even(Z, true, 100_000, 1);
         retract.runs.extend([there, Run { forward: false, interval: 15_000, ..there }]);
         retract.duration_ticks += 200_000;
     }),

@@ -2,7 +2,8 @@
 //! on a million random cycles and on streams stopped anywhere.
 
 use crate::programs::{Chance, random_program};
-use crate::vectors::{limits, near, number, vectors};
+use crate::reference::vectors;
+use crate::vectors::{limits, near, number};
 use annulus_core::machine::{AXES, Machine, presets};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycle_s, cycles, sequential_s};
 use annulus_core::motion::profile::{Shape, Stroke, plan};

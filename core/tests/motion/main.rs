@@ -19,6 +19,9 @@ mod play;
 mod profiles;
 #[path = "../programs/mod.rs"]
 mod programs;
+#[path = "../reference/mod.rs"]
+mod reference;
+mod streams;
 mod vectors;
 
 use programs::{Chance, machines, random_program};

@@ -1,21 +1,10 @@
 //! Profiles against reference numbers computed elsewhere. They lie beside the repository, not in it.
 
+use crate::reference::vectors;
 use annulus_core::motion::profile::{
     Limits, Profile, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds,
 };
 use serde_json::Value;
-use std::path::Path;
-
-/// The vectors, or none when they are not there (which fails where CI says so).
-pub(crate) fn vectors(name: &str) -> Option<Value> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/vectors").join(name);
-    let Ok(text) = std::fs::read_to_string(file) else {
-        assert!(std::env::var("CI").as_deref() != Ok("true"), "no reference vectors");
-        println!("skipped: no reference vectors");
-        return None;
-    };
-    Some(serde_json::from_str(&text).unwrap())
-}
 
 pub(crate) fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or_else(|| panic!("no number {key} in {row}"))

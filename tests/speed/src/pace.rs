@@ -3,11 +3,11 @@
 //! Comes in: a machine, a pitch in mm. Goes out: times of a cycle in s. Knows no clock.
 
 use annulus_core::geometry::Point;
-use annulus_core::job::{Command, Leg, Mark, Program};
+use annulus_core::job::{Mark, Program};
 use annulus_core::machine::{Law, Machine, MotionLaws};
+use annulus_core::motion::bench::holes_at;
 use annulus_core::motion::coordination::{Rules, cycle_s};
 use annulus_core::motion::{self, strokes};
-use annulus_core::units::Length;
 
 /// Holes of the row.
 const HOLES: u32 = 101;
@@ -65,24 +65,6 @@ fn one_by_one_s(timeline: &motion::Timeline) -> f64 {
 
 /// A row of holes.
 fn row(machine: &Machine, pitch_mm: f64) -> Program {
-    let process = &machine.process;
-    let bottom = Length::ZERO - process.board_thickness - process.breakthrough;
-    let hole = |index: u32| Leg {
-        mark: Mark::Hole(index),
-        commands: vec![
-            Command::Rapid { to: Point::from_mm(f64::from(index + 1) * pitch_mm, 0.0) },
-            Command::Plunge { to: bottom, feed_um_per_s: (process.feed_mm_per_s * 1e3) as u32, gate: None },
-            Command::Retract { to: process.safe_height },
-        ],
-    };
-    Program {
-        name: String::new(),
-        machine: String::new(),
-        origin: Point::default(),
-        bits: Vec::new(),
-        spindles: u8::MAX,
-        safe_height: process.safe_height,
-        legs: (0..HOLES).map(hole).collect(),
-        accepted: Vec::new(),
-    }
+    let place = |index: u32| Point::from_mm(f64::from(index + 1) * pitch_mm, 0.0);
+    holes_at(machine, (0..HOLES).map(place))
 }

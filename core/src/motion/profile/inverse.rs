@@ -57,6 +57,11 @@ impl Inverse {
         }
     }
 
+    /// Between which places the speed is steady, mm; from beyond to before where it never is.
+    pub fn cruise_mm(&self) -> (f64, f64) {
+        (self.s3_mm, self.length_mm - self.s3_mm)
+    }
+
     /// The second at which the place `s_mm` is reached.
     #[inline]
     pub fn time_at(&self, s_mm: f64) -> f64 {

@@ -1,0 +1,58 @@
+//! How good the streams of every preset are, and what becomes of runs that no planner writes.
+
+use annulus_core::job::{Effect, Mark, Stage};
+use annulus_core::machine::{Steps, presets};
+use annulus_core::motion::{bench::board, timeline};
+use annulus_core::steps::{self, Run, Segment, bench::measure};
+
+/// Bytes a second of a moving axis, on any preset.
+const MOST_BYTES_PER_S: f64 = 16_000.0;
+
+#[test]
+fn streams_of_every_preset_are_small_exact_and_complete() {
+    for (name, machine) in presets() {
+        let plan = timeline(&board(&machine, 24), &machine).unwrap();
+        let stream = steps::stream(&plan, &machine).unwrap();
+        let made = measure(&plan, &stream);
+        let parts = plan.moves.iter().flat_map(|planned| &planned.parts);
+        let ways = parts.flat_map(|part| part.from.iter().zip(&part.to));
+        assert_eq!(made.steps, ways.map(|(from, to)| to.abs_diff(*from)).sum::<u64>(), "{name}: steps");
+        assert!(made.worst_us <= 1.0, "{name}: {} µs off", made.worst_us);
+        let rate = made.busiest_bytes_per_s;
+        assert!(rate <= MOST_BYTES_PER_S, "{name}: {rate} bytes/s");
+        let each = made.bytes as f64 / made.steps as f64;
+        assert!(name != "six" || each <= 0.5, "{name}: {each} bytes a step");
+    }
+}
+
+fn segment(runs: Vec<Run>) -> Segment {
+    let (mark, stage, effect) = (Mark::Prepare, Stage::Jog, Effect::None);
+    Segment { leg: 0, mark, stage, duration_ticks: 1 << 40, runs, effect, gate: None, end: Steps::default() }
+}
+
+#[test]
+fn parts_of_a_tick_add_up_within_a_run_and_are_dropped_after_it() {
+    let third = Run { fraction: 21_845, ..Run::even(1, true, 10, 4) };
+    let fast = Run { fraction: 0, change: -32_768, ..Run::even(1, true, 20, 3) };
+    let ticks: Vec<u64> = steps::replay(&segment(vec![third, fast])).map(|pulse| pulse.tick).collect();
+    // 10.33, 20.67, 31.0, 41.33; then 20, 39.5, 58.5 from 41 on, a half going up.
+    assert_eq!(ticks, [10, 21, 31, 41, 61, 81, 100]);
+    assert_eq!((third.ticks(), fast.ticks()), (41, 59));
+}
+
+#[test]
+fn runs_that_no_planner_writes_are_replayed_to_their_end_without_a_panic() {
+    let wild = Run {
+        axes: 1,
+        forward: true,
+        interval: u32::MAX,
+        fraction: u16::MAX,
+        count: u32::MAX,
+        change: i32::MAX,
+    };
+    let back = Run { change: i32::MIN, ..wild };
+    for run in [wild, back] {
+        assert_eq!(steps::replay(&segment(vec![run, run])).take(300_000).count(), 300_000);
+        assert!(run.ticks() > 0 || run.change < 0);
+    }
+}
