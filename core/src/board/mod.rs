@@ -4,11 +4,12 @@
 
 mod copper;
 mod from_artwork;
+mod lay;
 mod outline;
 
 pub use from_artwork::{Wanted, from_artwork, from_artwork_with};
 
-use crate::geometry::{Bounds, Point, Region};
+use crate::geometry::{Bounds, Path, Point, Region};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -70,6 +71,17 @@ pub struct Copper {
     pub source: u32,
 }
 
+/// The lines that a legend is drawn with.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Legend {
+    /// Which side it is on.
+    pub face: Face,
+    /// Middle lines of its strokes.
+    pub strokes: Vec<Path>,
+    /// Which of the board's sources it came from.
+    pub source: u32,
+}
+
 /// A board to be drilled. Coordinates are the files' own.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Board {
@@ -86,6 +98,8 @@ pub struct Board {
     pub outline: Region,
     /// Copper by side: at most one entry for each.
     pub copper: Vec<Copper>,
+    /// Legends by side.
+    pub legend: Vec<Legend>,
 }
 
 impl Board {

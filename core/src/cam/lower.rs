@@ -17,7 +17,7 @@ use crate::machine::{Machine, StrokeEnd};
 use crate::units::Length;
 
 /// A duration in whole µs, never negative.
-fn micros(us: f64) -> u32 {
+pub(super) fn micros(us: f64) -> u32 {
     libm::round(us) as u32
 }
 

@@ -14,6 +14,7 @@ pub mod parameters;
 pub mod rack;
 mod tour;
 pub mod usual;
+pub mod ways;
 pub mod work;
 
 pub use lower::lower;

@@ -401,6 +401,7 @@ pub const OPERATION: &[Parameter<Operation>] = &[
         "shortest" => Order::Shortest, "fastest" => Order::Fastest, "file" => Order::File),
     mm!("drill.tolerance", 0.0, 1.0, Drill::tolerance),
     mm!("drill.peck", 0.0, 30.0, Drill::peck),
+    plain!("drill.point", "°", 60.0, 180.0, Drill::point_deg),
     flag!("bore.slots", Bore::slots),
     flag!("bore.holes", Bore::holes),
     words!("bore.direction", Bore::direction,

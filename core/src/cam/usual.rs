@@ -24,6 +24,7 @@ impl Action {
                 order: Order::Shortest,
                 tolerance: machine.rack_tolerance,
                 peck: Length::ZERO,
+                point_deg: 130.0,
             }),
             "bore" => Self::Bore(Bore {
                 slots: true,

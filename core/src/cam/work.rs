@@ -216,7 +216,7 @@ pub enum Lines {
 }
 
 /// Round holes.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drill {
     /// Which holes.
     pub holes: Holes,
@@ -226,6 +226,8 @@ pub struct Drill {
     pub tolerance: Length,
     /// Depth after which the bit comes up to clear itself; 0 for never.
     pub peck: Length,
+    /// Angle of the drills' points in degrees: through a board they go deeper by the height of the point; 180 is flat.
+    pub point_deg: f64,
 }
 
 /// Sets of holes.

@@ -1,0 +1,279 @@
+//! Paths cut into pieces: at lengths along them, and where they cross the edges of an area.
+//!
+//! ```text
+//!   path  ────────┼─────────┼──────▶        cut at lengths: tabs, ramps, overlaps
+//!
+//!            ┌─────────┐
+//!   path  ───┼─────────┼─── path            inside an area: what lies in it, or what lies out of it
+//!            └─────────┘
+//! ```
+//!
+//! Comes in: paths, lengths in mm, an [`Area`]. Goes out: paths. Ends of pieces are on the line or circle that was cut to
+//! a nanometre. Does not know what the pieces are for.
+
+use crate::geometry::{Bounds, Index, Path, Point, Region, Segment, chords, segment_bounds};
+use crate::units::Length;
+use std::f64::consts::TAU;
+
+/// Pieces shorter than this, in mm, are not made.
+const CRUMB_MM: f64 = 1e-5;
+
+/// A segment with its start and the lengths along the path at which it begins and ends, in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Piece {
+    pub(crate) from: Point,
+    pub(crate) segment: Segment,
+    pub(crate) begin: f64,
+    pub(crate) end: f64,
+}
+
+/// A region that points are asked of.
+pub(crate) struct Area {
+    region: Region,
+    index: Index,
+}
+
+impl Area {
+    pub(crate) fn of(region: Region) -> Self {
+        let index = Index::of(&region);
+        Self { region, index }
+    }
+
+    pub(crate) fn region(&self) -> &Region {
+        &self.region
+    }
+
+    pub(crate) fn index(&self) -> &Index {
+        &self.index
+    }
+
+    pub(crate) fn contains(&self, point: Point) -> bool {
+        self.index.island_at(point).is_some()
+    }
+}
+
+fn length(from: Point, segment: Segment) -> f64 {
+    match segment {
+        Segment::Line { to } => from.distance_mm(to),
+        Segment::Arc { to, centre, clockwise } => {
+            from.distance_mm(centre) * chords::turn(from, to, centre, clockwise)
+        }
+    }
+}
+
+/// The point at the share `t` of a segment.
+pub(crate) fn point_on(from: Point, segment: Segment, t: f64) -> Point {
+    match segment {
+        Segment::Line { to } => {
+            let mix = |a: Length, b: Length| a.mm() + (b.mm() - a.mm()) * t;
+            Point::from_mm(mix(from.x, to.x), mix(from.y, to.y))
+        }
+        Segment::Arc { to, centre, clockwise } => {
+            let turn = chords::turn(from, to, centre, clockwise) * t;
+            let angle = if clockwise { -turn } else { turn };
+            let (x, y) = ((from.x - centre.x).mm(), (from.y - centre.y).mm());
+            let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+            Point::from_mm(centre.x.mm() + x * cos - y * sin, centre.y.mm() + x * sin + y * cos)
+        }
+    }
+}
+
+/// The same kind of segment, ending at `to`.
+fn ending(segment: Segment, to: Point) -> Segment {
+    match segment {
+        Segment::Line { .. } => Segment::Line { to },
+        Segment::Arc { centre, clockwise, .. } => Segment::Arc { to, centre, clockwise },
+    }
+}
+
+/// The segment cut at ascending shares: the parts with their starts, and the shares at which they begin and end.
+fn parted(from: Point, segment: Segment, shares: &[f64]) -> Vec<(Point, Segment, f64, f64)> {
+    let whole = length(from, segment).max(1e-9);
+    let mut parts = Vec::new();
+    let (mut start, mut begin) = (from, 0.0);
+    for &share in shares {
+        if (share - begin) * whole < CRUMB_MM || (1.0 - share) * whole < CRUMB_MM {
+            continue;
+        }
+        let to = point_on(from, segment, share);
+        if to != start {
+            parts.push((start, ending(segment, to), begin, share));
+            (start, begin) = (to, share);
+        }
+    }
+    parts.push((start, segment, begin, 1.0));
+    parts
+}
+
+/// The segments of `path`, cut also at the given lengths along it.
+pub(crate) fn cut_at(path: &Path, lengths: &[f64]) -> Vec<Piece> {
+    let mut sorted = lengths.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut pieces = Vec::new();
+    let mut before = 0.0;
+    for (from, segment) in path.pieces() {
+        let own = length(from, segment);
+        let inside = |at: &f64| *at > before && *at < before + own;
+        let shares: Vec<f64> = sorted.iter().copied().filter(inside).map(|at| (at - before) / own).collect();
+        for (from, segment, begin, end) in parted(from, segment, &shares) {
+            pieces.push(Piece { from, segment, begin: before + begin * own, end: before + end * own });
+        }
+        before += own;
+    }
+    pieces
+}
+
+/// The part of `path` between two lengths along it.
+pub(crate) fn between(path: &Path, begin: f64, end: f64) -> Option<Path> {
+    let pieces = cut_at(path, &[begin, end]);
+    let mut kept = pieces.iter().filter(|piece| {
+        let middle = (piece.begin + piece.end) / 2.0;
+        middle > begin && middle < end
+    });
+    let first = kept.next()?;
+    let segments = std::iter::once(first.segment).chain(kept.map(|piece| piece.segment)).collect();
+    Some(Path { start: first.from, segments })
+}
+
+/// A closed path started at the corner number `corner`.
+pub(crate) fn started_at(path: &Path, corner: usize) -> Path {
+    let mut segments = path.segments.clone();
+    let start = path.corners().nth(corner).unwrap_or(path.start);
+    if corner < segments.len() {
+        segments.rotate_left(corner);
+    }
+    Path { start, segments }
+}
+
+/// Where the carriers of two segments meet: at most two points, in mm.
+fn meetings(a: (Point, Segment), b: (Point, Segment)) -> Vec<(f64, f64)> {
+    match (a.1, b.1) {
+        (Segment::Line { to: a1 }, Segment::Line { to: b1 }) => lines((a.0, a1), (b.0, b1)),
+        (Segment::Line { to }, Segment::Arc { centre, .. }) => line_circle((a.0, to), centre, b.0),
+        (Segment::Arc { centre, .. }, Segment::Line { to }) => line_circle((b.0, to), centre, a.0),
+        (Segment::Arc { centre: c, .. }, Segment::Arc { centre: d, .. }) => circles((c, a.0), (d, b.0)),
+    }
+}
+
+fn lines((a, b): (Point, Point), (c, d): (Point, Point)) -> Vec<(f64, f64)> {
+    let (ux, uy) = ((b.x - a.x).mm(), (b.y - a.y).mm());
+    let (vx, vy) = ((d.x - c.x).mm(), (d.y - c.y).mm());
+    let cross = ux * vy - uy * vx;
+    if cross.abs() < 1e-15 {
+        return Vec::new();
+    }
+    let t = ((c.x - a.x).mm() * vy - (c.y - a.y).mm() * vx) / cross;
+    vec![(a.x.mm() + ux * t, a.y.mm() + uy * t)]
+}
+
+fn line_circle((a, b): (Point, Point), centre: Point, on: Point) -> Vec<(f64, f64)> {
+    let (ux, uy) = ((b.x - a.x).mm(), (b.y - a.y).mm());
+    let (px, py) = ((a.x - centre.x).mm(), (a.y - centre.y).mm());
+    let radius = on.distance_mm(centre);
+    let (square, half) = (ux * ux + uy * uy, ux * px + uy * py);
+    let inside = half * half - square * (px * px + py * py - radius * radius);
+    if square <= 0.0 || inside < 0.0 {
+        return Vec::new();
+    }
+    let root = libm::sqrt(inside);
+    [-root, root]
+        .map(|root| (root - half) / square)
+        .map(|t| (a.x.mm() + ux * t, a.y.mm() + uy * t))
+        .to_vec()
+}
+
+fn circles((c, on_c): (Point, Point), (d, on_d): (Point, Point)) -> Vec<(f64, f64)> {
+    let (r, s, apart) = (on_c.distance_mm(c), on_d.distance_mm(d), c.distance_mm(d));
+    if apart < 1e-9 || apart > r + s || apart < (r - s).abs() {
+        return Vec::new();
+    }
+    let along = (apart * apart + r * r - s * s) / (2.0 * apart);
+    let aside = libm::sqrt((r * r - along * along).max(0.0));
+    let (ux, uy) = ((d.x - c.x).mm() / apart, (d.y - c.y).mm() / apart);
+    let foot = (c.x.mm() + ux * along, c.y.mm() + uy * along);
+    vec![(foot.0 - uy * aside, foot.1 + ux * aside), (foot.0 + uy * aside, foot.1 - ux * aside)]
+}
+
+/// The share of a segment at which a point of its carrier lies; outside 0 … 1 where it is not on the segment.
+fn share(from: Point, segment: Segment, at: (f64, f64)) -> f64 {
+    match segment {
+        Segment::Line { to } => {
+            let (ux, uy) = ((to.x - from.x).mm(), (to.y - from.y).mm());
+            let square = (ux * ux + uy * uy).max(1e-18);
+            ((at.0 - from.x.mm()) * ux + (at.1 - from.y.mm()) * uy) / square
+        }
+        Segment::Arc { to, centre, clockwise } => {
+            let angle = |x: f64, y: f64| libm::atan2(y - centre.y.mm(), x - centre.x.mm());
+            let (start, here) = (angle(from.x.mm(), from.y.mm()), angle(at.0, at.1));
+            let turned = if clockwise { start - here } else { here - start };
+            let turned = if turned < 0.0 { turned + TAU } else { turned };
+            turned / chords::turn(from, to, centre, clockwise)
+        }
+    }
+}
+
+/// The shares at which a segment crosses edges of `area`, ascending.
+fn crossings(from: Point, segment: Segment, area: &Area) -> Vec<f64> {
+    let near = segment_bounds(from, segment).grown(Length::from_nm(10));
+    let mut shares = Vec::new();
+    for (_, edge_from, edge) in area.index.edges_in(near) {
+        for at in meetings((from, segment), (edge_from, edge)) {
+            let (own, others) = (share(from, segment, at), share(edge_from, edge, at));
+            if (0.0..=1.0).contains(&own) && (-1e-9..=1.0 + 1e-9).contains(&others) {
+                shares.push(own);
+            }
+        }
+    }
+    shares.sort_by(f64::total_cmp);
+    shares
+}
+
+/// Whether a straight line from `a` to `b` keeps out of `area`.
+pub(crate) fn keeps_out(a: Point, b: Point, area: &Area) -> bool {
+    let segment = Segment::Line { to: b };
+    let shares = crossings(a, segment, area);
+    parted(a, segment, &shares)
+        .iter()
+        .all(|(_, _, begin, end)| !area.contains(point_on(a, segment, (begin + end) / 2.0)))
+}
+
+/// The parts of `path` that lie in `area` (`inside`), or out of it. A closed path that is whole stays closed.
+pub(crate) fn parts(path: &Path, area: &Area, inside: bool) -> Vec<Path> {
+    let mut found: Vec<Path> = Vec::new();
+    let mut open = false;
+    let mut whole = true;
+    for (from, segment) in path.pieces() {
+        let shares = crossings(from, segment, area);
+        for (start, part, begin, end) in parted(from, segment, &shares) {
+            if area.contains(point_on(from, segment, (begin + end) / 2.0)) != inside {
+                (open, whole) = (false, false);
+                continue;
+            }
+            match found.last_mut().filter(|_| open) {
+                Some(last) => last.segments.push(part),
+                None => found.push(Path { start, segments: vec![part] }),
+            }
+            open = true;
+        }
+    }
+    if whole || !path.is_closed() || found.len() < 2 || !open {
+        return found;
+    }
+    // The last part runs into the first one where the closed path happened to start.
+    if found.first().is_some_and(|first| first.start == path.start)
+        && let Some(mut last) = found.pop()
+    {
+        if let Some(first) = found.first_mut() {
+            last.segments.append(&mut first.segments);
+            *first = last;
+        } else {
+            found.push(last);
+        }
+    }
+    found
+}
+
+/// Whether all of `bounds` lies in `area`, as far as its edges tell: no edge in it, and one corner inside.
+pub(crate) fn lies_in(bounds: Bounds, area: &Area) -> bool {
+    area.index.edges_in(bounds).is_empty() && area.contains(bounds.min)
+}

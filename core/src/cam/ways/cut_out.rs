@@ -1,0 +1,251 @@
+//! The board cut out (N10): inner contours first, passes in depth, tabs or mouse-bites.
+//!
+//! ```text
+//!   ╭──────╌╌──────╮     ╌╌ tabs: the bit stays above them, or with mouse-bites does not cut there at all
+//!   │  ╭───────╮   │        and a row of holes lets them break
+//!   ╎  │ inner │   ╎
+//!   ╎  ╰───────╯   ╎     the bit runs outside of the outline, and inside of inner contours
+//!   ╰──────╌╌──────╯
+//! ```
+//!
+//! Comes in: the outline, an operation. Goes out: a task that mills, and before it one that drills mouse-bites. Does not know
+//! copper.
+
+use super::super::rack;
+use super::super::work::{CutOut, CutSide};
+use super::cut::{self, Area};
+use super::drill;
+use super::isolate::turned;
+use super::narrow::{NEARER, half};
+use super::route::{Rules, arranged};
+use super::{Desk, Entry, Part, Stroke, Task, Way};
+use crate::geometry::{Path, Point, Segment, grow, path_area_mm2};
+use crate::job::Bit;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use std::f64::consts::PI;
+
+/// Plans the operation.
+pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark> {
+    desk.go_on()?;
+    let mut part = Part::default();
+    let outline = &desk.scene.board.outline;
+    if outline.is_empty() {
+        desk.say(Remark::new(Weight::Doubt, "cam.no_outline"));
+        return Ok(part);
+    }
+    let name = desk.operation.bit.clone();
+    let Some(bit) = desk.mills(&[&name], true).pop() else { return Ok(part) };
+    let offset = half(bit.diameter) - NEARER;
+    let region = match cut_out.side {
+        CutSide::Outside => grow(outline, offset),
+        CutSide::On => outline.clone(),
+    };
+    let (wanted, found) = (outline.paths().count(), region.paths().count());
+    if found < wanted {
+        let remark = Remark::new(Weight::Loss, "cam.contours_merged").with("missing", wanted - found);
+        desk.say(remark.with("bit", &bit.name));
+    }
+    let (inner, outer): (Vec<Path>, Vec<Path>) =
+        turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
+            let area = path_area_mm2(path);
+            (area < 0.0) != (cut_out.direction == super::super::work::Direction::Climb)
+        });
+    let closed = desk.scene.closed_to(bit.diameter);
+    let mut bites = Vec::new();
+    let mut ways = Vec::new();
+    let mut start = desk.scene.origin;
+    for (paths, tabbed) in [(inner, false), (outer, true)] {
+        let rules = Rules {
+            start,
+            overlap: Length::ZERO,
+            both_ways: false,
+            link: None,
+            seed: desk.means.options.seed,
+        };
+        for path in arranged(paths, &rules) {
+            start = path.end();
+            contour(desk, cut_out, path, tabbed, closed.as_ref(), &bit, (&mut ways, &mut bites));
+        }
+    }
+    part.tasks.extend(bite_task(desk, cut_out, bites));
+    part.tasks.extend((!ways.is_empty()).then(|| Task { ways, ..Task::with(&bit) }));
+    Ok(part)
+}
+
+/// The ways of one contour, and the mouse-bites along it.
+fn contour(
+    desk: &mut Desk<'_>,
+    cut_out: &CutOut,
+    path: Path,
+    tabbed: bool,
+    closed: Option<&Area>,
+    bit: &Bit,
+    (ways, bites): (&mut Vec<Way>, &mut Vec<Point>),
+) {
+    let tabs = if tabbed { tabs(desk, cut_out, &path, bit) } else { Vec::new() };
+    let mut paths = vec![path];
+    let mut left = tabs.clone();
+    if cut_out.bites && !tabs.is_empty() {
+        let inwards = if cut_out.side == CutSide::On { Length::ZERO } else { half(bit.diameter) };
+        bites.extend(paths.iter().flat_map(|path| bite_places(cut_out, path, &tabs, bit, inwards)));
+        paths = paths.iter().flat_map(|path| without(path, &tabs)).collect();
+        left = Vec::new();
+    }
+    if let Some(zone) = closed {
+        let before = paths.clone();
+        paths = before.iter().flat_map(|path| cut::parts(path, zone, false)).collect();
+        if paths != before {
+            desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+            left = Vec::new();
+        }
+    }
+    let depths = desk.depths(desk.depth());
+    let thickness = desk.machine.process.board_thickness;
+    let tab_depth = (thickness - cut_out.tab_height).max(Length::ZERO);
+    for path in paths {
+        let slope = libm::tan(cut_out.ramp_deg * PI / 180.0);
+        let entry = if path.is_closed() && slope > 0.0 { Entry::Ramp(slope) } else { Entry::Plunge };
+        ways.push(Way { path, depths: depths.clone(), entry, tabs: left.clone(), tab_depth });
+    }
+}
+
+/// Where the bit stays above tabs: pairs of lengths along the way, ascending and apart.
+fn tabs(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit) -> Vec<(f64, f64)> {
+    let whole = path.length_mm();
+    let wide = (cut_out.tab_width + bit.diameter).mm();
+    let middles: Vec<f64> = if cut_out.tab_at.is_empty() {
+        let count = f64::from(cut_out.tabs);
+        (0..cut_out.tabs).map(|tab| (f64::from(tab) + 0.5) * whole / count).collect()
+    } else {
+        cut_out.tab_at.iter().filter_map(|at| nearest_length(path, *at, bit.diameter.mm() * 4.0)).collect()
+    };
+    if middles.is_empty() {
+        return Vec::new();
+    }
+    if wide * middles.len() as f64 > 0.8 * whole {
+        desk.say(Remark::new(Weight::Doubt, "cam.no_room_for_tabs").with("tabs", middles.len()));
+        return Vec::new();
+    }
+    let mut spans: Vec<(f64, f64)> = Vec::new();
+    for middle in middles {
+        let (begin, end) = (middle - wide / 2.0, middle + wide / 2.0);
+        // A tab across the start is two.
+        if begin < 0.0 {
+            spans.push((begin + whole, whole));
+        }
+        if end > whole {
+            spans.push((0.0, end - whole));
+        }
+        spans.push((begin.max(0.0), end.min(whole)));
+    }
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut apart: Vec<(f64, f64)> = Vec::new();
+    for (begin, end) in spans {
+        match apart.last_mut().filter(|last| begin <= last.1) {
+            Some(last) => last.1 = last.1.max(end),
+            None => apart.push((begin, end)),
+        }
+    }
+    apart
+}
+
+/// The length along `path` at which it is nearest to `at`, if that is within `reach` mm.
+fn nearest_length(path: &Path, at: Point, reach: f64) -> Option<f64> {
+    let pieces = cut::cut_at(path, &[]);
+    let mut best: Option<(f64, f64)> = None;
+    for piece in pieces {
+        let looks = (((piece.end - piece.begin) / 0.1) as u32).clamp(1, 10_000);
+        for look in 0..=looks {
+            let share = f64::from(look) / f64::from(looks);
+            let away = cut::point_on(piece.from, piece.segment, share).distance_mm(at);
+            if best.is_none_or(|(least, _)| away < least) {
+                best = Some((away, piece.begin + (piece.end - piece.begin) * share));
+            }
+        }
+    }
+    best.filter(|(away, _)| *away <= reach).map(|(_, length)| length)
+}
+
+/// `path` without the spans of tabs.
+fn without(path: &Path, tabs: &[(f64, f64)]) -> Vec<Path> {
+    let whole = path.length_mm();
+    let ends: Vec<(f64, f64)> = tabs
+        .iter()
+        .zip(tabs.iter().skip(1))
+        .map(|((_, end), (next, _))| (*end, *next))
+        .collect();
+    let parts = ends.into_iter().filter_map(|(begin, end)| cut::between(path, begin, end));
+    let mut parts: Vec<Path> = parts.collect();
+    let (first, last) = (tabs.first().map_or(0.0, |tab| tab.0), tabs.last().map_or(0.0, |tab| tab.1));
+    let tail = cut::between(path, last, whole);
+    let head = cut::between(path, 0.0, first);
+    match (tail, head) {
+        (Some(mut tail), Some(head)) => {
+            tail.segments.extend(head.segments);
+            parts.push(tail);
+        }
+        (tail, head) => parts.extend(tail.into_iter().chain(head)),
+    }
+    parts
+}
+
+/// Rows of holes along the board's edge within the tabs. What stays is on the right of a climbing way.
+fn bite_places(
+    cut_out: &CutOut,
+    path: &Path,
+    tabs: &[(f64, f64)],
+    bit: &Bit,
+    inwards: Length,
+) -> Vec<Point> {
+    let whole = path.length_mm();
+    let right = cut_out.direction == super::super::work::Direction::Climb;
+    let mut places = Vec::new();
+    for &(begin, end) in tabs {
+        // The bit's radius at both ends is cut away: the tab itself lies between.
+        let radius = bit.diameter.mm() / 2.0;
+        let joined = tabs.len() > 1 && (begin <= 0.0 || end >= whole);
+        let (begin, end) = if joined { (begin, end) } else { (begin + radius, end - radius) };
+        let count = ((end - begin) / cut_out.bite_pitch.mm().max(0.05)) as u32;
+        let first = (begin + end - f64::from(count) * cut_out.bite_pitch.mm()) / 2.0;
+        let at: Vec<f64> = (0..=count).map(|n| first + f64::from(n) * cut_out.bite_pitch.mm()).collect();
+        for length in at {
+            let Some(part) = cut::between(path, 0.0, length.clamp(1e-3, whole)) else { continue };
+            places.extend(beside(&part, inwards, right));
+        }
+    }
+    places
+}
+
+/// The place `by` to the right, or left, of the end of `path`.
+fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
+    let (from, segment) = path.pieces().last()?;
+    let to = segment.to();
+    let (x, y) = match segment {
+        Segment::Line { .. } => ((to.x - from.x).mm(), (to.y - from.y).mm()),
+        Segment::Arc { centre, clockwise, .. } => {
+            let (x, y) = ((to.x - centre.x).mm(), (to.y - centre.y).mm());
+            if clockwise { (y, -x) } else { (-y, x) }
+        }
+    };
+    let length = libm::sqrt(x * x + y * y).max(1e-9);
+    let by = if right { by.mm() } else { -by.mm() };
+    Some(Point::from_mm(to.x.mm() + y / length * by, to.y.mm() - x / length * by))
+}
+
+/// The drilling of mouse-bites with the nearest drill of the rack.
+fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<Task> {
+    if places.is_empty() {
+        return None;
+    }
+    let tolerance = Length::from_um(200);
+    let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, tolerance) else {
+        let size = rack::size_text(cut_out.bite_hole);
+        desk.say(Remark::new(Weight::Loss, "cam.no_bit_for_bites").with("size", size));
+        return None;
+    };
+    let process = &desk.machine.process;
+    let strokes = places.into_iter().map(|at| Stroke { at, hole: None }).collect();
+    let depth = process.board_thickness + process.breakthrough;
+    Some(Task { strokes, depth, ..Task::with(&drill::bit(diameter)) })
+}

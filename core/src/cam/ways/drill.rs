@@ -1,0 +1,96 @@
+//! Round holes with the drills of the rack (S5, N9).
+//!
+//! ```text
+//!     surface ──┐     ┌──
+//!               │     │        through: board + breakthrough, and by the height of the point more:
+//!     bottom  ──┤     ├──      diameter / 2 / tan(point / 2)
+//!               ╲     ╱
+//!                ╲___╱
+//! ```
+//!
+//! Comes in: holes, the rack, an operation. Goes out: one task for each bit. Does not know slots.
+
+use super::super::work::{Drill, Holes};
+use super::super::{default_iterations, order, rack};
+use super::{Desk, Part, Stroke, Task};
+use crate::geometry::Point;
+use crate::job::{Bit, Cutter};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use super::super::tour::Effort;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Plans the operation.
+pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
+    let mut part = Part::default();
+    let mut by_bit: BTreeMap<Length, Vec<(u32, Point)>> = BTreeMap::new();
+    let mut missing = 0_usize;
+    for (index, hole) in (0..).zip(&desk.scene.board.holes) {
+        if desk.scene.pins.contains(&index) != (drill.holes == Holes::Alignment) {
+            continue;
+        }
+        let Some(size) = hole.diameter else { continue };
+        match rack::nearest(&desk.machine.rack, size, drill.tolerance) {
+            Some(bit) => by_bit.entry(bit).or_default().push((index, hole.at)),
+            None if drill.holes == Holes::Alignment => missing += 1,
+            None => {}
+        }
+    }
+    if missing > 0 {
+        let size = rack::size_text(desk.work.setup.alignment.diameter);
+        desk.say(Remark::new(Weight::Loss, "cam.no_bit_for_pins").with("size", size));
+    }
+    let total: usize = by_bit.values().map(Vec::len).sum();
+    if total == 0 {
+        desk.say(Remark::new(Weight::Note, "cam.no_holes"));
+    }
+    for (diameter, holes) in by_bit {
+        desk.go_on()?;
+        part.holes.extend(holes.iter().map(|(index, _)| *index));
+        part.tasks.push(task(desk, drill, diameter, &holes, total)?);
+    }
+    part.holes.sort_unstable();
+    Ok(part)
+}
+
+/// What one bit drills, in order.
+fn task(
+    desk: &mut Desk<'_>,
+    drill: &Drill,
+    diameter: Length,
+    holes: &[(u32, Point)],
+    total: usize,
+) -> Result<Task, Remark> {
+    let options = desk.means.options;
+    let all = options.iterations.unwrap_or_else(|| default_iterations(total));
+    let kicks = (u128::from(all) * holes.len() as u128 / (total as u128).max(1)) as u64;
+    let effort = Effort { kicks, seed: options.seed };
+    let (hop_time, origin, tick) = (desk.means.hop_time, desk.scene.origin, &mut *desk.tick);
+    let order = order::arrange(holes, origin, drill.order, hop_time, effort, &mut |_| tick());
+    let order = order.ok_or_else(|| Remark::new(Weight::Loss, "plan.cancelled"))?;
+    let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
+    let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
+    let bit = bit(diameter);
+    let strokes = order.into_iter().map(stroke).collect();
+    Ok(Task { strokes, depth: depth(desk, drill, diameter), peck: drill.peck, ..Task::with(&bit) })
+}
+
+/// A drill of the rack.
+pub(super) fn bit(diameter: Length) -> Bit {
+    Bit { diameter, name: format!("{} mm", rack::size_text(diameter)), cutter: Cutter::Drill }
+}
+
+/// How deep a drill goes: as the operation says, else through, and pins into the bed.
+fn depth(desk: &Desk<'_>, drill: &Drill, diameter: Length) -> Length {
+    if desk.operation.depth > Length::ZERO {
+        return desk.operation.depth;
+    }
+    let half = (drill.point_deg / 2.0).clamp(1.0, 90.0) * PI / 180.0;
+    let point = if drill.point_deg >= 180.0 { 0.0 } else { diameter.mm() / 2.0 / libm::tan(half) };
+    let below = match drill.holes {
+        Holes::Board => desk.machine.process.breakthrough,
+        Holes::Alignment => desk.work.setup.alignment.depth,
+    };
+    desk.machine.process.board_thickness + below + Length::from_mm(point)
+}

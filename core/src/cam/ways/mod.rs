@@ -1,0 +1,357 @@
+//! Ways: where the middle of each bit goes, operation by operation.
+//!
+//! ```text
+//!  Board ─ laid ─▶ Scene ─┬─ isolate ─▶ Part ─┐
+//!     (panel, pins,       ├─ clear            ├─▶ Planned ─ lower ─▶ Program
+//!      turned over)       ├─ drill, bore      │
+//!                         └─ cut out ─────────┘
+//! ```
+//!
+//! Every operation is planned by itself from the same [`Scene`], so that a caller can keep the parts of those that did not
+//! change: [`key`] tells whether one did.
+//!
+//! Comes in: a board, a [`Work`], a machine. Goes out: [`Planned`] and what there is to say. Lengths in whole nanometres in
+//! the coordinates of the board as it lies. Does not know how fast anything goes: the time of a hop it is told.
+
+mod bore;
+mod clear;
+pub(crate) mod cut;
+mod cut_out;
+mod drill;
+mod engrave;
+mod isolate;
+mod lower;
+mod narrow;
+mod route;
+mod scene;
+#[cfg(test)]
+mod tests;
+
+pub use lower::lower_work;
+pub use scene::Scene;
+
+use super::work::{Action, Operation, Work};
+use super::{PlanOptions, Progress};
+use crate::board::Board;
+use crate::geometry::{Path, Point};
+use crate::job::{Bit, Cutter};
+use crate::machine::Machine;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use sha2::{Digest, Sha256};
+
+/// One way of a bit: a path of its middle, at one depth after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Way {
+    /// The way of the middle of the bit.
+    pub path: Path,
+    /// Depths of the passes, positive downwards, shallow first.
+    pub depths: Vec<Length>,
+    /// How the bit goes down.
+    pub entry: Entry,
+    /// Lengths along the path, in mm, between which the bit stays above `tab_depth`.
+    pub tabs: Vec<(f64, f64)>,
+    /// Greatest depth over a tab.
+    pub tab_depth: Length,
+}
+
+/// How a bit goes down to a depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Entry {
+    /// Straight down.
+    #[default]
+    Plunge,
+    /// Along the way, so much deeper for every mm.
+    Ramp(f64),
+    /// Along the whole way once round for every pass.
+    Helix,
+}
+
+/// A place to drill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stroke {
+    /// Where.
+    pub at: Point,
+    /// The hole of the board that it makes, if it is one.
+    pub hole: Option<u32>,
+}
+
+/// What one bit does in an operation: first it drills, then it mills.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Task {
+    /// The bit.
+    pub bit: Bit,
+    /// Places to drill, in order.
+    pub strokes: Vec<Stroke>,
+    /// How deep it drills, positive downwards.
+    pub depth: Length,
+    /// Depth after which it comes up to clear itself; 0 for never.
+    pub peck: Length,
+    /// Ways to mill, in order.
+    pub ways: Vec<Way>,
+}
+
+/// One operation as planned.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Which operation, as index into [`Work::operations`].
+    pub operation: u32,
+    /// What its bits do, in order.
+    pub tasks: Vec<Task>,
+    /// What there is to say about it.
+    pub remarks: Vec<Remark>,
+    /// Holes of the board as it lies that it makes.
+    pub holes: Vec<u32>,
+    /// Slots that it makes.
+    pub slots: Vec<u32>,
+}
+
+/// All operations of the side that is up, as planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planned {
+    /// The board as it lies.
+    pub board: Board,
+    /// The place in its coordinates that becomes the work zero.
+    pub origin: Point,
+    /// The operations, in order.
+    pub parts: Vec<Part>,
+    /// Codes of losses that were accepted.
+    pub accepted: Vec<String>,
+    /// The spindles that work, one bit each (bit 0 is Z1).
+    pub spindles: u8,
+}
+
+impl Planned {
+    /// All ways in the order of [`crate::job::Mark::Way`].
+    pub fn ways(&self) -> impl Iterator<Item = &Way> {
+        self.parts.iter().flat_map(|part| &part.tasks).flat_map(|task| &task.ways)
+    }
+
+    /// Length of all ways in mm, every pass counted.
+    pub fn milled_mm(&self) -> f64 {
+        self.ways().map(|way| way.path.length_mm() * way.depths.len() as f64).sum()
+    }
+}
+
+/// What planning needs to know beyond board, work and machine.
+pub struct Means<'a> {
+    /// Seed, bound of the search, spindles and accepted losses.
+    pub options: &'a PlanOptions,
+    /// Seconds from one place to another, the same there and back.
+    pub hop_time: &'a dyn Fn(Point, Point) -> f64,
+}
+
+/// A digest of all that the part of operation `index` depends on, apart from the board's files: as long as it and the
+/// board stay, the part stays.
+pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
+    let operation = work.operations.get(index);
+    let bits: Vec<&Bit> =
+        operation.iter().flat_map(|o| o.bit_names()).filter_map(|name| work.bit(name)).collect();
+    let renamed = operation.cloned().map(|operation| Operation { name: String::new(), ..operation });
+    let tolerances: Vec<Length> = work.operations.iter().filter_map(board_tolerance).collect();
+    let text = serde_json::to_string(&(&work.setup, &bits, &renamed, &tolerances)).unwrap_or_default();
+    let mut hash = Sha256::new();
+    hash.update(text.as_bytes());
+    hash.update(machine.fingerprint().as_bytes());
+    hash.update(format!("{:?}", machine.rack).as_bytes());
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The tolerance with which a drilling operation takes the holes of the board.
+fn board_tolerance(operation: &Operation) -> Option<Length> {
+    match &operation.action {
+        Action::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => Some(drill.tolerance),
+        _ => None,
+    }
+}
+
+/// The operations of `work` that are planned: those of the side that is up and are on.
+pub fn planned_operations(work: &Work) -> impl Iterator<Item = (usize, &Operation)> {
+    work.operations
+        .iter()
+        .enumerate()
+        .filter(|(_, operation)| operation.on && operation.face == work.setup.face)
+}
+
+/// Plans operation `index` of `work` on `scene`. `tick` is asked now and then whether to go on.
+pub fn plan_operation(
+    scene: &Scene,
+    work: &Work,
+    index: usize,
+    machine: &Machine,
+    means: &Means<'_>,
+    tick: &mut dyn FnMut() -> bool,
+) -> Result<Part, Remark> {
+    let Some(operation) = work.operations.get(index) else { return Ok(Part::default()) };
+    let mut desk = Desk { scene, work, operation, machine, means, tick, remarks: Vec::new() };
+    let mut part = match &operation.action {
+        Action::Isolate(isolate) => isolate::plan(&mut desk, isolate),
+        Action::Clear(clear) => clear::plan(&mut desk, clear),
+        Action::Engrave(engrave) => engrave::plan(&mut desk, engrave),
+        Action::Drill(drill) => drill::plan(&mut desk, drill),
+        Action::Bore(bore) => bore::plan(&mut desk, bore),
+        Action::CutOut(cut_out) => cut_out::plan(&mut desk, cut_out),
+    }?;
+    part.operation = index as u32;
+    part.remarks = desk.remarks;
+    Ok(part)
+}
+
+/// Plans all operations of the side that is up. Fails with the losses that were not accepted.
+pub fn plan_work(
+    board: &Board,
+    work: &Work,
+    machine: &Machine,
+    means: &Means<'_>,
+    progress: &mut dyn FnMut(Progress) -> bool,
+) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
+    let scene = Scene::of(board, work);
+    let total = planned_operations(work).count() as u64;
+    let mut parts = Vec::new();
+    for (done, (index, _)) in (0..).zip(planned_operations(work)) {
+        let mut tick = || progress(Progress { done, total });
+        parts.push(plan_operation(&scene, work, index, machine, means, &mut tick).map_err(|why| vec![why])?);
+    }
+    assemble(scene, work, machine, means, parts)
+}
+
+/// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations.
+pub fn assemble(
+    scene: Scene,
+    work: &Work,
+    machine: &Machine,
+    means: &Means<'_>,
+    parts: Vec<Part>,
+) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
+    let spindles = super::spindles(means.options.spindles, machine)?;
+    let mut remarks: Vec<Remark> = parts.iter().flat_map(|part| part.remarks.iter().cloned()).collect();
+    remarks.extend(left_out(&scene, work, machine, &parts));
+    let seen = |remark: &Remark| means.options.accept.contains(&remark.code);
+    let unseen: Vec<Remark> =
+        remarks.iter().filter(|remark| remark.weight == Weight::Loss && !seen(remark)).cloned().collect();
+    if !unseen.is_empty() {
+        return Err(unseen);
+    }
+    if parts.iter().all(|part| part.tasks.is_empty()) {
+        return Err(vec![Remark::new(Weight::Loss, "cam.nothing_to_do")]);
+    }
+    let mut accepted: Vec<String> =
+        remarks.iter().filter(|remark| remark.weight == Weight::Loss).map(|remark| remark.code.clone()).collect();
+    accepted.sort();
+    accepted.dedup();
+    Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, remarks))
+}
+
+/// What holes and slots no operation makes, where holes of the board are drilled or bored at all.
+fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Remark> {
+    let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o).is_some());
+    if !holes_wanted {
+        return Vec::new();
+    }
+    let tolerance = scene.tolerance(work, machine);
+    let done: std::collections::BTreeSet<u32> = parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
+    let slots: std::collections::BTreeSet<u32> = parts.iter().flat_map(|part| part.slots.iter().copied()).collect();
+    let missing = (0..).zip(&scene.board.holes).filter(|(index, _)| !done.contains(index) && !scene.pins.contains(index));
+    let missing: Vec<_> = missing.map(|(_, hole)| hole.diameter).collect();
+    let mut without: std::collections::BTreeMap<Length, usize> = std::collections::BTreeMap::new();
+    for size in missing.iter().flatten() {
+        *without.entry(*size).or_default() += 1;
+    }
+    let without: Vec<_> = without.into_iter().collect();
+    let unsized_holes = missing.iter().filter(|size| size.is_none()).count();
+    let open_slots = scene.board.slots.len().saturating_sub(slots.len());
+    super::rack::losses(&without, unsized_holes, open_slots, tolerance)
+}
+
+/// What planning one operation has at hand.
+struct Desk<'a> {
+    scene: &'a Scene,
+    work: &'a Work,
+    operation: &'a Operation,
+    machine: &'a Machine,
+    means: &'a Means<'a>,
+    tick: &'a mut dyn FnMut() -> bool,
+    remarks: Vec<Remark>,
+}
+
+impl Desk<'_> {
+    fn say(&mut self, remark: Remark) {
+        self.remarks.push(remark.with("operation", self.name()));
+    }
+
+    /// What the operation is called.
+    fn name(&self) -> String {
+        if self.operation.name.is_empty() {
+            self.operation.action.word().to_owned()
+        } else {
+            self.operation.name.clone()
+        }
+    }
+
+    /// Refuses to go on when nobody wants it any more.
+    fn go_on(&mut self) -> Result<(), Remark> {
+        if (self.tick)() { Ok(()) } else { Err(Remark::new(Weight::Loss, "plan.cancelled")) }
+    }
+
+    /// The bits called `names` that can mill, widest first. What is no bit, or only drills, is told.
+    fn mills(&mut self, names: &[&str], flat: bool) -> Vec<Bit> {
+        let depth = self.depth();
+        let mut bits: Vec<Bit> = Vec::new();
+        for name in names {
+            let code = match self.work.bit(name) {
+                None => "cam.no_such_bit",
+                Some(Bit { cutter: Cutter::Drill, .. }) => "cam.bit_only_drills",
+                Some(Bit { cutter: Cutter::Vee { .. }, .. }) if flat => "cam.bit_not_flat",
+                Some(bit) => {
+                    if !bits.contains(bit) {
+                        bits.push(bit.clone());
+                    }
+                    continue;
+                }
+            };
+            self.say(Remark::new(Weight::Loss, code).with("bit", name));
+        }
+        bits.sort_by_key(|bit| std::cmp::Reverse(bit.width_at(depth)));
+        bits
+    }
+
+    /// How deep the operation goes.
+    fn depth(&self) -> Length {
+        let process = &self.machine.process;
+        match self.operation.depth {
+            Length::ZERO => process.board_thickness + process.breakthrough,
+            depth => depth,
+        }
+    }
+
+    /// The depths of its passes: equal steps, none over the depth of one pass.
+    fn depths(&self, depth: Length) -> Vec<Length> {
+        let step = self.operation.depth_per_pass.nm();
+        let passes = if step > 0 { (depth.nm() + step - 1) / step } else { 1 }.clamp(1, MOST_PASSES);
+        (1..=passes).map(|pass| Length::from_nm(depth.nm() * pass / passes)).collect()
+    }
+
+    /// A task that mills `paths` in this order straight down at each start.
+    fn milling(&self, bit: &Bit, paths: Vec<Path>, depth: Length) -> Option<Task> {
+        let depths = self.depths(depth);
+        let way = |path| Way {
+            path,
+            depths: depths.clone(),
+            entry: Entry::Plunge,
+            tabs: Vec::new(),
+            tab_depth: Length::ZERO,
+        };
+        let ways: Vec<Way> = paths.into_iter().map(way).collect();
+        (!ways.is_empty()).then(|| Task { ways, ..Task::with(bit) })
+    }
+}
+
+impl Task {
+    /// Nothing yet with this bit.
+    fn with(bit: &Bit) -> Self {
+        Self { bit: bit.clone(), strokes: Vec::new(), depth: Length::ZERO, peck: Length::ZERO, ways: Vec::new() }
+    }
+}
+
+/// More passes in depth than this are not made; each then is deeper.
+const MOST_PASSES: i64 = 500;
