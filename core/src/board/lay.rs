@@ -190,7 +190,8 @@ mod tests {
             assert_eq!(turned.extent(), board().extent());
             let wanted = if mirror_x { at(10.0, 3.0) } else { at(2.0, 7.0) };
             assert_eq!(turned.holes[0].at, wanted);
-            let small = turned.copper[0].region.islands.iter().position(|i| i.outer.length_mm() < 4.0).unwrap();
+            let small =
+                turned.copper[0].region.islands.iter().position(|i| i.outer.length_mm() < 4.0).unwrap();
             assert_eq!(turned.copper[0].nets[small].as_deref(), Some("A"));
             assert!((area_mm2(&turned.outline) - 60.0).abs() < 1e-6);
             let again = turned.turned(mirror_x);

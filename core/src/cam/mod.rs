@@ -230,9 +230,9 @@ fn loaded_first(bits: &mut [BitUse], loaded: Option<Length>, tolerance: Length) 
     None
 }
 
-/// The lower left corner of the outline's box if there is an outline, else of the holes' box.
+/// The lower left corner of the outline's box if there is an outline, else of the holes' box, else of the copper's.
 fn origin(board: &Board) -> Point {
     let outline = board.outline.bounds();
     let holes = || Bounds::around(board.holes.iter().map(|hole| hole.at));
-    outline.or_else(holes).map_or(Point::default(), |bounds| bounds.min)
+    outline.or_else(holes).or_else(|| board.extent()).map_or(Point::default(), |bounds| bounds.min)
 }

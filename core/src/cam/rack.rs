@@ -65,7 +65,12 @@ pub fn assign(board: &Board, machine: &Machine) -> (Vec<BitUse>, Vec<Remark>) {
     (bits, losses(&without, unsized_holes, board.slots.len(), machine.rack_tolerance))
 }
 
-pub(super) fn losses(without: &[(Length, usize)], unsized_holes: usize, slots: usize, tolerance: Length) -> Vec<Remark> {
+pub(super) fn losses(
+    without: &[(Length, usize)],
+    unsized_holes: usize,
+    slots: usize,
+    tolerance: Length,
+) -> Vec<Remark> {
     let mut remarks = Vec::new();
     if !without.is_empty() {
         let sizes: Vec<String> =

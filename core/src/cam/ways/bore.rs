@@ -14,7 +14,6 @@
 
 use super::super::rack;
 use super::super::work::{Bore, Direction};
-use super::narrow::half;
 use super::route::{Rules, arranged};
 use super::{Desk, Entry, Part, Task, Way};
 use crate::geometry::{Path, Point, circle, grow, sweep};
@@ -25,7 +24,7 @@ use crate::units::Length;
 /// A bit is not too wide for what it is wider than by no more than this.
 const SLACK: Length = Length::from_um(2);
 /// Neighbouring rings share so much of the bit's width.
-const SHARED: f64 = 0.4;
+const SHARED: f64 = 0.55;
 /// More rings than this are not made in one hole.
 const MOST_RINGS: usize = 200;
 
@@ -52,7 +51,9 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
     }
     if bore.slots {
         let slots = (0..).zip(&board.slots).filter_map(|(index, slot)| Some((index, slot, slot.width?)));
-        shapes.extend(slots.map(|(index, slot, width)| (Shape { middle: slot.path.clone(), width }, Err(index))));
+        shapes.extend(
+            slots.map(|(index, slot, width)| (Shape { middle: slot.path.clone(), width }, Err(index))),
+        );
     }
     let mut by_bit: Vec<Vec<Path>> = bits.iter().map(|_| Vec::new()).collect();
     let mut too_narrow = 0_usize;
@@ -100,15 +101,14 @@ fn rings(shape: &Shape, bit: &Bit, direction: Direction) -> Vec<Path> {
         inwards.extend(region.paths().cloned().map(around));
         region = grow(&region, -step);
     }
-    // What is narrower than a step in the middle is cut along the middle line.
-    inwards.extend(Path::through(&shape.middle).filter(|_| half(room) > half(bit.diameter)));
     inwards.reverse();
     inwards
 }
 
 fn task(desk: &mut Desk<'_>, bit: &Bit, paths: Vec<Path>) -> Option<Task> {
     let closed = desk.scene.closed_to(bit.diameter);
-    let (points, paths): (Vec<Path>, Vec<Path>) = paths.into_iter().partition(|path| path.segments.is_empty());
+    let (points, paths): (Vec<Path>, Vec<Path>) =
+        paths.into_iter().partition(|path| path.segments.is_empty());
     let (paths, touched) = match &closed {
         Some(zone) => {
             let before = paths.len();
@@ -161,9 +161,9 @@ fn grouped(paths: Vec<Path>, rules: &Rules<'_>) -> Vec<Path> {
     let mut out = Vec::new();
     for outer in arranged(outer, rules) {
         let bounds = crate::geometry::path_bounds(&outer);
-        let found = groups.iter().position(|group| {
-            group.last().is_some_and(|last| crate::geometry::path_bounds(last) == bounds)
-        });
+        let found = groups
+            .iter()
+            .position(|group| group.last().is_some_and(|last| crate::geometry::path_bounds(last) == bounds));
         if let Some(found) = found {
             let mut group = groups.swap_remove(found);
             group.pop();

@@ -34,11 +34,12 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
     };
     let copper = &copper.region;
     let Some(board) = board(desk, copper) else { return Ok(part) };
-    let names: Vec<&str> =
-        std::iter::once(desk.operation.bit.as_str()).chain(clear.further.iter().map(String::as_str)).collect();
+    let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
+        .chain(clear.further.iter().map(String::as_str))
+        .collect();
     let depth = desk.depth();
     let kept = grow(copper, clear.margin);
-    let islands = Area::of(copper.clone());
+    let islands = Area::of(copper);
     let mut groove = Groove::of(&kept);
     let mut wider: Option<Length> = None;
     for bit in desk.mills(&names, false) {
@@ -82,7 +83,7 @@ fn rings(
     width: Length,
 ) -> Result<Vec<Path>, Remark> {
     let step = Length::from_mm(width.mm() * clear.stepover_percent / 100.0);
-    let field = Area::of(board.clone());
+    let field = Area::of(board);
     let mut region = grow(kept, half(width) - NEARER);
     let mut paths: Vec<Path> = Vec::new();
     let mut segments = 0;

@@ -11,7 +11,7 @@
 //! Comes in: paths, lengths in mm, an [`Area`]. Goes out: paths. Ends of pieces are on the line or circle that was cut to
 //! a nanometre. Does not know what the pieces are for.
 
-use crate::geometry::{Bounds, Index, Path, Point, Region, Segment, chords, segment_bounds};
+use crate::geometry::{Index, Path, Point, Region, Segment, chords, segment_bounds};
 use crate::units::Length;
 use std::f64::consts::TAU;
 
@@ -29,18 +29,12 @@ pub(crate) struct Piece {
 
 /// A region that points are asked of.
 pub(crate) struct Area {
-    region: Region,
     index: Index,
 }
 
 impl Area {
-    pub(crate) fn of(region: Region) -> Self {
-        let index = Index::of(&region);
-        Self { region, index }
-    }
-
-    pub(crate) fn region(&self) -> &Region {
-        &self.region
+    pub(crate) fn of(region: &Region) -> Self {
+        Self { index: Index::of(region) }
     }
 
     pub(crate) fn index(&self) -> &Index {
@@ -145,6 +139,35 @@ pub(crate) fn started_at(path: &Path, corner: usize) -> Path {
     Path { start, segments }
 }
 
+/// The share of a segment at which it is nearest to `at`.
+fn nearest_share(from: Point, segment: Segment, at: Point) -> f64 {
+    let found = share(from, segment, (at.x.mm(), at.y.mm()));
+    if (0.0..=1.0).contains(&found) {
+        return found;
+    }
+    let to_end = segment.to().distance_mm(at);
+    if from.distance_mm(at) <= to_end { 0.0 } else { 1.0 }
+}
+
+/// A closed path started at its place nearest to `at`.
+pub(crate) fn started_near(path: &Path, at: Point) -> Path {
+    let away = |(from, segment): &(Point, Segment)| {
+        point_on(*from, *segment, nearest_share(*from, *segment, at)).distance_mm(at)
+    };
+    let nearest = path.pieces().enumerate().min_by(|a, b| away(&a.1).total_cmp(&away(&b.1)));
+    let Some((index, (from, segment))) = nearest else { return path.clone() };
+    let mut turned = started_at(path, index);
+    let parts = parted(from, segment, &[nearest_share(from, segment, at)]);
+    if let [(_, first, ..), (start, second, ..)] = parts.as_slice() {
+        turned.start = *start;
+        if let Some(segment) = turned.segments.first_mut() {
+            *segment = *second;
+        }
+        turned.segments.push(*first);
+    }
+    turned
+}
+
 /// Where the carriers of two segments meet: at most two points, in mm.
 fn meetings(a: (Point, Segment), b: (Point, Segment)) -> Vec<(f64, f64)> {
     match (a.1, b.1) {
@@ -176,10 +199,7 @@ fn line_circle((a, b): (Point, Point), centre: Point, on: Point) -> Vec<(f64, f6
         return Vec::new();
     }
     let root = libm::sqrt(inside);
-    [-root, root]
-        .map(|root| (root - half) / square)
-        .map(|t| (a.x.mm() + ux * t, a.y.mm() + uy * t))
-        .to_vec()
+    [-root, root].map(|root| (root - half) / square).map(|t| (a.x.mm() + ux * t, a.y.mm() + uy * t)).to_vec()
 }
 
 fn circles((c, on_c): (Point, Point), (d, on_d): (Point, Point)) -> Vec<(f64, f64)> {
@@ -228,15 +248,6 @@ fn crossings(from: Point, segment: Segment, area: &Area) -> Vec<f64> {
     shares
 }
 
-/// Whether a straight line from `a` to `b` keeps out of `area`.
-pub(crate) fn keeps_out(a: Point, b: Point, area: &Area) -> bool {
-    let segment = Segment::Line { to: b };
-    let shares = crossings(a, segment, area);
-    parted(a, segment, &shares)
-        .iter()
-        .all(|(_, _, begin, end)| !area.contains(point_on(a, segment, (begin + end) / 2.0)))
-}
-
 /// The parts of `path` that lie in `area` (`inside`), or out of it. A closed path that is whole stays closed.
 pub(crate) fn parts(path: &Path, area: &Area, inside: bool) -> Vec<Path> {
     let mut found: Vec<Path> = Vec::new();
@@ -271,9 +282,4 @@ pub(crate) fn parts(path: &Path, area: &Area, inside: bool) -> Vec<Path> {
         }
     }
     found
-}
-
-/// Whether all of `bounds` lies in `area`, as far as its edges tell: no edge in it, and one corner inside.
-pub(crate) fn lies_in(bounds: Bounds, area: &Area) -> bool {
-    area.index.edges_in(bounds).is_empty() && area.contains(bounds.min)
 }

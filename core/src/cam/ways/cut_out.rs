@@ -170,11 +170,8 @@ fn nearest_length(path: &Path, at: Point, reach: f64) -> Option<f64> {
 /// `path` without the spans of tabs.
 fn without(path: &Path, tabs: &[(f64, f64)]) -> Vec<Path> {
     let whole = path.length_mm();
-    let ends: Vec<(f64, f64)> = tabs
-        .iter()
-        .zip(tabs.iter().skip(1))
-        .map(|((_, end), (next, _))| (*end, *next))
-        .collect();
+    let ends: Vec<(f64, f64)> =
+        tabs.iter().zip(tabs.iter().skip(1)).map(|((_, end), (next, _))| (*end, *next)).collect();
     let parts = ends.into_iter().filter_map(|(begin, end)| cut::between(path, begin, end));
     let mut parts: Vec<Path> = parts.collect();
     let (first, last) = (tabs.first().map_or(0.0, |tab| tab.0), tabs.last().map_or(0.0, |tab| tab.1));
@@ -191,13 +188,7 @@ fn without(path: &Path, tabs: &[(f64, f64)]) -> Vec<Path> {
 }
 
 /// Rows of holes along the board's edge within the tabs. What stays is on the right of a climbing way.
-fn bite_places(
-    cut_out: &CutOut,
-    path: &Path,
-    tabs: &[(f64, f64)],
-    bit: &Bit,
-    inwards: Length,
-) -> Vec<Point> {
+fn bite_places(cut_out: &CutOut, path: &Path, tabs: &[(f64, f64)], bit: &Bit, inwards: Length) -> Vec<Point> {
     let whole = path.length_mm();
     let right = cut_out.direction == super::super::work::Direction::Climb;
     let mut places = Vec::new();

@@ -10,6 +10,7 @@
 //!
 //! Comes in: holes, the rack, an operation. Goes out: one task for each bit. Does not know slots.
 
+use super::super::tour::Effort;
 use super::super::work::{Drill, Holes};
 use super::super::{default_iterations, order, rack};
 use super::{Desk, Part, Stroke, Task};
@@ -17,7 +18,6 @@ use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
-use super::super::tour::Effort;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 

@@ -33,8 +33,9 @@ pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Remar
         return Ok(part);
     };
     let copper = &copper.region;
-    let names: Vec<&str> =
-        std::iter::once(desk.operation.bit.as_str()).chain(isolate.further.iter().map(String::as_str)).collect();
+    let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
+        .chain(isolate.further.iter().map(String::as_str))
+        .collect();
     let bits = desk.mills(&names, false);
     let depth = desk.depth();
     let mut groove = Groove::of(copper);
@@ -90,7 +91,7 @@ impl<'a> Groove<'a> {
         if let Some((_, places)) = self.narrow.iter().find(|(known, _)| *known == width) {
             return places.clone();
         }
-        let islands = self.islands.get_or_insert_with(|| Area::of(self.copper.clone()));
+        let islands = self.islands.get_or_insert_with(|| Area::of(self.copper));
         let places = narrow::narrow(self.copper, islands, width);
         self.narrow.push((width, places.clone()));
         places
@@ -104,7 +105,12 @@ impl<'a> Groove<'a> {
 }
 
 /// The rings of the first bit.
-fn rings(desk: &mut Desk<'_>, copper: &Region, isolate: &Isolate, width: Length) -> Result<Vec<Path>, Remark> {
+fn rings(
+    desk: &mut Desk<'_>,
+    copper: &Region,
+    isolate: &Isolate,
+    width: Length,
+) -> Result<Vec<Path>, Remark> {
     let step = Length::from_mm(width.mm() * (1.0 - isolate.overlap_percent / 100.0));
     let mut region = grow(copper, half(width) - NEARER);
     let mut paths = turned(region.paths().cloned().collect(), isolate.direction);
@@ -143,7 +149,7 @@ fn finished(
     if touched {
         desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
     }
-    let islands = (isolate.passes > 1).then(|| Area::of(groove.copper.clone()));
+    let islands = (isolate.passes > 1).then(|| Area::of(groove.copper));
     let rules = Rules {
         start: desk.scene.origin,
         overlap: isolate.loop_overlap,

@@ -206,9 +206,11 @@ impl Pen<'_> {
         let way = self.way;
         let back = way.path.reversed();
         let closed = way.path.is_closed();
-        let turned: Vec<(f64, f64)> = way.tabs.iter().rev().map(|tab| (whole - tab.1, whole - tab.0)).collect();
+        let turned: Vec<(f64, f64)> =
+            way.tabs.iter().rev().map(|tab| (whole - tab.1, whole - tab.0)).collect();
         for (pass, &depth) in way.depths.iter().enumerate() {
-            let (path, tabs) = if pass % 2 == 1 && !closed { (&back, &turned) } else { (&way.path, &way.tabs) };
+            let (path, tabs) =
+                if pass % 2 == 1 && !closed { (&back, &turned) } else { (&way.path, &way.tabs) };
             let first = tabs.first().is_some_and(|tab| tab.0 <= 0.0);
             self.down(if first { depth.min(way.tab_depth) } else { depth });
             self.stretch(path, tabs, (0.0, whole), (depth, depth));
@@ -256,7 +258,11 @@ impl Pen<'_> {
         // Rounding of a share is no step.
         if (begin - self.height).abs() > Length::from_nm(10) {
             let feed_um_per_s = if begin < self.height { self.plunge } else { self.feed };
-            self.commands.push(Command::Mill { to: self.writer.at(piece.from), height: begin, feed_um_per_s });
+            self.commands.push(Command::Mill {
+                to: self.writer.at(piece.from),
+                height: begin,
+                feed_um_per_s,
+            });
         }
         self.height = end;
         let (height, feed_um_per_s) = (end, self.feed);

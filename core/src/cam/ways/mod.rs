@@ -160,7 +160,9 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
 /// The tolerance with which a drilling operation takes the holes of the board.
 fn board_tolerance(operation: &Operation) -> Option<Length> {
     match &operation.action {
-        Action::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => Some(drill.tolerance),
+        Action::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => {
+            Some(drill.tolerance)
+        }
         _ => None,
     }
 }
@@ -235,8 +237,11 @@ pub fn assemble(
     if parts.iter().all(|part| part.tasks.is_empty()) {
         return Err(vec![Remark::new(Weight::Loss, "cam.nothing_to_do")]);
     }
-    let mut accepted: Vec<String> =
-        remarks.iter().filter(|remark| remark.weight == Weight::Loss).map(|remark| remark.code.clone()).collect();
+    let mut accepted: Vec<String> = remarks
+        .iter()
+        .filter(|remark| remark.weight == Weight::Loss)
+        .map(|remark| remark.code.clone())
+        .collect();
     accepted.sort();
     accepted.dedup();
     Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, remarks))
@@ -249,9 +254,13 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
         return Vec::new();
     }
     let tolerance = scene.tolerance(work, machine);
-    let done: std::collections::BTreeSet<u32> = parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
-    let slots: std::collections::BTreeSet<u32> = parts.iter().flat_map(|part| part.slots.iter().copied()).collect();
-    let missing = (0..).zip(&scene.board.holes).filter(|(index, _)| !done.contains(index) && !scene.pins.contains(index));
+    let done: std::collections::BTreeSet<u32> =
+        parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
+    let slots: std::collections::BTreeSet<u32> =
+        parts.iter().flat_map(|part| part.slots.iter().copied()).collect();
+    let missing = (0..)
+        .zip(&scene.board.holes)
+        .filter(|(index, _)| !done.contains(index) && !scene.pins.contains(index));
     let missing: Vec<_> = missing.map(|(_, hole)| hole.diameter).collect();
     let mut without: std::collections::BTreeMap<Length, usize> = std::collections::BTreeMap::new();
     for size in missing.iter().flatten() {
@@ -349,7 +358,13 @@ impl Desk<'_> {
 impl Task {
     /// Nothing yet with this bit.
     fn with(bit: &Bit) -> Self {
-        Self { bit: bit.clone(), strokes: Vec::new(), depth: Length::ZERO, peck: Length::ZERO, ways: Vec::new() }
+        Self {
+            bit: bit.clone(),
+            strokes: Vec::new(),
+            depth: Length::ZERO,
+            peck: Length::ZERO,
+            ways: Vec::new(),
+        }
     }
 }
 

@@ -10,9 +10,11 @@
 //! Comes in: copper and the width of a cut. Goes out: narrow places, and ways of a thinner bit through them. Does not know
 //! operations.
 
-use super::cut::{self, Area};
 use super::super::work::Cure;
-use crate::geometry::{Island, Path, Point, Region, Rule, area_mm2, combine, grow, island_area_mm2, path_bounds};
+use super::cut::{self, Area};
+use crate::geometry::{
+    Island, Path, Point, Region, Rule, area_mm2, combine, grow, island_area_mm2, path_bounds,
+};
 use crate::units::Length;
 
 /// Ways run this much nearer to the copper than the bit's radius, so that a gap exactly as wide as the bit stays open.
@@ -64,7 +66,7 @@ pub(super) fn ways_through(copper: &Region, places: &[Island], width: Length) ->
     if zone.is_empty() {
         return Vec::new();
     }
-    let zone = Area::of(zone);
+    let zone = Area::of(&zone);
     let region = grow(copper, radius);
     let near = |path: &&Path| {
         let bounds = path_bounds(path);
@@ -81,7 +83,7 @@ pub(super) fn place_of<'a>(cure: &Cure, places: &'a [Island]) -> Option<&'a Isla
     places.iter().find(holds).or_else(|| {
         let near = |place: &&Island| {
             let bounds = path_bounds(&place.outer).grown(reach);
-            bounds.contains(middle) && Area::of(alone(place)).index().nearest(middle, reach).is_some()
+            bounds.contains(middle) && Area::of(&alone(place)).index().nearest(middle, reach).is_some()
         };
         places.iter().find(near)
     })
@@ -102,8 +104,8 @@ pub(super) fn centred(
 ) -> Option<(Vec<Path>, Length)> {
     let gap = Length::from_mm(cure.from.distance_mm(cure.to));
     let island = islands.index().nearest(cure.from, gap + TOUCH)?.edge.island;
-    let side = copper.islands.get(island)?;
-    let zone = Area::of(grow(&alone(place), TOUCH));
+    let side = copper.islands.get(island as usize)?;
+    let zone = Area::of(&grow(&alone(place), TOUCH));
     let beside = grow(&alone(side), half(gap));
     let ways: Vec<Path> = beside.paths().flat_map(|path| cut::parts(path, &zone, true)).collect();
     let lost = (half(width) - half(gap)).max(Length::ZERO);

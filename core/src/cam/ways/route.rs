@@ -15,7 +15,7 @@
 use super::super::order::{straight_hop, straight_mm};
 use super::super::tour::{self, Effort};
 use super::cut::{self, Area};
-use crate::geometry::{Path, Point, Segment};
+use crate::geometry::{Path, Point, Segment, path_bounds};
 use crate::units::Length;
 use std::collections::BTreeSet;
 
@@ -121,7 +121,16 @@ fn entered(path: &Path, here: Point, rules: &Rules<'_>) -> Path {
             cut::started_at(path, nearest.map_or(0, |(index, _)| index))
         }
     };
-    extended(turned, rules.overlap)
+    // Where a link would do but for the corners being far apart, the way is entered between two of them.
+    let reach = rules.link.map_or(0.0, |(reach, ..)| reach.mm());
+    if straight_mm(here, turned.start) <= reach || reach == 0.0 {
+        return extended(turned, rules.overlap);
+    }
+    if !path_bounds(path).grown(Length::from_mm(reach)).contains(here) {
+        return extended(turned, rules.overlap);
+    }
+    let near = cut::started_near(path, here);
+    extended(if straight_mm(here, near.start) <= reach { near } else { turned }, rules.overlap)
 }
 
 /// A full circle begun at whichever of four places is nearest.

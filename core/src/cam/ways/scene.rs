@@ -2,8 +2,8 @@
 //!
 //! Comes in: a board and a [`Work`]. Goes out: a [`Scene`]. Does not know operations.
 
-use super::cut::{self, Area};
 use super::super::work::{Flip, Work};
+use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
 use crate::geometry::{Bounds, Path, Point, grow, path_bounds, rectangle, union};
 use crate::machine::Machine;
@@ -42,7 +42,7 @@ impl Scene {
         let zones = setup.exclusions.iter().map(zone).collect();
         let laid = if bottom { pinned.turned(mirror_x) } else { pinned };
         let outlined = !laid.outline.is_empty();
-        let field = outlined.then(|| Area::of(grow(&laid.outline, setup.margin)));
+        let field = outlined.then(|| Area::of(&grow(&laid.outline, setup.margin)));
         Self { origin: super::super::origin(&laid), board: laid, pins, zones, field }
     }
 
@@ -55,7 +55,7 @@ impl Scene {
     pub(super) fn closed_to(&self, width: Length) -> Option<Area> {
         let radius = Length::from_nm((width.nm() + 1) / 2);
         let boxes: Vec<Path> = self.zones.iter().map(|zone| rectangle(*zone)).collect();
-        (!boxes.is_empty()).then(|| Area::of(grow(&union(&boxes), radius)))
+        (!boxes.is_empty()).then(|| Area::of(&grow(&union(&boxes), radius)))
     }
 
     /// `paths` without what lies beyond the field or in `closed`; and whether zones took anything away.
