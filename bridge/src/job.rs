@@ -8,7 +8,7 @@
 //! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
 //! what becomes of it.
 
-use crate::cli::{self, Group, JobArgs, Order, Refusal};
+use crate::cli::{self, Group, JobArgs, Order, ReadingArgs, Refusal};
 use crate::{files, machine_file};
 use annulus_core::artwork::Kind;
 use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
@@ -17,6 +17,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::Machine;
 use annulus_core::motion;
+use annulus_core::post;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -129,6 +130,48 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
         return Err(Refusal::content(why));
     }
     Ok((board, remarks))
+}
+
+/// The whole board of the files at `jobs`, copper and outline too, and what there was to say about them.
+pub(crate) fn read_whole(
+    jobs: &[PathBuf],
+    reading: &ReadingArgs,
+    accept: &[String],
+) -> Result<(Board, Vec<Remark>), Refusal> {
+    let read = files::read(jobs, reading)?;
+    let used = read.default_use();
+    let (mut board, mut remarks) = from_artwork(&read.artwork, &used);
+    let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
+    let missing = missing.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive));
+    remarks.extend(missing.flat_map(|file| file.remarks.iter().cloned()));
+    unseen(&remarks, accept)?;
+    if board.extent().is_none() {
+        let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
+        return Err(Refusal::content(Remark::new(Weight::Loss, "job.no_drill_file").with("path", path)));
+    }
+    if board.name.is_empty() {
+        board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
+    }
+    Ok((board, remarks))
+}
+
+/// The files of `program` for `target`, each with its name: `program` is Annulus' own form.
+pub(crate) fn outputs(
+    target: &str,
+    program: &Program,
+    stem: &str,
+) -> Result<Vec<(String, Vec<u8>)>, Refusal> {
+    if target == "program" {
+        return Ok(vec![(format!("{stem}.program"), program::encode(program))]);
+    }
+    let unknown = || {
+        let known = post::targets().join(", ");
+        Refusal::usage(
+            Remark::new(Weight::Loss, "post.unknown_target").with("name", target).with("known", known),
+        )
+    };
+    let (text, extension) = post::write(target, program).ok_or_else(unknown)?.map_err(Refusal::content)?;
+    Ok(vec![(format!("{stem}.{extension}"), text.into_bytes())])
 }
 
 /// Refuses with the first loss that was not accepted; the others go to standard error before it.

@@ -3,6 +3,7 @@
 //! Comes in: parsed arguments. Goes out: an exit code; with `--json` exactly one object on standard output, also on
 //! refusal. Does not know what the commands do.
 
+mod cam;
 mod doctor;
 mod executor;
 mod export;
@@ -50,6 +51,8 @@ pub(crate) enum Command {
     Plan(plan::PlanArgs),
     /// Prove programs against the design: shorts, breaks, gaps, slivers.
     Prove(prove::ProveArgs),
+    /// Plan milling and drilling of a whole board and write its programs.
+    Cam(cam::CamArgs),
     /// Write a program in another controller's words.
     Export(export::ExportArgs),
     /// Compute the step stream and say how long it takes.
@@ -283,6 +286,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Prove(args)) => prove::run(&args),
+        Some(Command::Cam(args)) => cam::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Run(args)) => run::run(&args, json),

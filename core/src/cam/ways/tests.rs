@@ -259,7 +259,7 @@ fn clearing_leaves_nothing_but_the_picture() {
     let (planned, _) = planned(&board, &work);
     assert!(least_clearance(&planned, &work) > -0.0025);
     let ways: Vec<Path> = planned.ways().map(|way| way.path.clone()).collect();
-    assert!(ways.len() < 8, "{} starts", ways.len());
+    assert!(ways.len() < 16, "{} starts", ways.len());
     let cut = sweep(&ways, mm(0.8));
     let left = crate::geometry::combine(&board.outline, &cut, crate::geometry::Rule::Difference);
     let copper = crate::geometry::area_mm2(&board.copper[0].region);
