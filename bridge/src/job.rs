@@ -140,7 +140,8 @@ pub(crate) fn read_whole(
 ) -> Result<(Board, Vec<Remark>), Refusal> {
     let read = files::read(jobs, reading)?;
     let used = read.default_use();
-    let (mut board, mut remarks) = from_artwork(&read.artwork, &used);
+    let wanted = Wanted { copper: true, aligned: true };
+    let (mut board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
     let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
     let missing = missing.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive));
     remarks.extend(missing.flat_map(|file| file.remarks.iter().cloned()));

@@ -204,5 +204,7 @@ fn a_stock_is_bounded_and_only_cut_tiles_take_memory() {
     carved(&mut stock, &program(bit(800, Cutter::Drill), vec![rapid(-3.0, 300.0), plunge(-1_700)]));
     let cut: Vec<_> = stock.tiles().filter(|tile| tile.depths_um.is_some()).collect();
     assert_eq!((cut.len(), cut[0].first), (4, [64, 64]), "the hole lies on a corner of four tiles");
-    assert!(stock.tiles().count() == stock.cells().map(|cells| cells.div_ceil(TILE)).iter().product());
+    assert!(
+        stock.tiles().count() == stock.cells().map(|cells| cells.div_ceil(TILE)).iter().product::<usize>()
+    );
 }

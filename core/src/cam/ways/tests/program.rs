@@ -1,0 +1,279 @@
+//! Programs of small boards: holes, slots, tabs, mouse-bites, sides, zones, pecks; and keys of parts.
+
+use super::*;
+
+fn deepest(leg: &crate::job::Leg) -> Length {
+    let heights = leg.commands.iter().filter_map(|command| match command {
+        Command::Plunge { to, .. } => Some(*to),
+        Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(*height),
+        _ => None,
+    });
+    heights.min().unwrap_or_default()
+}
+
+#[test]
+fn the_default_job_does_all_there_is_to_do() {
+    let board = coupon();
+    let machine = virtual_drill();
+    let work = Work::default_for(&board, &machine);
+    let words: Vec<_> = work.operations.iter().map(|operation| operation.action.word()).collect();
+    assert_eq!(words, ["isolate", "drill", "bore", "cut_out"]);
+    let (planned, remarks) = planned(&board, &work);
+    assert!(remarks.iter().all(|remark| remark.weight < Weight::Loss), "{remarks:?}");
+    let program = lower_work(&planned, &work, &machine);
+    let holes: Vec<_> = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).collect();
+    assert_eq!(holes.len(), 3);
+    let names: Vec<_> = program.bits.iter().map(|bit| bit.name.as_str()).collect();
+    assert_eq!(names, ["V 30°", "0.8 mm", "1 mm", "Mill 1.5 mm", "Mill 0.8 mm", "Mill 1.5 mm"]);
+    let ways = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count();
+    assert_eq!(ways, planned.ways().count());
+    // Every leg that goes down comes up again, and the last way is the outer contour.
+    for leg in program.legs.iter().filter(|leg| deepest(leg) < Length::ZERO) {
+        assert_eq!(leg.commands.last(), Some(&Command::Retract { to: program.safe_height }));
+    }
+    let last = planned.ways().last().unwrap();
+    assert!(last.path.length_mm() > 100.0);
+    assert_eq!(deepest(&program.legs[program.legs.len() - 2]), mm(-2.1));
+}
+
+#[test]
+fn bored_holes_and_slots_have_their_size() {
+    let board = coupon();
+    let work = only(&board, "bore", |_| {});
+    let (planned, _) = planned(&board, &work);
+    assert_eq!((planned.parts[0].holes.as_slice(), planned.parts[0].slots.as_slice()), (&[3][..], &[0][..]));
+    let [wide, thin] = planned.parts[0].tasks.as_slice() else { panic!("two bits") };
+    let cut = sweep(&wide.ways.iter().map(|way| way.path.clone()).collect::<Vec<_>>(), wide.bit.diameter);
+    let area = crate::geometry::area_mm2(&cut);
+    assert!((area - 6.25 * std::f64::consts::PI).abs() < 0.02, "{area}: nothing is left in the middle");
+    assert!(wide.ways.len() >= 2 && wide.ways[0].path.length_mm() < wide.ways[1].path.length_mm());
+    assert!(wide.ways.iter().all(|way| way.entry == Entry::Helix));
+    let bounds = sweep(&thin.ways.iter().map(|way| way.path.clone()).collect::<Vec<_>>(), thin.bit.diameter)
+        .bounds()
+        .unwrap();
+    assert!((bounds.max.y - bounds.min.y).mm() > 0.999 && (bounds.max.x - bounds.min.x).mm() > 3.999);
+    assert!((bounds.max.y - bounds.min.y).mm() < 1.001 && (bounds.max.x - bounds.min.x).mm() < 4.001);
+}
+
+#[test]
+fn what_no_bit_fits_is_a_loss_until_it_is_seen() {
+    let mut board = coupon();
+    board.slots[0].width = Some(mm(0.3));
+    let work = Work::default_for(&board, &virtual_drill());
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let mut options = PlanOptions { iterations: Some(0), ..PlanOptions::default() };
+    let plan = |options: &PlanOptions| {
+        plan_work(&board, &work, &virtual_drill(), &Means { options, hop_time: &hop_time }, &mut |_| true)
+    };
+    let losses = plan(&options).unwrap_err();
+    let codes: Vec<_> = losses.iter().map(|loss| loss.code.clone()).collect();
+    assert_eq!(codes, ["cam.too_narrow_to_bore", "plan.slots_not_drilled"]);
+    assert!(losses.iter().all(|loss| !loss.message("en").contains("cam.")), "{losses:?}");
+    options.accept = codes;
+    let (planned, _) = plan(&options).unwrap();
+    assert_eq!(planned.accepted, options.accept);
+}
+
+#[test]
+fn tabs_hold_the_board_in_every_pass() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |_| {});
+    let (planned, _) = planned(&board, &work);
+    let [inner, outer] = planned.parts[0].tasks[0].ways.as_slice() else { panic!("inner and outer") };
+    assert!(inner.tabs.is_empty() && inner.path.length_mm() < outer.path.length_mm());
+    assert_eq!(outer.tabs.len(), 4);
+    let held: f64 = outer.tabs.iter().map(|tab| tab.1 - tab.0).sum();
+    assert!((held - 4.0 * 3.5).abs() < 1e-6, "{held}");
+    // The bit's middle runs outside of the outline by its radius.
+    let bounds = crate::geometry::path_bounds(&outer.path);
+    assert!((bounds.min.x.mm() + 0.75).abs() < 0.003 && (bounds.max.y.mm() - 20.75).abs() < 0.003);
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let leg = program.legs.iter().rfind(|leg| matches!(leg.mark, Mark::Way(_))).unwrap();
+    let over: f64 = over_tabs(&program, leg);
+    // At its last lap the bit is at tab height or above over four tabs.
+    assert!(over > 0.99 * held, "{over} of {held} mm");
+}
+
+/// Length of the last lap, in mm, that is not deeper than a tab.
+fn over_tabs(program: &Program, leg: &crate::job::Leg) -> f64 {
+    let mut here = program.start_of_leg(0);
+    let (mut shallow, mut since_bottom) = (0.0, Vec::new());
+    for command in &leg.commands {
+        match *command {
+            Command::Rapid { to } => here = to,
+            Command::Mill { to, height, .. } | Command::MillArc { to, height, .. } => {
+                since_bottom.push((here.distance_mm(to), height));
+                here = to;
+            }
+            _ => {}
+        }
+    }
+    // Corners of the contour are arcs about the outline's corners; their chords are near enough.
+    let mut lap = 0.0;
+    for (length, height) in since_bottom.into_iter().rev() {
+        if lap > 104.0 {
+            break;
+        }
+        lap += length;
+        if height >= mm(-1.0) {
+            shallow += length;
+        }
+    }
+    shallow
+}
+
+#[test]
+fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |operation| {
+        if let Action::CutOut(cut_out) = &mut operation.action {
+            *cut_out = CutOut { bites: true, ..cut_out.clone() };
+        }
+    });
+    let (planned, _) = planned(&board, &work);
+    let [bites, cut] = planned.parts[0].tasks.as_slice() else { panic!("drill and mill") };
+    assert_eq!(cut.ways.len(), 1 + 4);
+    assert!(bites.strokes.len() >= 4 * 3, "{}", bites.strokes.len());
+    let edge = Area::of(&board.outline);
+    for stroke in &bites.strokes {
+        assert!(edge.index().nearest(stroke.at, mm(0.003)).is_some(), "{:?}", stroke.at);
+    }
+}
+
+#[test]
+fn tabs_by_hand_are_where_they_were_put() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |operation| {
+        if let Action::CutOut(cut_out) = &mut operation.action {
+            cut_out.tab_at = vec![at(15.0, 0.0), at(30.0, 10.0)];
+            cut_out.side = CutSide::Outside;
+        }
+    });
+    let (planned, _) = planned(&board, &work);
+    let outer = planned.ways().last().unwrap();
+    let middles: Vec<Point> = outer
+        .tabs
+        .iter()
+        .map(|tab| cut::between(&outer.path, 0.0, (tab.0 + tab.1) / 2.0).unwrap().end())
+        .collect();
+    assert_eq!(middles.len(), 2);
+    assert!(middles.iter().any(|place| place.distance_mm(at(15.0, -0.75)) < 0.06), "{middles:?}");
+    assert!(middles.iter().any(|place| place.distance_mm(at(30.75, 10.0)) < 0.06), "{middles:?}");
+}
+
+#[test]
+fn the_bottom_is_mirrored_and_pins_fall_on_pins() {
+    let machine = virtual_drill();
+    let mut board = coupon();
+    board.copper[0].face = Face::Bottom;
+    board.copper.push(Copper { face: Face::Top, ..board.copper[0].clone() });
+    let mut work = Work::default_for(&board, &machine);
+    assert_eq!(work.faces(), [Face::Bottom, Face::Top]);
+    let (top, _) = planned(&board, &work);
+    work.setup.face = Face::Bottom;
+    let (bottom, _) = planned(&board, &work);
+    assert_eq!(bottom.parts[0].holes, [4, 5]);
+    let pins: Vec<Point> = bottom.parts[0].tasks[0].strokes.iter().map(|stroke| stroke.at).collect();
+    assert!(pins.iter().all(|pin| pin.x < Length::ZERO || pin.x > mm(30.0)));
+    assert!(top.parts.iter().all(|part| part.holes.iter().all(|hole| *hole < 4)), "pins are drilled once");
+    assert_eq!(bottom.board.holes[0].at, at(27.0, 3.0));
+    assert_eq!(bottom.origin, top.origin);
+    let program = lower_work(&bottom, &work, &machine);
+    assert_eq!(deepest(&program.legs[2]).mm().round(), -8.0, "through the board and into the bed");
+}
+
+#[test]
+fn no_way_enters_an_exclusion_zone() {
+    let board = coupon();
+    let zone = Bounds::of(at(-5.0, -5.0)).with(at(8.0, 8.0));
+    let mut work = isolation(&board, 0.2, |isolate| isolate.passes = 1);
+    work.setup.exclusions = vec![zone];
+    let (planned, remarks) = planned(&board, &work);
+    assert!(remarks.iter().any(|remark| remark.code == "cam.zone_in_the_way"));
+    for way in planned.ways() {
+        for point in way.path.flattened(1e-3) {
+            assert!(!zone.grown(mm(0.095)).contains(point), "{point:?}");
+        }
+    }
+    assert!(planned.ways().any(|way| !way.path.is_closed()), "contours across the edge are cut open");
+}
+
+#[test]
+fn pecks_come_up_between() {
+    let board = coupon();
+    let work = only(&board, "drill", |operation| {
+        if let Action::Drill(drill) = &mut operation.action {
+            (drill.peck, drill.holes) = (mm(0.9), Holes::Board);
+        }
+    });
+    let options = PlanOptions {
+        iterations: Some(0),
+        accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
+        ..PlanOptions::default()
+    };
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let leg = program.legs.iter().find(|leg| matches!(leg.mark, Mark::Hole(_))).unwrap();
+    let plunges = leg.commands.iter().filter(|command| matches!(command, Command::Plunge { .. })).count();
+    // 1.6 + 0.5 + 0.4 / tan 65° = 2.287 mm in steps of at most 0.9 mm.
+    assert_eq!(plunges, 3);
+    assert!((deepest(leg).mm() + 2.2865).abs() < 1e-3, "{:?}", deepest(leg));
+}
+
+#[test]
+fn engraving_follows_the_lines_and_joins_what_meets() {
+    let mut board = coupon();
+    let strokes = vec![
+        Path::through(&[at(1.0, 1.0), at(2.0, 1.0)]).unwrap(),
+        Path::through(&[at(3.0, 2.0), at(2.0, 1.0)]).unwrap(),
+        Path {
+            start: at(9.0, 1.0),
+            segments: vec![Segment::Arc { to: at(10.0, 2.0), centre: at(9.0, 2.0), clockwise: false }],
+        },
+    ];
+    board.legend = vec![crate::board::Legend { face: Face::Top, strokes, source: 0 }];
+    let work = only(&board, "engrave", |_| {});
+    let (planned, _) = planned(&board, &work);
+    assert_eq!(planned.ways().count(), 2);
+    assert!((planned.milled_mm() - 1.0 - 2.0_f64.sqrt() - std::f64::consts::FRAC_PI_2).abs() < 1e-5);
+}
+
+#[test]
+fn a_key_changes_with_what_its_part_depends_on_and_only_then() {
+    let machine = virtual_drill();
+    let board = coupon();
+    let work = Work::default_for(&board, &machine);
+    let mut other = work.clone();
+    other.operations[1].feed_mm_per_s += 1.0;
+    other.operations[0].name = "renamed".to_owned();
+    assert_eq!(key(&work, 0, &machine), key(&other, 0, &machine));
+    assert_ne!(key(&work, 1, &machine), key(&other, 1, &machine));
+    other.bits[0].diameter += mm(0.1);
+    assert_ne!(key(&work, 0, &machine), key(&other, 0, &machine));
+    assert_eq!(key(&work, 3, &machine), key(&other, 3, &machine));
+}
+
+#[test]
+fn parts_of_a_path_lie_on_their_side() {
+    let area = Area::of(&union(&[circle(at(0.0, 0.0), mm(4.0)), boxed(1.0, -1.0, 6.0, 1.0)]));
+    let mut chance = Chance::new(9);
+    for _ in 0..200 {
+        let mut place = || at(chance.below(1200) as f64 * 0.01 - 5.0, chance.below(800) as f64 * 0.01 - 4.0);
+        let (a, b, c) = (place(), place(), place());
+        let half = circle(a, Length::from_mm(2.0 * a.distance_mm(b)));
+        for path in [Path::through(&[a, b, c, a]).unwrap(), half] {
+            let (ins, outs) = (cut::parts(&path, &area, true), cut::parts(&path, &area, false));
+            let length = |parts: &[Path]| parts.iter().map(Path::length_mm).sum::<f64>();
+            assert!((length(&ins) + length(&outs) - path.length_mm()).abs() < 1e-3, "{path:?}");
+            for (parts, wanted) in [(&ins, true), (&outs, false)] {
+                for part in parts.iter().filter(|part| part.length_mm() > 0.01) {
+                    let middle = cut::between(part, 0.0, part.length_mm() / 2.0).unwrap().end();
+                    let edge = area.index().nearest(middle, mm(1e-4)).is_some();
+                    assert!(edge || area.contains(middle) == wanted, "{middle:?} of {path:?}");
+                }
+            }
+        }
+    }
+}
