@@ -1,59 +1,158 @@
-//! Writes a program in another controller's words (S6, S8, N24).
+//! Writes a program in another controller's words (S6, S7, S8, N24).
 //!
-//! Comes in: a JOB and the name of a controller. Goes out: a file, whole or not at all. Does not know any controller.
+//! Comes in: a JOB and the name of a controller or a dialect file. Goes out: files, each whole or not at all. Does not know
+//! any controller.
 
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects};
 use crate::job;
+use annulus_core::job::{Mark, Program};
 use annulus_core::locale;
-use annulus_core::post;
+use annulus_core::post::{self, OutputFile};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use serde_json::json;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `annulus export`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ExportArgs {
     #[command(flatten)]
     pub(crate) job: super::JobArgs,
-    /// Controller: excellon or grbl.
-    #[arg(long, value_name = "NAME")]
+    #[command(flatten)]
+    pub(crate) target: TargetArgs,
+}
+
+/// What is written, and where.
+#[derive(Debug, clap::Args)]
+pub(crate) struct TargetArgs {
+    /// Controller: excellon, grbl, linuxcnc, mach3, marlin, sinumerik, fanuc, heidenhain, kuka, abb, `fanuc_tp`, or a dialect
+    /// file of your own, FILE.toml.
+    #[arg(long, value_name = "NAME|FILE")]
     pub(crate) to: String,
+    /// Lines only: arcs become lines that are at most this far off, in mm.
+    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
+          value_parser = chord_error)]
+    pub(crate) lines_only: Option<f64>,
     /// Where to write: a file, or a folder.
     #[arg(short, long, value_name = "FILE|DIR")]
-    pub(crate) output: std::path::PathBuf,
+    pub(crate) output: PathBuf,
+}
+
+fn chord_error(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|error: &f64| (1e-4..=1.0).contains(error));
+    found.ok_or_else(|| locale::text("en", "post.chord_error", &[]))
+}
+
+/// What was written where.
+pub(crate) struct Written {
+    /// Names of the files.
+    pub(crate) names: Vec<String>,
+    /// Their bytes, one behind the other.
+    pub(crate) bytes: Vec<u8>,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
-    let unknown = || {
-        let known = post::targets().join(", ");
-        Refusal::usage(
-            Remark::new(Weight::Loss, "post.unknown_target").with("name", &args.to).with("known", known),
-        )
-    };
-    if !post::targets().contains(&args.to.as_str()) {
-        return Err(unknown());
-    }
+    let target = Target::named(&args.target.to)?;
     let job = job::open(&args.job)?;
-    let (text, extension) =
-        post::write(&args.to, &job.program).ok_or_else(unknown)?.map_err(Refusal::content)?;
-    let file = if args.output.is_dir() {
-        args.output.join(job::stem(&args.job.job)).with_extension(extension)
-    } else {
-        args.output.clone()
-    };
-    job::write_output(&file, text.as_bytes())?;
-    let (name, holes) = (file.display().to_string(), job.program.hole_count());
-    let words = [("holes".to_owned(), holes.to_string()), ("file".to_owned(), name.clone())];
+    let mut program = job.program;
+    if program.name.is_empty() || args.target.output.is_dir() {
+        program.name = job::stem(&args.job.job).display().to_string();
+    }
+    let written = write(&args.target, &target, program.clone())?;
+    let name = written.names.join(", ");
+    let (holes, ways) = (program.hole_count(), ways(&program));
+    let words = [
+        ("holes".to_owned(), holes.to_string()),
+        ("ways".to_owned(), ways.to_string()),
+        ("file".to_owned(), name),
+    ];
     let said = locale::text("en", "post.report", &words) + "\n" + &remark_lines(&job.remarks);
     let object = json!({
-        "to": args.to,
-        "file": name,
-        "bytes": text.len(),
-        "sha256": program::key(text.as_bytes()),
+        "to": args.target.to,
+        "file": written.names.first(),
+        "files": written.names,
+        "bytes": written.bytes.len(),
+        "sha256": program::key(&written.bytes),
         "holes": holes,
-        "tools": job.program.bits.len(),
+        "ways": ways,
+        "tools": program.bits.len(),
         "remarks": remark_objects(&job.remarks),
     });
     Ok(Answer { object, text: said, exit: Exit::Done })
+}
+
+fn ways(program: &Program) -> usize {
+    program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count()
+}
+
+/// A controller.
+pub(crate) enum Target {
+    /// One that ships.
+    Shipped(String),
+    /// One of a person's own.
+    Own(Box<post::Dialect>),
+}
+
+impl Target {
+    /// The controller or dialect file `to`.
+    pub(crate) fn named(to: &str) -> Result<Self, Refusal> {
+        if post::targets().contains(&to) {
+            return Ok(Self::Shipped(to.to_owned()));
+        }
+        if !Path::new(to).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+            let remark = Remark::new(Weight::Loss, "post.unknown_target").with("name", to);
+            let remark = remark.with("nearest", post::nearest_target(to));
+            return Err(Refusal::usage(remark.with("known", post::targets().join(", "))));
+        }
+        let text = read(Path::new(to))?;
+        let mut faults = post::check(to, &text);
+        if faults.len() > 1 {
+            let first = faults.swap_remove(0);
+            let remark = Remark::new(Weight::Loss, "post.faults").with("count", faults.len() + 1);
+            let mut remark = remark.with("first", first.message("en")).with("file", to);
+            remark.place = first.place;
+            return Err(Refusal::content(remark));
+        }
+        post::Dialect::parse(to, &text).map(|dialect| Self::Own(Box::new(dialect))).map_err(Refusal::content)
+    }
+}
+
+/// The text of a dialect file.
+pub(super) fn read(path: &Path) -> Result<String, Refusal> {
+    fs::read_to_string(path).map_err(|error| {
+        let remark = Remark::new(Weight::Loss, "job.unreadable").with("file", path.display());
+        Refusal::surroundings(remark.with("reason", error))
+    })
+}
+
+/// Writes `program` for `target`: into a folder under its own names, or as the one file that was named, after which the
+/// program is then called.
+pub(crate) fn write(args: &TargetArgs, target: &Target, mut program: Program) -> Result<Written, Refusal> {
+    let folder = args.output.is_dir();
+    if !folder && let Some(stem) = args.output.file_stem() {
+        program.name = stem.to_string_lossy().into_owned();
+    }
+    let files: Vec<OutputFile> = match target {
+        Target::Shipped(name) => {
+            post::write(name, &program, args.lines_only).unwrap_or_else(|| Ok(Vec::new()))
+        }
+        Target::Own(dialect) => {
+            post::write_with(&dialect.as_ref().clone().with_lines(args.lines_only), &program)
+        }
+    }
+    .map_err(Refusal::content)?;
+    if !folder && files.len() > 1 {
+        let remark = Remark::new(Weight::Loss, "post.several_files").with("count", files.len());
+        return Err(Refusal::usage(remark.with("file", args.output.display())));
+    }
+    let mut written = Written { names: Vec::new(), bytes: Vec::new() };
+    for file in files {
+        let path = if folder { args.output.join(&file.name) } else { args.output.clone() };
+        job::write_output(&path, file.text.as_bytes())?;
+        written.names.push(path.display().to_string());
+        written.bytes.extend(file.text.into_bytes());
+    }
+    Ok(written)
 }

@@ -19,6 +19,7 @@ mod run;
 mod serve;
 mod signals;
 mod simulate;
+mod templates;
 
 pub(crate) use refusal::{Exit, Refusal};
 pub(crate) use signals::Signals;
@@ -55,6 +56,8 @@ pub(crate) enum Command {
     Cam(cam::CamArgs),
     /// Write a program in another controller's words.
     Export(export::ExportArgs),
+    /// List what a template of a controller is made of, print one that ships, or look for faults in one's own.
+    Templates(templates::TemplatesArgs),
     /// Compute the step stream and say how long it takes.
     Simulate(simulate::SimulateArgs),
     /// Drill a job.
@@ -288,6 +291,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Prove(args)) => prove::run(&args),
         Some(Command::Cam(args)) => cam::run(&args),
         Some(Command::Export(args)) => export::run(&args),
+        Some(Command::Templates(args)) => templates::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Run(args)) => run::run(&args, json),
         Some(Command::Queue(args)) => queue::run(&args),

@@ -1,37 +1,69 @@
 //! A program as a drill file: Excellon, metric, with decimal points, X and Y on every hit, in the coordinates of the
-//! files the board came from.
+//! files the board came from. Ways are routed.
+//!
+//! ```text
+//!   height   ─────╮      ╭──tab──╮    ╭────     Excellon has no depth: what lies at the lowest height of the program is
+//!                 ╰══════╯       ╰════╯         routed (═), M15 down and M16 up; ramps, tabs and steps above it are not
+//! ```
 //!
 //! Comes in: a program. Goes out: text that every reader of drill files takes. Does not know templates.
 
-use super::template::decimal;
+use super::arcs::{Curve, Piece, Tip};
+use super::dialect::Arcs;
+use super::number::{Format, Zeros};
+use super::read::Centre;
 use crate::geometry::Point;
-use crate::job::{Command, Leg, Mark, Program};
+use crate::job::{Command, Cutter, Leg, Mark, Program};
+use crate::remark::{Remark, Weight};
 use crate::units::Length;
+
+/// Full circles are cut in two: many readers take one whose ends agree for nothing.
+const CIRCLES: Arcs = Arcs {
+    lines_only: false,
+    chord_error_mm: 0.005,
+    full_circle_parts: 2,
+    longest_deg: 180.0,
+    shortest_deg: 0.0,
+    smallest_mm: 0.0,
+    helix: super::dialect::Helix::Arcs,
+};
 
 /// A length in mm: three digits after the point, or six where three would not be exact.
 fn number(length: Length) -> String {
-    decimal(length.nm(), 6, if length.nm() % 1_000 == 0 { 3 } else { 6 }, true)
+    let decimals = if length.nm() % 1_000 == 0 { 3 } else { 6 };
+    Format { decimals, trailing: Zeros::All, leading: 1, point: true, plus: false }.text(length.nm())
 }
 
-/// The program as a drill file.
-pub fn excellon(program: &Program) -> String {
+/// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for ways that end above others.
+///
+/// With `chord_error_mm` arcs are routed as lines that are at most so far off.
+pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Remark> {
     let mut out = String::from("M48\n;FORMAT={-:-/ absolute / metric / decimal}\nFMAT,2\nMETRIC\n");
     for (code, bit) in (1_u32..).zip(&program.bits) {
         out.push_str(&format!("T{code}C{}\n", number(bit.diameter)));
     }
     out.push_str("%\nG90\nG05\n");
-    for leg in &program.legs {
+    let mut router = Router::new(program, chord_error_mm);
+    for (index, leg) in program.legs.iter().enumerate() {
         match leg.mark {
-            Mark::ChangeBit(bit) => out.push_str(&format!("T{}\n", u64::from(bit) + 1)),
-            Mark::Hole(_) => {
+            Mark::ChangeBit(bit) => {
+                router.bit = bit;
+                out.push_str(&format!("T{}\n", u64::from(bit) + 1));
+            }
+            Mark::Hole(_) if !leg.commands.iter().any(mills) => {
                 let at = place(leg, program.origin);
                 out.push_str(&format!("X{}Y{}\n", number(at.x), number(at.y)));
             }
-            Mark::Prepare | Mark::Way(_) | Mark::Finish => {}
+            Mark::Hole(_) | Mark::Way(_) => router.route(&mut out, leg, program.start_of_leg(index))?,
+            Mark::Prepare | Mark::Finish => {}
         }
     }
     out.push_str("T0\nM30\n");
-    out
+    Ok(out)
+}
+
+fn mills(command: &Command) -> bool {
+    matches!(command, Command::Mill { .. } | Command::MillArc { .. })
 }
 
 /// Where a leg drills, in the files' coordinates.
@@ -42,4 +74,105 @@ fn place(leg: &Leg, origin: Point) -> Point {
     });
     let at = rapid.unwrap_or_default();
     Point::new(at.x + origin.x, at.y + origin.y)
+}
+
+/// Ways turned into routes.
+struct Router<'a> {
+    program: &'a Program,
+    /// The lowest height of all milling.
+    floor: Length,
+    bit: u32,
+    down: bool,
+    arcs: Arcs,
+}
+
+impl<'a> Router<'a> {
+    fn new(program: &'a Program, chord_error_mm: Option<f64>) -> Self {
+        let lines_only = chord_error_mm.is_some();
+        let heights = program.legs.iter().filter(|leg| leg.commands.iter().any(mills)).flat_map(|leg| {
+            leg.commands.iter().filter_map(|command| match *command {
+                Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(height),
+                _ => None,
+            })
+        });
+        let chord_error_mm = chord_error_mm.unwrap_or(CIRCLES.chord_error_mm);
+        let arcs = Arcs { lines_only, chord_error_mm, ..CIRCLES };
+        Self { program, floor: heights.min().unwrap_or_default(), bit: 0, down: false, arcs }
+    }
+
+    fn route(&mut self, out: &mut String, leg: &Leg, start: Point) -> Result<(), Remark> {
+        let bit = self.program.bits.get(self.bit as usize);
+        if let Some(bit) = bit.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. })) {
+            return Err(Remark::new(Weight::Loss, "post.excellon_vee").with("bit", &bit.name));
+        }
+        let before = out.len();
+        let mut tip = Tip { at: start, height: self.program.safe_height };
+        for command in &leg.commands {
+            let to = match *command {
+                Command::Rapid { to } => Tip { at: to, ..tip },
+                Command::Plunge { to, .. } | Command::Retract { to } => Tip { height: to, ..tip },
+                Command::Mill { to, height, .. } | Command::MillArc { to, height, .. } => {
+                    Tip { at: to, height }
+                }
+                _ => continue,
+            };
+            let cuts = mills(command) && tip.height == self.floor && to.height == self.floor;
+            if cuts {
+                self.lower(out, tip.at);
+                match *command {
+                    Command::MillArc { center, ccw, .. } => {
+                        self.arc(out, Curve { from: tip, to, centre: center, ccw });
+                    }
+                    _ => out.push_str(&format!("G01{}\n", self.words(to.at))),
+                }
+            } else if to != tip {
+                self.raise(out);
+            }
+            tip = to;
+        }
+        self.raise(out);
+        if out.len() == before {
+            let remark = Remark::new(Weight::Loss, "post.excellon_depth");
+            return Err(remark.with("lowest", self.floor.mm()));
+        }
+        out.push_str("G05\n");
+        Ok(())
+    }
+
+    fn arc(&self, out: &mut String, curve: Curve) {
+        let mut from = curve.from;
+        for piece in curve.pieces(&self.arcs, Centre::Said, |at| at) {
+            let (to, code) = match piece {
+                Piece::Line(to) => (to, "G01"),
+                Piece::Arc(to, _) if curve.ccw => (to, "G03"),
+                Piece::Arc(to, _) => (to, "G02"),
+            };
+            out.push_str(&format!("{code}{}", self.words(to.at)));
+            if code != "G01" {
+                let (i, j) = (curve.centre.x - from.at.x, curve.centre.y - from.at.y);
+                out.push_str(&format!("I{}J{}", number(i), number(j)));
+            }
+            out.push('\n');
+            from = to;
+        }
+    }
+
+    fn words(&self, at: Point) -> String {
+        let origin = self.program.origin;
+        format!("X{}Y{}", number(at.x + origin.x), number(at.y + origin.y))
+    }
+
+    fn lower(&mut self, out: &mut String, at: Point) {
+        if !self.down {
+            out.push_str(&format!("G00{}\nM15\n", self.words(at)));
+            self.down = true;
+        }
+    }
+
+    fn raise(&mut self, out: &mut String) {
+        if self.down {
+            out.push_str("M16\n");
+            self.down = false;
+        }
+    }
 }

@@ -1,49 +1,67 @@
 //! Programs in other controllers' words.
 //!
 //! ```text
-//!  dialects/grbl.toml ─ dialect ─▶ Dialect (templates) ─┐
-//!                                  Program ─────────────┴─ drill ─▶ text
-//!                                  Program ─ excellon ────────────▶ text
+//!  dialects/grbl.toml ─ words ─ read ─▶ Dialect (templates) ─┐
+//!  names: blocks, parameters ──┘                             │
+//!                      Program ──────────────────────────────┴─ writer ─ arcs ─ values ─ sheet ─▶ files
+//!                      Program ─ excellon ──────────────────────────────────────────────────────▶ file
 //! ```
 //!
 //! Comes in: a [`Program`]. Goes out: text. Does not know boards, plans or motion.
 
+mod arcs;
 mod dialect;
-mod drill;
 mod excellon;
 mod names;
+mod number;
+mod preview;
+mod read;
+mod sheet;
 mod template;
+mod values;
+mod words;
+mod writer;
 
-pub use dialect::{Dialect, DrillTemplates, shipped};
-pub use drill::drill;
+pub use dialect::{
+    Arcs, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Templates, shipped,
+};
 pub use excellon::excellon;
-pub use names::{Field, PARAMETERS, Parameter};
+pub use names::{BLOCKS, Block, BlockRow, PARAMETERS, Parameter, Part};
+pub use number::{Format, Zeros};
+pub use preview::{Sample, preview};
+pub use read::check;
+pub use writer::{OutputFile, write_with};
 
-use crate::job::{Command, Program};
-use crate::remark::{Remark, Weight};
+use crate::job::Program;
+use crate::remark::Remark;
 
 /// What a program can be written for: `excellon`, and the dialects that ship.
 pub fn targets() -> Vec<&'static str> {
     std::iter::once("excellon").chain(shipped().map(|(name, _)| name)).collect()
 }
 
-/// The program in the words of `target`, with the file extension that goes with it. None for an unknown target.
-pub fn write(target: &str, program: &Program) -> Option<Result<(String, String), Remark>> {
-    if program.legs.iter().flat_map(|leg| &leg.commands).any(mills) {
-        return Some(Err(Remark::new(Weight::Loss, "post.milling")));
-    }
-    if target == "excellon" {
-        return Some(Ok((excellon(program), "drl".to_owned())));
-    }
-    let (name, text) = shipped().find(|(name, _)| *name == target)?;
-    let written = Dialect::parse(&format!("{name}.toml"), text).and_then(|dialect| {
-        let text = drill(program, &dialect)?;
-        Ok((text, dialect.extension))
-    });
-    Some(written)
+/// The dialect that ships under `name`.
+pub fn dialect(name: &str) -> Option<Result<Dialect, Remark>> {
+    let (name, text) = shipped().find(|(known, _)| *known == name)?;
+    Some(Dialect::parse(&format!("{name}.toml"), text))
 }
 
-/// Templates know drilling only.
-fn mills(command: &Command) -> bool {
-    matches!(command, Command::Mill { .. } | Command::MillArc { .. })
+/// The program in the words of `target`; with `chord_error_mm` arcs become lines that are at most so far off. None for an
+/// unknown target.
+pub fn write(
+    target: &str,
+    program: &Program,
+    chord_error_mm: Option<f64>,
+) -> Option<Result<Vec<OutputFile>, Remark>> {
+    if target == "excellon" {
+        let file = |text| vec![OutputFile { name: writer::file_name(program, "drl"), text }];
+        return Some(excellon(program, chord_error_mm).map(file));
+    }
+    let written = |dialect: Dialect| write_with(&dialect.with_lines(chord_error_mm), program);
+    Some(dialect(target)?.and_then(written))
+}
+
+/// The name among the targets that is nearest to `name`.
+pub fn nearest_target(name: &str) -> &'static str {
+    names::nearest(name, targets())
 }

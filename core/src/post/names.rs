@@ -1,73 +1,312 @@
-//! The one table of template parameters (S8): name, unit, where it may stand. The sentence for each is
-//! `post.parameter.<name>` in the locale tables; the page, the manual and the tests read this table.
+//! The one table of what a template is made of (S6 S7 S8): blocks, one for each elementary action, and parameters, each with
+//! name, unit, an example and the blocks it may stand in. The sentence for each is `post.block.<part>.<key>` and
+//! `post.parameter.<name>` in the locale tables; the page, the command line, the manual and the tests read this table.
+//!
+//! Comes in: nothing. Goes out: the table. Does not know programs.
 
-/// A piece of a drilling program that has its own template.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Field {
+/// One of the two templates of a dialect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// Holes made by strokes of the spindle.
+    Drill,
+    /// Ways milled with the tip in the board.
+    Engrave,
+}
+
+impl Part {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Drill, Self::Engrave];
+
+    /// Its key in a dialect file.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Drill => "drill",
+            Self::Engrave => "engrave",
+        }
+    }
+}
+
+/// A piece of a template: what is written for one elementary action.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Block {
     /// Once, first.
     Start,
     /// Once for every bit.
     Change,
-    /// Once for every hole.
+    /// When the spindle's speed changes in between.
+    Spindle,
+    /// Once for every hole of one stroke.
     Hole,
+    /// Once for every stroke of a hole that takes several.
+    Peck,
+    /// Over a place and down into the board.
+    Approach,
+    /// Straight at feed.
+    Line,
+    /// Along an arc, clockwise.
+    ArcCw,
+    /// Along an arc, counter-clockwise.
+    ArcCcw,
+    /// Along a helix, clockwise.
+    HelixCw,
+    /// Along a helix, counter-clockwise.
+    HelixCcw,
+    /// A pause in the board.
+    Wait,
+    /// Up.
+    Leave,
     /// Once, last.
     End,
 }
 
-impl Field {
-    /// All of them in the order of the output.
-    pub const ALL: [Self; 4] = [Self::Start, Self::Change, Self::Hole, Self::End];
+/// Every block in the order of the output.
+const EVERY: &[Block] = &[
+    Block::Start,
+    Block::Change,
+    Block::Spindle,
+    Block::Hole,
+    Block::Peck,
+    Block::Approach,
+    Block::Line,
+    Block::ArcCw,
+    Block::ArcCcw,
+    Block::HelixCw,
+    Block::HelixCcw,
+    Block::Wait,
+    Block::Leave,
+    Block::End,
+];
+const PLACES: &[Block] = &[
+    Block::Start,
+    Block::Change,
+    Block::Hole,
+    Block::Peck,
+    Block::Approach,
+    Block::Line,
+    Block::ArcCw,
+    Block::ArcCcw,
+    Block::HelixCw,
+    Block::HelixCcw,
+    Block::Leave,
+    Block::End,
+];
+const HEIGHTS: &[Block] = &[
+    Block::Hole,
+    Block::Peck,
+    Block::Approach,
+    Block::Line,
+    Block::ArcCw,
+    Block::ArcCcw,
+    Block::HelixCw,
+    Block::HelixCcw,
+    Block::Leave,
+];
+const FEEDS: &[Block] = &[
+    Block::Hole,
+    Block::Peck,
+    Block::Approach,
+    Block::Line,
+    Block::ArcCw,
+    Block::ArcCcw,
+    Block::HelixCw,
+    Block::HelixCcw,
+];
+const MOVES: &[Block] = &[Block::Line, Block::ArcCw, Block::ArcCcw, Block::HelixCw, Block::HelixCcw];
+/// The blocks that go along an arc or a helix.
+pub(super) const CURVES: &[Block] = &[Block::ArcCw, Block::ArcCcw, Block::HelixCw, Block::HelixCcw];
+const STROKES: &[Block] = &[Block::Hole, Block::Peck];
+const PAUSES: &[Block] = &[Block::Change, Block::Spindle, Block::Hole, Block::Peck, Block::Wait];
 
+impl Block {
     /// Its key in a dialect file.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Start => "start",
             Self::Change => "change",
+            Self::Spindle => "spindle",
             Self::Hole => "hole",
+            Self::Peck => "peck",
+            Self::Approach => "approach",
+            Self::Line => "line",
+            Self::ArcCw => "arc_cw",
+            Self::ArcCcw => "arc_ccw",
+            Self::HelixCw => "helix_cw",
+            Self::HelixCcw => "helix_ccw",
+            Self::Wait => "wait",
+            Self::Leave => "leave",
             Self::End => "end",
         }
     }
 }
+
+/// A block in a template.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BlockRow {
+    /// The template.
+    pub part: Part,
+    /// The block.
+    pub block: Block,
+    /// Whether a dialect must have it.
+    pub required: bool,
+}
+
+const fn block(part: Part, block: Block, required: bool) -> BlockRow {
+    BlockRow { part, block, required }
+}
+
+/// Every block of both templates, in the order of the output.
+pub const BLOCKS: &[BlockRow] = &[
+    block(Part::Drill, Block::Start, true),
+    block(Part::Drill, Block::Change, true),
+    block(Part::Drill, Block::Spindle, false),
+    block(Part::Drill, Block::Hole, true),
+    block(Part::Drill, Block::Peck, false),
+    block(Part::Drill, Block::End, true),
+    block(Part::Engrave, Block::Start, true),
+    block(Part::Engrave, Block::Change, false),
+    block(Part::Engrave, Block::Spindle, false),
+    block(Part::Engrave, Block::Approach, true),
+    block(Part::Engrave, Block::Line, true),
+    block(Part::Engrave, Block::ArcCw, false),
+    block(Part::Engrave, Block::ArcCcw, false),
+    block(Part::Engrave, Block::HelixCw, false),
+    block(Part::Engrave, Block::HelixCcw, false),
+    block(Part::Engrave, Block::Wait, false),
+    block(Part::Engrave, Block::Leave, true),
+    block(Part::Engrave, Block::End, true),
+];
 
 /// One parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// What stands between the `@`.
     pub name: &'static str,
-    /// Unit of the number, empty for counts.
+    /// Unit of the number, empty for counts and words.
     pub unit: &'static str,
-    /// The templates it may stand in.
-    pub fields: &'static [Field],
+    /// What it may look like in a program.
+    pub example: &'static str,
+    /// Digits after the point unless a dialect says otherwise; none for lengths, which follow the dialect.
+    pub decimals: Option<u32>,
+    /// A word and no number: nothing can be reckoned with it.
+    pub word: bool,
+    /// The blocks it may stand in.
+    pub blocks: &'static [Block],
 }
 
-const fn row(name: &'static str, unit: &'static str, fields: &'static [Field]) -> Parameter {
-    Parameter { name, unit, fields }
+const fn length(name: &'static str, example: &'static str, blocks: &'static [Block]) -> Parameter {
+    Parameter { name, unit: "mm", example, decimals: None, word: false, blocks }
 }
 
-/// Every parameter of the drilling templates.
+const fn number(
+    name: &'static str,
+    unit: &'static str,
+    example: &'static str,
+    decimals: u32,
+    blocks: &'static [Block],
+) -> Parameter {
+    Parameter { name, unit, example, decimals: Some(decimals), word: false, blocks }
+}
+
+const fn word(name: &'static str, example: &'static str) -> Parameter {
+    Parameter { name, unit: "", example, decimals: None, word: true, blocks: EVERY }
+}
+
+/// Every parameter.
 pub const PARAMETERS: &[Parameter] = &[
-    row("X", "mm", &[Field::Hole]),
-    row("Y", "mm", &[Field::Hole]),
-    row("Z", "mm", &[Field::Hole]),
-    row("F", "mm/min", &[Field::Hole]),
-    row("P", "s", &[Field::Hole]),
-    row("S", "rpm", &[Field::Change, Field::Hole]),
-    row("T", "", &[Field::Change, Field::Hole]),
-    row("D", "mm", &[Field::Change, Field::Hole]),
-    row("W", "s", &[Field::Change]),
-    row("H", "mm", &Field::ALL),
-    row("N", "", &Field::ALL),
+    length("X", "12.700", PLACES),
+    length("Y", "8.890", PLACES),
+    length("Z", "-0.100", HEIGHTS),
+    length("H", "2.000", EVERY),
+    length("U", "2.000", STROKES),
+    length("B", "0.500", STROKES),
+    length("DX", "-1.270", MOVES),
+    length("DY", "0.635", MOVES),
+    length("DZ", "-0.050", MOVES),
+    length("AX", "13.100", CURVES),
+    length("AY", "9.200", CURVES),
+    length("AZ", "-0.075", CURVES),
+    length("I", "1.000", CURVES),
+    length("J", "-0.500", CURVES),
+    length("CX", "13.700", CURVES),
+    length("CY", "8.390", CURVES),
+    length("R", "1.118", CURVES),
+    length("CR", "-1.118", CURVES),
+    number("P", "°", "90.0000", 4, CURVES),
+    number("F", "mm/min", "720.0", 1, FEEDS),
+    number("V", "mm/s", "12.000", 3, FEEDS),
+    number("S", "rpm", "30000", 0, EVERY),
+    number("W", "s", "1.500", 3, PAUSES),
+    number("T", "", "2", 0, EVERY),
+    length("D", "0.800", EVERY),
+    length("TR", "0.400", EVERY),
+    number("N", "", "10", 0, EVERY),
+    number("K", "", "17", 0, EVERY),
+    word("BIT", "0.8 mm"),
+    word("JOB", "amplifier"),
+    word("PROGRAM", "AMPLIFIER"),
 ];
+
+/// The parameter called `name`.
+pub(super) fn parameter(name: &str) -> Option<&'static Parameter> {
+    PARAMETERS.iter().find(|row| row.name == name)
+}
+
+/// The name among `known` that is nearest to `name`: fewest letters to put in, take out, exchange or swap.
+pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> &'a str {
+    let wanted: Vec<char> = name.chars().take(64).collect();
+    known.into_iter().min_by_key(|candidate| distance(&wanted, candidate)).unwrap_or_default()
+}
+
+/// Twice the edit distance; two letters swapped, and a letter that is only small or capital, count half.
+fn distance(wanted: &[char], candidate: &str) -> usize {
+    let candidate: Vec<char> = candidate.chars().collect();
+    let mut before: Vec<usize> = Vec::new();
+    let mut row: Vec<usize> = (0..=candidate.len()).map(|count| 2 * count).collect();
+    for (y, &a) in wanted.iter().enumerate() {
+        let mut next = vec![2 * (y + 1)];
+        for (x, &b) in candidate.iter().enumerate() {
+            let at = |cells: &[usize], index: usize| cells.get(index).copied().unwrap_or(usize::MAX / 2);
+            let exchange = if a == b { 0 } else { 2 - usize::from(a.eq_ignore_ascii_case(&b)) };
+            let mut best = (at(&row, x) + exchange).min(at(&row, x + 1) + 2).min(at(&next, x) + 2);
+            let swapped = y > 0 && x > 0 && wanted.get(y - 1) == Some(&b) && candidate.get(x - 1) == Some(&a);
+            if swapped {
+                best = best.min(at(&before, x - 1) + 1);
+            }
+            next.push(best);
+        }
+        before = std::mem::replace(&mut row, next);
+    }
+    row.last().copied().unwrap_or_default()
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     #[test]
-    fn every_parameter_has_a_sentence() {
+    fn every_block_and_parameter_has_a_sentence() {
+        for row in BLOCKS {
+            let key = format!("post.block.{}.{}", row.part.key(), row.block.key());
+            assert!(crate::locale::lookup("en", &key).is_some(), "no sentence {key}");
+        }
         for parameter in PARAMETERS {
             let key = format!("post.parameter.{}", parameter.name);
             assert!(crate::locale::lookup("en", &key).is_some(), "no sentence {key}");
         }
+        let names: BTreeSet<&str> = PARAMETERS.iter().map(|row| row.name).collect();
+        assert_eq!(names.len(), PARAMETERS.len());
+    }
+
+    #[test]
+    fn the_nearest_name_is_the_one_meant() {
+        let known = || PARAMETERS.iter().map(|row| row.name);
+        let rows =
+            [("x", "X"), ("XA", "AX"), ("PROGRAMM", "PROGRAM"), ("JB", "JOB"), ("Cr", "CR"), ("BTI", "BIT")];
+        for (typed, meant) in rows {
+            assert_eq!(nearest(typed, known()), meant, "{typed}");
+        }
+        assert_eq!(nearest("aproach", BLOCKS.iter().map(|row| row.block.key())), "approach");
+        assert_eq!(nearest("a", std::iter::empty()), "");
     }
 }

@@ -1,0 +1,84 @@
+//! What templates are made of (S8): the one table of blocks and parameters, the dialects that ship, and faults in one's own.
+//!
+//! Comes in: nothing, the name of a dialect, or a dialect file. Goes out: the table, the dialect's text, or its faults. Does
+//! not know programs.
+
+use super::{Answer, Exit, Refusal, export, remark_lines, remark_objects};
+use annulus_core::locale;
+use annulus_core::post;
+use annulus_core::remark::{Remark, Weight};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Arguments of `annulus templates`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct TemplatesArgs {
+    /// A dialect that ships, to print it; or a file of your own, FILE.toml, to look for faults. Without it: the table.
+    #[arg(value_name = "NAME|FILE")]
+    pub(crate) dialect: Option<String>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &TemplatesArgs) -> Result<Answer, Refusal> {
+    let Some(name) = args.dialect.as_deref() else { return Ok(table()) };
+    if let Some((_, text)) = post::shipped().find(|(known, _)| *known == name) {
+        return Ok(Answer {
+            object: json!({ "name": name, "text": text }),
+            text: text.to_owned(),
+            exit: Exit::Done,
+        });
+    }
+    if !Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        let known: Vec<&str> = post::shipped().map(|(name, _)| name).collect();
+        let remark = Remark::new(Weight::Loss, "post.unknown_target").with("name", name);
+        let remark = remark.with("nearest", post::nearest_target(name));
+        return Err(Refusal::usage(remark.with("known", known.join(", "))));
+    }
+    let text = export::read(Path::new(name))?;
+    let faults = post::check(name, &text);
+    if !faults.is_empty() {
+        let told = locale::text("en", "post.fault_count", &[("count".to_owned(), faults.len().to_string())]);
+        let object = json!({ "name": name, "remarks": remark_objects(&faults) });
+        return Ok(Answer {
+            object,
+            text: format!("{told}\n{}", remark_lines(&faults)),
+            exit: Exit::Content,
+        });
+    }
+    let dialect = post::Dialect::parse(name, &text).map_err(Refusal::content)?;
+    let words = [("file".to_owned(), name.to_owned()), ("dialect".to_owned(), dialect.name)];
+    let text = locale::text("en", "post.sound", &words) + "\n";
+    Ok(Answer { object: json!({ "name": name, "remarks": [] }), text, exit: Exit::Done })
+}
+
+fn hint(key: &str) -> String {
+    locale::text("en", key, &[])
+}
+
+fn table() -> Answer {
+    let (mut text, mut blocks, mut parameters) = (String::new(), Vec::new(), Vec::new());
+    for part in post::Part::ALL {
+        let _ = writeln!(text, "[{}] {}", part.key(), hint(&format!("post.part.{}", part.key())));
+        for row in post::BLOCKS.iter().filter(|row| row.part == part) {
+            let meaning = hint(&format!("post.block.{}.{}", part.key(), row.block.key()));
+            let _ = writeln!(text, "  {:<10} {meaning}", row.block.key());
+            blocks.push(json!({
+                "template": part.key(), "block": row.block.key(), "required": row.required, "hint": meaning,
+            }));
+        }
+    }
+    for row in post::PARAMETERS {
+        let meaning = hint(&format!("post.parameter.{}", row.name));
+        let name = format!("@{}@", row.name);
+        let _ = writeln!(text, "{name:<10} {:<7} {:<10} {meaning}", row.unit, row.example);
+        let stands: Vec<&str> = row.blocks.iter().map(|block| block.key()).collect();
+        parameters.push(json!({
+            "name": row.name, "unit": row.unit, "example": row.example, "blocks": stands, "hint": meaning,
+        }));
+    }
+    let shipped: Vec<&str> = post::shipped().map(|(name, _)| name).collect();
+    let _ = writeln!(text, "{}", shipped.join(" "));
+    let object: Value = json!({ "blocks": blocks, "parameters": parameters, "dialects": shipped });
+    Answer { object, text, exit: Exit::Done }
+}

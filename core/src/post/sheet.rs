@@ -1,0 +1,302 @@
+//! A file being written: lines out of templates, with their numbers, without what says nothing new.
+//!
+//! ```text
+//!   template line ─ fill ─▶ text and where its numbers stand ─ leave out ─▶ ─ number, slash, ending ─▶ file
+//!                                                                     "@>" ─▶ end part
+//! ```
+//!
+//! Comes in: templates and the values of their parameters. Goes out: text. Does not know programs.
+
+use super::dialect::Dialect;
+use super::names::{Block, CURVES, Part};
+use super::template::{Goes, Line, Piece, Template};
+use crate::remark::{Remark, Weight};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Largest output, in bytes: a template cannot be made to fill the memory.
+const LARGEST: usize = 256 * 1024 * 1024;
+/// Parameters that say where a move ends: in an arc they are never left out.
+const PLACES: &[&str] = &["X", "Y"];
+
+/// What stands in the place of a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Value {
+    /// Millionths.
+    Number(i64),
+    Word(String),
+}
+
+/// A file being written.
+#[derive(Debug)]
+pub(super) struct Sheet<'a> {
+    dialect: &'a Dialect,
+    part: Part,
+    out: String,
+    end: String,
+    /// Where the end part goes.
+    end_at: Option<usize>,
+    number: u64,
+    points: u64,
+    /// What every word said last.
+    said: BTreeMap<String, String>,
+    /// Which word of each group holds.
+    holds: Vec<String>,
+}
+
+/// A line before it is written: its text, and which bytes of it came from which parameter.
+struct Filled<'t> {
+    text: String,
+    fields: Vec<(Range<usize>, &'t str)>,
+}
+
+impl<'a> Sheet<'a> {
+    pub(super) fn new(dialect: &'a Dialect, part: Part) -> Self {
+        Self {
+            dialect,
+            part,
+            out: String::new(),
+            end: String::new(),
+            end_at: None,
+            number: dialect.lines.first,
+            points: 0,
+            said: BTreeMap::new(),
+            holds: vec![String::new(); dialect.modal.groups.len()],
+        }
+    }
+
+    /// The part whose blocks are written from here on.
+    pub(super) fn turn_to(&mut self, part: Part) {
+        self.part = part;
+    }
+
+    /// What was written so far, without the end part.
+    pub(super) fn written(&self) -> &str {
+        &self.out
+    }
+
+    /// How many bytes there are.
+    fn len(&self) -> usize {
+        self.out.len() + self.end.len()
+    }
+
+    /// Writes a block.
+    pub(super) fn write(
+        &mut self,
+        block: Block,
+        template: &Template,
+        value: impl Fn(&str) -> Value,
+    ) -> Result<(), Remark> {
+        // What such blocks leave behind, a person or a cycle may have changed.
+        let moves = CURVES.contains(&block) || matches!(block, Block::Approach | Block::Line | Block::Leave);
+        if !moves {
+            self.forget();
+        }
+        let mut points = 0;
+        for line in &template.lines {
+            let skipped = line.only_if.as_deref().is_some_and(|name| value(name) == Value::Number(0));
+            points += u64::from(line.to == Goes::End && uses_points(line));
+            match line.to {
+                _ if skipped => {}
+                Goes::PutsEnd => self.end_at = Some(self.out.len()),
+                Goes::End => {
+                    let filled = self.fill(line, &value);
+                    self.end.push_str(&filled.text);
+                    self.end.push_str(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
+                }
+                Goes::Here => {
+                    let filled = self.fill(line, &value);
+                    self.line(block, filled);
+                }
+            }
+        }
+        self.points += points;
+        if !moves {
+            self.forget();
+        }
+        if self.len() > LARGEST {
+            return Err(Remark::new(Weight::Loss, "post.too_large"));
+        }
+        Ok(())
+    }
+
+    /// The file.
+    pub(super) fn finish(mut self) -> String {
+        let at = self.end_at.unwrap_or(self.out.len());
+        self.out.insert_str(at, &self.end);
+        self.out
+    }
+
+    fn forget(&mut self) {
+        self.said.clear();
+        self.holds.iter_mut().for_each(String::clear);
+    }
+
+    fn fill<'t>(&mut self, line: &'t Line, value: &impl Fn(&str) -> Value) -> Filled<'t> {
+        let mut out = Filled { text: String::new(), fields: Vec::new() };
+        for piece in &line.pieces {
+            match piece {
+                Piece::Text(text) => out.text.push_str(text),
+                Piece::Field(field) => {
+                    let name = field.name.as_str();
+                    let found = match name {
+                        "N" => Value::Number(self.next_number()),
+                        "K" => Value::Number(millionths(self.points)),
+                        _ => value(name),
+                    };
+                    let start = out.text.len();
+                    match found {
+                        Value::Number(number) => {
+                            let mut format = self.dialect.numbers.of(name);
+                            format.decimals = field.decimals.unwrap_or(format.decimals);
+                            out.text.push_str(&format.text(field.reckon(number)));
+                        }
+                        Value::Word(word) => out.text.push_str(&word),
+                    }
+                    out.fields.push((start..out.text.len(), name));
+                }
+            }
+        }
+        out
+    }
+
+    fn next_number(&mut self) -> i64 {
+        let number = self.number;
+        self.number = number.saturating_add(self.dialect.lines.step);
+        millionths(number)
+    }
+
+    /// Writes a line, without what says nothing new.
+    fn line(&mut self, block: Block, filled: Filled<'_>) {
+        let was_empty = filled.text.trim().is_empty();
+        let text = self.without_known(block, &self.without_comments(filled));
+        if text.trim().is_empty() && !was_empty {
+            return;
+        }
+        let lines = &self.dialect.lines;
+        if lines.skippable.contains(&(self.part, block)) && !was_empty {
+            self.out.push('/');
+        }
+        let bare = lines.unnumbered.iter().any(|start| text.starts_with(start.as_str()));
+        if lines.numbered && !was_empty && !bare {
+            let number = self.next_number() / 1_000_000;
+            let lines = &self.dialect.lines;
+            self.out.push_str(&format!("{}{number}{}", lines.before, lines.after));
+        }
+        self.out.push_str(&text);
+        self.out.push_str(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
+    }
+
+    /// Where the comments of a line are.
+    fn comments(&self, text: &str) -> Vec<Range<usize>> {
+        let style = &self.dialect.comments;
+        let mut found = Vec::new();
+        let mut at = 0;
+        while !style.open.is_empty() {
+            let Some(start) = text.get(at..).and_then(|rest| rest.find(&style.open)) else { break };
+            let start = at + start;
+            let behind = start + style.open.len();
+            let close = text
+                .get(behind..)
+                .filter(|_| !style.close.is_empty())
+                .and_then(|rest| rest.find(&style.close));
+            at = close.map_or(text.len(), |close| behind + close + style.close.len());
+            found.push(start..at);
+        }
+        found
+    }
+
+    fn without_comments<'t>(&self, filled: Filled<'t>) -> Filled<'t> {
+        let comments = self.comments(&filled.text);
+        if !self.dialect.comments.dropped || comments.is_empty() {
+            return filled;
+        }
+        // Fields behind a comment would move: such a line is written in full.
+        let kept = (0..).zip(filled.text.char_indices());
+        let text: String = kept
+            .filter(|(_, (at, _))| !comments.iter().any(|comment| comment.contains(at)))
+            .map(|(_, (_, letter))| letter)
+            .collect();
+        let last = comments.first().map_or(0, |comment| comment.start);
+        let fields = filled.fields.into_iter().filter(|(range, _)| range.end <= last).collect();
+        Filled { text: text.trim_end().to_owned(), fields }
+    }
+
+    /// The line without words that say what was said already.
+    fn without_known(&mut self, block: Block, filled: &Filled<'_>) -> String {
+        let modal = &self.dialect.modal;
+        if modal.parameters.is_empty() && modal.groups.is_empty() {
+            return filled.text.clone();
+        }
+        let comments = self.comments(&filled.text);
+        let mut kept: Vec<&str> = Vec::new();
+        let mut dropped = false;
+        for range in words(&filled.text) {
+            let text = filled.text.get(range.clone()).unwrap_or_default();
+            let commented =
+                comments.iter().any(|comment| comment.start < range.end && range.start < comment.end);
+            if !commented && self.says_again(block, text, &range, &filled.fields) {
+                dropped = true;
+            } else {
+                kept.push(text);
+            }
+        }
+        if dropped { kept.join(" ") } else { filled.text.clone() }
+    }
+
+    /// Whether a word says what was said already; if not, what it says is kept in mind.
+    fn says_again(
+        &mut self,
+        block: Block,
+        text: &str,
+        range: &Range<usize>,
+        fields: &[(Range<usize>, &str)],
+    ) -> bool {
+        let modal = &self.dialect.modal;
+        for (group, holds) in modal.groups.iter().zip(&mut self.holds) {
+            if group.iter().any(|word| word == text) {
+                let again = holds == text;
+                text.clone_into(holds);
+                return again;
+            }
+        }
+        let mut inside =
+            fields.iter().filter(|(field, _)| range.start <= field.start && field.end <= range.end);
+        let name = inside.next().map(|(_, name)| *name);
+        let one = inside.next().is_none();
+        let letters = text.chars().take_while(char::is_ascii_alphabetic).count();
+        let (letters, number) = text.split_at(letters);
+        let plain = one && !letters.is_empty() && number.parse::<f64>().is_ok();
+        if !plain {
+            // Several numbers in one word: whatever it may have said is no longer known.
+            text.chars().filter(char::is_ascii_alphabetic).for_each(|letter| {
+                self.said.remove(letter.to_string().as_str());
+            });
+            return false;
+        }
+        let again = self.said.get(letters).is_some_and(|last| last == number);
+        let fixed = CURVES.contains(&block) && name.is_some_and(|name| PLACES.contains(&name));
+        let may = name.is_some_and(|name| modal.parameters.contains(&name)) && !fixed;
+        self.said.insert(letters.to_owned(), number.to_owned());
+        again && may
+    }
+}
+
+/// The words of a line, by their bytes.
+fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let start = at + text.get(at..)?.find(|c: char| !c.is_whitespace())?;
+        let rest = text.get(start..)?;
+        at = start + rest.find(char::is_whitespace).unwrap_or(rest.len());
+        Some(start..at)
+    })
+}
+
+fn uses_points(line: &Line) -> bool {
+    line.pieces.iter().any(|piece| matches!(piece, Piece::Field(field) if field.name == "K"))
+}
+
+fn millionths(count: u64) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX).saturating_mul(1_000_000)
+}

@@ -1,0 +1,122 @@
+//! What the parameters of an elementary action are (S8).
+//!
+//! ```text
+//!            AX,AY ●  half way
+//!               ╭─╯ ╰─╮
+//!       start  ●   +   ●  X,Y      I,J from the start to the centre +; CX,CY the centre itself
+//!                                  R the radius; CR the same, negative over 180°; P the opening angle
+//! ```
+//!
+//! Comes in: a program, an action. Goes out: numbers in millionths and words. Does not know templates.
+
+use super::arcs::{Curve, Tip};
+use super::dialect::Numbers;
+use super::sheet::Value;
+use crate::geometry::Point;
+use crate::job::Program;
+use crate::units::Length;
+use std::f64::consts::PI;
+
+/// Longest word, in letters.
+const LONGEST_WORD: usize = 60;
+
+/// An elementary action: where from, where to, and what holds meanwhile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Action {
+    pub(super) from: Tip,
+    pub(super) to: Tip,
+    /// Height after a stroke.
+    pub(super) lift: Length,
+    /// The arc, for moves along one.
+    pub(super) curve: Option<Curve>,
+    pub(super) feed_um_per_s: u32,
+    pub(super) wait_us: u32,
+    pub(super) rpm: u32,
+    /// Index of the bit.
+    pub(super) bit: u32,
+}
+
+/// What all actions of a file share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame<'a> {
+    pub(super) program: &'a Program,
+    /// What the program in the file is called.
+    pub(super) name: &'a str,
+    pub(super) numbers: &'a Numbers,
+    pub(super) shift: [Length; 2],
+}
+
+impl Frame<'_> {
+    /// `at` as the digits of X and Y give it.
+    pub(super) fn written(&self, at: Point) -> Point {
+        let digits = |name: &str, length: Length| Length::from_nm(self.numbers.of(name).rounded(length.nm()));
+        let [x, y] = self.shift;
+        Point::new(digits("X", at.x + x) - x, digits("Y", at.y + y) - y)
+    }
+
+    /// The value of `name`.
+    pub(super) fn value(&self, action: &Action, name: &str) -> Value {
+        let bit = self.program.bits.get(action.bit as usize);
+        let diameter = bit.map_or(Length::ZERO, |bit| bit.diameter);
+        let millionths = |count: u32| i64::from(count) * 1_000_000;
+        let number = match name {
+            "H" => self.program.safe_height.nm(),
+            "U" => action.lift.nm(),
+            "B" => action.from.height.nm(),
+            "F" => i64::from(action.feed_um_per_s) * 60_000,
+            "V" => i64::from(action.feed_um_per_s) * 1_000,
+            "S" => millionths(action.rpm),
+            "W" => i64::from(action.wait_us),
+            "T" => millionths(action.bit.saturating_add(1)),
+            "D" => diameter.nm(),
+            "TR" => diameter.nm() / 2,
+            "BIT" => return Value::Word(word(bit.map_or("", |bit| &bit.name))),
+            "JOB" => return Value::Word(word(&self.program.name)),
+            "PROGRAM" => return Value::Word(self.name.to_owned()),
+            _ => self.place(action, name),
+        };
+        Value::Number(number)
+    }
+
+    /// The parameters that are places and distances, in nanometres, and the opening angle.
+    fn place(&self, action: &Action, name: &str) -> i64 {
+        let [x, y] = self.shift;
+        let shifted = |at: Point| (at.x + x, at.y + y);
+        let rounded = |name: &str, length: Length| self.numbers.of(name).rounded(length.nm());
+        let (to, from) = (shifted(action.to.at), shifted(action.from.at));
+        // What counts from the start counts from where the digits put the start: nothing adds up.
+        let (from_x, from_y) = (rounded("X", from.0), rounded("Y", from.1));
+        match name {
+            "X" => return to.0.nm(),
+            "Y" => return to.1.nm(),
+            "Z" => return action.to.height.nm(),
+            "DX" => return rounded("X", to.0) - from_x,
+            "DY" => return rounded("Y", to.1) - from_y,
+            "DZ" => return rounded("Z", action.to.height) - rounded("Z", action.from.height),
+            _ => {}
+        }
+        let Some(curve) = action.curve else { return 0 };
+        let (centre, middle) = (shifted(curve.centre), curve.along(0.5));
+        let radius = Length::from_mm(curve.radius()).nm();
+        match name {
+            "AX" => (middle.at.x + x).nm(),
+            "AY" => (middle.at.y + y).nm(),
+            "AZ" => middle.height.nm(),
+            "I" => centre.0.nm() - from_x,
+            "J" => centre.1.nm() - from_y,
+            "CX" => centre.0.nm(),
+            "CY" => centre.1.nm(),
+            "R" => radius,
+            "CR" if curve.turn() > PI => -radius,
+            "CR" => radius,
+            "P" => libm::round(curve.turn().to_degrees() * 1e6) as i64,
+            _ => 0,
+        }
+    }
+}
+
+/// A word that no controller stumbles over: letters, digits, and `-_.` and spaces.
+fn word(text: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_. ".contains(c) { c } else { '_' };
+    text.chars().take(LONGEST_WORD).map(plain).collect()
+}

@@ -1,0 +1,447 @@
+//! A program in a dialect's words: one block for each elementary action (S6 S7).
+//!
+//! ```text
+//!  leg  prepare            ┐
+//!  leg  change bit  ────────▶ start, change          a new file where the dialect wants one
+//!  leg  hole        ────────▶ hole, or a peck for every stroke
+//!  leg  way  rapid, plunge ─▶ approach
+//!            mill ──────────▶ line
+//!            mill arc ──────▶ arc or helix, either sense; in parts or as lines where the controller wants that
+//!            retract ───────▶ leave
+//!  leg  finish      ────────▶ end
+//! ```
+//!
+//! Comes in: a program, a dialect. Goes out: files, in work coordinates, shifted as the dialect says. Does not know which
+//! dialects there are.
+
+use super::arcs::{Curve, Piece, Tip};
+use super::dialect::{Dialect, Files, NameStyle, Templates};
+use super::names::{Block, Part};
+use super::preview::Sample;
+use super::sheet::Sheet;
+use super::values::{Action, Frame};
+use crate::geometry::Point;
+use crate::job::{Command, Leg, Mark, Program};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+
+/// How far a bit's radius may be from the one a template is for.
+const RADIUS_SLACK: Length = Length::from_um(1);
+/// Longest name of a file, in letters, without its ending.
+const LONGEST_NAME: usize = 60;
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputFile {
+    /// Its name with extension.
+    pub name: String,
+    /// What it says.
+    pub text: String,
+}
+
+/// The program in the words of `dialect`. Refused where the dialect has no template or block for what the program does, or
+/// where a template would fill the memory.
+pub fn write_with(dialect: &Dialect, program: &Program) -> Result<Vec<OutputFile>, Remark> {
+    let mut writer = Writer::new(dialect, program);
+    let parts = parts(program, dialect);
+    for (leg, &part) in program.legs.iter().zip(&parts) {
+        writer.leg(leg, part)?;
+    }
+    writer.finish(parts.last().copied().unwrap_or(Part::Drill))
+}
+
+/// The program block by block: what `preview` shows.
+pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<Sample>, Remark> {
+    let mut writer = Writer::new(dialect, program);
+    writer.trace = Some(Vec::new());
+    let parts = parts(program, dialect);
+    for (leg, &part) in program.legs.iter().zip(&parts) {
+        writer.leg(leg, part)?;
+    }
+    writer.close()?;
+    Ok(writer.trace.unwrap_or_default())
+}
+
+/// The name of the only file of a program, with `extension`.
+pub(super) fn file_name(program: &Program, extension: &str) -> String {
+    format!("{}.{extension}", name(None, program, ""))
+}
+
+/// Whether a leg mills: then it is written with the engraving template, whatever it is for.
+fn mills(leg: &Leg) -> bool {
+    let cuts = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
+    matches!(leg.mark, Mark::Way(_)) || leg.commands.iter().any(cuts)
+}
+
+/// The template for each leg: that of the work it does or leads to.
+fn parts(program: &Program, dialect: &Dialect) -> Vec<Part> {
+    let own = |leg: &Leg| match leg.mark {
+        _ if mills(leg) => Some(Part::Engrave),
+        Mark::Hole(_) => Some(Part::Drill),
+        _ => None,
+    };
+    let only = if dialect.drill.is_some() { Part::Drill } else { Part::Engrave };
+    let mut next = program.legs.iter().rev().find_map(own).unwrap_or(only);
+    let mut parts: Vec<Part> = program
+        .legs
+        .iter()
+        .rev()
+        .map(|leg| {
+            next = own(leg).unwrap_or(next);
+            next
+        })
+        .collect();
+    parts.reverse();
+    parts
+}
+
+struct Writer<'a> {
+    dialect: &'a Dialect,
+    program: &'a Program,
+    sheet: Option<Sheet<'a>>,
+    part: Part,
+    done: Vec<(Part, String)>,
+    /// How many files there will be is not known when a name is needed: they are counted first.
+    names: Vec<String>,
+    now: Action,
+    /// Where a rapid move goes that was not written yet.
+    over: Option<Point>,
+    /// The bit that is in, if one was asked for.
+    bit: Option<u32>,
+    /// What the file said last of the spindle's speed.
+    said_rpm: u32,
+    /// What every block made, where somebody wants to know.
+    trace: Option<Vec<Sample>>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(dialect: &'a Dialect, program: &'a Program) -> Self {
+        let start = Tip { at: Point::default(), height: program.safe_height };
+        Self {
+            dialect,
+            program,
+            sheet: None,
+            part: Part::Drill,
+            done: Vec::new(),
+            names: names(dialect, program),
+            now: Action { from: start, to: start, lift: program.safe_height, ..Action::default() },
+            over: None,
+            bit: None,
+            said_rpm: 0,
+            trace: None,
+        }
+    }
+
+    fn templates(&self, part: Part) -> Result<&'a Templates, Remark> {
+        let code = match part {
+            Part::Drill => "post.no_drill_template",
+            Part::Engrave => "post.milling",
+        };
+        self.dialect
+            .templates(part)
+            .ok_or_else(|| Remark::new(Weight::Loss, code).with("dialect", &self.dialect.name))
+    }
+
+    fn leg(&mut self, leg: &Leg, part: Part) -> Result<(), Remark> {
+        match leg.mark {
+            Mark::Prepare | Mark::Finish => {
+                self.settings(leg);
+                Ok(())
+            }
+            Mark::ChangeBit(bit) => {
+                if self.dialect.files == Files::Bit {
+                    self.close()?;
+                }
+                (self.bit, self.now.bit) = (Some(bit), bit);
+                self.open(part, false)?;
+                self.settings(leg);
+                self.change()
+            }
+            Mark::Hole(_) if !mills(leg) => {
+                self.open(part, true)?;
+                self.hole(leg)
+            }
+            Mark::Hole(_) | Mark::Way(_) => {
+                self.open(part, true)?;
+                leg.commands.iter().try_for_each(|command| self.command(*command))
+            }
+        }
+    }
+
+    /// What a leg without work says of place, spindle and time.
+    fn settings(&mut self, leg: &Leg) {
+        self.now.wait_us = 0;
+        for command in &leg.commands {
+            match *command {
+                Command::Rapid { to } => self.over = Some(to),
+                Command::Spindle { rpm } => self.now.rpm = rpm,
+                Command::Dwell { us } => self.now.wait_us = us,
+                _ => {}
+            }
+        }
+    }
+
+    /// A file for `part` is open afterwards; with `loaded`, a new one begins with the bit that is in.
+    fn open(&mut self, part: Part, loaded: bool) -> Result<(), Remark> {
+        let templates = self.templates(part)?;
+        let other = part != self.part;
+        let ending = self.templates(self.part).map(|before| &before.extension);
+        let apart = self.dialect.files == Files::Operation || ending != Ok(&templates.extension);
+        if other && apart {
+            self.close()?;
+        }
+        self.part = part;
+        if let Some(sheet) = &mut self.sheet {
+            sheet.turn_to(part);
+            return Ok(());
+        }
+        self.sheet = Some(Sheet::new(self.dialect, part));
+        self.said_rpm = 0;
+        let home = Tip { at: Point::default(), height: self.program.safe_height };
+        let start = Action { from: home, to: home, ..self.now };
+        self.write(Block::Start, start)?;
+        if loaded && self.bit.is_some() {
+            self.change()?;
+        }
+        Ok(())
+    }
+
+    /// The file that is open is ended.
+    fn close(&mut self) -> Result<(), Remark> {
+        if self.sheet.is_none() {
+            return Ok(());
+        }
+        let home = Tip { at: Point::default(), height: self.program.safe_height };
+        self.write(Block::End, Action { from: self.now.to, to: home, ..self.now })?;
+        self.now.to = home;
+        if let Some(sheet) = self.sheet.take() {
+            self.done.push((self.part, sheet.finish()));
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, part: Part) -> Result<Vec<OutputFile>, Remark> {
+        if self.sheet.is_none() && self.done.is_empty() {
+            self.open(part, false)?;
+        }
+        self.close()?;
+        let mut files = Vec::new();
+        for (index, (part, text)) in std::mem::take(&mut self.done).into_iter().enumerate() {
+            let name = self.names.get(index).cloned().unwrap_or_default();
+            files.push(OutputFile { name: format!("{name}.{}", self.templates(part)?.extension), text });
+        }
+        Ok(files)
+    }
+
+    /// Writes a block; afterwards the tip is where it goes.
+    fn write(&mut self, block: Block, action: Action) -> Result<(), Remark> {
+        let templates = self.templates(self.part)?;
+        let template = templates.blocks.get(&block).ok_or_else(|| {
+            let remark = Remark::new(Weight::Loss, "post.no_block").with("dialect", &self.dialect.name);
+            remark.with("block", block.key()).with("template", self.part.key())
+        })?;
+        let name = self.names.get(self.done.len()).map_or("", String::as_str);
+        let frame =
+            Frame { program: self.program, name, numbers: &self.dialect.numbers, shift: templates.shift };
+        if let Some(sheet) = &mut self.sheet {
+            let before = sheet.written().len();
+            sheet.write(block, template, |name| frame.value(&action, name))?;
+            if let Some(trace) = &mut self.trace {
+                let text = sheet.written().get(before..).unwrap_or_default().to_owned();
+                trace.push(Sample { part: self.part, block, text });
+            }
+        }
+        (self.now.from, self.now.to) = (action.to, action.to);
+        Ok(())
+    }
+
+    fn change(&mut self) -> Result<(), Remark> {
+        let at = self.over.take().unwrap_or_default();
+        let to = Tip { at, height: self.program.safe_height };
+        self.said_rpm = self.now.rpm;
+        self.write(Block::Change, Action { to, ..self.now })
+    }
+
+    /// The spindle turns as it should.
+    fn spindle(&mut self) -> Result<(), Remark> {
+        if self.said_rpm == self.now.rpm {
+            return Ok(());
+        }
+        self.said_rpm = self.now.rpm;
+        self.write(Block::Spindle, self.now)
+    }
+
+    fn hole(&mut self, leg: &Leg) -> Result<(), Remark> {
+        let mut strokes: Vec<Action> = Vec::new();
+        for command in &leg.commands {
+            match *command {
+                Command::Rapid { to } => self.over = Some(to),
+                Command::Spindle { rpm } => self.now.rpm = rpm,
+                Command::Plunge { to, feed_um_per_s, .. } => {
+                    let at = self.over.unwrap_or(self.now.to.at);
+                    let to = Tip { at, height: to };
+                    let lift = self.program.safe_height;
+                    strokes.push(Action { to, lift, feed_um_per_s, wait_us: 0, ..self.now });
+                }
+                Command::Dwell { us } => {
+                    if let Some(stroke) = strokes.last_mut() {
+                        stroke.wait_us = us;
+                    }
+                }
+                Command::Retract { to } => {
+                    if let Some(stroke) = strokes.last_mut() {
+                        stroke.lift = to;
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.spindle()?;
+        let block = if strokes.len() > 1 { Block::Peck } else { Block::Hole };
+        for stroke in strokes {
+            self.over = None;
+            self.write(block, Action { from: self.now.to, rpm: self.now.rpm, ..stroke })?;
+            self.now.to.height = stroke.lift;
+        }
+        Ok(())
+    }
+
+    fn command(&mut self, command: Command) -> Result<(), Remark> {
+        match command {
+            Command::Rapid { to } => self.over = Some(to),
+            Command::Spindle { rpm } => self.now.rpm = rpm,
+            Command::Plunge { to, feed_um_per_s, .. } => {
+                self.now.feed_um_per_s = feed_um_per_s;
+                let up = self.now.to.height >= self.program.safe_height;
+                let over = self.over.take().or(up.then_some(self.now.to.at));
+                match over {
+                    Some(at) => self.approach(Tip { at, height: to })?,
+                    None => self.line(Tip { at: self.now.to.at, height: to })?,
+                }
+            }
+            Command::Mill { to, height, feed_um_per_s } => {
+                self.arrive(feed_um_per_s)?;
+                self.line(Tip { at: to, height })?;
+            }
+            Command::MillArc { to, height, center, ccw, feed_um_per_s } => {
+                self.arrive(feed_um_per_s)?;
+                let to = Tip { at: to, height };
+                self.curve(Curve { from: self.now.to, to, centre: center, ccw })?;
+            }
+            Command::Retract { to } => {
+                let at = self.now.to.at;
+                self.write(Block::Leave, Action { to: Tip { at, height: to }, ..self.now })?;
+            }
+            Command::Dwell { us } => self.write(Block::Wait, Action { wait_us: us, ..self.now })?,
+            Command::AwaitBit { bit } => {
+                (self.bit, self.now.bit) = (Some(bit), bit);
+                self.change()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Over the place where a move in the board begins, at the height where the tip is.
+    fn arrive(&mut self, feed_um_per_s: u32) -> Result<(), Remark> {
+        self.now.feed_um_per_s = feed_um_per_s;
+        match self.over.take() {
+            Some(at) => self.approach(Tip { at, height: self.now.to.height }),
+            None => self.spindle(),
+        }
+    }
+
+    fn approach(&mut self, to: Tip) -> Result<(), Remark> {
+        self.fits(to.height)?;
+        self.spindle()?;
+        self.write(Block::Approach, Action { to, ..self.now })
+    }
+
+    /// Refuses a bit of another radius than the one the template is for.
+    fn fits(&self, height: Length) -> Result<(), Remark> {
+        let Some(radius) = self.templates(self.part)?.tool_radius else { return Ok(()) };
+        let Some(bit) = self.program.bits.get(self.now.bit as usize) else { return Ok(()) };
+        let found = Length::from_nm(bit.width_at(Length::ZERO - height).nm() / 2);
+        if height > Length::ZERO || (found - radius).abs() <= RADIUS_SLACK {
+            return Ok(());
+        }
+        let remark = Remark::new(Weight::Loss, "post.tool_radius").with("bit", &bit.name);
+        Err(remark.with("found", found.mm()).with("expected", radius.mm()))
+    }
+
+    fn line(&mut self, to: Tip) -> Result<(), Remark> {
+        self.write(Block::Line, Action { to, curve: None, ..self.now })
+    }
+
+    fn curve(&mut self, curve: Curve) -> Result<(), Remark> {
+        let templates = self.templates(self.part)?;
+        let frame =
+            Frame { program: self.program, name: "", numbers: &self.dialect.numbers, shift: templates.shift };
+        let arcs = &self.dialect.arcs;
+        let own = !arcs.lines_only && arcs.helix == super::dialect::Helix::Blocks;
+        for piece in curve.pieces(arcs, templates.centre(), |at| frame.written(at)) {
+            match piece {
+                Piece::Line(to) => self.line(to)?,
+                Piece::Arc(to, _) => {
+                    let part = Curve { from: self.now.to, to, ..curve };
+                    let rises = part.from.height != to.height;
+                    let block = match (own && rises, curve.ccw) {
+                        (false, false) => Block::ArcCw,
+                        (false, true) => Block::ArcCcw,
+                        (true, false) => Block::HelixCw,
+                        (true, true) => Block::HelixCcw,
+                    };
+                    self.write(block, Action { to, curve: Some(part), ..self.now })?;
+                    self.now.curve = None;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The names of the files, without extension: one where there is one, else numbered with what they do.
+fn names(dialect: &Dialect, program: &Program) -> Vec<String> {
+    let parts = parts(program, dialect);
+    let works = program.legs.iter().zip(&parts);
+    let works = works.filter(|(leg, _)| !matches!(leg.mark, Mark::Prepare | Mark::Finish));
+    let ending = |part: Part| dialect.templates(part).map(|templates| templates.extension.as_str());
+    let mut files: Vec<Part> = Vec::new();
+    for (leg, &part) in works {
+        let turned = files.last().is_none_or(|last| {
+            *last != part && (dialect.files == Files::Operation || ending(*last) != ending(part))
+        });
+        let bit = dialect.files == Files::Bit && matches!(leg.mark, Mark::ChangeBit(_));
+        if turned || bit {
+            files.push(part);
+        }
+    }
+    if files.len() <= 1 {
+        return vec![name(dialect.program_name, program, "")];
+    }
+    let numbered = (1..).zip(&files).map(|(number, part)| match dialect.program_name {
+        Some(_) => format!("_{number}"),
+        None => format!("-{number}-{}", part.key()),
+    });
+    numbered.map(|suffix| name(dialect.program_name, program, &suffix)).collect()
+}
+
+/// The job's name with `suffix`, as the dialect allows it.
+fn name(style: Option<NameStyle>, program: &Program, suffix: &str) -> String {
+    let base = program.name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let base = base.rsplit_once('.').map_or(base, |(stem, _)| if stem.is_empty() { base } else { stem });
+    let NameStyle { longest, capitals } =
+        style.unwrap_or(NameStyle { longest: LONGEST_NAME, capitals: false });
+    let free = style.is_none();
+    let plain = |c: char| match c {
+        _ if c.is_ascii_alphanumeric() || c == '_' => c,
+        '-' | '.' if free => c,
+        _ => '_',
+    };
+    let mut text: String = base.chars().map(plain).collect();
+    if !text.starts_with(|c: char| c.is_ascii_alphabetic() || (free && c.is_ascii_digit())) {
+        text.insert(0, 'P');
+    }
+    text.truncate(longest.saturating_sub(suffix.len()).max(1));
+    text.push_str(suffix);
+    if capitals { text.to_ascii_uppercase() } else { text }
+}

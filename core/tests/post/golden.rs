@@ -1,0 +1,22 @@
+//! One small board in every dialect, as files. `ANNULUS_BLESS=1` accepts a change.
+
+use crate::{one, programs};
+use annulus_core::post;
+use std::fs;
+use std::path::Path;
+
+#[test]
+fn the_small_board_in_every_dialect() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/post");
+    for name in post::targets() {
+        let file = one(post::write(name, &programs::small(), None).unwrap().unwrap());
+        let extension = file.name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        let path = folder.join(format!("{name}.{extension}"));
+        if std::env::var_os("ANNULUS_BLESS").is_some() {
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(&path, &file.text).unwrap();
+        }
+        let golden = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        assert_eq!(file.text, golden, "{}", path.display());
+    }
+}
