@@ -86,6 +86,12 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
         ("export board.drl --to excellon -o out.drl", "to file holes remarks"),
         ("export board.annulus-program --to grbl -o out.nc", "to file holes remarks"),
         (
+            "export board.drl --to kuka -o . --lines-only",
+            "to file files bytes sha256 holes ways tools remarks",
+        ),
+        ("templates", "blocks parameters dialects"),
+        ("templates grbl", "name text"),
+        (
             "run board.annulus-program --machine virtual --speed 2000",
             "holes_done stopped_because position_trust stream_digest",
         ),
@@ -131,6 +137,30 @@ fn an_exported_board_is_read_as_the_same_holes() {
 }
 
 #[test]
+fn a_template_of_ones_own_is_checked_and_used() {
+    let folder = folder();
+    let shipped = answer(folder.path(), "templates grbl")["text"].as_str().unwrap().to_owned();
+    let save = |text: &str| fs::write(folder.path().join("mine.toml"), text).unwrap();
+    save(&shipped);
+    answer(folder.path(), "templates mine.toml");
+    answer(folder.path(), "export board.drl --to mine.toml -o a.nc");
+    answer(folder.path(), "export board.drl --to grbl -o b.nc");
+    let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(text("a.nc"), text("b.nc"));
+    save(&shipped.replace("X@X@ Y@Y@\nG1", "X@XX@ Y@Y\nG1"));
+    let output = annulus(folder.path(), "templates mine.toml --json").output().unwrap();
+    let told = json(&output);
+    assert_eq!(
+        (output.status.code(), told["remarks"].as_array().map(Vec::len)),
+        (Some(1), Some(6)),
+        "{told}"
+    );
+    assert_eq!(told["remarks"][0]["code"], "post.unknown_parameter");
+    let output = annulus(folder.path(), "export board.drl --to mine.toml -o c.nc --json").output().unwrap();
+    assert_eq!((output.status.code(), &json(&output)["error"]["code"]), (Some(1), &"post.faults".into()));
+}
+
+#[test]
 fn refusals_are_one_object_with_its_exit_code() {
     let folder = folder();
     fs::write(folder.path().join("letter.txt"), "Dear Sir,\nno holes today.\n").unwrap();
@@ -148,6 +178,10 @@ fn refusals_are_one_object_with_its_exit_code() {
         ("simulate", 2),
         ("export board.drl --to wobble -o x.nc", 2),
         ("export board.drl --to grbl", 2),
+        ("export board.drl --to grbl -o x.nc --lines-only 3", 2),
+        ("export board.drl --to missing.toml -o x.nc", 3),
+        ("templates wobble", 2),
+        ("templates missing.toml", 3),
         ("run board.drl --speed 0", 2),
         ("plan missing.drl", 3),
         ("simulate missing.drl", 3),

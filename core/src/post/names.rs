@@ -301,8 +301,14 @@ mod tests {
     #[test]
     fn the_nearest_name_is_the_one_meant() {
         let known = || PARAMETERS.iter().map(|row| row.name);
-        let rows =
-            [("x", "X"), ("XA", "AX"), ("PROGRAMM", "PROGRAM"), ("JB", "JOB"), ("Cr", "CR"), ("BTI", "BIT")];
+        let rows = [
+            ("x", "X"),
+            ("XA", "AX"),
+            ("PROGRAMM", "PROGRAM"),
+            ("JOBB", "JOB"),
+            ("Cr", "CR"),
+            ("BTI", "BIT"),
+        ];
         for (typed, meant) in rows {
             assert_eq!(nearest(typed, known()), meant, "{typed}");
         }

@@ -228,7 +228,7 @@ impl State {
             1 => self.to(to, Some(self.feed.ok_or("no feed")?)),
             2 | 3 => self.arc(to, centre, value('X')?.is_some() || value('Y')?.is_some())?,
             82 => {
-                self.cycle(to, value('R')?.ok_or("no R")?, value('P')?.ok_or("no P")? * rules.cycle_pause)?
+                self.cycle(to, value('R')?.ok_or("no R")?, value('P')?.ok_or("no P")? * rules.cycle_pause)?;
             }
             other => return Err(format!("a move under G{other}")),
         }

@@ -316,3 +316,25 @@ fn a_preview_shows_every_block_that_ships() {
         assert!(!whole.is_empty() && whole.lines().count() > 20, "{name}");
     }
 }
+
+#[test]
+fn the_manual_has_the_table() {
+    let manual = include_str!("../../../docs/manual/postprocessor.md");
+    let hint = |key: &str| annulus_core::locale::text("en", key, &[]);
+    for row in post::BLOCKS {
+        let meaning = hint(&format!("post.block.{}.{}", row.part.key(), row.block.key()));
+        let line = manual.lines().find(|line| {
+            line.starts_with(&format!("| `{}` |", row.block.key()))
+                && line.ends_with(&format!("| {meaning} |"))
+        });
+        assert!(line.is_some(), "{}.{}: {meaning}", row.part.key(), row.block.key());
+    }
+    for row in post::PARAMETERS {
+        let meaning = hint(&format!("post.parameter.{}", row.name));
+        let line = format!("| `@{}@` | {} | {} | {meaning} |", row.name, row.unit, row.example);
+        assert!(manual.contains(&line), "{line}");
+    }
+    for name in post::targets() {
+        assert!(manual.contains(&format!("| `{name}` |")), "{name}");
+    }
+}
