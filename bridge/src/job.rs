@@ -8,6 +8,7 @@
 //! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
 //! what becomes of it.
 
+use crate::cli::export::Target;
 use crate::cli::{self, Group, JobArgs, Order, ReadingArgs, Refusal};
 use crate::{files, machine_file};
 use annulus_core::artwork::Kind;
@@ -17,7 +18,6 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::Machine;
 use annulus_core::motion;
-use annulus_core::post;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -165,14 +165,9 @@ pub(crate) fn outputs(
     if target == "program" {
         return Ok(vec![(format!("{stem}.program"), program::encode(program))]);
     }
-    let unknown = || {
-        let known = post::targets().join(", ");
-        Refusal::usage(
-            Remark::new(Weight::Loss, "post.unknown_target").with("name", target).with("known", known),
-        )
-    };
-    let (text, extension) = post::write(target, program).ok_or_else(unknown)?.map_err(Refusal::content)?;
-    Ok(vec![(format!("{stem}.{extension}"), text.into_bytes())])
+    let program = Program { name: stem.to_owned(), ..program.clone() };
+    let files = Target::named(target)?.files(&program, None)?;
+    Ok(files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect())
 }
 
 /// Refuses with the first loss that was not accepted; the others go to standard error before it.

@@ -119,6 +119,21 @@ impl Target {
     }
 }
 
+impl Target {
+    /// The files of `program`; with `lines_only` arcs become lines that are at most so far off, in mm.
+    pub(crate) fn files(
+        &self,
+        program: &Program,
+        lines_only: Option<f64>,
+    ) -> Result<Vec<OutputFile>, Refusal> {
+        let written = match self {
+            Self::Shipped(name) => post::write(name, program, lines_only).unwrap_or_else(|| Ok(Vec::new())),
+            Self::Own(dialect) => post::write_with(&dialect.as_ref().clone().with_lines(lines_only), program),
+        };
+        written.map_err(Refusal::content)
+    }
+}
+
 /// The text of a dialect file.
 pub(super) fn read(path: &Path) -> Result<String, Refusal> {
     fs::read_to_string(path).map_err(|error| {
@@ -134,15 +149,7 @@ pub(crate) fn write(args: &TargetArgs, target: &Target, mut program: Program) ->
     if !folder && let Some(stem) = args.output.file_stem() {
         program.name = stem.to_string_lossy().into_owned();
     }
-    let files: Vec<OutputFile> = match target {
-        Target::Shipped(name) => {
-            post::write(name, &program, args.lines_only).unwrap_or_else(|| Ok(Vec::new()))
-        }
-        Target::Own(dialect) => {
-            post::write_with(&dialect.as_ref().clone().with_lines(args.lines_only), &program)
-        }
-    }
-    .map_err(Refusal::content)?;
+    let files = target.files(&program, args.lines_only)?;
     if !folder && files.len() > 1 {
         let remark = Remark::new(Weight::Loss, "post.several_files").with("count", files.len());
         return Err(Refusal::usage(remark.with("file", args.output.display())));

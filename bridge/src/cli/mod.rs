@@ -6,7 +6,7 @@
 mod cam;
 mod doctor;
 mod executor;
-mod export;
+pub(crate) mod export;
 mod inspect;
 mod lab;
 mod link;

@@ -441,7 +441,14 @@ fn name(style: Option<NameStyle>, program: &Program, suffix: &str) -> String {
     if !text.starts_with(|c: char| c.is_ascii_alphabetic() || (free && c.is_ascii_digit())) {
         text.insert(0, 'P');
     }
-    text.truncate(longest.saturating_sub(suffix.len()).max(1));
+    // Names of one job differ at their ends (sides of a board), so the middle is what goes.
+    let room = longest.saturating_sub(suffix.len()).max(1);
+    if text.len() > room {
+        let tail = (room / 2).min(4);
+        let end = text.split_off(text.len() - tail);
+        text.truncate(room - tail);
+        text.push_str(&end);
+    }
     text.push_str(suffix);
     if capitals { text.to_ascii_uppercase() } else { text }
 }

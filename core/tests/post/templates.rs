@@ -280,7 +280,7 @@ fn files_begin_where_the_dialect_says() {
     assert_eq!(names("files = 'operation'"), both);
     assert_eq!(names("files = 'bit'"), both);
     let short = names("files = 'bit'\n[program_name]\nlongest = 8\ncapitals = true");
-    assert_eq!(short[1], row("SMALL__2.tap", "engrave SMALL__2 T2|bit 2"));
+    assert_eq!(short[1], row("SMAARD_2.tap", "engrave SMAARD_2 T2|bit 2"));
 }
 
 #[test]
