@@ -1,11 +1,12 @@
-//! Speeds with criterion: parsing, planning, step streams. `cargo xtask bench` runs it and adds the gaps of the tours,
+//! Speeds with criterion: parsing, planning, step streams, proofs. `cargo xtask bench` runs it and adds the gaps of the tours,
 //! the speed in WebAssembly and the sizes of the page.
 
 use annulus_core::artwork::{self, Overrides};
 use annulus_core::cam::{self, PlanOptions};
+use annulus_core::proof::{self, Options};
 use annulus_core::units::Length;
 use annulus_core::{geometry, machine, motion};
-use annulus_speed::{copper, make_stream, make_stream_on, steps_of, timeline, timeline_on};
+use annulus_speed::{make_stream, make_stream_on, steps_of, timeline, timeline_on};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -145,10 +146,24 @@ fn tours(_: &mut Criterion) {
     }
 }
 
+/// The proof of a layer of islands, isolated in two passes.
+fn proofs(criterion: &mut Criterion) {
+    let board = annulus_speed::copper::islands(1_000);
+    let programs = [annulus_speed::copper::isolated(&board)];
+    let verdict = proof::prove(&board, &programs, &Options::default());
+    println!("proof/1000 islands: {} islands, {} findings", verdict.islands, verdict.findings.len());
+    let mut group = criterion.benchmark_group("proof");
+    group.sample_size(10);
+    group.bench_function("1000 islands", |bencher| {
+        bencher.iter(|| black_box(proof::prove(&board, &programs, &Options::default())).islands);
+    });
+    group.finish();
+}
+
 /// The geometry of a layer of 1,122 islands: the bars are 120 ms for a pass, 300 ms for three, 200 ms for the narrow
 /// places.
 fn copper_layer(criterion: &mut Criterion) {
-    let outlines = copper::outlines();
+    let outlines = annulus_speed::layer::outlines();
     let layer = geometry::union(&outlines);
     let segments: usize = layer.paths().map(|path| path.segments.len()).sum();
     println!("copper/layer: {} islands, {segments} segments", layer.islands.len());
@@ -181,5 +196,5 @@ fn copper_layer(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, presets, parsing, layers, tours, planning, streams, copper_layer);
+criterion_group!(benches, presets, parsing, layers, tours, planning, streams, copper_layer, proofs);
 criterion_main!(benches);

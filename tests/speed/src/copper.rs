@@ -1,30 +1,76 @@
-//! A layer of copper for measuring: pads on a 2 mm grid, each with a crooked track.
+//! A board of scattered islands and a program that isolates it.
 //!
-//! Comes in: nothing, the layer is always the same. Goes out: outlines. Knows no clock.
+//! Comes in: how many islands. Goes out: a board with copper, and a program of two passes round every island. Does not
+//! know the planner: the ways are the copper grown.
 
-use annulus_core::geometry::{Path, Point, circle, stroke};
+use annulus_core::board::{Board, Copper, Face};
+use annulus_core::geometry::{Path, Point, Region, Segment, circle, grow, stroke, union};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::units::Length;
 
-/// Rows and columns of pads: 1,122 islands.
-const GRID: (u32, u32) = (34, 33);
+/// From cell to cell in mm.
+const PITCH_MM: f64 = 3.0;
 
-/// The outlines of 1,122 pads with a track of five pieces each.
-pub fn outlines() -> Vec<Path> {
-    let mut seed = 7_u64;
-    let mut chance = move || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((seed >> 33) as f64) / f64::from(1_u32 << 31)
+/// Islands of two pads and a bent track each, one a cell; `count` is rounded up to a whole square.
+pub fn islands(count: usize) -> Board {
+    let side = (1..).find(|side| side * side >= count).unwrap_or(1);
+    let mut chance = 1_u64;
+    let mut share = || {
+        chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (chance >> 11) as f64 / (1_u64 << 53) as f64
     };
     let mut outlines = Vec::new();
-    for pad in 0..GRID.0 * GRID.1 {
-        let (x, y) = (f64::from(pad % GRID.0) * 2.0, f64::from(pad / GRID.0) * 2.0);
-        outlines.push(circle(Point::from_mm(x, y), Length::from_mm(1.0 + 0.3 * chance())));
-        let bends = (0..6).map(|bend| {
-            let along = f64::from(bend);
-            Point::from_mm(x + 0.2 * along * chance(), y + 0.25 * along)
-        });
-        let track = Path::through(&bends.collect::<Vec<_>>()).unwrap_or_default();
-        outlines.extend(stroke(&track, Length::from_mm(0.25)));
+    for cell in 0..side * side {
+        let (left, bottom) = ((cell % side) as f64 * PITCH_MM, (cell / side) as f64 * PITCH_MM);
+        let mut place = |low: f64, high: f64| {
+            Point::from_mm(left + low + (high - low) * share(), bottom + 0.9 + (PITCH_MM - 1.8) * share())
+        };
+        let (one, bend, other) = (place(0.8, 1.1), place(1.2, 1.8), place(1.9, 2.2));
+        outlines.extend([one, other].map(|pad| circle(pad, Length::from_mm(1.1))));
+        if let Some(track) = Path::through(&[one, bend, other]) {
+            outlines.extend(stroke(&track, Length::from_mm(0.3)));
+        }
     }
-    outlines
+    let copper = Copper { face: Face::Top, region: union(&outlines), nets: Vec::new(), source: 0 };
+    Board { copper: vec![copper], ..Board::default() }
+}
+
+/// Two passes round every island, 0.2 mm wide.
+pub fn isolated(board: &Board) -> Program {
+    let nothing = Region::default();
+    let copper = board.copper.first().map_or(&nothing, |copper| &copper.region);
+    let cutter = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 };
+    let bit = Bit { diameter: Length::from_mm(3.0), name: "V".to_owned(), cutter };
+    let depth = bit.depth_for(Length::from_um(200)).unwrap_or_default();
+    let mut legs = vec![Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] }];
+    for away_um in [101, 241] {
+        for (way, path) in (0..).zip(grow(copper, Length::from_um(away_um)).paths()) {
+            legs.push(Leg { mark: Mark::Way(way), commands: along(path, -depth) });
+        }
+    }
+    Program {
+        name: "islands".to_owned(),
+        machine: String::new(),
+        origin: Point::default(),
+        bits: vec![bit],
+        spindles: 1,
+        safe_height: Length::from_mm(2.0),
+        legs,
+        accepted: Vec::new(),
+    }
+}
+
+fn along(path: &Path, height: Length) -> Vec<Command> {
+    let feed_um_per_s = 5_000;
+    let down = Command::Plunge { to: height, feed_um_per_s, gate: None };
+    let mill = |segment: &Segment| match *segment {
+        Segment::Line { to } => Command::Mill { to, height, feed_um_per_s },
+        Segment::Arc { to, centre, clockwise } => {
+            Command::MillArc { to, height, center: centre, ccw: !clockwise, feed_um_per_s }
+        }
+    };
+    let mut commands = vec![Command::Rapid { to: path.start }, down];
+    commands.extend(path.segments.iter().map(mill));
+    commands.push(Command::Retract { to: Length::from_mm(2.0) });
+    commands
 }

@@ -3,6 +3,7 @@
 //! Comes in: sizes. Goes out: counts of what was done; whoever calls looks at the clock.
 
 pub mod copper;
+pub mod layer;
 mod pace;
 
 pub use pace::{Pace, pace};
