@@ -106,8 +106,16 @@ fn bitten(scene: &Scene<'_>, cut: &Cut, island: u32, bite: &Bite) -> Finding {
 fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64) -> Vec<(u32, f64, Spot)> {
     let half = width / 2.0;
     let tolerance = scene.options.tolerance.mm();
-    let mut nearest: BTreeMap<u32, (f64, Spot)> = BTreeMap::new();
     let (low, high) = around(stretch.from, stretch.to, half);
+    let mut touched = false;
+    scene.design.in_box(low, high, &mut |_, edge| {
+        touched = touched || half - between(stretch, edge).0 > tolerance;
+    });
+    // Away from all edges a stretch is inside as a whole, or outside.
+    if !touched && scene.design.island_at(stretch.from.towards(stretch.to, 0.5)).is_none() {
+        return Vec::new();
+    }
+    let mut nearest: BTreeMap<u32, (f64, Spot)> = BTreeMap::new();
     scene.design.in_box(low, high, &mut |_, edge| {
         let (distance, _, at) = between(stretch, edge);
         if half - distance > tolerance {

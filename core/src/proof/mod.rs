@@ -22,6 +22,7 @@ mod rings;
 mod scene;
 mod shorts;
 mod slivers;
+mod strokes;
 
 pub use cures::Cure;
 pub use finding::{Finding, Kind};

@@ -11,9 +11,10 @@ use super::Options;
 use super::edges::{Edges, Spot, spots};
 use super::finding::{Finding, Kind};
 use super::replay::{Cut, replay};
+use super::strokes::outlines;
 use crate::board::{Board, Copper};
 use crate::geometry::{
-    Bounds, Coat, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, rectangle, stroke,
+    Bounds, Coat, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, rectangle,
 };
 use crate::job::{Bit, Program};
 use crate::units::Length;
@@ -75,11 +76,16 @@ impl<'a> Scene<'a> {
         let blank = outline.cloned().unwrap_or_else(|| around(copper, &cuts));
         let (copper, net_of, labels) = islands(copper, outline);
         let material = Coat { clear: false, outlines: blank.paths().cloned().collect() };
+
         let left = paint(&[material, Coat { clear: true, outlines: strokes(&cuts) }]);
+
         let kept_region = combine(&copper, &left, Rule::Intersection);
+
         let (design, left_edges) = (Edges::of(&copper), Edges::of(&left));
+
         let kept: Vec<Option<Kept>> =
             kept_region.islands.iter().map(|island| kept(island, &design, &left_edges)).collect();
+
         let mut nets_in = vec![BTreeSet::new(); left.islands.len()];
         for kept in kept.iter().flatten() {
             if let (Some(nets), Some(&net)) =
@@ -150,7 +156,7 @@ impl<'a> Scene<'a> {
 /// What is cut through, as outlines of the ways of round tools.
 fn strokes(cuts: &[Cut]) -> Vec<Path> {
     let through = cuts.iter().filter_map(|cut| Some((cut, cut.through?)));
-    through.flat_map(|(cut, width)| stroke(&cut.path, width)).collect()
+    through.flat_map(|(cut, width)| outlines(&cut.path, width)).collect()
 }
 
 /// A blank that goes a little beyond copper and cuts.

@@ -46,7 +46,14 @@ pub(super) fn slivers(scene: &Scene<'_>) -> Vec<Finding> {
             }
         });
     }
-    groups(&thin).into_iter().map(|thin| sliver(scene, thin)).collect()
+    // What goes with the chips is not told.
+    let dust = |thin: &Thin| {
+        let loose = scene.nets_in(thin.piece).is_none_or(|nets| nets.is_empty());
+        let island = scene.left.islands.get(thin.piece as usize).filter(|_| loose);
+        island.is_some_and(|island| island_area_mm2(island) <= dust_mm2(scene))
+    };
+    let told = groups(&thin).into_iter().filter(|thin| !dust(thin));
+    told.map(|thin| sliver(scene, thin)).collect()
 }
 
 /// The places along two edges where there is less copper than the limit between them.
@@ -128,6 +135,11 @@ fn sliver(scene: &Scene<'_>, thin: Thin) -> Finding {
     finding
 }
 
+/// Loose pieces up to this, in mm², go with the chips: a square as wide as the thinnest copper that holds.
+fn dust_mm2(scene: &Scene<'_>) -> f64 {
+    scene.options.thinnest.mm() * scene.options.thinnest.mm()
+}
+
 /// Loose pieces that are smaller than the limit.
 pub(super) fn crumbs(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -137,8 +149,7 @@ pub(super) fn crumbs(scene: &Scene<'_>) -> Vec<Finding> {
         }
         let area = island_area_mm2(island);
         // What rounding leaves is not told: a thousandth of the limit.
-        let smallest = scene.options.smallest_mm2;
-        let small = area < smallest && area > smallest / 1_000.0;
+        let small = area < scene.options.smallest_mm2 && area > dust_mm2(scene);
         if let Some(spot) = inner_spot(island).filter(|_| small) {
             let width = Length::from_mm(libm::sqrt(area));
             findings.push(Finding::new(Kind::Crumb, spot.point(), width, Vec::new()));

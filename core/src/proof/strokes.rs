@@ -1,0 +1,159 @@
+//! What a round tool sweeps along a way, in as few outlines as the way has corners.
+//!
+//! ```text
+//!        ╭───────────────╮╲        pieces that go on in the same direction share one outline: right side, cap, left
+//!       (●───────────────● ╲       side back, cap; it may overlap itself, and its inside is always on its left.
+//!        ╰─────────────╮  ● )      At a corner a new outline begins, and the caps of both fill it.
+//! ```
+//!
+//! Comes in: a way and a width. Goes out: closed outlines whose union is the area. Does not know what is cut.
+
+use super::edges::Spot;
+use crate::geometry::{Path, Point, Segment, stroke};
+use crate::units::Length;
+
+/// Pieces whose directions differ by less than this, in radians, go on.
+const SMOOTH: f64 = 1e-3;
+/// Arcs tighter than so many half widths are swept by themselves.
+const TIGHT: f64 = 1.05;
+
+/// The outlines of what a round tool of this width sweeps along `path`.
+pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
+    let half = width.mm() / 2.0;
+    let mut outlines = Vec::new();
+    let mut chain: Vec<(Point, Segment)> = Vec::new();
+    for (from, segment) in path.pieces().filter(|piece| is_long(*piece)) {
+        let alone = is_tight(from, segment, half);
+        let smooth = chain.last().is_none_or(|&last| {
+            let (before, after) = (directions(last).1, directions((from, segment)).0);
+            let turn = before.x * after.y - before.y * after.x;
+            before.dot(after) > 0.0 && libm::fabs(turn) < SMOOTH
+        });
+        if alone || !smooth {
+            outlines.extend(about(&chain, half));
+            chain.clear();
+        }
+        if alone {
+            outlines.extend(stroke(&Path { start: from, segments: vec![segment] }, width));
+        } else {
+            chain.push((from, segment));
+        }
+    }
+    outlines.extend(about(&chain, half));
+    if outlines.is_empty() { stroke(path, width) } else { outlines }
+}
+
+fn is_long((from, segment): (Point, Segment)) -> bool {
+    match segment {
+        Segment::Line { to } => to != from,
+        Segment::Arc { centre, .. } => centre != from,
+    }
+}
+
+fn is_tight(from: Point, segment: Segment, half: f64) -> bool {
+    match segment {
+        Segment::Line { .. } => false,
+        Segment::Arc { to, centre, .. } => {
+            from.distance_mm(centre).min(to.distance_mm(centre)) <= half * TIGHT
+        }
+    }
+}
+
+/// Where a piece heads at its start and at its end, one long.
+fn directions((from, segment): (Point, Segment)) -> (Spot, Spot) {
+    let unit = |way: Spot| {
+        let length = way.length().max(1e-12);
+        Spot { x: way.x / length, y: way.y / length }
+    };
+    match segment {
+        Segment::Line { to } => {
+            let way = unit(Spot::of(to).minus(Spot::of(from)));
+            (way, way)
+        }
+        Segment::Arc { to, centre, clockwise } => {
+            let sign = if clockwise { -1.0 } else { 1.0 };
+            let heading = |at: Point| {
+                let arm = unit(Spot::of(at).minus(Spot::of(centre)));
+                Spot { x: -arm.y * sign, y: arm.x * sign }
+            };
+            (heading(from), heading(to))
+        }
+    }
+}
+
+/// A place so far to the right of a heading; to the left where `by` is below zero.
+fn beside(at: Point, heading: Spot, by: f64) -> Point {
+    Point::from_mm(at.x.mm() + heading.y * by, at.y.mm() - heading.x * by)
+}
+
+/// The one outline about pieces that follow each other smoothly.
+fn about(chain: &[(Point, Segment)], half: f64) -> Option<Path> {
+    let (first, last) = (*chain.first()?, *chain.last()?);
+    let start = beside(first.0, directions(first).0, half);
+    let mut outline = Path { start, segments: Vec::new() };
+    for &piece in chain {
+        side(&mut outline, piece, half);
+    }
+    let end = last.1.to();
+    let cap = |to: Point, centre: Point| Segment::Arc { to, centre, clockwise: false };
+    outline.segments.push(cap(beside(end, directions(last).1, -half), end));
+    for &(from, segment) in chain.iter().rev() {
+        let back = match segment {
+            Segment::Line { .. } => Segment::Line { to: from },
+            Segment::Arc { centre, clockwise, .. } => {
+                Segment::Arc { to: from, centre, clockwise: !clockwise }
+            }
+        };
+        side(&mut outline, (segment.to(), back), half);
+    }
+    outline.segments.push(cap(start, first.0));
+    Some(outline)
+}
+
+/// Goes on along the right side of a piece.
+fn side(outline: &mut Path, piece: (Point, Segment), half: f64) {
+    let (from, segment) = piece;
+    let (first, last) = directions(piece);
+    let (begin, to) = (beside(from, first, half), beside(segment.to(), last, half));
+    if outline.end() != begin {
+        outline.segments.push(Segment::Line { to: begin });
+    }
+    outline.segments.push(match segment {
+        Segment::Line { .. } => Segment::Line { to },
+        Segment::Arc { centre, clockwise, .. } => Segment::Arc { to, centre, clockwise },
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Coat, Rule, area_mm2, combine, paint};
+
+    /// Lines, arcs either way, a corner, a tight arc, a loop over itself.
+    fn ways() -> Vec<Path> {
+        let at = |x: f64, y: f64| Point::from_mm(x, y);
+        let line = |x: f64, y: f64| Segment::Line { to: at(x, y) };
+        let arc = |x: f64, y: f64, centre: Point, clockwise| Segment::Arc { to: at(x, y), centre, clockwise };
+        let bent = vec![line(2.0, 0.0), arc(3.0, 1.0, at(2.0, 1.0), false), line(3.0, 3.0), line(1.0, 3.0)];
+        let back = vec![line(2.0, 0.0), arc(2.2, 0.0, at(2.1, 0.0), true), arc(4.2, 0.0, at(3.2, 0.0), true)];
+        let round = vec![arc(1.0, 0.0, at(0.0, 0.0), false)];
+        let loop_ = vec![arc(1.0, 0.0, at(0.0, 0.0), false), line(1.0, 2.0)];
+        let start = |segments: Vec<Segment>, x: f64| Path { start: at(x, 0.0), segments };
+        vec![start(bent, 0.0), start(back, 0.0), start(round, 1.0), start(loop_, 1.0), start(Vec::new(), 1.0)]
+    }
+
+    #[test]
+    fn outlines_cover_what_single_pieces_cover() {
+        let painted = |outlines: Vec<Path>| paint(&[Coat { clear: false, outlines }]);
+        for path in ways().into_iter().flat_map(|path| [path.reversed(), path]) {
+            for width in [0.2, 0.5] {
+                let width = Length::from_mm(width);
+                let (fewer, single) = (painted(outlines(&path, width)), painted(stroke(&path, width)));
+                let off = area_mm2(&combine(&fewer, &single, Rule::Xor));
+                assert!(off < 1e-3, "{off} mm² for {path:?}");
+                assert!(area_mm2(&fewer) > 0.03);
+            }
+        }
+        assert_eq!(outlines(&ways()[0], Length::from_mm(0.2)).len(), 2);
+    }
+}
