@@ -2,7 +2,9 @@
 
 use annulus_core::job::{Bit, Cutter, Gate, Input, Otherwise};
 use annulus_core::machine::phases::{PRESETS as TABLES, preset};
-use annulus_core::machine::{Dynamics, Machine, PhaseTable, Steps, StrokeEnd, lab, virtual_drill};
+use annulus_core::machine::{
+    Dynamics, Machine, PhaseTable, Steps, StrokeEnd, lab, six_spindles, virtual_drill,
+};
 use annulus_core::motion::cycles;
 use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, Steady, play};
 use annulus_core::steps::automaton::Automaton;
@@ -180,6 +182,49 @@ fn a_worn_bit_is_held_back_only_where_it_has_not_been() {
     drive_at(&mut drill, &mut tick, 2, z(-450), 400);
     drive_at(&mut drill, &mut tick, 2, z(-1_700), 90);
     assert_eq!((drill.lost(), holes.lock().unwrap().len()), ([0; 3], 1));
+}
+
+#[test]
+fn an_axis_with_play_stays_until_its_motor_has_taken_it_up() {
+    let mut machine = virtual_drill();
+    machine.x.backlash = Length::from_um(125);
+    let (mut drill, _) = twin(&machine, Faults::default());
+    let (start, mut tick) = (drill.real()[0], TICK_HZ);
+    // (steps of the motor, where the axis is then): the play is ten steps.
+    let rows = [(30, 30), (-4, 30), (4, 30), (-10, 30), (-5, 25), (8, 25), (2, 25), (3, 28)];
+    for (way, place) in rows {
+        for _ in 0..i32::abs(way) {
+            tick += TICK_HZ / 100;
+            drill.step(tick, 1, u8::from(way > 0));
+        }
+        assert_eq!(drill.real()[0], start + place, "after {way}");
+    }
+    assert_eq!(drill.lost(), [0; 3]);
+}
+
+#[test]
+fn every_spindle_has_its_motor_its_bit_and_its_board() {
+    let machine = six_spindles();
+    let z = |mm: f64| machine.z.scale.steps(Length::from_mm(mm) + machine.process.surface);
+    let (mut drill, holes) = twin(&machine, Faults { lost_steps: vec![(3, 40)], ..Faults::default() });
+    assert_eq!(drill.heights().len(), 6);
+    drill.spindle(0, 120_000);
+    let mut tick = TICK_HZ;
+    // Z1, Z2 and Z6 together; the others stay up.
+    let down = drill.real()[2] - z(-1.7);
+    let set = 0b1000_1100;
+    for _ in 0..down {
+        tick += TICK_HZ / 250;
+        drill.step(tick, set, 0);
+    }
+    let heights = drill.heights();
+    assert_eq!((heights[0], heights[5]), (z(-1.7), z(-1.7)));
+    assert!(heights[1] > z(-1.7) && heights[2] == heights[3], "Z2 lost steps: {heights:?}");
+    let drilled: Vec<u8> = holes.lock().unwrap().iter().map(|hole| hole.spindle).collect();
+    assert!(drilled.contains(&0) && drilled.contains(&5) && !drilled.contains(&2), "{drilled:?}");
+    assert_eq!(drill.slips().iter().map(|slip| slip.axis).collect::<Vec<_>>(), [3]);
+    assert_ne!(drill.inputs(tick) & Input::Contact.bit(), 0);
+    assert_eq!(drill.inputs(tick) & Input::ZTop.bit(), 0, "not before the last one is up");
 }
 
 #[test]

@@ -190,7 +190,8 @@ fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
 fn drilled_record(path: &Path) -> std::io::Result<DrilledBoard> {
     let mut file = OpenOptions::new().create(true).append(true).open(path)?;
     Ok(Box::new(move |hole| {
-        let line = format!("{:.4} {:.4} {:.4}\n", hole.x_mm, hole.y_mm, hole.depth_mm);
+        let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
+        let line = format!("{:.4} {:.4} {:.4}{spindle}\n", hole.x_mm, hole.y_mm, hole.depth_mm);
         if let Err(error) = file.write_all(line.as_bytes()) {
             tracing::warn!("the drilled-board record cannot be written: {error}");
         }

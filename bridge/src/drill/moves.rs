@@ -14,7 +14,7 @@ use crate::executor::{Ended, Report, Task};
 use crate::journal::{Progress, Ruler};
 use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::job::{Input, Mark, Otherwise};
-use annulus_core::machine::{HomeEnd, Machine, ScaleUnit, Steps, ToolChange};
+use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
@@ -111,11 +111,7 @@ fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
 
 /// The first step of `axis` at which its home sensor is on.
 fn home_edge(machine: &Machine, axis: usize) -> i64 {
-    let settings = machine.axis(axis);
-    match settings.home {
-        HomeEnd::Min => settings.scale.steps(settings.min) - 1,
-        HomeEnd::Max => settings.scale.steps(settings.max) + 1,
-    }
+    cycles::home_edge(machine, axis)
 }
 
 /// What the steps of X and Y are counted by.
@@ -155,7 +151,8 @@ impl Owner {
         }
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
-        self.executor.give(Task { id: self.task, segments, needs_durable });
+        let lift_to = (self.session.trust == Trust::Trusted).then(|| self.top());
+        self.executor.give(Task { id: self.task, segments, needs_durable, lift_to });
     }
 
     /// `segments`, where this computer can step them in time.
@@ -233,8 +230,11 @@ impl Owner {
             self.put_in(bit, false);
         }
         let Some(work) = &self.work else { return Ok(()) };
-        let timeline = cycles::go_to(&self.machine, self.position, to)?;
-        let mut segments = self.in_time(segments(&timeline, &self.machine))?;
+        let beside = work.job.before_start(&self.machine, work.leg);
+        let there = cycles::go_to(&self.machine, self.position, beside)?;
+        let on = cycles::go_to(&self.machine, beside, to)?;
+        let ways = [there, on].iter().flat_map(|way| segments(way, &self.machine)).collect();
+        let mut segments = self.in_time(ways)?;
         if !work.confirm_bit {
             segments.extend(self.spindle_up());
         }
@@ -372,8 +372,13 @@ impl Owner {
         Ok(())
     }
 
+    /// Machine steps of Z with the tip all the way up.
+    fn top(&self) -> i64 {
+        self.machine.z.scale.steps(self.machine.z.max - self.machine.z.home_offset)
+    }
+
     pub(super) fn make_safe(&mut self, lift: bool) {
-        let top = self.machine.z.scale.steps(self.machine.z.max - self.machine.z.home_offset);
+        let top = self.top();
         let mut segments_up = Vec::new();
         if lift && self.position[2] < top {
             match cycles::retract(&self.machine, self.position, top) {
@@ -454,7 +459,7 @@ impl Owner {
                 return self.pending.push_back(fail("control.sensor_stuck"));
             }
             (Stage::Locate, Ended::Gated(at)) => {
-                let off = home_edge(&self.machine, axis) - at[axis];
+                let off = cycles::home_count(&self.machine, axis) - at[axis];
                 if homing.counted && off.abs() > COUNT_TOLERANCE {
                     homing.off.push((axis, off));
                 }

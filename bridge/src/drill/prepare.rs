@@ -64,6 +64,29 @@ impl Prepared {
         })
     }
 
+    /// Whether the motors of X and Y went down in their numbers last before leg `leg`: so their play is taken up.
+    fn down_before(&self, leg: usize) -> [bool; 2] {
+        let first = self.legs.get(leg).map_or(self.stream.segments.len(), |range| range.start);
+        let before = self.stream.segments.get(..first).unwrap_or_default();
+        [0, 1].map(|axis: usize| {
+            let mut runs = before.iter().rev().flat_map(|segment| segment.runs.iter().rev());
+            runs.find(|run| run.axes >> axis & 1 == 1).is_some_and(|run| !run.forward)
+        })
+    }
+
+    /// Where the motors of X and Y go first, in machine steps, when leg `leg` is begun from anywhere: so that they come to its
+    /// start from the side that the stream has them come from, with their play taken up.
+    pub(super) fn before_start(&self, machine: &Machine, leg: usize) -> Steps {
+        let mut start = self.start_of_leg(leg);
+        for (axis, down) in self.down_before(leg).into_iter().enumerate() {
+            let settings = machine.axis(axis);
+            let play = settings.scale.steps(settings.backlash);
+            start[axis] += if down { play } else { -play };
+            start[axis] = start[axis].max(settings.scale.steps(settings.min));
+        }
+        start
+    }
+
     /// Where everything stands when leg `leg` follows the one before, in steps from the work zero.
     fn before_leg(&self, leg: usize) -> Steps {
         let first = self.legs.get(leg).map_or(self.stream.segments.len(), |range| range.start);
@@ -77,7 +100,7 @@ impl Prepared {
 
     /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
     pub(super) fn entry(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
-        let mut alone = motion::leg_alone(&self.program, machine, leg)?;
+        let mut alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
         if self.begins_low(leg + 1) {
             alone.moves.pop();
         }
@@ -86,7 +109,7 @@ impl Prepared {
 
     /// What lifts the spindles after leg `leg` when the next one does not follow at once.
     pub(super) fn lift(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
-        let alone = motion::leg_alone(&self.program, machine, leg)?;
+        let alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
         Ok(alone.moves.last().map(|planned| steps::segment(planned, machine)).into_iter().collect())
     }
 

@@ -3,6 +3,7 @@
 mod lab;
 mod milling;
 mod pace;
+mod play;
 mod zero;
 
 use super::*;

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Comes in: frames. Goes out: pulses, frames, the record. When the bridge dies, or the system asks this process to end,
-//! whatever moves comes to rest on its path, forcing and spindle go off, and a line in the record says where. Does not know
+//! whatever moves comes to rest on its path, the tip is lifted where the position is trusted, forcing and spindle go off, and a
+//! line in the record says where. Does not know
 //! jobs.
 
 use super::clock::{MEASURED, StepClock, measure};
@@ -46,13 +47,13 @@ struct Hands {
 }
 
 impl Hands {
-    /// Everything comes to rest and is made safe. Returns when it is.
-    fn end(&self, why: &'static str) {
+    /// Everything comes to rest and is made safe, the last thing it is told being `last`. Returns when it is.
+    fn end(&self, why: &'static str, last: Message) {
         let Ok(mut thread) = self.thread.lock() else { return };
         if let Some((ring, thread)) = thread.take() {
             self.say(why);
             self.shared.stop(u64::MAX);
-            let _ = ring.send(Message::Finish);
+            let _ = ring.send(last);
             let _ = thread.join();
         }
     }
@@ -102,7 +103,7 @@ pub(crate) fn run() -> io::Result<()> {
     loop {
         match frames::receive(&mut pipe) {
             Ok(Some(Down::Order(Message::Finish))) => {
-                hands.end(RUNNING);
+                hands.end(RUNNING, Message::Finish);
                 break;
             }
             Ok(Some(Down::Order(message))) => {
@@ -118,7 +119,7 @@ pub(crate) fn run() -> io::Result<()> {
             Ok(Some(Down::Pace(percent))) => hands.shared.set_pace(percent),
             // A frame that is not understood leaves nothing to wait for either.
             Ok(Some(Down::Start { .. }) | None) | Err(_) => {
-                hands.end("bridge_gone");
+                hands.end("bridge_gone", Message::Abandon);
                 break;
             }
         }
@@ -220,7 +221,7 @@ fn watch_signals(hands: Hands) {
             }
         });
         if signalled {
-            hands.end("signal");
+            hands.end("signal", Message::Abandon);
             std::process::exit(0);
         }
     };

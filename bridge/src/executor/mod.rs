@@ -41,6 +41,9 @@ pub(crate) struct Task {
     pub(crate) segments: Vec<Segment>,
     /// Legs that must be durable before the tip goes down.
     pub(crate) needs_durable: u32,
+    /// Machine steps of Z to which the tip may be lifted when nobody is left to say so; none where the position is not
+    /// trusted.
+    pub(crate) lift_to: Option<i64>,
 }
 
 /// How a task ended, at rest.

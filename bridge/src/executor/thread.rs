@@ -6,8 +6,9 @@
 use super::{Ended, Glimpse, Report, Shared, Task};
 use annulus_core::job::{Bit, Mark};
 use annulus_core::machine::{Machine, Steps};
+use annulus_core::motion::cycles;
 use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
-use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay};
+use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay, segment};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -32,6 +33,8 @@ pub(super) enum Message {
     Output(u8, bool),
     /// A new bit is in the spindles.
     Bit(Bit),
+    /// It ends, and there is nobody who could still make the machine safe.
+    Abandon,
     Finish,
 }
 
@@ -46,7 +49,8 @@ pub(super) fn start(
 ) -> std::io::Result<(SyncSender<Message>, JoinHandle<()>)> {
     let (ring, orders) = sync_channel(RING);
     let brakes = Brakes::of(machine);
-    let place = Place { brakes, line: Line::default(), pins, clock, shared, rpm: 0 };
+    let (machine, line) = (machine.clone(), Line::default());
+    let place = Place { machine, brakes, line, pins, clock, shared, rpm: 0, lift_to: None };
     let builder = thread::Builder::new().name("executor".to_owned());
     let thread = builder.spawn(move || {
         first();
@@ -57,12 +61,15 @@ pub(super) fn start(
 
 /// What the thread owns.
 struct Place {
+    machine: Machine,
     brakes: Brakes,
     line: Line,
     pins: Box<dyn Pins + Send>,
     clock: Box<dyn Clock + Send>,
     shared: Arc<Shared>,
     rpm: u32,
+    /// As the last task said, as long as nothing unforeseen happened.
+    lift_to: Option<i64>,
 }
 
 impl Place {
@@ -78,6 +85,10 @@ impl Place {
                 }
                 Message::Output(place, on) => self.pins.output(self.line.tick, place, on),
                 Message::Bit(bit) => self.pins.bit(self.line.tick, &bit),
+                Message::Abandon => {
+                    self.lift();
+                    break;
+                }
                 Message::Finish => break,
             }
             self.leave(None);
@@ -100,9 +111,23 @@ impl Place {
             }
             completed += 1;
         }
+        let foreseen = !matches!(ended, Ended::Guarded(_));
+        self.lift_to = task.lift_to.filter(|_| foreseen);
         let inputs = self.pins.inputs(self.line.tick);
         let ticks = self.line.tick - start;
         Report { id: task.id, completed, ended, position: self.line.position, inputs, ticks }
+    }
+
+    /// Lifts the tip where the position is trusted, whatever was ordered to stop.
+    fn lift(&mut self) {
+        let Some(top) = self.lift_to.filter(|top| self.line.position[2] < *top) else { return };
+        let Ok(way) = cycles::retract(&self.machine, self.line.position, top) else { return };
+        for planned in &way.moves {
+            let segment = segment(planned, &self.machine);
+            let desk = &mut Nobody;
+            play(&segment, &self.brakes, &mut self.line, &mut *self.pins, &mut *self.clock, desk);
+            self.pins.rest(self.line.tick);
+        }
     }
 
     /// Waits until every earlier leg is durable where the tip is about to go down. A hop lifts the tip first: it waits, if
@@ -162,6 +187,17 @@ fn next_hole_begins(segment: &Segment) -> Option<u64> {
     const PLANE: u8 = 0b11;
     let leaves = |pulse: &Pulse| pulse.axes & PLANE != 0 || pulse.axes & !pulse.forward & !PLANE != 0;
     replay(segment).find(leaves).map(|pulse| pulse.tick)
+}
+
+/// The desk when nobody is left.
+struct Nobody;
+
+impl Desk for Nobody {
+    fn order(&mut self) -> Order {
+        Order::Go
+    }
+
+    fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
 }
 
 /// The desk of one task.

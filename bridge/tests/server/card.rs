@@ -326,6 +326,41 @@ fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
 }
 
 #[test]
+fn a_bridge_killed_with_the_bit_in_the_board_leaves_it_lifted() {
+    let folder = TempDir::new().unwrap();
+    let shop = Shop::new(&folder);
+    let mut bridge = Shop::bridge(folder, "100");
+    let _mechanics = Mechanics::start(&shop.device);
+    let mut page = bridge.page();
+    home(&mut page);
+    let rested = until_status(&mut page, |status| status.stage.is_none());
+    page.ask(&Ask::SetZero);
+    let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
+    assert_eq!(failed, Vec::<String>::new());
+    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+    until_status(&mut page, |status| status.work_mm[2] < 0.5);
+    bridge.child.kill().unwrap();
+    bridge.child.wait().unwrap();
+    shop.until_let_go();
+    let home = bridge.home.take().unwrap();
+    let record = last_record(home.path());
+    assert_eq!(
+        (record["event"].as_str(), record["position"][2].as_i64()),
+        (Some("bridge_gone"), Some(rested.steps[2]))
+    );
+    // Nothing but Z went up at the end, and the spindle is off.
+    let steps = record["steps"].as_array().unwrap();
+    let last: Vec<(i64, i64)> = steps
+        .iter()
+        .rev()
+        .take(8)
+        .map(|step| (step[1].as_i64().unwrap(), step[2].as_i64().unwrap()))
+        .collect();
+    assert_eq!(last, [(4, 4); 8]);
+    assert_eq!(shop.outputs()[3], 0);
+}
+
+#[test]
 fn a_late_computer_refuses_what_steps_faster_and_says_both_numbers() {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);

@@ -30,6 +30,22 @@ const SLOW: f64 = 0.1;
 /// A gated move's deadline is its planned time and this much.
 const GRACE_US: u64 = 500_000;
 
+/// The first step of `axis` at which its home sensor is on.
+pub fn home_edge(machine: &Machine, axis: usize) -> i64 {
+    let settings = machine.axis(axis);
+    match settings.home {
+        HomeEnd::Min => settings.scale.steps(settings.min) - 1,
+        HomeEnd::Max => settings.scale.steps(settings.max) + 1,
+    }
+}
+
+/// Where the motor of `axis` stands when homing finds the edge: a motor with play that comes from above stands lower by it.
+pub fn home_count(machine: &Machine, axis: usize) -> i64 {
+    let settings = machine.axis(axis);
+    let play = if axis < 2 { settings.scale.steps(settings.backlash) } else { 0 };
+    home_edge(machine, axis) - if settings.home == HomeEnd::Min { play } else { 0 }
+}
+
 /// Homing of one axis, from wherever it stands: its start counts as 0, its end would be there without sensors.
 pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Remark> {
     let settings = machine.axis(axis);
@@ -47,8 +63,12 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Remark> {
     let mut writer = Writer::new(machine, Steps::default());
     for (stage, way, speed, gated) in rows {
         let mut to = writer.at();
+        // A turn takes the play up first.
+        let turns = matches!(stage, Stage::BackOff | Stage::Offset) && axis < 2;
+        let play = if turns { settings.scale.steps(settings.backlash) } else { 0 };
         for axis in together(machine, axis) {
-            to[axis] += settings.scale.steps(way);
+            let steps = settings.scale.steps(way);
+            to[axis] += steps + steps.signum() * play;
         }
         let gate = gated.then(|| Gate {
             input: machine.home_input(axis),

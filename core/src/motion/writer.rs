@@ -44,9 +44,20 @@ pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> 
     Ok(writer.done())
 }
 
-/// Leg `index` by itself: from rest where it starts, all spindles up, to rest with all spindles up again.
-pub fn leg_alone(program: &Program, machine: &Machine, index: usize) -> Result<Timeline, Remark> {
+/// Leg `index` by itself: from rest where it starts, all spindles up, to rest with all spindles up again. The motors of X and Y
+/// that went `down` in their numbers before stand lower by the play.
+pub fn leg_alone(
+    program: &Program,
+    machine: &Machine,
+    index: usize,
+    down: [bool; 2],
+) -> Result<Timeline, Remark> {
     let mut writer = writer_at(program, machine, index);
+    for axis in (0..2).filter(|axis| down[*axis]) {
+        writer.turned[axis] = true;
+        writer.at[axis] -= play_steps(machine, axis);
+    }
+    writer.timeline.start = writer.at;
     if let Some(leg) = program.legs.get(index) {
         writer.leg(index, leg, None).map_err(|remark| remark.with("leg", index))?;
     }

@@ -7,7 +7,7 @@
 //! Comes in: reports of single segments. Goes out: the next segment and corrections of the count. Does not know why it is
 //! homed, nor who plays.
 
-use super::rules::{home_edge, home_place};
+use super::rules::home_place;
 use super::run::{Doubt, Report};
 use super::text::refuse;
 use crate::job::{Mark, Stage};
@@ -95,7 +95,7 @@ impl Homing {
                 return Err(lost("control.sensor_stuck"));
             }
             (Stage::Locate, Outcome::Gated(at)) => {
-                correction = home_edge(machine, self.axis).0 - at[self.axis];
+                correction = cycles::home_count(machine, self.axis) - at[self.axis];
                 let counted = self.counted.get(self.axis).copied().unwrap_or(false);
                 if counted && correction.abs() > COUNT_TOLERANCE {
                     self.off.get_or_insert((self.axis, correction));

@@ -11,7 +11,7 @@
 
 use super::text::refuse;
 use super::words::{Axes, Command};
-use crate::machine::{Machine, Steps, axis_name};
+use crate::machine::{HomeEnd, Machine, Steps, axis_name};
 use crate::motion::cycles;
 use crate::remark::Remark;
 use crate::units::Length;
@@ -58,12 +58,8 @@ pub(super) fn home_place(machine: &Machine, axis: usize) -> i64 {
 
 /// First step of `axis` at which its home sensor is on, and the direction towards it.
 pub(super) fn home_edge(machine: &Machine, axis: usize) -> (i64, i64) {
-    use crate::machine::HomeEnd;
-    let settings = machine.axis(axis);
-    match settings.home {
-        HomeEnd::Min => (settings.scale.steps(settings.min) - 1, -1),
-        HomeEnd::Max => (settings.scale.steps(settings.max) + 1, 1),
-    }
+    let towards = if machine.axis(axis).home == HomeEnd::Min { -1 } else { 1 };
+    (cycles::home_edge(machine, axis), towards)
 }
 
 /// How the drill stands after `command`, or why it must not be begun. `outputs` are the names that may be switched.

@@ -7,7 +7,11 @@
 //! ```
 //!
 //! It knows its own rotors, not the executor's count: the two agree only as long as no step is lost. What it does depends
-//! only on the calls made. It starts at a place nobody told the executor.
+//! only on the calls made. It starts at a place nobody told the executor, all spindles equally high.
+//!
+//! Where X or Y has play, the axis is pushed up by its motor, and down the play behind it. Every spindle has its own motor, its
+//! own bit and its own board; all are read by one switch at each end, which is on below when the first is down and above when the
+//! last is up.
 //!
 //! Comes in: calls of [`Pins`]. Goes out: inputs, every hole that the spinning tip really made, and where steps were lost.
 //! Does not know programs.
@@ -50,6 +54,8 @@ pub struct Drilled {
     pub depth_mm: f64,
     /// When, in ticks.
     pub tick: u64,
+    /// By which spindle: 0 is Z1.
+    pub spindle: u8,
 }
 
 /// Where the holes are written down, one by one, the moment they are made.
@@ -58,7 +64,7 @@ pub type DrilledBoard = Box<dyn FnMut(&Drilled) + Send>;
 /// A place where a motor lost steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slip {
-    /// Which axis: 0 X, 1 Y, 2 Z.
+    /// Which axis: 0 X, 1 Y, 2 … 7 Z1 … Z6.
     pub axis: usize,
     /// When it began, in ticks.
     pub tick: u64,
@@ -101,16 +107,33 @@ pub struct Faults {
 
 /// The virtual drill.
 pub struct Twin {
-    rotors: [Rotor; 3],
-    /// First step of each axis at which its sensors are on: low end, high end.
+    /// X, Y and the spindles.
+    rotors: Vec<Rotor>,
+    /// What the motors of X and Y push.
+    tables: [Table; 2],
+    /// First step of X, Y and the spindles at which their sensors are on: low end, high end.
     edges: [(i64, i64); 3],
     steps_per_mm: [f64; 3],
     switches: Switches,
-    bit: Bit,
+    /// One for each spindle.
+    bits: Vec<Bit>,
     faults: Faults,
     slips: Vec<Slip>,
     drilled: DrilledBoard,
     watch: Option<SlipWatch>,
+}
+
+/// An axis with play: it stands where its motor last pushed it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Table {
+    at: i64,
+    play: i64,
+}
+
+impl Table {
+    fn pushed(&mut self, motor: i64) {
+        self.at = self.at.clamp(motor, motor + self.play);
+    }
 }
 
 impl Twin {
@@ -127,11 +150,15 @@ impl Twin {
             let through = process.board_thickness + Length::from_nm(process.breakthrough.nm() / 2);
             edges[2].0 = z.scale.steps(surface - through);
         }
-        let rotors = std::array::from_fn(|index| {
+        let spindles = machine.spindles.clamp(1, 6) as usize;
+        let rotor = |number: usize| {
+            let index = number.min(2);
             let (axis, (low, high)) = (axes[index], edges[index]);
             let beyond = axis.scale.steps(OVERTRAVEL).abs();
             let acceleration = axis.max_acceleration_mm_per_s2 * axis.scale.steps_per_mm();
-            let fastest = faults.weak_motors[index].unwrap_or(f64::from(machine.max_step_hz));
+            // Faults are those of the first spindle.
+            let weak = faults.weak_motors[index].filter(|_| number < 3);
+            let fastest = weak.unwrap_or(f64::from(machine.max_step_hz));
             let mixed = seed.wrapping_add(index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
             // Somewhere in the middle half in the plane; high over the board in Z.
             let span = (high - low).max(4);
@@ -140,22 +167,31 @@ impl Twin {
                 _ => low + span / 4 + (mixed as i64) % (span / 2),
             };
             let rotor = Rotor::new(&axis.phases, start, (low - beyond, high + beyond), fastest, acceleration);
-            rotor.wired(!faults.dead_wires[index])
+            rotor.wired(if number < 3 { !faults.dead_wires[index] } else { u8::MAX })
+        };
+        let rotors: Vec<Rotor> = (0..2 + spindles).map(rotor).collect();
+        let tables = [0, 1].map(|axis: usize| {
+            let play = axes[axis].scale.steps(axes[axis].backlash).abs();
+            Table { at: rotors[axis].at, play }
         });
         let board = (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness));
         let feed_hz = process.feed_mm_per_s * z.scale.steps_per_mm();
         let bouncing = SWITCHES.iter().fold(0, |bits, input| bits | input.bit());
         Self {
             rotors,
+            tables,
             edges,
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
             switches: Switches::new(seed, bouncing, faults.glitches),
-            bit: Bit::new(
-                (board, 1.0 / z.scale.steps_per_mm()),
-                feed_hz,
-                faults.bit_life,
-                faults.dull_bit_hz,
-            ),
+            bits: vec![
+                Bit::new(
+                    (board, 1.0 / z.scale.steps_per_mm()),
+                    feed_hz,
+                    faults.bit_life,
+                    faults.dull_bit_hz
+                );
+                spindles
+            ],
             faults,
             slips: Vec::new(),
             drilled,
@@ -170,14 +206,20 @@ impl Twin {
         self
     }
 
-    /// Where the rotors really are, in steps.
+    /// Where X, Y and the first spindle really are, in steps.
     pub fn real(&self) -> [i64; 3] {
-        [0, 1, 2].map(|axis| self.rotors[axis].at)
+        [self.tables[0].at, self.tables[1].at, self.rotors[2].at]
     }
 
-    /// Steps that were sent and not made.
+    /// Where every spindle really is, in steps.
+    pub fn heights(&self) -> Vec<i64> {
+        self.rotors.iter().skip(2).map(|rotor| rotor.at).collect()
+    }
+
+    /// Steps that were sent to X, Y and all spindles together, and not made.
     pub fn lost(&self) -> [u64; 3] {
-        [0, 1, 2].map(|axis| self.rotors[axis].lost)
+        let spindles = self.rotors.iter().skip(2).map(|rotor| rotor.lost).sum();
+        [self.rotors[0].lost, self.rotors[1].lost, spindles]
     }
 
     /// Where steps were lost, the first 64 times.
@@ -190,27 +232,47 @@ impl Twin {
         [0, 1, 2].map(|axis| self.rotors[axis].byte())
     }
 
-    /// Why the bit broke, if it did.
+    /// Why the first bit that broke did, if one did.
     pub fn broken(&self) -> Option<Breakage> {
-        self.bit.broken
+        self.bits.iter().find_map(|bit| bit.broken)
     }
 
     fn step_axis(&mut self, tick: u64, axis: usize, forward: bool) {
         let (step, place) = (self.rotors[axis].sent + 1, self.rotors[axis].at);
         let thrown = self.faults.lost_steps.contains(&(axis, step));
-        let held = axis == 2 && !forward && self.bit.holds(tick, place);
+        let bit = axis.checked_sub(2).and_then(|spindle| self.bits.get_mut(spindle));
+        let held = bit.is_some_and(|bit| !forward && bit.holds(tick, place));
         if let Some((lost, cause)) = self.rotors[axis].takt(Push { tick, forward, held, thrown }) {
             self.slipped(Slip { axis, tick, step, place, lost, cause, until: tick });
         }
-        let mm = [0, 1, 2].map(|axis: usize| self.rotors[axis].at as f64 / self.steps_per_mm[axis]);
-        let tip = Tip { tick, z: self.rotors[2].at, mm };
-        if axis < 2 {
-            return self.bit.slid(tip);
+        if axis > 1 {
+            return self.stroked(tick, axis - 2);
         }
-        if let Some(depth) = self.bit.moved(tip) {
+        let before = self.tables[axis].at;
+        self.tables[axis].pushed(self.rotors[axis].at);
+        if self.tables[axis].at != before {
+            for spindle in 0..self.bits.len() {
+                let tip = self.tip(tick, spindle);
+                self.bits[spindle].slid(tip);
+            }
+        }
+    }
+
+    /// A spindle went up or down.
+    fn stroked(&mut self, tick: u64, spindle: usize) {
+        let tip = self.tip(tick, spindle);
+        if let Some(depth) = self.bits[spindle].moved(tip) {
             let depth_mm = depth as f64 / self.steps_per_mm[2];
-            (self.drilled)(&Drilled { x_mm: mm[0], y_mm: mm[1], depth_mm, tick });
+            let [x_mm, y_mm, _] = tip.mm;
+            (self.drilled)(&Drilled { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
         }
+    }
+
+    fn tip(&self, tick: u64, spindle: usize) -> Tip {
+        let z = self.rotors[2 + spindle].at;
+        let [x, y, _] = self.real();
+        let mm = |axis: usize, steps: i64| steps as f64 / self.steps_per_mm[axis];
+        Tip { tick, z, mm: [mm(0, x), mm(1, y), mm(2, z)] }
     }
 
     /// Writes a loss down: as part of the slip going on, or as a new one.
@@ -232,22 +294,25 @@ impl Twin {
 
     /// What the sensors ought to say.
     fn sensed(&self) -> u32 {
-        let on = |axis: usize, low: Input, high: Input| {
-            let at = self.rotors[axis].at;
+        let on = |axis: usize, lowest: i64, (low, high): (Input, Input)| {
             let (first, last) = self.edges[axis];
-            (if at <= first { low.bit() } else { 0 }) | (if at >= last { high.bit() } else { 0 })
+            (if lowest <= first { low.bit() } else { 0 }) | (if lowest >= last { high.bit() } else { 0 })
         };
-        let contact = if self.bit.touches(self.rotors[2].at) { Input::Contact.bit() } else { 0 };
-        on(0, Input::XMin, Input::XMax)
-            | on(1, Input::YMin, Input::YMax)
-            | on(2, Input::ZBottom, Input::ZTop)
+        let [x, y, _] = self.real();
+        // The lowest spindle is the first that is down, and the last that is up.
+        let lowest = self.rotors.iter().skip(2).map(|rotor| rotor.at).min().unwrap_or(0);
+        let touches = self.bits.first().is_some_and(|bit| bit.touches(lowest));
+        let contact = if touches { Input::Contact.bit() } else { 0 };
+        on(0, x, (Input::XMin, Input::XMax))
+            | on(1, y, (Input::YMin, Input::YMax))
+            | on(2, lowest, (Input::ZBottom, Input::ZTop))
             | contact
     }
 }
 
 impl Pins for Twin {
     fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
-        for axis in 0..3 {
+        for axis in 0..self.rotors.len() {
             if axes >> axis & 1 == 1 {
                 self.step_axis(at_tick, axis, forward >> axis & 1 == 1);
             }
@@ -257,7 +322,7 @@ impl Pins for Twin {
     }
 
     fn spindle(&mut self, _at_tick: u64, rpm: u32) {
-        self.bit.rpm = rpm;
+        self.bits.iter_mut().for_each(|bit| bit.rpm = rpm);
     }
 
     fn inputs(&mut self, at_tick: u64) -> u32 {
@@ -266,10 +331,10 @@ impl Pins for Twin {
     }
 
     fn bit(&mut self, _at_tick: u64, bit: &job::Bit) {
-        self.bit.change(bit);
+        self.bits.iter_mut().for_each(|own| own.change(bit));
     }
 
     fn safe(&mut self) {
-        self.bit.rpm = 0;
+        self.bits.iter_mut().for_each(|bit| bit.rpm = 0);
     }
 }

@@ -1,0 +1,48 @@
+//! Axes with play: the holes are where they were meant, from homing on, also where a job is taken up again.
+
+use super::*;
+
+fn played() -> Machine {
+    let mut machine = machine();
+    (machine.x.backlash, machine.y.backlash) = (Length::from_um(150), Length::from_um(90));
+    machine
+}
+
+#[test]
+fn holes_are_where_they_were_meant_whatever_side_an_axis_comes_from() {
+    let mut bench = Bench::new(&played(), Faults::default());
+    let mut program = grid(&played(), 30);
+    // There and back again, so that both axes turn.
+    program.legs[2..32].reverse();
+    program.legs[8..20].reverse();
+    bench.start(&program);
+    assert_eq!(bench.ended(), (Ending::Done, 30));
+    assert_eq!(counts(&bench.record(), 30), [1; 30]);
+}
+
+#[test]
+fn a_job_taken_up_again_comes_to_its_hole_from_the_side_it_would_have_come_from() {
+    let mut program = grid(&played(), 20);
+    program.legs[2..22].reverse();
+    let mut stops = 0;
+    for round in 0..6_u64 {
+        let mut bench = Bench::new(&played(), Faults::default());
+        bench.start(&program);
+        std::thread::sleep(Duration::from_micros(1_500 + 700 * round));
+        bench.drill.ask(Ask::Stop).unwrap();
+        bench.wait(|status| status.state == State::Ready);
+        if bench.ended().0 == Ending::Stopped {
+            stops += 1;
+            let from_leg = bench.drill.greeting().into_iter().find_map(|tell| match tell {
+                Tell::Interrupted { next_leg, .. } => Some(next_leg),
+                _ => None,
+            });
+            let (job, stream_digest, _) = bench.arm(&program);
+            bench.drill.ask(Ask::Start { job, stream_digest, from_leg: from_leg.unwrap() }).unwrap();
+            assert_eq!(bench.ended().0, Ending::Done);
+        }
+        let counts = counts(&bench.record(), 20);
+        assert!(counts.iter().all(|count| (1..=2).contains(count)), "round {round}: {counts:?}");
+    }
+    assert!(stops > 0, "never stopped in the middle");
+}
