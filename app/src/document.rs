@@ -15,7 +15,7 @@ use crate::state::{Job, Task, state};
 use crate::view::Mesh;
 use crate::widgets::toast;
 use crate::workbench::bench;
-use annulus_core::geometry::Bounds;
+use annulus_core::job::Program;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -65,6 +65,17 @@ impl Document {
     }
 }
 
+/// The board as it lies for a plan: copied, turned over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaidBoard {
+    /// Tells it from other ways to lie.
+    pub key: String,
+    /// The board without copper, its box, its layers without their triangles.
+    pub laid: Laid,
+    /// The triangles of each of its layers.
+    pub meshes: Vec<Arc<Mesh>>,
+}
+
 /// The open board and all that follows from it.
 #[derive(Clone, Copy)]
 pub struct Desk {
@@ -80,8 +91,12 @@ pub struct Desk {
     pub plan: RwSignal<Option<Arc<Planned>>>,
     /// The plan in time.
     pub timed: RwSignal<Option<Arc<Timed>>>,
-    /// The box of the board as it lies for the plan.
-    pub lies: Memo<Option<Bounds>>,
+    /// The board as it lies for the plan.
+    pub laid: RwSignal<Option<Arc<LaidBoard>>>,
+    /// What the plan does.
+    pub program: RwSignal<Option<Arc<Program>>>,
+    /// What the proof says of the plan.
+    pub proved: RwSignal<Option<Arc<Proved>>>,
     /// Why there is no plan.
     pub refused: RwSignal<Vec<Remark>>,
     /// What files and plan have to say that is more than a note, the first hundred.
@@ -124,12 +139,13 @@ pub fn begin() {
         remarks.truncate(MOST_PROBLEMS);
         remarks
     });
-    let lies = Memo::new(move |_| document.with(|document| document.as_ref()?.reading.body));
     let desk = Desk {
         document,
         reviewing: RwSignal::new(false),
         accepted: RwSignal::new(BTreeSet::new()),
-        lies,
+        laid: RwSignal::new(None),
+        program: RwSignal::new(None),
+        proved: RwSignal::new(None),
         loaded: RwSignal::new(None),
         plan,
         timed: RwSignal::new(None),
@@ -145,6 +161,7 @@ pub fn begin() {
             work: (*work).clone(),
             loaded: desk.loaded.get(),
             accept: desk.accepted.get().into_iter().collect(),
+            laid: desk.laid.with_untracked(|laid| laid.as_ref().map(|laid| laid.key.clone())),
         });
         if let Some(wanted) = wanted {
             bench().stale.set(true);
@@ -217,14 +234,17 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     }
 }
 
+fn take_meshes(layers: &mut [LayerRow]) -> Vec<Arc<Mesh>> {
+    layers.iter_mut().map(|layer| Arc::new(std::mem::take(&mut layer.mesh))).collect()
+}
+
 fn document_of(
     files: Vec<(String, Vec<u8>)>,
     numbers: Numbers,
     used: Option<Vec<u32>>,
     mut reading: Reading,
 ) -> Document {
-    let mesh = |layer: &mut LayerRow| Arc::new(std::mem::take(&mut layer.mesh));
-    let meshes = reading.layers.iter_mut().map(mesh).collect();
+    let meshes = take_meshes(&mut reading.layers);
     Document { files, numbers, used, reading, meshes }
 }
 
@@ -234,6 +254,9 @@ fn show_review() {
 
 fn clear_plan(desk: Desk) {
     desk.plan.set(None);
+    desk.laid.set(None);
+    desk.program.set(None);
+    desk.proved.set(None);
     desk.timed.set(None);
     desk.refused.set(Vec::new());
     state().job.set(None);
@@ -242,11 +265,11 @@ fn clear_plan(desk: Desk) {
 
 /// Plans `wanted` when what is in work is done; of several that wait, only the last.
 async fn make_plan(desk: Desk, wanted: ToPlan) {
-    next_wish();
     if PLANNING.get() {
         WAITING.with_borrow_mut(|waiting| *waiting = Some(wanted));
         return;
     }
+    next_wish();
     PLANNING.set(true);
     let mut next = Some(wanted);
     while let Some(wanted) = next {
@@ -280,6 +303,7 @@ async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result
 async fn plan_and_time(desk: Desk, wanted: ToPlan) {
     let wish = WISH.get();
     let machine = wanted.machine.clone();
+    let (board_key, face, bits) = (wanted.board_key, wanted.work.setup.face, wanted.work.bits.clone());
     let progress = move |share| {
         if wish == WISH.get() {
             state().task.set(Some(Task { word: key!("page.task.planning"), share }));
@@ -296,6 +320,7 @@ async fn plan_and_time(desk: Desk, wanted: ToPlan) {
         Err(stopped) => {
             state().task.set(None);
             clear_plan(desk);
+            bench().stale.set(false);
             if let Stopped::Refused(why) = stopped {
                 desk.refused.set(why);
             }
@@ -303,13 +328,30 @@ async fn plan_and_time(desk: Desk, wanted: ToPlan) {
         }
     };
     desk.refused.set(Vec::new());
+    if let Some(laid) = &planned.laid {
+        let (mut laid, key) = (laid.clone(), planned.laid_key.clone());
+        let meshes = take_meshes(&mut laid.layers);
+        desk.laid.set(Some(Arc::new(LaidBoard { key, laid, meshes })));
+    }
     desk.plan.set(Some(planned.clone()));
     if just_opened && desk.problems.with_untracked(Vec::is_empty) {
         toast(say!("page.open.certain"), Some((say!("page.open.review"), show_review)));
     }
+    desk.program.set(program::decode(&planned.program).ok().map(Arc::new));
+    if overtaken(wish) {
+        return;
+    }
+    state().task.set(Some(Task { word: key!("page.task.proving"), share: 0.7 }));
+    let proof = ToProve { board_key, program: planned.program.clone(), face, bits };
+    let proved = engine().prove(proof).await;
+    if overtaken(wish) {
+        return;
+    }
+    bench().marked.set(None);
+    desk.proved.set(proved.ok().map(Arc::new));
     state().task.set(Some(Task { word: key!("page.task.timing"), share: 0.9 }));
     let timed = engine().time(ToTime { program: planned.program.clone(), machine }).await;
-    if wish != WISH.get() {
+    if overtaken(wish) {
         return;
     }
     state().task.set(None);
@@ -318,6 +360,11 @@ async fn plan_and_time(desk: Desk, wanted: ToPlan) {
         Err(Stopped::Refused(why)) => desk.refused.set(why),
         Err(Stopped::Cancelled) => {}
     }
+}
+
+/// Nobody waits for the rest: it was called off, or another job is wanted meanwhile.
+fn overtaken(wish: u32) -> bool {
+    wish != WISH.get() || WAITING.with_borrow(Option::is_some)
 }
 
 fn finish(desk: Desk, planned: &Planned, timed: Timed) {

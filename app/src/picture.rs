@@ -28,6 +28,11 @@ const MOST_RINGS: usize = 1_000;
 const CHORD_ERROR_MM: f64 = 0.005;
 /// Width of travel lines in CSS pixels.
 const TRAVEL_PX: f32 = 1.25;
+/// Width of a finding's dot in CSS pixels.
+const FINDING_PX: f32 = 8.0;
+/// Radius of the ring round the finding on show, and in how many strokes it is drawn.
+const RING_MM: f32 = 0.9;
+const RING_STEPS: u16 = 40;
 /// How much of its own colour a swath has; the rest is the board's, which is what is left there.
 const SWATH_SHARE: f32 = 0.45;
 
@@ -163,6 +168,25 @@ pub fn ways(ways: &Ways, palette: &Palette, colour: impl Fn(u32) -> Colour) -> V
     let wide = ways.cuts.iter().filter(|cut| cut.width_mm > 0.0);
     let travels = ways.travels.iter().map(travel);
     wide.map(swath).chain(ways.cuts.iter().map(middle)).chain(travels).collect()
+}
+
+/// A finding at `place`: a dot, and a ring where it is the one on show.
+pub fn finding(place: [f32; 2], shown: bool, colour: Colour, palette: &Palette) -> Vec<Line> {
+    let line = |a_mm, b_mm, width, colour| Line { a_mm, b_mm, width, colour, order: UNORDERED };
+    let mut marks = vec![
+        line(place, place, Width::Px(FINDING_PX + 2.5), palette.bore),
+        line(place, place, Width::Px(FINDING_PX), colour),
+    ];
+    if shown {
+        let on_ring = |step: u16| {
+            let angle = f64::from(step) * std::f64::consts::TAU / f64::from(RING_STEPS);
+            let (sine, cosine) = (libm::sin(angle) as f32, libm::cos(angle) as f32);
+            [place[0] + RING_MM * cosine, place[1] + RING_MM * sine]
+        };
+        let ring = (0..RING_STEPS).map(|step| line(on_ring(step), on_ring(step + 1), Width::Px(2.5), colour));
+        marks.extend(ring);
+    }
+    marks
 }
 
 #[cfg(test)]

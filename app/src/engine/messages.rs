@@ -4,11 +4,13 @@
 //! Comes in, goes out: messages. Does not know how they travel.
 
 use crate::view::Mesh;
-use annulus_core::board::Board;
+use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::{Bounds, Point};
+use annulus_core::job::Bit;
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
+use annulus_core::proof::Finding;
 use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
@@ -27,8 +29,10 @@ pub struct Envelope {
 pub enum Request {
     /// Read files and make the board of some of them.
     Read(ToRead),
-    /// Choose bits, order holes, make the program.
+    /// Plan the operations of a job, make the program.
     Plan(ToPlan),
+    /// Look at what copper a program leaves.
+    Prove(ToProve),
     /// Turn a program into moves and steps.
     Time(ToTime),
 }
@@ -169,6 +173,47 @@ pub struct ToPlan {
     pub loaded: Option<Length>,
     /// Codes of losses that a person has seen.
     pub accept: Vec<String>,
+    /// How the board lies in the picture; it is sent again only where it lies otherwise.
+    pub laid: Option<String>,
+}
+
+/// A program to prove. The board is the one it was planned for, as it lies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToProve {
+    /// The number of the board.
+    pub board_key: u32,
+    /// The program's bytes.
+    pub program: Vec<u8>,
+    /// The side that is up.
+    pub face: Face,
+    /// The bits of the job, for cures.
+    pub bits: Vec<Bit>,
+}
+
+/// What the proof found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Proved {
+    /// The worst first.
+    pub findings: Vec<Finding>,
+    /// How many more there are.
+    pub more: u32,
+    /// Islands of copper that shall stay.
+    pub islands: u32,
+    /// Nets that they belong to.
+    pub nets: u32,
+}
+
+/// The board as it lies for a plan: copied, turned over.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Laid {
+    /// It lies otherwise than the files show it.
+    pub turned: bool,
+    /// Without its copper.
+    pub board: Board,
+    /// Its box.
+    pub body: Option<Bounds>,
+    /// Layers to be seen.
+    pub layers: Vec<LayerRow>,
 }
 
 /// A plan and its program.
@@ -176,7 +221,13 @@ pub struct ToPlan {
 pub struct Planned {
     /// The place in the files' coordinates that becomes the work zero.
     pub origin: Point,
-    /// Bits in order of use.
+    /// For every way of the program, the operation that it belongs to.
+    pub way_operations: Vec<u16>,
+    /// How the board lies.
+    pub laid_key: String,
+    /// The board as it lies, where that was not known.
+    pub laid: Option<Laid>,
+    /// Bits that drill, in order of use.
     pub bits: Vec<PlannedBit>,
     /// Length of the ways as in the file, mm.
     pub travel_before_mm: f64,
@@ -287,7 +338,9 @@ pub enum Answer {
     /// To [`Request::Read`].
     Read(Box<Reading>),
     /// To [`Request::Plan`].
-    Planned(Planned),
+    Planned(Box<Planned>),
+    /// To [`Request::Prove`].
+    Proved(Proved),
     /// To [`Request::Time`].
     Timed(Timed),
 }

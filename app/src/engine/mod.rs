@@ -9,6 +9,7 @@
 
 mod mesh;
 pub mod messages;
+mod planning;
 mod shelf;
 mod work;
 
@@ -38,7 +39,9 @@ pub use handle::Engine;
 
 #[cfg(target_arch = "wasm32")]
 mod handle {
-    use super::messages::{Answer, Planned, Reading, Request, Timed, ToPlan, ToRead, ToTime};
+    use super::messages::{
+        Answer, Planned, Proved, Reading, Request, Timed, ToPlan, ToProve, ToRead, ToTime,
+    };
     use super::{Stopped, desk};
     use std::cell::RefCell;
     use std::rc::Rc;
@@ -69,7 +72,15 @@ mod handle {
             progress: impl FnMut(f64) + 'static,
         ) -> Result<Planned, Stopped> {
             match desk::ask(&self.0, Request::Plan(wanted), Box::new(progress)).await? {
-                Answer::Planned(planned) => Ok(planned),
+                Answer::Planned(planned) => Ok(*planned),
+                _ => Err(Stopped::Cancelled),
+            }
+        }
+
+        /// Proves a program against the copper of the board.
+        pub async fn prove(&self, wanted: ToProve) -> Result<Proved, Stopped> {
+            match desk::ask(&self.0, Request::Prove(wanted), Box::new(|_| {})).await? {
+                Answer::Proved(proved) => Ok(proved),
                 _ => Err(Stopped::Cancelled),
             }
         }

@@ -1,25 +1,65 @@
-//! What the worker keeps between requests, so that a slider does not send the copper back and forth.
+//! What the worker keeps between requests, so that a slider does not send the copper back and forth, nor plans again what
+//! did not change.
 //!
-//! Comes in: the board that was read. Goes out: the same, by its number. Forgets it when another one is read.
+//! Comes in: the board that was read, parts of plans. Goes out: the same, by number or key. Forgets the board and all that
+//! was made of it when another one is read.
 
 use annulus_core::board::Board;
+use annulus_core::cam::ways::Part;
 use annulus_core::remark::{Remark, Weight};
+use std::collections::VecDeque;
+
+/// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
+const MORE_PARTS: usize = 16;
 
 /// The worker's memory. A new worker has none.
 #[derive(Debug, Default)]
 pub struct Shelf {
     board: Option<(u32, Board)>,
+    /// The board as it lies for the last plan.
+    laid: Option<Board>,
+    /// The latest last.
+    parts: VecDeque<(String, Part)>,
 }
 
 impl Shelf {
     /// Keeps `board`, and no other.
     pub(super) fn keep(&mut self, key: u32, board: Board) {
-        self.board = Some((key, board));
+        *self = Self { board: Some((key, board)), ..Self::default() };
     }
 
     /// The board with number `key`, or that it is not here.
     pub(super) fn board(&self, key: u32) -> Result<&Board, Vec<Remark>> {
         let here = self.board.as_ref().filter(|(kept, _)| *kept == key);
-        here.map(|(_, board)| board).ok_or_else(|| vec![Remark::new(Weight::Loss, "engine.board_gone")])
+        here.map(|(_, board)| board).ok_or_else(gone)
     }
+
+    /// Keeps the board as it lies.
+    pub(super) fn lay(&mut self, board: Board) {
+        self.laid = Some(board);
+    }
+
+    /// The board with number `key` as it lies.
+    pub(super) fn laid(&self, key: u32) -> Result<&Board, Vec<Remark>> {
+        self.board(key)?;
+        self.laid.as_ref().ok_or_else(gone)
+    }
+
+    /// The part that was planned under `key`.
+    pub(super) fn part(&self, key: &str) -> Option<Part> {
+        self.parts.iter().find(|(kept, _)| kept == key).map(|(_, part)| part.clone())
+    }
+
+    /// Keeps a part; of those kept before, only the latest stay when there are more than a job of `operations` needs.
+    pub(super) fn keep_part(&mut self, key: String, part: Part, operations: usize) {
+        self.parts.retain(|(kept, _)| *kept != key);
+        self.parts.push_back((key, part));
+        while self.parts.len() > operations + MORE_PARTS {
+            self.parts.pop_front();
+        }
+    }
+}
+
+fn gone() -> Vec<Remark> {
+    vec![Remark::new(Weight::Loss, "engine.board_gone")]
 }

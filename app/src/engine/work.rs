@@ -7,16 +7,17 @@ use super::messages::{
     Answer, DrillRow, FileRow, LayerRow, Numbers, Planned, PlannedBit, Reading, Request, Timed, ToPlan,
     ToRead, ToTime, ToolRow,
 };
+use super::planning;
 use super::shelf::Shelf;
 use crate::picture;
 use annulus_core::artwork::{self, Digits, DrillFile, FileRead, Overrides, Units, Zeros};
-use annulus_core::cam::work::{Action, Work};
+use annulus_core::cam::work::Work;
 use annulus_core::geometry::Bounds;
 use annulus_core::machine::virtual_drill;
 use annulus_core::remark::Remark;
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
-use annulus_core::{board, cam, motion, steps};
+use annulus_core::{board, motion, proof, steps};
 
 /// Does what is asked, with what `shelf` keeps. `progress` is told what is done and how much there is.
 pub fn perform(
@@ -26,7 +27,10 @@ pub fn perform(
 ) -> Result<Answer, Vec<Remark>> {
     match request {
         Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, shelf)))),
-        Request::Plan(wanted) => plan(&wanted, shelf, progress).map(Answer::Planned),
+        Request::Plan(wanted) => {
+            planning::plan(&wanted, shelf, progress).map(|planned| Answer::Planned(Box::new(planned)))
+        }
+        Request::Prove(wanted) => prove(&wanted, shelf).map(Answer::Proved),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
     }
 }
@@ -58,7 +62,7 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
 }
 
 /// What is to be seen of the copper, the lower side first.
-fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow> {
+pub(super) fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow> {
     let origin = picture::origin(body);
     let row = |copper: &board::Copper| LayerRow {
         file: None,
@@ -133,39 +137,18 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
     }
 }
 
-fn plan(wanted: &ToPlan, shelf: &Shelf, progress: &mut dyn FnMut(u64, u64)) -> Result<Planned, Vec<Remark>> {
-    let board = shelf.board(wanted.board_key)?;
-    let machine = wanted.machine.machine()?;
-    let drill = wanted.work.operations.iter().find_map(|operation| match &operation.action {
-        Action::Drill(drill) if operation.on => Some(drill.clone()),
-        _ => None,
-    });
-    let options = cam::PlanOptions {
-        order: drill.map_or(cam::Order::default(), |drill| drill.order),
-        group: if wanted.loaded.is_some() { cam::Group::LoadedFirst } else { cam::Group::Ascending },
-        loaded: wanted.loaded,
-        accept: wanted.accept.clone(),
-        ..cam::PlanOptions::default()
-    };
-    let hop_time = |from, to| motion::hop_time_s(&machine, from, to);
-    let mut tell = |at: cam::Progress| {
-        progress(at.done, at.total);
-        true
-    };
-    let (plan, remarks) = cam::plan(board, &machine, &options, &hop_time, &mut tell)?;
-    let program = program::encode(&cam::lower(board, &plan, &machine));
-    let bits =
-        plan.bits.into_iter().map(|bit| PlannedBit { diameter: bit.bit, sizes: bit.sizes, holes: bit.holes });
-    Ok(Planned {
-        origin: plan.origin,
-        bits: bits.collect(),
-        travel_before_mm: plan.travel_before_mm,
-        travel_after_mm: plan.travel_after_mm,
-        hop_time_before_s: plan.hop_time_before_s,
-        hop_time_after_s: plan.hop_time_after_s,
-        key: program::key(&program),
-        program,
-        remarks,
+/// What copper the program leaves, against the board as it lies.
+fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
+    let board = shelf.laid(wanted.board_key)?;
+    let program = program::decode(&wanted.program).map_err(|remark| vec![remark])?;
+    let options =
+        proof::Options { face: wanted.face, owned: wanted.bits.clone(), ..proof::Options::default() };
+    let verdict = proof::prove(board, &[program], &options);
+    Ok(Proved {
+        findings: verdict.findings,
+        more: verdict.more,
+        islands: verdict.islands,
+        nets: verdict.nets,
     })
 }
 
@@ -188,8 +171,10 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::messages::{Envelope, Settings};
+    use super::super::messages::{Envelope, Planned, Settings, ToPlan};
     use super::*;
+    use annulus_core::cam;
+    use annulus_core::cam::work::Action;
     use annulus_core::geometry::{Island, Path, Point, Region};
 
     const DRILL: &[u8] =
@@ -219,9 +204,10 @@ mod tests {
 
     fn planned(order: cam::Order, told: &mut Vec<(u64, u64)>) -> Planned {
         let machine = Settings::of(&virtual_drill());
-        let wanted = ToPlan { board_key: 3, machine, work: drilling(order), loaded: None, accept: vec![] };
+        let wanted =
+            ToPlan { board_key: 3, machine, work: drilling(order), loaded: None, accept: vec![], laid: None };
         match perform(Request::Plan(wanted), &mut reading().1, &mut |done, total| told.push((done, total))) {
-            Ok(Answer::Planned(planned)) => planned,
+            Ok(Answer::Planned(planned)) => *planned,
             other => panic!("{other:?}"),
         }
     }
@@ -273,6 +259,7 @@ mod tests {
             work: drilling(cam::Order::Fastest),
             loaded: None,
             accept: vec!["x".to_owned()],
+            laid: None,
         });
         let bytes = postcard::to_allocvec(&Envelope { id: 7, request: request.clone() }).unwrap();
         let back: Envelope = postcard::from_bytes(&bytes).unwrap();
@@ -282,7 +269,8 @@ mod tests {
     #[test]
     fn a_new_worker_says_that_it_has_no_board() {
         let machine = Settings::of(&virtual_drill());
-        let wanted = ToPlan { board_key: 3, machine, work: Work::default(), loaded: None, accept: vec![] };
+        let wanted =
+            ToPlan { board_key: 3, machine, work: Work::default(), loaded: None, accept: vec![], laid: None };
         let refused = perform(Request::Plan(wanted), &mut Shelf::default(), &mut |_, _| {});
         assert!(refused.is_err_and(|remarks| remarks[0].code == "engine.board_gone"));
     }

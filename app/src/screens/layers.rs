@@ -3,14 +3,18 @@
 //! Comes in: the layers of the open board. Goes out: which are drawn, in what colour.
 
 use crate::document::desk;
+use crate::engine::messages::LayerRow;
 use crate::i18n::{key, say, t};
 use crate::layers::{self, Kind, Look, Preset, Side};
 use crate::state::state;
-use crate::view::{Colour, Layer, Palette};
+use crate::view::{Colour, Layer, Mesh, Palette};
 use crate::widgets::{Icon, choice, picture_button, push};
+use crate::workbench::bench;
+use annulus_core::board::Face;
 use leptos::ev;
 use leptos::html::{div, h2, header, input, li, section, span, ul};
 use leptos::prelude::*;
+use std::sync::Arc;
 
 /// Keeps the list of layers in step with the open board.
 pub(crate) fn begin() {
@@ -18,7 +22,7 @@ pub(crate) fn begin() {
         let fresh = desk().document.with(|document| {
             let Some(document) = document else { return Vec::new() };
             let reading = &document.reading;
-            let row = |(index, layer): (usize, &crate::engine::messages::LayerRow)| {
+            let row = |(index, layer): (usize, &LayerRow)| {
                 let side = layer.side.as_deref();
                 let name = format!("{} {} {index}", layer.role, side.unwrap_or_default());
                 Look::new(name, Kind::of(&layer.role, side), Side::of(side), Some(index))
@@ -34,6 +38,23 @@ pub(crate) fn begin() {
         let before = state().layers.get_untracked();
         state().layers.set(layers::kept(fresh, &before));
     });
+}
+
+/// The same of the board as it lies for the plan: the side that is up is above, and its own copper alone is seen unless
+/// the person hid it.
+pub(crate) fn seen_laid() -> Vec<Layer> {
+    let Some(laid) = desk().laid.get() else { return Vec::new() };
+    let face = bench().work.with(|work| work.as_ref().map(|work| work.setup.face)).unwrap_or_default();
+    state().layers.with(|looks| {
+        let rows = laid.laid.layers.iter().zip(&laid.meshes);
+        let up = if face == Face::Top { Kind::CopperTop } else { Kind::CopperBottom };
+        let layer = |(row, mesh): (&LayerRow, &Arc<Mesh>)| {
+            let kind = Kind::of(&row.role, row.side.as_deref());
+            let look = looks.iter().find(|look| look.kind == kind).filter(|look| look.eye && kind == up)?;
+            Some(Layer { mesh: mesh.clone(), colour: look.tint(&Palette::DARK) })
+        };
+        rows.filter_map(layer).collect()
+    })
 }
 
 /// The filled layers that are drawn now, the lowest first.

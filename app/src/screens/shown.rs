@@ -32,6 +32,8 @@ pub(crate) struct Shown {
     pub ways: Option<Arc<Ways>>,
     /// Disc and stop of every hole.
     pub discs: Vec<(u32, u32)>,
+    /// For every way, the operation that it belongs to, where that is known.
+    pub way_operations: Vec<u16>,
     /// Filled layers, the lowest first.
     pub layers: Vec<Layer>,
     /// Show the ways as in the file instead of the planned ones.
@@ -52,6 +54,12 @@ impl Shown {
     /// The operation that a stop belongs to; where that is not known, its bit tells them apart.
     pub(crate) fn operation_of(&self, stop: u32) -> usize {
         let ways = self.ways.as_ref();
+        let mark = ways.and_then(|ways| ways.stops.get(stop as usize));
+        if let Some(Mark::Way(way)) = mark
+            && let Some(operation) = self.way_operations.get(*way as usize)
+        {
+            return usize::from(*operation);
+        }
         let cut = ways.and_then(|ways| ways.cuts.get(ways.cuts.partition_point(|cut| cut.stop < stop)));
         cut.map_or(0, |cut| cut.bit as usize)
     }
@@ -82,17 +90,27 @@ pub(crate) struct Moment {
 pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
     let desk = desk();
     let layers = Memo::new(move |_| super::layers::seen());
+    let laid_layers = Memo::new(move |_| super::layers::seen_laid());
+    let as_laid = Memo::new(move |_| state().tab.get() != Tab::Board);
     let planned = Memo::new(move |_| {
         let document = desk.document.get()?;
-        let board = Arc::new(document.reading.board.clone());
-        let body = document.reading.body;
-        let layers = layers.get();
+        let laid = desk.laid.get().filter(|_| as_laid.get());
+        let (board, body) = match &laid {
+            Some(laid) => (laid.laid.board.clone(), laid.laid.body),
+            None => (document.reading.board.clone(), document.reading.body),
+        };
+        let board = Arc::new(board);
+        let layers = if laid.is_some() { laid_layers.get() } else { layers.get() };
         let plan = desk.plan.get();
-        let (order, work_zero) =
-            plan.map_or_else(|| (Vec::new(), picture::origin(body)), |plan| (plan.order(), plan.origin));
-        let (ways, before) = (cam::ways().get(), state().show_before.get());
+        let (order, work_zero) = plan
+            .as_ref()
+            .map_or_else(|| (Vec::new(), picture::origin(body)), |plan| (plan.order(), plan.origin));
+        let way_operations = plan.map(|plan| plan.way_operations.clone()).unwrap_or_default();
+        let turned = desk.laid.with(|laid| laid.as_ref().is_some_and(|laid| laid.laid.turned));
+        let ways = cam::ways().get().filter(|_| as_laid.get() || !turned);
+        let before = state().show_before.get();
         let discs = ways.as_ref().map(|ways| discs(ways, |hole, _| hole)).unwrap_or_default();
-        Some(Arc::new(Shown { board, order, work_zero, body, ways, discs, layers, before }))
+        Some(Arc::new(Shown { board, order, work_zero, body, ways, discs, layers, before, way_operations }))
     });
     let at_machine = Memo::new(move |_| {
         let Some(job) = state().shown_job.get() else { return planned.get() };
@@ -127,6 +145,7 @@ fn of_program(job: &Job) -> Shown {
         discs: discs(&ways, |_, number| number),
         ways: Some(Arc::new(ways)),
         layers: Vec::new(),
+        way_operations: Vec::new(),
         before: false,
     }
 }

@@ -18,7 +18,10 @@ use crate::picture;
 use crate::state::{Theme, state};
 use crate::view::{Backend, Line, Palette, Scene, View, Wanted, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
-use leptos::html::{self, div};
+use crate::workbench::bench;
+use annulus_core::board::Face;
+use annulus_core::proof;
+use leptos::html::{self, div, span};
 use leptos::prelude::*;
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -116,18 +119,32 @@ pub(crate) fn stage() -> impl IntoView {
 /// Which side is looked at.
 fn side() -> impl IntoView {
     let known = move || desk().document.with(Option::is_some) && state().tab.get() == Tab::Board;
-    move || {
+    let planned = Memo::new(move |_| {
+        let of_job = matches!(state().tab.get(), Tab::Cam | Tab::Simulate);
+        bench().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
+    });
+    let lying = move || {
+        planned.get().map(|face| {
+            let word = if face == Face::Bottom { say!("page.view.bottom") } else { say!("page.view.top") };
+            span().class("side-badge still").child(word)
+        })
+    };
+    let looked_at = move || {
         known().then(|| {
             let below = move || state().flipped.get();
             let word = move || if below() { say!("page.view.bottom") } else { say!("page.view.top") };
             push("side-badge", word, |_| act_flip()).attr("title", t!("page.view.flip"))
         })
-    }
+    };
+    (looked_at, lying)
 }
 
 fn act_flip() {
     state().flipped.update(|flipped| *flipped = !*flipped);
 }
+
+/// A finding is shown with so much of the board across.
+const FINDING_MM: f64 = 6.0;
 
 /// What draws can be asked for in the address, for tests: `?draw=webgl2`.
 fn wanted() -> Wanted {
@@ -170,6 +187,16 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
             }
         });
         board
+    });
+    Effect::new(move |_| {
+        let marked = bench().marked.get();
+        let place = desk().proved.with_untracked(|proved| {
+            let at = proved.as_ref()?.findings.get(marked?)?.at;
+            shown.with_untracked(|shown| Some(picture::place(picture::origin(shown.as_ref()?.body), at)))
+        });
+        if let Some(place) = place.filter(|_| ready.get()) {
+            with_view(|view| view.look_at(place.map(f64::from), FINDING_MM));
+        }
     });
     Effect::new(move |_| {
         let flipped = state().flipped.get() && state().tab.get() == Tab::Board;
@@ -225,6 +252,9 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
         Some(ways) if !(shown.before && state().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
             scene.lines = picture::ways(ways, palette, colour);
+            if state().tab.get() == Tab::Cam {
+                scene.lines.extend(found(shown, palette));
+            }
             for (disc, stop) in &shown.discs {
                 if let Some(disc) = scene.discs.get_mut(*disc as usize) {
                     disc.order = *stop;
@@ -244,6 +274,21 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
         }
     }
     scene
+}
+
+/// The findings: a dot each, and a ring round the one that is shown.
+fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
+    let corner = picture::origin(shown.body);
+    let marked = bench().marked.get();
+    desk().proved.with(|proved| {
+        let findings = proved.iter().flat_map(|proved| &proved.findings).enumerate();
+        let marks = findings.flat_map(|(at, finding)| {
+            let joined = matches!(finding.kind, proof::Kind::Gap | proof::Kind::Short);
+            let colour = if joined { palette.joined } else { palette.finding };
+            picture::finding(picture::place(corner, finding.at), marked == Some(at), colour, palette)
+        });
+        marks.collect()
+    })
 }
 
 /// The picture in words.

@@ -238,6 +238,14 @@ impl View {
         self.moved();
     }
 
+    /// Puts a place in the middle, with at least so many mm of the board across.
+    pub fn look_at(&self, at_mm: [f64; 2], across_mm: f64) {
+        self.move_camera(|camera| {
+            camera.centre_mm = at_mm;
+            camera.set_zoom(camera.viewport_px[0].min(camera.viewport_px[1]) / across_mm);
+        });
+    }
+
     /// Zooms about the middle of the window.
     pub fn zoom_by(&self, factor: f64) {
         self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), factor));

@@ -6,9 +6,11 @@
 use crate::format::typed;
 use annulus_core::board::Face;
 use annulus_core::cam::parameters::Parameter;
-use annulus_core::cam::work::{Action, Operation, Work};
+use annulus_core::cam::work::{Action, Cure, Operation, Remedy, Work};
+use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::machine::{Kind, Machine, Value};
+use annulus_core::proof::{self, Finding};
 use annulus_core::units::Length;
 
 /// The most operations of a job; more are not added.
@@ -108,6 +110,34 @@ pub fn bit_changed(work: &Work, at: usize, bit: Bit) -> Work {
         }
     }
     work
+}
+
+/// With `cure` put into the isolation at `at`, or into the first of this side. A deeper cut is the operation's own depth.
+pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> Work {
+    let isolates = |operation: &Operation| matches!(operation.action, Action::Isolate(_));
+    let chosen = Some(at).filter(|at| work.operations.get(*at).is_some_and(isolates));
+    let first = || {
+        of_face(work, work.setup.face).into_iter().find(|at| work.operations.get(*at).is_some_and(isolates))
+    };
+    let Some(at) = chosen.or_else(first) else { return work.clone() };
+    changed(work, at, |operation| {
+        let with = match cure {
+            proof::Cure::Deeper { depth, .. } => {
+                operation.depth = operation.depth.max(*depth);
+                return;
+            }
+            proof::Cure::Shallower { depth, .. } => Remedy::Depth(*depth),
+            proof::Cure::OtherBit { bit, .. } => Remedy::Bit(bit.clone()),
+            proof::Cure::Centred { .. } => Remedy::Centred,
+        };
+        let half = Length::from_nm(finding.width.nm().max(0) / 2);
+        let from = Point::new(finding.at.x - half, finding.at.y);
+        let to = Point::new(finding.at.x + half, finding.at.y);
+        if let Action::Isolate(isolate) = &mut operation.action {
+            isolate.cures.retain(|cure| cure.from != from || cure.to != to);
+            isolate.cures.push(Cure { from, to, with });
+        }
+    })
 }
 
 #[cfg(test)]

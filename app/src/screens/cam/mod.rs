@@ -11,11 +11,11 @@
 
 mod entry;
 mod job;
+mod problems;
 mod values;
 
 use crate::keys::CamKey;
 use crate::picture;
-use crate::state::state;
 use crate::ways::{self, Ways};
 use crate::workbench::bench;
 use annulus_core::geometry::Point;
@@ -32,11 +32,11 @@ thread_local! {
 /// Keeps what the planned program does in step with it.
 pub(crate) fn begin() {
     let ways = Memo::new(move |_| {
-        let job = state().job.get()?;
-        let body = crate::document::desk().lies.get();
-        let corner = picture::origin(body);
-        let origin = job.program.origin;
-        Some(Arc::new(ways::ways(&job.program, Point::new(corner.x - origin.x, corner.y - origin.y))))
+        let desk = crate::document::desk();
+        let program = desk.program.get()?;
+        let body = desk.laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
+        let (corner, origin) = (picture::origin(body), program.origin);
+        Some(Arc::new(ways::ways(&program, Point::new(corner.x - origin.x, corner.y - origin.y))))
     });
     WAYS.set(Some(ways));
 }
@@ -46,10 +46,29 @@ pub(crate) fn ways() -> Memo<Option<Arc<Ways>>> {
     WAYS.get().expect("the ways are made before the first screen")
 }
 
+/// How many findings nobody has read yet.
+pub(crate) fn unread() -> usize {
+    let read = bench().read;
+    crate::document::desk().proved.with(|proved| {
+        let findings = proved.iter().flat_map(|proved| &proved.findings);
+        let new = |finding: &&annulus_core::proof::Finding| {
+            finding.must_be_read() && read.with(|read| !read.contains(&finding.id))
+        };
+        findings.filter(new).count()
+    })
+}
+
+/// Whether the plan on show may be exported or sent: it is that of the job, it is proved, and every finding was read.
+pub(crate) fn cleared() -> bool {
+    let proved = crate::document::desk().proved.with(Option::is_some);
+    proved && !bench().stale.get() && unread() == 0
+}
+
 /// The panels beside the picture.
 pub(crate) fn cam() -> impl IntoView {
     (
         div().class("panel left cam-job").child(job::job()),
+        problems::problems(),
         div().class("panel right cam-values").child(values::values()),
     )
 }
@@ -67,6 +86,6 @@ pub(crate) fn act(key: CamKey) {
         CamKey::Move(up) => bench.shift(up),
         CamKey::Undo(back) => bench.undo(back),
         CamKey::Remove => bench.remove(),
-        CamKey::Problem(_) => {}
+        CamKey::Problem(on) => problems::walk(on),
     }
 }

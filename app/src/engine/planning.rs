@@ -1,0 +1,138 @@
+//! Planning of a job: operations whose values did not change are taken from the shelf.
+//!
+//! ```text
+//! board ─ laid as the job says ─▶ scene ─┬─ operation 1   key known: the part from last time
+//!                                        ├─ operation 2   else planned
+//!                                        └─ … ─▶ assemble ─▶ lower ─▶ program
+//! ```
+//!
+//! Comes in: what to plan, the shelf. Goes out: [`Planned`]. Does not know workers.
+
+use super::messages::{Laid, Planned, PlannedBit, ToPlan};
+use super::shelf::Shelf;
+use super::work::layers;
+use crate::picture;
+use annulus_core::board::{Board, Face};
+use annulus_core::cam;
+use annulus_core::cam::ways::{self, Means, Part, Scene, Stroke};
+use annulus_core::cam::work::Work;
+use annulus_core::geometry::Point;
+use annulus_core::machine::Machine;
+use annulus_core::motion;
+use annulus_core::remark::Remark;
+use annulus_core::units::Length;
+use annulus_core::wire::program;
+use std::collections::BTreeSet;
+
+/// Plans what is `wanted`.
+pub(super) fn plan(
+    wanted: &ToPlan,
+    shelf: &mut Shelf,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Planned, Vec<Remark>> {
+    let machine = wanted.machine.machine()?;
+    let work = &wanted.work;
+    let scene = Scene::of(shelf.board(wanted.board_key)?, work);
+    let options = cam::PlanOptions {
+        group: if wanted.loaded.is_some() { cam::Group::LoadedFirst } else { cam::Group::Ascending },
+        loaded: wanted.loaded,
+        accept: wanted.accept.clone(),
+        ..cam::PlanOptions::default()
+    };
+    let hop_time = |from, to| motion::hop_time_s(&machine, from, to);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let operations: Vec<usize> = ways::planned_operations(work).map(|(index, _)| index).collect();
+    let mut parts = Vec::new();
+    for (done, &index) in operations.iter().enumerate() {
+        progress(done as u64, operations.len() as u64);
+        let key = format!("{}|{:?}", ways::key(work, index, &machine), wanted.loaded);
+        let known = shelf.part(&key).map(|part| Part { operation: index as u32, ..part });
+        let part = match known {
+            Some(part) => part,
+            None => {
+                let made = ways::plan_operation(&scene, work, index, &machine, &means, &mut || true);
+                made.map_err(|why| vec![why])?
+            }
+        };
+        shelf.keep_part(key, part.clone(), operations.len());
+        parts.push(part);
+    }
+    let (planned, remarks) = ways::assemble(scene, work, &machine, &means, parts)?;
+    let made = program::encode(&ways::lower_work(&planned, work, &machine));
+    let laid_key = laid_key(wanted.board_key, work);
+    let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
+    let bits = bits(&planned.parts, &planned.board);
+    let answer = travels(&bits, &planned.board, planned.origin, &machine);
+    let way_operations = planned.parts.iter().flat_map(|part| {
+        let count: usize = part.tasks.iter().map(|task| task.ways.len()).sum();
+        std::iter::repeat_n(part.operation as u16, count)
+    });
+    let answer = Planned {
+        origin: planned.origin,
+        way_operations: way_operations.collect(),
+        bits,
+        laid_key,
+        laid,
+        key: program::key(&made),
+        program: made,
+        remarks,
+        ..answer
+    };
+    shelf.lay(planned.board);
+    Ok(answer)
+}
+
+/// Tells whether the board lies as it lay before.
+fn laid_key(board_key: u32, work: &Work) -> String {
+    format!("{board_key} {}", serde_json::to_string(&work.setup).unwrap_or_default())
+}
+
+/// The board as it lies, as the picture shows it.
+fn laid(board: &Board, work: &Work) -> Laid {
+    let panel = work.setup.panel;
+    let turned = work.setup.face == Face::Bottom || panel.columns > 1 || panel.rows > 1;
+    let body = picture::body(board);
+    let layers = layers(board, body);
+    let board = Board { copper: Vec::new(), ..board.clone() };
+    Laid { turned, board, body, layers }
+}
+
+/// The bits that drill, in order of use, with the holes of the board that each makes.
+fn bits(parts: &[Part], board: &Board) -> Vec<PlannedBit> {
+    let mut bits: Vec<PlannedBit> = Vec::new();
+    for task in parts.iter().flat_map(|part| &part.tasks) {
+        let holes: Vec<u32> = task.strokes.iter().filter_map(|stroke: &Stroke| stroke.hole).collect();
+        if holes.is_empty() {
+            continue;
+        }
+        let size = |hole: &u32| board.holes.get(*hole as usize).and_then(|hole| hole.diameter);
+        let sizes: BTreeSet<Length> = holes.iter().filter_map(size).collect();
+        bits.push(PlannedBit { diameter: task.bit.diameter, sizes: sizes.into_iter().collect(), holes });
+    }
+    bits
+}
+
+/// Length and time of the ways from hole to hole: in the order of the files, and as planned.
+fn travels(bits: &[PlannedBit], board: &Board, start: Point, machine: &Machine) -> Planned {
+    let walk = |holes: &[u32]| {
+        let stops = holes.iter().filter_map(|hole| board.holes.get(*hole as usize)).map(|hole| hole.at);
+        let mut from = start;
+        let hops = stops.chain([start]).map(|to| {
+            let hop = (from.distance_mm(to), motion::hop_time_s(machine, from, to));
+            from = to;
+            hop
+        });
+        hops.fold((0.0, 0.0), |sum, hop| (sum.0 + hop.0, sum.1 + hop.1))
+    };
+    let mut sums = Planned::default();
+    for bit in bits {
+        let mut in_file = bit.holes.clone();
+        in_file.sort_unstable();
+        let (before, after) = (walk(&in_file), walk(&bit.holes));
+        sums.travel_before_mm += before.0;
+        sums.hop_time_before_s += before.1;
+        sums.travel_after_mm += after.0;
+        sums.hop_time_after_s += after.1;
+    }
+    sums
+}
