@@ -8,7 +8,9 @@
 //!
 //! Comes in: names and bytes, choices of the person. Goes out: signals. Does not know how it is shown.
 
-use crate::engine::messages::{LayerRow, Numbers, Planned, Reading, Settings, Timed, ToPlan, ToRead, ToTime};
+use crate::engine::messages::{
+    Laid, LayerRow, Numbers, Planned, Proved, Reading, Settings, Timed, ToPlan, ToProve, ToRead, ToTime,
+};
 use crate::engine::{Engine, Stopped};
 use crate::i18n::{key, say};
 use crate::state::{Job, Task, state};
@@ -33,6 +35,10 @@ pub struct Document {
     pub numbers: Numbers,
     /// Files that the person says are to be used, by index; none leaves it to the reader.
     pub used: Option<Vec<u32>>,
+    /// What the person says that files are: row, role, side.
+    pub roles: Vec<(u32, String, Option<String>)>,
+    /// The person wants layers moved to where they fit the copper.
+    pub aligned: bool,
     /// What came of it.
     pub reading: Reading,
     /// The triangles of each of its layers.
@@ -181,17 +187,36 @@ fn engine() -> Engine {
 
 /// Opens files. What was open is replaced only when they could be read.
 pub async fn open(files: Vec<(String, Vec<u8>)>) {
-    read(files, Numbers::default(), None).await;
+    read(files, Numbers::default(), None, Said::default()).await;
 }
 
 /// Reads the open files again, as the person says.
 pub async fn read_again(numbers: Numbers, used: Option<Vec<u32>>) {
     if let Some(document) = desk().document.get_untracked() {
-        read(document.files.clone(), numbers, used).await;
+        let said = Said { roles: document.roles.clone(), aligned: document.aligned };
+        read(document.files.clone(), numbers, used, said).await;
     }
 }
 
-async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<u32>>) {
+/// What a person says of the files beyond their numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Said {
+    /// What files are: row, role, side.
+    pub roles: Vec<(u32, String, Option<String>)>,
+    /// Layers are moved to where they fit the copper.
+    pub aligned: bool,
+}
+
+/// Reads the open files again with something else said of them.
+pub async fn say(change: impl FnOnce(&mut Said)) {
+    if let Some(document) = desk().document.get_untracked() {
+        let mut said = Said { roles: document.roles.clone(), aligned: document.aligned };
+        change(&mut said);
+        read(document.files.clone(), document.numbers.clone(), document.used.clone(), said).await;
+    }
+}
+
+async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<u32>>, said: Said) {
     let desk = desk();
     let again = desk.document.with_untracked(|open| open.as_ref().is_some_and(|open| open.files == files));
     let wish = next_wish();
@@ -202,6 +227,8 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
         files: files.clone(),
         numbers: numbers.clone(),
         used: used.clone(),
+        roles: said.roles.clone(),
+        aligned: said.aligned,
         machine: Some(Settings::of(&state().machine.get_untracked())),
     };
     let answer = engine().read(wanted).await;
@@ -211,14 +238,16 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     state().task.set(None);
     match answer {
         Ok(reading) => {
-            let document = document_of(files, numbers, used, reading);
+            let document = document_of(files, numbers, used, said, reading);
             desk.accepted.set(BTreeSet::new());
             clear_plan(desk);
             let doubtful = document.doubtful() || document.reading.board.holes.is_empty();
             if !again {
                 desk.reviewing.set(doubtful);
             }
-            bench().open(document.reading.work.clone());
+            if !again || !bench().edited() {
+                bench().open(document.reading.work.clone());
+            }
             JUST_OPENED.set(!doubtful && !again);
             desk.document.set(Some(Arc::new(document)));
             if !again {
@@ -242,10 +271,11 @@ fn document_of(
     files: Vec<(String, Vec<u8>)>,
     numbers: Numbers,
     used: Option<Vec<u32>>,
+    said: Said,
     mut reading: Reading,
 ) -> Document {
     let meshes = take_meshes(&mut reading.layers);
-    Document { files, numbers, used, reading, meshes }
+    Document { files, numbers, used, roles: said.roles, aligned: said.aligned, reading, meshes }
 }
 
 fn show_review() {
@@ -291,6 +321,8 @@ async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result
                 files: document.files.clone(),
                 numbers: document.numbers.clone(),
                 used: document.used.clone(),
+                roles: document.roles.clone(),
+                aligned: document.aligned,
                 machine: Some(wanted.machine.clone()),
             };
             engine().read(again).await?;

@@ -172,3 +172,16 @@ export function picture(name) {
   mkdirSync(folder, { recursive: true });
   return join(folder, `${name}.png`);
 }
+
+/** Leaves of the job on the CAM screen only the drilling, sees its problems, and goes back to the Board. */
+export async function drillOnly(page) {
+  const tab = (name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
+  await tab("CAM").click();
+  await page.getByRole("heading", { name: "Operations" }).waitFor();
+  for (const box of await page.getByRole("checkbox", { name: /^Do (?!Drill)/ }).all()) await box.uncheck();
+  await page.waitForTimeout(300);
+  await until(async () => (await page.locator("footer progress").count()) === 0, "a plan", 90_000);
+  const seen = page.getByRole("button", { name: "All seen" });
+  if (await seen.isEnabled()) await seen.click();
+  await tab("Board").click();
+}

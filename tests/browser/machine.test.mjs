@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { spawnSync } from "node:child_process";
-import { openBrowser, openPage, settled, startBridge, until } from "./harness.mjs";
+import { drillOnly, openBrowser, openPage, settled, startBridge, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -18,6 +18,7 @@ const data = (page, name) => page.locator("canvas").first().getAttribute(`data-$
 async function drilling(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await page.getByText(/^Planned .* m,/).waitFor();
+  await drillOnly(page);
   await tab(page, "Machine").click();
   await page.getByRole("button", { name: "Initialise" }).click();
   await page.getByText("At rest, position known.").waitFor();

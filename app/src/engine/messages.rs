@@ -33,6 +33,10 @@ pub enum Request {
     Plan(ToPlan),
     /// Look at what copper a program leaves.
     Prove(ToProve),
+    /// Write a program in a controller's words.
+    Write(ToWrite),
+    /// Look for faults in a dialect, and at what it makes.
+    Check(ToWrite),
     /// Turn a program into moves and steps.
     Time(ToTime),
 }
@@ -48,6 +52,10 @@ pub struct ToRead {
     pub numbers: Numbers,
     /// Which rows of [`Reading::files`] make the board; none for the reader's own choice.
     pub used: Option<Vec<u32>>,
+    /// What a person says that files are: row, role, side.
+    pub roles: Vec<(u32, String, Option<String>)>,
+    /// Layers that do not share the copper's zero point are moved to where they fit it.
+    pub aligned: bool,
     /// The machine, for the job that the board opens with; none for the virtual drill.
     pub machine: Option<Settings>,
 }
@@ -118,6 +126,8 @@ pub struct FileRow {
     pub generator: Option<String>,
     /// For drill files: how its numbers are read.
     pub drill: Option<DrillRow>,
+    /// Its holes lie on the copper only when they are moved.
+    pub shifted: bool,
     /// What was found in it.
     pub remarks: Vec<Remark>,
 }
@@ -190,10 +200,33 @@ pub struct ToProve {
     pub bits: Vec<Bit>,
 }
 
+/// A program to be written in a controller's words.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToWrite {
+    /// The program's bytes; none of them where there is no program yet.
+    pub program: Vec<u8>,
+    /// What it is written for: a name that ships.
+    pub target: String,
+    /// The text of a dialect of the person's own, which goes before the name.
+    pub text: Option<String>,
+}
+
+/// What is to be said of a dialect.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Checked {
+    /// What is wrong with it, in the order of its text.
+    pub faults: Vec<Remark>,
+    /// What it makes of the program, or of a small sample.
+    pub output: String,
+    /// That is the program, and not the sample.
+    pub of_program: bool,
+}
+
 /// What the proof found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Proved {
     /// The worst first.
+    #[serde(with = "as_json")]
     pub findings: Vec<Finding>,
     /// How many more there are.
     pub more: u32,
@@ -201,6 +234,20 @@ pub struct Proved {
     pub islands: u32,
     /// Nets that they belong to.
     pub nets: u32,
+}
+
+/// Findings name their cures as people write them in reports, which the bytes between page and worker cannot.
+mod as_json {
+    use annulus_core::proof::Finding;
+    use serde::{Deserialize, Deserializer, Serializer, de, ser};
+
+    pub fn serialize<S: Serializer>(findings: &[Finding], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&serde_json::to_string(findings).map_err(ser::Error::custom)?)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Finding>, D::Error> {
+        serde_json::from_str(&String::deserialize(deserializer)?).map_err(de::Error::custom)
+    }
 }
 
 /// The board as it lies for a plan: copied, turned over.
@@ -341,6 +388,10 @@ pub enum Answer {
     Planned(Box<Planned>),
     /// To [`Request::Prove`].
     Proved(Proved),
+    /// To [`Request::Write`]: names and texts of files.
+    Written(Vec<(String, String)>),
+    /// To [`Request::Check`].
+    Checked(Checked),
     /// To [`Request::Time`].
     Timed(Timed),
 }

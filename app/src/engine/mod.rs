@@ -12,6 +12,7 @@ pub mod messages;
 mod planning;
 mod shelf;
 mod work;
+mod writing;
 
 #[cfg(target_arch = "wasm32")]
 mod desk;
@@ -40,7 +41,7 @@ pub use handle::Engine;
 #[cfg(target_arch = "wasm32")]
 mod handle {
     use super::messages::{
-        Answer, Planned, Proved, Reading, Request, Timed, ToPlan, ToProve, ToRead, ToTime,
+        Answer, Checked, Planned, Proved, Reading, Request, Timed, ToPlan, ToProve, ToRead, ToTime, ToWrite,
     };
     use super::{Stopped, desk};
     use std::cell::RefCell;
@@ -81,6 +82,22 @@ mod handle {
         pub async fn prove(&self, wanted: ToProve) -> Result<Proved, Stopped> {
             match desk::ask(&self.0, Request::Prove(wanted), Box::new(|_| {})).await? {
                 Answer::Proved(proved) => Ok(proved),
+                _ => Err(Stopped::Cancelled),
+            }
+        }
+
+        /// Writes a program in a controller's words.
+        pub async fn write(&self, wanted: ToWrite) -> Result<Vec<(String, String)>, Stopped> {
+            match desk::ask(&self.0, Request::Write(wanted), Box::new(|_| {})).await? {
+                Answer::Written(files) => Ok(files),
+                _ => Err(Stopped::Cancelled),
+            }
+        }
+
+        /// Looks for faults in a dialect.
+        pub async fn check(&self, wanted: ToWrite) -> Result<Checked, Stopped> {
+            match desk::ask(&self.0, Request::Check(wanted), Box::new(|_| {})).await? {
+                Answer::Checked(checked) => Ok(checked),
                 _ => Err(Stopped::Cancelled),
             }
         }

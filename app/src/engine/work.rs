@@ -4,20 +4,25 @@
 
 use super::mesh::mesh;
 use super::messages::{
-    Answer, DrillRow, FileRow, LayerRow, Numbers, Planned, PlannedBit, Reading, Request, Timed, ToPlan,
-    ToRead, ToTime, ToolRow,
+    Answer, DrillRow, FileRow, LayerRow, Numbers, Proved, Reading, Request, Timed, ToProve, ToRead, ToTime,
+    ToolRow,
 };
-use super::planning;
 use super::shelf::Shelf;
+use super::{planning, writing};
 use crate::picture;
-use annulus_core::artwork::{self, Digits, DrillFile, FileRead, Overrides, Units, Zeros};
+use annulus_core::artwork::{
+    self, Artwork, Digits, DrillFile, FileRead, Overrides, Role, Side, Units, Zeros,
+};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::Bounds;
 use annulus_core::machine::virtual_drill;
-use annulus_core::remark::Remark;
+use annulus_core::remark::{Remark, Weight};
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
 use annulus_core::{board, motion, proof, steps};
+
+/// The most layers painted for the picture beside the copper.
+const MOST_LAYERS: usize = 24;
 
 /// Does what is asked, with what `shelf` keeps. `progress` is told what is done and how much there is.
 pub fn perform(
@@ -31,12 +36,15 @@ pub fn perform(
             planning::plan(&wanted, shelf, progress).map(|planned| Answer::Planned(Box::new(planned)))
         }
         Request::Prove(wanted) => prove(&wanted, shelf).map(Answer::Proved),
+        Request::Write(wanted) => writing::write(&wanted).map(Answer::Written),
+        Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
     }
 }
 
 fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
-    let artwork = artwork::read_set(&wanted.files, &overrides(&wanted.numbers));
+    let mut artwork = artwork::read_set(&wanted.files, &overrides(&wanted.numbers));
+    say_roles(&mut artwork, &wanted.roles);
     let used: Vec<usize> = match &wanted.used {
         Some(rows) => rows.iter().map(|row| *row as usize).filter(|row| *row < artwork.files.len()).collect(),
         None => artwork.default_use(),
@@ -59,6 +67,48 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
         work,
         remarks,
     }
+}
+
+/// Roles and sides as a person says them.
+fn say_roles(artwork: &mut Artwork, roles: &[(u32, String, Option<String>)]) {
+    const ROLES: [Role; 6] = [Role::Copper, Role::Mask, Role::Silk, Role::Paste, Role::Outline, Role::Other];
+    const SIDES: [Side; 3] = [Side::Top, Side::Bottom, Side::Inner];
+    for (row, role, side) in roles {
+        let Some(file) = artwork.files.get_mut(*row as usize).filter(|file| file.gerber.is_some()) else {
+            continue;
+        };
+        file.role = ROLES.into_iter().find(|known| known.name() == role).unwrap_or(file.role);
+        file.side = SIDES.into_iter().find(|known| Some(known.name()) == side.as_deref());
+        file.reason = Remark::new(Weight::Note, "kind.person");
+    }
+}
+
+/// Mask, legend, paste and inner copper, painted, as far as the picture shows them. The first of each kind and side.
+fn other_layers(artwork: &Artwork, body: Option<Bounds>) -> Vec<LayerRow> {
+    let origin = picture::origin(body);
+    let mut seen = Vec::new();
+    let mut rows = Vec::new();
+    for (index, file) in (0..).zip(&artwork.files) {
+        let shown = matches!(file.role, Role::Mask | Role::Silk | Role::Paste)
+            || (file.role == Role::Copper && file.side == Some(Side::Inner));
+        let Some(gerber) = file.gerber.as_ref().filter(|_| shown && rows.len() < MOST_LAYERS) else {
+            continue;
+        };
+        let known = (file.role, file.side);
+        if file.side != Some(Side::Inner) && seen.contains(&known) {
+            continue;
+        }
+        seen.push(known);
+        let region = artwork::painted(gerber);
+        rows.push(LayerRow {
+            file: Some(index),
+            role: file.role.name().to_owned(),
+            side: file.side.map(|side| side.name().to_owned()),
+            islands: region.islands.len() as u32,
+            mesh: mesh(&region, origin),
+        });
+    }
+    rows
 }
 
 /// What is to be seen of the copper, the lower side first.
@@ -110,6 +160,7 @@ fn file_row(file: &FileRead) -> FileRow {
         plated: file.plated,
         generator: file.generator.clone(),
         drill: file.drill.as_ref().map(|drill| drill_row(file, drill)),
+        shifted: file.evidence.as_ref().is_some_and(|evidence| evidence.shift_mm.is_some()),
         remarks: file.remarks.clone(),
     }
 }
@@ -176,6 +227,7 @@ mod tests {
     use annulus_core::cam;
     use annulus_core::cam::work::Action;
     use annulus_core::geometry::{Island, Path, Point, Region};
+    use annulus_core::units::Length;
 
     const DRILL: &[u8] =
         b"M48\nMETRIC\nT1C0.800\nT2C1.000\n%\nG90\nT1\nX10.0Y10.0\nX40.0Y10.0\nX12.0Y10.0\nX38.0Y11.0\nT2\nX20.0Y20.0\nM30\n";
@@ -290,6 +342,28 @@ mod tests {
         assert_eq!(sides, ["bottom", "top"], "the lower one is drawn first");
         assert_eq!(rows[0].mesh.triangles.len(), 2);
         assert_eq!(rows[0].mesh.bounds_mm(), Some([[4.0, 4.0], [6.0, 5.0]]), "from the corner of the body");
+    }
+
+    #[test]
+    fn findings_with_cures_survive_the_way_to_the_page() {
+        let cure = proof::Cure::Deeper {
+            bit: "V".to_owned(),
+            depth: Length::from_um(80),
+            width: Length::from_um(140),
+        };
+        let finding = proof::Finding {
+            id: "0".to_owned(),
+            kind: proof::Kind::Shallow,
+            at: Point::from_mm(1.0, 2.0),
+            width: Length::from_um(5),
+            tool: None,
+            nets: vec!["GND".to_owned()],
+            leg: Some((0, 3)),
+            cures: vec![cure],
+        };
+        let proved = Proved { findings: vec![finding], more: 1, islands: 2, nets: 3 };
+        let bytes = postcard::to_allocvec(&Answer::Proved(proved.clone())).unwrap();
+        assert_eq!(postcard::from_bytes::<Answer>(&bytes).unwrap(), Answer::Proved(proved));
     }
 
     #[test]

@@ -73,6 +73,25 @@ pub(crate) fn choose() {
     input.click();
 }
 
+/// Lets the person choose one file of text.
+pub(crate) fn choose_text(act: impl FnOnce(String) + 'static) {
+    let made =
+        document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
+    let Some(input) = made else { return };
+    input.set_type("file");
+    let chosen = input.clone();
+    let changed = Closure::once_into_js(move || {
+        let Some(file) = chosen.files().and_then(|files| files.get(0)) else { return };
+        leptos::task::spawn_local(async move {
+            if let Ok(buffer) = JsFuture::from(file.array_buffer()).await {
+                act(String::from_utf8_lossy(&Uint8Array::new(&buffer).to_vec()).into_owned());
+            }
+        });
+    });
+    input.set_onchange(Some(changed.unchecked_ref()));
+    input.click();
+}
+
 /// The whole window is where files can be dropped.
 pub(crate) fn listen() {
     let over = window_event_listener(ev::dragover, |event| {

@@ -65,9 +65,9 @@ impl Bench {
         self.marked.set(None);
     }
 
-    /// No board.
-    pub fn close(self) {
-        self.history.set(None);
+    /// Whether the person has changed anything.
+    pub fn edited(self) -> bool {
+        self.history.with_untracked(|history| history.as_ref().is_some_and(History::can_undo))
     }
 
     /// Goes on to what `act` makes of the job. Changes from one `field` are one step.

@@ -9,6 +9,7 @@
 #[cfg(target_arch = "wasm32")]
 mod bench;
 pub mod edit;
+pub mod template;
 
 #[cfg(target_arch = "wasm32")]
 pub use bench::{Bench, begin, bench};

@@ -9,7 +9,9 @@
 //!
 //! Comes in: the open board, its job and plan. Goes out: edits of the job.
 
+mod editor;
 mod entry;
+mod export;
 mod job;
 mod problems;
 mod values;
@@ -39,6 +41,7 @@ pub(crate) fn begin() {
         Some(Arc::new(ways::ways(&program, Point::new(corner.x - origin.x, corner.y - origin.y))))
     });
     WAYS.set(Some(ways));
+    editor::begin();
 }
 
 /// What the planned program does. Made by [`begin`].
@@ -69,7 +72,8 @@ pub(crate) fn cam() -> impl IntoView {
     (
         div().class("panel left cam-job").child(job::job()),
         problems::problems(),
-        div().class("panel right cam-values").child(values::values()),
+        div().class("panel right cam-values").child((values::values(), export::export())),
+        move || editor::sheet().open.get().then(editor::editor),
     )
 }
 

@@ -7,7 +7,7 @@ use crate::document::desk;
 use crate::format::clock;
 use crate::i18n::{say, t};
 use crate::link::{self, Link};
-use crate::screens::shown;
+use crate::screens::{cam, shown};
 use crate::state::state;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
@@ -85,8 +85,9 @@ fn stages(line: Link) -> impl IntoView {
 fn controls(line: Link) -> impl IntoView {
     let may =
         move |states: &[State]| line.may_act() && line.state().is_some_and(|state| states.contains(&state));
-    let can_start =
-        move || may(&[State::Ready]) && state().job.with(Option::is_some) && !desk().losses_unseen();
+    let can_start = move || {
+        may(&[State::Ready]) && state().job.with(Option::is_some) && !desk().losses_unseen() && cam::cleared()
+    };
     let paused = Memo::new(move |_| line.state() == Some(State::Paused));
     let hold = move || {
         if paused.get() {
@@ -154,7 +155,10 @@ fn reason(line: Link) -> Option<String> {
     if !desk().refused.with(Vec::is_empty) {
         return Some(say!("page.job.refused"));
     }
-    state().job.with(Option::is_none).then(|| say!("page.job.no_plan"))
+    if state().job.with(Option::is_none) {
+        return Some(say!("page.job.no_plan"));
+    }
+    (!cam::cleared()).then(|| say!("page.job.problems_unread"))
 }
 
 fn facts(line: Link) -> impl IntoView {

@@ -4,15 +4,16 @@
 
 mod finding;
 mod format;
+mod preview;
 
 pub(crate) use finding::finding;
 
 use crate::document::{self, Document, desk};
 use crate::engine::messages::FileRow;
 use crate::i18n::{key, say, t};
-use crate::widgets::{push, push_if};
+use crate::widgets::{menu_word, push, push_if};
 use leptos::ev;
-use leptos::html::{div, h2, header, input, p, table, tbody, td, th, thead, tr};
+use leptos::html::{div, h2, header, input, label, p, select, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -39,12 +40,13 @@ pub(crate) fn review() -> impl IntoView {
     div().class("whole").child(div().class("review").child((head, unseen, body)))
 }
 
-const COLUMNS: [&str; 5] = [
+const COLUMNS: [&str; 6] = [
     key!("page.review.use"),
     key!("page.review.file"),
     key!("page.review.is"),
     key!("page.review.side"),
     key!("page.review.because"),
+    key!("page.review.preview"),
 ];
 
 fn files(document: &Arc<Document>) -> impl IntoView + use<> {
@@ -55,6 +57,7 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
     (
         table()
             .child((thead().child(tr().child(Vec::from(heads))), tbody().child(lines.collect::<Vec<_>>()))),
+        alignment(document),
         div().class("remarks").child(board.collect::<Vec<_>>()),
     )
 }
@@ -71,6 +74,15 @@ fn flip_use(index: u32) {
     leptos::task::spawn_local(document::read_again(document.numbers.clone(), Some(used)));
 }
 
+fn row_class(kind: &str, used: bool) -> &'static str {
+    match kind {
+        "refused" => "refused",
+        "gerber" => "used",
+        _ if used => "used",
+        _ => "unused",
+    }
+}
+
 fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView + use<> {
     let used = document.reading.used.contains(&index);
     let can_be_used = file.drill.is_some();
@@ -84,22 +96,92 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
     });
     let reason = file.reason.clone();
     let (kind, role) = (file.kind.clone(), file.role.clone());
+    let (role_word, is_gerber) = (role.clone(), file.kind == "gerber");
     let side = file.side.clone();
     let shown_remarks =
         file.remarks.iter().take(20).map(|remark| finding(remark.clone()).into_any()).collect::<Vec<_>>();
     let more = file.remarks.len().saturating_sub(20);
-    tr().class(if used { "used" } else { "unused" }).child((
+    tr().class(row_class(&file.kind, used)).child((
         td().child(tick),
         td().child(file.name.clone()),
-        td().child(move || what(&kind, &role)),
-        td().child(move || side.as_deref().map(side_word)),
+        td().child(role_menu(index, &kind, &role, side.as_deref(), is_gerber)),
+        td().child(side_menu(index, &role_word, side.clone(), is_gerber)),
         td().child((
             p().child(move || crate::i18n::message(&reason)),
             file.drill.clone().map(|drill| format::format(document.numbers.clone(), drill)),
             div().class("remarks").child(shown_remarks),
             (more > 0).then(|| p().class("quiet").child(t!("page.review.more", count = more))),
         )),
+        td().child(preview::preview(document, index, file)),
     ))
+}
+
+const ROLES: [&str; 6] = ["copper", "mask", "silk", "paste", "outline", "other"];
+const SIDES: [&str; 4] = ["top", "bottom", "inner", ""];
+
+/// The board is read again with this file taken for something else.
+fn say_role(index: u32, role: String, side: Option<String>) {
+    leptos::task::spawn_local(document::say(move |said| {
+        said.roles.retain(|(row, ..)| *row != index);
+        said.roles.push((index, role, side));
+    }));
+}
+
+fn role_menu(index: u32, kind: &str, role: &str, side: Option<&str>, editable: bool) -> AnyView {
+    let (kind, role, side) = (kind.to_owned(), role.to_owned(), side.map(str::to_owned));
+    if !editable {
+        return span().child(move || what(&kind, &role)).into_any();
+    }
+    let now = role.clone();
+    let options = ROLES.map(|word| {
+        let (kind, chosen) = (kind.clone(), now == word);
+        menu_word(word, move || chosen, move || what(&kind, word))
+    });
+    select()
+        .attr("aria-label", t!("page.review.is"))
+        .on(ev::change, move |event| say_role(index, event_target_value(&event), side.clone()))
+        .child(Vec::from(options))
+        .into_any()
+}
+
+fn side_menu(index: u32, role: &str, side: Option<String>, editable: bool) -> AnyView {
+    let role = role.to_owned();
+    if !editable || matches!(role.as_str(), "outline" | "other") {
+        return span().child(move || side.as_deref().map(side_word)).into_any();
+    }
+    let now = side.unwrap_or_default();
+    let options = SIDES.map(|word| {
+        let chosen = now == word;
+        let name = move || if word.is_empty() { say!("page.side.none") } else { side_word(word) };
+        menu_word(word, move || chosen, name)
+    });
+    select()
+        .attr("aria-label", t!("page.review.side"))
+        .on(ev::change, move |event| {
+            let side = Some(event_target_value(&event)).filter(|side| !side.is_empty());
+            say_role(index, role.clone(), side);
+        })
+        .child(Vec::from(options))
+        .into_any()
+}
+
+/// Layers that do not share the copper's zero point can be moved to it.
+fn alignment(document: &Document) -> Option<AnyView> {
+    let apart = document.remarks().any(|remark| remark.code == "board.outline_shifted");
+    let holes_apart = document.reading.files.iter().any(|file| file.shifted);
+    (apart || holes_apart || document.aligned).then(|| {
+        let aligned = document.aligned;
+        label()
+            .class("tick")
+            .child((
+                input().attr("type", "checkbox").prop("checked", aligned).on(ev::change, move |event| {
+                    let on = event_target_checked(&event);
+                    leptos::task::spawn_local(document::say(move |said| said.aligned = on));
+                }),
+                span().child(t!("page.review.align")),
+            ))
+            .into_any()
+    })
 }
 
 fn what(kind: &str, role: &str) -> String {

@@ -1,0 +1,94 @@
+//! Programs in a controller's words, and dialects looked through for the template editor.
+//!
+//! Comes in: a program's bytes, the name of a dialect or its text. Goes out: files, faults, a preview. Does not know
+//! workers.
+
+use super::messages::{Checked, ToWrite};
+use annulus_core::post::{self, Dialect, OutputFile};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::program;
+
+/// The name of the person's own dialect in remarks.
+const OWN: &str = "template.toml";
+
+/// The files of the program.
+pub(super) fn write(wanted: &ToWrite) -> Result<Vec<(String, String)>, Vec<Remark>> {
+    let one = |remark| vec![remark];
+    let program = program::decode(&wanted.program).map_err(one)?;
+    let written = match &wanted.text {
+        Some(text) => Dialect::parse(OWN, text).and_then(|dialect| post::write_with(&dialect, &program)),
+        None => post::write(&wanted.target, &program, None).unwrap_or_else(|| {
+            let nearest = post::nearest_target(&wanted.target);
+            let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &wanted.target);
+            Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
+        }),
+    };
+    let pair = |file: OutputFile| (file.name, file.text);
+    written.map(|files| files.into_iter().map(pair).collect()).map_err(one)
+}
+
+/// What is wrong with a dialect, and what it makes.
+pub(super) fn check(wanted: &ToWrite) -> Checked {
+    let text = wanted.text.as_deref().unwrap_or_default();
+    let mut faults = post::check(OWN, text);
+    let mut checked = Checked::default();
+    if faults.is_empty() {
+        match Dialect::parse(OWN, text)
+            .map_err(|fault| vec![fault])
+            .and_then(|dialect| made(&dialect, wanted))
+        {
+            Ok((output, of_program)) => (checked.output, checked.of_program) = (output, of_program),
+            Err(why) => faults = why,
+        }
+    }
+    Checked { faults, ..checked }
+}
+
+/// The program in the words of `dialect`; without a program, a sample of every block.
+fn made(dialect: &Dialect, wanted: &ToWrite) -> Result<(String, bool), Vec<Remark>> {
+    if wanted.program.is_empty() {
+        let samples = post::preview(dialect).map_err(|why| vec![why])?;
+        let block = |sample: post::Sample| {
+            format!("; {} {}\n{}\n", sample.part.key(), sample.block.key(), sample.text)
+        };
+        return Ok((samples.into_iter().map(block).collect(), false));
+    }
+    let program = program::decode(&wanted.program).map_err(|why| vec![why])?;
+    let files = post::write_with(dialect, &program).map_err(|why| vec![why])?;
+    Ok((files.into_iter().map(|file| file.text).collect::<Vec<_>>().join("\n"), true))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grbl() -> String {
+        post::shipped().find(|(name, _)| *name == "grbl").unwrap().1.to_owned()
+    }
+
+    fn wanted(text: Option<String>) -> ToWrite {
+        ToWrite { program: Vec::new(), target: "grbl".to_owned(), text }
+    }
+
+    #[test]
+    fn a_dialect_without_a_program_shows_a_sample_of_its_blocks() {
+        let checked = check(&wanted(Some(grbl())));
+        assert_eq!(checked.faults, []);
+        assert!(!checked.of_program);
+        assert!(checked.output.contains("; drill hole") && checked.output.contains("; engrave line"));
+    }
+
+    #[test]
+    fn a_misspelt_parameter_is_a_fault_with_its_line() {
+        let text = grbl().replacen("G0 X@X@ Y@Y@", "G0 X@XX@ Y@Y@", 1);
+        let line = text.lines().position(|line| line.contains("@XX@")).unwrap() as u32 + 1;
+        let checked = check(&wanted(Some(text)));
+        assert_eq!(checked.faults[0].place.as_ref().map(|place| place.line), Some(line));
+        assert_eq!(checked.output, "");
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_refused() {
+        assert!(write(&wanted(None)).is_err(), "no program");
+    }
+}

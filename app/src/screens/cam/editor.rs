@@ -1,0 +1,332 @@
+//! The template editor: a dialect's file as text, what each block and parameter is, its faults with their places, and what
+//! the program on show becomes, while it is typed.
+//!
+//! ```text
+//! + text ──────────────+ block, parameters ─+ output ─────────+
+//! | [drill]            | hole: for every … | G0 X1.000 …      |
+//! | hole = '''         | [X] [Y] [Z] …     |                  |
+//! | G0 X@X@ …          | faults            |                  |
+//! +────────────────────+───────────────────+──────────────────+
+//! ```
+//!
+//! Comes in: a dialect that ships, or the person's file. Goes out: the person's own dialect, a saved file.
+
+use super::export::OWN;
+use crate::engine::messages::{Checked, ToWrite};
+use crate::engine::{Engine, Stopped};
+use crate::i18n::{self, advice, message, say, t};
+use crate::state::state;
+use crate::widgets::{push, save_file};
+use crate::workbench::template;
+use annulus_core::post::{self, BLOCKS, PARAMETERS};
+use annulus_core::remark::Remark;
+use leptos::ev;
+use leptos::html::{
+    self, button, code, div, h2, h3, header, li, p, pre, section, span, strong, textarea, ul,
+};
+use leptos::prelude::*;
+use std::cell::Cell;
+use std::time::Duration;
+use web_sys::HtmlTextAreaElement;
+
+/// Lines of output shown.
+const MOST_LINES: usize = 400;
+/// Typing rests so long before it is looked at.
+const REST: Duration = Duration::from_millis(200);
+
+/// What is edited.
+#[derive(Clone, Copy)]
+pub(super) struct Sheet {
+    /// What is written for: a name that ships, or [`OWN`].
+    pub target: RwSignal<String>,
+    /// The person's own dialect as text.
+    text: RwSignal<Option<String>>,
+    /// What it calls itself.
+    pub own_name: Memo<Option<String>>,
+    /// It is open.
+    pub open: RwSignal<bool>,
+    /// Where the cursor is, in bytes.
+    cursor: RwSignal<usize>,
+    /// What was found in it and what it makes.
+    checked: RwSignal<Checked>,
+}
+
+thread_local! {
+    static SHEET: Cell<Option<Sheet>> = const { Cell::new(None) };
+    static WRITER: Engine = Engine::new();
+    static CHANGES: Cell<u32> = const { Cell::new(0) };
+}
+
+/// The editor. Made by [`begin`].
+pub(super) fn sheet() -> Sheet {
+    SHEET.get().expect("the sheet is made before the first screen")
+}
+
+/// Makes it in the root of the page.
+pub(super) fn begin() {
+    let text = RwSignal::new(None::<String>);
+    let own_name = Memo::new(move |_| {
+        text.with(|text| {
+            let line = text.as_ref()?.lines().find(|line| line.trim_start().starts_with("name"))?;
+            Some(line.split('"').nth(1).unwrap_or(OWN).to_owned())
+        })
+    });
+    let sheet = Sheet {
+        target: RwSignal::new("grbl".to_owned()),
+        text,
+        own_name,
+        open: RwSignal::new(false),
+        cursor: RwSignal::new(0),
+        checked: RwSignal::new(Checked::default()),
+    };
+    SHEET.set(Some(sheet));
+    Effect::new(move |_| {
+        text.track();
+        state().job.track();
+        if !sheet.open.get() {
+            return;
+        }
+        let change = CHANGES.get() + 1;
+        CHANGES.set(change);
+        set_timeout(
+            move || {
+                if change == CHANGES.get() {
+                    leptos::task::spawn_local(sheet.look(change));
+                }
+            },
+            REST,
+        );
+    });
+}
+
+impl Sheet {
+    /// The person's own text, where that is what is written for.
+    pub(super) fn own_text(self) -> Option<String> {
+        (self.target.get_untracked() == OWN).then(|| self.text.get_untracked()).flatten()
+    }
+
+    /// Opens it with what is written for.
+    pub(super) fn open_for_target(self) {
+        let name = self.target.get_untracked();
+        if let Some((_, text)) = post::shipped().find(|(known, _)| *known == name) {
+            self.text.set(Some(text.to_owned()));
+        } else if self.text.with_untracked(Option::is_none) {
+            let first = post::shipped().next().map(|(_, text)| text.to_owned());
+            self.text.set(first);
+        }
+        self.cursor.set(0);
+        self.open.set(true);
+    }
+
+    /// Takes the text as the person's own.
+    fn keep(self, text: String) {
+        self.text.set(Some(text));
+        self.target.set(OWN.to_owned());
+    }
+
+    /// The program in the words of the target.
+    pub(super) async fn write(self, wanted: ToWrite) -> Result<Vec<(String, String)>, Stopped> {
+        WRITER.with(Clone::clone).write(wanted).await
+    }
+
+    async fn look(self, change: u32) {
+        let text = self.text.get_untracked().unwrap_or_default();
+        let program = state().job.with_untracked(|job| job.as_ref().map(|job| job.bytes.clone()));
+        let wanted =
+            ToWrite { program: program.unwrap_or_default(), target: OWN.to_owned(), text: Some(text) };
+        let found = WRITER.with(Clone::clone).check(wanted).await;
+        if let Ok(checked) = found
+            && change == CHANGES.get()
+        {
+            self.checked.set(checked);
+        }
+    }
+}
+
+/// The whole sheet.
+pub(super) fn editor() -> impl IntoView {
+    let sheet = sheet();
+    let area = NodeRef::<html::Textarea>::new();
+    let file = move || sheet.own_name.get().unwrap_or_else(|| OWN.to_owned());
+    div().class("whole").child(div().class("template").child((
+        header().child((
+            h2().class("grow").child(t!("page.template.title")),
+            push("button", t!("page.template.load"), move |_| load(sheet)),
+            push("button", t!("page.template.save"), move |_| {
+                let name = file().to_lowercase().replace(|sign: char| !sign.is_ascii_alphanumeric(), "-");
+                let text = sheet.text.get_untracked().unwrap_or_default();
+                save_file(&format!("{name}.toml"), "application/toml", &text);
+            }),
+            push("button primary", t!("page.template.done"), move |_| sheet.open.set(false)),
+        )),
+        div().class("columns").child((written(sheet, area), hints(sheet, area), output(sheet))),
+    )))
+}
+
+fn load(sheet: Sheet) {
+    crate::screens::opening::choose_text(move |text| sheet.keep(text));
+}
+
+fn written(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
+    let follow = move || {
+        if let Some(area) = area.get_untracked() {
+            let area: HtmlTextAreaElement = area;
+            let units = area.selection_start().ok().flatten().unwrap_or(0) as usize;
+            sheet.cursor.set(bytes_of_units(&area.value(), units));
+        }
+    };
+    section().class("text").attr("aria-label", t!("page.template.text")).child(
+        textarea()
+            .node_ref(area)
+            .attr("spellcheck", "false")
+            .attr("wrap", "off")
+            .attr("aria-label", t!("page.template.text"))
+            .prop("value", move || sheet.text.get().unwrap_or_default())
+            .on(ev::input, move |event| {
+                sheet.keep(event_target_value(&event));
+                follow();
+            })
+            .on(ev::keyup, move |_| follow())
+            .on(ev::click, move |_| follow()),
+    )
+}
+
+/// The browser counts in units of UTF-16.
+fn bytes_of_units(text: &str, units: usize) -> usize {
+    let mut left = units;
+    for (at, sign) in text.char_indices() {
+        if left == 0 {
+            return at;
+        }
+        left = left.saturating_sub(sign.len_utf16());
+    }
+    text.len()
+}
+
+fn units_of_bytes(text: &str, bytes: usize) -> u32 {
+    text.get(..bytes).unwrap_or(text).encode_utf16().count() as u32
+}
+
+/// Puts `word` where the cursor is.
+fn insert(sheet: Sheet, area: NodeRef<html::Textarea>, word: &str) {
+    let mut text = sheet.text.get_untracked().unwrap_or_default();
+    let at = sheet.cursor.get_untracked().min(text.len());
+    if !text.is_char_boundary(at) {
+        return;
+    }
+    text.insert_str(at, word);
+    let after = units_of_bytes(&text, at + word.len());
+    sheet.keep(text);
+    sheet.cursor.set(at + word.len());
+    request_animation_frame(move || {
+        if let Some(area) = area.get_untracked() {
+            let _ = area.focus();
+            let _ = area.set_selection_range(after, after);
+        }
+    });
+}
+
+fn hints(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
+    let here = Memo::new(move |_| {
+        sheet.text.with(|text| template::place(text.as_deref().unwrap_or_default(), sheet.cursor.get()))
+    });
+    let what = move || {
+        let (part, block) = here.get();
+        let Some(part) = part else {
+            return p().class("quiet").child(t!("page.template.nowhere")).into_any();
+        };
+        let rows =
+            BLOCKS.iter().filter(|row| row.part == part && block.is_none_or(|block| row.block == block));
+        let lines = rows.map(|row| {
+            let key = format!("post.block.{}.{}", part.key(), row.block.key());
+            li().child((strong().child(row.block.key()), " ", move || i18n::text(&key, &[]))).into_any()
+        });
+        ul().child(lines.collect::<Vec<_>>()).into_any()
+    };
+    let parameters = move || {
+        let (_, block) = here.get();
+        let rows = PARAMETERS.iter().filter(|row| block.is_some_and(|block| row.blocks.contains(&block)));
+        let lines = rows.map(|row| {
+            let key = format!("post.parameter.{}", row.name);
+            let word = format!("@{}@", row.name);
+            li().child((
+                button()
+                    .attr("type", "button")
+                    .class("button small")
+                    .on(ev::click, move |_| insert(sheet, area, &word))
+                    .child(code().child(format!("@{}@", row.name))),
+                span().child((move || i18n::text(&key, &[]), " ", span().class("quiet").child(row.unit))),
+            ))
+            .into_any()
+        });
+        ul().class("parameters").child(lines.collect::<Vec<_>>())
+    };
+    section().class("hints").attr("aria-label", t!("page.template.hints")).child((
+        faults(sheet, area),
+        h3().child(t!("page.template.blocks")),
+        what,
+        h3().child(t!("page.template.parameters")),
+        parameters,
+    ))
+}
+
+fn faults(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
+    let go = move |line: u32| {
+        let text = sheet.text.get_untracked().unwrap_or_default();
+        let (from, to) = (template::start_of_line(&text, line), template::start_of_line(&text, line + 1));
+        if let Some(area) = area.get_untracked() {
+            let _ = area.focus();
+            let _ = area.set_selection_range(units_of_bytes(&text, from), units_of_bytes(&text, to));
+        }
+    };
+    let one = move |remark: Remark| {
+        let line = remark.place.as_ref().map_or(0, |place| place.line);
+        let cure = remark.clone();
+        li().class("notice tone-alarm")
+            .child(
+                div().child((
+                    button()
+                        .attr("type", "button")
+                        .class("button small")
+                        .on(ev::click, move |_| go(line))
+                        .child(t!("page.template.line", line = line)),
+                    strong().child(move || message(&remark)),
+                    move || advice(&cure),
+                )),
+            )
+            .into_any()
+    };
+    move || {
+        let faults = sheet.checked.with(|checked| checked.faults.clone());
+        if faults.is_empty() {
+            return p()
+                .class("tag tone-run")
+                .attr("role", "status")
+                .child(t!("page.template.sound"))
+                .into_any();
+        }
+        let count = faults.len();
+        (
+            h3().attr("role", "status").child(t!("page.template.faults", count = count)),
+            ul().class("faults").child(faults.into_iter().map(one).collect::<Vec<_>>()),
+        )
+            .into_any()
+    }
+}
+
+fn output(sheet: Sheet) -> impl IntoView {
+    let text = move || {
+        sheet.checked.with(|checked| {
+            let lines: Vec<&str> = checked.output.lines().take(MOST_LINES).collect();
+            lines.join("\n")
+        })
+    };
+    let title = move || {
+        let of_job = sheet.checked.with(|checked| checked.of_program);
+        if of_job { say!("page.template.output") } else { say!("page.template.sample") }
+    };
+    section()
+        .class("output")
+        .attr("aria-label", t!("page.template.output"))
+        .child((h3().child(title), pre().attr("tabindex", "0").attr("aria-label", title).child(text)))
+}

@@ -1,0 +1,81 @@
+//! The program in a controller's words: which dialect, and the files. Not before every finding was seen.
+//!
+//! Comes in: the planned program. Goes out: downloads; the way to the template editor.
+
+use super::editor::{Sheet, sheet};
+use crate::engine::Stopped;
+use crate::engine::messages::ToWrite;
+use crate::i18n::{advice, message, t};
+use crate::state::state;
+use crate::widgets::{push, push_if, save_file};
+use annulus_core::post;
+use annulus_core::remark::Remark;
+use leptos::ev;
+use leptos::html::{div, h2, header, label, option, p, section, select, span};
+use leptos::prelude::*;
+
+/// The block.
+pub(super) fn export() -> impl IntoView {
+    let sheet = sheet();
+    let refused = RwSignal::new(Vec::<Remark>::new());
+    let names = post::targets().into_iter().map(|name| {
+        option().attr("value", name).prop("selected", move || sheet.target.get() == name).child(name)
+    });
+    let own = move || {
+        let named = sheet.own_name.get();
+        named.map(|name| {
+            option().attr("value", OWN).prop("selected", move || sheet.target.get() == OWN).child(name)
+        })
+    };
+    let ready = move || state().job.with(Option::is_some) && super::cleared();
+    let why = move || {
+        refused
+            .get()
+            .into_iter()
+            .map(|remark| {
+                let cure = remark.clone();
+                p().class("refusal")
+                    .attr("role", "alert")
+                    .child((move || message(&remark), " ", move || advice(&cure)))
+                    .into_any()
+            })
+            .collect::<Vec<_>>()
+    };
+    section().class("block").attr("aria-label", t!("page.cam.export")).child((
+        header().child(h2().child(t!("page.cam.export"))),
+        label().class("field").child((
+            span().child(t!("page.cam.controller")),
+            select()
+                .on(ev::change, move |event| sheet.target.set(event_target_value(&event)))
+                .child((names.collect::<Vec<_>>(), own)),
+        )),
+        div().class("buttons").child((
+            push("button", t!("page.cam.template"), move |_| sheet.open_for_target()),
+            push_if("button primary", ready, t!("page.cam.save_files"), move |_| {
+                leptos::task::spawn_local(async move { refused.set(save(sheet).await) });
+            }),
+        )),
+        move || (super::unread() > 0).then(|| p().class("quiet").child(t!("page.cam.unread_first"))),
+        why,
+    ))
+}
+
+/// The word of the person's own template in the menu.
+pub(super) const OWN: &str = "own";
+
+/// Writes the program and saves its files; what stood in the way.
+async fn save(sheet: Sheet) -> Vec<Remark> {
+    let Some(job) = state().job.get_untracked() else { return Vec::new() };
+    let wanted =
+        ToWrite { program: job.bytes.clone(), target: sheet.target.get_untracked(), text: sheet.own_text() };
+    match sheet.write(wanted).await {
+        Ok(files) => {
+            for (name, text) in files {
+                save_file(&name, "text/plain", &text);
+            }
+            Vec::new()
+        }
+        Err(Stopped::Refused(why)) => why,
+        Err(Stopped::Cancelled) => Vec::new(),
+    }
+}

@@ -1,0 +1,65 @@
+//! A small picture of a layer beside its row.
+//!
+//! Comes in: the triangles of the layer. Goes out: a canvas, drawn once. Knows no GPU.
+
+use crate::document::Document;
+use crate::engine::messages::FileRow;
+use crate::layers::Kind;
+use crate::view::{Colour, Mesh, Palette};
+use leptos::html::{self, canvas};
+use leptos::prelude::*;
+use std::sync::Arc;
+use wasm_bindgen::JsCast;
+use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
+
+/// Its size in pixels.
+const WIDTH: u32 = 112;
+const HEIGHT: u32 = 72;
+/// More triangles than this are not drawn one by one.
+const MOST: usize = 60_000;
+
+/// The picture of file `index`, if there is one.
+pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> Option<AnyView> {
+    let rows = &document.reading.layers;
+    let own = rows.iter().position(|row| row.file == Some(index));
+    let copper = || {
+        rows.iter().position(|row| {
+            row.file.is_none() && file.role == "copper" && row.role == "copper" && row.side == file.side
+        })
+    };
+    let at = own.or_else(copper)?;
+    let mesh = document.meshes.get(at)?.clone();
+    let colour = Kind::of(&file.role, file.side.as_deref()).colour(&Palette::DARK);
+    let element = NodeRef::<html::Canvas>::new();
+    element.on_load(move |element| draw(&element, &mesh, colour));
+    let made = canvas().node_ref(element).attr("width", WIDTH).attr("height", HEIGHT);
+    Some(made.class("preview").attr("aria-hidden", "true").into_any())
+}
+
+fn draw(element: &HtmlCanvasElement, mesh: &Mesh, colour: Colour) {
+    let context = element.get_context("2d").ok().flatten();
+    let Some(context) = context.and_then(|context| context.dyn_into::<CanvasRenderingContext2d>().ok())
+    else {
+        return;
+    };
+    let Some([low, high]) = mesh.bounds_mm() else { return };
+    let (width, height) = (f64::from(WIDTH), f64::from(HEIGHT));
+    let across = f64::from(high[0] - low[0]).max(0.1);
+    let up = f64::from(high[1] - low[1]).max(0.1);
+    let scale = ((width - 4.0) / across).min((height - 4.0) / up);
+    let place = |at: [f32; 2]| {
+        let x = width / 2.0 + (f64::from(at[0]) - f64::from(low[0] + high[0]) / 2.0) * scale;
+        let y = height / 2.0 - (f64::from(at[1]) - f64::from(low[1] + high[1]) / 2.0) * scale;
+        [x, y]
+    };
+    context.begin_path();
+    for corners in mesh.triangles.iter().take(MOST) {
+        for (index, corner) in corners.iter().enumerate() {
+            let [x, y] = place(mesh.corners_mm.get(*corner as usize).copied().unwrap_or_default());
+            if index == 0 { context.move_to(x, y) } else { context.line_to(x, y) }
+        }
+        context.close_path();
+    }
+    context.set_fill_style_str(&colour.css());
+    context.fill();
+}

@@ -1,0 +1,84 @@
+//! Where the cursor is in a dialect file: in which block of which template, so that the hints are those of that block.
+//!
+//! ```text
+//! [drill]            Some(Drill, none)
+//! hole = '''         Some(Drill, Hole)
+//! G0 X@X|            Some(Drill, Hole)
+//! '''
+//! ```
+//!
+//! Comes in: the text, a place in it. Goes out: part and block. Does not read the file: the core does.
+
+use annulus_core::post::{BLOCKS, Block, Part};
+
+/// The template and the block at byte `at` of `text`.
+pub fn place(text: &str, at: usize) -> (Option<Part>, Option<Block>) {
+    let (mut part, mut block, mut inside) = (None, None, false);
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let trimmed = line.trim();
+        if inside {
+            inside = !trimmed.ends_with("'''") && !trimmed.ends_with("\"\"\"");
+            if !inside && start + line.len() > at {
+                break;
+            }
+            if !inside {
+                block = None;
+            }
+        } else if let Some(name) = trimmed.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            part = Part::ALL.into_iter().find(|part| part.key() == name);
+            block = None;
+        } else if let (Some(part), Some((key, value))) = (part, trimmed.split_once('=')) {
+            let row = BLOCKS.iter().find(|row| row.part == part && row.block.key() == key.trim());
+            block = row.map(|row| row.block);
+            let value = value.trim();
+            inside = ["'''", "\"\"\""]
+                .iter()
+                .any(|quotes| value.strip_prefix(quotes).is_some_and(|rest| !rest.ends_with(quotes)));
+        }
+        if start + line.len() > at {
+            break;
+        }
+        start += line.len();
+        if !inside {
+            block = None;
+        }
+    }
+    (part, block)
+}
+
+/// The byte where line `line` begins, counted from 1.
+pub fn start_of_line(text: &str, line: u32) -> usize {
+    text.split_inclusive('\n').take(line.saturating_sub(1) as usize).map(str::len).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "schema = 1\n[drill]\nstart = '''\nG21\n'''\nhole = '''\nG0 X@X@\n'''\n[engrave]\nline = 'G1 X@X@'\nend = ''\n";
+
+    #[test]
+    fn the_block_under_the_cursor_is_found() {
+        let at = |word: &str| TEXT.find(word).unwrap();
+        let rows = [
+            (at("schema"), None, None),
+            (at("[drill]"), Some(Part::Drill), None),
+            (at("G21"), Some(Part::Drill), Some(Block::Start)),
+            (at("G0"), Some(Part::Drill), Some(Block::Hole)),
+            (at("[engrave]"), Some(Part::Engrave), None),
+            (at("G1 "), Some(Part::Engrave), Some(Block::Line)),
+        ];
+        for (place_at, part, block) in rows {
+            assert_eq!(place(TEXT, place_at), (part, block), "at {place_at}");
+        }
+        assert_eq!(place("", 5), (None, None));
+    }
+
+    #[test]
+    fn lines_have_their_starts() {
+        assert_eq!(start_of_line(TEXT, 1), 0);
+        assert_eq!(start_of_line(TEXT, 2), TEXT.find("[drill]").unwrap());
+        assert_eq!(start_of_line(TEXT, 999), TEXT.len());
+    }
+}

@@ -1,0 +1,140 @@
+// From a whole set of files to a proved job: layers, operations, ways, problems, and the export.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { after, before, test } from "node:test";
+import { openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
+
+let browser;
+let bridge;
+before(async () => {
+  browser = await openBrowser();
+  bridge = await startBridge({ speed: 50 });
+});
+after(async () => {
+  await browser?.close();
+  await bridge?.stop();
+});
+
+async function fresh(options) {
+  const { spawnSync } = await import("node:child_process");
+  const env = { ...process.env, ANNULUS_HOME: bridge.home };
+  const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
+  return openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
+}
+
+/** The findings of axe on the page as it stands. */
+async function findings(page) {
+  await page.evaluate(axe);
+  const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
+  return found.violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.target).join(" ")}`);
+}
+
+/** Opens the sample and goes to its job, planned and proved. */
+async function job(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click({ timeout: 60_000 });
+  await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture", 60_000);
+  await page.keyboard.press("2");
+  await page.getByRole("heading", { name: "Operations" }).waitFor();
+  await page.getByText(/Problems \(\d+\)/).waitFor();
+  await planned(page);
+}
+
+/** Waits until the worker rests. */
+async function planned(page) {
+  await page.waitForTimeout(300);
+  await until(async () => (await page.locator("footer progress").count()) === 0, "a worker at rest", 90_000);
+}
+
+const lines = async (page) => Number(await data(page, "lines"));
+
+for (const scheme of ["dark", "light"]) {
+  test(`the job of a board is accessible, ${scheme}`, async () => {
+    const { page, problems, context } = await fresh({ scheme });
+    try {
+      await page.emulateMedia({ colorScheme: scheme, reducedMotion: "reduce" });
+      await job(page);
+      await page.screenshot({ path: picture(`cam-1440-${scheme}`) });
+      assert.deepEqual(await findings(page), [], "CAM");
+      await page.setViewportSize({ width: 1024, height: 768 });
+      await page.waitForTimeout(500);
+      await page.screenshot({ path: picture(`cam-1024-${scheme}`) });
+      await page.getByRole("button", { name: "Template…" }).click();
+      await page.getByText("No faults.").waitFor({ timeout: 60_000 });
+      await page.screenshot({ path: picture(`template-${scheme}`) });
+      assert.deepEqual(await findings(page), [], "template editor");
+      assert.deepEqual(problems, [], "nothing was said on the console");
+    } finally {
+      await context.close();
+    }
+  });
+}
+
+test("more passes mean more ways, by keyboard, and are taken back", async () => {
+  const { page, context } = await fresh();
+  try {
+    await job(page);
+    await page.getByRole("button", { name: /1 Isolate/ }).click();
+    const before = await lines(page);
+    assert.ok(before > 100, `${before} lines are drawn`);
+    await page.getByRole("slider", { name: "Passes" }).focus();
+    await page.keyboard.press("ArrowRight");
+    await until(async () => (await lines(page)) > before, "more ways", 60_000);
+    await planned(page);
+    await page.getByRole("button", { name: "Take back" }).click();
+    await until(async () => (await lines(page)) === before, "the ways of before", 60_000);
+    await page.getByRole("button", { name: /1 Isolate/ }).focus();
+    await page.keyboard.press("Alt+ArrowDown");
+    await page.getByRole("button", { name: /2 Isolate/ }).waitFor();
+  } finally {
+    await context.close();
+  }
+});
+
+test("problems are shown and seen before anything is exported", async () => {
+  const { page, context } = await fresh();
+  try {
+    await job(page);
+    const save = page.getByRole("button", { name: "Export files" });
+    const seen = page.getByRole("button", { name: "All seen" });
+    if (await seen.isEnabled()) {
+      assert.equal(await save.isEnabled(), false, "no export with unread problems");
+      const zoom = await data(page, "zoom");
+      await page.keyboard.press("F8");
+      await until(async () => (await data(page, "zoom")) !== zoom, "the problem close by");
+      await page.screenshot({ path: picture("cam-problem") });
+      await seen.click();
+    }
+    await until(() => save.isEnabled(), "an export that is allowed", 60_000);
+    const download = page.waitForEvent("download");
+    await save.click();
+    const text = readFileSync(await (await download).path(), "utf8");
+    assert.match(text, /^G21/m);
+    assert.match(text, /^M2$/m);
+  } finally {
+    await context.close();
+  }
+});
+
+test("a misspelt parameter is a fault with its line, and a hint is put in by its button", async () => {
+  const { page, context } = await fresh();
+  try {
+    await job(page);
+    await page.getByRole("button", { name: "Template…" }).click();
+    const area = page.getByRole("textbox", { name: "Dialect as text" });
+    const text = await area.inputValue();
+    const wrong = text.replace("G0 X@X@ Y@Y@\nG1", "G0 X@XX@ Y@Y@\nG1");
+    assert.notEqual(wrong, text);
+    await area.fill(wrong);
+    const line = wrong.split("\n").findIndex((one) => one.includes("@XX@")) + 1;
+    await page.getByRole("button", { name: `Line ${line}`, exact: true }).click();
+    await area.fill(text);
+    await page.getByText("No faults.").waitFor();
+  } finally {
+    await context.close();
+  }
+});
