@@ -167,7 +167,7 @@ pub fn begin() {
             work: (*work).clone(),
             loaded: desk.loaded.get(),
             accept: desk.accepted.get().into_iter().collect(),
-            laid: desk.laid.with_untracked(|laid| laid.as_ref().map(|laid| laid.key.clone())),
+            laid: None,
         });
         if let Some(wanted) = wanted {
             bench().stale.set(true);
@@ -241,7 +241,8 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
             let document = document_of(files, numbers, used, said, reading);
             desk.accepted.set(BTreeSet::new());
             clear_plan(desk);
-            let doubtful = document.doubtful() || document.reading.board.holes.is_empty();
+            let empty = document.reading.board.holes.is_empty() && document.meshes.is_empty();
+            let doubtful = document.doubtful() || empty;
             if !again {
                 desk.reviewing.set(doubtful);
             }
@@ -334,6 +335,8 @@ async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result
 
 async fn plan_and_time(desk: Desk, wanted: ToPlan) {
     let wish = WISH.get();
+    let known = desk.laid.with_untracked(|laid| laid.as_ref().map(|laid| laid.key.clone()));
+    let wanted = ToPlan { laid: known, ..wanted };
     let machine = wanted.machine.clone();
     let (board_key, face, bits) = (wanted.board_key, wanted.work.setup.face, wanted.work.bits.clone());
     let progress = move |share| {

@@ -52,7 +52,8 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     let with_copper = board::Wanted { copper: true, ..board::Wanted::default() };
     let (mut board, remarks) = board::from_artwork_with(&artwork, &used, with_copper);
     let body = picture::body(&board);
-    let layers = layers(&board, body);
+    let mut layers = layers(&board, body);
+    layers.extend(other_layers(&artwork, body));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
     let work = Work::default_for(&board, &machine.unwrap_or_else(virtual_drill));
     shelf.keep(wanted.board_key, board.clone());
@@ -358,6 +359,7 @@ mod tests {
             width: Length::from_um(5),
             tool: None,
             nets: vec!["GND".to_owned()],
+            ends: Some((Point::from_mm(1.0, 2.0), Point::from_mm(1.0, 2.005))),
             leg: Some((0, 3)),
             cures: vec![cure],
         };

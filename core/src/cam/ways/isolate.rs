@@ -13,11 +13,11 @@
 //! Does not know what was left uncut: the proof tells.
 
 use super::super::work::{Cure, Direction, Isolate, Remedy};
-use super::cut::Area;
+use super::cut::{self, Area};
 use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
 use super::{Desk, Part, Task};
-use crate::geometry::{Island, Path, Region, grow};
+use crate::geometry::{Island, Path, Region, grow, rectangle, union, watershed};
 use crate::job::{Bit, Cutter};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
@@ -47,7 +47,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Remar
             continue;
         }
         let paths = match wider {
-            None if isolate.voronoi => between_islands(desk, copper),
+            None if isolate.voronoi => between_islands(desk, copper, width),
             None => rings(desk, copper, isolate, width)?,
             Some(wider) => groove.rest(wider, width),
         };
@@ -122,9 +122,18 @@ fn rings(
     Ok(paths)
 }
 
-/// The lines in the middle between islands.
-fn between_islands(_desk: &mut Desk<'_>, _copper: &Region) -> Vec<Path> {
-    Vec::new()
+/// The lines midway between islands, as far as they lie on the board, or without an outline in the copper's box, and as
+/// far as a cut of `width` has room there.
+fn between_islands(desk: &Desk<'_>, copper: &Region, width: Length) -> Vec<Path> {
+    let outline = &desk.scene.board.outline;
+    let margin = desk.work.setup.margin;
+    let around = match copper.bounds() {
+        _ if !outline.is_empty() => grow(outline, margin),
+        Some(bounds) => union(&[rectangle(bounds.grown(margin))]),
+        None => return Vec::new(),
+    };
+    let too_near = Area::of(&grow(copper, half(width) - NEARER));
+    watershed(copper, &around).iter().flat_map(|path| cut::parts(path, &too_near, false)).collect()
 }
 
 /// Outlines as regions have them, what is inside on their left, turned so that the cut goes as wanted.

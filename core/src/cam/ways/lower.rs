@@ -156,6 +156,7 @@ impl Writer<'_> {
             feed: speed(operation.feed_mm_per_s),
             plunge: speed(operation.plunge_mm_per_s),
             height: Length::ZERO,
+            moving_s: 0.0,
             commands: vec![Command::Rapid { to: self.at(way.path.start) }],
         };
         pen.mill();
@@ -163,6 +164,9 @@ impl Writer<'_> {
         pen.commands
     }
 }
+
+/// A path that takes longer than this, in s, is divided by a moment of rest: a single move has a longest time.
+const LONGEST_PATH_S: f64 = 240.0;
 
 /// A speed in whole µm/s, at least 1.
 fn speed(mm_per_s: f64) -> u32 {
@@ -176,6 +180,8 @@ struct Pen<'a> {
     plunge: u32,
     /// Height of the tip now.
     height: Length,
+    /// Seconds since the bit last stood still.
+    moving_s: f64,
     commands: Vec<Command>,
 }
 
@@ -198,6 +204,7 @@ impl Pen<'_> {
     /// Straight down to `depth`.
     fn down(&mut self, depth: Length) {
         self.height = -depth;
+        self.moving_s = 0.0;
         self.commands.push(Command::Plunge { to: -depth, feed_um_per_s: self.plunge, gate: None });
     }
 
@@ -255,6 +262,12 @@ impl Pen<'_> {
     }
 
     fn piece(&mut self, piece: &Piece, begin: Length, end: Length) {
+        let takes_s = (piece.end - piece.begin) * 1e3 / f64::from(self.feed);
+        if self.moving_s > 0.0 && self.moving_s + takes_s > LONGEST_PATH_S {
+            self.commands.push(Command::Dwell { us: 0 });
+            self.moving_s = 0.0;
+        }
+        self.moving_s += takes_s;
         // Rounding of a share is no step.
         if (begin - self.height).abs() > Length::from_nm(10) {
             let feed_um_per_s = if begin < self.height { self.plunge } else { self.feed };

@@ -197,6 +197,17 @@ impl Path {
 }
 
 #[test]
+fn voronoi_cuts_once_midway() {
+    let board = with_copper(&[boxed(0.0, 0.0, 2.0, 5.0), boxed(3.0, 0.0, 5.0, 5.0)]);
+    let work = isolation(&board, 0.2, |isolate| isolate.voronoi = true);
+    let (planned, _) = planned(&board, &work);
+    assert_eq!(planned.ways().count(), 1);
+    let way = &planned.ways().next().unwrap().path;
+    assert!((way.length_mm() - 7.0).abs() < 0.2, "{}", way.length_mm());
+    assert!(way.corners().all(|corner| (corner.x.mm() - 2.5).abs() < 0.003), "{way:?}");
+}
+
+#[test]
 fn cures_open_a_gap_each_in_its_way() {
     let board = with_copper(&[boxed(0.0, 0.0, 2.0, 5.0), boxed(2.15, 0.0, 4.0, 5.0)]);
     for remedy in [Remedy::Bit("thin".to_owned()), Remedy::Centred] {

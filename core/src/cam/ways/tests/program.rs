@@ -277,3 +277,15 @@ fn parts_of_a_path_lie_on_their_side() {
         }
     }
 }
+
+#[test]
+fn a_long_way_rests_now_and_then() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |operation| operation.feed_mm_per_s = 0.3);
+    let (planned, _) = planned(&board, &work);
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let leg = program.legs.iter().rfind(|leg| matches!(leg.mark, Mark::Way(_))).unwrap();
+    let rests = leg.commands.iter().filter(|command| matches!(command, Command::Dwell { .. })).count();
+    // More than four laps of 106 mm at 0.3 mm/s are over 1400 s.
+    assert!((5..20).contains(&rests), "{rests}");
+}
