@@ -19,6 +19,7 @@ use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::Machine;
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
+use annulus_core::sim;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
 use std::fs;
@@ -90,6 +91,11 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
             Remark::new(Weight::Loss, "job.not_written").with("file", path.display()).with("reason", error);
         Refusal::surroundings(why)
     })
+}
+
+/// The lowest place in the plane that the bits of `program` reach, in work coordinates.
+pub(crate) fn low_corner(program: &Program) -> Point {
+    sim::reach(program).map_or(Point::default(), |reach| reach.min)
 }
 
 /// The program in the file `path`; none when it is something else.
@@ -262,7 +268,8 @@ fn board_of(program: &Program) -> Board {
 
 /// The name without its folder and ending, made only of letters, digits, `-` and `_`: for the name of an output.
 pub(crate) fn stem(path: &Path) -> PathBuf {
-    let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+    let last = if path.is_dir() { path.file_name() } else { path.file_stem() };
+    let stem = last.unwrap_or(path.as_os_str()).to_string_lossy();
     let plain = |c: char| if c.is_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
     let name: String = stem.chars().map(plain).collect();
     PathBuf::from(if name.is_empty() { "board".to_owned() } else { name })

@@ -8,6 +8,7 @@ use super::{Answer, Exit, Refusal};
 use crate::drill::{Drill, RECORD};
 use crate::{job, machine_file};
 use annulus_core::control::{Ending, State};
+use annulus_core::geometry::Point;
 use annulus_core::machine::Output;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
@@ -49,7 +50,8 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let drill = Drill::open(&folder, known.machine, args.speed)?;
     drill.keep_settings_in(known.path);
     let operator = Operator::new(&drill, signals, json);
-    let ran = runtime.block_on(operator.drill_all(&bytes, args.from_start));
+    let low = job::low_corner(&job.program);
+    let ran = runtime.block_on(operator.drill_all(&bytes, low, args.from_start));
     drill.shutdown();
     let mut answer = ran?;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
@@ -88,7 +90,7 @@ impl<'a> Operator<'a> {
         self.drill.greeting().into_iter().find_map(status_of)
     }
 
-    async fn drill_all(mut self, bytes: &[u8], from_start: bool) -> Result<Answer, Refusal> {
+    async fn drill_all(mut self, bytes: &[u8], low: Point, from_start: bool) -> Result<Answer, Refusal> {
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         if let Some(alarm) = self.status().and_then(|status| status.alarm) {
@@ -112,6 +114,7 @@ impl<'a> Operator<'a> {
                 leg
             }
             None => {
+                self.make_room(low).await?;
                 self.ask(Ask::SetZero)?;
                 0
             }
@@ -122,6 +125,19 @@ impl<'a> Operator<'a> {
         self.bar.finish_and_clear();
         let rested = self.settle().await;
         Ok(self.answer(ending, done, &digest, &rested))
+    }
+
+    /// Goes so far from the corner of the machine that what lies below the work zero is in the range too.
+    async fn make_room(&mut self, low: Point) -> Result<(), Refusal> {
+        for (axis, low) in [(0, low.x), (1, low.y)] {
+            let below_um = (999 - low.nm()) / 1_000;
+            if below_um > 0 {
+                let distance_um = i32::try_from(below_um).unwrap_or(i32::MAX);
+                self.ask(Ask::Jog { axis, distance_um })?;
+                self.settle().await;
+            }
+        }
+        Ok(())
     }
 
     /// Arms the job; the first failed row of the pre-flight refuses it.

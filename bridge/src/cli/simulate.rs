@@ -28,7 +28,11 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
     let timeline = motion::timeline(&job.program, &job.machine).map_err(Refusal::content)?;
     lawful(motion::laws::laws(&timeline, &job.machine))?;
     let stream = steps::stream(&timeline, &job.machine).map_err(Refusal::content)?;
-    lawful(check::verify(&stream, &job.machine, check::corner_zero(&job.machine)))?;
+    lawful(check::verify(
+        &stream,
+        &job.machine,
+        check::roomy_zero(&job.machine, job::low_corner(&job.program)),
+    ))?;
     let numbers = summary(&timeline, &stream, &job.machine);
     let digest = steps::digest(&stream);
     let mut object = json!({

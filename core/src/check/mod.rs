@@ -19,10 +19,12 @@
 mod interlocks;
 mod pulses;
 
+use crate::geometry::Point;
 use crate::job::Mark;
 use crate::machine::{AXES, Machine, Steps, axis_name};
 use crate::remark::{Remark, Weight};
 use crate::steps::stream::{Segment, StepStream};
+use crate::units::Length;
 use interlocks::{Heights, Interlocks};
 use pulses::Walker;
 
@@ -62,6 +64,15 @@ pub fn corner_zero(machine: &Machine) -> Steps {
     for spindle in &mut zero[2..axes_present(machine)] {
         *spindle = machine.z.scale.steps(machine.process.surface);
     }
+    zero
+}
+
+/// The same for a program that goes as low as `low` in work coordinates: so far from the corner that all of it is in the
+/// range, as a cut round a board goes outside of the board's own corner.
+pub fn roomy_zero(machine: &Machine, low: Point) -> Steps {
+    let mut zero = corner_zero(machine);
+    zero[0] -= machine.x.scale.steps(low.x.min(Length::ZERO));
+    zero[1] -= machine.y.scale.steps(low.y.min(Length::ZERO));
     zero
 }
 
