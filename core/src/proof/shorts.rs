@@ -52,11 +52,17 @@ pub(super) fn shorts(scene: &Scene<'_>) -> Vec<Finding> {
     for island in &between_nets.islands {
         let touched = touched(scene, island);
         let Some(piece) = touched.piece else { continue };
-        for ((one, other), mut equal) in gaps(scene, &touched, piece) {
+        let gaps = gaps(scene, &touched, piece);
+        let joined = groups(&touched.nets, &narrow(scene, &gaps));
+        for ((one, other), mut equal) in gaps {
+            told.entry(piece).or_default().extend([one, other]);
             equal.sort_by_key(|gap| micrometres(gap.from.towards(gap.to, 0.5)));
             let Some(&gap) = equal.get(equal.len() / 2) else { continue };
-            told.entry(piece).or_default().extend([one, other]);
-            findings.push(finding(scene, one, other, gap));
+            let finding = finding(scene, one, other, gap);
+            // Nets that narrow gaps join are not told again where they are far apart.
+            if finding.kind == Kind::Gap || joined.get(&one) != joined.get(&other) {
+                findings.push(finding);
+            }
         }
     }
     findings.extend(untold(scene, &told));
@@ -113,6 +119,14 @@ fn gaps(scene: &Scene<'_>, touched: &Touched, piece: u32) -> Gaps {
         look(scene, touched, f64::MAX, sight, &apart, &mut gaps);
     }
     gaps
+}
+
+/// The gaps that no bit of the program fits into.
+fn narrow(scene: &Scene<'_>, gaps: &Gaps) -> Gaps {
+    let tool = scene.narrowest().map_or(0.0, Length::mm);
+    let fits_not = |gap: &Gap| gap.width < tool;
+    let narrow = gaps.iter().filter(|(_, equal)| equal.first().is_some_and(fits_not));
+    narrow.map(|(pair, equal)| (*pair, equal.clone())).collect()
 }
 
 /// Which nets are joined by gaps: every net with the least net that it is joined with.
@@ -208,7 +222,10 @@ fn finding(scene: &Scene<'_>, one: u32, other: u32, gap: Gap) -> Finding {
     let mut finding = Finding::new(kind, middle, width, vec![scene.label(one), scene.label(other)]);
     finding.tool = tool;
     finding.ends = Some((gap.from.point(), gap.to.point()));
-    finding.cures = cures::for_gap(scene, width);
+    // Where the bit fits, a way is missing, and no other bit or depth is needed.
+    if kind == Kind::Gap {
+        finding.cures = cures::for_gap(scene, width);
+    }
     finding
 }
 

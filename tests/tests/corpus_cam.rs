@@ -1,0 +1,89 @@
+//! Boards of the corpus from files to a proved program: the usual job of each, planned, and proved from the program alone.
+//! Everything that the bit fits around is isolated, and nothing of a net is lost.
+
+use annulus_core::artwork::{Overrides, read_set};
+use annulus_core::board::{Board, Wanted, from_artwork_with};
+use annulus_core::cam::PlanOptions;
+use annulus_core::cam::ways::{Means, lower_work, plan_work};
+use annulus_core::cam::work::Work;
+use annulus_core::geometry::Point;
+use annulus_core::job::Command;
+use annulus_core::machine::virtual_drill;
+use annulus_core::motion;
+use annulus_core::proof::{self, Kind};
+use annulus_tests::corpus;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Folders of the corpus.
+const BOARDS: [&str; 6] = [
+    "easyeda/easytrace-tht",
+    "eagle/arduino-uno",
+    "eagle/pcb-tools-board",
+    "kicad/2013-clockblock",
+    "kicad/4.0-multivibrator",
+    "kicad/8.0-carte_test",
+];
+
+fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() { files_below(&path, out) } else { out.push(path) }
+    }
+}
+
+fn board(folder: &Path) -> Board {
+    let mut paths = Vec::new();
+    files_below(folder, &mut paths);
+    let named: Vec<_> =
+        paths.iter().map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect();
+    let artwork = read_set(&named, &Overrides::default());
+    from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0
+}
+
+#[test]
+fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
+    let Some(corpus) = corpus() else { return };
+    let machine = virtual_drill();
+    let options = PlanOptions::default();
+    let hop_time = |from: Point, to: Point| motion::hop_time_s(&machine, from, to);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let mut wrong = Vec::new();
+    println!("board, side: islands, contours, findings, with cures, milled m, retracts, time s");
+    for name in BOARDS {
+        let board = board(&corpus.join(name));
+        assert!(!board.copper.is_empty(), "{name} has no copper");
+        let mut work = Work::default_for(&board, &machine);
+        for face in work.faces() {
+            work.setup.face = face;
+            let planned = plan_work(&board, &work, &machine, &means, &mut |_| true);
+            let (planned, _) = planned.unwrap_or_else(|why| panic!("{name}: {why:?}"));
+            let program = lower_work(&planned, &work, &machine);
+            let asked = proof::Options { face, owned: work.bits.clone(), ..proof::Options::default() };
+            let verdict = proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
+            let mut counts: BTreeMap<Kind, usize> = BTreeMap::new();
+            for finding in &verdict.findings {
+                *counts.entry(finding.kind).or_default() += 1;
+            }
+            let cures = verdict.findings.iter().filter(|finding| !finding.cures.is_empty()).count();
+            let commands = program.legs.iter().flat_map(|leg| &leg.commands);
+            let retracts = commands.filter(|command| matches!(command, Command::Retract { .. })).count();
+            let seconds =
+                motion::timeline(&program, &machine).map_or(f64::NAN, |timeline| timeline.total_s());
+            println!(
+                "{name}, {face:?}: {}, {}, {counts:?}, {cures}, {:.2}, {retracts}, {seconds:.0}",
+                verdict.islands,
+                planned.ways().count(),
+                planned.milled_mm() / 1e3,
+            );
+            assert!(verdict.islands > 0, "{name} has no islands");
+            let never =
+                [Kind::Short, Kind::Break, Kind::Gone, Kind::Lost, Kind::NoBit, Kind::Shallow, Kind::Hit];
+            let bad = verdict.findings.iter().filter(|finding| never.contains(&finding.kind));
+            wrong.extend(bad.map(|finding| format!("{name} {face:?}: {finding:?}")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
