@@ -2,7 +2,10 @@
 //!
 //! Comes in: the sources of the page. Goes out: a list of what is missing. Knows Rust only as far as string literals.
 
+use annulus_core::cam::parameters::{self, Parameter};
+use annulus_core::cam::work::Action;
 use annulus_core::locale;
+use annulus_core::machine::Kind;
 use annulus_tests::root;
 use std::collections::BTreeSet;
 use std::fs;
@@ -125,10 +128,23 @@ fn no_screen_says_a_word_of_its_own() {
     assert!(bare.is_empty(), "text that is not in the locale tables:\n{}", bare.join("\n"));
 }
 
+/// The keys that the page puts together from the rows of a job's parameters and the words of their choices.
+fn keys_of<T>(rows: &[Parameter<T>]) -> impl Iterator<Item = String> {
+    rows.iter().flat_map(|row| {
+        let words: &[&str] = if let Kind::Choice(words) = row.kind { words } else { &[] };
+        let name = format!("page.cam.row.{}", row.key.replace('.', "_"));
+        words.iter().map(|word| format!("page.cam.word.{word}")).chain([name]).collect::<Vec<_>>()
+    })
+}
+
 #[test]
 fn no_sentence_of_the_page_is_left_over() {
     let all: String = page().into_iter().map(|(_, text)| text).collect();
-    let used: BTreeSet<String> = literals(&all).into_iter().map(|literal| literal.text).collect();
+    let mut used: BTreeSet<String> = literals(&all).into_iter().map(|literal| literal.text).collect();
+    used.extend(
+        keys_of(parameters::SETUP).chain(keys_of(parameters::BIT)).chain(keys_of(parameters::OPERATION)),
+    );
+    used.extend(Action::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
     let stem = |key: &str| {
         key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice")).unwrap_or(key).to_owned()
     };
