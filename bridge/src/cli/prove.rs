@@ -32,6 +32,9 @@ pub(crate) struct ProveArgs {
     /// The side that is looked at.
     #[arg(long, value_enum, default_value_t = Side::Top)]
     pub(crate) side: Side,
+    /// How the board lies when its bottom is up, as `cam` turns it over.
+    #[arg(long, value_enum, default_value_t = Turn::LeftRight)]
+    pub(crate) turn: Turn,
     /// Thickness of the copper in µm.
     #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = copper_um)]
     pub(crate) copper_um: f64,
@@ -50,6 +53,17 @@ pub(crate) enum Side {
     Top,
     /// The solder side.
     Bottom,
+}
+
+/// How a board is turned over for its bottom side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Turn {
+    /// X is mirrored.
+    LeftRight,
+    /// Y is mirrored.
+    TopBottom,
+    /// Not at all: the program has the coordinates of the files.
+    Not,
 }
 
 fn copper_um(text: &str) -> Result<f64, String> {
@@ -77,6 +91,10 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
         let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side);
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
+    let board = match (args.side, args.turn) {
+        (Side::Top, _) | (_, Turn::Not) => board,
+        (Side::Bottom, turn) => board.turned(turn == Turn::LeftRight),
+    };
     let options = Options {
         face,
         copper_thickness: Length::from_mm(args.copper_um / 1e3),
