@@ -40,7 +40,7 @@ pub enum Rule {
 }
 
 /// One coat of paint: outlines with their inside on the left, as [`settled`], [`super::circle`],
-/// [`super::rectangle`], [`super::stroke`] and the paths of a [`Region`] are. A clockwise outline is a hole in its
+/// [`super::rectangle`], [`super::stroke()`] and the paths of a [`Region`] are. A clockwise outline is a hole in its
 /// own coat and hides nothing beneath.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coat {

@@ -105,7 +105,7 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
         td().child(tick),
         td().child(file.name.clone()),
         td().child(role_menu(index, &kind, &role, side.as_deref(), is_gerber)),
-        td().child(side_menu(index, &role_word, side.clone(), is_gerber)),
+        td().child(side_menu(index, &role_word, side, is_gerber)),
         td().child((
             p().child(move || crate::i18n::message(&reason)),
             file.drill.clone().map(|drill| format::format(document.numbers.clone(), drill)),
@@ -132,9 +132,8 @@ fn role_menu(index: u32, kind: &str, role: &str, side: Option<&str>, editable: b
     if !editable {
         return span().child(move || what(&kind, &role)).into_any();
     }
-    let now = role.clone();
     let options = ROLES.map(|word| {
-        let (kind, chosen) = (kind.clone(), now == word);
+        let (kind, chosen) = (kind.clone(), role == word);
         menu_word(word, move || chosen, move || what(&kind, word))
     });
     select()
