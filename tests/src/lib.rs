@@ -1,7 +1,9 @@
-//! What several tests share: where the repository and the corpus of real boards are.
+//! What several tests share: where the repository and the corpus of real boards are, and folders read as one set.
 
 pub mod targets;
 
+use annulus_core::artwork::{Artwork, Overrides, read_set};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The root of the repository.
@@ -29,4 +31,21 @@ pub fn shared(name: &str, variable: &str) -> Option<PathBuf> {
 /// The corpus of real and synthetic boards.
 pub fn corpus() -> Option<PathBuf> {
     shared("corpus", "ANNULUS_CORPUS")
+}
+
+/// All files below a folder, in order.
+pub fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a folder that can be listed");
+    let mut entries: Vec<_> = entries.map(|entry| entry.expect("a readable entry").path()).collect();
+    entries.sort();
+    let below = |path: PathBuf| if path.is_dir() { files_below(&path) } else { vec![path] };
+    entries.into_iter().flat_map(below).collect()
+}
+
+/// Everything in a folder, read as one set.
+pub fn read_folder(folder: &Path) -> Artwork {
+    let bytes = |path: &PathBuf| fs::read(path).expect("a file that can be read");
+    let named: Vec<_> =
+        files_below(folder).iter().map(|path| (path.display().to_string(), bytes(path))).collect();
+    read_set(&named, &Overrides::default())
 }

@@ -1,7 +1,6 @@
 //! Boards of the corpus from files to a proved program: the usual job of each, planned, and proved from the program alone.
 //! Everything that the bit fits around is isolated, and nothing of a net is lost.
 
-use annulus_core::artwork::{Overrides, read_set};
 use annulus_core::board::{Board, Wanted, from_artwork_with};
 use annulus_core::cam::PlanOptions;
 use annulus_core::cam::ways::{Means, lower_work, plan_work};
@@ -11,10 +10,9 @@ use annulus_core::job::Command;
 use annulus_core::machine::virtual_drill;
 use annulus_core::motion;
 use annulus_core::proof::{self, Kind};
-use annulus_tests::corpus;
+use annulus_tests::{corpus, read_folder};
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Folders of the corpus.
 const BOARDS: [&str; 6] = [
@@ -26,20 +24,8 @@ const BOARDS: [&str; 6] = [
     "kicad/8.0-carte_test",
 ];
 
-fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
-    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() { files_below(&path, out) } else { out.push(path) }
-    }
-}
-
 fn board(folder: &Path) -> Board {
-    let mut paths = Vec::new();
-    files_below(folder, &mut paths);
-    let named: Vec<_> =
-        paths.iter().map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect();
-    let artwork = read_set(&named, &Overrides::default());
+    let artwork = read_folder(folder);
     from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0
 }
 

@@ -4,7 +4,7 @@
 use annulus_core::artwork::{Artwork, DrillFile, FileRead, Kind, MOST_HITS, MOST_KEPT, Overrides, read_set};
 use annulus_core::board::{Board, from_artwork};
 use annulus_core::remark::Weight;
-use annulus_tests::corpus;
+use annulus_tests::{corpus, files_below, read_folder};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,22 +12,6 @@ use std::path::{Path, PathBuf};
 
 /// Expectations are rounded to 1 µm; inch data often sits on a half.
 const TOLERANCE_MM: f64 = 0.0011;
-
-fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
-    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() { files_below(&path, out) } else { out.push(path) }
-    }
-}
-
-fn read_folder(folder: &Path) -> Artwork {
-    let mut paths = Vec::new();
-    files_below(folder, &mut paths);
-    let named: Vec<_> =
-        paths.iter().map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect();
-    read_set(&named, &Overrides::default())
-}
 
 fn read_alone(path: &Path) -> Artwork {
     read_set(&[(path.display().to_string(), fs::read(path).unwrap())], &Overrides::default())
@@ -98,8 +82,7 @@ fn differences(file: &FileRead, expected: &Value) -> Vec<String> {
 #[test]
 fn every_drill_file_agrees_with_its_expectation() {
     let Some(corpus) = corpus() else { return };
-    let mut paths = Vec::new();
-    files_below(&corpus.join("expected"), &mut paths);
+    let paths = files_below(&corpus.join("expected"));
     let mut folders: BTreeMap<PathBuf, Artwork> = BTreeMap::new();
     let (mut count, mut wrong) = (0, Vec::new());
     for path in paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "json")) {

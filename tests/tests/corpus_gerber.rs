@@ -1,13 +1,11 @@
 //! Every Gerber layer of the corpus, read with its neighbours and painted, against its expectation; hostile layers within
 //! their limits.
 
-use annulus_core::artwork::{
-    Artwork, FileRead, Kind, Overrides, Role, Side, painted, painted_measures, read_set,
-};
+use annulus_core::artwork::{FileRead, Kind, Overrides, Role, Side, painted, painted_measures, read_set};
 use annulus_core::board::{Face, Wanted, from_artwork, from_artwork_with};
 use annulus_core::geometry::Bounds;
 use annulus_core::remark::Weight;
-use annulus_tests::corpus;
+use annulus_tests::{corpus, files_below, read_folder};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,26 +14,9 @@ use std::path::{Path, PathBuf};
 /// Bounds are compared to this, in mm.
 const BOUNDS_MM: f64 = 0.002;
 
-fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
-    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() { files_below(&path, out) } else { out.push(path) }
-    }
-}
-
-fn read_folder(folder: &Path) -> Artwork {
-    let mut paths = Vec::new();
-    files_below(folder, &mut paths);
-    let named: Vec<_> =
-        paths.iter().map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect();
-    read_set(&named, &Overrides::default())
-}
-
 /// All expectations of a kind: the file's path in the corpus, and what is said about it.
 fn expectations(corpus: &Path, kind: &str) -> BTreeMap<String, Value> {
-    let mut paths = Vec::new();
-    files_below(&corpus.join("expected"), &mut paths);
+    let paths = files_below(&corpus.join("expected"));
     let mut found = BTreeMap::new();
     for path in paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "json")) {
         let value: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();

@@ -7,7 +7,6 @@ use crate::format::typed;
 use annulus_core::board::Face;
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::cam::work::{Action, Cure, Operation, Remedy, Work};
-use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::machine::{Kind, Machine, Value};
 use annulus_core::proof::{self, Finding};
@@ -130,9 +129,7 @@ pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> W
             proof::Cure::OtherBit { bit, .. } => Remedy::Bit(bit.clone()),
             proof::Cure::Centred { .. } => Remedy::Centred,
         };
-        let half = Length::from_nm(finding.width.nm().max(0) / 2);
-        let from = Point::new(finding.at.x - half, finding.at.y);
-        let to = Point::new(finding.at.x + half, finding.at.y);
+        let Some((from, to)) = finding.ends else { return };
         if let Action::Isolate(isolate) = &mut operation.action {
             isolate.cures.retain(|cure| cure.from != from || cure.to != to);
             isolate.cures.push(Cure { from, to, with });
@@ -145,6 +142,7 @@ mod tests {
     use super::*;
     use annulus_core::cam::parameters;
     use annulus_core::cam::usual::usual_bits;
+    use annulus_core::geometry::Point;
     use annulus_core::machine::virtual_drill;
 
     fn work(words: &[&str]) -> Work {
@@ -204,6 +202,37 @@ mod tests {
         assert_eq!(row.value(&operation), Some(Value::Number(3.0)));
         assert!(row.set(&mut operation, &value(row, "three")).is_err());
         assert!(row.set(&mut operation, &value(row, "1,5")).is_err(), "no half passes");
+    }
+
+    #[test]
+    fn a_cure_lies_across_its_gap_and_a_gap_has_one() {
+        let before = work(&["drill", "isolate"]);
+        let ends = (Point::from_mm(3.0, 1.0), Point::from_mm(3.0, 1.1));
+        let finding = Finding {
+            id: "0".to_owned(),
+            kind: proof::Kind::Gap,
+            at: Point::from_mm(3.0, 1.05),
+            width: Length::from_um(100),
+            tool: None,
+            nets: Vec::new(),
+            ends: Some(ends),
+            leg: None,
+            cures: Vec::new(),
+        };
+        let cures = |work: &Work| match &work.operations[1].action {
+            Action::Isolate(isolate) => isolate.cures.clone(),
+            _ => Vec::new(),
+        };
+        let um = Length::from_um;
+        let bit = |name: &str| name.to_owned();
+        let centred =
+            proof::Cure::Centred { bit: bit("V 30°"), depth: um(80), width: um(140), lost: um(20) };
+        let centred = cured(&before, 1, &finding, &centred);
+        let wanted = Cure { from: ends.0, to: ends.1, with: Remedy::Centred };
+        assert_eq!(cures(&centred), std::slice::from_ref(&wanted));
+        let other = proof::Cure::OtherBit { owned: 1, bit: bit("V 60°"), depth: um(60), width: um(90) };
+        let changed = cured(&centred, 1, &finding, &other);
+        assert_eq!(cures(&changed), [Cure { with: Remedy::Bit("V 60°".to_owned()), ..wanted }]);
     }
 
     #[test]

@@ -76,6 +76,15 @@ const EVERY: &[Block] = &[
     Block::Leave,
     Block::End,
 ];
+/// The blocks that have a place, in an order in which those with something more in common stand side by side.
+///
+/// ```text
+///  start change | hole peck approach line | arcs helices | leave | end
+///               |             |       └────── CURVES ───┘       |
+///               |             └────── MOVES (with line) ┘       |
+///               └──────────── FEEDS ────────────────────┘       |
+///               └──────────── HEIGHTS ──────────────────────────┘
+/// ```
 const PLACES: &[Block] = &[
     Block::Start,
     Block::Change,
@@ -90,30 +99,17 @@ const PLACES: &[Block] = &[
     Block::Leave,
     Block::End,
 ];
-const HEIGHTS: &[Block] = &[
-    Block::Hole,
-    Block::Peck,
-    Block::Approach,
-    Block::Line,
-    Block::ArcCw,
-    Block::ArcCcw,
-    Block::HelixCw,
-    Block::HelixCcw,
-    Block::Leave,
-];
-const FEEDS: &[Block] = &[
-    Block::Hole,
-    Block::Peck,
-    Block::Approach,
-    Block::Line,
-    Block::ArcCw,
-    Block::ArcCcw,
-    Block::HelixCw,
-    Block::HelixCcw,
-];
-const MOVES: &[Block] = &[Block::Line, Block::ArcCw, Block::ArcCcw, Block::HelixCw, Block::HelixCcw];
+const HEIGHTS: &[Block] = places(2, 11);
+const FEEDS: &[Block] = places(2, 10);
+const MOVES: &[Block] = places(5, 10);
 /// The blocks that go along an arc or a helix.
-pub(super) const CURVES: &[Block] = &[Block::ArcCw, Block::ArcCcw, Block::HelixCw, Block::HelixCcw];
+pub(super) const CURVES: &[Block] = places(6, 10);
+
+/// Blocks `from` up to and without `to` of those with a place.
+const fn places(from: usize, to: usize) -> &'static [Block] {
+    PLACES.split_at(to).0.split_at(from).1
+}
+
 const STROKES: &[Block] = &[Block::Hole, Block::Peck];
 const PAUSES: &[Block] = &[Block::Change, Block::Spindle, Block::Hole, Block::Peck, Block::Wait];
 

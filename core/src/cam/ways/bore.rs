@@ -127,13 +127,7 @@ fn task(desk: &mut Desk<'_>, bit: &Bit, paths: Vec<Path>) -> Option<Task> {
         let entry = if path.is_closed() { Entry::Helix } else { Entry::Plunge };
         Way { path, depths: depths.clone(), entry, tabs: Vec::new(), tab_depth: Length::ZERO }
     };
-    let rules = Rules {
-        start: desk.scene.origin,
-        overlap: Length::ZERO,
-        both_ways: true,
-        link: None,
-        seed: desk.means.options.seed,
-    };
+    let rules = desk.free();
     let mut ways: Vec<Way> = points.into_iter().map(way).collect();
     ways.extend(grouped(paths, &rules).into_iter().map(way));
     (!ways.is_empty()).then(|| Task { ways, ..Task::with(bit) })

@@ -3,11 +3,10 @@
 //! Comes in: lines of the board. Goes out: one task. Does not offset anything.
 
 use super::super::work::{Engrave, Lines};
-use super::route::{Rules, arranged};
+use super::route::arranged;
 use super::{Desk, Part};
 use crate::geometry::Path;
 use crate::remark::{Remark, Weight};
-use crate::units::Length;
 
 /// Plans the operation.
 pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Remark> {
@@ -34,13 +33,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Remar
     let depth = desk.depth();
     let closed = desk.scene.closed_to(bit.width_at(depth));
     let (lines, _) = desk.scene.trimmed(lines, closed.as_ref());
-    let rules = Rules {
-        start: desk.scene.origin,
-        overlap: Length::ZERO,
-        both_ways: true,
-        link: None,
-        seed: desk.means.options.seed,
-    };
+    let rules = desk.free();
     let lines = chained(arranged(lines, &rules));
     part.tasks.extend(desk.milling(&bit, lines, depth));
     Ok(part)

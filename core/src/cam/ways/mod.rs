@@ -284,6 +284,12 @@ struct Desk<'a> {
 }
 
 impl Desk<'_> {
+    /// Ways in whatever order and direction is shortest from the work zero, none joined.
+    fn free(&self) -> route::Rules<'static> {
+        let (start, seed) = (self.scene.origin, self.means.options.seed);
+        route::Rules { start, overlap: Length::ZERO, both_ways: true, link: None, seed }
+    }
+
     fn say(&mut self, remark: Remark) {
         self.remarks.push(remark.with("operation", self.name()));
     }
