@@ -93,7 +93,7 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
     })
 }
 
-/// The lowest place in the plane that the bits of `program` reach, in work coordinates.
+/// The lowest place in the plane that the middles of the bits of `program` come to, in work coordinates.
 pub(crate) fn low_corner(program: &Program) -> Point {
     sim::reach(program).map_or(Point::default(), |reach| reach.min)
 }

@@ -182,7 +182,7 @@ fn a_cut_in_two_parts_is_the_cut_and_holes_are_through() {
     assert!(whole.is_through([12.0, 9.0]) && !whole.is_through([7.0, 5.0]) && !whole.is_through([60.0, 5.0]));
     let reached = reach(&program).unwrap();
     assert!(
-        (reached.min.x.mm() - 2.6).abs() < 1e-6 && (reached.max.x.mm() - 12.4).abs() < 1e-6,
+        (reached.min.x.mm() - 3.0).abs() < 1e-6 && (reached.max.x.mm() - 12.0).abs() < 1e-6,
         "{reached:?}"
     );
 }

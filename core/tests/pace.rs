@@ -157,6 +157,28 @@ fn stops_and_holds_anywhere_stay_on_the_path_and_inside_the_limits() {
 }
 
 #[test]
+fn a_hold_at_the_first_steps_costs_its_own_time_and_no_more() {
+    let machine = virtual_drill();
+    let travel = travel(&machine, [8_000, 1_000]);
+    let first = replay(&travel).next().unwrap().tick;
+    for (from, hold) in [(0, 500_000), (first, 500_000), (first + 1, 2_000_000), (first + 40_000, 500_000)] {
+        let orders = vec![(from, Order::Hold), (from + hold, Order::Go)];
+        let played = run(&machine, &travel, orders, Recorder::default(), 0);
+        assert_eq!(played.outcome, Outcome::Completed);
+        let longer = played.line.tick - travel.duration_ticks;
+        // Beside the hold: coming to rest and getting going again, and the wait between two looks.
+        assert!(longer < hold + 400_000, "held at {from} for {hold}: {longer} ticks longer");
+        let last: Vec<u64> = ticks(&played.pins, 0).into_iter().rev().take(4_000).collect();
+        let planned: Vec<u64> =
+            replay(&travel).filter(|pulse| pulse.axes & 1 == 1).map(|pulse| pulse.tick).collect();
+        let planned: Vec<u64> = planned.into_iter().rev().take(4_000).collect();
+        for (step, plan) in last.windows(2).zip(planned.windows(2)) {
+            assert_eq!(step[0] - step[1], plan[0] - plan[1], "held at {from} for {hold}");
+        }
+    }
+}
+
+#[test]
 fn late_is_never_caught_up() {
     let machine = virtual_drill();
     let travel = travel(&machine, [2_000, 500]);

@@ -96,7 +96,7 @@ impl Pace {
 
     /// Whether time passes as planned, and is to go on so.
     pub(super) fn is_full(&self) -> bool {
-        self.square == 1.0 && self.wanted == 1.0
+        self.square == 1.0 && self.wanted == 1.0 && self.stretch == 1.0
     }
 
     /// Whether it stands still.

@@ -118,15 +118,15 @@ fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> Shape {
     Shape::Arc { center, radius_mm: libm::sqrt(x * x + y * y), from_rad, turn_rad }
 }
 
-/// All that the bits of `program` can reach in the plane while they cut, in work coordinates; none where nothing is cut.
+/// Where the middles of the bits of `program` can come to in the plane while they cut, in work coordinates; none where
+/// nothing is cut.
 pub fn reach(program: &Program) -> Option<Bounds> {
     let mut found: Option<Bounds> = None;
     for cut in cuts(program) {
-        let radius = program.bits.get(cut.bit as usize).map_or(0.0, |bit| 0.5 * bit.diameter.mm());
-        let ends = [cut.from, cut.to].map(|at| (at[0], at[1], radius));
+        let ends = [cut.from, cut.to].map(|at| (at[0], at[1], 0.0));
         let round = match cut.shape {
             Shape::Line => None,
-            Shape::Arc { center, radius_mm, .. } => Some((center[0], center[1], radius_mm + radius)),
+            Shape::Arc { center, radius_mm, .. } => Some((center[0], center[1], radius_mm)),
         };
         for (x, y, around) in ends.into_iter().chain(round) {
             for way in [-around, around] {

@@ -1,6 +1,7 @@
 //! The virtual drill: motors that slip when overdriven, sensors, a board that is really drilled (N20).
 
 mod sensors;
+mod stops;
 
 use annulus_core::job::{Bit, Cutter, Input};
 use annulus_core::machine::phases::{PRESETS as TABLES, preset};
