@@ -148,13 +148,21 @@ pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Rema
     Ok(writer.done())
 }
 
-/// One axis by `steps`, not faster than `speed` mm/s.
+/// One axis by `steps`, not faster than `speed` mm/s. An axis with play that went down comes up through it at the end, so
+/// that its motor stands where the table does: a work zero set there is where the bit is.
 pub fn jog(machine: &Machine, from: Steps, axis: usize, steps: i64, speed: f64) -> Result<Timeline, Remark> {
+    let mut writer = Writer::new(machine, from);
     let mut to = from;
     for axis in together(machine, axis) {
         to[axis] = to[axis].saturating_add(steps);
     }
-    one(machine, Stage::Jog, from, to, speed)
+    if axis < 2 && steps < 0 {
+        let mut beyond = to;
+        beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);
+        writer.line(Stage::Jog, beyond, speed, None)?;
+    }
+    writer.line(Stage::Jog, to, speed, None)?;
+    Ok(writer.done())
 }
 
 /// What is left of a planned straight move when its axes stand at `from` instead of at its start, because a sensor

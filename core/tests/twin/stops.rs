@@ -133,3 +133,21 @@ fn ordered_at_any_moment_of_a_hop_no_motor_loses_a_step() {
         assert!(hops > 0);
     }
 }
+
+#[test]
+fn after_a_jog_the_motor_stands_where_the_table_does() {
+    let mut machine = virtual_drill();
+    (machine.x.backlash, machine.y.backlash) = (Length::from_um(150), Length::from_um(90));
+    let (mut drill, mut line) = drill(&machine);
+    // Up first, so that what is counted and where the table stands agree.
+    for (axis, steps) in [(0, 4_000), (1, 4_000), (0, -300), (1, -1), (0, 7), (1, -500), (0, -1_000), (0, -5)]
+    {
+        let timeline = cycles::jog(&machine, line.position, axis, steps, 20.0).unwrap();
+        for planned in &timeline.moves {
+            let outcome =
+                ordered(&machine, &segment(planned, &machine), (&mut drill, &mut line), 0.0, [Order::Go; 2]);
+            assert_eq!(outcome, Outcome::Completed);
+        }
+        assert_eq!(drill.real()[..2], line.position[..2], "jogged {axis} by {steps}");
+    }
+}
