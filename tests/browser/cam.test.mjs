@@ -1,12 +1,13 @@
 // From a whole set of files to a proved job: layers, operations, ways, problems, and the export.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { spawnSync } from "node:child_process";
+import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+import { corpus, findings, openBrowser, openPage, picture, root, startBridge, until } from "./harness.mjs";
 
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
 
 let browser;
@@ -21,17 +22,9 @@ after(async () => {
 });
 
 async function fresh(options) {
-  const { spawnSync } = await import("node:child_process");
   const env = { ...process.env, ANNULUS_HOME: bridge.home };
   const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
   return openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
-}
-
-/** The findings of axe on the page as it stands. */
-async function findings(page) {
-  await page.evaluate(axe);
-  const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
-  return found.violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.target).join(" ")}`);
 }
 
 /** Opens the sample and goes to its job, planned and proved. */
@@ -117,6 +110,63 @@ test("problems are shown and seen before anything is exported", async () => {
     assert.match(text, /^M2$/m);
   } finally {
     await context.close();
+  }
+});
+
+/** Opens files by the button, and goes to their job, planned and proved. */
+async function opened(page, files) {
+  const chooser = page.waitForEvent("filechooser");
+  await page.getByRole("button", { name: "Open files…" }).click();
+  await (await chooser).setFiles(files);
+  await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture", 90_000);
+  await page.keyboard.press("2");
+  await page.getByRole("heading", { name: "Operations" }).waitFor();
+  await planned(page);
+}
+
+test("what the page exports is what the command line writes", async () => {
+  const { page, context } = await fresh();
+  const folder = mkdtempSync(join(tmpdir(), "annulus-cam-"));
+  try {
+    const files = ["sensor.drl", "sensor-outline.gbr", "sensor-top.gbr"].map((name) => join(root, "www/examples", name));
+    await opened(page, files);
+    const seen = page.getByRole("button", { name: "All seen" });
+    if (await seen.isEnabled()) await seen.click();
+    const save = page.getByRole("button", { name: "Export files" });
+    for (const target of ["grbl", "fanuc"]) {
+      await page.getByRole("combobox", { name: "Controller" }).selectOption(target);
+      await until(() => save.isEnabled(), "an export that is allowed", 60_000);
+      const download = page.waitForEvent("download");
+      await save.click();
+      const exported = readFileSync(await (await download).path());
+      const out = join(folder, target);
+      const flags = ["--to", target, "-o", out, "--accept", "proof.gap,proof.sliver,proof.lost_copper"];
+      const cam = spawnSync(process.env.ANNULUS_BIN, ["cam", ...files, ...flags], { encoding: "utf8" });
+      assert.equal(cam.status, 0, cam.stdout + cam.stderr);
+      const [name] = readdirSync(out);
+      assert.equal(exported.toString("utf8"), readFileSync(join(out, name), "utf8"), target);
+    }
+  } finally {
+    await context.close();
+    rmSync(folder, { recursive: true });
+  }
+});
+
+test("real boards of the corpus are painted, planned and proved", async (t) => {
+  const folder = corpus();
+  if (!folder) return t.skip("no corpus");
+  for (const name of ["kicad/4.0-multivibrator", "easyeda/easytrace-tht", "kicad/2013-clockblock"]) {
+    const { page, context, problems } = await fresh();
+    try {
+      const files = readdirSync(join(folder, name)).map((file) => join(folder, name, file));
+      await opened(page, files);
+      await page.getByText(/Problems \(\d+\)/).waitFor();
+      assert.ok((await lines(page)) > 100, `${name} has ways`);
+      await page.screenshot({ path: picture(`cam-${name.split("/")[1]}`) });
+      assert.deepEqual(problems, [], "nothing was said on the console");
+    } finally {
+      await context.close();
+    }
   }
 });
 

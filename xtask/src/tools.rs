@@ -13,6 +13,8 @@ struct Tool {
     version: &'static str,
     /// Whether it builds with the lock file it ships.
     locked: bool,
+    /// How much it is optimised: the runner works through many megabytes, the others do little.
+    optimised: &'static str,
 }
 
 const TOOLS: &[Tool] = &[
@@ -21,9 +23,10 @@ const TOOLS: &[Tool] = &[
         package: "wasm-bindgen-cli",
         version: "0.2.130",
         locked: false,
+        optimised: "1",
     },
-    Tool { program: "wasm-pack", package: "wasm-pack", version: "0.15.1", locked: true },
-    Tool { program: "cargo-deny", package: "cargo-deny", version: "0.20.2", locked: true },
+    Tool { program: "wasm-pack", package: "wasm-pack", version: "0.15.1", locked: true, optimised: "0" },
+    Tool { program: "cargo-deny", package: "cargo-deny", version: "0.20.2", locked: true, optimised: "0" },
 ];
 
 /// The folder that holds their `bin`.
@@ -56,7 +59,9 @@ pub(crate) fn ensure() -> Done<PathBuf> {
         if tool.locked {
             install.arg("--locked");
         }
-        install.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1").env("CARGO_PROFILE_RELEASE_LTO", "off");
+        install
+            .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", tool.optimised)
+            .env("CARGO_PROFILE_RELEASE_LTO", "off");
         run(install
             .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16")
             .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))?;
