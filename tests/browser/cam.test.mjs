@@ -6,9 +6,8 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { corpus, findings, openBrowser, openPage, picture, root, startBridge, until } from "./harness.mjs";
+import { corpus, data, findings, openBrowser, openPage, picture, root, startBridge, until } from "./harness.mjs";
 
-const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
 
 let browser;
 let bridge;

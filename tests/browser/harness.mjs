@@ -173,15 +173,37 @@ export function picture(name) {
   return join(folder, `${name}.png`);
 }
 
+/** The button of a screen. */
+export const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
+
+/** What the picture says of itself. */
+export const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
+
+/** Initialises, sets the work zero and starts the planned job. */
+export async function startJob(page) {
+  await tab(page, "Machine").click();
+  await page.getByRole("button", { name: "Initialise" }).click();
+  await page.getByText("At rest, position known.").waitFor();
+  await page.getByRole("button", { name: /^Base/ }).click();
+  await page.getByText(/Zero at/).waitFor();
+  await page.getByRole("button", { name: "Start…" }).click();
+  const dialog = page.getByRole("dialog", { name: "Before drilling" });
+  const start = dialog.getByRole("button", { name: "Start drilling" });
+  await until(async () => {
+    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
+    return start.isEnabled();
+  }, "a pre-flight that lets the job start");
+  return { dialog, start };
+}
+
 /** Leaves of the job on the CAM screen only the drilling, sees its problems, and goes back to the Board. */
 export async function drillOnly(page) {
-  const tab = (name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
-  await tab("CAM").click();
+  await tab(page, "CAM").click();
   await page.getByRole("heading", { name: "Operations" }).waitFor();
   for (const box of await page.getByRole("checkbox", { name: /^Do (?!Drill)/ }).all()) await box.uncheck();
   await page.waitForTimeout(300);
   await until(async () => (await page.locator("footer progress").count()) === 0, "a plan", 90_000);
   const seen = page.getByRole("button", { name: "All seen" });
   if (await seen.isEnabled()) await seen.click();
-  await tab("Board").click();
+  await tab(page, "Board").click();
 }

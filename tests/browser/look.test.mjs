@@ -3,10 +3,8 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { atRest, corpus, findings, openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+import { atRest, corpus, data, findings, openBrowser, openPage, picture, startBridge, tab, until } from "./harness.mjs";
 
-const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
-const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
 
 let bridge;
 before(async () => (bridge = await startBridge({ speed: 50 })));

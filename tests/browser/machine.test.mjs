@@ -6,31 +6,17 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { spawnSync } from "node:child_process";
-import { drillOnly, openBrowser, openPage, settled, startBridge, until } from "./harness.mjs";
+import { data, drillOnly, openBrowser, openPage, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
 after(async () => browser?.close());
 
-const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
-const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
-
 async function drilling(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await page.getByText(/^Planned .* m,/).waitFor();
   await drillOnly(page);
-  await tab(page, "Machine").click();
-  await page.getByRole("button", { name: "Initialise" }).click();
-  await page.getByText("At rest, position known.").waitFor();
-  await page.getByRole("button", { name: /^Base/ }).click();
-  await page.getByText(/Zero at/).waitFor();
-  await page.getByRole("button", { name: "Start…" }).click();
-  const dialog = page.getByRole("dialog", { name: "Before drilling" });
-  const start = dialog.getByRole("button", { name: "Start drilling" });
-  await until(async () => {
-    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
-    return start.isEnabled();
-  }, "a pre-flight that lets the job start");
+  const { start } = await startJob(page);
   await start.click();
   await bit(page);
   await until(async () => Number(await data(page, "done")) > 1, "the first holes");

@@ -4,15 +4,13 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { corpus, drillOnly, openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+import { corpus, data, drillOnly, openBrowser, openPage, picture, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
 after(async () => browser?.close());
 
-const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
 const canvas = (page) => page.locator("canvas").first();
-const data = (page, name) => canvas(page).getAttribute(`data-${name}`);
 
 /** Opens the sample and waits until it is planned. */
 async function openSample(page) {
@@ -25,23 +23,6 @@ async function openSample(page) {
 async function planned(page) {
   await page.getByText(/^Planned .* m,/).waitFor();
   await drillOnly(page);
-}
-
-/** Initialises, sets the work zero and starts the planned job. */
-async function startJob(page) {
-  await tab(page, "Machine").click();
-  await page.getByRole("button", { name: "Initialise" }).click();
-  await page.getByText("At rest, position known.").waitFor();
-  await page.getByRole("button", { name: /^Base/ }).click();
-  await page.getByText(/Zero at/).waitFor();
-  await page.getByRole("button", { name: "Start…" }).click();
-  const dialog = page.getByRole("dialog", { name: "Before drilling" });
-  const start = dialog.getByRole("button", { name: "Start drilling" });
-  await until(async () => {
-    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
-    return start.isEnabled();
-  }, "a pre-flight that lets the job start");
-  return { dialog, start };
 }
 
 /** Puts in every bit that is asked for until `done` says so. */

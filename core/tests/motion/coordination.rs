@@ -1,6 +1,7 @@
 //! Plane and spindles together: the reference's timelines, the cycle formula, and that no plane ever moves over a low bit,
 //! on a million random cycles and on streams stopped anywhere.
 
+use crate::desk::{OnTime, Orders};
 use crate::programs::{Chance, random_program};
 use crate::reference::vectors;
 use crate::vectors::{limits, near, number};
@@ -8,7 +9,7 @@ use annulus_core::machine::{AXES, Machine, presets};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycle_s, cycles, sequential_s};
 use annulus_core::motion::profile::{Shape, Stroke, plan};
 use annulus_core::motion::timeline;
-use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Recorder, Written, play};
+use annulus_core::pins::{Brakes, Line, Order, Outcome, Recorder, Written, play};
 use annulus_core::steps::{self, Stage, Steps};
 use serde_json::Value;
 
@@ -149,31 +150,6 @@ fn times_that_cannot_be_are_refused_by_name() {
     }
     assert!(cycles(&[f64::INFINITY], Rules::default(), &[good]).is_err());
     assert!(cycles(&[0.1], Rules::default(), &[]).is_err());
-}
-
-/// Time that is always on time.
-struct OnTime(u64);
-
-impl Clock for OnTime {
-    fn now(&mut self) -> u64 {
-        self.0
-    }
-    fn wait_until(&mut self, tick: u64) -> u64 {
-        self.0 = self.0.max(tick);
-        self.0
-    }
-}
-
-/// One order at a tick, another later.
-struct Orders([(u64, Order); 2], u64);
-
-impl Desk for Orders {
-    fn order(&mut self) -> Order {
-        self.0.iter().rev().find(|(from, _)| *from <= self.1).map_or(Order::Go, |(_, order)| *order)
-    }
-    fn passed(&mut self, tick: u64, _: &Steps, _: u32) {
-        self.1 = tick;
-    }
 }
 
 /// Whether the plane stepped while a spindle was lower than `clear` over `surface`.

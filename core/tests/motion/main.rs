@@ -12,6 +12,8 @@ use annulus_core::units::Length;
 mod check;
 mod coordination;
 mod cycles;
+#[path = "../desk/mod.rs"]
+mod desk;
 mod golden;
 mod milling;
 mod paths;

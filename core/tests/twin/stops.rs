@@ -1,38 +1,15 @@
 //! Stops and other paces at any moment of a move: the motors keep up, whatever the two axes of the plane ask together.
 
+use super::desk::{OnTime, Orders};
 use super::twin;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, Steps, six_spindles, virtual_drill};
 use annulus_core::motion::{cycles, timeline};
-use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, play};
+use annulus_core::pins::{Brakes, Line, Order, Outcome, play};
 use annulus_core::steps::{Segment, segment, stream};
 use annulus_core::twin::{Faults, Twin};
 use annulus_core::units::Length;
-
-/// Time that is always on time.
-struct OnTime;
-
-impl Clock for OnTime {
-    fn now(&mut self) -> u64 {
-        0
-    }
-    fn wait_until(&mut self, tick: u64) -> u64 {
-        tick
-    }
-}
-
-/// An order from a tick on, and another from a later one on.
-struct Orders([(u64, Order); 2], u64);
-
-impl Desk for Orders {
-    fn order(&mut self) -> Order {
-        self.0.iter().rev().find(|(from, _)| *from <= self.1).map_or(Order::Go, |(_, order)| *order)
-    }
-    fn passed(&mut self, tick: u64, _: &Steps, _: u32) {
-        self.1 = tick;
-    }
-}
 
 /// What is ordered at some moment, and half a second of stream time later.
 const ORDERS: [[Order; 2]; 4] =
@@ -56,7 +33,7 @@ fn ordered(
 ) -> Outcome {
     let at = line.tick + (share * segment.duration_ticks as f64) as u64;
     let mut desk = Orders([(at, orders[0]), (at + 500_000, orders[1])], line.tick);
-    play(segment, &Brakes::of(machine), line, drill, &mut OnTime, &mut desk)
+    play(segment, &Brakes::of(machine), line, drill, &mut OnTime(0), &mut desk)
 }
 
 #[test]
