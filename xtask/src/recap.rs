@@ -10,7 +10,7 @@
 
 /// Lines kept of a failure: so many of its beginning, so many of its end.
 const HEAD: usize = 10;
-const TAIL: usize = 30;
+const TAIL: usize = 8;
 
 /// Where in the output the last line was.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(told.len(), 1 + HEAD + 1 + TAIL);
         assert_eq!(
             (told[HEAD + 1].as_str(), told.last().map(String::as_str)),
-            ("    … 60 lines …", Some("    99"))
+            ("    … 82 lines …", Some("    99"))
         );
     }
 }
