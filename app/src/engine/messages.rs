@@ -209,6 +209,8 @@ pub struct ToWrite {
     pub target: String,
     /// The text of a dialect of the person's own, which goes before the name.
     pub text: Option<String>,
+    /// Arcs become lines that are at most so far off, in mm.
+    pub lines_only: Option<f64>,
 }
 
 /// What is to be said of a dialect.

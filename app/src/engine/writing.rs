@@ -16,8 +16,9 @@ pub(super) fn write(wanted: &ToWrite) -> Result<Vec<(String, String)>, Vec<Remar
     let one = |remark| vec![remark];
     let program = program::decode(&wanted.program).map_err(one)?;
     let written = match &wanted.text {
-        Some(text) => Dialect::parse(OWN, text).and_then(|dialect| post::write_with(&dialect, &program)),
-        None => post::write(&wanted.target, &program, None).unwrap_or_else(|| {
+        Some(text) => Dialect::parse(OWN, text)
+            .and_then(|dialect| post::write_with(&dialect.with_lines(wanted.lines_only), &program)),
+        None => post::write(&wanted.target, &program, wanted.lines_only).unwrap_or_else(|| {
             let nearest = post::nearest_target(&wanted.target);
             let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &wanted.target);
             Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
@@ -61,13 +62,16 @@ fn made(dialect: &Dialect, wanted: &ToWrite) -> Result<(String, bool), Vec<Remar
 #[cfg(test)]
 mod tests {
     use super::*;
+    use annulus_core::geometry::Point;
+    use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+    use annulus_core::units::Length;
 
     fn grbl() -> String {
         post::shipped().find(|(name, _)| *name == "grbl").unwrap().1.to_owned()
     }
 
     fn wanted(text: Option<String>) -> ToWrite {
-        ToWrite { program: Vec::new(), target: "grbl".to_owned(), text }
+        ToWrite { program: Vec::new(), target: "grbl".to_owned(), text, lines_only: None }
     }
 
     #[test]
@@ -85,6 +89,38 @@ mod tests {
         let checked = check(&wanted(Some(text)));
         assert_eq!(checked.faults[0].place.as_ref().map(|place| place.line), Some(line));
         assert_eq!(checked.output, "");
+    }
+
+    #[test]
+    fn arcs_are_lines_where_that_is_wanted() {
+        let here = Point::from_mm(2.0, 0.0);
+        let height = Length::from_um(-100);
+        let around =
+            Command::MillArc { to: here, height, center: Point::default(), ccw: true, feed_um_per_s: 5_000 };
+        let commands = vec![
+            Command::AwaitBit { bit: 0 },
+            Command::Rapid { to: here },
+            Command::Plunge { to: height, feed_um_per_s: 5_000, gate: None },
+            around,
+            Command::Retract { to: Length::from_um(2_000) },
+        ];
+        let program = Program {
+            name: "ring".to_owned(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits: vec![Bit { diameter: Length::from_um(800), name: String::new(), cutter: Cutter::Mill }],
+            spindles: 1,
+            safe_height: Length::from_um(2_000),
+            legs: vec![Leg { mark: Mark::Way(0), commands }],
+            accepted: Vec::new(),
+        };
+        for (lines_only, arcs) in [(None, true), (Some(0.005), false)] {
+            let program = program::encode(&program);
+            let files =
+                write(&ToWrite { program, target: "grbl".to_owned(), text: None, lines_only }).unwrap();
+            let has_arcs = files[0].1.lines().any(|line| line.starts_with("G3") || line.starts_with("G2 "));
+            assert_eq!(has_arcs, arcs, "{}", files[0].1);
+        }
     }
 
     #[test]

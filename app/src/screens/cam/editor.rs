@@ -132,8 +132,12 @@ impl Sheet {
     async fn look(self, change: u32) {
         let text = self.text.get_untracked().unwrap_or_default();
         let program = state().job.with_untracked(|job| job.as_ref().map(|job| job.bytes.clone()));
-        let wanted =
-            ToWrite { program: program.unwrap_or_default(), target: OWN.to_owned(), text: Some(text) };
+        let wanted = ToWrite {
+            program: program.unwrap_or_default(),
+            target: OWN.to_owned(),
+            text: Some(text),
+            lines_only: None,
+        };
         let found = WRITER.with(Clone::clone).check(wanted).await;
         if let Ok(checked) = found
             && change == CHANGES.get()

@@ -11,13 +11,14 @@ use crate::widgets::{push, push_if, save_file};
 use annulus_core::post;
 use annulus_core::remark::Remark;
 use leptos::ev;
-use leptos::html::{div, h2, header, label, option, p, section, select, span};
+use leptos::html::{div, h2, header, input, label, option, p, section, select, span};
 use leptos::prelude::*;
 
 /// The block.
 pub(super) fn export() -> impl IntoView {
     let sheet = sheet();
     let refused = RwSignal::new(Vec::<Remark>::new());
+    let lines_only = RwSignal::new(false);
     let names = post::targets().into_iter().map(|name| {
         option().attr("value", name).prop("selected", move || sheet.target.get() == name).child(name)
     });
@@ -49,10 +50,19 @@ pub(super) fn export() -> impl IntoView {
                 .on(ev::change, move |event| sheet.target.set(event_target_value(&event)))
                 .child((names.collect::<Vec<_>>(), own)),
         )),
+        label().class("tick").child((
+            input()
+                .attr("type", "checkbox")
+                .prop("checked", move || lines_only.get())
+                .on(ev::change, move |event| lines_only.set(event_target_checked(&event))),
+            span().child(t!("page.cam.lines_only", error = CHORD_ERROR_MM)),
+        )),
         div().class("buttons").child((
             push("button", t!("page.cam.template"), move |_| sheet.open_for_target()),
             push_if("button primary", ready, t!("page.cam.save_files"), move |_| {
-                leptos::task::spawn_local(async move { refused.set(save(sheet).await) });
+                leptos::task::spawn_local(async move {
+                    refused.set(save(sheet, lines_only.get_untracked()).await)
+                });
             }),
         )),
         move || (super::unread() > 0).then(|| p().class("quiet").child(t!("page.cam.unread_first"))),
@@ -63,11 +73,18 @@ pub(super) fn export() -> impl IntoView {
 /// The word of the person's own template in the menu.
 pub(super) const OWN: &str = "own";
 
-/// Writes the program and saves its files; what stood in the way.
-async fn save(sheet: Sheet) -> Vec<Remark> {
+/// How far lines may be off the arcs that they stand for, in mm.
+const CHORD_ERROR_MM: f64 = 0.005;
+
+/// Writes the program and saves its files, without arcs where `lines_only`; what stood in the way.
+async fn save(sheet: Sheet, lines_only: bool) -> Vec<Remark> {
     let Some(job) = state().job.get_untracked() else { return Vec::new() };
-    let wanted =
-        ToWrite { program: job.bytes.clone(), target: sheet.target.get_untracked(), text: sheet.own_text() };
+    let wanted = ToWrite {
+        program: job.bytes.clone(),
+        target: sheet.target.get_untracked(),
+        text: sheet.own_text(),
+        lines_only: lines_only.then_some(CHORD_ERROR_MM),
+    };
     match sheet.write(wanted).await {
         Ok(files) => {
             for (name, text) in files {
