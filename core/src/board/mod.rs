@@ -47,6 +47,12 @@ pub struct Slot {
     pub line: u32,
 }
 
+/// How thick the copper of a usual board is: 1 oz on a square foot.
+pub const COPPER_THICKNESS: Length = Length::from_um(35);
+
+/// Copper thinner than this may tear off.
+pub const THINNEST: Length = Length::from_um(50);
+
 /// Which side of a board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -388,6 +388,7 @@ pub const OPERATION: &[Parameter<Operation>] = &[
         "climb" => Direction::Climb, "conventional" => Direction::Conventional),
     mm!("isolate.loop_overlap", 0.0, 10.0, Isolate::loop_overlap),
     flag!("isolate.voronoi", Isolate::voronoi),
+    flag!("isolate.slivers", Isolate::slivers),
     list!("isolate.further", Isolate::further),
     plain!("clear.stepover", "%", 5.0, 100.0, Clear::stepover_percent),
     mm!("clear.margin", 0.0, 10.0, Clear::margin),

@@ -153,6 +153,8 @@ pub struct Isolate {
     pub loop_overlap: Length,
     /// One groove in the middle between neighbours: all other copper stays.
     pub voronoi: bool,
+    /// Strips of copper too thin to hold, which grooves leave between them, are milled away.
+    pub slivers: bool,
     /// Names of smaller bits, for the gaps that the bits before them did not reach.
     pub further: Vec<String>,
     /// Places that a person wants done otherwise.
@@ -312,6 +314,7 @@ impl Default for Isolate {
             direction: Direction::Climb,
             loop_overlap: Length::from_um(500),
             voronoi: false,
+            slivers: true,
             further: Vec::new(),
             cures: Vec::new(),
         }

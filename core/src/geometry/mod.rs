@@ -14,6 +14,7 @@ mod placement;
 mod rebuild;
 mod shape;
 mod sheet;
+mod strips;
 mod stroke;
 mod watershed;
 
@@ -26,6 +27,7 @@ pub use measure::{
 };
 pub use placement::{Placement, QUARTER_MDEG};
 pub use shape::{Island, Path, Region, Segment};
+pub use strips::{Strip, strips};
 pub use stroke::{circle, rectangle, stroke, sweep};
 pub use watershed::watershed;
 

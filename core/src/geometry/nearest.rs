@@ -20,7 +20,7 @@ pub(super) struct Bow {
     pub(super) radius: f64,
     pub(super) clockwise: bool,
     start: f64,
-    turn: f64,
+    pub(super) turn: f64,
 }
 
 /// A piece of a path with its ends in nm.
@@ -63,6 +63,17 @@ impl Piece {
         };
         let length = libm::sqrt(way.0 * way.0 + way.1 * way.1).max(1e-9);
         (way.0 / length, way.1 / length)
+    }
+
+    /// The place at a share of its length.
+    pub(super) fn at(&self, share: f64) -> Spot {
+        let Some(bow) = self.bow else {
+            let mix = |a: f64, b: f64| a + (b - a) * share;
+            return (mix(self.from.0, self.to.0), mix(self.from.1, self.to.1));
+        };
+        let turned = if bow.clockwise { 1.0 - share } else { share };
+        let angle = bow.start + bow.turn * turned;
+        (bow.centre.0 + bow.radius * libm::cos(angle), bow.centre.1 + bow.radius * libm::sin(angle))
     }
 
     /// The place on it nearest to `place`.

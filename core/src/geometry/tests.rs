@@ -310,3 +310,33 @@ fn placement_turns_over_turns_and_shifts() {
     assert!(thrice.distance_mm(at(30.0, 40.0)) < 3e-6);
     assert_eq!(Placement::shifted(at(1.0, 1.0)).point(at(1.0, 1.0)), at(2.0, 2.0));
 }
+
+#[test]
+fn strips_run_midway_between_edges_that_face_each_other() {
+    let mm = Length::from_mm;
+    let boxed = |x0: f64, y0: f64, x1: f64, y1: f64| {
+        rectangle(Bounds::of(Point::from_mm(x0, y0)).with(Point::from_mm(x1, y1)))
+    };
+    // Two boxes 0.3 apart over 4 mm, and a disc in a round hole 0.3 wider all round.
+    let hole = circle(Point::from_mm(20.0, 0.0), mm(4.6));
+    let plate = even_odd(&[boxed(10.0, -5.0, 30.0, 5.0), hole, circle(Point::from_mm(20.0, 0.0), mm(4.0))]);
+    let pads = union(&[boxed(0.0, 0.0, 4.0, 1.0), boxed(0.0, 1.3, 4.0, 2.0)]);
+    let region = combine(&plate, &pads, Rule::Union);
+    let found = strips(&region, mm(0.25), mm(0.35));
+    let length = |strip: &Strip| {
+        strip.middle.iter().zip(strip.middle.iter().skip(1)).map(|(a, b)| a.0.distance_mm(b.0)).sum::<f64>()
+    };
+    let (straight, round): (Vec<_>, Vec<_>) = found.iter().partition(|strip| strip.middle[0].0.x < mm(9.0));
+    let along = |strips: &[&Strip]| strips.iter().map(|strip| length(strip)).sum::<f64>();
+    assert!((along(&straight) - 4.0).abs() < 0.15, "{}", along(&straight));
+    assert!((along(&round) - 4.3 * std::f64::consts::PI).abs() < 0.3, "{}", along(&round));
+    for (at, width) in found.iter().flat_map(|strip| &strip.middle) {
+        assert!((width.mm() - 0.3).abs() < 1e-5, "{width:?}");
+        let off =
+            if at.x < mm(9.0) { at.y.mm() - 1.15 } else { at.distance_mm(Point::from_mm(20.0, 0.0)) - 2.15 };
+        assert!(off.abs() < 1e-5, "{off} mm off the middle");
+    }
+    assert!(found.iter().all(|strip| !strip.own && strip.beside.is_some()));
+    assert_eq!(strips(&region, mm(0.31), mm(0.35)), []);
+    assert_eq!(strips(&region, mm(0.25), mm(0.29)), []);
+}

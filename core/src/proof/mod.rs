@@ -28,7 +28,7 @@ pub use cures::Cure;
 pub use finding::{Finding, Kind};
 pub use replay::{Cut, Replay, replay};
 
-use crate::board::{Board, Face};
+use crate::board::{Board, COPPER_THICKNESS, Face, THINNEST};
 use crate::geometry::Region;
 use crate::job::{Bit, Program};
 use crate::units::Length;
@@ -63,10 +63,10 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             face: Face::Top,
-            copper_thickness: Length::from_um(35),
+            copper_thickness: COPPER_THICKNESS,
             depth_margin: Length::from_um(15),
             tolerance: Length::from_um(5),
-            thinnest: Length::from_um(50),
+            thinnest: THINNEST,
             smallest_mm2: 0.01,
             ring: Length::from_um(50),
             clearance: None,

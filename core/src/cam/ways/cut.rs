@@ -81,7 +81,7 @@ fn ending(segment: Segment, to: Point) -> Segment {
 }
 
 /// The segment cut at ascending shares: the parts with their starts, and the shares at which they begin and end.
-fn parted(from: Point, segment: Segment, shares: &[f64]) -> Vec<(Point, Segment, f64, f64)> {
+pub(crate) fn parted(from: Point, segment: Segment, shares: &[f64]) -> Vec<(Point, Segment, f64, f64)> {
     let whole = length(from, segment).max(1e-9);
     let mut parts = Vec::new();
     let (mut start, mut begin) = (from, 0.0);
@@ -140,7 +140,7 @@ pub(crate) fn started_at(path: &Path, corner: usize) -> Path {
 }
 
 /// The share of a segment at which it is nearest to `at`.
-fn nearest_share(from: Point, segment: Segment, at: Point) -> f64 {
+pub(crate) fn nearest_share(from: Point, segment: Segment, at: Point) -> f64 {
     let found = share(from, segment, (at.x.mm(), at.y.mm()));
     if (0.0..=1.0).contains(&found) {
         return found;

@@ -16,7 +16,9 @@ use super::super::work::{Cure, Direction, Isolate, Remedy};
 use super::cut::{self, Area};
 use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
+use super::slivers;
 use super::{Desk, Part, Task};
+use crate::board::{COPPER_THICKNESS, THINNEST};
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, watershed};
 use crate::job::{Bit, Cutter};
 use crate::remark::{Remark, Weight};
@@ -48,7 +50,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Remar
         }
         let paths = match wider {
             None if isolate.voronoi => between_islands(desk, copper, width),
-            None => rings(desk, copper, isolate, width)?,
+            None => rings(desk, copper, isolate, bit)?,
             Some(wider) => groove.rest(wider, width),
         };
         let task = finished(desk, &groove, paths, bit, width, isolate);
@@ -104,20 +106,28 @@ impl<'a> Groove<'a> {
     }
 }
 
-/// The rings of the first bit.
-fn rings(
-    desk: &mut Desk<'_>,
-    copper: &Region,
-    isolate: &Isolate,
-    width: Length,
-) -> Result<Vec<Path>, Remark> {
+/// The rings of the first bit, and the ways along the slivers between them.
+fn rings(desk: &mut Desk<'_>, copper: &Region, isolate: &Isolate, bit: &Bit) -> Result<Vec<Path>, Remark> {
+    let depth = desk.depth();
+    let width = bit.width_at(depth);
+    let through = bit.width_at(depth - COPPER_THICKNESS) - NEARER;
     let step = Length::from_mm(width.mm() * (1.0 - isolate.overlap_percent / 100.0));
+    // Where a groove narrows downwards, neighbours that overlap at the surface may leave a sliver below.
+    let close = isolate.slivers && through > Length::ZERO && step < through + THINNEST;
+    let step = if close { step.min(through) } else { step };
     let mut region = grow(copper, half(width) - NEARER);
-    let mut paths = turned(region.paths().cloned().collect(), isolate.direction);
-    for _ in 1..isolate.passes {
+    let mut paths = Vec::new();
+    for pass in 1..=isolate.passes {
         desk.go_on()?;
-        region = grow(&region, step);
-        paths.extend(turned(region.paths().cloned().collect(), isolate.direction));
+        let next = (pass < isolate.passes).then_some(step);
+        let ways = match isolate.slivers {
+            true => slivers::with_slivers(&region, through, next),
+            false => region.paths().cloned().collect(),
+        };
+        paths.extend(turned(ways, isolate.direction));
+        if next.is_some() {
+            region = grow(&region, step);
+        }
     }
     Ok(paths)
 }

@@ -24,6 +24,7 @@ mod lower;
 mod narrow;
 mod route;
 mod scene;
+mod slivers;
 #[cfg(test)]
 mod tests;
 

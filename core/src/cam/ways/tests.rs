@@ -2,6 +2,7 @@
 //! tabs hold, holes and slots are made, and equal boards give equal programs.
 
 mod program;
+mod slivers;
 
 use super::cut::{self, Area};
 use super::*;

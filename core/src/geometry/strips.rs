@@ -1,0 +1,228 @@
+//! Strips: what lies clear between edges of a region that face each other nearer than a width, as lines along its middle.
+//!
+//! ```text
+//!    ▓▓▓▓▓▓▓▓▓▓▓▓         from places all along every edge the nearest edge that faces it is looked for;
+//!    ──┬──┬──┬──┬         where it is near enough the middle between the two is a place of the strip,
+//!    ··●··●··●··●··       unless the edge opposite has told it already
+//!    ──┴──┴──┴──┴
+//!    ▓▓▓▓▓▓▓▓▓▓▓▓
+//! ```
+//!
+//! Comes in: a region and two widths. Goes out: strips with their widths in whole nanometres, the width within 2 % of its
+//! greatest for edges that face each other within 20°. Places are a third of the lesser width apart. Knows no bits.
+
+use super::index::{Entry, Index, Near, entries, point};
+use super::measure::segment_bounds;
+use super::nearest::{Piece, nearest_pair};
+use super::sheet::{Spot, apart};
+use super::{Point, Region};
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// The cosine up to which a way across is across.
+const ACROSS: f64 = 0.6;
+/// Edges that follow each other with less of a turn than this cosine do not face each other.
+const ONWARD: f64 = -0.3;
+/// Lines that face each other head against each other at least by this cosine.
+const AGAINST: f64 = -0.5;
+/// So many places behind the foremost one of a strip, its own places count as told.
+const TRAIL: usize = 3;
+/// More places than this are not looked at on one edge.
+const MOST_PLACES: f64 = 100_000.0;
+
+/// One strip.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Strip {
+    /// Places along its middle, and how wide the clear is there.
+    pub middle: Vec<(Point, Length)>,
+    /// Whether both of its sides are edges of one outline.
+    pub own: bool,
+    /// The place of the region's edges that is nearest to the first place.
+    pub beside: Option<Near>,
+}
+
+/// An edge and where it belongs.
+struct Side<'a> {
+    entry: &'a Entry,
+    /// Edges before and after it in its outline.
+    around: [usize; 2],
+    /// The outline, counted over the region.
+    outline: usize,
+}
+
+fn dot(a: Spot, b: Spot) -> f64 {
+    a.0 * b.0 + a.1 * b.1
+}
+
+fn right_of(heading: Spot) -> Spot {
+    (heading.1, -heading.0)
+}
+
+/// The edges of a region, with their neighbours.
+fn sides<'a>(region: &Region, entries: &'a [Entry]) -> Vec<Side<'a>> {
+    let mut sides = Vec::with_capacity(entries.len());
+    let mut rest = entries.iter();
+    let mut first = 0;
+    for (outline, path) in region.paths().enumerate() {
+        let count = path.segments.len();
+        for (at, entry) in rest.by_ref().take(count).enumerate() {
+            let around = [first + (at + count - 1) % count, first + (at + 1) % count];
+            sides.push(Side { entry, around, outline });
+        }
+        first += count;
+    }
+    sides
+}
+
+impl Side<'_> {
+    /// Whether `other` may face it within `reach` nm.
+    fn may_face(&self, other: &Entry, reach: f64) -> bool {
+        let (one, two) = (&self.entry.piece, &other.piece);
+        if other.number == self.entry.number {
+            return false;
+        }
+        let [before, after] = self.around;
+        if other.number == after && dot(one.heading(true), two.heading(false)) > ONWARD
+            || other.number == before && dot(two.heading(true), one.heading(false)) > ONWARD
+        {
+            return false;
+        }
+        let lines = one.bow.is_none() && two.bow.is_none();
+        if lines && dot(one.heading(false), two.heading(false)) > AGAINST {
+            return false;
+        }
+        let (p, q) = nearest_pair(one, two);
+        apart(p, q) < reach
+    }
+}
+
+fn length(piece: &Piece) -> f64 {
+    piece.bow.map_or_else(|| apart(piece.from, piece.to), |bow| bow.radius * bow.turn)
+}
+
+/// The place of the nearest of `others` that faces `place`, and which it is.
+fn facing<'a>(place: Spot, out: Spot, others: &[&'a Entry]) -> Option<(Spot, f64, &'a Entry)> {
+    let mut best: Option<(Spot, f64, &Entry)> = None;
+    for &other in others {
+        let at = other.piece.nearest(place);
+        let distance = apart(place, at);
+        if distance < 1.0 || best.is_some_and(|(_, least, _)| distance >= least) {
+            continue;
+        }
+        let way = ((at.0 - place.0) / distance, (at.1 - place.1) / distance);
+        let theirs = right_of(other.piece.heading_at(at));
+        if dot(way, out) > ACROSS && -dot(way, theirs) > ACROSS {
+            best = Some((at, distance, other));
+        }
+    }
+    best
+}
+
+/// Places already told, in cells as large as what counts as the same.
+struct Told {
+    reach: f64,
+    cells: BTreeMap<(i64, i64), Vec<Spot>>,
+}
+
+impl Told {
+    fn cell(&self, at: Spot) -> (i64, i64) {
+        let cell = |value: f64| libm::floor(value / self.reach) as i64;
+        (cell(at.0), cell(at.1))
+    }
+
+    fn holds(&self, at: Spot) -> bool {
+        let (column, row) = self.cell(at);
+        let mut near = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (column + dx, row + dy)));
+        near.any(|cell| {
+            self.cells.get(&cell).is_some_and(|spots| spots.iter().any(|spot| apart(*spot, at) < self.reach))
+        })
+    }
+
+    fn add(&mut self, at: Spot) {
+        self.cells.entry(self.cell(at)).or_default().push(at);
+    }
+}
+
+/// Strips while they are being found.
+struct Search<'a> {
+    index: &'a Index,
+    wider: f64,
+    told: Told,
+    open: Strip,
+    found: Vec<Strip>,
+}
+
+impl Search<'_> {
+    /// Goes on with the strip at a middle, or ends it.
+    fn next(&mut self, found: Option<(Spot, f64, bool)>) {
+        let clear = |middle: Spot| {
+            let near = self.index.nearest(point(middle), Length::from_nm((self.wider * 0.46) as i64));
+            near.is_none() && self.index.island_at(point(middle)).is_none()
+        };
+        let wanted = |&(middle, width, _): &(Spot, f64, bool)| {
+            width > self.wider && !self.told.holds(middle) && clear(middle)
+        };
+        let Some((middle, width, own)) = found.filter(wanted) else {
+            self.end();
+            return;
+        };
+        self.open.own = own && (self.open.own || self.open.middle.is_empty());
+        self.open.middle.push((point(middle), Length::from_nm(width as i64)));
+        if let Some(&(behind, _)) = self.open.middle.iter().rev().nth(TRAIL) {
+            self.told.add(super::sheet::spot(behind));
+        }
+    }
+
+    fn end(&mut self) {
+        let mut strip = std::mem::take(&mut self.open);
+        for &(at, _) in strip.middle.iter().rev().take(TRAIL) {
+            self.told.add(super::sheet::spot(at));
+        }
+        if let Some(&(first, _)) = strip.middle.first() {
+            strip.beside = self.index.nearest(first, super::REACH);
+            self.found.push(strip);
+        }
+    }
+}
+
+/// The strips of what is clear of `region` that are wider than `wider` and narrower than `narrower`. The middle of every
+/// place of a strip is at least 0.46 of `wider` away from the region.
+pub fn strips(region: &Region, wider: Length, narrower: Length) -> Vec<Strip> {
+    if wider.nm() <= 0 || narrower <= wider {
+        return Vec::new();
+    }
+    let entries = entries(region);
+    let sides = sides(region, &entries);
+    let index = Index::from_entries(entries.clone());
+    let (step, reach) = (wider.nm() as f64 / 3.0, narrower.nm() as f64);
+    let told = Told { reach: step * 1.2, cells: BTreeMap::new() };
+    let mut search =
+        Search { index: &index, wider: wider.nm() as f64, told, open: Strip::default(), found: Vec::new() };
+    let mut outline = None;
+    for side in &sides {
+        if outline.replace(side.outline) != Some(side.outline) {
+            search.end();
+        }
+        let entry = side.entry;
+        let room = segment_bounds(entry.from, entry.segment).grown(narrower);
+        let mut others: Vec<&Entry> =
+            index.entries_in(room).filter(|other| side.may_face(other, reach)).collect();
+        if others.is_empty() {
+            search.end();
+            continue;
+        }
+        others.sort_by_key(|other| other.number);
+        let count = libm::ceil(length(&entry.piece) / step).clamp(1.0, MOST_PLACES);
+        for number in 0..count as usize {
+            let place = entry.piece.at((number as f64 + 0.5) / count);
+            let out = right_of(entry.piece.heading_at(place));
+            let found = facing(place, out, &others).filter(|(_, width, _)| *width < reach);
+            search.next(found.map(|(at, width, other)| {
+                let own = sides.get(other.number).is_some_and(|other| other.outline == side.outline);
+                (((place.0 + at.0) / 2.0, (place.1 + at.1) / 2.0), width, own)
+            }));
+        }
+    }
+    search.end();
+    search.found
+}
