@@ -6,7 +6,7 @@
 use crate::format::typed;
 use annulus_core::board::Face;
 use annulus_core::cam::parameters::Parameter;
-use annulus_core::cam::work::{Action, Cure, Operation, Remedy, Work};
+use annulus_core::cam::work::{Action, Operation, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::machine::{Kind, Machine, Value};
 use annulus_core::proof::{self, Finding};
@@ -131,8 +131,7 @@ pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> W
         };
         let Some((from, to)) = finding.ends else { return };
         if let Action::Isolate(isolate) = &mut operation.action {
-            isolate.cures.retain(|cure| cure.from != from || cure.to != to);
-            isolate.cures.push(Cure { from, to, with });
+            isolate.cure(from, to, with);
         }
     })
 }
@@ -142,6 +141,7 @@ mod tests {
     use super::*;
     use annulus_core::cam::parameters;
     use annulus_core::cam::usual::usual_bits;
+    use annulus_core::cam::work::Cure;
     use annulus_core::geometry::Point;
     use annulus_core::machine::virtual_drill;
 

@@ -321,6 +321,19 @@ impl Default for Isolate {
     }
 }
 
+impl Isolate {
+    /// Has the gap between `from` and `to` done with this remedy, whatever was chosen for it before. Whether that is new.
+    pub fn cure(&mut self, from: Point, to: Point, with: Remedy) -> bool {
+        let cure = Cure { from, to, with };
+        let new = !self.cures.contains(&cure);
+        if new {
+            self.cures.retain(|other| (other.from, other.to) != (from, to));
+            self.cures.push(cure);
+        }
+        new
+    }
+}
+
 impl Default for Clear {
     fn default() -> Self {
         Self {
