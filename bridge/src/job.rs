@@ -8,7 +8,6 @@
 //! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
 //! what becomes of it.
 
-use crate::cli::export::Target;
 use crate::cli::{self, Group, JobArgs, Order, ReadingArgs, Refusal};
 use crate::{files, machine_file};
 use annulus_core::artwork::Kind;
@@ -160,20 +159,6 @@ pub(crate) fn read_whole(
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
     }
     Ok((board, remarks))
-}
-
-/// The files of `program` for `target`, each with its name: `program` is Annulus' own form.
-pub(crate) fn outputs(
-    target: &str,
-    program: &Program,
-    stem: &str,
-) -> Result<Vec<(String, Vec<u8>)>, Refusal> {
-    if target == "program" {
-        return Ok(vec![(format!("{stem}.program"), program::encode(program))]);
-    }
-    let program = Program { name: stem.to_owned(), ..program.clone() };
-    let files = Target::named(target)?.files(&program, None)?;
-    Ok(files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect())
 }
 
 /// Refuses with the first loss that was not accepted; the others go to standard error before it.

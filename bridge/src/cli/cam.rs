@@ -1,13 +1,16 @@
 //! Plans all milling and drilling of a board and writes programs, one for each side (N7 N8 N9 N10 N24).
 //!
 //! ```text
+//!  --to ─▶ target (else nothing is planned)
 //!  JOB… ─▶ Board ─┐
-//!  job file ──────┼─▶ Work ─ side by side: plan ─▶ program ─ proof ─▶ findings ─┬─ unread: nothing is written
-//!  --set ─────────┘                                                             └─ files of the dialect
+//!  job file ──────┼─▶ Work ─ side by side: plan ─▶ program ─ proof ─▶ findings ─┬─ unread: no program is written
+//!  --set ─────────┘                                                             └─ files of all sides, then written
 //! ```
 //!
 //! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how ways are made.
 
+use super::export::{self, Target};
+use super::prove::{finding_lines, finding_object, is_unread};
 use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded};
 use crate::job;
 use crate::machine_file;
@@ -15,19 +18,21 @@ use annulus_core::board::{Board, Face};
 use annulus_core::cam::PlanOptions;
 use annulus_core::cam::parameters;
 use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
-use annulus_core::cam::work::{Action, Cure, Remedy, Work};
+use annulus_core::cam::work::{Action, Remedy, Work};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Command, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
 use annulus_core::machine::Machine;
 use annulus_core::proof::{self, Finding};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use annulus_core::{locale, motion, project};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How often cures are applied and proved again.
 const ROUNDS: usize = 3;
+/// The target that is Annulus' own form of a program.
+const OWN_FORM: &str = "program";
 
 /// Arguments of `annulus cam`.
 #[derive(Debug, clap::Args)]
@@ -46,9 +51,13 @@ pub(crate) struct CamArgs {
     /// A parameter of the job, for example isolate.passes=3; may be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Controller, or `program` for Annulus' own programs.
-    #[arg(long, value_name = "DIALECT")]
+    /// Controller, a dialect file of your own (FILE.toml), or `program` for Annulus' own programs.
+    #[arg(long, value_name = "NAME|FILE")]
     to: String,
+    /// Lines only: arcs become lines that are at most this far off, in mm.
+    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
+          value_parser = export::chord_error)]
+    lines_only: Option<f64>,
     /// Folder for the output.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -75,11 +84,17 @@ struct Side {
     planned: Planned,
     program: Program,
     findings: Vec<Finding>,
+    /// Findings beyond those that are listed.
+    more: u32,
     remarks: Vec<Remark>,
 }
 
+/// A file to be written: its name in the folder and its bytes.
+type Output = (String, Vec<u8>);
+
 /// Runs the command.
 pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
+    let target = target(args)?;
     let machine = machine_file::named(&args.machine)?.machine;
     let (board, read) = job::read_whole(&args.jobs, &args.reading, &args.accept)?;
     let mut work = chosen(args, &board, &machine)?;
@@ -93,46 +108,44 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     if let Some(path) = &args.save_job {
         job::write_output(path, project::write(&work).as_bytes())?;
     }
-    let unread: Vec<&Finding> = sides
-        .iter()
-        .flat_map(|side| &side.findings)
-        .filter(|finding| is_unread(finding, &args.accept))
-        .collect();
-    let stem = job::stem(args.jobs.first().unwrap_or(&args.output));
+    let findings = sides.iter().flat_map(|side| &side.findings);
+    let unread = findings.filter(|finding| is_unread(finding, &args.accept)).count();
+    let files = if unread == 0 { written(args, target.as_ref(), &sides)? } else { Vec::new() };
     let mut reports = Vec::new();
     let mut text = String::new();
-    for side in &sides {
-        let files =
-            if unread.is_empty() { written(args, side, &stem.to_string_lossy())? } else { Vec::new() };
-        text += &sentences(side, &files);
+    for (at, side) in sides.iter().enumerate() {
+        let files = files.get(at).map(Vec::as_slice).unwrap_or_default();
+        text += &sentences(side, files, &args.accept);
         reports.push(report(side, &machine, files, &args.accept));
     }
     text += &remark_lines(&read);
-    let mut object = json!({
+    let object = json!({
         "to": args.to,
         "programs": reports,
-        "findings_unread": unread.len(),
+        "findings_unread": unread,
         "remarks": remark_objects(&read),
     });
-    if unread.is_empty() {
+    if unread == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Remark::new(Weight::Loss, "cam.unread_findings").with("count", unread.len());
-    text += &remark_lines(std::slice::from_ref(&why));
-    object["error"] = Refusal::content(why).object()["error"].clone();
-    Ok(Answer { object, text, exit: Exit::Content })
+    let why = Remark::new(Weight::Loss, "cam.unread_findings").with("count", unread);
+    Ok(Answer::refused(object, &text, why))
+}
+
+/// The controller that is written for; none for Annulus' own form.
+fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
+    match (args.to.as_str(), args.lines_only) {
+        (OWN_FORM, None) => Ok(None),
+        (OWN_FORM, Some(_)) => Err(Refusal::usage(Remark::new(Weight::Loss, "cam.own_form_has_arcs"))),
+        (name, _) => Target::named(name).map(Some),
+    }
 }
 
 /// The work: as the board opens, changed by the job file and then by flags.
 fn chosen(args: &CamArgs, board: &Board, machine: &Machine) -> Result<Work, Refusal> {
     let mut work = Work::default_for(board, machine);
     if let Some(path) = &args.job {
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            let why = Remark::new(Weight::Loss, "job.unreadable").with("file", &name).with("reason", error);
-            Refusal::surroundings(why)
-        })?;
-        work = project::read(&name, &text, &work, machine).map_err(Refusal::content)?;
+        work = job_file(path, &work, machine)?;
     }
     for pair in &args.set {
         let Some((key, value)) = pair.split_once('=') else {
@@ -141,6 +154,12 @@ fn chosen(args: &CamArgs, board: &Board, machine: &Machine) -> Result<Work, Refu
         parameters::assign(&mut work, key.trim(), value.trim()).map_err(Refusal::usage)?;
     }
     Ok(work)
+}
+
+/// The work of the job file at `path`; what it leaves out is as in `base`.
+pub(super) fn job_file(path: &Path, base: &Work, machine: &Machine) -> Result<Work, Refusal> {
+    let text = export::read(path)?;
+    project::read(&path.display().to_string(), &text, base, machine).map_err(Refusal::content)
 }
 
 /// Plans and proves one side; with `--cure` again with cures, which stay in `work`.
@@ -170,7 +189,8 @@ fn side(
         })?;
         let mut program = lower_work(&planned, work, machine);
         let asked = proof::Options { face, owned: work.bits.clone(), ..proof::Options::default() };
-        let findings = proof::prove(&planned.board, std::slice::from_ref(&program), &asked).findings;
+        let proof::Verdict { findings, more, .. } =
+            proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
         round += 1;
         if args.cure && round <= ROUNDS && cured(work, face, &findings) {
             continue;
@@ -180,7 +200,7 @@ fn side(
         program.accepted.extend(seen.map(|finding| finding.kind.code().to_owned()));
         program.accepted.sort();
         program.accepted.dedup();
-        return Ok(Side { face, planned, program, findings, remarks });
+        return Ok(Side { face, planned, program, findings, more, remarks });
     }
 }
 
@@ -203,18 +223,9 @@ fn cured(work: &mut Work, face: Face, findings: &[Finding]) -> bool {
             proof::Cure::Centred { .. } => Remedy::Centred,
             _ => continue,
         };
-        let cure = Cure { from, to, with };
-        if !isolate.cures.contains(&cure) {
-            isolate.cures.push(cure);
-            any = true;
-        }
+        any |= isolate.cure(from, to, with);
     }
     any
-}
-
-fn is_unread(finding: &Finding, accept: &[String]) -> bool {
-    let seen = |word: &String| *word == finding.id || *word == finding.kind.code();
-    finding.must_be_read() && !accept.iter().any(seen)
 }
 
 const fn word(face: Face) -> &'static str {
@@ -224,21 +235,41 @@ const fn word(face: Face) -> &'static str {
     }
 }
 
-/// Writes the files of one side; their names, sizes and digests.
-fn written(args: &CamArgs, side: &Side, stem: &str) -> Result<Vec<Value>, Refusal> {
-    let stem = format!("{stem}-{}", word(side.face));
-    let files = job::outputs(&args.to, &side.program, &stem)?;
+/// Writes the files of all sides, once all of them could be made; names, sizes and digests, side by side.
+fn written(args: &CamArgs, target: Option<&Target>, sides: &[Side]) -> Result<Vec<Vec<Value>>, Refusal> {
+    let stem = job::stem(args.jobs.first().unwrap_or(&args.output));
+    let made = sides.iter().map(|side| {
+        let name = format!("{}-{}", stem.display(), word(side.face));
+        outputs(target, args.lines_only, &side.program, name)
+    });
+    let made = made.collect::<Result<Vec<_>, _>>()?;
     std::fs::create_dir_all(&args.output).map_err(|error| {
         let why = Remark::new(Weight::Loss, "job.not_written").with("file", args.output.display());
         Refusal::surroundings(why.with("reason", error))
     })?;
-    let mut out = Vec::new();
-    for (name, bytes) in files {
+    let write = |(name, bytes): Output| {
         let path = args.output.join(name);
         job::write_output(&path, &bytes)?;
-        out.push(json!({ "file": path.display().to_string(), "bytes": bytes.len(), "sha256": program::key(&bytes) }));
-    }
-    Ok(out)
+        Ok(
+            json!({ "file": path.display().to_string(), "bytes": bytes.len(), "sha256": program::key(&bytes) }),
+        )
+    };
+    made.into_iter().map(|files| files.into_iter().map(write).collect()).collect()
+}
+
+/// The files of `program`, which is then called `name`.
+fn outputs(
+    target: Option<&Target>,
+    lines_only: Option<f64>,
+    program: &Program,
+    name: String,
+) -> Result<Vec<Output>, Refusal> {
+    let Some(target) = target else {
+        return Ok(vec![(format!("{name}.program"), program::encode(program))]);
+    };
+    let program = Program { name, ..program.clone() };
+    let files = target.files(&program, lines_only)?;
+    Ok(files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect())
 }
 
 /// Counts of a program.
@@ -267,7 +298,18 @@ fn counts(program: &Program) -> Counts {
     counts
 }
 
-fn report(side: &Side, machine: &Machine, files: Vec<Value>, accept: &[String]) -> Value {
+/// Form of a bit for scripts: a word, and for a V-bit its tip and its angle.
+fn form(bit: &Bit) -> (&'static str, Option<f64>, Option<f64>) {
+    match bit.cutter {
+        Cutter::Drill => ("drill", None, None),
+        Cutter::Mill => ("mill", None, None),
+        Cutter::Vee { tip, angle_mdeg } => {
+            ("vee", Some(rounded(tip.mm())), Some(rounded(f64::from(angle_mdeg) / 1e3)))
+        }
+    }
+}
+
+fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) -> Value {
     let timed = motion::timeline(&side.program, machine);
     let counts = counts(&side.program);
     let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
@@ -275,23 +317,13 @@ fn report(side: &Side, machine: &Machine, files: Vec<Value>, accept: &[String]) 
         .map(|(part, task)| {
             let milled: f64 =
                 task.ways.iter().map(|way| way.path.length_mm() * way.depths.len() as f64).sum();
-            json!({ "operation": part.operation, "bit": task.bit.name, "form": task.bit.cutter,
-                "diameter_mm": rounded(task.bit.diameter.mm()), "holes": task.strokes.len(),
-                "ways": task.ways.len(), "milled_mm": rounded(milled) })
+            let (form, tip_mm, angle_deg) = form(&task.bit);
+            json!({ "operation": part.operation, "bit": task.bit.name, "form": form,
+                "diameter_mm": rounded(task.bit.diameter.mm()), "tip_mm": tip_mm, "angle_deg": angle_deg,
+                "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })
         })
         .collect();
-    let findings: Vec<Value> = side
-        .findings
-        .iter()
-        .map(|finding| {
-            let remark = finding.remark();
-            json!({ "id": finding.id, "code": finding.kind.code(), "weight": finding.weight(),
-                "unread": is_unread(finding, accept),
-                "x_mm": rounded(finding.at.x.mm()), "y_mm": rounded(finding.at.y.mm()),
-                "width_mm": rounded(finding.width.mm()), "nets": finding.nets, "cures": finding.cures,
-                "message": remark.message("en"), "advice": remark.advice("en") })
-        })
-        .collect();
+    let findings: Vec<Value> = side.findings.iter().map(|finding| finding_object(finding, accept)).collect();
     let mut remarks = side.remarks.clone();
     remarks.extend(timed.as_ref().err().cloned());
     json!({
@@ -308,11 +340,12 @@ fn report(side: &Side, machine: &Machine, files: Vec<Value>, accept: &[String]) 
         "tool_changes": side.program.bits.len(),
         "tools": tools,
         "findings": findings,
+        "more": side.more,
         "remarks": remark_objects(&remarks),
     })
 }
 
-fn sentences(side: &Side, files: &[Value]) -> String {
+fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
     let counts = counts(&side.program);
     let say = |key: &str, args: &[(&str, String)]| {
         let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
@@ -332,6 +365,5 @@ fn sentences(side: &Side, files: &[Value]) -> String {
     for file in files {
         out += &say("cam.report.file", &[("file", file["file"].as_str().unwrap_or_default().to_owned())]);
     }
-    let findings: Vec<Remark> = side.findings.iter().map(Finding::remark).collect();
-    out + &remark_lines(&findings) + &remark_lines(&side.remarks)
+    out + &finding_lines(&side.findings, side.more, accept) + &remark_lines(&side.remarks)
 }

@@ -48,14 +48,17 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
         Some(path) => good("browser", "doctor.browser").with("path", path.display()),
         None => Check::new("browser", Weight::Note, "doctor.no_browser"),
     });
-    let bad = checks.iter().any(|check| check.finding.weight == Weight::Loss);
+    let bad = checks.iter().find(|check| check.finding.weight == Weight::Loss);
     let mut text: String = checks.iter().map(Check::line).collect();
     if args.timing {
         text += &histogram(&lateness);
     }
     let rows: Vec<Value> = checks.iter().map(Check::object).collect();
-    let exit = if bad { Exit::Content } else { Exit::Done };
-    Ok(Answer { object: json!({ "checks": rows }), text, exit })
+    let object = json!({ "checks": rows });
+    Ok(match bad {
+        Some(check) => Answer::refused(object, &text, check.finding.clone()),
+        None => Answer { object, text, exit: Exit::Done },
+    })
 }
 
 impl Check {

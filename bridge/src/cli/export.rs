@@ -39,7 +39,7 @@ pub(crate) struct TargetArgs {
     pub(crate) output: PathBuf,
 }
 
-fn chord_error(text: &str) -> Result<f64, String> {
+pub(super) fn chord_error(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|error: &f64| (1e-4..=1.0).contains(error));
     found.ok_or_else(|| locale::text("en", "post.chord_error", &[]))
 }
@@ -107,13 +107,9 @@ impl Target {
             return Err(Refusal::usage(remark.with("known", post::targets().join(", "))));
         }
         let text = read(Path::new(to))?;
-        let mut faults = post::check(to, &text);
+        let faults = post::check(to, &text);
         if faults.len() > 1 {
-            let first = faults.swap_remove(0);
-            let remark = Remark::new(Weight::Loss, "post.faults").with("count", faults.len() + 1);
-            let mut remark = remark.with("first", first.message("en")).with("file", to);
-            remark.place = first.place;
-            return Err(Refusal::content(remark));
+            return Err(Refusal::content(faulty(to, &faults)));
         }
         post::Dialect::parse(to, &text).map(|dialect| Self::Own(Box::new(dialect))).map_err(Refusal::content)
     }
@@ -134,7 +130,17 @@ impl Target {
     }
 }
 
-/// The text of a dialect file.
+/// That the dialect file `name` has `faults`: a single one as it is, of several the first and how many there are.
+pub(super) fn faulty(name: &str, faults: &[Remark]) -> Remark {
+    let remark = Remark::new(Weight::Loss, "post.faults").with("count", faults.len()).with("file", name);
+    match faults {
+        [only] => only.clone(),
+        [first, ..] => Remark { place: first.place.clone(), ..remark.with("first", first.message("en")) },
+        [] => remark,
+    }
+}
+
+/// The text of a dialect or job file.
 pub(super) fn read(path: &Path) -> Result<String, Refusal> {
     fs::read_to_string(path).map_err(|error| {
         let remark = Remark::new(Weight::Loss, "job.unreadable").with("file", path.display());

@@ -183,6 +183,15 @@ pub(crate) struct Answer {
     pub(crate) exit: Exit,
 }
 
+impl Answer {
+    /// What was found, though it is refused all the same: the object says why, as that of a refusal does.
+    fn refused(mut object: Value, text: &str, why: Remark) -> Self {
+        let refusal = Refusal::content(why);
+        object["error"] = refusal.object()["error"].take();
+        Self { object, text: format!("{text}{refusal}\n"), exit: Exit::Content }
+    }
+}
+
 /// To a millionth, as the contract says; never a negative zero.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0

@@ -1,13 +1,16 @@
 //! Proves programs against the design that they were made for (N8): which copper is left, and what that does to the nets.
 //!
-//! Comes in: the files of the design and programs. Goes out: every finding with place, width, nets and cures; exit code 1
+//! Comes in: the files of the design, programs, perhaps the job file that they were planned from. Goes out: every finding with place, width, nets and cures; exit code 1
 //! while there are findings that nobody has accepted. Does not know how the programs were made.
 
-use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
+use super::{Answer, Exit, Refusal, cam, remark_lines, remark_objects, rounded};
 use crate::{files, job};
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
+use annulus_core::cam::ways::Scene;
+use annulus_core::cam::work::Work;
 use annulus_core::job::Program;
 use annulus_core::locale;
+use annulus_core::machine::virtual_drill;
 use annulus_core::proof::{self, Cure, Finding, Options, Verdict};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
@@ -29,9 +32,12 @@ pub(crate) struct ProveArgs {
     pub(crate) programs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: super::ReadingArgs,
-    /// The side that is looked at.
-    #[arg(long, value_enum, default_value_t = Side::Top)]
-    pub(crate) side: Side,
+    /// Job file of the programs: the board lies as it says, with its copies and pins, and cures know its bits.
+    #[arg(long = "job", value_name = "FILE", conflicts_with = "turn")]
+    pub(crate) work: Option<PathBuf>,
+    /// The side that is looked at; without it the job file's, else the top.
+    #[arg(long, value_enum)]
+    pub(crate) side: Option<Side>,
     /// How the board lies when its bottom is up, as `cam` turns it over.
     #[arg(long, value_enum, default_value_t = Turn::LeftRight)]
     pub(crate) turn: Turn,
@@ -74,16 +80,19 @@ fn copper_um(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let read = files::read(std::slice::from_ref(&args.job), &args.reading)?;
-    let wanted = Wanted { copper: true, aligned: args.reading.align };
+    // A job is planned on the aligned board.
+    let wanted = Wanted { copper: true, aligned: args.reading.align || args.work.is_some() };
     let (board, remarks) = from_artwork_with(&read.artwork, &read.default_use(), wanted);
     let programs: Vec<Program> = args
         .programs
         .iter()
         .map(|path| job::program_file(path)?.ok_or_else(|| not_one(path)))
         .collect::<Result<_, _>>()?;
-    let face = match args.side {
-        Side::Top => Face::Top,
-        Side::Bottom => Face::Bottom,
+    let work = work(args, &board)?;
+    let face = match (args.side, &work) {
+        (Some(Side::Bottom), _) => Face::Bottom,
+        (None, Some(work)) => work.setup.face,
+        (Some(Side::Top) | None, _) => Face::Top,
     };
     let has_copper = |board: &Board| board.copper.iter().any(|copper| copper.face == face);
     if !has_copper(&board) {
@@ -91,12 +100,10 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
         let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side);
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
-    let board = match (args.side, args.turn) {
-        (Side::Top, _) | (_, Turn::Not) => board,
-        (Side::Bottom, turn) => board.turned(turn == Turn::LeftRight),
-    };
+    let board = laid(board, work.as_ref(), face, args.turn);
     let options = Options {
         face,
+        owned: work.map(|work| work.bits).unwrap_or_default(),
         copper_thickness: Length::from_mm(args.copper_um / 1e3),
         clearance: args.clearance.map(Length::from_mm),
         ..Options::default()
@@ -106,9 +113,34 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     if let Value::Object(rows) = &mut object {
         rows.insert("remarks".to_owned(), remark_objects(&remarks).into());
     }
-    let exit = if unread(&verdict.findings, &args.accept) == 0 { Exit::Done } else { Exit::Content };
     let text = verdict_text(&verdict, &args.accept) + &remark_lines(&remarks);
-    Ok(Answer { object, text, exit })
+    let unread = unread(&verdict.findings, &args.accept);
+    if unread == 0 {
+        return Ok(Answer { object, text, exit: Exit::Done });
+    }
+    let why = Remark::new(Weight::Loss, "proof.unread_findings").with("count", unread);
+    Ok(Answer::refused(object, &text, why))
+}
+
+/// The work of the job file, if there is one.
+fn work(args: &ProveArgs, board: &Board) -> Result<Option<Work>, Refusal> {
+    let Some(path) = &args.work else { return Ok(None) };
+    // Setup and bits do not depend on the machine.
+    let machine = virtual_drill();
+    cam::job_file(path, &Work::default_for(board, &machine), &machine).map(Some)
+}
+
+/// The board with `face` up: as the job lays it, else by itself, turned over for its bottom.
+fn laid(board: Board, work: Option<&Work>, face: Face, turn: Turn) -> Board {
+    if let Some(work) = work {
+        let mut work = work.clone();
+        work.setup.face = face;
+        return Scene::of(&board, &work).board;
+    }
+    match (face, turn) {
+        (Face::Top, _) | (_, Turn::Not) => board,
+        (Face::Bottom, turn) => board.turned(turn == Turn::LeftRight),
+    }
 }
 
 fn not_one(path: &std::path::Path) -> Refusal {
@@ -123,12 +155,17 @@ fn accepted(finding: &Finding, accept: &[String]) -> bool {
 }
 
 /// How many findings must be read and were not accepted.
-pub(super) fn unread(findings: &[Finding], accept: &[String]) -> usize {
-    findings.iter().filter(|finding| finding.must_be_read() && !accepted(finding, accept)).count()
+fn unread(findings: &[Finding], accept: &[String]) -> usize {
+    findings.iter().filter(|finding| is_unread(finding, accept)).count()
+}
+
+/// Whether a finding must be read and was not accepted.
+pub(super) fn is_unread(finding: &Finding, accept: &[String]) -> bool {
+    finding.must_be_read() && !accepted(finding, accept)
 }
 
 /// A verdict for scripts.
-pub(super) fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
+fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
     json!({
         "islands": verdict.islands,
         "nets": verdict.nets,
@@ -139,7 +176,8 @@ pub(super) fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
     })
 }
 
-fn finding_object(finding: &Finding, accept: &[String]) -> Value {
+/// A finding for scripts.
+pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
     let remark = finding.remark();
     let mm = |length: Length| rounded(length.mm());
     json!({
@@ -156,6 +194,7 @@ fn finding_object(finding: &Finding, accept: &[String]) -> Value {
         "leg": finding.leg.map(|(_, leg)| leg),
         "cures": finding.cures.iter().map(cure_object).collect::<Vec<_>>(),
         "accepted": accepted(finding, accept),
+        "unread": is_unread(finding, accept),
         "message": remark.message("en"),
         "advice": remark.advice("en"),
     })
@@ -188,13 +227,13 @@ fn cure_object(cure: &Cure) -> Value {
 }
 
 /// A verdict for people: a line in front, then the findings.
-pub(super) fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
+fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
     let say = |key: &str, words: &[(&str, String)]| {
         let words: Vec<_> = words.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
         locale::text("en", key, &words) + "\n"
     };
     let findings = &verdict.findings;
-    let mut out = say(
+    let out = say(
         "proof.report.head",
         &[
             ("islands", verdict.islands.to_string()),
@@ -207,6 +246,12 @@ pub(super) fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
     if findings.is_empty() {
         return out + &say("proof.report.none", &[]);
     }
+    out + &finding_lines(findings, verdict.more, accept)
+}
+
+/// Findings for people, their names in front so that they can be accepted; then how many more there are.
+pub(super) fn finding_lines(findings: &[Finding], more: u32, accept: &[String]) -> String {
+    let mut out = String::new();
     for finding in findings.iter().take(SHOWN) {
         let remark = finding.remark();
         let read = if accepted(finding, accept) { "✓" } else { "-" };
@@ -223,9 +268,10 @@ pub(super) fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
             }
         }
     }
-    let more = findings.len().saturating_sub(SHOWN) + verdict.more as usize;
+    let more = findings.len().saturating_sub(SHOWN) + more as usize;
     if more > 0 {
-        out += &say("proof.report.more", &[("count", more.to_string())]);
+        let count = [("count".to_owned(), more.to_string())];
+        out += &format!("{}\n", locale::text("en", "proof.report.more", &count));
     }
     out
 }

@@ -40,11 +40,8 @@ pub(crate) fn run(args: &TemplatesArgs) -> Result<Answer, Refusal> {
     if !faults.is_empty() {
         let told = locale::text("en", "post.fault_count", &[("count".to_owned(), faults.len().to_string())]);
         let object = json!({ "name": name, "remarks": remark_objects(&faults) });
-        return Ok(Answer {
-            object,
-            text: format!("{told}\n{}", remark_lines(&faults)),
-            exit: Exit::Content,
-        });
+        let text = format!("{told}\n{}", remark_lines(&faults));
+        return Ok(Answer::refused(object, &text, export::faulty(name, &faults)));
     }
     let dialect = post::Dialect::parse(name, &text).map_err(Refusal::content)?;
     let words = [("file".to_owned(), name.to_owned()), ("dialect".to_owned(), dialect.name)];

@@ -31,20 +31,17 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     }
     let cases: usize = reports.iter().map(|(_, report)| report.cases.len()).sum();
     let within: usize = reports.iter().map(|(_, report)| report.within()).sum();
-    let mut object = json!({
+    let object = json!({
         "cases": cases,
         "within": within,
         "files": reports.iter().map(|(name, report)| file_object(name, report)).collect::<Vec<_>>(),
     });
-    let mut text: String = reports.iter().map(|(name, report)| file_text(name, report)).collect();
+    let text: String = reports.iter().map(|(name, report)| file_text(name, report)).collect();
     if within == cases {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
     let why = Remark::new(Weight::Loss, "lab.outside").with("outside", cases - within).with("cases", cases);
-    let refusal = Refusal::content(why);
-    let _ = writeln!(text, "{refusal}");
-    object["error"] = refusal.object()["error"].take();
-    Ok(Answer { object, text, exit: Exit::Content })
+    Ok(Answer::refused(object, &text, why))
 }
 
 /// The text of a file of bounded size.

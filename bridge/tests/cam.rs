@@ -1,0 +1,182 @@
+//! `annulus cam` and `annulus prove` as real processes on the sample board (N24, N8, N10): what is refused before anything
+//! is planned, that nothing is written while a finding is unread, and that a saved job gives the same programs.
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The sample board: holes, copper of the top, outline.
+const BOARD: [&str; 3] = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"];
+const CAM: &str = "cam sensor.drl sensor-top.gbr sensor-outline.gbr";
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples");
+    for name in BOARD {
+        fs::copy(examples.join(name), folder.path().join(name)).unwrap();
+    }
+    folder
+}
+
+fn annulus(home: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+    command.args(arguments.split_whitespace()).arg("--json");
+    command.current_dir(home).env("ANNULUS_HOME", home.join("home")).output().unwrap()
+}
+
+/// Exit code and the one object on standard output, whose `ok` and `error` must fit the exit code.
+fn answer(home: &Path, arguments: &str) -> (i32, Value) {
+    let output = annulus(home, arguments);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(text.lines().count(), 1, "{arguments}: {output:?}");
+    let object: Value = serde_json::from_str(&text).unwrap();
+    let exit = output.status.code().unwrap();
+    assert_eq!(object["ok"], exit == 0, "{arguments}: {object}");
+    for key in ["code", "message", "advice"] {
+        let said = object["error"][key].as_str().is_some_and(|text| !text.is_empty());
+        assert_eq!(said, exit != 0, "{arguments}: {object}");
+    }
+    (exit, object)
+}
+
+fn codes(findings: &Value) -> Vec<&str> {
+    findings.as_array().unwrap().iter().map(|row| row["code"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn an_unread_gap_keeps_every_program_from_being_written() {
+    let folder = folder();
+    let home = folder.path();
+    let (exit, told) = answer(home, &format!("{CAM} --to grbl -o out --save-job job.toml"));
+    assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unread_findings".into()), "{told}");
+    assert_eq!(told["findings_unread"], 1);
+    let side = &told["programs"][0];
+    assert_eq!(side["files"].as_array().map(Vec::len), Some(0));
+    assert_eq!(codes(&side["findings"]), ["proof.gap"]);
+    let gap = &side["findings"][0];
+    assert!((gap["width_mm"].as_f64().unwrap() - 0.122).abs() < 0.001, "{gap}");
+    assert_eq!((&gap["unread"], &gap["accepted"]), (&true.into(), &false.into()));
+    assert!(gap["cures"][0]["depth_mm"].as_f64().is_some_and(|depth| depth < 0.08), "lengths in mm: {gap}");
+    assert!(!home.join("out").exists());
+    assert!(home.join("job.toml").exists(), "the job is there to be mended");
+    // Whoever has read it, by name or by kind, gets the program.
+    let id = gap["id"].as_str().unwrap();
+    for word in [id, "gap", "proof.gap"] {
+        let (exit, told) = answer(home, &format!("{CAM} --to grbl -o {word} --accept {word}"));
+        assert_eq!((exit, &told["findings_unread"]), (0, &0.into()), "{word}");
+        assert!(home.join(word).join("sensor-top.nc").exists(), "{word}: {told}");
+    }
+}
+
+#[test]
+fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
+    let folder = folder();
+    let home = folder.path();
+    let arguments = "--cure --accept lost --to program -o first --save-job job.toml";
+    let (exit, told) = answer(home, &format!("{CAM} {arguments}"));
+    assert_eq!(exit, 0, "{told}");
+    let side = &told["programs"][0];
+    for key in
+        ["total_time_s", "milled_mm", "travel_mm", "plunges", "retracts", "holes", "ways", "tool_changes"]
+    {
+        assert!(side[key].as_f64() > Some(0.0), "{key}: {side}");
+    }
+    assert_eq!(side["face"], "top");
+    let forms: Vec<&str> =
+        side["tools"].as_array().unwrap().iter().map(|tool| tool["form"].as_str().unwrap()).collect();
+    assert!(["vee", "drill", "mill"].iter().all(|form| forms.contains(form)), "{forms:?}");
+    let file = &side["files"][0];
+    let bytes = fs::read(home.join(file["file"].as_str().unwrap())).unwrap();
+    assert_eq!((&file["bytes"], &file["sha256"]), (&bytes.len().into(), &side["program_sha256"]));
+
+    let (exit, again) = answer(home, &format!("{CAM} --job job.toml --accept lost --to program -o second"));
+    assert_eq!(exit, 0, "{again}");
+    assert_eq!(fs::read(home.join("second/sensor-top.program")).unwrap(), bytes);
+    let (exit, timed) = answer(home, "simulate first/sensor-top.program");
+    assert_eq!((exit, &timed["total_time_s"]), (0, &side["total_time_s"]));
+}
+
+#[test]
+fn what_cannot_be_written_is_refused_before_anything_is_planned() {
+    let folder = folder();
+    let home = folder.path();
+    // The board is missing: whoever looks for it first ends otherwise.
+    for (arguments, exit, code) in [
+        ("--to wobble", 2, "post.unknown_target"),
+        ("--to program --lines-only", 2, "cam.own_form_has_arcs"),
+        ("--to grbl --lines-only 3", 2, "cli.usage"),
+        ("--to missing.toml", 3, "job.unreadable"),
+        ("--to grbl", 3, "files.missing"),
+    ] {
+        let (found, told) = answer(home, &format!("cam missing.drl -o out {arguments}"));
+        assert_eq!((found, &told["error"]["code"]), (exit, &code.into()), "{arguments}: {told}");
+    }
+    for (arguments, exit) in [
+        ("--set passes", 2),
+        ("--set isolate.passes=0", 2),
+        ("--machine missing", 3),
+        ("--job missing.toml", 3),
+    ] {
+        assert_eq!(answer(home, &format!("{CAM} --to grbl -o out {arguments}")).0, exit, "{arguments}");
+    }
+    assert!(!home.join("out").exists());
+}
+
+#[test]
+fn a_wrong_job_file_is_told_with_its_place() {
+    let folder = folder();
+    let home = folder.path();
+    let isolate = "schema = 1\n[[operation]]\nkind = \"isolate\"\n";
+    for (text, code, line, column) in [
+        (format!("{isolate}colour = 3\n"), "project.unknown_row", 4, 1),
+        (format!("{isolate}  depth = -0.1\n"), "machine.setting_range", 4, 11),
+        ("schema = 1\n[setup]\ncolumns = 1000\n".to_owned(), "machine.setting_range", 3, 11),
+        ("schema = 1\n[setup\n".to_owned(), "project.syntax", 2, 7),
+    ] {
+        fs::write(home.join("job.toml"), &text).unwrap();
+        let (exit, told) =
+            answer(home, &format!("{CAM} --job job.toml --to grbl -o out --save-job kept.toml"));
+        let place = &told["error"]["place"];
+        assert_eq!((exit, &told["error"]["code"]), (1, &code.into()), "{text}: {told}");
+        assert_eq!(
+            (&place["file"], &place["line"], &place["column"]),
+            (&"job.toml".into(), &line.into(), &column.into())
+        );
+        assert!(!home.join("out").exists() && !home.join("kept.toml").exists(), "{text}");
+    }
+}
+
+#[test]
+fn arcs_become_lines_where_they_are_asked_to() {
+    let folder = folder();
+    let home = folder.path();
+    for (lines_only, arcs) in [("", true), ("--lines-only", false)] {
+        let (exit, told) = answer(home, &format!("{CAM} --cure --accept lost --to grbl -o out {lines_only}"));
+        assert_eq!(exit, 0, "{told}");
+        let text = fs::read_to_string(home.join("out/sensor-top.nc")).unwrap();
+        let is_arc =
+            |line: &str| line.split_whitespace().any(|word| ["G2", "G3", "G02", "G03"].contains(&word));
+        assert_eq!(text.lines().any(is_arc), arcs, "{lines_only}");
+    }
+}
+
+#[test]
+fn a_program_is_proved_on_the_board_as_its_job_lays_it() {
+    let folder = folder();
+    let home = folder.path();
+    fs::create_dir(home.join("board")).unwrap();
+    for name in BOARD {
+        fs::rename(home.join(name), home.join("board").join(name)).unwrap();
+    }
+    let cam = "cam board --set setup.columns=2 --cure --accept lost --to program -o out --save-job job.toml";
+    let (exit, told) = answer(home, cam);
+    assert_eq!(exit, 0, "{told}");
+    let (exit, proved) = answer(home, "prove board out/board-top.program --job job.toml --accept lost");
+    assert_eq!((exit, &proved["unread"]), (0, &0.into()), "{proved}");
+    let (exit, alone) = answer(home, "prove board out/board-top.program");
+    assert_eq!((exit, &alone["error"]["code"]), (1, &"proof.unread_findings".into()), "{alone}");
+    assert_eq!(proved["islands"].as_u64(), alone["islands"].as_u64().map(|islands| 2 * islands));
+    assert_eq!(answer(home, "prove board out/board-top.program --job missing.toml").0, 3);
+    assert_eq!(answer(home, "prove board out/board-top.program --job job.toml --turn not").0, 2);
+}
