@@ -6,7 +6,7 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { corpus, data, findings, openBrowser, openPage, picture, root, startBridge, until } from "./harness.mjs";
+import { atRest, corpus, data, findings, openBrowser, openPage, picture, root, startBridge, until } from "./harness.mjs";
 
 
 let browser;
@@ -160,7 +160,8 @@ test("real boards of the corpus are painted, planned and proved", async (t) => {
       const files = readdirSync(join(folder, name)).map((file) => join(folder, name, file));
       await opened(page, files);
       await page.getByText(/Problems \(\d+\)/).waitFor();
-      assert.ok((await lines(page)) > 100, `${name} has ways`);
+      await until(async () => (await lines(page)) > 100, `the ways of ${name}`);
+      await atRest(page);
       await page.screenshot({ path: picture(`cam-${name.split("/")[1]}`) });
       assert.deepEqual(problems, [], "nothing was said on the console");
     } finally {

@@ -228,18 +228,11 @@ fn cured(work: &mut Work, face: Face, findings: &[Finding]) -> bool {
     any
 }
 
-const fn word(face: Face) -> &'static str {
-    match face {
-        Face::Top => "top",
-        Face::Bottom => "bottom",
-    }
-}
-
 /// Writes the files of all sides, once all of them could be made; names, sizes and digests, side by side.
 fn written(args: &CamArgs, target: Option<&Target>, sides: &[Side]) -> Result<Vec<Vec<Value>>, Refusal> {
     let stem = job::stem(args.jobs.first().unwrap_or(&args.output));
     let made = sides.iter().map(|side| {
-        let name = format!("{}-{}", stem.display(), word(side.face));
+        let name = format!("{}-{}", stem.display(), side.face.name());
         outputs(target, args.lines_only, &side.program, name)
     });
     let made = made.collect::<Result<Vec<_>, _>>()?;
@@ -327,7 +320,7 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
     let mut remarks = side.remarks.clone();
     remarks.extend(timed.as_ref().err().cloned());
     json!({
-        "face": word(side.face),
+        "face": side.face.name(),
         "files": files,
         "program_sha256": program::key(&program::encode(&side.program)),
         "total_time_s": timed.map_or(Value::Null, |timeline| json!(rounded(timeline.total_s()))),
@@ -354,7 +347,7 @@ fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
     let mut out = say(
         "cam.report.side",
         &[
-            ("side", word(side.face).to_owned()),
+            ("side", side.face.name().to_owned()),
             ("ways", side.planned.ways().count().to_string()),
             ("milled", format!("{:.1}", side.planned.milled_mm())),
             ("holes", side.program.hole_count().to_string()),

@@ -64,6 +64,16 @@ pub enum Face {
     Bottom,
 }
 
+impl Face {
+    /// Its word in names of files and in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Top => "top",
+            Self::Bottom => "bottom",
+        }
+    }
+}
+
 /// The copper of one side, as it shall be.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Copper {

@@ -55,7 +55,7 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
     let home = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
     writer.legs.push(Leg { mark: Mark::Finish, commands: home });
     Program {
-        name: planned.board.name.clone(),
+        name: format!("{}-{}", planned.board.name, work.setup.face.name()),
         machine: machine.fingerprint(),
         origin: planned.origin,
         bits: writer.bits,
