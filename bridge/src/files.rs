@@ -33,7 +33,7 @@ pub(crate) struct ReadFiles {
 impl ReadFiles {
     /// The files asked for that make the board unless somebody says otherwise.
     pub(crate) fn default_use(&self) -> Vec<usize> {
-        self.artwork.default_use().into_iter().filter(|index| self.listed.contains(index)).collect()
+        self.artwork.default_use_among(&self.listed)
     }
 }
 

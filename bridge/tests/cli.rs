@@ -137,6 +137,26 @@ fn an_exported_board_is_read_as_the_same_holes() {
 }
 
 #[test]
+fn a_drill_layer_is_drilled_and_drill_programs_come_first() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("layers")).unwrap();
+    let layer = "%TF.FileFunction,Plated,1,2,PTH,Mixed*%\n%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,0.8*%\n%ADD11C,1.0*%\nD10*\n\
+        X5000Y5000D03*\nX9000Y5000D03*\nD11*\nX0Y0D02*\nX3000Y0D01*\nM02*\n";
+    fs::write(folder.path().join("layers/pth.gbr"), layer).unwrap();
+    fs::write(folder.path().join("pth.gbr"), layer).unwrap();
+    for (job, holes) in [("layers", 2), ("pth.gbr", 2), (".", 4)] {
+        let told = answer(folder.path(), &format!("plan {job} --accept plan.slots_not_drilled"));
+        let found: u64 =
+            told["tools"].as_array().unwrap().iter().filter_map(|row| row["holes"].as_u64()).sum();
+        assert_eq!(found, holes, "{job}: {told}");
+    }
+    let file = answer(folder.path(), "inspect layers")["files"][0].clone();
+    let totals = serde_json::json!({ "hits": 2, "slots_g85": 1, "routed_paths": 0, "routed_segments": 0 });
+    assert_eq!((&file["kind"], &file["plated"], &file["totals"]), (&"gerber".into(), &true.into(), &totals));
+    assert_eq!(file["tools"][1]["diameter_mm"], 1.0);
+}
+
+#[test]
 fn a_template_of_ones_own_is_checked_and_used() {
     let folder = folder();
     let shipped = answer(folder.path(), "templates grbl")["text"].as_str().unwrap().to_owned();

@@ -213,6 +213,27 @@ fn holes_with_a_zero_point_of_their_own_are_moved_onto_the_copper_when_asked() {
 }
 
 #[test]
+fn a_drill_layer_is_a_drill_file() {
+    let Some(corpus) = corpus() else { return };
+    let artwork = read_folder(&corpus.join("kicad/9.0-gerber-x2-drill"));
+    let (board, remarks) = from_artwork(&artwork, &artwork.default_use());
+    assert_eq!(remarks, []);
+    assert_eq!((board.holes.len(), board.slots.len()), (679, 0));
+    assert!(board.holes.iter().all(|hole| hole.plated == Some(true)));
+    let bounds = board.outer_bounds().unwrap();
+    let painted = painted_measures(&painted(artwork.files[0].gerber.as_ref().unwrap())).bounds.unwrap();
+    for (found, wanted) in [(bounds.min, painted.min), (bounds.max, painted.max)] {
+        assert!(found.distance_mm(wanted) < 2.0 * BOUNDS_MM, "{bounds:?} {painted:?}");
+    }
+    let count = |mm: f64| {
+        let size = Some(annulus_core::units::Length::from_mm(mm));
+        board.holes.iter().filter(|hole| hole.diameter == size).count()
+    };
+    let sizes = [0.5, 0.8, 0.95, 1.0, 1.02, 1.2, 1.3, 1.7018, 3.0, 3.9];
+    assert_eq!(sizes.map(count).iter().sum::<usize>(), 679, "{:?}", sizes.map(count));
+}
+
+#[test]
 fn old_gerber_is_read_with_the_list_beside_it_and_the_format_that_a_person_says() {
     let Some(corpus) = corpus() else { return };
     let folder = corpus.join("cam350/ekf-rs274d");

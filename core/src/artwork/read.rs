@@ -10,7 +10,7 @@ use super::gerber::{self, Gerber};
 use super::registration::Copper;
 use super::text::{decode, holds};
 use super::{
-    Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
+    Counts, Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
     drill_list, set,
 };
 use crate::remark::{Remark, Weight};
@@ -48,7 +48,7 @@ pub struct FileRead {
     pub zeros: Option<Zeros>,
     /// Why the numbers are read so.
     pub evidence: Option<Evidence>,
-    /// The holes, if it is a drill file.
+    /// The holes, if it is a drill file or a layer that stands for one.
     pub drill: Option<DrillFile>,
     /// The layer, if it is Gerber.
     pub gerber: Option<Gerber>,
@@ -87,6 +87,12 @@ impl FileRead {
         file
     }
 
+    /// Whether it is a drill file, and no layer, with something to drill in it.
+    fn is_program_with_holes(&self) -> bool {
+        self.kind == Kind::Drill
+            && self.drill.as_ref().is_some_and(|drill| drill.totals() != Counts::default())
+    }
+
     /// Whether anything of it is missing from the result.
     pub fn has_loss(&self) -> bool {
         self.remarks.iter().any(|remark| remark.weight == Weight::Loss)
@@ -94,17 +100,40 @@ impl FileRead {
 }
 
 impl Artwork {
-    /// The files that make the board unless a person says otherwise: every drill file, equal contents once.
+    /// The files that make the board unless a person says otherwise: every drill file, equal contents once. Where none of
+    /// them has a hole, the drill layers.
     pub fn default_use(&self) -> Vec<usize> {
+        self.default_use_among(&(0..self.files.len()).collect::<Vec<_>>())
+    }
+
+    /// The same where only some of the files are asked for.
+    pub fn default_use_among(&self, files: &[usize]) -> Vec<usize> {
+        let file = |index: &usize| self.files.get(*index);
+        let programs = files.iter().filter_map(file).any(FileRead::is_program_with_holes);
         let mut seen = Vec::new();
         let mut used = Vec::new();
-        for (index, file) in self.files.iter().enumerate().filter(|(_, file)| file.kind == Kind::Drill) {
-            if !seen.contains(&file.fingerprint) {
+        for &index in files {
+            let Some(file) = file(&index) else { continue };
+            let layer = !programs && file.kind == Kind::Gerber && file.drill.is_some();
+            if (file.kind == Kind::Drill || layer) && !seen.contains(&file.fingerprint) {
                 seen.push(file.fingerprint);
                 used.push(index);
             }
         }
         used
+    }
+
+    /// Says of drill layers that lie beside drill programs that those come first.
+    fn remark_layers_beside_programs(&mut self) {
+        if !self.files.iter().any(FileRead::is_program_with_holes) {
+            return;
+        }
+        for file in &mut self.files {
+            if file.kind == Kind::Gerber && file.drill.is_some() {
+                let told = Remark::new(Weight::Note, "set.drill_layer_beside").at(&file.name, 0, 0);
+                file.remarks.push(told);
+            }
+        }
     }
 }
 
@@ -163,7 +192,9 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
         read.fingerprint = fingerprint(&pending[index].bytes);
         out.push(read);
     }
-    Artwork { files: out }
+    let mut artwork = Artwork { files: out };
+    artwork.remark_layers_beside_programs();
+    artwork
 }
 
 /// Reads the bytes of one drill file with nothing beside it.

@@ -12,7 +12,7 @@ use super::companion::{base, folder};
 use super::names::{Meaning, meanings};
 use super::role::{by_content, by_function, by_words};
 use super::text::holds;
-use super::{FileRead, Gerber, Role, Side};
+use super::{Evidence, FileRead, Gerber, Role, Side, Source, gerber};
 use crate::geometry::Bounds;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
@@ -56,6 +56,7 @@ pub(super) fn recognise(layers: &mut [Option<FileRead>]) {
             let found = find(base(&file.name), gerber, &cads);
             file.plated = plating(gerber);
             (file.role, file.side, file.reason) = (found.role, found.side, found.reason);
+            holes(file);
             grounds.push((index, found.ground));
         }
         rivals(layers, &grounds);
@@ -113,6 +114,22 @@ fn find(name: &str, gerber: &Gerber, cads: &BTreeMap<&'static str, usize>) -> Fo
         return Found { role, side, ground: Ground::Words, reason: reason("kind.gerber_file_name", name) };
     }
     Found { role: Role::Other, side: None, ground: Ground::Nothing, reason: reason("kind.gerber", "") }
+}
+
+/// The holes of a layer that says it stands for a drill file.
+fn holes(file: &mut FileRead) {
+    let Some(layer) =
+        file.gerber.as_ref().filter(|layer| file.role == Role::Drill && gerber::says_holes(layer))
+    else {
+        return;
+    };
+    let (drill, remarks) = gerber::holes(&file.name, layer, file.plated);
+    let source =
+        if layer.digits.is_some() && layer.units.is_some() { Source::Header } else { Source::Default };
+    file.evidence =
+        Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
+    file.drill = Some(drill);
+    file.remarks.extend(remarks);
 }
 
 fn plating(gerber: &Gerber) -> Option<bool> {

@@ -1,4 +1,4 @@
-//! The board that chosen drill files describe.
+//! The board that chosen drill files and drill layers describe.
 //!
 //! Comes in: an [`Artwork`] and which of its files to use. Goes out: a [`Board`] and the remarks of those files. Knows
 //! no words of any format; arcs become chords here.
@@ -29,13 +29,14 @@ pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Remark>) {
     from_artwork_with(artwork, used, Wanted::default())
 }
 
-/// Makes the board of the files at `used`. What is neither a drill file nor a copper layer among them adds nothing. The
+/// Makes the board of the files at `used`. What has neither holes nor copper among them adds nothing. The
 /// remarks are those of the files used, and those of the board itself.
 pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (Board, Vec<Remark>) {
     let mut board = Board::default();
     let mut remarks = Vec::new();
     for file in used.iter().filter_map(|&index| artwork.files.get(index)) {
-        let Some(drill) = &file.drill else { continue };
+        // A drill layer that a person takes for something else makes no holes.
+        let Some(drill) = file.drill.as_ref().filter(|_| file.role == Role::Drill) else { continue };
         let source = board.sources.len() as u32;
         board.sources.push(file.name.clone());
         remarks.extend(file.remarks.iter().cloned());

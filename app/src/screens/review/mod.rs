@@ -74,10 +74,10 @@ fn flip_use(index: u32) {
     leptos::task::spawn_local(document::read_again(document.numbers.clone(), Some(used)));
 }
 
-fn row_class(kind: &str, used: bool) -> &'static str {
+fn row_class(kind: &str, has_holes: bool, used: bool) -> &'static str {
     match kind {
         "refused" => "refused",
-        "gerber" => "used",
+        "gerber" if !has_holes => "used",
         _ if used => "used",
         _ => "unused",
     }
@@ -101,7 +101,7 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
     let shown_remarks =
         file.remarks.iter().take(20).map(|remark| finding(remark.clone()).into_any()).collect::<Vec<_>>();
     let more = file.remarks.len().saturating_sub(20);
-    tr().class(row_class(&file.kind, used)).child((
+    tr().class(row_class(&file.kind, can_be_used, used)).child((
         td().child(tick),
         td().child(file.name.clone()),
         td().child(role_menu(index, &kind, &role, side.as_deref(), is_gerber)),
