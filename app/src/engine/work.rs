@@ -49,8 +49,8 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
         Some(rows) => rows.iter().map(|row| *row as usize).filter(|row| *row < artwork.files.len()).collect(),
         None => artwork.default_use(),
     };
-    let with_copper = board::Wanted { copper: true, ..board::Wanted::default() };
-    let (mut board, remarks) = board::from_artwork_with(&artwork, &used, with_copper);
+    let asked = board::Wanted { copper: true, aligned: wanted.aligned };
+    let (mut board, remarks) = board::from_artwork_with(&artwork, &used, asked);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
     layers.extend(other_layers(&artwork, body));
@@ -276,6 +276,27 @@ mod tests {
         let drill = reading.files[0].drill.as_ref().unwrap();
         assert_eq!((drill.hits, drill.units.as_deref()), (5, Some("mm")));
         assert_eq!(drill.tools.iter().map(|tool| tool.uses).collect::<Vec<_>>(), [4, 1]);
+    }
+
+    #[test]
+    fn holes_move_onto_the_copper_when_asked() {
+        let (mut copper, mut drill) = (String::new(), String::from("M48\nMETRIC\nT1C0.8\n%\nT1\n"));
+        for i in 0..60_i64 {
+            // A crooked grid, so that no shift but one fits.
+            let (x, y) = (i * 7 % 31 * 1_270, i * i % 53 * 830);
+            copper += &format!("X{x}Y{y}D03*\n");
+            drill += &format!("X{:.3}Y{:.3}\n", (x - 3_295) as f64 / 1e3, (y - 20_124) as f64 / 1e3);
+        }
+        let copper =
+            format!("%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%ADD10C,1*%D10*\n{copper}M02*");
+        let files = [("a.gbr", copper), ("a.drl", drill + "M30\n")];
+        let files = files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec();
+        for (aligned, y) in [(false, -20.124), (true, 0.0)] {
+            let wanted = ToRead { files: files.clone(), aligned, ..ToRead::default() };
+            let reading = read(&wanted, &mut Shelf::default());
+            let found = reading.board.holes[0].at.y.mm();
+            assert!((found - y).abs() < 0.01, "{aligned}: {found}, {:?}", reading.remarks);
+        }
     }
 
     #[test]
