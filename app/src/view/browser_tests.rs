@@ -130,6 +130,14 @@ async fn a_lost_device_comes_back_with_the_same_picture() {
             }
         }
         assert_eq!((view.frames().losses, view.backend()), (1, backend), "{wanted:?}");
+        // A new device may not be ready to paint at once.
+        let painted = view.frames().painted;
+        for _ in 0..200 {
+            tick().await;
+            if view.frames().painted > painted {
+                break;
+            }
+        }
         close(pixels(&view)(MIDDLE), Palette::DARK.done, "the same picture");
     }
 }
