@@ -9,6 +9,7 @@
 //!       ·   ◉      quarter at most                     circle under G75, a dot under G74.
 //! ```
 
+use super::crossing::crosses_itself;
 use super::machine::Machine;
 use super::object::Shape;
 use super::words::Numbers;
@@ -117,6 +118,9 @@ impl Machine {
         if !path.is_closed() {
             self.findings.once(Weight::Doubt, "gerber.contour_open", line, 1, b"");
             path.segments.push(Segment::Line { to: path.start });
+        }
+        if crosses_itself(&path, &mut self.pairs) {
+            self.findings.once(Weight::Doubt, "gerber.contour_crosses", line, 1, b"");
         }
         self.put(Shape::Contour(path), 0, line);
     }

@@ -11,6 +11,7 @@
 
 use super::attributes::Attributes;
 use super::copies::Open;
+use super::crossing;
 use super::image::Image;
 use super::macros::{self, Macro};
 use super::mount::{Held, Mount};
@@ -56,6 +57,8 @@ pub(super) struct Machine {
     /// Whether arcs may be longer than a quarter (G75), once stated.
     pub(super) many_quadrants: Option<bool>,
     pub(super) incremental: bool,
+    /// Pairs of edges that may still be looked at for crossings.
+    pub(super) pairs: u32,
     /// Inside G36 … G37: the contour so far.
     pub(super) region: Option<Path>,
     pub(super) clear: bool,
@@ -103,6 +106,7 @@ impl Machine {
             motion: 1,
             many_quadrants: None,
             incremental: false,
+            pairs: crossing::FUEL,
             region: None,
             clear: false,
             held: Held::PLAIN,

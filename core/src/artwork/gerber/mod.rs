@@ -14,6 +14,7 @@
 mod aperture;
 mod attributes;
 mod copies;
+mod crossing;
 mod draw;
 mod expression;
 mod extended;

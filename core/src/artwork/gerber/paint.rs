@@ -163,7 +163,8 @@ mod tests {
         let text =
             format!("%FSLAX33Y33*%%MOMM*%G75*%ADD10C,1*%%ADD11R,1X2*%%ADD12C,2X1*%%ADD13R,10X10*%{body}M02*");
         let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
-        assert_eq!(remarks, [], "{body}");
+        let others = remarks.iter().find(|remark| remark.code != "gerber.contour_crosses");
+        assert_eq!(others, None, "{body}");
         let region = painted(&gerber);
         let holes = region.islands.iter().map(|island| island.holes.len()).sum();
         (area_mm2(&region), region.islands.len(), holes)

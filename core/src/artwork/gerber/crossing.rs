@@ -1,0 +1,90 @@
+//! Contours that cross themselves: filled even-odd, they lose what they cover twice.
+//!
+//! ```text
+//!    ▟▙  ╲╱  a bow tie: its straight edges cross        ┌──┐ a cut-in to a hole: edges lie on each other,
+//!    ▜▛  ╱╲  well inside of both                        │□═┤ which is no crossing
+//! ```
+//!
+//! Comes in: a contour in whole nanometres. Goes out: whether it crosses itself. Does not look at arcs, and not for ever.
+
+use crate::geometry::{Path, Point, Segment};
+
+/// Pairs of edges looked at in a layer.
+pub(super) const FUEL: u32 = 2_000_000;
+/// An edge counts as crossed only where both of its ends are further away than this from the other, in nm: roundings of
+/// a CAD cross by less.
+const SLACK_NM: f64 = 1_000.0;
+
+/// Whether straight edges of `path` cross; every pair looked at costs one of `fuel`, and without any left it says no.
+pub(super) fn crosses_itself(path: &Path, fuel: &mut u32) -> bool {
+    let line = |(from, segment): (Point, Segment)| match segment {
+        Segment::Line { to } => Some((from.min(to), from.max(to))),
+        Segment::Arc { .. } => None,
+    };
+    // The lower end of an edge comes first, so its first X is its smallest.
+    let mut edges: Vec<(Point, Point)> = path.pieces().filter_map(line).collect();
+    edges.sort_unstable();
+    for (index, edge) in edges.iter().enumerate() {
+        let later = edges.iter().skip(index + 1).take_while(|other| other.0.x <= edge.1.x);
+        for other in later {
+            if *fuel == 0 {
+                return false;
+            }
+            *fuel -= 1;
+            if parts(*edge, *other) && parts(*other, *edge) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// Whether the ends of `other` lie well on different sides of the line through `edge`.
+fn parts(edge: (Point, Point), other: (Point, Point)) -> bool {
+    let mm = |from: Point, to: Point| ((to.x - from.x).mm(), (to.y - from.y).mm());
+    let along = mm(edge.0, edge.1);
+    let length = libm::hypot(along.0, along.1);
+    let beside = |point: Point| {
+        let (x, y) = mm(edge.0, point);
+        (along.0 * y - along.1 * x) / length * 1e6
+    };
+    let (first, second) = (beside(other.0), beside(other.1));
+    first.min(second) < -SLACK_NM && first.max(second) > SLACK_NM
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bow_ties_cross_and_cut_ins_do_not() {
+        let bow_tie = [(0.0, 0.0), (4.0, 4.0), (4.0, 0.0), (0.0, 4.0)];
+        let square = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)];
+        let cut_in = [
+            (0.0, 0.0),
+            (4.0, 0.0),
+            (4.0, 2.0),
+            (3.0, 2.0),
+            (3.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 2.0),
+            (3.0, 2.0),
+            (4.0, 2.0),
+            (4.0, 4.0),
+            (0.0, 4.0),
+        ];
+        let rounded = [(0.0, 0.0), (4.0, 0.0), (2.0, 0.000_5), (2.0, -0.000_4), (4.0, 4.0)];
+        let touching = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 0.0), (0.0, 4.0)];
+        for (corners, crosses) in
+            [(&bow_tie[..], true), (&square, false), (&cut_in, false), (&rounded, false), (&touching, false)]
+        {
+            let points: Vec<Point> = corners.iter().map(|&(x, y)| Point::from_mm(x, y)).collect();
+            let segments = points[1..].iter().chain([&points[0]]).map(|&to| Segment::Line { to }).collect();
+            let path = Path { start: points[0], segments };
+            let mut fuel = FUEL;
+            assert_eq!(crosses_itself(&path, &mut fuel), crosses, "{corners:?}");
+            assert!(fuel < FUEL && FUEL - fuel <= 45, "{corners:?}");
+            assert!(!crosses_itself(&path, &mut 0));
+        }
+    }
+}
