@@ -8,13 +8,13 @@
 //! Comes in: board, programs, options. Goes out: a [`Scene`]. Does not know what is wrong.
 
 use super::Options;
-use super::edges::{Edges, Spot, spots};
+use super::edges::{self, Edge, Edges, Spot, spots};
 use super::finding::{Finding, Kind};
 use super::replay::{Cut, replay};
 use super::strokes::outlines;
 use crate::board::{Board, Copper};
 use crate::geometry::{
-    Bounds, Coat, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, rectangle,
+    Bounds, Coat, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, path_bounds, rectangle,
 };
 use crate::job::{Bit, Program};
 use crate::units::Length;
@@ -22,6 +22,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// How far the blank goes beyond copper and cuts where there is no outline.
 const RIM: Length = Length::from_um(2_000);
+/// Edges nearer than this, in mm, may cross: chords of both.
+const TOUCH_MM: f64 = 0.003;
 /// Kept pieces smaller than this, in mm², are what rounding leaves.
 const DUST_MM2: f64 = 1e-6;
 
@@ -78,11 +80,8 @@ impl<'a> Scene<'a> {
         let material = Coat { clear: false, outlines: blank.paths().cloned().collect() };
 
         let left = paint(&[material, Coat { clear: true, outlines: strokes(&cuts) }]);
-
-        let kept_region = combine(&copper, &left, Rule::Intersection);
-
         let (design, left_edges) = (Edges::of(&copper), Edges::of(&left));
-
+        let kept_region = kept_region((&copper, &design), (&left, &left_edges));
         let kept: Vec<Option<Kept>> =
             kept_region.islands.iter().map(|island| kept(island, &design, &left_edges)).collect();
 
@@ -206,6 +205,58 @@ fn within(copper: &Edges, outline: &Region) -> bool {
 fn place_name(island: &Island) -> String {
     let corner = island.outer.corners().min().unwrap_or_default();
     format!("@{:.2},{:.2}", corner.x.mm(), corner.y.mm())
+}
+
+/// What is left of the islands of `copper`. An island that no edge of the copper left comes near is there as a whole or
+/// not at all; only the others are cut with what lies about them.
+fn kept_region((copper, design): (&Region, &Edges), (left, left_edges): (&Region, &Edges)) -> Region {
+    let mut touched = BTreeSet::new();
+    for edge in &design.edges {
+        if !touched.contains(&edge.island) {
+            let (low, high) = edges::around(edge.from, edge.to, TOUCH_MM);
+            let near = &mut |_, other: &Edge| {
+                if edges::between(edge, other).0 <= TOUCH_MM {
+                    touched.insert(edge.island);
+                }
+            };
+            left_edges.in_box(low, high, near);
+        }
+    }
+    // Rings that lie in an island as a whole.
+    let firsts = left_edges.edges.iter().filter(|edge| edge.along == 0.0);
+    touched.extend(firsts.filter_map(|edge| design.island_at(edge.from)));
+    let (mut cut, mut whole) = (Vec::new(), Vec::new());
+    for (number, island) in (0..).zip(&copper.islands) {
+        if touched.contains(&number) {
+            cut.push(island.clone());
+        } else if inner_spot(island).is_some_and(|spot| left_edges.island_at(spot).is_some()) {
+            whole.push(island.clone());
+        }
+    }
+    if !cut.is_empty() {
+        let cut = Region { islands: cut };
+        whole.extend(combine(&cut, &about(left, &cut), Rule::Intersection).islands);
+        whole.sort();
+    }
+    Region { islands: whole }
+}
+
+/// `region` without what lies beside all islands of `places`: its holes there, and its islands.
+fn about(region: &Region, places: &Region) -> Region {
+    let mut boxes: Vec<Bounds> = places.islands.iter().map(|island| path_bounds(&island.outer)).collect();
+    boxes.sort_by_key(|place| place.min.x);
+    let widest = boxes.iter().map(|place| place.max.x - place.min.x).max().unwrap_or_default();
+    let meets = |path: &Path| {
+        let bounds = path_bounds(path);
+        let first = boxes.partition_point(|place| place.min.x < bounds.min.x - widest);
+        let near = boxes.iter().skip(first).take_while(|place| place.min.x <= bounds.max.x);
+        near.into_iter().any(|place| place.meets(bounds))
+    };
+    let islands = region.islands.iter().filter(|island| meets(&island.outer)).map(|island| Island {
+        outer: island.outer.clone(),
+        holes: island.holes.iter().filter(|hole| meets(hole)).cloned().collect(),
+    });
+    Region { islands: islands.collect() }
 }
 
 /// Where a piece of an island belongs.

@@ -168,15 +168,22 @@ fn copper_layer(criterion: &mut Criterion) {
     let segments: usize = layer.paths().map(|path| path.segments.len()).sum();
     println!("copper/layer: {} islands, {segments} segments", layer.islands.len());
     let mm = Length::from_mm;
-    let passes = |widths: &[f64]| {
-        let grown = widths.iter().map(|&by| geometry::grow(&layer, mm(by)).islands.len());
-        grown.sum::<usize>()
-    };
     let mut group = criterion.benchmark_group("copper");
     group.sample_size(10);
     group.bench_function("union", |bencher| bencher.iter(|| black_box(geometry::union(&outlines))));
-    group.bench_function("one pass", |bencher| bencher.iter(|| black_box(passes(&[0.1]))));
-    group.bench_function("three passes", |bencher| bencher.iter(|| black_box(passes(&[0.1, 0.2, 0.3]))));
+    group.bench_function("one pass", |bencher| bencher.iter(|| black_box(geometry::grow(&layer, mm(0.1)))));
+    // As isolation makes them: every pass from the one before.
+    group.bench_function("three passes", |bencher| {
+        bencher.iter(|| {
+            let more = |pass: &geometry::Region| Some(geometry::grow(pass, mm(0.1)));
+            let passes = std::iter::successors(more(black_box(&layer)), more);
+            passes.take(3).map(|pass| pass.islands.len()).sum::<usize>()
+        });
+    });
+    let pass = geometry::grow(&layer, mm(0.1));
+    group.bench_function("slivers of a pass", |bencher| {
+        bencher.iter(|| black_box(geometry::strips(&pass, mm(0.124), mm(0.178))).len());
+    });
     group.bench_function("shrink", |bencher| bencher.iter(|| black_box(geometry::grow(&layer, -mm(0.05)))));
     group.bench_function("narrow places", |bencher| {
         bencher.iter(|| black_box(geometry::gaps(&layer, mm(0.3))));
