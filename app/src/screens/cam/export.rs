@@ -61,7 +61,7 @@ pub(super) fn export() -> impl IntoView {
             push("button", t!("page.cam.template"), move |_| sheet.open_for_target()),
             push_if("button primary", ready, t!("page.cam.save_files"), move |_| {
                 leptos::task::spawn_local(async move {
-                    refused.set(save(sheet, lines_only.get_untracked()).await)
+                    refused.set(save(sheet, lines_only.get_untracked()).await);
                 });
             }),
         )),
