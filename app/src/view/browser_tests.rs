@@ -120,7 +120,7 @@ async fn a_lost_device_comes_back_with_the_same_picture() {
         view.set_scene(scene());
         view.set_states(&[(0, State::Done)]);
         view.fit();
-        pixels(&view);
+        let _ = pixels(&view);
         let backend = view.backend();
         view.lose_device();
         for _ in 0..200 {

@@ -113,7 +113,9 @@ impl Gpu {
         let (config, view_format) = surface_config(&surface, &adapter, canvas)?;
         surface.configure(&device, &config);
         let can = adapter.get_texture_format_features(view_format).flags;
-        let samples = if can.sample_count_supported(4) { 4 } else { 1 };
+        // Seen in Chromium: samples that become pixels through another view than the canvas' own stay linear, too dark.
+        let own_view = view_format == config.format;
+        let samples = if own_view && can.sample_count_supported(4) { 4 } else { 1 };
         Ok(Self::assemble(surface, device, queue, (config, view_format, samples), lost))
     }
 
