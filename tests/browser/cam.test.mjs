@@ -118,6 +118,10 @@ async function opened(page, files) {
   await page.getByRole("button", { name: "Open files…" }).click();
   await (await chooser).setFiles(files);
   await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture", 90_000);
+  // Where something is in doubt the files are looked at first.
+  await atRest(page);
+  const use = page.getByRole("button", { name: "Use this board" });
+  if (await use.isVisible()) await use.click();
   await page.keyboard.press("2");
   await page.getByRole("heading", { name: "Operations" }).waitFor();
   await planned(page);
