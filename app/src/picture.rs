@@ -25,7 +25,7 @@ const UNSIZED: Length = Length::from_um(800);
 /// More rings than this are no outline of a board.
 const MOST_RINGS: usize = 1_000;
 /// How far a chord may be from its arc, in mm.
-const CHORD_ERROR_MM: f64 = 0.001;
+const CHORD_ERROR_MM: f64 = 0.005;
 /// Width of travel lines in CSS pixels.
 const TRAVEL_PX: f32 = 1.25;
 /// Width of a finding's dot in CSS pixels.

@@ -13,7 +13,7 @@ use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::units::Length;
 
 /// How far a chord may be from its arc, in mm.
-const CHORD_ERROR_MM: f64 = 0.001;
+const CHORD_ERROR_MM: f64 = 0.005;
 /// More cuts than this are not drawn.
 const MOST_CUTS: usize = 1_500_000;
 
