@@ -8,6 +8,9 @@ import { after, before, test } from "node:test";
 import { spawnSync } from "node:child_process";
 import { data, drillOnly, openBrowser, openPage, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
+/** A small window: few pixels to paint in software beside a machine that runs in real time. */
+const SMALL = { width: 1024, height: 768 };
+
 let browser;
 before(async () => (browser = await openBrowser()));
 after(async () => browser?.close());
@@ -29,7 +32,7 @@ async function bit(page) {
 
 test("STOP stops at once, from the keyboard too, and the position stays known", async () => {
   const bridge = await startBridge({ speed: 2 });
-  const { page, context } = await openPage(browser, bridge.url);
+  const { page, context } = await openPage(browser, bridge.url, SMALL);
   try {
     await drilling(page);
     await page.keyboard.press("Control+Shift+E");
@@ -45,7 +48,7 @@ test("STOP stops at once, from the keyboard too, and the position stays known", 
 
 test("pause holds between holes, nothing resumes by itself, resume goes on", async () => {
   const bridge = await startBridge({ speed: 1 }); // slow enough to stay within the first bit
-  const { page, context } = await openPage(browser, bridge.url);
+  const { page, context } = await openPage(browser, bridge.url, SMALL);
   try {
     await drilling(page);
     await page.getByRole("button", { name: "Pause", exact: true }).click();
@@ -65,7 +68,7 @@ test("pause holds between holes, nothing resumes by itself, resume goes on", asy
 
 test("a closed page leaves the job running; another page watches it and may stop it", async () => {
   const bridge = await startBridge({ speed: 1 });
-  const first = await openPage(browser, bridge.url);
+  const first = await openPage(browser, bridge.url, SMALL);
   let second;
   try {
     await drilling(first.page);
@@ -76,7 +79,7 @@ test("a closed page leaves the job running; another page watches it and may stop
     });
     const url = link.stdout.match(/http:\/\/\S+/)?.[0];
     assert.ok(url, `annulus link printed an address: ${link.stdout}${link.stderr}`);
-    second = await openPage(browser, url);
+    second = await openPage(browser, url, SMALL);
     await tab(second.page, "Machine").click();
     const seen = await until(async () => Number(await data(second.page, "done")) || null, "the job in the second page");
     const waits = second.page.getByText("Waiting for a person.");
@@ -92,7 +95,7 @@ test("a closed page leaves the job running; another page watches it and may stop
 test("after a killed bridge the job is offered again at the right hole", async () => {
   const home = mkdtempSync(join(tmpdir(), "annulus-test-"));
   let bridge = await startBridge({ speed: 5, home });
-  const first = await openPage(browser, bridge.url);
+  const first = await openPage(browser, bridge.url, SMALL);
   let second;
   try {
     await drilling(first.page);
@@ -100,7 +103,7 @@ test("after a killed bridge the job is offered again at the right hole", async (
     await bridge.kill("SIGKILL");
     await first.context.close();
     bridge = await startBridge({ speed: 60, home });
-    second = await openPage(browser, bridge.url);
+    second = await openPage(browser, bridge.url, SMALL);
     await tab(second.page, "Machine").click();
     const offer = second.page.getByRole("button", { name: /Resume at hole/ });
     await offer.waitFor();
