@@ -115,7 +115,9 @@ impl Gpu {
         let can = adapter.get_texture_format_features(view_format).flags;
         // Seen in Chromium: samples that become pixels through another view than the canvas' own stay linear, too dark.
         let own_view = view_format == config.format;
-        let samples = if own_view && can.sample_count_supported(4) { 4 } else { 1 };
+        // A processor that paints in software has four times the work with them.
+        let hardware = adapter.get_info().device_type != wgpu::DeviceType::Cpu;
+        let samples = if own_view && hardware && can.sample_count_supported(4) { 4 } else { 1 };
         Ok(Self::assemble(surface, device, queue, (config, view_format, samples), lost))
     }
 
