@@ -1,10 +1,11 @@
 //! Sensors that chatter, glitch and stick, and gated moves that live with them.
 
+use super::desk::{OnTime, Orders};
 use super::{bit, drive, twin};
 use annulus_core::job::{Cutter, Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps, StrokeEnd, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, Steady, play};
+use annulus_core::pins::{Brakes, Line, Order, Outcome, Pins, Steady, play};
 use annulus_core::steps::{Segment, TICK_HZ, segment};
 use annulus_core::twin::{Cause, Faults, Switches, Twin};
 
@@ -23,28 +24,9 @@ fn switches_chatter_from_the_edge_on_and_only_for_a_moment() {
     assert!(closed[53 * 50..].iter().all(|on| *on), "and it ends");
 }
 
-/// Time that passes as it is asked to.
-struct Quiet(u64);
-
-impl Clock for Quiet {
-    fn now(&mut self) -> u64 {
-        self.0
-    }
-    fn wait_until(&mut self, tick: u64) -> u64 {
-        self.0 = self.0.max(tick);
-        self.0
-    }
-}
-
-impl Desk for Quiet {
-    fn order(&mut self) -> Order {
-        Order::Go
-    }
-    fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
-}
-
 fn played(machine: &Machine, segment: &Segment, pins: &mut dyn Pins, line: &mut Line) -> Outcome {
-    play(segment, &Brakes::of(machine), line, pins, &mut Quiet(line.tick), &mut Quiet(line.tick))
+    let (mut clock, mut desk) = (OnTime(line.tick), Orders([(0, Order::Go); 2], line.tick));
+    play(segment, &Brakes::of(machine), line, pins, &mut clock, &mut desk)
 }
 
 /// Looks for the low end of X as homing does. Gives how it ended, and how far from the edge the gate was met.
