@@ -9,6 +9,7 @@
 //!
 //! Comes in: asks and uploaded programs. Goes out: tells. Does not know sockets, sessions or leases.
 
+mod faster;
 mod hands;
 mod moves;
 mod outputs;
@@ -138,12 +139,33 @@ impl Drill {
     }
 
     /// Does what is asked, or says why not. The answers are for the asker alone; changes that everybody should
-    /// see come through [`Drill::watch`]. `Arm` takes as long as planning does: call it where waiting is allowed.
+    /// see come through [`Drill::watch`]. `Arm` and `Pace` take as long as planning does: call them where waiting is allowed.
     /// Who may ask is the caller's business.
     pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Remark> {
-        let Ask::Arm { job } = ask else {
-            return self.send(|reply| Message::Ask(ask, reply)).unwrap_or_else(|| Err(gone()));
-        };
+        match ask {
+            Ask::Arm { job } => self.arm(job),
+            Ask::Pace { percent } => self.pace(percent),
+            ask => self.send(|reply| Message::Ask(ask, reply)).unwrap_or_else(|| Err(gone())),
+        }
+    }
+
+    /// How fast the job goes. Slower comes at once; feeds other than those in force are planned here, and the owner takes
+    /// the new plan over at the next rest.
+    fn pace(&self, percent: u8) -> Result<Vec<Tell>, Remark> {
+        let told =
+            self.send(|reply| Message::Ask(Ask::Pace { percent }, reply)).unwrap_or_else(|| Err(gone()))?;
+        let feed = percent.max(100);
+        match self.send(Message::InWork).flatten() {
+            Some(job) if job.feed_percent != feed => {
+                let anew = Box::new(prepare::at_feed(&job, feed)?);
+                self.messages.send(Message::Anew(anew)).map_err(|_| gone())?;
+            }
+            _ => {}
+        }
+        Ok(told)
+    }
+
+    fn arm(&self, job: String) -> Result<Vec<Tell>, Remark> {
         let bytes = self.job(&job).ok_or_else(|| Remark::new(Weight::Loss, "control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
         let prepared = prepare::prepare(&job, &bytes, &context)?;

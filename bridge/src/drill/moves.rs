@@ -29,6 +29,8 @@ const COUNT_TOLERANCE: i64 = 2;
 /// The job in work.
 pub(super) struct Work {
     pub(super) job: Arc<Prepared>,
+    /// The same job at other feeds, from the next rest on.
+    pub(super) anew: Option<Arc<Prepared>>,
     /// The leg in work or to come.
     pub(super) leg: usize,
     /// The next segment of the stream.
@@ -54,7 +56,8 @@ impl Work {
         let of_leg = job.legs.get(leg).and_then(|range| job.stream.segments.get(range.clone()));
         let asks = of_leg.unwrap_or_default().iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
         let confirm_bit = bit.is_some() && !asks;
-        Self { job, leg, segment, holes, ways, started: Instant::now(), bit, stop: None, confirm_bit }
+        let (anew, started, stop) = (None, Instant::now(), None);
+        Self { job, anew, leg, segment, holes, ways, started, bit, stop, confirm_bit }
     }
 
     pub(super) fn progress(&self) -> Progress {
@@ -261,8 +264,11 @@ impl Owner {
         let unattended = self.machine.tool_change == ToolChange::Unattended;
         let Some(work) = &mut self.work else { return };
         let mut put_in = None;
-        let end = work.leg_end();
         let starts = work.job.legs.get(work.leg).is_some_and(|range| range.start == work.segment);
+        if starts {
+            work.take_over();
+        }
+        let end = work.leg_end();
         let up = self.position[2] >= work.job.zero[2];
         if starts && up && work.job.begins_low(work.leg) {
             match work.job.entry(&self.machine, work.leg) {
@@ -395,7 +401,7 @@ impl Owner {
         if report.id != self.task {
             return;
         }
-        self.position = report.position;
+        (self.position, self.down) = (report.position, report.down);
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {

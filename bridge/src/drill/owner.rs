@@ -16,6 +16,7 @@ use crate::machine_file;
 use annulus_core::control::{Action, Ending, Event, Session, State, Timing, Trust, step};
 use annulus_core::job::Bit;
 use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
+use annulus_core::pins::AxisSet;
 use annulus_core::queue::Mode;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::twin::{DrilledBoard, Faults};
@@ -52,6 +53,10 @@ pub(super) enum Message {
     Ask(Ask, Sender<Result<Vec<Tell>, Remark>>),
     Context(Sender<Context>),
     Prepared(Box<Prepared>, Sender<Result<Vec<Tell>, Remark>>),
+    /// The plan that was ordered last for the job in work.
+    InWork(Sender<Option<Arc<Prepared>>>),
+    /// The job in work at other feeds.
+    Anew(Box<Prepared>),
     Greeting(Sender<Vec<Tell>>),
     Report(Report),
     ExecutorGone(Remark),
@@ -99,6 +104,8 @@ pub(super) struct Owner {
     pub(super) task: u64,
     /// Machine steps at the last rest.
     pub(super) position: Steps,
+    /// Axes that came there from above.
+    pub(super) down: AxisSet,
     /// Events to come.
     pub(super) pending: VecDeque<Event>,
     pub(super) tells: broadcast::Sender<Tell>,
@@ -158,6 +165,7 @@ impl Owner {
             bench: Bench::default(),
             task: 0,
             position: Steps::default(),
+            down: 0,
             pending: VecDeque::new(),
             tells,
             told: (None, Instant::now()),
@@ -202,6 +210,8 @@ impl Owner {
             Message::Ask(ask, reply) => drop(reply.send(self.ask(ask))),
             Message::Context(reply) => drop(reply.send(self.context())),
             Message::Prepared(prepared, reply) => drop(reply.send(self.arm(*prepared))),
+            Message::InWork(reply) => drop(reply.send(self.work.as_ref().map(Work::ordered))),
+            Message::Anew(anew) => self.anew(*anew),
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
             Message::Report(report) => {
                 self.reported(&report);
@@ -220,7 +230,7 @@ impl Owner {
     fn ask(&mut self, ask: Ask) -> Result<Vec<Tell>, Remark> {
         match ask {
             Ask::Home => self.try_event(Event::Home)?,
-            Ask::SetZero => self.try_event(Event::SetZero([self.position[0], self.position[1]]))?,
+            Ask::SetZero => self.try_event(Event::SetZero(self.table()))?,
             Ask::UndoZero => self.try_event(Event::UndoZero)?,
             Ask::Jog { axis, distance_um } => {
                 self.jog_steps(axis, distance_um)?;
@@ -262,6 +272,16 @@ impl Owner {
             }
         }
         Ok(Vec::new())
+    }
+
+    /// Where the table stands, as the count of an axis that came from below says it: one that came from above has its play
+    /// between motor and table.
+    fn table(&self) -> [i64; 2] {
+        [0, 1].map(|axis: usize| {
+            let settings = self.machine.axis(axis);
+            let play = settings.scale.steps(settings.backlash);
+            self.position[axis] + i64::from(self.down >> axis & 1) * play
+        })
     }
 
     /// Does what follows from `event`, or says why it is refused.
@@ -377,15 +397,6 @@ impl Owner {
         }
     }
 
-    /// How fast stream time passes from now on.
-    fn pace(&mut self, percent: u8) -> Result<(), Remark> {
-        if !(10..=100).contains(&percent) {
-            return Err(remark("control.bad_pace").with("percent", percent));
-        }
-        self.executor.shared.set_pace(percent);
-        Ok(())
-    }
-
     fn forget(&mut self) -> Result<(), Remark> {
         if self.work.is_some() {
             return Err(remark("control.busy"));
@@ -462,7 +473,7 @@ impl Owner {
         let measured = self.timing.as_ref().map(|timing| timing.lateness.clone());
         let (executor, timing) = self.hands.executor(&self.machine, self.speed, measured, shared)?;
         (self.executor, self.timing) = (executor, timing);
-        (self.position, self.in_spindle) = (Steps::default(), None);
+        (self.position, self.down, self.in_spindle) = (Steps::default(), 0, None);
         Ok(())
     }
 }

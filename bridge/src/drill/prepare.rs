@@ -41,6 +41,16 @@ pub(super) struct Prepared {
     pub(super) checks: Vec<PreflightRow>,
     /// What it was prepared for; arming is void when that changed meanwhile.
     pub(super) context: Context,
+    /// Its feeds, percent of those in `bytes`.
+    pub(super) feed_percent: u8,
+}
+
+/// What a program becomes on a machine.
+struct Planned {
+    stream: StepStream,
+    digest: String,
+    legs: Vec<Range<usize>>,
+    left_ticks: Vec<u64>,
 }
 
 impl Prepared {
@@ -88,7 +98,7 @@ impl Prepared {
     }
 
     /// Where everything stands when leg `leg` follows the one before, in steps from the work zero.
-    fn before_leg(&self, leg: usize) -> Steps {
+    pub(super) fn before_leg(&self, leg: usize) -> Steps {
         let first = self.legs.get(leg).map_or(self.stream.segments.len(), |range| range.start);
         first.checked_sub(1).map_or(self.stream.start, |last| self.stream.segments[last].end)
     }
@@ -149,8 +159,7 @@ fn note(code: &str) -> Remark {
 pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, Remark> {
     let machine = &context.machine;
     let program = program::decode(bytes)?;
-    let timeline = motion::timeline(&program, machine)?;
-    let stream = steps::stream(&timeline, machine)?;
+    let Planned { stream, digest, legs, left_ticks } = planned(&program, machine)?;
     let taken_up = context.offer.as_ref().filter(|(offered, ..)| offered == key);
     let plane = context.zero.or(taken_up.and_then(|(_, _, zero)| *zero));
     let mut zero = Steps::default();
@@ -158,9 +167,6 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     for spindle in 0..machine.spindles.clamp(1, 6) as usize {
         zero[2 + spindle] = machine.z.scale.steps(machine.process.surface);
     }
-    let digest = steps::digest(&stream);
-    let legs = legs_of(&stream, program.legs.len());
-    let left_ticks = left_ticks(&stream, &legs);
     let total_s = left_ticks.first().copied().unwrap_or(0) as f64 / TICK_HZ as f64;
     let mut checks = standing(context, plane);
     checks.push(if program.machine == machine.fingerprint() {
@@ -197,7 +203,55 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         note(words).with("holes", holes).with("ways", program.way_count()).with("seconds", total_s.round()),
     ));
     let (key, bytes, context) = (key.to_owned(), bytes.to_vec(), context.clone());
-    Ok(Prepared { key, bytes, program, stream, digest, legs, left_ticks, zero, checks, context })
+    let feed_percent = 100;
+    Ok(Prepared {
+        key,
+        bytes,
+        program,
+        stream,
+        digest,
+        legs,
+        left_ticks,
+        zero,
+        checks,
+        context,
+        feed_percent,
+    })
+}
+
+fn planned(program: &Program, machine: &Machine) -> Result<Planned, Remark> {
+    let stream = steps::stream(&motion::timeline(program, machine)?, machine)?;
+    let legs = legs_of(&stream, program.legs.len());
+    Ok(Planned { digest: steps::digest(&stream), left_ticks: left_ticks(&stream, &legs), legs, stream })
+}
+
+/// The job in work with its feeds at `percent` of those it came with: the same legs to the same places, planned and checked
+/// anew. Refused where the check, or this computer's clock, refuses it.
+pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Remark> {
+    let machine = &job.context.machine;
+    let program = program::decode(&job.bytes)?.at_feed(percent);
+    let Planned { stream, digest, legs, left_ticks } = planned(&program, machine)?;
+    check::verify(&stream, machine, job.zero).map_err(|reasons| {
+        reasons.into_iter().next().unwrap_or_else(|| Remark::new(Weight::Loss, "control.busy"))
+    })?;
+    if let Some(why) = job.context.safe_hz.and_then(|safe_hz| lateness::too_fast(&stream.segments, safe_hz)) {
+        return Err(why);
+    }
+    let (key, bytes, checks) = (job.key.clone(), job.bytes.clone(), job.checks.clone());
+    let (zero, context, feed_percent) = (job.zero, job.context.clone(), percent);
+    Ok(Prepared {
+        key,
+        bytes,
+        program,
+        stream,
+        digest,
+        legs,
+        left_ticks,
+        zero,
+        checks,
+        context,
+        feed_percent,
+    })
 }
 
 /// The rows about the drill itself.

@@ -124,12 +124,13 @@ impl Owner {
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
             spindle_rpm: glimpse.rpm,
-            pace_percent: self.executor.shared.pace(),
+            pace_percent: self.pace_percent(),
             inputs: glimpse.inputs,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
             elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
-            left_s: ticks as f64 / TICK_HZ as f64 / self.speed,
+            left_s: ticks as f64 / TICK_HZ as f64 / self.speed * 100.0
+                / f64::from(self.executor.shared.pace().max(1)),
             alarm: self.session.alarm.clone(),
         }
     }

@@ -124,6 +124,10 @@ impl Bench {
 
     fn start(&self, program: &Program) {
         self.home();
+        self.start_here(program);
+    }
+
+    fn start_here(&self, program: &Program) {
         self.drill.ask(Ask::SetZero).unwrap();
         let (job, stream_digest, checks) = self.arm(program);
         assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");

@@ -22,7 +22,7 @@ mod thread;
 
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::{Machine, Steps};
-use annulus_core::pins::Pins;
+use annulus_core::pins::{AxisSet, Pins};
 use annulus_core::remark::Remark;
 use annulus_core::steps::{Segment, Stage};
 use frames::Down;
@@ -57,6 +57,8 @@ pub(crate) struct Report {
     pub(crate) ended: Ended,
     /// Where it rests, machine steps.
     pub(crate) position: Steps,
+    /// Axes that came there from above.
+    pub(crate) down: AxisSet,
     /// The inputs then.
     pub(crate) inputs: u32,
     /// Stream time it took, in ticks.

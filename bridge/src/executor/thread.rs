@@ -115,7 +115,8 @@ impl Place {
         self.lift_to = task.lift_to.filter(|_| foreseen);
         let inputs = self.pins.inputs(self.line.tick);
         let ticks = self.line.tick - start;
-        Report { id: task.id, completed, ended, position: self.line.position, inputs, ticks }
+        let Line { position, down, .. } = self.line;
+        Report { id: task.id, completed, ended, position, down, inputs, ticks }
     }
 
     /// Lifts the tip where the position is trusted, whatever was ordered to stop.

@@ -274,6 +274,24 @@ impl Input {
 }
 
 impl Program {
+    /// The same job with all its feeds, into the board and along it, at `percent` of what they were. How fast the axes may
+    /// go at all is the machine's business.
+    #[must_use]
+    pub fn at_feed(&self, percent: u8) -> Self {
+        let mut program = self.clone();
+        for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
+            let (Command::Plunge { feed_um_per_s, .. }
+            | Command::Mill { feed_um_per_s, .. }
+            | Command::MillArc { feed_um_per_s, .. }) = command
+            else {
+                continue;
+            };
+            let feed = u64::from(*feed_um_per_s) * u64::from(percent) / 100;
+            *feed_um_per_s = u32::try_from(feed).unwrap_or(u32::MAX);
+        }
+        program
+    }
+
     /// How many holes it drills.
     pub fn hole_count(&self) -> usize {
         self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()

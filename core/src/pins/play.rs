@@ -86,6 +86,8 @@ pub struct Line {
     pub tick: u64,
     /// How much later than stream time it is. Late is never caught up.
     pub late: u64,
+    /// Axes whose latest step counted down: where such an axis has play, its table stands that much above its count.
+    pub down: AxisSet,
 }
 
 /// How a segment ended. Always at rest, with [`Line::position`] exact.
@@ -226,6 +228,7 @@ impl Play<'_> {
     fn step(&mut self, pulse: Pulse) {
         self.pins.step(self.line.tick, pulse.axes, pulse.forward);
         count(&mut self.line.position, pulse.axes, pulse.forward);
+        self.line.down = self.line.down & !pulse.axes | pulse.axes & !pulse.forward;
         self.moving = true;
         self.look();
     }

@@ -152,7 +152,8 @@ pub enum Ask {
     Resume,
     /// Finish this hole, then end.
     StopAfterHole,
-    /// Go at this many percent of the planned pace from now on, 10 … 100. The path stays the same.
+    /// Go at this many percent of the planned pace, 10 … 200. The path stays the same. Up to 100 from now on, by slower
+    /// time; above, with higher feeds from the next rest of the job in work on, planned and checked anew.
     Pace {
         /// Percent.
         percent: u8,

@@ -126,8 +126,17 @@ fn controls(line: Link) -> impl IntoView {
 /// How fast the job goes, in percent of the plan.
 fn pace(line: Link) -> impl IntoView {
     let now = move || from(line, |status| Some(status.pace_percent)).unwrap_or(100);
-    let words = [10_u8, 25, 50, 75, 100].map(|percent| {
-        let word: &'static str = ["10", "25", "50", "75", "100"][usize::from(percent / 25).min(4)];
+    let paces = [
+        (10, "10"),
+        (25, "25"),
+        (50, "50"),
+        (75, "75"),
+        (100, "100"),
+        (125, "125"),
+        (150, "150"),
+        (200, "200"),
+    ];
+    let words = paces.map(|(percent, word): (u8, &'static str)| {
         menu_word(word, move || now() == percent, move || say!("page.job.percent", percent = percent))
     });
     label().class("field wide").child((

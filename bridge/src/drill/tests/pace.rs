@@ -6,7 +6,7 @@ use super::*;
 fn the_pace_is_ordered_within_its_bounds_and_told() {
     let mut bench = Bench::new(&machine(), Faults::default());
     bench.start(&grid(&machine(), 12));
-    for wrong in [0, 9, 101] {
+    for wrong in [0, 9, 201] {
         let refused = bench.drill.ask(Ask::Pace { percent: wrong }).unwrap_err();
         assert_eq!(refused.code, "control.bad_pace");
     }
@@ -14,4 +14,66 @@ fn the_pace_is_ordered_within_its_bounds_and_told() {
     bench.wait(|status| status.pace_percent == 40);
     assert_eq!(bench.ended(), (Ending::Done, 12));
     assert_eq!(bench.record().len(), 12);
+}
+
+/// Holes drilled slowly, so that feeds matter.
+fn slow_feed(machine: &Machine, count: u32) -> Program {
+    let mut program = grid(machine, count);
+    for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
+        if let Command::Plunge { feed_um_per_s, .. } = command {
+            *feed_um_per_s = 500;
+        }
+    }
+    program
+}
+
+#[test]
+fn a_job_goes_faster_than_planned_from_its_next_rest_and_back_again() {
+    let mut bench = Bench::new(&machine(), Faults::default());
+    let refused = bench.drill.ask(Ask::Pace { percent: 150 }).unwrap_err();
+    assert_eq!(refused.code, "control.pace_needs_job");
+    bench.start(&slow_feed(&machine(), 40));
+    let rest_after = |holes: u32| {
+        bench.wait(|status| status.holes_done >= holes);
+        bench.drill.ask(Ask::Pause).unwrap();
+        let status = bench.wait(|status| status.state == State::Paused);
+        bench.drill.ask(Ask::Resume).unwrap();
+        (status.left_s / f64::from(40 - status.holes_done), status.pace_percent)
+    };
+    let (planned, percent) = rest_after(2);
+    assert_eq!(percent, 100);
+    bench.drill.ask(Ask::Pace { percent: 200 }).unwrap();
+    let (fast, percent) = rest_after(12);
+    assert_eq!(percent, 200);
+    assert!(fast < 0.7 * planned, "{fast} s a hole at 200 %, {planned} at 100 %");
+    // Slower at once, and by the feeds of the program from the next rest on.
+    bench.drill.ask(Ask::Pace { percent: 50 }).unwrap();
+    let (slow, percent) = rest_after(20);
+    assert_eq!(percent, 50);
+    assert!((slow / planned - 2.0).abs() < 0.1, "{slow} s a hole at 50 %, {planned} at 100 %");
+    bench.drill.ask(Ask::Pace { percent: 100 }).unwrap();
+    assert_eq!(bench.ended(), (Ending::Done, 40));
+    assert_eq!(counts(&bench.record(), 40), [1; 40], "every hole once, whatever the pace");
+}
+
+#[test]
+fn higher_feeds_are_planned_to_the_same_places_and_checked() {
+    let (machine, program) = (machine(), slow_feed(&machine(), 10));
+    let bytes = program::encode(&program);
+    let context = prepare::Context {
+        machine,
+        zero: Some([3_200, 3_200]),
+        state: State::Ready,
+        trust: Trust::Trusted,
+        safe_hz: None,
+        offer: None,
+    };
+    let job = prepare::prepare(&program::key(&bytes), &bytes, &context).unwrap();
+    let fast = prepare::at_feed(&job, 200).unwrap();
+    assert_ne!(fast.digest, job.digest);
+    assert!(fast.left_ticks[0] < job.left_ticks[0]);
+    assert!((0..program.legs.len()).all(|leg| fast.before_leg(leg) == job.before_leg(leg)));
+    assert_eq!(prepare::at_feed(&fast, 100).unwrap().digest, job.digest, "and back");
+    let weak = prepare::Prepared { context: prepare::Context { safe_hz: Some(1.0), ..context }, ..job };
+    assert_eq!(prepare::at_feed(&weak, 150).err().unwrap().code, "control.faster_than_clock");
 }

@@ -46,3 +46,16 @@ fn a_job_taken_up_again_comes_to_its_hole_from_the_side_it_would_have_come_from(
     }
     assert!(stops > 0, "never stopped in the middle");
 }
+
+#[test]
+fn a_work_zero_set_where_a_job_ended_is_where_the_bit_is() {
+    let mut bench = Bench::new(&played(), Faults::default());
+    let program = grid(&played(), 20);
+    bench.start(&program);
+    assert_eq!(bench.ended(), (Ending::Done, 20));
+    // The job came back to its work zero from above, with the play on the other side.
+    bench.wait(|status| status.state == State::Ready);
+    bench.start_here(&program);
+    assert_eq!(bench.ended(), (Ending::Done, 20));
+    assert_eq!(counts(&bench.record(), 20), [2; 20]);
+}

@@ -1,0 +1,66 @@
+//! How fast a job goes: up to 100 % the executor lets stream time pass slower; above, the job is planned anew with higher feeds
+//! and taken over at the next rest.
+//!
+//! ```text
+//! leg 11 ─────────▶│ leg 12 ─────────▶│ leg 13 at 150 %     in both plans a leg begins at the same place
+//!     ▲ asked: 150 %   ▲ planned, checked   ▲ taken over
+//! ```
+//!
+//! Comes in: a percentage, and the plan made for it. Goes out: the plan in work. Does not know how a plan is made.
+
+use super::moves::Work;
+use super::owner::Owner;
+use super::prepare::Prepared;
+use annulus_core::remark::{Remark, Weight};
+use std::sync::Arc;
+
+/// Least and most that can be ordered, percent of what was planned.
+const RANGE: std::ops::RangeInclusive<u8> = 10..=200;
+
+impl Owner {
+    /// How fast the job goes from now on. More than 100 % comes with its plan.
+    pub(super) fn pace(&mut self, percent: u8) -> Result<(), Remark> {
+        let refuse = |code| Err(Remark::new(Weight::Loss, code).with("percent", percent));
+        if !RANGE.contains(&percent) {
+            return refuse("control.bad_pace");
+        }
+        if percent > 100 && self.work.is_none() {
+            return refuse("control.pace_needs_job");
+        }
+        self.executor.shared.set_pace(percent.min(100));
+        Ok(())
+    }
+
+    /// Keeps a plan of the job in work until its next rest.
+    pub(super) fn anew(&mut self, plan: Prepared) {
+        if let Some(work) = self.work.as_mut().filter(|work| work.job.key == plan.key) {
+            work.anew = Some(Arc::new(plan));
+        }
+    }
+
+    /// Percent of what was planned at first.
+    pub(super) fn pace_percent(&self) -> u8 {
+        let feed = self.work.as_ref().map_or(100, |work| work.ordered().feed_percent);
+        if feed > 100 { feed } else { self.executor.shared.pace() }
+    }
+}
+
+impl Work {
+    /// The plan that was ordered last, in force or to come.
+    pub(super) fn ordered(&self) -> Arc<Prepared> {
+        Arc::clone(self.anew.as_ref().unwrap_or(&self.job))
+    }
+
+    /// Before a leg begins: the plan to come, where it has this leg begin as the plan in force does.
+    pub(super) fn take_over(&mut self) {
+        let same = |anew: &Arc<Prepared>| {
+            anew.zero == self.job.zero
+                && anew.legs.len() == self.job.legs.len()
+                && anew.before_leg(self.leg) == self.job.before_leg(self.leg)
+        };
+        if let Some(anew) = self.anew.take_if(|anew| same(anew)) {
+            self.segment = anew.legs.get(self.leg).map_or(self.segment, |range| range.start);
+            self.job = anew;
+        }
+    }
+}
