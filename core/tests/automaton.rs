@@ -222,7 +222,7 @@ fn a_table_is_refused_for_what_it_does() {
         (&[7, 4, 2], &[0, 0], &[1, 2], "automaton.overshoots", "3 takts"),
         // Never slows down before the target.
         (&[7, 4], &[1], &[0], "automaton.overshoots", "3 takts"),
-        // Brakes five takts before the end and finds room to go faster again.
+        // Motors five takts before the end and finds room to go faster again.
         (&[7, 4, 2], &[1, 2], &[2, 6], "automaton.hunts", "takts"),
         // From rest it is exact; a new target close ahead of a fast motor is missed although it could have stopped.
         (&[7, 4, 2], &[2, 0], &[1, 2], "automaton.overshoots_retargeted", "state 1"),

@@ -1,9 +1,9 @@
 //! Pace: holds and stops at any moment keep the path and the machine's limits, and every step is counted (N15, N12).
 
 use annulus_core::job::{Gate, Input, Otherwise};
-use annulus_core::machine::{Machine, Steps, virtual_drill};
+use annulus_core::machine::{Machine, Output, Steps, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Recorder, Written, play};
+use annulus_core::pins::{Clock, Desk, Line, Motors, Order, Outcome, Recorder, Written, play};
 use annulus_core::steps::{Segment, TICK_HZ, replay, segment};
 
 /// Time that is always on time, or late by chance.
@@ -65,7 +65,7 @@ fn run(
     let (mut line, mut pins) = (Line::default(), pins);
     let mut clock = TestClock { late_by, seed: 3, now: 0 };
     let outcome =
-        play(segment, &Brakes::of(machine), &mut line, &mut pins, &mut clock, &mut Script(orders, 0));
+        play(segment, &Motors::of(machine), &mut line, &mut pins, &mut clock, &mut Script(orders, 0));
     Played { outcome, line, pins }
 }
 
@@ -186,6 +186,71 @@ fn late_is_never_caught_up() {
     let late = run(&machine, &travel, vec![], Recorder::default(), 5_000);
     assert_eq!(on_time.pins.written, late.pins.written, "stream time does not know lateness");
     assert!(late.line.late > 0);
+}
+
+/// A clock that is late once: when it is asked for a tick from `at` on.
+struct LateOnce {
+    at: u64,
+    by: u64,
+    now: u64,
+}
+
+impl Clock for LateOnce {
+    fn now(&mut self) -> u64 {
+        self.now
+    }
+    fn wait_until(&mut self, tick: u64) -> u64 {
+        let late = if tick >= self.at { std::mem::take(&mut self.by) } else { 0 };
+        self.now = self.now.max(tick + late);
+        self.now
+    }
+}
+
+#[test]
+fn a_step_that_comes_too_late_for_a_turning_motor_ends_the_move() {
+    let mut machine = virtual_drill();
+    let travel = travel(&machine, [20_000, 0]);
+    let middle = travel.duration_ticks / 2;
+    let interval = {
+        let (mut before, mut found) = (0, 0);
+        for pulse in replay(&travel).take_while(|pulse| pulse.tick <= middle) {
+            (found, before) = (pulse.tick - before, pulse.tick);
+        }
+        found
+    };
+    let mut outcome = |output: Output, at: u64, by: u64| {
+        machine.output = output;
+        let (mut line, mut pins) = (Line::default(), Recorder::default());
+        let mut clock = LateOnce { at, by, now: 0 };
+        let motors = Motors::of(&machine);
+        let outcome = play(&travel, &motors, &mut line, &mut pins, &mut clock, &mut Script(vec![], 0));
+        (outcome, line.position[0])
+    };
+    let (late, rest) = outcome(Output::Card, middle, 20 * interval);
+    assert_eq!(late, Outcome::Late(20 * interval));
+    assert!((10_000..20_000).contains(&rest), "it comes to rest on its way: {rest}");
+    assert_eq!(outcome(Output::Card, middle, interval / 4).0, Outcome::Completed, "a little late");
+    assert_eq!(outcome(Output::Card, 0, 20 * interval).0, Outcome::Completed, "late before the first step");
+    // The virtual drill goes by stream time: there, life only paces.
+    assert_eq!(outcome(Output::Virtual, middle, 20 * interval).0, Outcome::Completed);
+}
+
+#[test]
+fn a_deadline_is_counted_in_planned_time() {
+    let machine = virtual_drill();
+    let mut seek = travel(&machine, [-4_000, 0]);
+    let half_way = 2 * seek.duration_ticks;
+    seek.gate = Some(Gate {
+        input: Input::XMin,
+        deadline_us: u32::try_from(seek.duration_ticks / 10).unwrap() + 500_000,
+        otherwise: Otherwise::Alarm,
+    });
+    let pins = Recorder { script: vec![(half_way, Input::XMin.bit())], ..Recorder::default() };
+    // At a quarter of the pace the sensor turns on after twice the time that all of the move was planned to take.
+    let slow = run(&machine, &seek, vec![(0, Order::At(25))], pins, 0);
+    assert!(matches!(slow.outcome, Outcome::Gated(_)), "{:?}", slow.outcome);
+    let never = run(&machine, &seek, vec![(0, Order::At(25))], Recorder::default(), 0);
+    assert_eq!(never.outcome, Outcome::Unmet(seek.gate.unwrap()));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
 use crate::drill::Drill;
 use crate::machine_file;
 use annulus_core::control::State;
-use annulus_core::machine::Machine;
+use annulus_core::machine::{Machine, Output};
 use annulus_core::queue::{self, Checked, Mode, Queue, RowState, Standing, check, print, read};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
@@ -70,6 +70,9 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
         }
         What::Run(run) => {
             let known = machine_file::named(&run.file.machine)?;
+            if known.machine.output != Output::Virtual {
+                return Err(Refusal::usage(remark("run.needs_page")));
+            }
             let text = text_of(&run.file)?;
             match checked(&run.file, &text, &known.machine) {
                 Ok((queue, _)) => perform(run, known, &queue, text),

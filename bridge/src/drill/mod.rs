@@ -11,6 +11,7 @@
 
 mod faster;
 mod hands;
+mod homing;
 mod moves;
 mod outputs;
 mod owner;

@@ -16,15 +16,12 @@ use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
+use annulus_core::queue::{Homing, late};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Steps by which a count may be off before it is worth an alarm.
-const COUNT_TOLERANCE: i64 = 2;
 
 /// The job in work.
 pub(super) struct Work {
@@ -75,7 +72,7 @@ impl Work {
 pub(super) enum Doing {
     /// Nothing.
     Nothing,
-    /// Homing; the segments to come with their axis, and what the count was off by.
+    /// One stage of homing.
     Homing(Homing),
     /// A move by hand.
     Jog,
@@ -92,23 +89,12 @@ pub(super) enum Doing {
     Safe,
 }
 
-/// A homing in work.
-#[derive(Debug, PartialEq)]
-pub(super) struct Homing {
-    later: VecDeque<(usize, Segment)>,
-    /// The axis and stage being played.
-    now: Option<(usize, Stage)>,
-    /// Counts were believed before; how far off they were.
-    counted: bool,
-    off: Vec<(usize, i64)>,
-}
-
 /// A pause with an effect.
 fn rest(stage: Stage, effect: Effect, duration_ticks: u64, end: Steps) -> Segment {
     Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
 
-fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
+pub(super) fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
     timeline.moves.iter().map(|planned| steps::segment(planned, machine)).collect()
 }
 
@@ -155,41 +141,22 @@ impl Owner {
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
         let lift_to = (self.session.trust == Trust::Trusted).then(|| self.top());
-        self.executor.give(Task { id: self.task, segments, needs_durable, lift_to });
+        let follows = self.doing == Doing::Leg && self.goes_on_low();
+        self.executor.give(Task { id: self.task, segments, follows, needs_durable, lift_to });
+    }
+
+    /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported.
+    fn goes_on_low(&self) -> bool {
+        let within = |work: &Work| work.segment < work.leg_end() || work.job.begins_low(work.leg + 1);
+        self.work.as_ref().is_some_and(within)
     }
 
     /// `segments`, where this computer can step them in time.
-    fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Remark> {
+    pub(super) fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Remark> {
         let safe_hz = self.timing.as_ref().map(|timing| timing.safe_hz);
         match safe_hz.and_then(|safe_hz| lateness::too_fast(&segments, safe_hz)) {
             Some(why) => Err(why),
             None => Ok(segments),
-        }
-    }
-
-    pub(super) fn home(&mut self, counted: bool) -> Result<(), Remark> {
-        let mut later = VecDeque::new();
-        for (axis, timeline) in cycles::home(&self.machine)? {
-            let segments = self.in_time(segments(&timeline, &self.machine))?;
-            later.extend(segments.into_iter().map(|segment| (axis, segment)));
-        }
-        self.next_homing(Homing { later, now: None, counted, off: Vec::new() });
-        Ok(())
-    }
-
-    fn next_homing(&mut self, mut homing: Homing) {
-        match homing.later.pop_front() {
-            Some((axis, segment)) => {
-                homing.now = Some((axis, segment.stage));
-                self.give(Doing::Homing(homing), vec![segment]);
-            }
-            None => {
-                self.pending.push_back(Event::Homed);
-                if let Some((axis, steps)) = homing.off.first() {
-                    let why = alarm("control.lost_count").with("axis", letter(*axis)).with("steps", steps);
-                    self.pending.push_back(Event::Failed(why, Trust::Trusted));
-                }
-            }
         }
     }
 
@@ -411,7 +378,11 @@ impl Owner {
                 self.pending.push_back(Event::LegDone(hole, last));
             }
             (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
-            (Doing::Homing(homing), ended) => self.homed(homing, ended, report, stopping),
+            (_, Ended::Starved) => {
+                self.pending.push_back(Event::Failed(alarm("control.starved"), self.session.trust));
+            }
+            (Doing::Homing(homing), _) => self.homed(homing, report),
+            (_, Ended::Late(ticks)) => self.pending.push_back(Event::Failed(late(ticks), Trust::Suspect)),
             (_, Ended::Guarded(input)) => {
                 let why = alarm("control.end_sensor").with("sensor", name(input));
                 self.pending.push_back(Event::Failed(why, Trust::Suspect));
@@ -446,39 +417,5 @@ impl Owner {
             }
             (_, _) => self.pending.push_back(Event::Arrived),
         }
-    }
-
-    fn homed(&mut self, mut homing: Homing, ended: Ended, report: &Report, stopping: bool) {
-        let Some((axis, stage)) = homing.now else { return };
-        let input = self.machine.home_input(axis);
-        let fail = |code: &str| {
-            let why = alarm(code).with("axis", letter(axis)).with("sensor", name(input));
-            Event::Failed(why, Trust::Lost)
-        };
-        match (stage, ended) {
-            (_, Ended::Guarded(hit)) => {
-                let why = alarm("control.end_sensor").with("sensor", name(hit));
-                return self.pending.push_back(Event::Failed(why, Trust::Lost));
-            }
-            (_, Ended::Unmet(_)) => return self.pending.push_back(fail("control.sensor_not_found")),
-            (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
-                return self.pending.push_back(fail("control.sensor_stuck"));
-            }
-            (Stage::Locate, Ended::Gated(at)) => {
-                let off = cycles::home_count(&self.machine, axis) - at[axis];
-                if homing.counted && off.abs() > COUNT_TOLERANCE {
-                    homing.off.push((axis, off));
-                }
-                for axis in cycles::together(&self.machine, axis) {
-                    self.executor.correct(axis, off);
-                    self.position[axis] += off;
-                }
-            }
-            _ => {}
-        }
-        if stopping {
-            return self.pending.push_back(Event::Rested);
-        }
-        self.next_homing(homing);
     }
 }

@@ -126,7 +126,14 @@ impl Owner {
 
     /// What a report of a task of the queue means.
     pub(super) fn queue_reported(&mut self, report: &Report) {
+        let told = self.told_to_core(report);
         let Some(lab) = &mut self.lab else { return };
+        let actions = lab.run.reported(&self.machine, &told);
+        self.queue_act(actions);
+    }
+
+    /// A report in the words of `core`.
+    pub(super) fn told_to_core(&self, report: &Report) -> queue::Report {
         let outcome = match report.ended {
             // Stop crossed the report on its way: no row after this one.
             _ if self.session.state == State::Stopping => Outcome::Stopped,
@@ -134,12 +141,11 @@ impl Owner {
             Ended::Gated(at) => Outcome::Gated(at),
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
-            Ended::Stopped => Outcome::Stopped,
+            Ended::Late(ticks) => Outcome::Late(ticks),
+            Ended::Stopped | Ended::Starved => Outcome::Stopped,
         };
         let Report { position, inputs, ticks, .. } = *report;
-        let told = queue::Report { outcome, position, inputs, ticks };
-        let actions = lab.run.reported(&self.machine, &told);
-        self.queue_act(actions);
+        queue::Report { outcome, position, inputs, ticks }
     }
 
     fn queue_act(&mut self, actions: Vec<Action>) {
@@ -154,7 +160,10 @@ impl Owner {
                 }
                 Action::Play(segments) => {
                     self.queue_trust();
-                    self.give(Doing::Queue, segments);
+                    match self.in_time(segments) {
+                        Ok(segments) => self.give(Doing::Queue, segments),
+                        Err(why) => self.queue_rests(Rest::Failed(why, Doubt::None)),
+                    }
                 }
                 Action::Rest(rest) => {
                     self.queue_trust();

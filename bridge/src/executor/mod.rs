@@ -39,6 +39,8 @@ pub(crate) struct Task {
     pub(crate) id: u64,
     /// Each begins and ends at rest.
     pub(crate) segments: Vec<Segment>,
+    /// It ends with the tip in the board, and another task follows at once.
+    pub(crate) follows: bool,
     /// Legs that must be durable before the tip goes down.
     pub(crate) needs_durable: u32,
     /// Machine steps of Z to which the tip may be lifted when nobody is left to say so; none where the position is not
@@ -76,6 +78,10 @@ pub(crate) enum Ended {
     Unmet(Gate),
     /// A sensor that must not be reached turned on.
     Guarded(Input),
+    /// A step came so many ticks too late for its motor.
+    Late(u64),
+    /// Not begun: the tip was down in the board, this task did not come in time, and the tip was lifted.
+    Starved,
     /// As ordered.
     Stopped,
 }

@@ -7,12 +7,12 @@ use super::{Ended, Glimpse, Report, Shared, Task};
 use annulus_core::job::{Bit, Mark};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
+use annulus_core::pins::{Clock, Desk, Line, Motors, Order, Outcome, Pins, play};
 use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay, segment};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -21,6 +21,9 @@ const RING: usize = 16;
 
 /// How often the latest place is left, in ticks: 2 ms.
 const GLIMPSE: u64 = TICK_HZ / 500;
+
+/// How long a tip in the board waits for the task that was to follow at once.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What the owner sends.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -48,9 +51,9 @@ pub(super) fn start(
     report: impl Fn(Report) + Send + 'static,
 ) -> std::io::Result<(SyncSender<Message>, JoinHandle<()>)> {
     let (ring, orders) = sync_channel(RING);
-    let brakes = Brakes::of(machine);
+    let motors = Motors::of(machine);
     let (machine, line) = (machine.clone(), Line::default());
-    let place = Place { machine, brakes, line, pins, clock, shared, rpm: 0, lift_to: None };
+    let place = Place { machine, motors, line, pins, clock, shared, rpm: 0, lift_to: None, follows: false };
     let builder = thread::Builder::new().name("executor".to_owned());
     let thread = builder.spawn(move || {
         first();
@@ -62,7 +65,7 @@ pub(super) fn start(
 /// What the thread owns.
 struct Place {
     machine: Machine,
-    brakes: Brakes,
+    motors: Motors,
     line: Line,
     pins: Box<dyn Pins + Send>,
     clock: Box<dyn Clock + Send>,
@@ -70,13 +73,31 @@ struct Place {
     rpm: u32,
     /// As the last task said, as long as nothing unforeseen happened.
     lift_to: Option<i64>,
+    /// The tip is in the board and another task was to follow at once.
+    follows: bool,
 }
 
 impl Place {
     fn run(mut self, orders: &Receiver<Message>, report: impl Fn(Report)) {
         self.leave(None);
-        while let Ok(message) = orders.recv() {
+        let mut starved = false;
+        loop {
+            let message = match orders.recv_timeout(PATIENCE) {
+                Ok(message) => message,
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {
+                    if std::mem::take(&mut self.follows) {
+                        self.lift();
+                        self.leave(None);
+                        starved = true;
+                    }
+                    continue;
+                }
+            };
             match message {
+                Message::Task(task) if std::mem::take(&mut starved) => {
+                    report(self.report(&task, 0, Ended::Starved, self.line.tick));
+                }
                 Message::Task(task) => report(self.task(&task)),
                 Message::Correct(axis, steps) => self.line.position[axis] += steps,
                 Message::Spindle(rpm) => {
@@ -111,10 +132,15 @@ impl Place {
             }
             completed += 1;
         }
-        let foreseen = !matches!(ended, Ended::Guarded(_));
+        let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late(_));
         self.lift_to = task.lift_to.filter(|_| foreseen);
+        self.follows = task.follows && foreseen;
+        self.report(task, completed, ended, start)
+    }
+
+    fn report(&mut self, task: &Task, completed: usize, ended: Ended, since: u64) -> Report {
         let inputs = self.pins.inputs(self.line.tick);
-        let ticks = self.line.tick - start;
+        let ticks = self.line.tick - since;
         let Line { position, down, .. } = self.line;
         Report { id: task.id, completed, ended, position, down, inputs, ticks }
     }
@@ -126,7 +152,7 @@ impl Place {
         for planned in &way.moves {
             let segment = segment(planned, &self.machine);
             let desk = &mut Nobody;
-            play(&segment, &self.brakes, &mut self.line, &mut *self.pins, &mut *self.clock, desk);
+            play(&segment, &self.motors, &mut self.line, &mut *self.pins, &mut *self.clock, desk);
             self.pins.rest(self.line.tick);
         }
     }
@@ -158,12 +184,13 @@ impl Place {
             next_hole: begins.map(|tick| (self.line.tick + tick, task.needs_durable)),
         };
         let outcome =
-            play(segment, &self.brakes, &mut self.line, &mut *self.pins, &mut *self.clock, &mut desk);
+            play(segment, &self.motors, &mut self.line, &mut *self.pins, &mut *self.clock, &mut desk);
         match outcome {
             Outcome::Completed => Ended::Completed,
             Outcome::Gated(at) => Ended::Gated(at),
             Outcome::Unmet(gate) => Ended::Unmet(gate),
             Outcome::Guarded(input) => Ended::Guarded(input),
+            Outcome::Late(ticks) => Ended::Late(ticks),
             Outcome::Stopped => Ended::Stopped,
         }
     }
@@ -236,5 +263,56 @@ impl Desk for Counter<'_> {
         if let Ok(mut glimpse) = self.shared.glimpse.try_lock() {
             (glimpse.position, glimpse.inputs) = (*position, inputs);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::executor::clock::LumpClock;
+    use annulus_core::machine::virtual_drill;
+    use annulus_core::pins::Recorder;
+    use std::sync::mpsc::channel;
+
+    fn way(machine: &Machine, from: Steps, z: i64) -> Vec<Segment> {
+        let way = cycles::retract(machine, from, z).unwrap();
+        way.moves.iter().map(|planned| segment(planned, machine)).collect()
+    }
+
+    /// The reports of two tasks: one that leaves the tip down, and after a pause one that should have followed.
+    fn two_tasks(follows: bool, pause: Duration) -> [Report; 2] {
+        let machine = virtual_drill();
+        let (reports, heard) = channel();
+        let clock = Box::new(LumpClock::new(1_000.0));
+        let report = move |report| {
+            let _ = reports.send(report);
+        };
+        let pins = Box::<Recorder>::default();
+        let (ring, thread) = start(&machine, pins, clock, Arc::default(), || {}, report).unwrap();
+        let task = |id, segments, follows| {
+            Message::Task(Task { id, segments, follows, needs_durable: 0, lift_to: Some(0) })
+        };
+        let mut low = Steps::default();
+        low[2] = -2_000;
+        ring.send(task(1, way(&machine, Steps::default(), low[2]), follows)).unwrap();
+        let first = heard.recv().unwrap();
+        thread::sleep(pause);
+        ring.send(task(2, way(&machine, low, -1_000), false)).unwrap();
+        let second = heard.recv().unwrap();
+        ring.send(Message::Finish).unwrap();
+        thread.join().unwrap();
+        [first, second]
+    }
+
+    #[test]
+    fn a_tip_in_the_board_is_lifted_when_the_next_move_does_not_come() {
+        let [down, starved] = two_tasks(true, PATIENCE + Duration::from_millis(400));
+        assert_eq!((down.ended, down.position[2]), (Ended::Completed, -2_000));
+        assert_eq!((starved.ended, starved.position[2], starved.completed), (Ended::Starved, 0, 0));
+        let [_, in_time] = two_tasks(true, Duration::ZERO);
+        assert_eq!((in_time.ended, in_time.position[2]), (Ended::Completed, -1_000));
+        // A row of a queue may leave the tip down as long as a person likes.
+        let [_, held] = two_tasks(false, PATIENCE + Duration::from_millis(400));
+        assert_eq!((held.ended, held.position[2]), (Ended::Completed, -1_000));
     }
 }

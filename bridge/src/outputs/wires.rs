@@ -246,7 +246,7 @@ mod tests {
     use super::*;
     use annulus_core::job::{Effect, Mark, Stage};
     use annulus_core::machine::{Output, lab};
-    use annulus_core::pins::{Brakes, Clock, Desk, Line, Order, Outcome, play};
+    use annulus_core::pins::{Clock, Desk, Line, Motors, Order, Outcome, play};
     use annulus_core::steps::{Run, Segment, Steps};
     use std::collections::VecDeque;
     use std::sync::Mutex;
@@ -467,9 +467,9 @@ mod tests {
         };
         let (wires, _) = wires(&machine());
         let mut pins = Watched(wires, Vec::new());
-        let brakes = Brakes::of(&machine());
+        let motors = Motors::of(&machine());
         let mut line = Line::default();
-        let outcome = play(&segment, &brakes, &mut line, &mut pins, &mut Free(0), &mut Idle);
+        let outcome = play(&segment, &motors, &mut line, &mut pins, &mut Free(0), &mut Idle);
         assert_eq!(outcome, Outcome::Completed);
         let expected = [
             (0, 0x00),

@@ -94,6 +94,11 @@ impl Pace {
         }
     }
 
+    /// The stream tick that passes at stretched tick `at`; the same one as long as time stands still.
+    pub(super) fn passed(&self, at: u64) -> u64 {
+        self.base.0 + ((at as f64 - self.base.1).max(0.0) / self.stretch) as u64
+    }
+
     /// Whether time passes as planned, and is to go on so.
     pub(super) fn is_full(&self) -> bool {
         self.square == 1.0 && self.wanted == 1.0 && self.stretch == 1.0

@@ -16,7 +16,7 @@
 use super::pace::{Pace, rates};
 use super::{AxisSet, Clock, Pins};
 use crate::job::{Gate, Input, Otherwise, Stage};
-use crate::machine::{DriveKind, Machine};
+use crate::machine::{DriveKind, Machine, Output};
 use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay};
 
 /// Axes of the plane.
@@ -49,16 +49,24 @@ pub trait Desk {
     fn passed(&mut self, tick: u64, position: &Steps, inputs: u32);
 }
 
-/// How hard each axis may brake, in steps per tick².
+/// What the motors can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Brakes(pub [f64; AXES]);
+pub struct Motors {
+    /// How hard each axis may brake, in steps per tick².
+    pub braking: [f64; AXES],
+    /// The step rate up to which a motor follows whenever the next pulse comes, in Hz. Infinite where the pins go by stream
+    /// time and not by life.
+    pub start_stop_hz: f64,
+}
 
-impl Brakes {
+impl Motors {
     /// From the machine's accelerations; of table-driven axes from the distance in which their table brakes from its top
     /// speed.
     pub fn of(machine: &Machine) -> Self {
+        let is_virtual = machine.output == Output::Virtual;
+        let start_stop_hz = if is_virtual { f64::INFINITY } else { f64::from(machine.card.start_stop_hz) };
         let per_tick2 = 1.0 / (TICK_HZ as f64 * TICK_HZ as f64);
-        Self(std::array::from_fn(|index| {
+        let braking = std::array::from_fn(|index| {
             let axis = machine.axis(index);
             if machine.drive == DriveKind::Table {
                 return table_braking(machine) * per_tick2;
@@ -66,7 +74,8 @@ impl Brakes {
             let own = axis.max_acceleration_mm_per_s2;
             let least = if index < 2 { own } else { own.min(machine.down.max_acceleration_mm_per_s2) };
             least * axis.scale.steps_per_mm() * per_tick2
-        }))
+        });
+        Self { braking, start_stop_hz }
     }
 }
 
@@ -101,6 +110,8 @@ pub enum Outcome {
     Unmet(Gate),
     /// A sensor that must not be reached turned on.
     Guarded(Input),
+    /// A step came later than its motor could wait for, by so many ticks: steps may be lost.
+    Late(u64),
     /// As ordered.
     Stopped,
 }
@@ -135,7 +146,7 @@ fn guard(segment: &Segment) -> u32 {
 /// Plays `segment` to its end, or to rest where something ended it early.
 pub fn play(
     segment: &Segment,
-    brakes: &Brakes,
+    motors: &Motors,
     line: &mut Line,
     pins: &mut dyn Pins,
     clock: &mut dyn Clock,
@@ -145,11 +156,11 @@ pub fn play(
     let (guard, pace) = (guard(segment), Pace::new(start));
     let play = Play {
         segment,
-        brakes,
+        motors,
         guard,
-        start,
         pace,
         moving: false,
+        stepped: [(start, 0); AXES],
         // Milling is meant to move in the board.
         plane: if segment.stage == Stage::Mill { Plane::Done } else { Plane::Before },
         end: None,
@@ -174,12 +185,13 @@ enum Plane {
 /// A segment in play.
 struct Play<'a> {
     segment: &'a Segment,
-    brakes: &'a Brakes,
+    motors: &'a Motors,
     guard: u32,
-    start: u64,
     pace: Pace,
     /// Whether a step was made since it last was at rest.
     moving: bool,
+    /// Of every axis: when it stepped last, and how late it was by then.
+    stepped: [(u64, u64); AXES],
     plane: Plane,
     /// Why it comes to rest early.
     end: Option<Outcome>,
@@ -229,8 +241,27 @@ impl Play<'_> {
         self.pins.step(self.line.tick, pulse.axes, pulse.forward);
         count(&mut self.line.position, pulse.axes, pulse.forward);
         self.line.down = self.line.down & !pulse.axes | pulse.axes & !pulse.forward;
+        self.judge_lateness(pulse.axes);
         self.moving = true;
         self.look();
+    }
+
+    /// A motor that turns faster than it could start must not wait for a step twice as long as planned.
+    ///
+    /// ```text
+    ///  planned  |   |   |   |   |        interval i
+    ///  life     |   |   |           |    late by more than i: the rotor came to rest between two steps, or swung back
+    /// ```
+    fn judge_lateness(&mut self, axes: AxisSet) {
+        let now = (self.line.tick, self.line.late);
+        for (_, last) in self.stepped.iter_mut().enumerate().filter(|(axis, _)| axes >> axis & 1 == 1) {
+            let (interval, late) = (now.0 - last.0, now.1 - last.1);
+            let turns = self.moving && TICK_HZ as f64 > self.motors.start_stop_hz * interval as f64;
+            if turns && late > interval && self.end.is_none() {
+                self.end = Some(Outcome::Late(late));
+            }
+            *last = now;
+        }
     }
 
     /// What of a pulse is made: all of it, unless the plane is about to start with the bit in the board.
@@ -301,10 +332,11 @@ impl Play<'_> {
         if let Some(hit) = hit {
             self.end = Some(Outcome::Guarded(hit));
         } else if let Some(gate) = self.segment.gate {
+            // Planned time: a slower pace leaves a stroke as many steps as it had.
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
             if inputs & gate.input.bit() != 0 {
                 self.end = Some(Outcome::Gated(self.line.position));
-            } else if self.line.tick - self.start > deadline {
+            } else if self.pace.passed(self.line.tick) > deadline {
                 self.end = Some(Outcome::Unmet(gate));
             }
         }
@@ -320,7 +352,7 @@ impl Play<'_> {
             return false;
         }
         let next = later.clone().next().map(|pulse| pulse.tick - tick);
-        self.pace.next(tick, next, &rates(later, &self.brakes.0));
+        self.pace.next(tick, next, &rates(later, &self.motors.braking));
         while self.pace.at_rest() {
             self.wait(self.pace.at(tick));
             self.look();
@@ -330,7 +362,7 @@ impl Play<'_> {
                 (None, Order::Hold) => self.pace.wait(SLICE),
                 (None, Order::Go | Order::At(_)) => {
                     self.want();
-                    self.pace.next(tick, next, &rates(later, &self.brakes.0));
+                    self.pace.next(tick, next, &rates(later, &self.motors.braking));
                 }
             }
         }

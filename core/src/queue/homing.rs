@@ -1,4 +1,4 @@
-//! Homing inside a queue, axis by axis and stage by stage; the same four stages as everywhere (`motion::cycles`).
+//! Homing, axis by axis and stage by stage (`motion::cycles`): of a queue's row, and of the whole machine.
 //!
 //! ```text
 //! Seek ─gate▶ BackOff ─▶ Locate ─gate▶ the count is set right ─▶ Offset, to the very step where it always rests ─▶ next axis
@@ -8,7 +8,7 @@
 //! homed, nor who plays.
 
 use super::rules::home_place;
-use super::run::{Doubt, Report};
+use super::run::{Doubt, Report, late};
 use super::text::refuse;
 use crate::job::{Mark, Stage};
 use crate::machine::{Machine, Steps, axis_name};
@@ -23,7 +23,7 @@ const COUNT_TOLERANCE: i64 = 2;
 
 /// A homing in work.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Homing {
+pub struct Homing {
     /// Axes to come.
     axes: VecDeque<usize>,
     axis: usize,
@@ -37,7 +37,7 @@ pub(super) struct Homing {
 }
 
 /// What follows from a report.
-pub(super) enum Next {
+pub enum Next {
     /// Play this; the count of the axis is to be corrected by so much before.
     Play(Segment, i64),
     /// All axes are homed.
@@ -46,18 +46,18 @@ pub(super) enum Next {
 
 impl Homing {
     /// Of these axes, in this order, with what is believed about each beforehand.
-    pub(super) fn new(axes: &[usize], counted: [bool; 3]) -> Self {
+    pub fn new(axes: &[usize], counted: [bool; 3]) -> Self {
         let axes = axes.iter().copied().collect();
         Self { axes, axis: 0, later: VecDeque::new(), stage: Stage::Seek, counted, off: None }
     }
 
     /// Which axis is being homed.
-    pub(super) fn axis(&self) -> usize {
+    pub fn axis(&self) -> usize {
         self.axis
     }
 
-    /// The first segment of the next axis.
-    pub(super) fn begin(&mut self, machine: &Machine) -> Result<Next, Remark> {
+    /// The first segment of the next axis. Refused where the machine cannot be planned with.
+    pub fn begin(&mut self, machine: &Machine) -> Result<Next, Remark> {
         let Some(axis) = self.axes.pop_front() else { return Ok(Next::Homed) };
         self.axis = axis;
         let timeline = cycles::home_axis(machine, axis)?;
@@ -72,8 +72,9 @@ impl Homing {
         Some(Next::Play(segment, correction))
     }
 
-    /// What follows. `position` is where the axes were counted to be; it is set right here.
-    pub(super) fn reported(
+    /// What follows. `position` is where the axes were counted to be; it is set right here. An error ends it: with
+    /// [`Doubt::None`] all axes are homed, but a count had been wrong.
+    pub fn reported(
         &mut self,
         machine: &Machine,
         report: &Report,
@@ -90,6 +91,7 @@ impl Homing {
                 let why = refuse("control.end_sensor").with("sensor", format!("{hit:?}"));
                 return Err((why, Doubt::Lost));
             }
+            (_, Outcome::Late(ticks)) => return Err((late(ticks), Doubt::Lost)),
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
                 return Err(lost("control.sensor_stuck"));
@@ -125,10 +127,10 @@ impl Homing {
 }
 
 /// From the sensor's edge to the step where the axis always rests after homing.
-fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Option<Segment>, Remark> {
+fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Vec<Segment>, Remark> {
     let way = home_place(machine, axis) - from[axis];
     let speed = machine.axis(axis).home_speed_mm_per_s;
     let timeline = cycles::jog(machine, from, axis, way, speed)?;
     let segments = timeline.moves.iter().map(|planned| steps::segment(planned, machine));
-    Ok(segments.map(|segment| Segment { stage: Stage::Offset, mark: Mark::Prepare, ..segment }).next())
+    Ok(segments.map(|segment| Segment { stage: Stage::Offset, mark: Mark::Prepare, ..segment }).collect())
 }

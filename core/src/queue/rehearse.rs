@@ -14,7 +14,7 @@ use super::run::{Action, Mode, Report, Rest, Run};
 use super::text::read;
 use crate::machine::{Machine, Steps};
 use crate::motion::cycles;
-use crate::pins::{Brakes, Clock, Desk, Line, Order, Outcome, Pins, play};
+use crate::pins::{Clock, Desk, Line, Motors, Order, Outcome, Pins, play};
 use crate::remark::Remark;
 use crate::steps::Segment;
 
@@ -115,11 +115,11 @@ impl Rehearsal {
     }
 
     fn play(&mut self, machine: &Machine, segments: &[Segment], pins: &mut dyn Pins) -> Report {
-        let brakes = Brakes::of(machine);
+        let motors = Motors::of(machine);
         let start = self.line.tick;
         let mut outcome = Outcome::Completed;
         for segment in segments {
-            outcome = play(segment, &brakes, &mut self.line, pins, &mut AtOnce, &mut Nobody);
+            outcome = play(segment, &motors, &mut self.line, pins, &mut AtOnce, &mut Nobody);
             if outcome != Outcome::Completed {
                 break;
             }

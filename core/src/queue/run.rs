@@ -424,6 +424,11 @@ impl Run {
     }
 }
 
+/// A step came so many ticks later than its motor could wait for.
+pub fn late(ticks: u64) -> Remark {
+    refuse("control.executor_late").with("ms", libm::ceil(ticks as f64 / TICKS_OF_MS as f64))
+}
+
 /// What an outcome means that is not the end of a row.
 fn failure(outcome: &Outcome) -> Option<(Remark, Doubt)> {
     match outcome {
@@ -431,6 +436,7 @@ fn failure(outcome: &Outcome) -> Option<(Remark, Doubt)> {
             let why = refuse("control.end_sensor").with("sensor", format!("{input:?}"));
             Some((why, Doubt::Suspect))
         }
+        Outcome::Late(ticks) => Some((late(*ticks), Doubt::Suspect)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
             let why = refuse("control.drilling_too_long").with("sensor", format!("{:?}", gate.input));
             Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Doubt::None))

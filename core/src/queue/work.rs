@@ -20,9 +20,15 @@ fn rest(end: Steps, duration_ticks: u64, effect: Effect) -> Segment {
     Segment { leg: 0, mark, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
 
-/// X and Y in a straight line.
+/// X and Y in a straight line. An axis with play that goes down comes up through it at the end, as it does by hand: rows say
+/// where the bit is to be, not its motor.
 pub(super) fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>, Remark> {
-    Ok(segments(&cycles::go_to(machine, from, to)?, machine))
+    let mut beyond = to;
+    for axis in (0..2).filter(|axis| to[*axis] < from[*axis]) {
+        beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);
+    }
+    let ways = [cycles::go_to(machine, from, beyond)?, cycles::go_to(machine, beyond, to)?];
+    Ok(ways.iter().flat_map(|way| segments(way, machine)).collect())
 }
 
 /// Through the board: settle, down to just above it, then at feed to the lower sensor or, without one, by counted steps.

@@ -9,7 +9,7 @@ use annulus_core::machine::{AXES, Machine, presets};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycle_s, cycles, sequential_s};
 use annulus_core::motion::profile::{Shape, Stroke, plan};
 use annulus_core::motion::timeline;
-use annulus_core::pins::{Brakes, Line, Order, Outcome, Recorder, Written, play};
+use annulus_core::pins::{Line, Motors, Order, Outcome, Recorder, Written, play};
 use annulus_core::steps::{self, Stage, Steps};
 use serde_json::Value;
 
@@ -187,8 +187,8 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
                     let mut line = Line { position: before, ..Line::default() };
                     let mut pins = Recorder { position: before, ..Recorder::default() };
                     let mut desk = Orders([(at, order), (at + 700_000, then)], 0);
-                    let brakes = Brakes::of(&machine);
-                    let outcome = play(segment, &brakes, &mut line, &mut pins, &mut OnTime(0), &mut desk);
+                    let motors = Motors::of(&machine);
+                    let outcome = play(segment, &motors, &mut line, &mut pins, &mut OnTime(0), &mut desk);
                     let clear =
                         machine.z.scale.steps(annulus_core::units::Length::from_mm(machine.overlap.clear_mm));
                     let low = dragged(&pins, before, machine.spindles as usize, clear);
@@ -221,7 +221,7 @@ fn a_bit_that_is_still_in_the_board_keeps_the_plane_where_it_is() {
         let stuck = vec![(0, Input::Contact.bit())];
         let mut pins = Recorder { position: from, script: stuck, ..Recorder::default() };
         let mut desk = Orders([(u64::MAX, Order::Go); 2], 0);
-        let outcome = play(hop, &Brakes::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut desk);
+        let outcome = play(hop, &Motors::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut desk);
         assert_eq!(outcome, Outcome::Guarded(Input::Contact), "{}", machine.name);
         assert_eq!(line.position[..2], from[..2], "the plane did not move");
         assert_eq!(line.position[2], machine.z.scale.steps(machine.process.safe_height), "the bit is up");

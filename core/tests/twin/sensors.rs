@@ -5,7 +5,7 @@ use super::{bit, drive, twin};
 use annulus_core::job::{Cutter, Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps, StrokeEnd, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Brakes, Line, Order, Outcome, Pins, Steady, play};
+use annulus_core::pins::{Line, Motors, Order, Outcome, Pins, Steady, play};
 use annulus_core::steps::{Segment, TICK_HZ, segment};
 use annulus_core::twin::{Cause, Faults, Switches, Twin};
 
@@ -26,7 +26,7 @@ fn switches_chatter_from_the_edge_on_and_only_for_a_moment() {
 
 fn played(machine: &Machine, segment: &Segment, pins: &mut dyn Pins, line: &mut Line) -> Outcome {
     let (mut clock, mut desk) = (OnTime(line.tick), Orders([(0, Order::Go); 2], line.tick));
-    play(segment, &Brakes::of(machine), line, pins, &mut clock, &mut desk)
+    play(segment, &Motors::of(machine), line, pins, &mut clock, &mut desk)
 }
 
 /// Looks for the low end of X as homing does. Gives how it ended, and how far from the edge the gate was met.

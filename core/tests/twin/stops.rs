@@ -6,7 +6,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, Steps, six_spindles, virtual_drill};
 use annulus_core::motion::{cycles, timeline};
-use annulus_core::pins::{Brakes, Line, Order, Outcome, play};
+use annulus_core::pins::{Line, Motors, Order, Outcome, play};
 use annulus_core::steps::{Segment, segment, stream};
 use annulus_core::twin::{Faults, Twin};
 use annulus_core::units::Length;
@@ -33,7 +33,7 @@ fn ordered(
 ) -> Outcome {
     let at = line.tick + (share * segment.duration_ticks as f64) as u64;
     let mut desk = Orders([(at, orders[0]), (at + 500_000, orders[1])], line.tick);
-    play(segment, &Brakes::of(machine), line, drill, &mut OnTime(0), &mut desk)
+    play(segment, &Motors::of(machine), line, drill, &mut OnTime(0), &mut desk)
 }
 
 #[test]

@@ -77,3 +77,17 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
     let weak = prepare::Prepared { context: prepare::Context { safe_hz: Some(1.0), ..context }, ..job };
     assert_eq!(prepare::at_feed(&weak, 150).err().unwrap().code, "control.faster_than_clock");
 }
+
+#[test]
+fn homing_finds_its_sensors_at_any_pace() {
+    for percent in [10, 30] {
+        let bench = Bench::new(&machine(), Faults::default());
+        bench.home();
+        bench.drill.ask(Ask::Jog { axis: 0, distance_um: 250_000 }).unwrap();
+        bench.wait(|status| status.state == State::Ready);
+        bench.drill.ask(Ask::Pace { percent }).unwrap();
+        bench.home();
+        let status = bench.status();
+        assert_eq!((status.state, status.trust), (State::Ready, Trust::Trusted), "{percent} %: {status:?}");
+    }
+}

@@ -1,6 +1,7 @@
 //! Axes with play: the holes are where they were meant, from homing on, also where a job is taken up again.
 
 use super::*;
+use annulus_core::queue::Mode;
 
 fn played() -> Machine {
     let mut machine = machine();
@@ -58,4 +59,18 @@ fn a_work_zero_set_where_a_job_ended_is_where_the_bit_is() {
     bench.start_here(&program);
     assert_eq!(bench.ended(), (Ending::Done, 20));
     assert_eq!(counts(&bench.record(), 20), [2; 20]);
+}
+
+#[test]
+fn rows_of_a_queue_come_to_their_holes_whatever_side_they_come_from() {
+    let bench = Bench::new(&played(), Faults::default());
+    bench.home();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    // Holes 0, 12 and 1 of the grid: up, then down in both axes, and up again.
+    let text = "SPINDLE 20000\nMOVE_TO 6 3.5\nDRILL_DOWN\nDRILL_UP\nMOVE_TO 1 1\nDRILL_DOWN\nDRILL_UP\nMOVE_TO 3.5 1\nDRILL_DOWN\nDRILL_UP\n";
+    bench.drill.ask(Ask::Queue { text: text.to_owned() }).unwrap();
+    bench.drill.ask(Ask::QueueRun { mode: Mode::ToEnd }).unwrap();
+    bench.wait(|status| status.state == State::Ready);
+    let counts = counts(&bench.record(), 20);
+    assert_eq!((counts[12], counts[0], counts[1]), (1, 1, 1), "{counts:?}");
 }
