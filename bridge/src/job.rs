@@ -163,8 +163,7 @@ pub(crate) fn read_whole(
 
 /// Refuses with the first loss that was not accepted; the others go to standard error before it.
 fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
-    let is_unseen = |remark: &&Remark| remark.weight == Weight::Loss && !accept.contains(&remark.code);
-    let mut losses = remarks.iter().filter(is_unseen);
+    let mut losses = remarks.iter().filter(|remark| remark.is_unseen(accept));
     let Some(first) = losses.next() else { return Ok(()) };
     losses.for_each(|loss| cli::say(Refusal::content(loss.clone())));
     Err(Refusal::content(first.clone()))

@@ -63,6 +63,11 @@ impl Remark {
         self
     }
 
+    /// Whether it is a loss whose code is not among those that somebody has seen and accepted.
+    pub fn is_unseen(&self, accepted: &[String]) -> bool {
+        self.weight == Weight::Loss && !accepted.contains(&self.code)
+    }
+
     /// What happened and what it means, in `language`.
     pub fn message(&self, language: &str) -> String {
         locale::text(language, &format!("{}.message", self.code), &self.args)

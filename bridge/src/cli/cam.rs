@@ -3,7 +3,7 @@
 //! ```text
 //!  --to ─▶ target (else nothing is planned)
 //!  JOB… ─▶ Board ─┐
-//!  job file ──────┼─▶ Work ─ side by side: plan ─▶ program ─ proof ─▶ findings ─┬─ unread: no program is written
+//!  job file ──────┼─▶ Work ─ side by side: plan ─▶ program ─ proof ─▶ findings ─┬─ unread, or a loss unseen: none is written
 //!  --set ─────────┘                                                             └─ files of all sides, then written
 //! ```
 //!
@@ -110,7 +110,8 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     }
     let findings = sides.iter().flat_map(|side| &side.findings);
     let unread = findings.filter(|finding| is_unread(finding, &args.accept)).count();
-    let files = if unread == 0 { written(args, target.as_ref(), &sides)? } else { Vec::new() };
+    let why = unready(args, &sides, unread);
+    let files = if why.is_none() { written(args, target.as_ref(), &sides)? } else { Vec::new() };
     let mut reports = Vec::new();
     let mut text = String::new();
     for (at, side) in sides.iter().enumerate() {
@@ -123,13 +124,28 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         "to": args.to,
         "programs": reports,
         "findings_unread": unread,
+        "losses_unseen": unseen(args, &sides).count(),
         "remarks": remark_objects(&read),
     });
-    if unread == 0 {
-        return Ok(Answer { object, text, exit: Exit::Done });
-    }
-    let why = Remark::new(Weight::Loss, "cam.unread_findings").with("count", unread);
+    let Some(why) = why else { return Ok(Answer { object, text, exit: Exit::Done }) };
     Ok(Answer::refused(object, &text, why))
+}
+
+/// The losses of all sides that nobody has accepted.
+fn unseen<'a>(args: &'a CamArgs, sides: &'a [Side]) -> impl Iterator<Item = &'a Remark> {
+    sides.iter().flat_map(|side| &side.remarks).filter(|remark| remark.is_unseen(&args.accept))
+}
+
+/// Why nothing may be written yet: findings that nobody has read, else losses that nobody has seen.
+fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Remark> {
+    if unread > 0 {
+        return Some(Remark::new(Weight::Loss, "cam.unread_findings").with("count", unread));
+    }
+    let mut codes: Vec<&str> = unseen(args, sides).map(|loss| loss.code.as_str()).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    let why = Remark::new(Weight::Loss, "cam.unseen_losses").with("codes", codes.join(", "));
+    (!codes.is_empty()).then_some(why)
 }
 
 /// The controller that is written for; none for Annulus' own form.

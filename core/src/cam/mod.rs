@@ -145,8 +145,7 @@ pub fn plan(
 ) -> Result<(Plan, Vec<Remark>), Vec<Remark>> {
     let spindles = spindles(options.spindles, machine)?;
     let (mut bits, losses) = rack::assign(board, machine);
-    let unseen: Vec<Remark> =
-        losses.iter().filter(|loss| !options.accept.contains(&loss.code)).cloned().collect();
+    let unseen: Vec<Remark> = losses.iter().filter(|loss| loss.is_unseen(&options.accept)).cloned().collect();
     if !unseen.is_empty() {
         return Err(unseen);
     }

@@ -49,19 +49,22 @@ pub(crate) fn ways() -> Memo<Option<Arc<Ways>>> {
     WAYS.get().expect("the ways are made before the first screen")
 }
 
-/// How many findings nobody has read yet.
+/// How many findings nobody has read yet, and how many losses of the plan nobody has seen.
 pub(crate) fn unread() -> usize {
     let read = bench().read;
-    crate::document::desk().proved.with(|proved| {
-        let findings = proved.iter().flat_map(|proved| &proved.findings);
-        let new = |finding: &&annulus_core::proof::Finding| {
-            finding.must_be_read() && read.with(|read| !read.contains(&finding.id))
-        };
-        findings.filter(new).count()
-    })
+    let missing = problems::missing().iter().filter(|loss| problems::is_unseen(loss)).count();
+    missing
+        + crate::document::desk().proved.with(|proved| {
+            let findings = proved.iter().flat_map(|proved| &proved.findings);
+            let new = |finding: &&annulus_core::proof::Finding| {
+                finding.must_be_read() && read.with(|read| !read.contains(&finding.id))
+            };
+            findings.filter(new).count()
+        })
 }
 
-/// Whether the plan on show may be exported or sent: it is that of the job, it is proved, and every finding was read.
+/// Whether the plan on show may be exported or sent: it is that of the job, it is proved, every finding was read and every
+/// loss seen.
 pub(crate) fn cleared() -> bool {
     let proved = crate::document::desk().proved.with(Option::is_some);
     proved && !bench().stale.get() && unread() == 0

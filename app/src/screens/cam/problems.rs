@@ -1,14 +1,14 @@
-//! What the proof found: each with Show, what would cure it, and a tick that it was seen. Nothing is exported or sent while
-//! one is unread.
+//! What the plan leaves out, and what the proof found: each with a tick that it was seen, findings with Show and what would
+//! cure them. Nothing is exported or sent while one is unread.
 //!
-//! Comes in: findings of the plan on show. Goes out: the finding marked in the picture, cures put into the job, ticks.
+//! Comes in: losses and findings of the plan on show. Goes out: the finding marked in the picture, cures put into the job, ticks.
 
 use crate::document::desk;
 use crate::i18n::{advice, message, say, t};
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if};
 use crate::workbench::{Bench, bench, edit};
 use annulus_core::proof::{Cure, Finding};
-use annulus_core::remark::Weight;
+use annulus_core::remark::{Remark, Weight};
 use leptos::ev;
 use leptos::html::{div, h2, header, input, label, li, p, section, span, strong, ul};
 use leptos::prelude::*;
@@ -16,12 +16,30 @@ use leptos::prelude::*;
 /// The most findings listed; all of them are marked in the picture.
 const MOST_LISTED: usize = 200;
 
+/// Losses of the plan on show: what of the board it leaves out.
+pub(super) fn missing() -> Vec<Remark> {
+    let losses = |remark: &&Remark| remark.weight == Weight::Loss;
+    desk().plan.with(|plan| {
+        plan.iter().flat_map(|plan| plan.remarks.iter().filter(losses).cloned()).take(MOST_LISTED).collect()
+    })
+}
+
+/// Whether nobody has ticked this loss as seen.
+pub(super) fn is_unseen(loss: &Remark) -> bool {
+    desk().accepted.with(|accepted| !accepted.contains(&loss.code))
+}
+
 /// The block under the picture.
 pub(super) fn problems() -> impl IntoView {
     let (bench, desk) = (bench(), desk());
-    let count = move || desk.proved.with(|proved| proved.as_ref().map_or(0, |proved| proved.findings.len()));
-    let any = move || count() > 0;
+    let found = move || desk.proved.with(|proved| proved.as_ref().map_or(0, |proved| proved.findings.len()));
+    let any = move || found() > 0;
+    let count = move || missing().len() + found();
     let unread = move || super::unread();
+    let left_out = move || {
+        let lines: Vec<AnyView> = missing().into_iter().map(|loss| missing_line(loss).into_any()).collect();
+        (!lines.is_empty()).then(|| ul().class("findings").child(lines))
+    };
     let list = move || match desk.proved.get() {
         None => p().class("quiet").child(t!("page.cam.not_proved")).into_any(),
         Some(proved) if proved.findings.is_empty() => {
@@ -55,6 +73,8 @@ pub(super) fn problems() -> impl IntoView {
                         move || unread() > 0,
                         t!("page.cam.all_seen"),
                         move |_| {
+                            let codes = missing().into_iter().map(|loss| loss.code);
+                            desk.accepted.update(|accepted| accepted.extend(codes));
                             if let Some(proved) = desk.proved.get_untracked() {
                                 bench.read.update(|read| {
                                     read.extend(proved.findings.iter().map(|finding| finding.id.clone()));
@@ -64,8 +84,28 @@ pub(super) fn problems() -> impl IntoView {
                     ),
                 )),
             )),
+            left_out,
             list,
         ))
+}
+
+/// One loss of the plan.
+fn missing_line(loss: Remark) -> impl IntoView {
+    let (what, meaning, flip) = (loss.clone(), loss.clone(), loss.code.clone());
+    li().class("finding tone-alarm").child((
+        icon(Icon::Alarm),
+        div().class("grow").child((
+            strong().child(move || message(&what)),
+            span().class("quiet").child(move || advice(&meaning)),
+        )),
+        label().class("tick").child((
+            input()
+                .attr("type", "checkbox")
+                .prop("checked", move || !is_unseen(&loss))
+                .on(ev::change, move |_| desk().flip_accepted(&flip)),
+            span().child(t!("page.cam.seen")),
+        )),
+    ))
 }
 
 /// The next finding, or the one before, is shown; after the last comes the first.

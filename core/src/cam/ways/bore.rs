@@ -14,6 +14,7 @@
 
 use super::super::rack;
 use super::super::work::{Bore, Direction};
+use super::missing::Missing;
 use super::route::{Rules, arranged};
 use super::{Desk, Entry, Part, Task, Way};
 use crate::geometry::{Path, Point, circle, grow, sweep};
@@ -56,12 +57,24 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
         );
     }
     let mut by_bit: Vec<Vec<Path>> = bits.iter().map(|_| Vec::new()).collect();
-    let mut too_narrow = 0_usize;
+    let (mut no_hole, mut no_slot) = (Missing::default(), Missing::default());
     for (shape, index) in shapes {
         desk.go_on()?;
-        let fits = bits.iter().position(|bit| bit.diameter <= shape.width + SLACK);
+        // The widest bit that fits; else the thinnest, if it is too wide by no more than a drill may be.
+        let fits = |slack: Length| move |bit: &Bit| bit.diameter <= shape.width + slack;
+        let fits = bits.iter().position(fits(SLACK)).or_else(|| bits.iter().rposition(fits(tolerance)));
         let Some((bit, paths)) = fits.and_then(|fits| bits.get(fits).zip(by_bit.get_mut(fits))) else {
-            too_narrow += 1;
+            let at = shape.middle.first().copied().unwrap_or_default();
+            match index {
+                Ok(hole) => {
+                    no_hole.add(shape.width, at);
+                    part.left_holes.push(hole);
+                }
+                Err(slot) => {
+                    no_slot.add(shape.width, at);
+                    part.left_slots.push(slot);
+                }
+            }
             continue;
         };
         paths.extend(rings(&shape, bit, bore.direction));
@@ -70,9 +83,8 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
             Err(slot) => part.slots.push(slot),
         }
     }
-    if too_narrow > 0 {
-        desk.say(Remark::new(Weight::Loss, "cam.too_narrow_to_bore").with("count", too_narrow));
-    }
+    let losses = no_hole.losses("cam.holes_missing").into_iter().chain(no_slot.losses("cam.slots_missing"));
+    losses.for_each(|loss| desk.say(loss));
     for (bit, paths) in bits.iter().zip(by_bit) {
         part.tasks.extend(task(desk, bit, paths));
     }

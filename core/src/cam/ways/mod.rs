@@ -21,6 +21,7 @@ mod drill;
 mod engrave;
 mod isolate;
 mod lower;
+mod missing;
 mod narrow;
 mod route;
 mod scene;
@@ -105,6 +106,10 @@ pub struct Part {
     pub holes: Vec<u32>,
     /// Slots that it makes.
     pub slots: Vec<u32>,
+    /// Holes that it leaves out, as its remarks say.
+    pub left_holes: Vec<u32>,
+    /// Slots that it leaves out, as its remarks say.
+    pub left_slots: Vec<u32>,
 }
 
 /// All operations of the side that is up, as planned.
@@ -116,7 +121,7 @@ pub struct Planned {
     pub origin: Point,
     /// The operations, in order.
     pub parts: Vec<Part>,
-    /// Codes of losses that were accepted.
+    /// Codes of losses that it has and that were accepted. Where it has others too, nobody may export or run it yet.
     pub accepted: Vec<String>,
     /// The spindles that work, one bit each (bit 0 is Z1).
     pub spindles: u8,
@@ -200,7 +205,8 @@ pub fn plan_operation(
     Ok(part)
 }
 
-/// Plans all operations of the side that is up. Fails with the losses that were not accepted.
+/// Plans all operations of the side that is up, as far as bits and rack allow. What is left out is a loss among the remarks,
+/// to be seen before anything is exported or run ([`Remark::is_unseen`]). Fails where nothing is left to do.
 pub fn plan_work(
     board: &Board,
     work: &Work,
@@ -218,7 +224,8 @@ pub fn plan_work(
     assemble(scene, work, machine, means, parts)
 }
 
-/// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations.
+/// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. Remarks
+/// and failures as those of [`plan_work`].
 pub fn assemble(
     scene: Scene,
     work: &Work,
@@ -229,18 +236,15 @@ pub fn assemble(
     let spindles = super::spindles(means.options.spindles, machine)?;
     let mut remarks: Vec<Remark> = parts.iter().flat_map(|part| part.remarks.iter().cloned()).collect();
     remarks.extend(left_out(&scene, work, machine, &parts));
-    let seen = |remark: &Remark| means.options.accept.contains(&remark.code);
-    let unseen: Vec<Remark> =
-        remarks.iter().filter(|remark| remark.weight == Weight::Loss && !seen(remark)).cloned().collect();
-    if !unseen.is_empty() {
-        return Err(unseen);
-    }
+    let accept = &means.options.accept;
     if parts.iter().all(|part| part.tasks.is_empty()) {
-        return Err(vec![Remark::new(Weight::Loss, "cam.nothing_to_do")]);
+        let mut why: Vec<Remark> = remarks.into_iter().filter(|remark| remark.is_unseen(accept)).collect();
+        why.push(Remark::new(Weight::Loss, "cam.nothing_to_do"));
+        return Err(why);
     }
     let mut accepted: Vec<String> = remarks
         .iter()
-        .filter(|remark| remark.weight == Weight::Loss)
+        .filter(|remark| remark.weight == Weight::Loss && !remark.is_unseen(accept))
         .map(|remark| remark.code.clone())
         .collect();
     accepted.sort();
@@ -248,7 +252,7 @@ pub fn assemble(
     Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, remarks))
 }
 
-/// What holes and slots no operation makes, where holes of the board are drilled or bored at all.
+/// What holes and slots no operation makes or tells, where holes of the board are drilled or bored at all.
 fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Remark> {
     let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o).is_some());
     if !holes_wanted {
@@ -256,9 +260,9 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
     }
     let tolerance = scene.tolerance(work, machine);
     let done: std::collections::BTreeSet<u32> =
-        parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
+        parts.iter().flat_map(|part| part.holes.iter().chain(&part.left_holes)).copied().collect();
     let slots: std::collections::BTreeSet<u32> =
-        parts.iter().flat_map(|part| part.slots.iter().copied()).collect();
+        parts.iter().flat_map(|part| part.slots.iter().chain(&part.left_slots)).copied().collect();
     let missing = (0..)
         .zip(&scene.board.holes)
         .filter(|(index, _)| !done.contains(index) && !scene.pins.contains(index));
