@@ -13,6 +13,7 @@
 
 use super::super::rack;
 use super::super::work::{CutOut, CutSide};
+use super::closed::{Closed, closed};
 use super::cut::{self, Area};
 use super::drill;
 use super::isolate::turned;
@@ -41,10 +42,9 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
         CutSide::Outside => grow(outline, offset),
         CutSide::On => outline.clone(),
     };
-    let (wanted, found) = (outline.paths().count(), region.paths().count());
-    if found < wanted {
-        let remark = Remark::new(Weight::Loss, "cam.contours_merged").with("missing", wanted - found);
-        desk.say(remark.with("bit", &bit.name));
+    if cut_out.side == CutSide::Outside {
+        let between = closed(&desk.scene.board, offset);
+        told(desk, &between, &bit);
     }
     let (inner, outer): (Vec<Path>, Vec<Path>) =
         turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
@@ -71,6 +71,14 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
     part.tasks.extend(bite_task(desk, cut_out, bites));
     part.tasks.extend((!ways.is_empty()).then(|| Task { ways, ..Task::with(&bit) }));
     Ok(part)
+}
+
+/// Tells what the bit does not come between.
+fn told(desk: &mut Desk<'_>, closed: &Closed, bit: &Bit) {
+    let inner = closed.inner.losses("cam.cut_outs_missing");
+    let merged = (closed.merged > 0)
+        .then(|| Remark::new(Weight::Loss, "cam.contours_merged").with("missing", closed.merged));
+    inner.into_iter().chain(merged).for_each(|loss| desk.say(loss.with("bit", &bit.name)));
 }
 
 /// The ways of one contour, and the mouse-bites along it.

@@ -15,6 +15,7 @@
 
 mod bore;
 mod clear;
+mod closed;
 pub(crate) mod cut;
 mod cut_out;
 mod drill;

@@ -95,6 +95,49 @@ fn what_no_bit_fits_is_left_out_and_told_by_size() {
     options.accept.dedup();
     let (planned, remarks) = plan(&options).unwrap();
     assert_eq!(planned.accepted, options.accept);
+    assert!(!remarks.iter().any(|remark| remark.is_unseen(&options.accept)));
+}
+
+#[test]
+fn a_job_of_which_nothing_is_left_is_refused_with_what_is_missing() {
+    let board = Board { holes: vec![hole(5.0, 1.0, 0.2)], ..Board::default() };
+    let work = Work::default_for(&board, &virtual_drill());
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let options = PlanOptions::default();
+    let means = Means { options: &options, hop_time: &hop_time };
+    let why = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap_err();
+    let codes: Vec<_> = why.iter().map(|remark| remark.code.as_str()).collect();
+    assert_eq!(codes, ["cam.holes_missing", "cam.nothing_to_do"]);
+}
+
+#[test]
+fn inner_contours_that_no_bit_fits_are_left_out_unless_a_hole_makes_them() {
+    let island = boxed(0.0, 0.0, 30.0, 20.0);
+    let wide = boxed(14.0, 8.0, 18.0, 12.0);
+    let narrow = [boxed(5.0, 5.0, 5.5, 7.0), boxed(25.0, 5.0, 25.5, 7.0)];
+    let round = circle(at(5.0, 15.0), mm(0.6));
+    let all: Vec<Path> = [island, wide, round].into_iter().chain(narrow).collect();
+    let outline = crate::geometry::even_odd(&all);
+    let of_cut_outs = |holes: Vec<Hole>| {
+        let board = Board { outline: outline.clone(), holes, ..Board::default() };
+        let (planned, remarks) = planned(&board, &only(&board, "cut_out", |_| {}));
+        assert_eq!(planned.ways().count(), 2, "the wide one and the outer one");
+        let told = |remark: &Remark| (remark.code == "cam.cut_outs_missing").then(|| remark.message("en"));
+        remarks.iter().filter_map(told).collect::<Vec<_>>()
+    };
+    let told = of_cut_outs(vec![hole(5.0, 15.0, 0.6)]);
+    assert!(told.len() == 1 && told[0].contains("2 inner contours, 0.5 mm across"), "{told:?}");
+    assert!(told[0].contains("X 5.250 Y 6.000"), "{told:?}");
+    assert_eq!(of_cut_outs(Vec::new()).len(), 2, "the round one has no hole that makes it");
+}
+
+#[test]
+fn boards_too_near_to_each_other_are_told() {
+    let outline = union(&[boxed(0.0, 0.0, 10.0, 10.0), boxed(11.0, 0.0, 20.0, 10.0)]);
+    let board = Board { outline, ..Board::default() };
+    let (planned, remarks) = planned(&board, &only(&board, "cut_out", |_| {}));
+    assert_eq!(planned.ways().count(), 1);
+    assert!(remarks.iter().any(|remark| remark.code == "cam.contours_merged"), "{remarks:?}");
 }
 
 #[test]

@@ -1,0 +1,65 @@
+//! Contours of an outline that a bit does not come between.
+//!
+//! ```text
+//!   ╭───────────────╮ ╭────────╮       ▯ an inner contour narrower than the bit: it is left out, unless a hole or a slot
+//!   │  ▯     ╭───╮  │ │        │         of the board is there
+//!   │        ╰───╯  │ │        │       boards nearer to each other than the bit is wide: nothing is cut between them
+//!   ╰───────────────╯ ╰────────╯
+//! ```
+//!
+//! Comes in: the board as it lies, how far the bit's middle keeps off the outline. Goes out: what is closed. Does not know
+//! operations.
+
+use super::missing::Missing;
+use super::narrow::half;
+use crate::board::{Board, Hole, Slot};
+use crate::geometry::{Bounds, Island, Point, Region, Rule, combine, grow, path_bounds, rectangle, union};
+use crate::units::Length;
+
+/// Around all contours, so that the outside is a gap like those inside.
+const AROUND: Length = Length::from_um(1_000);
+/// A hole or slot is a contour when its box is this near to it on every side.
+const SAME: Length = Length::from_um(100);
+
+/// What a bit does not come between.
+#[derive(Default)]
+pub(super) struct Closed {
+    /// Inner contours that are not cut, and that no hole or slot makes, by their width.
+    pub(super) inner: Missing,
+    /// Contours that run into others.
+    pub(super) merged: usize,
+}
+
+/// What is closed to a bit whose middle keeps `offset` off the outline of `board`.
+pub(super) fn closed(board: &Board, offset: Length) -> Closed {
+    let mut closed = Closed::default();
+    let Some(bounds) = board.outline.bounds() else { return closed };
+    let all = union(&[rectangle(bounds.grown(offset + offset + AROUND))]);
+    for gap in combine(&all, &board.outline, Rule::Difference).islands {
+        let (around, between) = (path_bounds(&gap.outer), gap.holes.len());
+        let left = grow(&Region { islands: vec![gap] }, -offset);
+        if left.is_empty() {
+            if !made(board, around) {
+                let (width, height) = (around.max.x - around.min.x, around.max.y - around.min.y);
+                let middle = Point::new(around.min.x + half(width), around.min.y + half(height));
+                closed.inner.add(width.min(height), middle);
+            }
+            continue;
+        }
+        let left: usize = left.islands.iter().map(|island: &Island| island.holes.len()).sum();
+        closed.merged += between.saturating_sub(left);
+    }
+    closed
+}
+
+/// Whether a hole or a slot of the board has this box.
+fn made(board: &Board, around: Bounds) -> bool {
+    let same = |own: Bounds| {
+        let near = |a: Length, b: Length| (a - b).abs() <= SAME;
+        let (low, high) = (near(own.min.x, around.min.x), near(own.max.x, around.max.x));
+        low && high && near(own.min.y, around.min.y) && near(own.max.y, around.max.y)
+    };
+    let hole = |hole: &Hole| Some(Bounds::of(hole.at).grown(half(hole.diameter?)));
+    let slot = |slot: &Slot| Some(Bounds::around(slot.path.iter().copied())?.grown(half(slot.width?)));
+    board.holes.iter().filter_map(hole).chain(board.slots.iter().filter_map(slot)).any(same)
+}
