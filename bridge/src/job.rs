@@ -153,7 +153,7 @@ pub(crate) fn read_whole(
     unseen(&remarks, accept)?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
-        return Err(Refusal::content(Remark::new(Weight::Loss, "job.no_drill_file").with("path", path)));
+        return Err(Refusal::content(Remark::new(Weight::Loss, "job.no_board").with("path", path)));
     }
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();

@@ -98,6 +98,49 @@ fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
 }
 
 #[test]
+fn holes_that_nothing_fits_are_left_out_and_nothing_is_written_before_that_was_seen() {
+    let folder = folder();
+    let home = folder.path();
+    let drill = "M48\nMETRIC\nT1C0.8\nT2C0.15\n%\nG90\nT1\nX5.0Y5.0\nX9.0Y5.0\nT2\nX7.0Y5.0\nX8.0Y6.5\nM30\n";
+    fs::write(home.join("vias.drl"), drill).unwrap();
+    let (exit, told) = answer(home, "cam vias.drl --alone --to grbl -o out");
+    assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unseen_losses".into()), "{told}");
+    let side = &told["programs"][0];
+    assert_eq!((&told["losses_unseen"], &side["holes"]), (&1.into(), &2.into()), "{told}");
+    let loss = &side["remarks"][0];
+    assert_eq!((&loss["weight"], &loss["code"]), (&"loss".into(), &"cam.holes_missing".into()));
+    let said = loss["message"].as_str().unwrap();
+    assert!(said.contains("2 holes of 0.15 mm") && said.contains("X 7.000 Y 5.000"), "{said}");
+    assert!(!home.join("out").exists());
+    let (exit, told) = answer(home, "cam vias.drl --alone --to grbl -o out --accept cam.holes_missing");
+    assert_eq!((exit, &told["losses_unseen"]), (0, &0.into()), "{told}");
+    assert!(home.join("out/vias-top.nc").exists());
+}
+
+#[test]
+fn copper_without_a_drill_file_is_milled_though_nothing_says_which_layer_it_is() {
+    let folder = folder();
+    let home = folder.path();
+    let pads = "%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,1.5*%\nD10*\nX2000Y2000D03*\nX9000Y5000D03*\nM02*\n";
+    fs::create_dir(home.join("lone")).unwrap();
+    fs::write(home.join("lone/layer1.off"), pads).unwrap();
+    let (exit, told) = answer(home, "cam lone --to grbl -o out");
+    assert_eq!(exit, 0, "{told}");
+    assert!(told["programs"][0]["milled_mm"].as_f64().unwrap() > 10.0, "{told}");
+    assert_eq!(codes(&told["remarks"]), ["set.only_copper", "board.no_holes"]);
+    assert!(home.join("out/lone-top.nc").exists());
+    // Without copper there is nothing to do, and drilling alone needs a drill file.
+    fs::create_dir(home.join("none")).unwrap();
+    fs::write(home.join("none/read.me"), "hello\n").unwrap();
+    for (arguments, code) in
+        [("cam none --to grbl -o out", "job.no_board"), ("plan lone", "job.no_drill_file")]
+    {
+        let (exit, told) = answer(home, arguments);
+        assert_eq!((exit, &told["error"]["code"]), (1, &code.into()), "{arguments}: {told}");
+    }
+}
+
+#[test]
 fn what_cannot_be_written_is_refused_before_anything_is_planned() {
     let folder = folder();
     let home = folder.path();

@@ -5,7 +5,8 @@
 //! ```text
 //!   X2 file function ─▶ names inside the layer ─▶ what its apertures are for ─▶ the CAD's name tables ─▶ words in the name
 //!                                                       the CAD that most names of the folder agree on comes first
-//!   then: of two layers for one place the better founded stays; a folder without outline is searched for one
+//!   then: of two layers for one place the better founded stays; a folder without copper of a side, or without outline, is
+//!   searched for one
 //! ```
 
 use super::companion::{base, folder};
@@ -60,6 +61,7 @@ pub(super) fn recognise(layers: &mut [Option<FileRead>]) {
             grounds.push((index, found.ground));
         }
         rivals(layers, &grounds);
+        only_copper(layers, &grounds);
         outline(layers, &members);
     }
 }
@@ -160,6 +162,29 @@ fn rivals(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
                 file.remarks.push(Remark::new(Weight::Doubt, "set.two_layers").at(&name, 0, 0));
             }
         }
+    }
+}
+
+/// Where no layer is the copper of a side: the only one that is copper at all, else the only one of unknown purpose that has
+/// pads, is taken for the copper of the top.
+fn only_copper(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
+    let file = |index: usize| layers.get(index)?.as_ref();
+    let copper: Vec<usize> = grounds
+        .iter()
+        .map(|row| row.0)
+        .filter(|&index| file(index).is_some_and(|file| file.role == Role::Copper))
+        .collect();
+    let unknown = |&(index, ground): &(usize, Ground)| {
+        let layer = file(index)?.gerber.as_ref()?;
+        let pads = layer.counts.flashes > 0 && layer.file_function.is_none();
+        (ground == Ground::Nothing && pads).then_some(index)
+    };
+    let of_side = copper.iter().any(|&index| file(index).is_some_and(|file| file.side.is_some()));
+    let found = if copper.is_empty() { grounds.iter().filter_map(unknown).collect() } else { copper };
+    let ([only], false) = (found.as_slice(), of_side) else { return };
+    if let Some(file) = layers.get_mut(*only).and_then(Option::as_mut) {
+        (file.role, file.side) = (Role::Copper, Some(Side::Top));
+        file.remarks.push(Remark::new(Weight::Doubt, "set.only_copper").at(&file.name, 0, 0));
     }
 }
 

@@ -35,6 +35,17 @@ pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks:
         board.sources.push(file.name.clone());
         board.copper.push(Copper { face, region, nets: found.names, source });
     }
+    remarks.extend(inner(artwork, !board.copper.is_empty()));
+}
+
+/// Tells that inner copper is no side that can be milled; beside a side's copper that is what one expects.
+fn inner(artwork: &Artwork, has_side: bool) -> Option<Remark> {
+    let inner = |file: &&FileRead| file.role == Role::Copper && file.side == Some(Side::Inner);
+    let mut layers = artwork.files.iter().filter(inner);
+    let first = layers.next()?;
+    let weight = if has_side { Weight::Note } else { Weight::Doubt };
+    let told = Remark::new(weight, "board.inner_copper").at(&first.name, 0, 0);
+    Some(told.with("count", 1 + layers.count()))
 }
 
 /// The copper layer of a side.

@@ -54,6 +54,9 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
     outline(&mut board, artwork, used, wanted, &mut remarks);
     if wanted.copper {
         copper::add(&mut board, artwork, used, &mut remarks);
+        if board.holes.is_empty() && board.slots.is_empty() && !board.copper.is_empty() {
+            remarks.push(Remark::new(Weight::Note, "board.no_holes"));
+        }
     }
     (board, remarks)
 }
