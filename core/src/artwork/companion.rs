@@ -158,7 +158,8 @@ pub(super) fn base(name: &str) -> &str {
     name.rfind(['/', '\\']).map_or(name, |at| &name[at + 1..])
 }
 
-fn stem(name: &str) -> &str {
+/// The last part of a name without its ending.
+pub(super) fn stem(name: &str) -> &str {
     let base = base(name);
     base.rfind('.').map_or(base, |at| &base[..at])
 }

@@ -12,7 +12,7 @@ use super::drill::DrillFile;
 use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
 use super::measure::oddity;
 use super::number::Reading;
-use super::read::{FileRead, Neighbours, drill_program};
+use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
 use super::registration::{Copper, FITS, Fit, SAMPLE, every};
 use super::text::front;
 use super::{Digits, Evidence, Overrides, Source, Units, Zeros};
@@ -38,8 +38,11 @@ pub(super) fn program(
     let survey = excellon::survey(text);
     let (stated, table, beside) = companions(name, &survey, neighbours);
     let sensed = excellon::sense(&survey, &stated, person);
-    let ranking = neighbours.copper.and_then(|copper| rank(name, text, &survey, &table, &sensed, copper));
-    let mut choice = choose(&sensed, ranking.as_deref());
+    let mut grounds =
+        Grounds { name, text, survey: &survey, table: &table, sensed: &sensed, unplated: false };
+    grounds.unplated = neighbours.copper.is_some() && unplated(&grounds);
+    let ranking = neighbours.copper.and_then(|copper| rank(&grounds, copper));
+    let mut choice = choose(&grounds, ranking.as_deref());
     let task = Task { name, text, reading: choice.reading, survey: &survey, table: &table };
     let on_copper = choice.evidence.score.is_some_and(|score| score >= FITS);
     let (mut drill, mut remarks);
@@ -142,16 +145,36 @@ struct Ranked {
     allowed: bool,
 }
 
+/// What the choice of a reading goes by, copper apart.
+struct Grounds<'a> {
+    name: &'a str,
+    text: &'a [u8],
+    survey: &'a Survey,
+    table: &'a ToolTable,
+    sensed: &'a Sensed,
+    /// The file says that none of its holes is plated: they need not lie on copper.
+    unplated: bool,
+}
+
+/// Whether the file says, by an attribute, by its sections or by its name, that none of its holes is plated.
+fn unplated(grounds: &Grounds<'_>) -> bool {
+    let &Grounds { name, text, survey, table, sensed, .. } = grounds;
+    if let Some(plated) = survey.file_plated {
+        return !plated;
+    }
+    let text = sample(text).unwrap_or_default();
+    let read = excellon::read(&Task { name, text, reading: sensed.reading, survey, table });
+    let tools = read.map_or_else(|_| Vec::new(), |(drill, _)| drill.tools);
+    if tools.iter().any(|tool| tool.plated.is_some()) {
+        return tools.iter().all(|tool| tool.plated == Some(false));
+    }
+    plated_by_name(name) == Some(false)
+}
+
 /// Fits of all readings, best first; readings that give the same holes stand once. None if there are no holes.
-fn rank(
-    name: &str,
-    text: &[u8],
-    survey: &Survey,
-    table: &ToolTable,
-    sensed: &Sensed,
-    copper: &Copper,
-) -> Option<Vec<Ranked>> {
-    let text = sample(text)?;
+fn rank(grounds: &Grounds<'_>, copper: &Copper) -> Option<Vec<Ranked>> {
+    let &Grounds { name, survey, table, sensed, unplated, .. } = grounds;
+    let text = sample(grounds.text)?;
     let mut all: Vec<Ranked> = Vec::new();
     for reading in readings(sensed) {
         let Ok((drill, _)) = excellon::read(&Task { name, text, reading, survey, table }) else { continue };
@@ -163,7 +186,8 @@ fn rank(
         let allowed = agrees(&reading, sensed, Sensed::stated);
         all.push(Ranked { reading, fit: copper.fit(&holes), holes, allowed });
     }
-    if all.iter().all(|ranked| ranked.fit.share < FITS) {
+    // Holes that need no copper fit somewhere by chance.
+    if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS) {
         for ranked in &mut all {
             let shifted = copper.fit_shifted(&ranked.holes);
             if shifted.share >= FITS {
@@ -214,7 +238,8 @@ struct Choice {
     as_good: Option<Reading>,
 }
 
-fn choose(sensed: &Sensed, ranking: Option<&[Ranked]>) -> Choice {
+fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
+    let sensed = grounds.sensed;
     let plain = |score| Choice {
         reading: sensed.reading,
         evidence: Evidence {
@@ -242,6 +267,7 @@ fn choose(sensed: &Sensed, ranking: Option<&[Ranked]>) -> Choice {
     });
     let source = if unsettled && speaks && as_good.is_none() { Source::Copper } else { sensed.weakest() };
     let better = rival.filter(|rival| rival.fit.share >= share + MUCH_BETTER).map(|rival| rival.reading);
+    let better = better.filter(|_| unsettled || !grounds.unplated);
     let moved = chosen.fit.shift_mm != (0.0, 0.0);
     Choice {
         reading: chosen.reading,

@@ -25,6 +25,7 @@ mod gerber;
 mod kinds;
 mod measure;
 mod names;
+mod neighbours;
 mod number;
 mod read;
 mod registration;

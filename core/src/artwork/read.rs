@@ -7,6 +7,7 @@ use super::archive::{Budget, Taken, unpack};
 use super::companion::{self, Companion, folder};
 use super::detect::{What, detect};
 use super::gerber::{self, Gerber};
+use super::neighbours;
 use super::registration::Copper;
 use super::text::{decode, holds};
 use super::{
@@ -88,7 +89,7 @@ impl FileRead {
     }
 
     /// Whether it is a drill file, and no layer, with something to drill in it.
-    fn is_program_with_holes(&self) -> bool {
+    pub(super) fn is_program_with_holes(&self) -> bool {
         self.kind == Kind::Drill
             && self.drill.as_ref().is_some_and(|drill| drill.totals() != Counts::default())
     }
@@ -192,6 +193,7 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
         read.fingerprint = fingerprint(&pending[index].bytes);
         out.push(read);
     }
+    neighbours::settle(&mut out);
     let mut artwork = Artwork { files: out };
     artwork.remark_layers_beside_programs();
     artwork
@@ -347,7 +349,8 @@ fn same_plating(file: &FileRead) -> Option<bool> {
     if tools.iter().all(|tool| tool.plated == first) { first } else { None }
 }
 
-fn plated_by_name(name: &str) -> Option<bool> {
+/// Whether the name says that holes are plated, or that they are not.
+pub(super) fn plated_by_name(name: &str) -> Option<bool> {
     let base = companion::base(name).to_ascii_lowercase();
     let not =
         ["npth", "non-plated", "nonplated", "non_plated", "unplated"].iter().any(|word| base.contains(word));

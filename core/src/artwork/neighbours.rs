@@ -1,0 +1,154 @@
+//! What one drill file says of another of its folder, once both are read.
+//!
+//! ```text
+//!   board.DRL  punched tape, refused ◀── board.TXT  the same program as text: nothing is missing
+//!   board-NPTH.drl  holes in no pad  ◀── board.drl  moved by (x, y) to lie on its pads: so are they
+//! ```
+//!
+//! Comes in: the files of a set, read. Goes out: their remarks and shifts, mended. Does not read anything.
+
+use super::companion::{base, folder, stem};
+use super::registration::FITS;
+use super::{FileRead, Kind};
+use crate::remark::{Remark, Weight};
+
+/// Shifts this near to each other are one, in mm.
+const SAME_MM: f64 = 0.05;
+
+/// Lets the drill files of a set know of each other.
+pub(super) fn settle(files: &mut [FileRead]) {
+    tapes(files);
+    shifts(files);
+}
+
+/// A punched tape beside a drill program of its name loses nothing: CAD programs write both of one board.
+fn tapes(files: &mut [FileRead]) {
+    let programs: Vec<String> =
+        files.iter().filter(|file| file.is_program_with_holes()).map(|file| file.name.clone()).collect();
+    for file in files.iter_mut().filter(|file| file.kind == Kind::Refused) {
+        let (of, name) = (folder(&file.name), stem(&file.name));
+        let twin = programs.iter().find(|twin| folder(twin) == of && stem(twin).eq_ignore_ascii_case(name));
+        let tape = file.remarks.iter_mut().find(|remark| remark.code == "refused.eia_tape");
+        if let (Some(twin), Some(tape)) = (twin, tape) {
+            tape.weight = Weight::Note;
+            let told = Remark::new(Weight::Note, "set.tape_twin").at(&file.name, 0, 0);
+            file.remarks.push(told.with("twin", base(twin)));
+        }
+    }
+}
+
+/// Unplated holes need not lie on copper: they are moved as the other holes of their folder are, if these agree.
+fn shifts(files: &mut [FileRead]) {
+    let shift = |file: &FileRead| Some((folder(&file.name).to_owned(), file.evidence.as_ref()?.shift_mm?));
+    let known: Vec<(String, (f64, f64))> = files.iter().filter_map(shift).collect();
+    for file in files.iter_mut().filter(|file| file.kind == Kind::Drill && file.plated == Some(false)) {
+        let mut beside = known.iter().filter(|(of, _)| of == folder(&file.name)).map(|(_, by)| *by);
+        let (Some(by), Some(evidence)) = (beside.next(), &mut file.evidence) else { continue };
+        let agree = |other: (f64, f64)| (other.0 - by.0).abs() < SAME_MM && (other.1 - by.1).abs() < SAME_MM;
+        let lies_well = evidence.score.is_some_and(|score| score >= FITS);
+        if evidence.shift_mm.is_none() && !lies_well && beside.all(agree) {
+            evidence.shift_mm = Some(by);
+            file.remarks.push(Remark::new(Weight::Note, "drill.shifted_with_others").at(&file.name, 0, 0));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Artwork, Overrides, Source, read_set};
+    use super::*;
+
+    /// A program of holes in two rows, in millimetres, with this on its second line.
+    fn program(second: &str, holes: &[(f64, f64)]) -> Vec<u8> {
+        let hits: String = holes.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect();
+        format!("M48\n{second}\nMETRIC,TZ\nT1C0.800\n%\nT1\n{hits}M30\n").into_bytes()
+    }
+
+    fn set(files: &[(&str, Vec<u8>)]) -> Artwork {
+        let named: Vec<_> = files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.clone())).collect();
+        read_set(&named, &Overrides::default())
+    }
+
+    fn codes(file: &FileRead, weight: Weight) -> Vec<&str> {
+        file.remarks.iter().filter(|r| r.weight == weight).map(|r| r.code.as_str()).collect()
+    }
+
+    /// Words of a drill program in EIA tape code.
+    fn tape() -> Vec<u8> {
+        let code = |letter: u8| match letter {
+            b'X' => 0x37,
+            b'Y' => 0x38,
+            b'0' => 0x20,
+            b'1' => 0x01,
+            b'2' => 0x02,
+            _ => 0x80,
+        };
+        "X0120Y0210\n".repeat(40).bytes().map(code).collect()
+    }
+
+    #[test]
+    fn a_tape_beside_its_text_is_no_loss() {
+        let text = program(";text", &[(1.0, 1.0), (2.0, 1.0), (3.0, 4.0)]);
+        let alone = set(&[("a/board.DRL", tape())]);
+        assert_eq!(codes(&alone.files[0], Weight::Loss), ["refused.eia_tape"]);
+        let other = set(&[("a/board.DRL", tape()), ("a/lid.TXT", text.clone())]);
+        assert_eq!(codes(&other.files[0], Weight::Loss), ["refused.eia_tape"]);
+        let both = set(&[("a/board.DRL", tape()), ("a/board.TXT", text)]);
+        assert_eq!(both.files[0].kind, Kind::Refused);
+        assert_eq!(codes(&both.files[0], Weight::Loss), Vec::<&str>::new());
+        assert_eq!(codes(&both.files[0], Weight::Note), ["refused.eia_tape", "set.tape_twin"]);
+    }
+
+    /// Pads on a crooked grid, so that no shift but one fits, and their layer.
+    fn pads() -> (Vec<(f64, f64)>, Vec<u8>) {
+        let pads: Vec<(f64, f64)> =
+            (0..60).map(|i| (f64::from(i * 7 % 31) * 1.27, f64::from(i * i % 53) * 0.83)).collect();
+        let flash = |(x, y): &(f64, f64)| format!("X{:.0}Y{:.0}D03*", x * 1e6, y * 1e6);
+        let flashes: String = pads.iter().map(flash).collect();
+        let layer =
+            format!("%FSLAX46Y46*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%ADD10C,1*%D10*{flashes}M02*");
+        (pads, layer.into_bytes())
+    }
+
+    #[test]
+    fn unplated_holes_are_not_doubted_for_lying_beside_the_copper() {
+        let (pads, layer) = pads();
+        // A tenth of the pads' places: other digits would put every hole on a pad.
+        let beside: Vec<(f64, f64)> = pads.iter().map(|(x, y)| (x / 10.0, y / 10.0)).collect();
+        let hits: String =
+            beside.iter().map(|(x, y)| format!("X{:05.0}Y{:05.0}\n", x * 1e3, y * 1e3)).collect();
+        let text = |function: &str| {
+            let head = format!("M48\n;{function}\n;FILE_FORMAT=2:3\nMETRIC,LZ\nT1C0.800\n%\nT1\n");
+            (head + &hits + "M30\n").into_bytes()
+        };
+        for (function, doubted) in [
+            ("TYPE=PLATED", true),
+            ("TYPE=NON_PLATED", false),
+            (" #@! TF.FileFunction,NonPlated,1,2,NPTH", false),
+        ] {
+            let read = set(&[("top.gbr", layer.clone()), ("board.drl", text(function))]);
+            let drill = &read.files[1];
+            assert_eq!(drill.plated, Some(doubted), "{function}");
+            let found = codes(drill, Weight::Doubt);
+            assert_eq!(found.contains(&"drill.copper_disagrees"), doubted, "{function}: {found:?}");
+            let evidence = drill.evidence.as_ref().unwrap();
+            assert!(evidence.source <= Source::Companion, "{function}: {evidence:?}");
+        }
+    }
+
+    #[test]
+    fn unplated_holes_are_moved_with_the_plated_ones_and_never_alone() {
+        let (pads, layer) = pads();
+        let moved: Vec<(f64, f64)> = pads.iter().map(|(x, y)| (x - 3.295, y - 20.124)).collect();
+        let lone = vec![(1.0, 1.0), (2.0, 9.0), (2.5, 3.0)];
+        let unplated = program(";TYPE=NON_PLATED", &lone);
+        let alone = set(&[("top.gbr", layer.clone()), ("board-npth.drl", unplated.clone())]);
+        assert_eq!(alone.files[1].evidence.as_ref().unwrap().shift_mm, None);
+        let plated = program(";TYPE=PLATED", &moved);
+        let both = set(&[("top.gbr", layer), ("board.drl", plated), ("board-npth.drl", unplated)]);
+        let by = |at: usize| both.files[at].evidence.as_ref().unwrap().shift_mm;
+        assert!(by(1).is_some_and(|(x, y)| (x - 3.295).abs() < 1e-3 && (y - 20.124).abs() < 1e-3));
+        assert_eq!(by(2), by(1));
+        assert!(codes(&both.files[2], Weight::Note).contains(&"drill.shifted_with_others"));
+    }
+}
