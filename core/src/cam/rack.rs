@@ -62,19 +62,27 @@ pub fn assign(board: &Board, machine: &Machine) -> (Vec<BitUse>, Vec<Remark>) {
     }
     let mut bits: Vec<BitUse> = bits.into_values().collect();
     bits.iter_mut().for_each(|bit| bit.holes.sort_unstable());
-    (bits, losses(&without, unsized_holes, board.slots.len(), machine.rack_tolerance))
+    (bits, losses(&without, unsized_holes, board.slots.len(), (&machine.rack, machine.rack_tolerance)))
 }
 
+/// Sizes that are told one by one.
+const MOST_SIZES: usize = 40;
+
+/// Holes of sizes `without` a bit of the rack within its tolerance, holes without a size, and slots, as losses.
 pub(super) fn losses(
     without: &[(Length, usize)],
     unsized_holes: usize,
     slots: usize,
-    tolerance: Length,
+    (rack, tolerance): (&[Length], Length),
 ) -> Vec<Remark> {
     let mut remarks = Vec::new();
     if !without.is_empty() {
-        let sizes: Vec<String> =
-            without.iter().map(|(size, holes)| format!("{} mm ({holes})", size_text(*size))).collect();
+        let told = |(size, holes): &(Length, usize)| match nearest(rack, *size, Length::from_nm(i64::MAX)) {
+            Some(bit) => format!("{} mm ({holes}; {} mm)", size_text(*size), size_text(bit)),
+            None => format!("{} mm ({holes})", size_text(*size)),
+        };
+        let mut sizes: Vec<String> = without.iter().take(MOST_SIZES).map(told).collect();
+        sizes.extend((without.len() > MOST_SIZES).then(|| "…".to_owned()));
         let holes: usize = without.iter().map(|(_, holes)| holes).sum();
         let remark =
             Remark::new(Weight::Loss, "plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
@@ -159,6 +167,6 @@ mod tests {
             codes,
             ["plan.no_bit", "plan.no_size", "plan.slots_not_drilled"].map(|code| (Weight::Loss, code))
         );
-        assert!(remarks[0].message("en").contains("4 mm (2)"), "{}", remarks[0].message("en"));
+        assert!(remarks[0].message("en").contains("4 mm (2; 3.2 mm)"), "{}", remarks[0].message("en"));
     }
 }

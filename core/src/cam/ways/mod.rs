@@ -275,7 +275,7 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
     let without: Vec<_> = without.into_iter().collect();
     let unsized_holes = missing.iter().filter(|size| size.is_none()).count();
     let open_slots = scene.board.slots.len().saturating_sub(slots.len());
-    super::rack::losses(&without, unsized_holes, open_slots, tolerance)
+    super::rack::losses(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
 }
 
 /// What planning one operation has at hand.
