@@ -3,8 +3,9 @@
 //!
 //! Comes in: a machine. Goes out: remarks naming the field. What tables do is found by `dynamics` and `phases`.
 
-use super::{DriveKind, Machine, StrokeEnd, card, dynamics, phases};
+use super::{DriveKind, HomeEnd, Machine, StrokeEnd, card, dynamics, phases};
 use crate::remark::{Remark, Weight};
+use crate::units::Length;
 
 /// The most outputs with a name.
 const MOST_OUTPUTS: usize = 16;
@@ -39,11 +40,24 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
             );
         }
     }
+    remarks.extend(homing_of_z(machine));
     remarks.extend(outputs(machine));
     remarks.extend(drives(machine));
     remarks.extend(strokes(machine));
     remarks.extend(card::validate(machine));
     remarks
+}
+
+/// Homing takes Z away from the board and leaves it over the board, for X and Y home after it.
+fn homing_of_z(machine: &Machine) -> Option<Remark> {
+    let (z, process) = (&machine.z, &machine.process);
+    if z.home != HomeEnd::Max {
+        return Some(Remark::new(Weight::Loss, "machine.homes_into_board").with("key", "z.home_end"));
+    }
+    // Where the safe height itself is out of reach, that is said instead.
+    let room = z.max - process.surface - process.safe_height;
+    (room >= Length::ZERO && z.home_offset > room)
+        .then(|| refuse("machine.rests_in_board", "z.home_offset", z.home_offset.mm(), room.mm()))
 }
 
 /// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.
@@ -120,4 +134,60 @@ fn strokes(machine: &Machine) -> Vec<Remark> {
 
 fn refuse(code: &str, key: &str, value: f64, bound: f64) -> Remark {
     Remark::new(Weight::Loss, code).with("key", key).with("value", value).with("bound", bound)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Value, apply, presets, virtual_drill};
+    use super::*;
+
+    fn number(key: &str, value: f64) -> (String, Value) {
+        (key.to_owned(), Value::Number(value))
+    }
+
+    fn word(key: &str, value: &str) -> (String, Value) {
+        (key.to_owned(), Value::Text(value.to_owned()))
+    }
+
+    /// Each row: what is changed on the virtual drill, and the code and field of the first refusal, if any.
+    fn try_rows(machine: &Machine, rows: &[(&[(String, Value)], Option<(&str, &str)>)]) {
+        for (changes, expected) in rows {
+            let refusals = apply(machine, changes).err().unwrap_or_default();
+            let found = refusals.first().map(|why| why.code.as_str());
+            assert_eq!(found, expected.map(|(code, _)| code), "{changes:?}");
+            if let (Some(why), Some((_, key))) = (refusals.first(), expected) {
+                assert!(why.message("en").contains(key), "{}", why.message("en"));
+            }
+        }
+    }
+
+    #[test]
+    fn every_preset_can_be() {
+        for (name, machine) in presets() {
+            assert_eq!(validate(&machine), Vec::new(), "{name}");
+        }
+    }
+
+    #[test]
+    fn homing_takes_z_away_from_the_board_and_rests_over_it() {
+        // The surface is at −30 mm and the safe height 2 mm over it: of 30 mm down from the top, 28 are free.
+        let into = Some(("machine.homes_into_board", "z.home_end"));
+        let rests = Some(("machine.rests_in_board", "z.home_offset"));
+        let rows: &[(&[(String, Value)], Option<(&str, &str)>)] = &[
+            (&[word("z.home_end", "min")], into),
+            (&[word("z.home_end", "max")], None),
+            (&[number("z.home_offset", 28.0)], None),
+            (&[number("z.home_offset", 28.001)], rests),
+            (&[number("z.home_offset", 44.0)], rests),
+            (&[number("z.home_offset", 20.0), number("stroke.surface", -22.5)], None),
+            (&[number("z.home_offset", 20.0), number("stroke.surface", -21.5)], rests),
+            (&[number("z.home_offset", 20.0), number("stroke.safe_height", 11.0)], rests),
+            (&[number("z.max", -10.0), number("z.home_offset", 19.0)], rests),
+            (
+                &[number("stroke.surface", -1.0)],
+                Some(("machine.safe_height_out_of_reach", "stroke.safe_height")),
+            ),
+        ];
+        try_rows(&virtual_drill(), rows);
+    }
 }
