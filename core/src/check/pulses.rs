@@ -65,7 +65,8 @@ impl Walker {
         let settings = machine.axis(axis);
         let steps_per_mm = settings.scale.steps_per_mm();
         let hz = TICK_HZ as f64;
-        let play = settings.scale.steps(settings.backlash);
+        // Only X and Y take play up.
+        let play = if axis < 2 { settings.scale.steps(settings.backlash) } else { 0 };
         let down = &machine.down;
         let (mut speed, mut acceleration) =
             (settings.max_speed_mm_per_s, settings.max_acceleration_mm_per_s2);

@@ -41,6 +41,7 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
         }
     }
     remarks.extend(homing_of_z(machine));
+    remarks.extend(play_of_z(machine));
     remarks.extend(outputs(machine));
     remarks.extend(drives(machine));
     remarks.extend(strokes(machine));
@@ -58,6 +59,12 @@ fn homing_of_z(machine: &Machine) -> Option<Remark> {
     let room = z.max - process.surface - process.safe_height;
     (room >= Length::ZERO && z.home_offset > room)
         .then(|| refuse("machine.rests_in_board", "z.home_offset", z.home_offset.mm(), room.mm()))
+}
+
+/// Play is taken up in the plane only. Z always hangs or is pulled one way, so a Z with play is none that can be driven to a depth.
+fn play_of_z(machine: &Machine) -> Option<Remark> {
+    let play = machine.z.backlash;
+    (play > Length::ZERO).then(|| refuse("machine.z_with_play", "z.backlash", play.mm(), 0.0))
 }
 
 /// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.
@@ -187,6 +194,15 @@ mod tests {
                 &[number("stroke.surface", -1.0)],
                 Some(("machine.safe_height_out_of_reach", "stroke.safe_height")),
             ),
+        ];
+        try_rows(&virtual_drill(), rows);
+    }
+    #[test]
+    fn play_is_for_x_and_y() {
+        let rows: &[(&[(String, Value)], Option<(&str, &str)>)] = &[
+            (&[number("x.backlash", 0.2), number("y.backlash", 0.2)], None),
+            (&[number("z.backlash", 0.0)], None),
+            (&[number("z.backlash", 0.001)], Some(("machine.z_with_play", "z.backlash"))),
         ];
         try_rows(&virtual_drill(), rows);
     }

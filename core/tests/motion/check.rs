@@ -7,6 +7,7 @@ use annulus_core::locale;
 use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::motion::timeline;
 use annulus_core::steps::{self, Run, Segment, StepStream};
+use annulus_core::units::Length;
 
 fn planned(machine: &Machine, seed: u64, holes: u32) -> StepStream {
     let program = random_program(&mut Chance(seed), machine, holes);
@@ -136,6 +137,20 @@ fn a_leg_that_ends_low_is_refused() {
     stream.segments.truncate(up);
     let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
     assert_eq!(remarks[0].code, "check.leg_ends_low");
+}
+
+#[test]
+fn play_lowers_the_range_of_x_and_y_and_not_that_of_z() {
+    let mut machine = virtual_drill();
+    let stream = planned(&machine, 2, 1);
+    // The bottom of the hole is the lowest place that Z has.
+    let process = &machine.process;
+    machine.z.min = process.surface - process.board_thickness - process.breakthrough;
+    assert!(verify(&stream, &machine, corner_zero(&machine)).is_ok());
+    machine.z.backlash = Length::from_um(500);
+    machine.z.min = machine.z.min + Length::from_um(100);
+    let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+    assert_eq!(remarks[0].code, "check.range");
 }
 
 #[test]
