@@ -15,7 +15,7 @@ use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::{self, Plan, PlanOptions, Progress};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
-use annulus_core::machine::Machine;
+use annulus_core::machine::{self, Machine};
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::sim;
@@ -171,6 +171,7 @@ fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
 
 fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Remark>) -> Result<Job, Refusal> {
     let options = options(args)?;
+    remarks.extend(machine::doubts(&machine));
     let bar = indicatif::ProgressBar::new(0);
     let mut tell = |at: Progress| {
         bar.set_length(at.total);

@@ -2,7 +2,7 @@
 
 mod programs;
 
-use annulus_core::machine::virtual_drill;
+use annulus_core::machine::{Machine, SECTIONS, Value, lab, virtual_drill};
 use annulus_core::wire::program;
 use std::fs;
 use std::path::Path;
@@ -43,6 +43,52 @@ fn a_board_is_drilled_from_its_file() {
     assert_eq!(object["stream_digest"].as_str().map(str::len), Some(64));
     let record = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
     assert_eq!(record.lines().count(), 4);
+}
+
+/// The laboratory drill with so many interrupts a second, as a machine file.
+fn lab_at(interrupts: u32) -> String {
+    let machine = Machine { interrupt_hz: interrupts, ..lab() };
+    let mut text = "schema = 1\n".to_owned();
+    for (section, rows) in SECTIONS {
+        text += &format!("[{section}]\n");
+        for row in *rows {
+            let name = row.key.rsplit('.').next().unwrap();
+            text += &match row.value(&machine) {
+                Value::Number(number) => format!("{name} = {number:?}\n"),
+                Value::Text(text) => format!("{name} = {text:?}\n"),
+                Value::Numbers(numbers) => format!("{name} = {numbers:?}\n"),
+            };
+        }
+    }
+    text
+}
+
+#[test]
+fn the_laboratory_drill_runs_clean_at_500_hz_and_loses_steps_at_600_and_says_so() {
+    let folder = folder();
+    fs::write(
+        folder.path().join("wide.drl"),
+        "M48\nMETRIC\nT1C0.8\n%\nT1\nX5.0Y5.0\nX80.0Y5.0\nX5.0Y60.0\nM30\n",
+    )
+    .unwrap();
+    for interrupts in [500, 600] {
+        let file = format!("lab{interrupts}.toml");
+        fs::write(folder.path().join(&file), lab_at(interrupts)).unwrap();
+        let output = annulus(folder.path(), &format!("run wide.drl --machine ./{file} --speed 2000 --json"));
+        let (object, said) = (json(&output), String::from_utf8_lossy(&output.stderr).into_owned());
+        let slips = object["slips"].as_array().unwrap();
+        if interrupts == 500 {
+            assert_eq!((output.status.code(), slips.len(), said.as_str()), (Some(0), 0, ""), "{object}");
+            assert_eq!(object["holes_done"], 3);
+        } else {
+            assert!(!slips.is_empty() && slips.iter().all(|slip| slip["cause"] == "too_fast"), "{object}");
+            assert!(said.contains("drive.interrupt_frequency is 600 Hz"), "{said}");
+        }
+        let planned = json(&annulus(folder.path(), &format!("plan wide.drl --machine ./{file} --json")));
+        let doubts = planned["remarks"].as_array().unwrap().iter();
+        let doubted = doubts.filter(|remark| remark["code"] == "machine.table_loses_steps").count();
+        assert_eq!(doubted, usize::from(interrupts == 600), "{planned}");
+    }
 }
 
 #[test]

@@ -9,9 +9,10 @@ use crate::drill::{Drill, RECORD};
 use crate::{job, machine_file};
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
-use annulus_core::machine::Output;
+use annulus_core::locale;
+use annulus_core::machine::{Output, axis_name};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, SlipTold, Status, Tell, Verdict, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
@@ -217,10 +218,12 @@ impl<'a> Operator<'a> {
             "position_trust": rested.trust,
             "stream_digest": digest,
             "ways_done": ways,
+            "slips": rested.slips,
         });
         let why = rested.alarm.clone().unwrap_or_else(|| remark("run.stopped"));
         let milled = if ways > 0 { format!(" {ways} ways milled.") } else { String::new() };
         let mut text = format!("{holes} holes drilled.{milled}\n");
+        rested.slips.iter().for_each(|slip| text += &lost(slip));
         if exit != Exit::Done {
             let refusal = Refusal::content(why);
             object["error"] = refusal.object()["error"].clone();
@@ -228,6 +231,18 @@ impl<'a> Operator<'a> {
         }
         Answer { object, text, exit }
     }
+}
+
+/// Where a motor of the virtual drill lost steps, and why.
+fn lost(slip: &SlipTold) -> String {
+    let arguments = [
+        ("axis", axis_name(usize::from(slip.axis))),
+        ("place", format!("{:.2}", slip.place_mm)),
+        ("lost", slip.lost.to_string()),
+    ];
+    let say = |key: &str, arguments: &[(String, String)]| locale::text("en", &format!("page.slip.{key}"), arguments);
+    let line = say("line", &arguments.map(|(name, value)| (name.to_owned(), value)));
+    format!("{}: {line} {}\n", say("title", &[]), say(&slip.cause, &[]))
 }
 
 /// What is done, in words.

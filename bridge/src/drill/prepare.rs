@@ -5,7 +5,7 @@
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::job::{Mark, Program};
-use annulus_core::machine::{Machine, Steps};
+use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::{self, Effect, Segment, StepStream, TICK_HZ};
@@ -181,6 +181,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         }
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(&stream, safe_hz)));
+    checks.extend(machine::doubts(machine).into_iter().map(|doubt| row(Verdict::Warn, doubt)));
     if program.bits.iter().any(|bit| !machine.rack.contains(&bit.diameter)) {
         checks.push(row(Verdict::Warn, Remark::new(Weight::Doubt, "preflight.bit_not_in_rack")));
     }

@@ -87,7 +87,7 @@ impl Walker {
             min: settings.scale.steps(settings.min).saturating_sub(zero).saturating_sub(play),
             max: settings.scale.steps(settings.max).saturating_sub(zero),
             last: None,
-            least_interval: TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1))),
+            least_interval: TICK_HZ.div_ceil(u64::from(machine.pulse_hz().max(1))),
             direction_setup: u64::from(machine.direction_setup_us) * (TICK_HZ / 1_000_000),
             least_period: hz / (speed * steps_per_mm),
             acceleration: acceleration * steps_per_mm / hz / hz,

@@ -12,7 +12,7 @@
 //! target in any moment. Each situation of the window is walked to its end once.
 //!
 //! Comes in: a [`Dynamics`]. Goes out: the next state; remarks. Distances in takts, times in interrupts. Source: R. Arendt's
-//! laboratory drill; reference part A.3 to A.6. Does not know frequencies or lengths.
+//! laboratory drill; reference part A.3 to A.6. Does not know lengths.
 
 use super::Dynamics;
 use crate::remark::{Remark, Weight};
@@ -35,6 +35,12 @@ pub fn top(dynamics: &Dynamics) -> usize {
 pub fn period(dynamics: &Dynamics, state: i32) -> u32 {
     let of = dynamics.period.get(state.unsigned_abs() as usize);
     of.or(dynamics.period.last()).copied().unwrap_or(1).max(1)
+}
+
+/// The fastest state that makes no more than `most_hz` takts a second at `interrupt_hz`; 0 when even that is too fast.
+pub fn state_within(dynamics: &Dynamics, interrupt_hz: f64, most_hz: f64) -> usize {
+    let rate_hz = |state: &usize| interrupt_hz / f64::from(period(dynamics, *state as i32));
+    (0..=top(dynamics)).rev().find(|state| rate_hz(state) <= most_hz).unwrap_or(0)
 }
 
 /// The state after a step that left `distance` takts to go, signed like the direction of counting (reference part A.4).

@@ -12,6 +12,7 @@ pub mod phases;
 mod presets;
 mod settings;
 mod table;
+mod takts;
 mod validate;
 
 pub use card::{Card, UNWIRED};
@@ -19,6 +20,7 @@ pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, Phase
 pub use presets::{hobby_3018, lab, preset, presets, six_spindles, virtual_drill};
 pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
 pub use table::SECTIONS;
+pub use takts::doubts;
 pub use validate::validate;
 
 use crate::job::Input;
@@ -58,7 +60,7 @@ pub struct Machine {
     pub interrupt_hz: u32,
     /// Their table of dynamics.
     pub dynamics: Dynamics,
-    /// Fastest pulses any drive takes, steps per second.
+    /// Fastest pulses any drive takes, and any motor of a table-stepped drive follows; steps per second.
     pub max_step_hz: u32,
     /// Time from a change of direction to the next step, in µs.
     pub direction_setup_us: u32,

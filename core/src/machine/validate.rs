@@ -1,9 +1,10 @@
 //! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
 //! whose rows do not belong together.
 //!
-//! Comes in: a machine. Goes out: remarks naming the field. What tables do is found by `dynamics` and `phases`.
+//! Comes in: a machine. Goes out: remarks naming the field. What tables do is found by `dynamics`, `takts` and
+//! `phases`.
 
-use super::{DriveKind, HomeEnd, Machine, StrokeEnd, card, dynamics, phases};
+use super::{DriveKind, HomeEnd, Machine, StrokeEnd, card, dynamics, phases, takts};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
@@ -30,7 +31,7 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
             );
         }
         let rate_hz = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
-        if rate_hz > f64::from(machine.max_step_hz) {
+        if machine.drive == DriveKind::Planned && rate_hz > f64::from(machine.max_step_hz) {
             let fastest = f64::from(machine.max_step_hz) / axis.scale.steps_per_mm();
             refuse(
                 "machine.faster_than_drive",
@@ -45,6 +46,7 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
     remarks.extend(outputs(machine));
     remarks.extend(drives(machine));
     remarks.extend(strokes(machine));
+    remarks.extend(takts::refusals(machine));
     remarks.extend(card::validate(machine));
     remarks
 }
@@ -99,7 +101,7 @@ fn drives(machine: &Machine) -> Vec<Remark> {
         ));
     }
     let fastest = f64::from(machine.max_step_hz) / machine.z.scale.steps_per_mm();
-    if machine.down.max_speed_mm_per_s > fastest {
+    if machine.drive == DriveKind::Planned && machine.down.max_speed_mm_per_s > fastest {
         let asked = machine.down.max_speed_mm_per_s;
         remarks.push(refuse("machine.faster_than_drive", "motion.down_speed", asked, fastest));
     }

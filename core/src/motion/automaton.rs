@@ -20,7 +20,7 @@ use crate::machine::dynamics::{period, top};
 use crate::remark::{Remark, Weight};
 use serde::{Deserialize, Serialize};
 
-pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_state};
+pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_state, state_within};
 
 /// One takt: the motor is given the next column of its phase table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,10 +161,4 @@ pub fn capped(dynamics: &Dynamics, state: usize) -> Dynamics {
         enter: dynamics.enter.iter().take(top).copied().collect(),
         leave: dynamics.leave.iter().take(top).copied().collect(),
     }
-}
-
-/// The fastest state that makes no more than `most_hz` takts a second at `interrupt_hz`; 0 when even that is too fast.
-pub fn state_within(dynamics: &Dynamics, interrupt_hz: f64, most_hz: f64) -> usize {
-    let rate_hz = |state: &usize| interrupt_hz / f64::from(period(dynamics, *state as i32));
-    (0..=top(dynamics)).rev().find(|state| rate_hz(state) <= most_hz).unwrap_or(0)
 }

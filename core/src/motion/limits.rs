@@ -128,12 +128,13 @@ pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> R
     profile::plan(shape(machine, law, length_mm, limits)?, length_mm, limits)
 }
 
-/// The takts of a table-driven axis over `way` steps, not faster than `speed` mm/s.
+/// The takts of a table-driven axis over `way` steps, not faster than `speed` mm/s and the axis's own speeds. What its motor
+/// can follow is no limit: the table decides.
 pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Result<Takts, Remark> {
-    let interrupt_hz = f64::from(machine.interrupt_hz.max(1));
-    let most_hz = speed.min(machine.axis(axis).max_speed_mm_per_s) * machine.axis(axis).scale.steps_per_mm();
-    let most_hz = most_hz.min(f64::from(machine.max_step_hz));
-    let state = automaton::state_within(&machine.dynamics, interrupt_hz, most_hz);
+    let down = axis >= 2 && way < 0;
+    let own = machine.axis(axis);
+    let down_speed = if down { machine.down.max_speed_mm_per_s } else { f64::INFINITY };
+    let state = machine.fastest_state(own, speed.min(own.max_speed_mm_per_s).min(down_speed));
     let table = automaton::capped(&machine.dynamics, state);
     let interrupt_ticks = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
     Ok(Takts { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })

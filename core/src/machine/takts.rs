@@ -1,0 +1,185 @@
+//! How fast the table of dynamics drives the axes of a machine, and what of it does not fit the machine's settings.
+//!
+//! ```text
+//! takts/s  71   125   250   500      states 0 … 3 of Arendt's table at 500 interrupts a second
+//!           |    |     |     |
+//!           |    `- a speed below a state's rate leaves out that state and all above it: a doubt
+//!           `- a speed below that of state 0 cannot be kept at all: refused
+//! ```
+//!
+//! The table decides how fast an axis goes; `max_speed`, `motion.down_speed` and the feed only hold it to slower states. Rates above
+//! `drive.max_step_rate` are more than the motors follow: a virtual drill may be asked for them and shows what is lost.
+//!
+//! Comes in: a machine. Goes out: takts a second, refusals, doubts. Does not know moves.
+
+use super::dynamics::{self, period, state_within, top};
+use super::{Axis, DriveKind, Machine, Output};
+use crate::remark::{Remark, Weight};
+
+/// Bounds of speeds are said to 0.1 µm/s, rounded so that they can be typed.
+const SAID: f64 = 1e4;
+
+/// Room for the arithmetic itself, as a share of a speed.
+const ROUNDING: f64 = 1e-9;
+
+impl Machine {
+    /// Takts a second in `state` of the table.
+    pub fn takt_hz(&self, state: usize) -> f64 {
+        let state = i32::try_from(state).unwrap_or(i32::MAX);
+        f64::from(self.interrupt_hz.max(1)) / f64::from(period(&self.dynamics, state))
+    }
+
+    /// The fastest state in which the table does not drive `axis` faster than `speed`, mm/s; 0 where even that is too fast.
+    pub fn fastest_state(&self, axis: &Axis, speed: f64) -> usize {
+        state_within(&self.dynamics, f64::from(self.interrupt_hz.max(1)), speed * axis.scale.steps_per_mm())
+    }
+
+    /// The fastest pulses there may be, steps per second: what the drives take. Only the table of a virtual drill may ask for
+    /// more, so that it can be seen what is lost.
+    pub fn pulse_hz(&self) -> u32 {
+        let tried = self.drive == DriveKind::Table && self.output == Output::Virtual;
+        if tried { self.max_step_hz.max(self.interrupt_hz) } else { self.max_step_hz }
+    }
+}
+
+/// The settings that hold the table to slower states, with their axes and values in mm/s.
+fn speeds(machine: &Machine) -> [(&'static str, &Axis, f64); 4] {
+    let Machine { x, y, z, down, .. } = machine;
+    [
+        ("x.max_speed", x, x.max_speed_mm_per_s),
+        ("y.max_speed", y, y.max_speed_mm_per_s),
+        ("z.max_speed", z, z.max_speed_mm_per_s),
+        ("motion.down_speed", z, down.max_speed_mm_per_s),
+    ]
+}
+
+/// Whether the machine goes by a table, and one that can be run.
+fn has_table(machine: &Machine) -> bool {
+    machine.drive == DriveKind::Table && dynamics::check(&machine.dynamics).is_ok()
+}
+
+/// The fastest takts of any axis, takts a second.
+fn fastest_hz(machine: &Machine) -> f64 {
+    let axes = [&machine.x, &machine.y, &machine.z];
+    let states = axes.map(|axis| machine.fastest_state(axis, axis.max_speed_mm_per_s));
+    states.into_iter().map(|state| machine.takt_hz(state)).fold(0.0, f64::max)
+}
+
+/// Why the table cannot drive the machine as its settings want it: speeds below the slowest state; on hardware, takts faster
+/// than the motors follow.
+pub(super) fn refusals(machine: &Machine) -> Vec<Remark> {
+    if !has_table(machine) {
+        return Vec::new();
+    }
+    let loss = |code: &str, key: &str, value: f64, bound: f64| {
+        Remark::new(Weight::Loss, code).with("key", key).with("value", value).with("bound", bound)
+    };
+    let feed = ("stroke.feed", &machine.z, machine.process.feed_mm_per_s);
+    let slow = speeds(machine).into_iter().chain([feed]).filter_map(|(key, axis, speed)| {
+        let slowest = machine.takt_hz(0) / axis.scale.steps_per_mm();
+        let said = libm::ceil(slowest * SAID) / SAID;
+        (speed < slowest * (1.0 - ROUNDING)).then(|| loss("machine.slower_than_table", key, speed, said))
+    });
+    let mut remarks: Vec<Remark> = slow.collect();
+    let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
+    if fastest > most && machine.output != Output::Virtual {
+        remarks.push(loss("machine.table_too_fast", "drive.interrupt_frequency", fastest, most));
+    }
+    remarks
+}
+
+/// What a machine that goes by a table does and its owner should know: states that a speed leaves out, and takts that
+/// its motors do not follow.
+pub fn doubts(machine: &Machine) -> Vec<Remark> {
+    if !has_table(machine) {
+        return Vec::new();
+    }
+    let top = top(&machine.dynamics);
+    let cut = speeds(machine).into_iter().filter_map(|(key, axis, speed)| {
+        let state = machine.fastest_state(axis, speed);
+        let whole = libm::ceil(machine.takt_hz(top) / axis.scale.steps_per_mm() * SAID) / SAID;
+        let remark = Remark::new(Weight::Doubt, "machine.table_cut").with("key", key).with("value", speed);
+        let remark = remark.with("rate", libm::round(machine.takt_hz(state))).with("bound", whole);
+        (state < top).then(|| remark.with("fastest", libm::round(machine.takt_hz(top))))
+    });
+    let mut remarks: Vec<Remark> = cut.collect();
+    let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
+    if fastest > most {
+        let remark = Remark::new(Weight::Doubt, "machine.table_loses_steps");
+        let remark = remark.with("key", "drive.interrupt_frequency").with("value", machine.interrupt_hz);
+        remarks.push(remark.with("rate", libm::round(fastest)).with("bound", most));
+    }
+    remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Value, apply, lab, presets};
+    use super::*;
+
+    fn number(key: &str, value: f64) -> (String, Value) {
+        (key.to_owned(), Value::Number(value))
+    }
+
+    fn codes(remarks: &[Remark]) -> Vec<&str> {
+        remarks.iter().map(|remark| remark.code.as_str()).collect()
+    }
+
+    #[test]
+    fn presets_use_their_whole_table_and_lose_nothing() {
+        for (name, machine) in presets() {
+            assert_eq!(codes(&doubts(&machine)), Vec::<&str>::new(), "{name}");
+        }
+    }
+
+    #[test]
+    fn more_interrupts_than_the_motors_follow_are_a_doubt_on_the_virtual_drill_and_refused_on_hardware() {
+        // (interrupts a second, whether more than the 580 takts that the motors follow)
+        for (interrupts, too_many) in [(500.0, false), (580.0, false), (581.0, true), (600.0, true)] {
+            let change = number("drive.interrupt_frequency", interrupts);
+            let tried = apply(&lab(), std::slice::from_ref(&change)).unwrap();
+            let expected: &[&str] = if too_many { &["machine.table_loses_steps"] } else { &[] };
+            assert_eq!(codes(&doubts(&tried)), expected, "{interrupts}");
+            let state = tried.fastest_state(&tried.x, tried.x.max_speed_mm_per_s);
+            assert_eq!(state, 3, "no state is left out at {interrupts}");
+            let card = Machine { output: Output::Card, ..lab() };
+            let refusals = apply(&card, &[change]).err().unwrap_or_default();
+            assert_eq!(codes(&refusals).contains(&"machine.table_too_fast"), too_many, "{refusals:?}");
+        }
+    }
+
+    #[test]
+    fn a_speed_that_is_typed_lower_leaves_out_states_and_says_so() {
+        // (setting, mm/s, fastest takts a second that are left at 500 interrupts a second)
+        let rows = [("x.max_speed", 100.0, 250.0), ("y.max_speed", 30.0, 125.0), ("motion.down_speed", 4.0, 125.0)];
+        for (key, speed, left) in rows {
+            let machine = apply(&lab(), &[number(key, speed)]).unwrap();
+            let found = doubts(&machine);
+            assert_eq!(codes(&found), ["machine.table_cut"], "{key}");
+            let message = found[0].message("en");
+            assert!(message.contains(key) && message.contains(&format!("{left}")), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_speed_below_the_slowest_state_is_refused_with_the_least_that_can_be() {
+        // State 0 makes 500/7 takts a second: 1.5119 mm/s of Z, 15.119 mm/s of X.
+        for (key, speed, refused) in [
+            ("stroke.feed", 0.5, true),
+            ("stroke.feed", 1.0, true),
+            ("stroke.feed", 1.5, true),
+            ("stroke.feed", 1.512, false),
+            ("stroke.feed", 2.0, false),
+            ("x.max_speed", 15.0, true),
+            ("x.max_speed", 15.2, false),
+            ("motion.down_speed", 1.0, true),
+        ] {
+            let found = apply(&lab(), &[number(key, speed)]).err().unwrap_or_default();
+            let slow = found.iter().find(|why| why.code == "machine.slower_than_table");
+            assert_eq!(slow.is_some(), refused, "{key} {speed}: {found:?}");
+            assert!(slow.is_none_or(|why| why.message("en").contains(key)), "{found:?}");
+        }
+        let why = apply(&lab(), &[number("stroke.feed", 0.5)]).unwrap_err();
+        assert!(why[0].message("en").contains("1.512 mm/s"), "{}", why[0].message("en"));
+    }
+}
