@@ -14,6 +14,7 @@ pub mod cycles;
 pub mod laws;
 mod limits;
 mod milling;
+pub mod one_by_one;
 pub mod path;
 pub mod profile;
 pub mod strokes;

@@ -20,7 +20,7 @@ use super::timeline::{Motion, Part};
 use super::writer::{REST_TICKS, lines, start_tick};
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Stage};
-use crate::machine::{AXES, DriveKind, Machine, Steps};
+use crate::machine::{AXES, DriveKind, Machine, Steps, StrokeEnd};
 use crate::remark::Remark;
 use crate::units::{Length, TICK_HZ};
 
@@ -63,6 +63,12 @@ struct Stored {
     down: Stroke,
     up: Stroke,
     times: SpindleTimes,
+}
+
+/// Whether plane and spindles of `machine` move together, from the bottom of one hole to the bottom of the next.
+pub fn overlaps(machine: &Machine) -> bool {
+    let counted = machine.stroke_end == StrokeEnd::Counted && machine.drive == DriveKind::Planned;
+    machine.overlap.on && counted
 }
 
 /// The hole that `leg` is, where chains may be made of it: to a place, down without a sensor, perhaps wait, and up.
@@ -197,6 +203,20 @@ pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Remark> 
         ..times(machine, &down, &up, height_mm)
     };
     Ok((times, down, up))
+}
+
+/// The abort horizon of the machine's own stroke `down`: until how long after its start, in s, it can still be stopped with the
+/// tip clear of the board (C2.3), by the least that Z can do either way.
+pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Remark> {
+    let (own, limits) = (Limits::of_axis(machine, &machine.z), Limits::of_down(machine));
+    let limits = Limits {
+        acceleration: limits.acceleration.min(own.acceleration),
+        jerk: limits.jerk.min(own.jerk),
+        ..limits
+    };
+    let process = &machine.process;
+    let height_mm = machine.z.scale.steps(process.safe_height) as f64 * mm_per_step(machine)[2];
+    profile::point_of_no_return_s(down, height_mm, machine.overlap.clear_mm.min(height_mm), limits)
 }
 
 /// The stroke down: fast to the feed height, then at feed; where the way is too short to change speeds, all of it at feed.

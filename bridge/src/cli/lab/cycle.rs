@@ -1,18 +1,20 @@
 //! `annulus lab cycle`: table and spindles in time, hole by hole, with and without overlap (P3, P4, C1).
 //!
 //! Comes in: hops, limits, heights, margins; or a machine. Goes out: every event, the cycle times, a chart of who moves
-//! when. Does not know the rules of release and trigger.
+//! when. A machine whose table and spindles do not move together shows its own moves. Does not know the rules of release
+//! and trigger.
 
 use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::machine_file;
-use annulus_core::machine::{self, Law, Machine, Value};
+use annulus_core::machine::{self, Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
-use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, two_speeds};
+use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds};
+use annulus_core::motion::one_by_one::one_by_one;
 use annulus_core::motion::strokes;
 use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
 use annulus_core::remark::{Remark, Weight};
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// Hops without words: those of the reference.
 const HOPS_MM: [[f64; 2]; 3] = [[10.0, 0.0], [2.54, 2.54], [0.5, 0.0]];
@@ -109,19 +111,38 @@ struct Setting {
     dwell_bottom_s: f64,
     dwell_top_s: f64,
     spindles: u32,
-    /// What a machine's own stroke takes; without a machine it follows from the rest.
-    own: Option<SpindleTimes>,
+    /// What a machine's own stroke takes, and its last moment for a stop, s; without a machine they follow from the rest.
+    own: Option<(SpindleTimes, f64)>,
+}
+
+/// Everything that is shown of a timeline. Times in s.
+struct Found {
+    times: SpindleTimes,
+    cycles: Vec<Cycle>,
+    spindles: u32,
+    /// Whether table and spindles move together.
+    overlaps: bool,
+    /// Until how long after its start a stroke can be stopped clear of the board; none where the table rests before it.
+    last_stop_s: Option<f64>,
+    total_s: f64,
+    sequential_s: f64,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &CycleArgs) -> Result<Answer, Refusal> {
-    let setting = match args.machine.as_deref() {
-        Some(name) => of_machine(&changed(args, &machine_file::named(name)?.machine)?)?,
-        None => overridden(args, reference()),
-    };
     let hops = hops(&args.hop)?;
-    let sheet = compute(&setting, &hops).map_err(Refusal::content)?;
-    deliver(&args.output, sheet)
+    let found = match args.machine.as_deref() {
+        None => together(&overridden(args, reference()), &hops),
+        Some(name) => {
+            let machine = changed(args, &machine_file::named(name)?.machine)?;
+            if strokes::overlaps(&machine) {
+                of_machine(&machine).and_then(|setting| together(&setting, &hops))
+            } else {
+                apart(&machine, &hops)
+            }
+        }
+    };
+    deliver(&args.output, sheet(&found.map_err(Refusal::content)?, &hops))
 }
 
 /// The example of the reference, part C2.4.
@@ -151,8 +172,8 @@ fn reference() -> Setting {
 }
 
 /// The timeline of a machine with its own strokes.
-fn of_machine(machine: &Machine) -> Result<Setting, Refusal> {
-    let (own, _, _) = strokes::own(machine).map_err(Refusal::content)?;
+fn of_machine(machine: &Machine) -> Result<Setting, Remark> {
+    let (own, down, _) = strokes::own(machine)?;
     Ok(Setting {
         x: Limits::of_axis(machine, &machine.x),
         y: Limits::of_axis(machine, &machine.y),
@@ -160,8 +181,23 @@ fn of_machine(machine: &Machine) -> Result<Setting, Refusal> {
         order: machine.motion.order,
         rules: Rules { settle_s: 1e-3 * machine.settle_ms, latency_s: 1e-3 * machine.overlap.latency_ms },
         spindles: machine.spindles,
-        own: Some(own),
+        own: Some((own, strokes::last_stop_s(machine, &down)?)),
         ..reference()
+    })
+}
+
+/// The machine's own moves, one after the other.
+fn apart(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Found, Remark> {
+    let found = one_by_one(machine, hops_mm)?;
+    let total_s = found.timeline.total_s();
+    Ok(Found {
+        times: found.times,
+        cycles: found.cycles,
+        spindles: machine.spindles,
+        overlaps: false,
+        last_stop_s: None,
+        total_s,
+        sequential_s: total_s,
     })
 }
 
@@ -193,11 +229,11 @@ fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
         ("overlap.dwell_top", args.dwell_top_ms),
         ("machine.spindles", args.spindles.map(f64::from)),
     ];
-    let given = rows.into_iter().filter_map(|(key, value)| Some((key.to_owned(), Value::Number(value?))));
-    let mut changes: Vec<(String, Value)> = given.collect();
+    let given = rows.into_iter().filter_map(|(key, value)| Some((key.to_owned(), machine::Value::Number(value?))));
+    let mut changes: Vec<(String, machine::Value)> = given.collect();
     if args.order.is_some() {
         let law = if curved { "s_curve" } else { "power" };
-        changes.push(("motion.down".to_owned(), Value::Text(law.to_owned())));
+        changes.push(("motion.down".to_owned(), machine::Value::Text(law.to_owned())));
     }
     machine::apply(machine, &changes).map_err(|all| {
         let first = all.into_iter().next();
@@ -265,7 +301,8 @@ fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Remark> {
     Ok(longest_s)
 }
 
-fn spindle(setting: &Setting) -> Result<SpindleTimes, Remark> {
+/// What a stroke takes, and its last moment for a stop.
+fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Remark> {
     if let Some(own) = setting.own {
         return Ok(own);
     }
@@ -281,82 +318,121 @@ fn spindle(setting: &Setting) -> Result<SpindleTimes, Remark> {
     };
     let law = shape(setting.up_law, setting.order, full_mm, setting.up)?;
     let up = Stroke::One(plan(law, full_mm, setting.up)?);
-    Ok(SpindleTimes {
+    let last_stop_s = point_of_no_return_s(&down, setting.height_mm, setting.clear_mm, setting.down)?;
+    let times = SpindleTimes {
         dwell_bottom_s: setting.dwell_bottom_s,
         dwell_top_s: setting.dwell_top_s,
         margin_s: setting.margin_s,
         ..SpindleTimes::of(&down, &up, setting.height_mm, setting.clear_mm)
+    };
+    Ok((times, last_stop_s))
+}
+
+/// Table and spindles together.
+fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Remark> {
+    let hops_s = hops_mm.iter().map(|hop| hop_s(setting, *hop)).collect::<Result<Vec<_>, _>>()?;
+    let (times, last_stop_s) = spindle(setting)?;
+    let spindles = vec![times; setting.spindles as usize];
+    let cycles = cycles(&hops_s, setting.rules, &spindles)?;
+    let tops = cycles.iter().flat_map(|cycle| &cycle.spindles).map(|one| one.top_s);
+    Ok(Found {
+        times,
+        total_s: tops.fold(0.0, f64::max),
+        sequential_s: sequential_s(&hops_s, setting.rules, &spindles),
+        spindles: setting.spindles,
+        overlaps: true,
+        last_stop_s: Some(last_stop_s),
+        cycles,
     })
 }
 
-fn compute(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Sheet, Remark> {
-    let hops_s = hops_mm.iter().map(|hop| hop_s(setting, *hop)).collect::<Result<Vec<_>, _>>()?;
-    let times = spindle(setting)?;
-    let spindles = vec![times; setting.spindles as usize];
-    let found = cycles(&hops_s, setting.rules, &spindles)?;
-    let alone_s = sequential_s(&hops_s, setting.rules, &spindles);
-    let total_s = found.iter().flat_map(|cycle| &cycle.spindles).map(|one| one.top_s).fold(0.0, f64::max);
-    let rate = |seconds: f64| 60.0 * hops_s.len() as f64 * f64::from(setting.spindles) / seconds;
+fn sheet(found: &Found, hops_mm: &[[f64; 2]]) -> Sheet {
+    let times = &found.times;
+    let rate = |seconds: f64| 60.0 * hops_mm.len() as f64 / seconds;
+    let all = f64::from(found.spindles);
+    let columns = "hole,hop_x_mm,hop_y_mm,xy_start_s,xy_end_s,ready_s,trigger_s,start_s,contact_s,bottom_s,\
+                   up_start_s,clear_s,top_s,cycle_s,last_stop_s";
+    Sheet {
+        object: json!({ "hops_mm": hops_mm, "overlap": found.overlaps, "spindle": { "down_s": times.down_s,
+            "up_s": times.up_s, "contact_s": times.contact_s, "leave_s": times.leave_s, "air_s": times.air_s(),
+            "board_s": times.board_s(), "last_stop_s": found.last_stop_s },
+            "events": found.cycles.iter().map(|cycle| event(found, cycle)).collect::<Vec<_>>(),
+            "total_s": found.total_s, "sequential_s": found.sequential_s, "spindles": found.spindles,
+            "holes_per_min": rate(found.total_s), "holes_per_min_all_spindles": all * rate(found.total_s),
+            "holes_per_min_sequential": rate(found.sequential_s) }),
+        rows: rows(found, hops_mm, rate),
+        columns: columns.split(',').map(str::to_owned).collect(),
+        samples: found.cycles.iter().zip(hops_mm).enumerate().map(|row| sample(found, row)).collect(),
+        plot: plot(found),
+    }
+}
+
+fn rows(found: &Found, hops_mm: &[[f64; 2]], rate: impl Fn(f64) -> f64) -> Vec<(String, String)> {
     let mut rows = Vec::new();
-    for (index, (cycle, hop)) in found.iter().zip(hops_mm).enumerate() {
+    for (index, (cycle, hop)) in found.cycles.iter().zip(hops_mm).enumerate() {
         let hop = format!("{} {}, {} mm", word("hop"), short(hop[0]), short(hop[1]));
         let (clear, cycle_s) = (ms(cycle.clear_s), cycle.cycle_s.map_or("-".to_owned(), ms));
         let what = format!("{} {clear}  {} {cycle_s}", word("clear"), word("cycle"));
         rows.push((format!("{} {hop}", index + 1), what));
     }
-    for (key, seconds) in [("together", total_s), ("sequential", alone_s)] {
-        rows.push((word(key), format!("{}  {}/min", ms(seconds), short(rate(seconds)))));
+    if let Some(last_s) = found.last_stop_s {
+        let contact = format!("{} {}", word("contact"), ms(found.times.contact_s));
+        rows.push((word("last_stop"), format!("{}  {contact}", ms(last_s))));
     }
-    let event = |cycle: &Cycle| {
-        json!({ "xy_start_s": cycle.release_s, "xy_end_s": cycle.arrive_s, "ready_s": cycle.ready_s,
-            "spindles": cycle.spindles.iter().map(|one| json!({ "trigger_s": one.trigger_s,
-                "start_s": one.start_s, "contact_s": one.contact_s, "bottom_s": one.bottom_s,
-                "up_start_s": one.up_start_s, "clear_s": one.clear_s, "top_s": one.top_s })).collect::<Vec<_>>(),
-            "clear_s": cycle.clear_s, "cycle_s": cycle.cycle_s })
-    };
-    let columns = "hole,hop_x_mm,hop_y_mm,xy_start_s,xy_end_s,ready_s,trigger_s,start_s,contact_s,bottom_s,\
-                   up_start_s,clear_s,top_s,cycle_s";
-    let sample = |(index, (cycle, hop)): (usize, (&Cycle, &[f64; 2]))| {
-        let z = cycle.spindles.first().copied().unwrap_or_default();
-        let numbers = [
-            (index + 1) as f64,
-            hop[0],
-            hop[1],
-            cycle.release_s,
-            cycle.arrive_s,
-            cycle.ready_s,
-            z.trigger_s,
-            z.start_s,
-            z.contact_s,
-            z.bottom_s,
-            z.up_start_s,
-            cycle.clear_s,
-            z.top_s,
-        ];
-        numbers.into_iter().map(Some).chain([cycle.cycle_s]).collect()
-    };
-    Ok(Sheet {
-        object: json!({ "hops_mm": hops_mm, "spindle": { "down_s": times.down_s, "up_s": times.up_s,
-            "contact_s": times.contact_s, "leave_s": times.leave_s, "air_s": times.air_s(),
-            "board_s": times.board_s() }, "events": found.iter().map(event).collect::<Vec<_>>(),
-            "total_s": total_s, "sequential_s": alone_s, "holes_per_min": rate(total_s),
-            "holes_per_min_sequential": rate(alone_s) }),
-        rows,
-        columns: columns.split(',').map(str::to_owned).collect(),
-        samples: found.iter().zip(hops_mm).enumerate().map(sample).collect(),
-        plot: plot(&found, setting.spindles),
-    })
+    let totals = [("together", found.total_s), ("sequential", found.sequential_s)];
+    for (key, seconds) in totals.into_iter().skip(usize::from(!found.overlaps)) {
+        let mut what = format!("{}  {}/min", ms(seconds), short(rate(seconds)));
+        if found.spindles > 1 {
+            let all = short(f64::from(found.spindles) * rate(seconds));
+            what += &format!(", {} {all}/min", word("all_spindles"));
+        }
+        rows.push((word(key), what));
+    }
+    rows
+}
+
+fn event(found: &Found, cycle: &Cycle) -> Value {
+    let last_s = |start_s: f64| found.last_stop_s.map(|last_s| start_s + last_s);
+    json!({ "xy_start_s": cycle.release_s, "xy_end_s": cycle.arrive_s, "ready_s": cycle.ready_s,
+        "spindles": cycle.spindles.iter().map(|one| json!({ "trigger_s": one.trigger_s,
+            "start_s": one.start_s, "last_stop_s": last_s(one.start_s), "contact_s": one.contact_s,
+            "bottom_s": one.bottom_s, "up_start_s": one.up_start_s, "clear_s": one.clear_s,
+            "top_s": one.top_s })).collect::<Vec<_>>(),
+        "clear_s": cycle.clear_s, "cycle_s": cycle.cycle_s })
+}
+
+/// A hole as a row of the table.
+fn sample(found: &Found, (index, (cycle, hop)): (usize, (&Cycle, &[f64; 2]))) -> Vec<Option<f64>> {
+    let z = cycle.spindles.first().copied().unwrap_or_default();
+    let numbers = [
+        (index + 1) as f64,
+        hop[0],
+        hop[1],
+        cycle.release_s,
+        cycle.arrive_s,
+        cycle.ready_s,
+        z.trigger_s,
+        z.start_s,
+        z.contact_s,
+        z.bottom_s,
+        z.up_start_s,
+        cycle.clear_s,
+        z.top_s,
+    ];
+    let last_s = found.last_stop_s.map(|last_s| z.start_s + last_s);
+    numbers.into_iter().map(Some).chain([cycle.cycle_s, last_s]).collect()
 }
 
 /// Who moves when: a row for the table, one a spindle.
-fn plot(found: &[Cycle], spindles: u32) -> Plot {
+fn plot(found: &Found) -> Plot {
+    let spindles = found.spindles;
     let bar = |from: f64, to: f64, row: f64| [[1e3 * from, row], [1e3 * to, row]];
     let names: Vec<String> =
         (1..=spindles).rev().map(|one| format!("Z{one}")).chain([word("plane")]).collect();
     let plane = f64::from(spindles);
     let mut parts: [Vec<[f64; 2]>; 5] = Default::default();
     let mut marks = Vec::new();
-    for cycle in found {
+    for cycle in &found.cycles {
         parts[0].extend(bar(cycle.release_s, cycle.arrive_s, plane));
         parts[1].extend(bar(cycle.arrive_s, cycle.ready_s, plane));
         for (index, z) in cycle.spindles.iter().enumerate() {
@@ -368,6 +444,8 @@ fn plot(found: &[Cycle], spindles: u32) -> Plot {
         marks.push(Mark::At(1e3 * cycle.release_s, word("release")));
         if let Some(z) = cycle.spindles.first() {
             marks.push(Mark::At(1e3 * z.trigger_s, word("trigger")));
+            let last = found.last_stop_s.map(|last_s| Mark::At(1e3 * (z.start_s + last_s), word("last_stop")));
+            marks.extend(last);
             marks.push(Mark::At(1e3 * z.contact_s, word("contact")));
         }
         marks.push(Mark::At(1e3 * cycle.clear_s, word("clear")));
