@@ -96,7 +96,17 @@ fn a_check_passes_fails_and_refuses() {
         ("lab cycle --machine six --order 0 --xy-jerk NaN", "machine.setting_range", 1, None),
         ("lab cycle --spindles 7", "cli.usage", 2, None),
         ("lab servo --sample 0", "servo.bad_parameter", 1, None),
-        ("lab servo --plant-tau -1", "cli.usage", 2, None),
+        ("lab servo --plant-tau -1", "servo.bad_parameter", 1, None),
+        ("lab servo --kp -1", "servo.bad_parameter", 1, None),
+        ("lab servo --sample -1", "servo.bad_parameter", 1, None),
+        ("lab servo --stroke --down-speed -1", "motion.bad_speed", 1, None),
+        ("lab profile --speed -1", "motion.bad_speed", 1, None),
+        ("lab profile --jerk -1e3", "motion.bad_jerk", 1, None),
+        ("lab profile --shape power --order -1", "motion.bad_order", 1, None),
+        ("lab automaton --interrupt-hz -5", "lab.bad_frequency", 1, None),
+        ("lab cycle --margin-ms -1", "motion.bad_time", 1, None),
+        ("lab cycle --clear-mm -1", "lab.bad_clear", 1, None),
+        ("lab cycle --machine six --settle-ms -1", "machine.setting_range", 1, None),
         ("lab servo --duration 1e9", "servo.too_long", 1, None),
         ("lab servo --stroke --height-mm NaN", "motion.bad_length", 1, None),
     ] {
@@ -183,6 +193,58 @@ fn a_cycle_has_the_events_of_the_reference() {
     let (slower, _) =
         object(home.path(), "lab cycle --machine six --hop 2.54,0 --hop -2.54,0 --settle-ms 50");
     assert!(slower["total_s"].as_f64() > machine["total_s"].as_f64(), "{slower}");
+}
+
+#[test]
+fn a_cycle_of_a_machine_without_overlap_is_that_of_its_own_moves() {
+    let home = tempfile::tempdir().unwrap();
+    let home = home.path();
+    fs::write(home.join("apart.toml"), "schema = 1\n[overlap]\non = \"no\"\n").unwrap();
+    fs::write(
+        home.join("two.drl"),
+        "M48\nMETRIC\nT1C0.8\n%\nT1\nX10.0Y0.0\nX15.0Y0.0\nX17.54Y2.54\nM30\n",
+    )
+    .unwrap();
+    for machine in ["lab", "./apart.toml"] {
+        let hops = "--hop 10,0 --hop 5,0 --hop 2.54,2.54";
+        let (found, exit) = object(home, &format!("lab cycle --machine {machine} {hops}"));
+        assert_eq!((exit, &found["overlap"], found["events"].as_array().unwrap().len()), (0, &false.into(), 3));
+        assert_eq!(found["holes_per_min"], found["holes_per_min_sequential"]);
+        assert_eq!(found["spindle"]["last_stop_s"], Value::Null, "the table rests before the tip goes down");
+        let (whole, _) = object(home, &format!("simulate two.drl --order file --machine {machine}"));
+        let rate = |object: &Value| object["holes_per_min"].as_f64().unwrap();
+        // The job also lifts the tip from where it homed; the rounding of its places is the same.
+        assert!((rate(&found) / rate(&whole) - 1.0).abs() < 0.01, "{} {}", found["holes_per_min"], whole);
+        let said = text(home, &format!("lab cycle --machine {machine} {hops}"));
+        assert!(said.contains("without overlap") && !said.contains("with overlap"), "{said}");
+    }
+}
+
+#[test]
+fn a_cycle_says_the_last_stop_and_the_holes_of_one_spindle_beside_those_of_all() {
+    let home = tempfile::tempdir().unwrap();
+    let home = home.path();
+    for (machine, spindles) in [("virtual", 1.0), ("six", 6.0)] {
+        let (found, _) = object(home, &format!("lab cycle --machine {machine} --hop 2.54,0 --hop 5,0"));
+        let (one, all) = (&found["holes_per_min"], &found["holes_per_min_all_spindles"]);
+        assert!((one.as_f64().unwrap() * spindles - all.as_f64().unwrap()).abs() < 1e-9, "{found}");
+        assert_eq!(one.as_f64().unwrap(), 120.0 / found["total_s"].as_f64().unwrap());
+        let z = &found["events"][1]["spindles"][0];
+        let [start, last, contact] = ["start_s", "last_stop_s", "contact_s"].map(|key| z[key].as_f64().unwrap());
+        assert!(start < last && last < contact, "{z}");
+        assert!((last - start - found["spindle"]["last_stop_s"].as_f64().unwrap()).abs() < 1e-12);
+    }
+    let said = text(home, "lab cycle --machine six");
+    assert!(said.contains("last stop over the board") && said.contains("all spindles"), "{said}");
+    assert!(text(home, "lab cycle --svg").contains(">last stop over the board<"));
+}
+
+#[test]
+fn the_bound_of_a_profile_is_said_to_be_that_of_its_jerk() {
+    let home = tempfile::tempdir().unwrap();
+    let said = text(home.path(), "lab profile");
+    // The linear law has no limit of jerk, and is faster.
+    assert!(said.contains("with this jerk no move is faster than"), "{said}");
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub(crate) struct AutomatonArgs {
     #[arg(long, allow_hyphen_values = true, value_name = "I:N")]
     retarget: Vec<String>,
     /// Interrupt frequency, Hz.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     interrupt_hz: Option<f64>,
     #[command(flatten)]
     output: OutputArgs,

@@ -29,61 +29,61 @@ pub(crate) struct CycleArgs {
     #[arg(long, value_name = "NAME")]
     machine: Option<String>,
     /// Greatest speed of X and Y, mm/s.
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     xy_speed: Option<f64>,
     /// Greatest acceleration of X and Y, mm/s².
-    #[arg(long, value_name = "MM/S2")]
+    #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     xy_acceleration: Option<f64>,
     /// Greatest jerk of X and Y, mm/s³.
-    #[arg(long, value_name = "MM/S3")]
+    #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     xy_jerk: Option<f64>,
     /// Greatest speed of Z downwards, mm/s.
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     down_speed: Option<f64>,
     /// Greatest acceleration of Z downwards, mm/s².
-    #[arg(long, value_name = "MM/S2")]
+    #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     down_acceleration: Option<f64>,
     /// Greatest jerk of Z downwards, mm/s³.
-    #[arg(long, value_name = "MM/S3")]
+    #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     down_jerk: Option<f64>,
     /// Greatest speed of Z upwards, mm/s.
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     up_speed: Option<f64>,
     /// Greatest acceleration of Z upwards, mm/s².
-    #[arg(long, value_name = "MM/S2")]
+    #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     up_acceleration: Option<f64>,
     /// Greatest jerk of Z upwards, mm/s³.
-    #[arg(long, value_name = "MM/S3")]
+    #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     up_jerk: Option<f64>,
     /// Order of the power law, which Z goes down with; 0: S-curve.
-    #[arg(long, value_name = "ALPHA")]
+    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     order: Option<f64>,
     /// Two-speed stroke: down to the board fast, then with this feed, mm/s.
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     feed: Option<f64>,
     /// Height of the rest over the board, mm.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     height_mm: Option<f64>,
     /// Depth below the surface, mm.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     depth_mm: Option<f64>,
     /// Height of the tip from which on the table may move, mm.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     clear_mm: Option<f64>,
     /// Rest of the table before a tip may touch the board, ms.
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     settle_ms: Option<f64>,
     /// How long a signal takes, ms.
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     latency_ms: Option<f64>,
     /// How long before the contact the table must have settled, ms.
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     margin_ms: Option<f64>,
     /// Pause at the bottom, ms.
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     dwell_bottom_ms: Option<f64>,
     /// Least rest on top, ms.
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     dwell_top_ms: Option<f64>,
     /// Spindles, all alike.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=6))]

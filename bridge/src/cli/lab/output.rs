@@ -24,10 +24,10 @@ pub(super) struct OutputArgs {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Width of the plot in pixels.
-    #[arg(long, default_value_t = 900.0, value_name = "PX")]
+    #[arg(long, default_value_t = 900.0, value_name = "PX", allow_negative_numbers = true)]
     width: f64,
     /// Height of the plot in pixels.
-    #[arg(long, default_value_t = 760.0, value_name = "PX")]
+    #[arg(long, default_value_t = 760.0, value_name = "PX", allow_negative_numbers = true)]
     height: f64,
 }
 

@@ -18,16 +18,16 @@ pub(crate) struct ProfileArgs {
     #[arg(long, default_value_t = 10.0, value_name = "MM", allow_negative_numbers = true)]
     length_mm: f64,
     /// Greatest speed, mm/s.
-    #[arg(long, value_name = "MM/S")]
+    #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     speed: Option<f64>,
     /// Greatest acceleration, mm/s².
-    #[arg(long, value_name = "MM/S2")]
+    #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     acceleration: Option<f64>,
     /// Greatest jerk, mm/s³.
-    #[arg(long, value_name = "MM/S3")]
+    #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     jerk: Option<f64>,
     /// Order α of the power law, above 0, at most 2.
-    #[arg(long, default_value_t = 0.5, value_name = "ALPHA")]
+    #[arg(long, default_value_t = 0.5, value_name = "ALPHA", allow_negative_numbers = true)]
     order: f64,
     /// Law of motion, repeated for several; without it all three. auto: by length.
     #[arg(long, value_enum, value_name = "LAW")]

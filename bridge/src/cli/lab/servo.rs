@@ -23,16 +23,16 @@ pub(crate) struct ServoArgs {
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_name = "MM")]
     step_mm: f64,
     /// How long the step is watched, s.
-    #[arg(long, default_value_t = 0.4, value_name = "S")]
+    #[arg(long, default_value_t = 0.4, value_name = "S", allow_negative_numbers = true)]
     duration: f64,
     /// Load during the step, V; with --stroke: the load of cutting.
     #[arg(long, allow_negative_numbers = true, value_name = "V")]
     load: Option<f64>,
     /// The load begins at this second.
-    #[arg(long, default_value_t = 0.0, value_name = "S")]
+    #[arg(long, default_value_t = 0.0, value_name = "S", allow_negative_numbers = true)]
     load_from: f64,
     /// The load ends at this second.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     load_to: Option<f64>,
     /// Stage of the drilling cycle that the step is in.
     #[arg(long, value_enum, default_value_t = StageName::Travel)]
@@ -41,34 +41,34 @@ pub(crate) struct ServoArgs {
     #[arg(long, value_enum, default_value_t = RuleSet::Even)]
     rules: RuleSet,
     /// Proportional gain, V/mm.
-    #[arg(long, default_value_t = 1.6)]
+    #[arg(long, default_value_t = 1.6, allow_negative_numbers = true)]
     kp: f64,
     /// Integral gain, V/(mm·s).
-    #[arg(long, default_value_t = 20.0)]
+    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     ki: f64,
     /// Derivative gain, V·s/mm.
-    #[arg(long, default_value_t = 0.004)]
+    #[arg(long, default_value_t = 0.004, allow_negative_numbers = true)]
     kd: f64,
     /// Gain of the axis, (mm/s)/V.
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 60.0, allow_negative_numbers = true)]
     plant_gain: f64,
     /// Delay of the axis, s.
-    #[arg(long, default_value_t = 0.006, value_name = "S")]
+    #[arg(long, default_value_t = 0.006, value_name = "S", allow_negative_numbers = true)]
     plant_tau: f64,
     /// Time between two samples, s.
-    #[arg(long, default_value_t = 0.0005, value_name = "S")]
+    #[arg(long, default_value_t = 0.0005, value_name = "S", allow_negative_numbers = true)]
     sample: f64,
     /// Stroke: height of the rest over the board, mm.
-    #[arg(long, default_value_t = 5.0, value_name = "MM")]
+    #[arg(long, default_value_t = 5.0, value_name = "MM", allow_negative_numbers = true)]
     height_mm: f64,
     /// Stroke: depth below the surface, mm.
-    #[arg(long, default_value_t = 3.0, value_name = "MM")]
+    #[arg(long, default_value_t = 3.0, value_name = "MM", allow_negative_numbers = true)]
     depth_mm: f64,
     /// Stroke: speed down, mm/s.
-    #[arg(long, default_value_t = 120.0, value_name = "MM/S")]
+    #[arg(long, default_value_t = 120.0, value_name = "MM/S", allow_negative_numbers = true)]
     down_speed: f64,
     /// Stroke: speed up, mm/s.
-    #[arg(long, default_value_t = 200.0, value_name = "MM/S")]
+    #[arg(long, default_value_t = 200.0, value_name = "MM/S", allow_negative_numbers = true)]
     up_speed: f64,
     /// Stroke: feed speed and acceleration of the reference forward.
     #[arg(long)]
