@@ -200,15 +200,15 @@ fn a_cycle_of_a_machine_without_overlap_is_that_of_its_own_moves() {
     let home = tempfile::tempdir().unwrap();
     let home = home.path();
     fs::write(home.join("apart.toml"), "schema = 1\n[overlap]\non = \"no\"\n").unwrap();
-    fs::write(
-        home.join("two.drl"),
-        "M48\nMETRIC\nT1C0.8\n%\nT1\nX10.0Y0.0\nX15.0Y0.0\nX17.54Y2.54\nM30\n",
-    )
-    .unwrap();
+    fs::write(home.join("two.drl"), "M48\nMETRIC\nT1C0.8\n%\nT1\nX10.0Y0.0\nX15.0Y0.0\nX17.54Y2.54\nM30\n")
+        .unwrap();
     for machine in ["lab", "./apart.toml"] {
         let hops = "--hop 10,0 --hop 5,0 --hop 2.54,2.54";
         let (found, exit) = object(home, &format!("lab cycle --machine {machine} {hops}"));
-        assert_eq!((exit, &found["overlap"], found["events"].as_array().unwrap().len()), (0, &false.into(), 3));
+        assert_eq!(
+            (exit, &found["overlap"], found["events"].as_array().unwrap().len()),
+            (0, &false.into(), 3)
+        );
         assert_eq!(found["holes_per_min"], found["holes_per_min_sequential"]);
         assert_eq!(found["spindle"]["last_stop_s"], Value::Null, "the table rests before the tip goes down");
         let (whole, _) = object(home, &format!("simulate two.drl --order file --machine {machine}"));
@@ -230,7 +230,8 @@ fn a_cycle_says_the_last_stop_and_the_holes_of_one_spindle_beside_those_of_all()
         assert!((one.as_f64().unwrap() * spindles - all.as_f64().unwrap()).abs() < 1e-9, "{found}");
         assert_eq!(one.as_f64().unwrap(), 120.0 / found["total_s"].as_f64().unwrap());
         let z = &found["events"][1]["spindles"][0];
-        let [start, last, contact] = ["start_s", "last_stop_s", "contact_s"].map(|key| z[key].as_f64().unwrap());
+        let [start, last, contact] =
+            ["start_s", "last_stop_s", "contact_s"].map(|key| z[key].as_f64().unwrap());
         assert!(start < last && last < contact, "{z}");
         assert!((last - start - found["spindle"]["last_stop_s"].as_f64().unwrap()).abs() < 1e-12);
     }

@@ -240,7 +240,9 @@ fn lost(slip: &SlipTold) -> String {
         ("place", format!("{:.2}", slip.place_mm)),
         ("lost", slip.lost.to_string()),
     ];
-    let say = |key: &str, arguments: &[(String, String)]| locale::text("en", &format!("page.slip.{key}"), arguments);
+    let say = |key: &str, arguments: &[(String, String)]| {
+        locale::text("en", &format!("page.slip.{key}"), arguments)
+    };
     let line = say("line", &arguments.map(|(name, value)| (name.to_owned(), value)));
     format!("{}: {line} {}\n", say("title", &[]), say(&slip.cause, &[]))
 }

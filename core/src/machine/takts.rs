@@ -151,7 +151,8 @@ mod tests {
     #[test]
     fn a_speed_that_is_typed_lower_leaves_out_states_and_says_so() {
         // (setting, mm/s, fastest takts a second that are left at 500 interrupts a second)
-        let rows = [("x.max_speed", 100.0, 250.0), ("y.max_speed", 30.0, 125.0), ("motion.down_speed", 4.0, 125.0)];
+        let rows =
+            [("x.max_speed", 100.0, 250.0), ("y.max_speed", 30.0, 125.0), ("motion.down_speed", 4.0, 125.0)];
         for (key, speed, left) in rows {
             let machine = apply(&lab(), &[number(key, speed)]).unwrap();
             let found = doubts(&machine);

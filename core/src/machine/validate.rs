@@ -21,14 +21,19 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
         if axis.min >= axis.max {
             refuse("machine.range_inside_out", &format!("{name}.min"), axis.min.mm(), axis.max.mm());
         }
-        if axis.home_offset > axis.max - axis.min {
-            let travel = axis.max - axis.min;
+        let travel = axis.max - axis.min;
+        if axis.home_offset > travel {
             refuse(
                 "machine.offset_beyond_travel",
                 &format!("{name}.home_offset"),
                 axis.home_offset.mm(),
                 travel.mm(),
             );
+        }
+        // The sensor turns on a step beyond the range.
+        if travel > Length::ZERO && axis.home_search <= travel {
+            let key = format!("{name}.home_search");
+            refuse("machine.search_too_short", &key, axis.home_search.mm(), travel.mm());
         }
         let rate_hz = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
         if machine.drive == DriveKind::Planned && rate_hz > f64::from(machine.max_step_hz) {
@@ -205,6 +210,19 @@ mod tests {
             (&[number("x.backlash", 0.2), number("y.backlash", 0.2)], None),
             (&[number("z.backlash", 0.0)], None),
             (&[number("z.backlash", 0.001)], Some(("machine.z_with_play", "z.backlash"))),
+        ];
+        try_rows(&virtual_drill(), rows);
+    }
+    #[test]
+    fn homing_finds_its_sensor_from_the_other_end() {
+        let short = |key| Some(("machine.search_too_short", key));
+        let rows: &[(&[(String, Value)], Option<(&str, &str)>)] = &[
+            (&[number("x.home_search", 1.0)], short("x.home_search")),
+            (&[number("y.home_search", 200.0)], short("y.home_search")),
+            (&[number("y.home_search", 200.1)], None),
+            (&[number("z.home_search", 20.0)], short("z.home_search")),
+            (&[number("x.max", 330.0)], short("x.home_search")),
+            (&[number("x.max", 330.0), number("x.home_search", 331.0)], None),
         ];
         try_rows(&virtual_drill(), rows);
     }

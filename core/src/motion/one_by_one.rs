@@ -101,12 +101,14 @@ fn read(moves: &[Move], clear: f64) -> Cycle {
     let mut cycle = Cycle { release_s: began_s, arrive_s: began_s, ready_s: began_s, ..Cycle::default() };
     let mut z: Option<Stroked> = None;
     for planned in moves {
-        let (from_s, to_s) = (second(planned.start_tick), second(planned.start_tick + planned.duration_ticks));
+        let (from_s, to_s) =
+            (second(planned.start_tick), second(planned.start_tick + planned.duration_ticks));
         match (planned.stage, &mut z) {
             (Stage::Travel, None) => (cycle.arrive_s, cycle.ready_s) = (to_s, to_s),
             (Stage::Dwell, None) => cycle.ready_s = to_s,
             (Stage::Approach | Stage::Drill, z) => {
-                let stroked = z.get_or_insert(Stroked { trigger_s: from_s, start_s: from_s, ..Stroked::default() });
+                let stroked =
+                    z.get_or_insert(Stroked { trigger_s: from_s, start_s: from_s, ..Stroked::default() });
                 if planned.from[2] > 0 && planned.to[2] <= 0 {
                     stroked.contact_s = from_s + reached_s(planned, |height| height <= 0.0);
                 }

@@ -161,7 +161,7 @@ impl<'a> Writer<'a> {
         let stands = (self.at, plane, self.turned);
         let (hop, low) = self.strokes.hop(self.machine, &self.spindles, stands, hole, self.low.take())?;
         let duration_s = hop.duration_ticks as f64 / TICK_HZ as f64;
-        refuse_slow(0.0, duration_s)?;
+        refuse_slow(self.longest_mm(&hop.parts), duration_s)?;
         self.push(Move {
             parts: hop.parts,
             to: hop.to,
@@ -245,7 +245,7 @@ impl<'a> Writer<'a> {
         let start_tick = libm::ceil(wait_s * TICK_HZ as f64) as u64 + REST_TICKS;
         let spindles = self.spindles.iter().fold(0, |set, axis| set | 1 << (axis - 2));
         let part = milling::part(self.machine, path, (self.at, to), spindles, start_tick);
-        refuse_slow(0.0, part.end_s())?;
+        refuse_slow(self.longest_mm(std::slice::from_ref(&part)), part.end_s())?;
         let duration_ticks = libm::ceil(part.end_s() * TICK_HZ as f64) as u64 + REST_TICKS;
         let turned = self.turned;
         self.push(Move { to, duration_ticks, parts: vec![part], ..self.blank(Stage::Mill) });
@@ -366,11 +366,16 @@ impl<'a> Writer<'a> {
         }
         let parts = lines(self.machine, stage, self.at, to, speed, self.turned)?;
         let end_s = parts.iter().map(Part::end_s).fold(0.0, f64::max);
-        let length_mm = parts.iter().map(part_mm).fold(0.0, f64::max);
-        refuse_slow(length_mm, end_s)?;
+        refuse_slow(self.longest_mm(&parts), end_s)?;
         let duration_ticks = libm::ceil(end_s * TICK_HZ as f64) as u64 + REST_TICKS;
         self.push(Move { to, duration_ticks, parts, gate, ..self.blank(stage) });
         Ok(())
+    }
+
+    /// The longest way of any of `parts`.
+    fn longest_mm(&self, parts: &[Part]) -> f64 {
+        let mm = &self.timeline.mm_per_step;
+        parts.iter().map(|part| part_mm(part, mm)).fold(0.0, f64::max)
     }
 
     /// A move that goes nowhere and takes no time.
@@ -415,8 +420,14 @@ fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Remark> {
     Err(remark.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
 }
 
-fn part_mm(part: &Part) -> f64 {
-    if let Motion::Line(stroke) = &part.motion { stroke.length_mm() } else { 0.0 }
+/// Way of a part; takts move one axis.
+fn part_mm(part: &Part, mm_per_step: &[f64; AXES]) -> f64 {
+    let way = |axis: usize| (part.to[axis] - part.from[axis]).abs() as f64 * mm_per_step[axis];
+    match &part.motion {
+        Motion::Line(stroke) => stroke.length_mm(),
+        Motion::Path(route) => route.path.length_mm(),
+        Motion::Takts(_) => (0..AXES).map(way).fold(0.0, f64::max),
+    }
 }
 
 /// The parts of a straight line of the motors: first the play of X and Y that turn, then all axes together. Axes driven by

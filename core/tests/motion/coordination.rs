@@ -1,16 +1,20 @@
-//! Plane and spindles together: the reference's timelines, the cycle formula, and that no plane ever moves over a low bit,
-//! on a million random cycles and on streams stopped anywhere.
+//! Plane and spindles together: the reference's timelines, the cycle formula on a million random cycles, and that no plane ever
+//! moves over a low bit: on the streams of twenty thousand random cycles, half of them stopped anywhere.
 
 use crate::desk::{OnTime, Orders};
 use crate::programs::{Chance, random_program};
 use crate::reference::vectors;
 use crate::vectors::{limits, near, number};
-use annulus_core::machine::{AXES, Machine, presets};
+use annulus_core::check::{corner_zero, verify};
+use annulus_core::geometry::Point;
+use annulus_core::job::Command;
+use annulus_core::machine::{AXES, Machine, Scale, presets};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycle_s, cycles, sequential_s};
 use annulus_core::motion::profile::{Shape, Stroke, plan};
 use annulus_core::motion::timeline;
 use annulus_core::pins::{Line, Motors, Order, Outcome, Recorder, Written, play};
 use annulus_core::steps::{self, Stage, Steps};
+use annulus_core::units::Length;
 use serde_json::Value;
 
 /// The times of a spindle of the reference.
@@ -113,7 +117,7 @@ fn keeps_the_rules(cycle: &Cycle, before: Option<&Cycle>, rules: Rules, spindles
 }
 
 #[test]
-fn a_million_random_cycles_keep_the_rules() {
+fn a_million_random_cycles_keep_the_rules_as_formulas() {
     let mut done = 0;
     for seed in 0..20_000 {
         let mut chance = Chance(seed);
@@ -189,8 +193,7 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
                     let mut desk = Orders([(at, order), (at + 700_000, then)], 0);
                     let motors = Motors::of(&machine);
                     let outcome = play(segment, &motors, &mut line, &mut pins, &mut OnTime(0), &mut desk);
-                    let clear =
-                        machine.z.scale.steps(annulus_core::units::Length::from_mm(machine.overlap.clear_mm));
+                    let clear = machine.z.scale.steps(Length::from_mm(machine.overlap.clear_mm));
                     let low = dragged(&pins, before, machine.spindles as usize, clear);
                     assert!(!low, "seed {seed} on {} at {at}: {outcome:?}", machine.name);
                     assert_eq!(line.position, pins.position, "every step is counted");
@@ -207,6 +210,62 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
         }
     }
     assert!(stopped > 1_000 && held > 1_000, "{stopped} stopped, {held} held");
+}
+
+/// Random cycles whose streams the checker sees: as many as fit into a few seconds of a build that is not optimised.
+const CHECKED_CYCLES: u32 = 20_000;
+
+/// A random machine whose plane and spindles move together, coarse enough that its steps are soon counted.
+fn coarse(chance: &mut Chance) -> Machine {
+    let mut machine = crate::random_machine(chance);
+    machine.overlap.on = true;
+    for axis in [&mut machine.x, &mut machine.y, &mut machine.z] {
+        axis.scale = Scale::per_mm(chance.scale(5.0, 60.0));
+    }
+    machine
+}
+
+#[test]
+fn twenty_thousand_random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_a_bit() {
+    let (mut cycles, mut stopped, mut early) = (0, 0, 0);
+    for seed in 0.. {
+        let mut chance = Chance(seed);
+        let machine = coarse(&mut chance);
+        let mut program = random_program(&mut chance, &machine, 12);
+        for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
+            if let Command::Rapid { to } = command {
+                *to = Point::from_mm(to.x.mm() * 0.2, to.y.mm() * 0.2);
+            }
+        }
+        let stream = steps::stream(&timeline(&program, &machine).unwrap(), &machine).unwrap();
+        let verdict = verify(&stream, &machine, corner_zero(&machine));
+        assert!(verdict.is_ok(), "seed {seed}: {:?} on {machine:?}", verdict.unwrap_err()[0]);
+        let clear = machine.z.scale.steps(Length::from_mm(machine.overlap.clear_mm));
+        let mut before = stream.start;
+        for segment in &stream.segments {
+            if segment.stage == Stage::Hop && chance.next().is_multiple_of(2) {
+                let at = chance.next() % segment.duration_ticks;
+                let mut line = Line { position: before, ..Line::default() };
+                let mut pins = Recorder { position: before, ..Recorder::default() };
+                let mut desk = Orders([(at, Order::Stop), (u64::MAX, Order::Stop)], 0);
+                let outcome =
+                    play(segment, &Motors::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut desk);
+                let low = dragged(&pins, before, machine.spindles as usize, clear);
+                assert!(!low, "seed {seed} stopped at {at}: {outcome:?} on {machine:?}");
+                assert_eq!(line.position, pins.position, "every step is counted");
+                assert!(matches!(outcome, Outcome::Stopped | Outcome::Completed), "seed {seed}: {outcome:?}");
+                stopped += 1;
+                early += u32::from(line.position != segment.end);
+            }
+            cycles += u32::from(segment.stage == Stage::Hop);
+            before = segment.end;
+        }
+        if cycles >= CHECKED_CYCLES {
+            break;
+        }
+    }
+    println!("{cycles} cycles checked, {stopped} of them told to stop, {early} ended early");
+    assert!(stopped > CHECKED_CYCLES * 2 / 5 && early > stopped / 2, "{stopped} stopped, {early} early");
 }
 
 #[test]

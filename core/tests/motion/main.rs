@@ -4,7 +4,7 @@
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
 use annulus_core::job::Command;
-use annulus_core::machine::{AXES, Law, Machine, Scale, virtual_drill};
+use annulus_core::machine::{AXES, Axis, Law, Machine, Overlap, Scale, lab, virtual_drill};
 use annulus_core::motion::{Motion, Move, Part, Timeline, hop_time_s, laws, timeline};
 use annulus_core::steps::{self, Segment, TICK_HZ};
 use annulus_core::units::Length;
@@ -150,6 +150,30 @@ fn every_machine_gets_streams_that_keep_the_plan_and_pass_the_check() {
         }
         let verdict = verify(&stream, &machine, corner_zero(&machine));
         assert!(verdict.is_ok(), "seed {seed}: {:?} on {machine:?}", verdict.unwrap_err()[0]);
+    }
+}
+
+#[test]
+fn a_move_that_takes_too_long_is_refused_with_its_length() {
+    let base = virtual_drill();
+    // A stroke of 4.1 mm together with a hop, and one by one at its feed; 200 mm by table.
+    let slow = |on: bool| Machine { overlap: Overlap { on, ..base.overlap }, ..base.clone() };
+    let table = Machine { interrupt_hz: 10, x: Axis { max_speed_mm_per_s: 0.01, ..lab().x }, ..lab() };
+    for (machine, to_mm, feed_um_per_s, length) in
+        [(slow(true), 1.0, 4, "4.1"), (slow(false), 1.0, 4, "2.4"), (table, 200.0, 2_000, "200")]
+    {
+        let mut program = random_program(&mut Chance(1), &machine, 1);
+        for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
+            match command {
+                Command::Rapid { to } => *to = Point::from_mm(to_mm, 0.0),
+                Command::Plunge { feed_um_per_s: feed, .. } => *feed = feed_um_per_s,
+                _ => {}
+            }
+        }
+        let why = timeline(&program, &machine).unwrap_err();
+        assert_eq!(why.code, "motion.move_too_slow");
+        let said = why.message("en");
+        assert!(said.contains(&format!("a move of {length}")), "{said}");
     }
 }
 

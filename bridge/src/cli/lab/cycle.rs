@@ -9,8 +9,8 @@ use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::machine_file;
 use annulus_core::machine::{self, Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
-use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds};
 use annulus_core::motion::one_by_one::one_by_one;
+use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds};
 use annulus_core::motion::strokes;
 use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
 use annulus_core::remark::{Remark, Weight};
@@ -229,7 +229,8 @@ fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
         ("overlap.dwell_top", args.dwell_top_ms),
         ("machine.spindles", args.spindles.map(f64::from)),
     ];
-    let given = rows.into_iter().filter_map(|(key, value)| Some((key.to_owned(), machine::Value::Number(value?))));
+    let given =
+        rows.into_iter().filter_map(|(key, value)| Some((key.to_owned(), machine::Value::Number(value?))));
     let mut changes: Vec<(String, machine::Value)> = given.collect();
     if args.order.is_some() {
         let law = if curved { "s_curve" } else { "power" };
@@ -444,7 +445,8 @@ fn plot(found: &Found) -> Plot {
         marks.push(Mark::At(1e3 * cycle.release_s, word("release")));
         if let Some(z) = cycle.spindles.first() {
             marks.push(Mark::At(1e3 * z.trigger_s, word("trigger")));
-            let last = found.last_stop_s.map(|last_s| Mark::At(1e3 * (z.start_s + last_s), word("last_stop")));
+            let last =
+                found.last_stop_s.map(|last_s| Mark::At(1e3 * (z.start_s + last_s), word("last_stop")));
             marks.extend(last);
             marks.push(Mark::At(1e3 * z.contact_s, word("contact")));
         }
