@@ -9,12 +9,16 @@ use crate::format;
 use annulus_core::machine::{Machine, Value, axis_name};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 /// Motors with a table of their own: X, Y, Z.
 pub const MOTORS: usize = 3;
 
 /// The setting of the interrupt frequency, and the field it is typed into.
 pub const INTERRUPTS: &str = "drive.interrupt_frequency";
+
+/// What it may be, Hz.
+pub const INTERRUPTS_HZ: RangeInclusive<f64> = 10.0..=20_000.0;
 
 /// What lies on the bench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -96,6 +100,19 @@ impl Bench {
         tables.chain(self.changed_dynamics(machine)).collect()
     }
 
+    /// `machine` with the dynamics and the interrupts that lie on the bench, applied or not, for trials. What was typed and is
+    /// no number, or no frequency that can be set, stands as the machine has it.
+    pub fn tried(&self, machine: &Machine) -> Machine {
+        let typed = self.dynamics.as_ref().and_then(|rows| motion::dynamics(rows).ok());
+        let settable = |hz: &f64| INTERRUPTS_HZ.contains(hz);
+        let hz = self.fields.get(INTERRUPTS).and_then(|text| format::typed(text)).filter(settable);
+        Machine {
+            dynamics: typed.unwrap_or_else(|| machine.dynamics.clone()),
+            interrupt_hz: hz.map_or(machine.interrupt_hz, |hz| hz as u32),
+            ..machine.clone()
+        }
+    }
+
     fn changed_dynamics(&self, machine: &Machine) -> Vec<(String, Value)> {
         let old = &machine.dynamics;
         let typed = self.dynamics.as_ref().and_then(|rows| motion::dynamics(rows).ok());
@@ -144,6 +161,25 @@ mod tests {
         let wrong = motion::with_cell(&rows, 0, Column::Period, "x".into());
         assert_eq!(Bench::default().with_dynamics(wrong).changes(&machine), []);
         assert_eq!(bench.without_changes().changes(&machine), []);
+    }
+
+    #[test]
+    fn a_trial_is_of_what_lies_on_the_bench() {
+        let machine = lab();
+        assert_eq!(Bench::default().tried(&machine), machine);
+        let rows = motion::with_cell(&motion::rows(&machine.dynamics), 3, Column::Period, "2".into());
+        let bench = Bench::default().with_dynamics(rows).with_field(INTERRUPTS, "700".into());
+        let tried = bench.tried(&machine);
+        assert_eq!((tried.dynamics.period, tried.interrupt_hz), (vec![7, 4, 2, 2], 700));
+        for wrong in ["", "x", "0", "1e9", "-5"] {
+            let bench = Bench::default().with_field(INTERRUPTS, wrong.into());
+            assert_eq!(bench.tried(&machine), machine, "{wrong}");
+        }
+        let table = machine.x.phases.clone();
+        let fast = Bench::default().with_field(INTERRUPTS, "700".into()).tried(&machine);
+        assert_eq!(crate::lab::trial::run(&table, &machine, 0).lost, 0);
+        let outcome = crate::lab::trial::run(&table, &fast, 0);
+        assert!(outcome.lost > 0 && outcome.interrupt_hz == 700, "{outcome:?}");
     }
 
     #[test]

@@ -2,16 +2,19 @@
 //!
 //! ```text
 //! hop ─▶ profile ─┐
-//! own stroke ─────┴▶ core: cycles ─▶ points of speed and height, times with and without overlap
+//! own stroke ─────┴▶ core: cycles ─────┬▶ points of speed and height, times with and without overlap
+//! no overlap: core: one by one, takts ─┘
 //! ```
 //!
 //! Comes in: a machine, the length of the hop, mm. Goes out: points over ms, and times. Moves nothing.
 
 use annulus_core::machine::{Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, cycle_s, cycles, sequential_s};
-use annulus_core::motion::profile::{Limits, Profile, Shape, choose, plan};
-use annulus_core::motion::strokes;
+use annulus_core::motion::one_by_one::one_by_one;
+use annulus_core::motion::profile::{Profile, Shape, choose, plan};
+use annulus_core::motion::{Limits, Motion, Part, strokes};
 use annulus_core::remark::Remark;
+use annulus_core::steps::TICK_HZ;
 
 /// Holes shown.
 pub const HOLES: usize = 4;
@@ -30,22 +33,24 @@ pub struct Shown {
     pub cycles: Vec<Cycle>,
     /// Height from which on the plane may move, mm.
     pub clear_mm: f64,
-    /// From clear to clear with overlap, s.
-    pub together_s: f64,
+    /// From clear to clear with overlap, s; none where the machine moves one after the other.
+    pub together_s: Option<f64>,
     /// The same when one waits for the other, s.
     pub apart_s: f64,
+    /// Until how long after its start a stroke can be stopped clear of the board, s; only with overlap.
+    pub last_stop_s: Option<f64>,
     /// Spindles that drill at once.
     pub spindles: u32,
 }
 
 /// Some holes in a row, `hop_mm` apart along X.
 pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
-    let axis = &machine.x;
-    let limits = Limits {
-        speed: axis.max_speed_mm_per_s,
-        acceleration: axis.max_acceleration_mm_per_s2,
-        jerk: axis.max_jerk_mm_per_s3,
-    };
+    if strokes::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
+}
+
+/// Plane and spindles together.
+fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
+    let limits = Limits::of_axis(machine, &machine.x);
     let shape = match machine.motion.plane {
         Law::Linear => Shape::Linear,
         Law::SCurve => Shape::SCurve,
@@ -73,10 +78,62 @@ pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
         height,
         cycles: found,
         clear_mm: machine.overlap.clear_mm,
-        together_s: cycle_s(hop.duration_s(), rules, &times),
+        together_s: Some(cycle_s(hop.duration_s(), rules, &times)),
         apart_s: sequential_s(&[hop.duration_s()], rules, &spindles),
+        last_stop_s: Some(strokes::last_stop_s(machine, &down)?),
         spindles: machine.spindles.max(1),
     })
+}
+
+/// One after the other: the machine's own moves, profiles or takts.
+fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
+    // A length has no sign.
+    let hop_mm = if hop_mm >= 0.0 { hop_mm } else { f64::NAN };
+    let found = one_by_one(machine, &[[hop_mm, 0.0]; HOLES])?;
+    let mm = found.timeline.mm_per_step;
+    let mut height = vec![[0.0, machine.process.safe_height.mm()]];
+    let mut speed = vec![[0.0, 0.0]];
+    for planned in &found.timeline.moves {
+        let from_s = planned.start_tick as f64 / TICK_HZ as f64;
+        let duration_s = planned.duration_ticks as f64 / TICK_HZ as f64;
+        height.extend(way(from_s, duration_s, |t| planned.at(t)[2] * mm[2]));
+        for part in planned.parts.iter().filter(|part| part.moves(0)) {
+            speed.extend(part_speed(part, from_s + part.start_s(), mm[0]));
+        }
+    }
+    speed.push([1000.0 * found.timeline.total_s(), 0.0]);
+    let last = found.cycles.last().and_then(|cycle| cycle.cycle_s);
+    Ok(Shown {
+        speed,
+        height,
+        clear_mm: machine.overlap.clear_mm,
+        together_s: None,
+        apart_s: last.unwrap_or(found.timeline.total_s()),
+        last_stop_s: None,
+        spindles: machine.spindles.max(1),
+        cycles: found.cycles,
+    })
+}
+
+/// Speed of a part of a move along one axis: of takts, that of every stretch.
+fn part_speed(part: &Part, from_s: f64, mm_per_step: f64) -> Vec<[f64; 2]> {
+    match &part.motion {
+        Motion::Line(stroke) => way(from_s, part.duration_s(), |t| stroke.speed(t)),
+        Motion::Path(route) => way(from_s, part.duration_s(), |t| route.path.speed(t)),
+        Motion::Takts(takts) => {
+            let mut now_s = from_s;
+            let mut points = vec![[1000.0 * from_s, 0.0]];
+            for some in &takts.stretches {
+                let interval_s = (u64::from(some.interval) * takts.interrupt_ticks) as f64 / TICK_HZ as f64;
+                let end_s = now_s + interval_s * some.count as f64;
+                let mm_per_s = mm_per_step / interval_s;
+                points.extend([[1000.0 * now_s, mm_per_s], [1000.0 * end_s, mm_per_s]]);
+                now_s = end_s;
+            }
+            points.push([1000.0 * now_s, 0.0]);
+            points
+        }
+    }
 }
 
 fn hop_points(hop: &Profile, from_s: f64) -> Vec<[f64; 2]> {
@@ -101,7 +158,9 @@ mod tests {
         for machine in [virtual_drill(), lab(), hobby_3018(), six_spindles()] {
             let shown = shown(&machine, 5.0).unwrap();
             assert_eq!(shown.cycles.len(), HOLES);
-            assert!(shown.together_s <= shown.apart_s + 1e-9, "{}", machine.name);
+            assert_eq!(shown.together_s.is_some(), machine.overlap.on, "{}", machine.name);
+            assert_eq!(shown.last_stop_s.is_some(), machine.overlap.on, "{}", machine.name);
+            assert!(shown.together_s.is_none_or(|one| one <= shown.apart_s + 1e-9), "{}", machine.name);
             assert!(shown.height.windows(2).all(|two| two[0][0] <= two[1][0] + 1e-6), "{}", machine.name);
             let low = shown.height.iter().filter(|point| point[1] < shown.clear_mm - 1e-6);
             for point in low {
@@ -115,7 +174,20 @@ mod tests {
     }
 
     #[test]
+    fn the_laboratory_drill_is_shown_by_its_takts() {
+        let shown = shown(&lab(), 5.0).unwrap();
+        // A takt an interrupt at most: 500 a second are 105.8 mm/s; 71 a second at the slowest.
+        let fastest = shown.speed.iter().map(|point| point[1]).fold(0.0, f64::max);
+        assert!((fastest - 500.0 * 25.4 / 120.0).abs() < 1e-6, "{fastest}");
+        assert!(shown.speed.iter().any(|point| (point[1] - 500.0 / 7.0 * 25.4 / 120.0).abs() < 1e-6));
+        assert!(shown.apart_s > 2.0 && shown.apart_s < 2.6, "{}", shown.apart_s);
+        let lowest = shown.height.iter().map(|point| point[1]).fold(0.0, f64::min);
+        assert!((lowest + 2.1).abs() < 0.02, "through the board: {lowest}");
+    }
+
+    #[test]
     fn a_hop_that_cannot_be_is_refused() {
+        assert!(shown(&lab(), f64::NAN).is_err() && shown(&lab(), -1.0).is_err());
         assert!(shown(&virtual_drill(), f64::NAN).is_err());
         assert!(shown(&virtual_drill(), -1.0).is_err());
     }

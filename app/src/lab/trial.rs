@@ -20,6 +20,8 @@ const MOST_INTERRUPTS: u64 = 2_000_000;
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
+    /// Interrupts a second.
+    pub interrupt_hz: u32,
     /// Takts sent.
     pub sent: u64,
     /// Takts lost on the way.
@@ -49,7 +51,8 @@ pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> Outcome {
             first = first.or(lost.map(|(_, cause)| (rotor.sent, cause)));
         }
     }
-    Outcome { sent: rotor.sent, lost: rotor.lost, first, off: rotor.at }
+    let interrupt_hz = machine.interrupt_hz;
+    Outcome { interrupt_hz, sent: rotor.sent, lost: rotor.lost, first, off: rotor.at }
 }
 
 #[cfg(test)]

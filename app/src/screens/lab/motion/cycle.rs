@@ -58,6 +58,10 @@ fn drawn(shown: &Shown) -> Plot {
         .iter()
         .skip(1)
         .map(|cycle| Mark::At(1000.0 * cycle.release_s, say!("page.lab.cycle.released")));
+    let starts = shown.cycles.iter().filter_map(|cycle| cycle.spindles.first()).map(|stroke| stroke.start_s);
+    let stops =
+        shown.last_stop_s.into_iter().flat_map(|last_s| starts.clone().map(move |start_s| start_s + last_s));
+    let stops = stops.map(|stop_s| Mark::At(1000.0 * stop_s, say!("page.lab.cycle.last_stop")));
     Plot {
         title: String::new(),
         panels: vec![
@@ -71,20 +75,37 @@ fn drawn(shown: &Shown) -> Plot {
                 x: time,
                 y: Axis::new(&say!("page.lab.cycle.tip"), "mm"),
                 series: vec![Series::line("", shown.height.clone())],
-                marks: vec![clear, surface],
+                marks: [clear, surface].into_iter().chain(stops).collect(),
             },
         ],
     }
 }
 
+/// Holes a minute of one spindle, and of all where there are more.
+fn per_minute(seconds: f64, spindles: u32) -> String {
+    let one = 60.0 / seconds;
+    if spindles == 1 {
+        return short(one);
+    }
+    say!("page.lab.cycle.rate_all", one = short(one), all = short(f64::from(spindles) * one))
+}
+
 fn numbers(shown: Shown) -> impl IntoView {
-    let per_minute = move |seconds: f64| short(60.0 * f64::from(shown.spindles) / seconds);
     let fact = |name: fn() -> String, value: String| (dt().child(name), dd().child(value));
-    let (together_s, apart_s) = (shown.together_s, shown.apart_s);
-    dl().class("facts").child((
-        fact(|| say!("page.lab.cycle.together"), format!("{} ms", short(1000.0 * together_s))),
-        fact(|| say!("page.lab.cycle.apart"), format!("{} ms", short(1000.0 * apart_s))),
-        fact(|| say!("page.lab.cycle.rate_together"), per_minute(together_s)),
-        fact(|| say!("page.lab.cycle.rate_apart"), per_minute(apart_s)),
-    ))
+    let ms = |seconds: f64| format!("{} ms", short(1000.0 * seconds));
+    let Shown { together_s, apart_s, last_stop_s, spindles, .. } = shown;
+    let together = together_s.map(|together_s| {
+        (
+            fact(|| say!("page.lab.cycle.together"), ms(together_s)),
+            fact(|| say!("page.lab.cycle.rate_together"), per_minute(together_s, spindles)),
+        )
+    });
+    let own = together_s.is_none().then(|| p().class("quiet").child(t!("page.lab.cycle.own")));
+    let facts = dl().class("facts").child((
+        together,
+        fact(|| say!("page.lab.cycle.apart"), ms(apart_s)),
+        fact(|| say!("page.lab.cycle.rate_apart"), per_minute(apart_s, spindles)),
+        last_stop_s.map(|last_s| fact(|| say!("page.lab.cycle.last_stop_is"), ms(last_s))),
+    ));
+    (own, facts)
 }

@@ -10,7 +10,7 @@
 
 use super::takts;
 use crate::i18n::{advice, message, say, t};
-use crate::lab::bench::{INTERRUPTS, StateRow};
+use crate::lab::bench::{INTERRUPTS, INTERRUPTS_HZ, StateRow};
 use crate::lab::motion::{self, Column};
 use crate::readout::short;
 use crate::screens::lab::apply;
@@ -59,7 +59,12 @@ fn shown() -> Shown {
         table,
         findings,
         sound: Memo::new(move |_| matches!(checked.get(), Some(Ok(_)))),
-        interrupts: Field { name: INTERRUPTS, unit: "Hz", range: (10.0, 20_000.0), own: interrupt_hz },
+        interrupts: Field {
+            name: INTERRUPTS,
+            unit: "Hz",
+            range: (*INTERRUPTS_HZ.start(), *INTERRUPTS_HZ.end()),
+            own: interrupt_hz,
+        },
         takts: Field {
             name: "move.takts",
             unit: "",

@@ -1,6 +1,6 @@
 //! The table on a virtual motor: pressed, run, and said in a sentence.
 //!
-//! Comes in: the table and the machine's dynamics. Goes out: how many takts were lost, and why.
+//! Comes in: the table, the dynamics and the interrupts as they lie on the bench. Goes out: how many takts were lost, and why.
 
 use super::Table;
 use crate::i18n::{say, t};
@@ -22,14 +22,15 @@ fn cause_words(cause: Cause) -> String {
 }
 
 fn in_words(outcome: Outcome) -> String {
-    let Outcome { sent, lost, first, off } = outcome;
+    let Outcome { interrupt_hz, sent, lost, first, off } = outcome;
     match first {
-        None => say!("page.lab.trial.clean", sent = sent),
+        None => say!("page.lab.trial.clean", sent = sent, hz = interrupt_hz),
         Some((takt, cause)) => {
             say!(
                 "page.lab.trial.lost",
                 lost = lost,
                 sent = sent,
+                hz = interrupt_hz,
                 takt = takt,
                 why = cause_words(cause),
                 off = off
@@ -38,19 +39,21 @@ fn in_words(outcome: Outcome) -> String {
     }
 }
 
-/// The button and the answer; the answer is about the table it was given for.
+/// The button and the answer; the answer is about the bench it was given for.
 pub(super) fn trial(table: Table) -> impl IntoView {
     let outcome = RwSignal::new(None::<Outcome>);
     Effect::new(move |_| {
         table.columns.track();
         table.lab.motor.track();
+        table.lab.bench.track();
         outcome.set(None);
     });
     let run = move |_| {
         let columns = table.columns.get_untracked();
         let axis = table.lab.motor.get_untracked();
-        let found =
-            state().machine.with_untracked(|machine| trial::run(&PhaseTable { columns }, machine, axis));
+        let machine = state().machine.get_untracked();
+        let tried = table.lab.bench.with_untracked(|bench| bench.tried(&machine));
+        let found = trial::run(&PhaseTable { columns }, &tried, axis);
         outcome.set(Some(found));
     };
     let looks =
