@@ -37,7 +37,8 @@ pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> Outcome {
     let settings = machine.axis(axis);
     let hz_per_s = settings.max_acceleration_mm_per_s2 * settings.scale.steps_per_mm();
     let mut rotor =
-        Rotor::new(table, 0, (i64::MIN / 2, i64::MAX / 2), f64::from(machine.max_step_hz), hz_per_s);
+        Rotor::new(table, 0, (i64::MIN / 2, i64::MAX / 2), f64::from(machine.max_step_hz), hz_per_s)
+            .by_interrupts();
     let mut driver = Automaton::new(machine.dynamics.clone(), 0);
     let ticks = TICK_HZ / u64::from(machine.interrupt_hz.max(1));
     let mut first = None;
@@ -67,6 +68,8 @@ mod tests {
         let at = |interrupt_hz| run(&table, &annulus_core::machine::Machine { interrupt_hz, ..lab() }, 0);
         let clean = at(500);
         assert_eq!((clean.sent, clean.lost, clean.off, clean.first), (960, 0, 0, None));
+        assert_eq!(at(580).lost, 0);
+        assert!(at(590).lost > 0);
         let fast = at(700);
         assert!(fast.lost > 0 && matches!(fast.first, Some((_, Cause::TooFast))), "{fast:?}");
     }

@@ -25,7 +25,7 @@ pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
 
 use crate::job::{self, Input};
-use crate::machine::{Machine, StrokeEnd};
+use crate::machine::{DriveKind, Machine, StrokeEnd};
 use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
@@ -167,6 +167,7 @@ impl Twin {
                 _ => low + span / 4 + (mixed as i64) % (span / 2),
             };
             let rotor = Rotor::new(&axis.phases, start, (low - beyond, high + beyond), fastest, acceleration);
+            let rotor = if machine.drive == DriveKind::Table { rotor.by_interrupts() } else { rotor };
             rotor.wired(if number < 3 { !faults.dead_wires[index] } else { u8::MAX })
         };
         let rotors: Vec<Rotor> = (0..2 + spindles).map(rotor).collect();

@@ -27,8 +27,11 @@ const ELASTICITY: f64 = 0.15;
 /// Takts a second that any stepping motor makes at once from rest.
 const PULL_IN_HZ: f64 = 300.0;
 
-/// How far above its limit a motor is really pulled out.
+/// How far above its limit a motor is really pulled out, where pulses may come some time beside their time.
 const PULL_OUT: f64 = 1.03;
+
+/// The same where takts come by interrupts, which are exact but for a whole number of ticks.
+const PULL_OUT_BY_INTERRUPTS: f64 = 1.001;
 
 /// Why a rotor fell behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +106,8 @@ pub struct Rotor {
     off: i64,
     stops: (i64, i64),
     fastest_hz: f64,
+    /// Beyond this rate it is pulled out.
+    pull_out_hz: f64,
     hz_per_s: f64,
     start_hz: f64,
     /// Rate it turns at, signed.
@@ -141,6 +146,7 @@ impl Rotor {
             off: 0,
             stops,
             fastest_hz,
+            pull_out_hz: fastest_hz * PULL_OUT,
             hz_per_s: RESERVE * acceleration_hz_per_s,
             start_hz,
             rate_hz: 0.0,
@@ -154,6 +160,13 @@ impl Rotor {
     #[must_use]
     pub fn wired(mut self, wires: u8) -> Self {
         self.wires = wires;
+        self
+    }
+
+    /// The same motor where a table makes its takts, interrupt by interrupt.
+    #[must_use]
+    pub fn by_interrupts(mut self) -> Self {
+        self.pull_out_hz = self.fastest_hz * PULL_OUT_BY_INTERRUPTS;
         self
     }
 
@@ -195,7 +208,7 @@ impl Rotor {
         let most = self.start_hz + self.hz_per_s * time_s + ELASTICITY * asked.abs();
         self.stalled = match self.stalled {
             Some(_) if asked.abs() <= self.start_hz => None,
-            None if asked.abs() > self.fastest_hz * PULL_OUT => Some(Cause::TooFast),
+            None if asked.abs() > self.pull_out_hz => Some(Cause::TooFast),
             None if jump > most => Some(Cause::TooSteep),
             other => other,
         };
