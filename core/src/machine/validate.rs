@@ -163,8 +163,10 @@ mod tests {
         (key.to_owned(), Value::Text(value.to_owned()))
     }
 
-    /// Each row: what is changed on the virtual drill, and the code and field of the first refusal, if any.
-    fn try_rows(machine: &Machine, rows: &[(&[(String, Value)], Option<(&str, &str)>)]) {
+    /// What is changed, and the code and field of the first refusal, if any.
+    type Row<'a> = (&'a [(String, Value)], Option<(&'a str, &'a str)>);
+
+    fn try_rows(machine: &Machine, rows: &[Row]) {
         for (changes, expected) in rows {
             let refusals = apply(machine, changes).err().unwrap_or_default();
             let found = refusals.first().map(|why| why.code.as_str());
@@ -187,7 +189,7 @@ mod tests {
         // The surface is at −30 mm and the safe height 2 mm over it: of 30 mm down from the top, 28 are free.
         let into = Some(("machine.homes_into_board", "z.home_end"));
         let rests = Some(("machine.rests_in_board", "z.home_offset"));
-        let rows: &[(&[(String, Value)], Option<(&str, &str)>)] = &[
+        let rows: &[Row] = &[
             (&[word("z.home_end", "min")], into),
             (&[word("z.home_end", "max")], None),
             (&[number("z.home_offset", 28.0)], None),
@@ -204,19 +206,21 @@ mod tests {
         ];
         try_rows(&virtual_drill(), rows);
     }
+
     #[test]
     fn play_is_for_x_and_y() {
-        let rows: &[(&[(String, Value)], Option<(&str, &str)>)] = &[
+        let rows: &[Row] = &[
             (&[number("x.backlash", 0.2), number("y.backlash", 0.2)], None),
             (&[number("z.backlash", 0.0)], None),
             (&[number("z.backlash", 0.001)], Some(("machine.z_with_play", "z.backlash"))),
         ];
         try_rows(&virtual_drill(), rows);
     }
+
     #[test]
     fn homing_finds_its_sensor_from_the_other_end() {
         let short = |key| Some(("machine.search_too_short", key));
-        let rows: &[(&[(String, Value)], Option<(&str, &str)>)] = &[
+        let rows: &[Row] = &[
             (&[number("x.home_search", 1.0)], short("x.home_search")),
             (&[number("y.home_search", 200.0)], short("y.home_search")),
             (&[number("y.home_search", 200.1)], None),
