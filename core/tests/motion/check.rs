@@ -148,7 +148,7 @@ fn play_lowers_the_range_of_x_and_y_and_not_that_of_z() {
     machine.z.min = process.surface - process.board_thickness - process.breakthrough;
     assert!(verify(&stream, &machine, corner_zero(&machine)).is_ok());
     machine.z.backlash = Length::from_um(500);
-    machine.z.min = machine.z.min + Length::from_um(100);
+    machine.z.min += Length::from_um(100);
     let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
     assert_eq!(remarks[0].code, "check.range");
 }
