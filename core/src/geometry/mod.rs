@@ -10,6 +10,7 @@ mod grow;
 mod index;
 mod measure;
 mod nearest;
+mod overlap;
 mod placement;
 mod rebuild;
 mod shape;

@@ -292,6 +292,26 @@ pub(super) fn extent_of(shape: &Shape) -> Extent {
     extent(shape.iter().take(1).flatten().map(|edge| &edge.a))
 }
 
+/// The extent of edges in a row.
+pub(super) fn extent_of_edges(edges: &[Found]) -> Extent {
+    extent(edges.iter().flat_map(|edge| [&edge.a, &edge.b]))
+}
+
+/// The sides of a box that is `margin` nm larger than `extent`, counter-clockwise, and that box; none beyond reach.
+pub(super) fn frame(extent: Extent, margin: i32) -> Option<([Edge; 4], Extent)> {
+    let [left, low, right, high] = extent.map(i64::from);
+    let margin = i64::from(margin);
+    let wide = [left - margin, low - margin, right + margin, high + margin];
+    if wide.iter().any(|side| side.abs() > REACH.nm()) {
+        return None;
+    }
+    let [left, low, right, high] = wide.map(|side| side as i32);
+    let corners = [(left, low), (right, low), (right, high), (left, high), (left, low)];
+    let [a, b, c, d, e] = corners.map(|(x, y)| IntPoint::new(x, y));
+    let side = |(a, b)| InputEdge { a, b, data: Tag::STRAIGHT };
+    Some(([(a, b), (b, c), (c, d), (d, e)].map(side), [left, low, right, high]))
+}
+
 /// Runs the overlay on `edges`.
 pub(super) fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
     let edges = edges.into_iter();
@@ -309,7 +329,11 @@ fn batches(outlines: &[&[Edge]]) -> Vec<Vec<usize>> {
     };
     let mut batches: Vec<Vec<usize>> = Vec::new();
     let mut filled = BATCH_EDGES;
-    for group in clusters::clusters(&extents) {
+    let mut groups = clusters::clusters(&extents);
+    // Groups in rows: the overlay goes from left to right and looks at all that is above each other.
+    let low = |group: &Vec<usize>| group.iter().filter_map(|&index| extents.get(index)).map(|e| e[1]).min();
+    groups.sort_by_cached_key(low);
+    for group in groups {
         let more = size(&group);
         match batches.last_mut() {
             Some(last) if filled + more <= BATCH_EDGES => {
@@ -354,6 +378,6 @@ pub(super) fn trace_two(subject: &Pile, clip: &Pile, rule: OverlayRule) -> Vec<S
 }
 
 /// The edges of shapes, to be laid down again.
-pub(super) fn edges_of(shape: &Shape) -> impl Iterator<Item = Edge> {
+pub(super) fn edges_of(shape: &Shape) -> impl Iterator<Item = Edge> + Clone {
     shape.iter().flatten().map(|edge| InputEdge { a: edge.a, b: edge.b, data: edge.data })
 }

@@ -7,10 +7,11 @@
 //!
 //! Comes in: the scene. Goes out: findings. Does not know which cut did it.
 
-use super::edges::{Edge, Spot};
+use super::edges::{Edge, Edges, Spot};
 use super::finding::{Finding, Kind};
 use super::scene::{Kept, Scene, inner_spot};
 use crate::units::Length;
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Places along an edge are this far apart, in mm.
@@ -27,6 +28,7 @@ pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
         }
     }
     let mut findings = Vec::new();
+    let edges = OnceCell::new();
     for (island, shape) in (0..).zip(&scene.copper.islands) {
         match pieces.get(&island) {
             None => {
@@ -36,7 +38,7 @@ pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
                     findings.push(finding(scene, Kind::Gone, island, spot, 0.0));
                 }
             }
-            Some(pieces) => findings.extend(broken(scene, island, pieces)),
+            Some(pieces) => findings.extend(broken(scene, island, pieces, &edges)),
         }
     }
     findings
@@ -49,8 +51,8 @@ fn finding(scene: &Scene<'_>, kind: Kind, island: u32, spot: Spot, width: f64) -
     finding
 }
 
-/// One finding for every group of pieces that is apart from the largest.
-fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)]) -> Vec<Finding> {
+/// One finding for every group of pieces that is apart from the largest. `edges` are those of what is kept, once needed.
+fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)], edges: &OnceCell<Edges>) -> Vec<Finding> {
     let groups: BTreeSet<u32> = pieces.iter().map(|(_, kept)| kept.piece).collect();
     let area = |group: u32| -> f64 {
         pieces.iter().filter(|(_, kept)| kept.piece == group).map(|(_, kept)| kept.area).sum()
@@ -63,23 +65,28 @@ fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)]) -> Vec<Finding
     let all: BTreeSet<u32> = pieces.iter().map(|(index, _)| *index).collect();
     let place = |ours: BTreeSet<u32>| {
         let theirs = &all - &ours;
-        let (width, spot) = narrowest(scene, &ours, &theirs)?;
+        let edges = edges.get_or_init(|| Edges::of(&scene.kept_region));
+        let (width, spot) = narrowest(scene, edges, (&ours, &theirs))?;
         Some(finding(scene, Kind::Break, island, spot, width))
     };
     apart.filter_map(place).collect()
 }
 
 /// Where two sets of kept pieces are nearest; of equally near places that with the middle number.
-fn narrowest(scene: &Scene<'_>, ours: &BTreeSet<u32>, theirs: &BTreeSet<u32>) -> Option<(f64, Spot)> {
+fn narrowest(
+    scene: &Scene<'_>,
+    edges: &Edges,
+    (ours, theirs): (&BTreeSet<u32>, &BTreeSet<u32>),
+) -> Option<(f64, Spot)> {
     let mut places: Vec<(f64, Spot)> = Vec::new();
     let extent = scene.design.extent();
     let wanted = |edge: &Edge| theirs.contains(&edge.island);
-    for edge in scene.kept_edges.edges.iter().filter(|edge| ours.contains(&edge.island)) {
+    for edge in edges.edges.iter().filter(|edge| ours.contains(&edge.island)) {
         let count = libm::ceil(edge.length() / STEP_MM).clamp(1.0, 1_000.0) as usize;
         for index in 0..count {
             let spot = edge.from.towards(edge.to, (index as f64 + 0.5) / count as f64);
             let best = places.iter().fold(extent, |best, (width, _)| best.min(*width));
-            if let Some((width, at, _)) = scene.kept_edges.nearest(spot, best + EQUAL_MM, &wanted) {
+            if let Some((width, at, _)) = edges.nearest(spot, best + EQUAL_MM, &wanted) {
                 places.retain(|(known, _)| *known <= width + EQUAL_MM);
                 places.push((width, spot.towards(at, 0.5)));
             }

@@ -84,6 +84,14 @@ impl Edge {
     pub(super) fn length(&self) -> f64 {
         self.from.distance(self.to)
     }
+
+    /// Whether its box and another one have a place in common.
+    fn meets(&self, low: Spot, high: Spot) -> bool {
+        self.from.x.min(self.to.x) <= high.x
+            && self.from.x.max(self.to.x) >= low.x
+            && self.from.y.min(self.to.y) <= high.y
+            && self.from.y.max(self.to.y) >= low.y
+    }
 }
 
 /// A closed chain of edges.
@@ -270,7 +278,7 @@ impl Edges {
         for row in self.row(low.y)..=self.row(high.y) {
             for column in self.column(low.x)..=self.column(high.x) {
                 for index in self.items_of(row, column) {
-                    if let Some(edge) = self.edges.get(index as usize) {
+                    if let Some(edge) = self.edges.get(index as usize).filter(|edge| edge.meets(low, high)) {
                         each(index, edge);
                     }
                 }

@@ -41,6 +41,7 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
     let mut open: BTreeMap<u32, Bite> = BTreeMap::new();
     let (mut leg, mut along) = ((u32::MAX, u32::MAX), 0.0);
     let mut previous: Option<&Cut> = None;
+    let mut clear = Clear::default();
     let meant = |cut: &&Cut| cut.through.is_some() && !matches!(cut.mark, Mark::Hole(_));
     for cut in scene.cuts.iter().filter(meant) {
         if leg != (cut.program, cut.leg) {
@@ -54,7 +55,7 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
         for (from, to) in pairs {
             let edge = Edge { from, to, island: 0, ring: 0, along };
             along += edge.length();
-            for (island, depth, spot) in bites(scene, &edge, cut.surface.mm()) {
+            for (island, depth, spot) in bites(scene, &edge, cut.surface.mm(), &mut clear) {
                 feel(scene, cut, (island, depth, spot), (edge.along, along), &mut open, &mut findings);
             }
         }
@@ -102,8 +103,11 @@ fn bitten(scene: &Scene<'_>, cut: &Cut, island: u32, bite: &Bite) -> Finding {
     finding
 }
 
+/// The end of the last stretch, where it touched nothing and lay in no island.
+type Clear = Option<Spot>;
+
 /// How deep a straight stretch of this width bites into which islands, and where.
-fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64) -> Vec<(u32, f64, Spot)> {
+fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64, clear: &mut Clear) -> Vec<(u32, f64, Spot)> {
     let half = width / 2.0;
     let tolerance = scene.options.tolerance.mm();
     let (low, high) = around(stretch.from, stretch.to, half);
@@ -111,8 +115,11 @@ fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64) -> Vec<(u32, f64, Spot)>
     scene.design.in_box(low, high, &mut |_, edge| {
         touched = touched || half - between(stretch, edge).0 > tolerance;
     });
-    // Away from all edges a stretch is inside as a whole, or outside.
-    if !touched && scene.design.island_at(stretch.from.towards(stretch.to, 0.5)).is_none() {
+    // Away from all edges a stretch is inside as a whole, or outside, and so is the next one.
+    let goes_on = clear.take() == Some(stretch.from) && tolerance < half;
+    let middle = stretch.from.towards(stretch.to, 0.5);
+    if !touched && (goes_on || scene.design.island_at(middle).is_none()) {
+        *clear = Some(stretch.to);
         return Vec::new();
     }
     let mut nearest: BTreeMap<u32, (f64, Spot)> = BTreeMap::new();

@@ -58,7 +58,7 @@ pub(super) struct Scene<'a> {
     pub(super) left_edges: Edges,
     /// The pieces of islands that are left, in the order of `kept_region`.
     pub(super) kept: Vec<Option<Kept>>,
-    pub(super) kept_edges: Edges,
+    pub(super) kept_region: Region,
     /// The nets in every piece of the copper left.
     pub(super) nets_in: Vec<BTreeSet<u32>>,
 }
@@ -76,11 +76,11 @@ impl<'a> Scene<'a> {
         }
         let outline = Some(&board.outline).filter(|outline| !outline.is_empty());
         let blank = outline.cloned().unwrap_or_else(|| around(copper, &cuts));
-        let (copper, net_of, labels) = islands(copper, outline);
+        let (copper, design, net_of, labels) = islands(copper, outline);
         let material = Coat { clear: false, outlines: blank.paths().cloned().collect() };
 
         let left = paint(&[material, Coat { clear: true, outlines: strokes(&cuts) }]);
-        let (design, left_edges) = (Edges::of(&copper), Edges::of(&left));
+        let left_edges = Edges::of(&left);
         let kept_region = kept_region((&copper, &design), (&left, &left_edges));
         let kept: Vec<Option<Kept>> =
             kept_region.islands.iter().map(|island| kept(island, &design, &left_edges)).collect();
@@ -93,7 +93,6 @@ impl<'a> Scene<'a> {
                 nets.insert(net);
             }
         }
-        let kept_edges = Edges::of(&kept_region);
         Some(Self {
             board,
             programs,
@@ -107,7 +106,7 @@ impl<'a> Scene<'a> {
             left,
             left_edges,
             kept,
-            kept_edges,
+            kept_region,
             nets_in,
         })
     }
@@ -171,7 +170,7 @@ fn around(copper: &Copper, cuts: &[Cut]) -> Region {
 }
 
 /// The islands on the blank with their nets, and what people call these. Islands of one name are one net.
-fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Vec<u32>, Vec<String>) {
+fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Edges, Vec<u32>, Vec<String>) {
     let whole = Edges::of(&copper.region);
     let region = match outline {
         Some(outline) if !within(&whole, outline) => combine(&copper.region, outline, Rule::Intersection),
@@ -192,7 +191,8 @@ fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Vec<u32>, Vec<
         }
         net_of.push(net);
     }
-    (region, net_of, labels)
+    let design = if same { whole } else { Edges::of(&region) };
+    (region, design, net_of, labels)
 }
 
 /// Whether all copper is on the blank.

@@ -59,8 +59,13 @@ pub(super) fn slivers(scene: &Scene<'_>) -> Vec<Finding> {
 /// The places along two edges where there is less copper than the limit between them.
 fn facing(one: &Edge, other: &Edge, limit: f64, rings: &[Ring]) -> Vec<Thin> {
     let (u, v) = (one.to.minus(one.from), other.to.minus(other.from));
+    // Those that run the same way do not face each other: told apart without a root.
+    let along = u.dot(v);
+    if along >= 0.0 {
+        return Vec::new();
+    }
     let lengths = u.length() * v.length();
-    if lengths <= 0.0 || u.dot(v) > FACING * lengths {
+    if lengths <= 0.0 || along > FACING * lengths {
         return Vec::new();
     }
     let (width, from, to) = between(one, other);
@@ -82,12 +87,12 @@ fn facing(one: &Edge, other: &Edge, limit: f64, rings: &[Ring]) -> Vec<Thin> {
     }
     // Long edges face each other along a stretch.
     let count = libm::ceil(2.0 * u.length() / JOINED_MM).clamp(1.0, 10_000.0) as usize;
-    let along = (0..=count).filter(|_| count > 1).map(|index| {
+    let places = (0..=count).filter(|_| count > 1).map(|index| {
         let spot = one.from.towards(one.to, index as f64 / count as f64);
         let across = other.near(spot);
         (spot.distance(across), spot.towards(across, 0.5))
     });
-    let places = along.chain([(width, from.towards(to, 0.5))]);
+    let places = places.chain([(width, from.towards(to, 0.5))]);
     places
         .filter(|(width, _)| *width < limit)
         .map(|(width, spot)| Thin { width, spot, piece: one.island })
