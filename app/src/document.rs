@@ -9,7 +9,7 @@
 //! Comes in: names and bytes, choices of the person. Goes out: signals. Does not know how it is shown.
 
 use crate::engine::messages::{
-    Laid, LayerRow, Numbers, Planned, Proved, Reading, Settings, Timed, ToPlan, ToProve, ToRead, ToTime,
+    Laid, LayerRow, Planned, Proved, Reading, Settings, Timed, ToOpen, ToPlan, ToProve, ToRead, ToTime,
 };
 use crate::engine::{Engine, Stopped};
 use crate::i18n::{key, say};
@@ -18,6 +18,8 @@ use crate::view::Mesh;
 use crate::widgets::toast;
 use crate::workbench::bench;
 use annulus_core::job::Program;
+use annulus_core::project;
+use annulus_core::project::saved::{self, Project, Said};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -31,14 +33,10 @@ use std::sync::Arc;
 pub struct Document {
     /// Names and bytes as they were given.
     pub files: Vec<(String, Vec<u8>)>,
-    /// How the person says that numbers are to be read.
-    pub numbers: Numbers,
-    /// Files that the person says are to be used, by index; none leaves it to the reader.
-    pub used: Option<Vec<u32>>,
-    /// What the person says that files are: row, role, side.
-    pub roles: Vec<(u32, String, Option<String>)>,
-    /// The person wants layers moved to where they fit the copper.
-    pub aligned: bool,
+    /// What the person says of them.
+    pub said: Said,
+    /// The job file that came with them, in a saved project.
+    pub job: Option<String>,
     /// What came of it.
     pub reading: Reading,
     /// The triangles of each of its layers.
@@ -185,50 +183,60 @@ fn engine() -> Engine {
     ENGINE.with(Clone::clone)
 }
 
-/// Opens files. What was open is replaced only when they could be read.
+/// Opens files, or a saved project. What was open is replaced only when they could be read.
 pub async fn open(files: Vec<(String, Vec<u8>)>) {
-    read(files, Numbers::default(), None, Said::default()).await;
-}
-
-/// Reads the open files again, as the person says.
-pub async fn read_again(numbers: Numbers, used: Option<Vec<u32>>) {
-    if let Some(document) = desk().document.get_untracked() {
-        let said = Said { roles: document.roles.clone(), aligned: document.aligned };
-        read(document.files.clone(), numbers, used, said).await;
+    let project = match files.as_slice() {
+        [(name, bytes)] if saved::looks_like_one(bytes) => {
+            Some(ToOpen { name: name.clone(), bytes: bytes.clone() })
+        }
+        _ => None,
+    };
+    let Some(project) = project else {
+        let open = desk().document.get_untracked();
+        let again = open.is_some_and(|open| open.files == files);
+        return read(files, Said::default(), None, again).await;
+    };
+    let wish = next_wish();
+    engine().cancel();
+    match engine().open(project).await {
+        Ok(Project { files, said, job }) if wish == WISH.get() => read(files, said, job, false).await,
+        Err(Stopped::Refused(why)) => why.iter().for_each(|remark| toast(crate::i18n::message(remark), None)),
+        _ => {}
     }
 }
 
-/// What a person says of the files beyond their numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Said {
-    /// What files are: row, role, side.
-    pub roles: Vec<(u32, String, Option<String>)>,
-    /// Layers are moved to where they fit the copper.
-    pub aligned: bool,
+/// The open board, what was said of its files and its job as the bytes of a project; none without a board.
+pub async fn saved() -> Option<Result<Vec<u8>, Vec<Remark>>> {
+    let document = desk().document.get_untracked()?;
+    let job = bench().work.get_untracked().map(|work| project::write(&work));
+    let project = Project { files: document.files.clone(), said: document.said.clone(), job };
+    match Engine::new().save(project).await {
+        Ok(bytes) => Some(Ok(bytes)),
+        Err(Stopped::Refused(why)) => Some(Err(why)),
+        Err(Stopped::Cancelled) => None,
+    }
 }
 
 /// Reads the open files again with something else said of them.
 pub async fn say(change: impl FnOnce(&mut Said)) {
     if let Some(document) = desk().document.get_untracked() {
-        let mut said = Said { roles: document.roles.clone(), aligned: document.aligned };
+        let mut said = document.said.clone();
         change(&mut said);
-        read(document.files.clone(), document.numbers.clone(), document.used.clone(), said).await;
+        read(document.files.clone(), said, document.job.clone(), true).await;
     }
 }
 
-async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<u32>>, said: Said) {
+/// Reads `files`; where they are open already (`again`), the person's job and the screen stay.
+async fn read(files: Vec<(String, Vec<u8>)>, said: Said, job: Option<String>, again: bool) {
     let desk = desk();
-    let again = desk.document.with_untracked(|open| open.as_ref().is_some_and(|open| open.files == files));
     let wish = next_wish();
     engine().cancel();
     state().task.set(Some(Task { word: key!("page.task.reading"), share: 0.0 }));
     let wanted = ToRead {
         board_key: wish,
         files: files.clone(),
-        numbers: numbers.clone(),
-        used: used.clone(),
-        roles: said.roles.clone(),
-        aligned: said.aligned,
+        said: said.clone(),
+        job: job.clone(),
         machine: Some(Settings::of(&state().machine.get_untracked())),
     };
     let answer = engine().read(wanted).await;
@@ -238,7 +246,7 @@ async fn read(files: Vec<(String, Vec<u8>)>, numbers: Numbers, used: Option<Vec<
     state().task.set(None);
     match answer {
         Ok(reading) => {
-            let document = document_of(files, numbers, used, said, reading);
+            let document = document_of(files, said, job, reading);
             desk.accepted.set(BTreeSet::new());
             clear_plan(desk);
             let empty = document.reading.board.holes.is_empty() && document.meshes.is_empty();
@@ -270,13 +278,12 @@ fn take_meshes(layers: &mut [LayerRow]) -> Vec<Arc<Mesh>> {
 
 fn document_of(
     files: Vec<(String, Vec<u8>)>,
-    numbers: Numbers,
-    used: Option<Vec<u32>>,
     said: Said,
+    job: Option<String>,
     mut reading: Reading,
 ) -> Document {
     let meshes = take_meshes(&mut reading.layers);
-    Document { files, numbers, used, roles: said.roles, aligned: said.aligned, reading, meshes }
+    Document { files, said, job, reading, meshes }
 }
 
 fn show_review() {
@@ -320,10 +327,8 @@ async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result
             let again = ToRead {
                 board_key: wanted.board_key,
                 files: document.files.clone(),
-                numbers: document.numbers.clone(),
-                used: document.used.clone(),
-                roles: document.roles.clone(),
-                aligned: document.aligned,
+                said: document.said.clone(),
+                job: None,
                 machine: Some(wanted.machine.clone()),
             };
             engine().read(again).await?;

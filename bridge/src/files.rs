@@ -1,10 +1,11 @@
 //! PATHs from the command line made into named bytes, and read.
 //!
-//! Comes in: files, folders and zips on disk. Goes out: an [`Artwork`] and which of its files were asked for; files
-//! beside a single file are read too, as evidence, and not listed. Does not look into the bytes.
+//! Comes in: files, folders, zips and saved projects on disk. Goes out: an [`Artwork`] and which of its files were asked
+//! for; files beside a single file are read too, as evidence, and not listed. Does not look into the bytes.
 
 use crate::cli::{ReadingArgs, Refusal, Units, Zeros};
 use annulus_core::artwork::{self, Artwork, Digits, Overrides};
+use annulus_core::project::saved::{self, Project, Said};
 use annulus_core::remark::{Remark, Weight};
 use std::fs;
 use std::io::{self, Read};
@@ -28,12 +29,16 @@ pub(crate) struct ReadFiles {
     pub(crate) artwork: Artwork,
     /// Those asked for, in order.
     pub(crate) listed: Vec<usize>,
+    /// What a person said of them in a saved project.
+    pub(crate) said: Said,
+    /// The job file of a saved project.
+    pub(crate) job: Option<String>,
 }
 
 impl ReadFiles {
     /// The files asked for that make the board unless somebody says otherwise.
     pub(crate) fn default_use(&self) -> Vec<usize> {
-        self.artwork.default_use_among(&self.listed)
+        self.said.used_of(&self.artwork).unwrap_or_else(|| self.artwork.default_use_among(&self.listed))
     }
 }
 
@@ -55,7 +60,48 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
     let is_beside =
         |name: &str| beside.iter().any(|other| name == other || name.starts_with(&format!("{other}!/")));
     let listed = (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
-    Ok(ReadFiles { artwork, listed })
+    Ok(ReadFiles { artwork, listed, said: Said::default(), job: None })
+}
+
+/// Reads the board at `paths`: what [`read`] reads, or one saved project, of whose numbers `reading` knows better.
+pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles, Refusal> {
+    let project = match paths {
+        [path] => project_file(path)?,
+        _ if paths.iter().any(|path| matches!(project_file(path), Ok(Some(_)))) => {
+            return Err(Refusal::usage(Remark::new(Weight::Loss, "saved.alone")));
+        }
+        _ => None,
+    };
+    let Some(Project { files, mut said, job }) = project else {
+        let read = read(paths, reading)?;
+        return Ok(ReadFiles { said: Said { aligned: reading.align, ..Said::default() }, ..read });
+    };
+    let (told, kept) = (overrides(reading)?, said.numbers.overrides());
+    let numbers = Overrides {
+        units: told.units.or(kept.units),
+        digits: told.digits.or(kept.digits),
+        zeros: told.zeros.or(kept.zeros),
+    };
+    said.aligned |= reading.align;
+    let mut artwork = artwork::read_set(&files, &numbers);
+    said.say_roles(&mut artwork);
+    let listed = (0..artwork.files.len()).collect();
+    Ok(ReadFiles { artwork, listed, said, job })
+}
+
+/// The saved project at `path`; none when it is something else.
+fn project_file(path: &Path) -> Result<Option<Project>, Refusal> {
+    if !fs::metadata(path).map_err(|error| trouble(path, &error))?.is_file() {
+        return Ok(None);
+    }
+    let mut head = [0; 2];
+    let mut file = fs::File::open(path).map_err(|error| trouble(path, &error))?;
+    if file.read_exact(&mut head).is_err() || &head != b"PK" {
+        return Ok(None);
+    }
+    let bytes = read_bytes(path, MOST_BYTES).map_err(|error| trouble(path, &error))?;
+    let is_one = saved::looks_like_one(&bytes);
+    is_one.then(|| saved::read(&path.display().to_string(), &bytes).map_err(Refusal::content)).transpose()
 }
 
 /// What a person says about the numbers.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  JOB ─┬─ program file ──────────────────────────────▶ Job (program as it stands)
-//!       └─ drill files ─ files ─▶ Board ─ cam ─▶ Plan ─▶ Job (program and plan)
+//!       └─ drill files, saved project ─ files ─▶ Board ─ cam ─▶ Plan ─▶ Job (program and plan)
 //! ```
 //!
 //! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
@@ -121,9 +121,9 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
 
 /// The board of the files at JOB, and what there was to say about them.
 fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
-    let read = files::read(std::slice::from_ref(&args.job), &args.reading)?;
+    let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let used = read.default_use();
-    let wanted = Wanted { copper: false, aligned: args.reading.align };
+    let wanted = Wanted { copper: false, aligned: read.said.aligned };
     let (board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
     // A drill file that could not be read at all, or a member that was left out, is missing from the board.
     let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
@@ -137,15 +137,25 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
     Ok((board, remarks))
 }
 
-/// The whole board of the files at `jobs`, copper and outline too, and what there was to say about them.
+/// A whole board.
+pub(crate) struct Whole {
+    /// With copper and outline.
+    pub(crate) board: Board,
+    /// What there was to say about its files.
+    pub(crate) remarks: Vec<Remark>,
+    /// The job file of a saved project.
+    pub(crate) job: Option<String>,
+}
+
+/// The whole board of the files at `jobs`, copper and outline too.
 pub(crate) fn read_whole(
     jobs: &[PathBuf],
     reading: &ReadingArgs,
     accept: &[String],
-) -> Result<(Board, Vec<Remark>), Refusal> {
-    let read = files::read(jobs, reading)?;
+) -> Result<Whole, Refusal> {
+    let read = files::read_board(jobs, reading)?;
     let used = read.default_use();
-    let wanted = Wanted { copper: true, aligned: true };
+    let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (mut board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
     let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
     let missing = missing.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive));
@@ -158,7 +168,7 @@ pub(crate) fn read_whole(
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
     }
-    Ok((board, remarks))
+    Ok(Whole { board, remarks, job: read.job })
 }
 
 /// Refuses with the first loss that was not accepted; the others go to standard error before it.

@@ -1,6 +1,7 @@
 //! `annulus cam` and `annulus prove` as real processes on the sample board (N24, N8, N10): what is refused before anything
 //! is planned, that nothing is written while a finding is unread, and that a saved job gives the same programs.
 
+use annulus_core::project::saved::{self, Project, Said};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -222,4 +223,57 @@ fn a_program_is_proved_on_the_board_as_its_job_lays_it() {
     assert_eq!(proved["islands"].as_u64(), alone["islands"].as_u64().map(|islands| 2 * islands));
     assert_eq!(answer(home, "prove board out/board-top.program --job missing.toml").0, 3);
     assert_eq!(answer(home, "prove board out/board-top.program --job job.toml --turn not").0, 2);
+}
+
+/// The sample board with one more panel as a saved project.
+fn project() -> Project {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples");
+    let files = BOARD.map(|name| (name.to_owned(), fs::read(examples.join(name)).unwrap())).to_vec();
+    Project { files, said: Said::default(), job: Some("schema = 1\n[setup]\ncolumns = 2\n".to_owned()) }
+}
+
+#[test]
+fn a_saved_project_is_a_job_for_every_command() {
+    let folder = folder();
+    let home = folder.path();
+    fs::write(home.join("board.annulus"), saved::write(&project()).unwrap()).unwrap();
+    let take = "--cure --accept lost --to program";
+    let (exit, told) = answer(home, &format!("cam board.annulus {take} -o project"));
+    assert_eq!(exit, 0, "{told}");
+    let (exit, told) = answer(home, &format!("{CAM} --set setup.columns=2 {take} -o files"));
+    assert_eq!(exit, 0, "{told}");
+    let read = |name: &str| fs::read(home.join(name)).unwrap();
+    assert_eq!(read("project/board-top.program"), read("files/sensor-top.program"));
+    assert_eq!(answer(home, "prove board.annulus project/board-top.program --accept lost").0, 0);
+    for (arguments, exit) in [
+        ("inspect board.annulus", 0),
+        ("plan board.annulus", 0),
+        ("export board.annulus --to grbl -o out.nc", 0),
+        ("simulate board.annulus", 0),
+        ("cam board.annulus sensor.drl --to grbl -o out", 2),
+    ] {
+        assert_eq!(answer(home, arguments).0, exit, "{arguments}");
+    }
+}
+
+#[test]
+fn what_a_project_says_of_its_files_goes_before_what_they_say() {
+    let folder = folder();
+    let home = folder.path();
+    let mut project = project();
+    project.files.push(("more.drl".to_owned(), b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n".to_vec()));
+    let holes = [None, Some(vec!["sensor.drl".to_owned()])].map(|used| {
+        project.said = Said { used, ..Said::default() };
+        fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
+        let (exit, told) = answer(home, "plan board.annulus");
+        assert_eq!(exit, 0, "{told}");
+        let rows = told["tools"].as_array().unwrap().iter();
+        rows.map(|row| row["holes"].as_u64().unwrap()).sum::<u64>()
+    });
+    assert_eq!(holes[0], holes[1] + 1);
+    project.job = Some("schema = 1\n[setup]\ncolour = 1\n".to_owned());
+    fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
+    let (exit, told) = answer(home, "cam board.annulus --to grbl -o out");
+    let place = &told["error"]["place"];
+    assert_eq!((exit, &place["file"], &place["line"]), (1, &"job.toml".into(), &3.into()), "{told}");
 }

@@ -155,6 +155,39 @@ test("what the page exports is what the command line writes", async () => {
   }
 });
 
+test("a saved project opens as it was, and the command line takes it", async () => {
+  const first = await fresh();
+  const folder = mkdtempSync(join(tmpdir(), "annulus-project-"));
+  const saved = join(folder, "sensor.annulus");
+  try {
+    await job(first.page);
+    await first.page.getByRole("button", { name: /1 Isolate/ }).click();
+    const passes = first.page.getByRole("slider", { name: "Passes" });
+    const before = Number(await passes.inputValue());
+    await passes.focus();
+    await first.page.keyboard.press("ArrowRight");
+    await planned(first.page);
+    const download = first.page.waitForEvent("download");
+    await first.page.getByRole("button", { name: "Save project" }).click();
+    await (await download).saveAs(saved);
+    const second = await fresh();
+    try {
+      await opened(second.page, [saved]);
+      await second.page.getByRole("button", { name: /1 Isolate/ }).click();
+      assert.equal(Number(await second.page.getByRole("slider", { name: "Passes" }).inputValue()), before + 1);
+    } finally {
+      await second.context.close();
+    }
+    const flags = ["--to", "grbl", "-o", join(folder, "out"), "--save-job", join(folder, "job.toml"), "--accept", "gap,sliver"];
+    const cam = spawnSync(process.env.ANNULUS_BIN, ["cam", saved, ...flags], { encoding: "utf8" });
+    assert.equal(cam.status, 0, cam.stdout + cam.stderr);
+    assert.match(readFileSync(join(folder, "job.toml"), "utf8"), new RegExp(`^passes = ${before + 1}$`, "m"));
+  } finally {
+    await first.context.close();
+    rmSync(folder, { recursive: true });
+  }
+});
+
 test("real boards of the corpus are painted, planned and proved", async (t) => {
   const folder = corpus();
   if (!folder) return t.skip("no corpus");

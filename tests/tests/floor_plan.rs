@@ -20,7 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("job", &["geometry"]),
     ("cam", &["board", "job", "geometry", "machine"]),
     ("post", &["job", "geometry", "machine"]),
-    ("project", &["board", "cam", "job", "geometry", "machine"]),
+    ("project", &["artwork", "board", "cam", "job", "geometry", "machine"]),
     ("proof", &["job", "board", "geometry"]),
     ("motion", &["job", "geometry", "machine"]),
     ("steps", &["motion", "job", "machine"]),

@@ -10,6 +10,7 @@ use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::Bit;
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
+use annulus_core::project::saved::{Project, Said};
 use annulus_core::proof::Finding;
 use annulus_core::remark::Remark;
 use annulus_core::units::Length;
@@ -27,6 +28,10 @@ pub struct Envelope {
 /// What can be asked of the worker. A new worker has no board: it is given the files again first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
+    /// Take a saved project apart.
+    Open(ToOpen),
+    /// Make the file of a project.
+    Save(Project),
     /// Read files and make the board of some of them.
     Read(ToRead),
     /// Plan the operations of a job, make the program.
@@ -41,6 +46,15 @@ pub enum Request {
     Time(ToTime),
 }
 
+/// A project to open.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ToOpen {
+    /// Its name, for remarks.
+    pub name: String,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
 /// Files to read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToRead {
@@ -48,27 +62,12 @@ pub struct ToRead {
     pub board_key: u32,
     /// Names and bytes; zips are opened.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What a person says about the numbers of drill files.
-    pub numbers: Numbers,
-    /// Which rows of [`Reading::files`] make the board; none for the reader's own choice.
-    pub used: Option<Vec<u32>>,
-    /// What a person says that files are: row, role, side.
-    pub roles: Vec<(u32, String, Option<String>)>,
-    /// Layers that do not share the copper's zero point are moved to where they fit it.
-    pub aligned: bool,
+    /// What a person says of them.
+    pub said: Said,
+    /// The job file of a saved project; without it the board opens with what fits it.
+    pub job: Option<String>,
     /// The machine, for the job that the board opens with; none for the virtual drill.
     pub machine: Option<Settings>,
-}
-
-/// How the numbers of drill files are to be read, where a person knows better.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Numbers {
-    /// `mm` or `inch`.
-    pub units: Option<String>,
-    /// Digits before and behind the point.
-    pub digits: Option<(u8, u8)>,
-    /// `leading`, `trailing` or `none`: which zeros are left out.
-    pub zeros: Option<String>,
 }
 
 /// What was read. The copper stays with the worker, which knows it by `board_key`; the page gets its triangles.
@@ -384,6 +383,10 @@ pub enum Report {
 /// Answers, one kind a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer {
+    /// To [`Request::Open`].
+    Opened(Project),
+    /// To [`Request::Save`].
+    Saved(Vec<u8>),
     /// To [`Request::Read`].
     Read(Box<Reading>),
     /// To [`Request::Plan`].

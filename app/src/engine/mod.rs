@@ -41,9 +41,11 @@ pub use handle::Engine;
 #[cfg(target_arch = "wasm32")]
 mod handle {
     use super::messages::{
-        Answer, Checked, Planned, Proved, Reading, Request, Timed, ToPlan, ToProve, ToRead, ToTime, ToWrite,
+        Answer, Checked, Planned, Proved, Reading, Request, Timed, ToOpen, ToPlan, ToProve, ToRead, ToTime,
+        ToWrite,
     };
     use super::{Stopped, desk};
+    use annulus_core::project::saved::Project;
     use std::cell::RefCell;
     use std::rc::Rc;
 
@@ -56,6 +58,22 @@ mod handle {
         /// An engine; its worker starts with the first request.
         pub fn new() -> Self {
             Self::default()
+        }
+
+        /// Takes a saved project apart.
+        pub async fn open(&self, wanted: ToOpen) -> Result<Project, Stopped> {
+            match desk::ask(&self.0, Request::Open(wanted), Box::new(|_| {})).await? {
+                Answer::Opened(project) => Ok(project),
+                _ => Err(Stopped::Cancelled),
+            }
+        }
+
+        /// Makes the file of a project.
+        pub async fn save(&self, project: Project) -> Result<Vec<u8>, Stopped> {
+            match desk::ask(&self.0, Request::Save(project), Box::new(|_| {})).await? {
+                Answer::Saved(bytes) => Ok(bytes),
+                _ => Err(Stopped::Cancelled),
+            }
         }
 
         /// Reads files and makes the board of some of them.

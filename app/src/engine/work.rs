@@ -4,19 +4,17 @@
 
 use super::mesh::mesh;
 use super::messages::{
-    Answer, DrillRow, FileRow, LayerRow, Numbers, Proved, Reading, Request, Timed, ToProve, ToRead, ToTime,
-    ToolRow,
+    Answer, DrillRow, FileRow, LayerRow, Proved, Reading, Request, Timed, ToProve, ToRead, ToTime, ToolRow,
 };
 use super::shelf::Shelf;
 use super::{planning, writing};
 use crate::picture;
-use annulus_core::artwork::{
-    self, Artwork, Digits, DrillFile, FileRead, Overrides, Role, Side, Units, Zeros,
-};
+use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::Bounds;
-use annulus_core::machine::virtual_drill;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::machine::{Machine, virtual_drill};
+use annulus_core::project::{self, saved};
+use annulus_core::remark::Remark;
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
 use annulus_core::{board, motion, proof, steps};
@@ -30,7 +28,10 @@ pub fn perform(
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Answer, Vec<Remark>> {
+    let one = |remark| vec![remark];
     match request {
+        Request::Open(wanted) => saved::read(&wanted.name, &wanted.bytes).map(Answer::Opened).map_err(one),
+        Request::Save(project) => saved::write(&project).map(Answer::Saved).map_err(one),
         Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, shelf)))),
         Request::Plan(wanted) => {
             planning::plan(&wanted, shelf, progress).map(|planned| Answer::Planned(Box::new(planned)))
@@ -43,19 +44,17 @@ pub fn perform(
 }
 
 fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
-    let mut artwork = artwork::read_set(&wanted.files, &overrides(&wanted.numbers));
-    say_roles(&mut artwork, &wanted.roles);
-    let used: Vec<usize> = match &wanted.used {
-        Some(rows) => rows.iter().map(|row| *row as usize).filter(|row| *row < artwork.files.len()).collect(),
-        None => artwork.default_use(),
-    };
-    let asked = board::Wanted { copper: true, aligned: wanted.aligned };
-    let (mut board, remarks) = board::from_artwork_with(&artwork, &used, asked);
+    let said = &wanted.said;
+    let mut artwork = artwork::read_set(&wanted.files, &said.numbers.overrides());
+    said.say_roles(&mut artwork);
+    let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
+    let asked = board::Wanted { copper: true, aligned: said.aligned };
+    let (mut board, mut remarks) = board::from_artwork_with(&artwork, &used, asked);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
     layers.extend(other_layers(&artwork, body));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
-    let work = Work::default_for(&board, &machine.unwrap_or_else(virtual_drill));
+    let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut remarks);
     shelf.keep(wanted.board_key, board.clone());
     board.copper.clear();
     Reading {
@@ -70,18 +69,14 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     }
 }
 
-/// Roles and sides as a person says them.
-fn say_roles(artwork: &mut Artwork, roles: &[(u32, String, Option<String>)]) {
-    const ROLES: [Role; 6] = [Role::Copper, Role::Mask, Role::Silk, Role::Paste, Role::Outline, Role::Other];
-    const SIDES: [Side; 3] = [Side::Top, Side::Bottom, Side::Inner];
-    for (row, role, side) in roles {
-        let Some(file) = artwork.files.get_mut(*row as usize).filter(|file| file.gerber.is_some()) else {
-            continue;
-        };
-        file.role = ROLES.into_iter().find(|known| known.name() == role).unwrap_or(file.role);
-        file.side = SIDES.into_iter().find(|known| Some(known.name()) == side.as_deref());
-        file.reason = Remark::new(Weight::Note, "kind.person");
-    }
+/// The job that the board opens with: the saved one where there is one that can be read.
+fn work(wanted: &ToRead, board: &board::Board, machine: &Machine, remarks: &mut Vec<Remark>) -> Work {
+    let usual = Work::default_for(board, machine);
+    let Some(job) = &wanted.job else { return usual };
+    project::read(saved::JOB, job, &usual, machine).unwrap_or_else(|why| {
+        remarks.push(why);
+        usual
+    })
 }
 
 /// Mask, legend, paste and inner copper, painted, as far as the picture shows them. The first of each kind and side.
@@ -131,23 +126,6 @@ fn face_word(face: board::Face) -> &'static str {
     match face {
         board::Face::Top => "top",
         board::Face::Bottom => "bottom",
-    }
-}
-
-fn overrides(numbers: &Numbers) -> Overrides {
-    Overrides {
-        units: numbers.units.as_deref().and_then(|word| match word {
-            "mm" => Some(Units::Mm),
-            "inch" => Some(Units::Inch),
-            _ => None,
-        }),
-        digits: numbers.digits.map(|(integer, decimal)| Digits { integer, decimal }),
-        zeros: numbers.zeros.as_deref().and_then(|word| match word {
-            "leading" => Some(Zeros::Leading),
-            "trailing" => Some(Zeros::Trailing),
-            "none" => Some(Zeros::None),
-            _ => None,
-        }),
     }
 }
 
@@ -223,11 +201,12 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::messages::{Envelope, Planned, Settings, ToPlan};
+    use super::super::messages::{Envelope, Planned, Settings, ToOpen, ToPlan};
     use super::*;
     use annulus_core::cam;
     use annulus_core::cam::work::Action;
     use annulus_core::geometry::{Island, Path, Point, Region};
+    use annulus_core::project::saved::{Numbers, Project, Said};
     use annulus_core::units::Length;
 
     const DRILL: &[u8] =
@@ -292,11 +271,38 @@ mod tests {
         let files = [("a.gbr", copper), ("a.drl", drill + "M30\n")];
         let files = files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec();
         for (aligned, y) in [(false, -20.124), (true, 0.0)] {
-            let wanted = ToRead { files: files.clone(), aligned, ..ToRead::default() };
+            let said = Said { aligned, ..Said::default() };
+            let wanted = ToRead { files: files.clone(), said, ..ToRead::default() };
             let reading = read(&wanted, &mut Shelf::default());
             let found = reading.board.holes[0].at.y.mm();
             assert!((found - y).abs() < 0.01, "{aligned}: {found}, {:?}", reading.remarks);
         }
+    }
+
+    #[test]
+    fn a_saved_project_opens_as_it_was() {
+        let said = Said {
+            numbers: Numbers { units: Some("mm".to_owned()), ..Numbers::default() },
+            used: Some(vec!["b.drl".to_owned()]),
+            ..Said::default()
+        };
+        let mut work = drilling(cam::Order::File);
+        work.setup.panel.columns = 2;
+        let job = Some(project::write(&work));
+        let files = ["a.drl", "b.drl"].map(|name| (name.to_owned(), DRILL.to_vec())).to_vec();
+        let kept = Project { files, said, job };
+        let perform = |request| super::perform(request, &mut Shelf::default(), &mut |_, _| {}).unwrap();
+        let Answer::Saved(bytes) = perform(Request::Save(kept.clone())) else { panic!() };
+        let name = "board.annulus".to_owned();
+        let Answer::Opened(opened) = perform(Request::Open(ToOpen { name, bytes })) else { panic!() };
+        assert_eq!(opened, kept);
+        let Project { files, said, job } = opened;
+        let wanted = ToRead { files, said, job, ..ToRead::default() };
+        let Answer::Read(reading) = perform(Request::Read(wanted)) else { panic!() };
+        assert_eq!(
+            (reading.used, reading.work, reading.board.sources),
+            (vec![1], work, vec!["b.drl".to_owned()])
+        );
     }
 
     #[test]

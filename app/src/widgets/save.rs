@@ -1,6 +1,6 @@
 //! A file made in the page and put among the browser's downloads. Nothing leaves this computer.
 //!
-//! Comes in: name, kind, text. Goes out: a download.
+//! Comes in: name, kind, text or bytes. Goes out: a download.
 
 use js_sys::Array;
 use leptos::prelude::document;
@@ -9,10 +9,19 @@ use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, Url};
 
 /// Saves `text` as `name`.
 pub fn save_file(name: &str, kind: &str, text: &str) {
+    download(name, kind, &text.into());
+}
+
+/// Saves `bytes` as `name`.
+pub fn save_bytes(name: &str, kind: &str, bytes: &[u8]) {
+    download(name, kind, &js_sys::Uint8Array::from(bytes));
+}
+
+fn download(name: &str, kind: &str, part: &JsValue) {
     let saved = || -> Result<(), JsValue> {
         let options = BlobPropertyBag::new();
         options.set_type(kind);
-        let blob = Blob::new_with_str_sequence_and_options(&Array::of1(&text.into()), &options)?;
+        let blob = Blob::new_with_u8_array_sequence_and_options(&Array::of1(part), &options)?;
         let address = Url::create_object_url_with_blob(&blob)?;
         let link: HtmlAnchorElement = document().create_element("a")?.unchecked_into();
         link.set_href(&address);

@@ -12,7 +12,7 @@
 use super::export::{self, Target};
 use super::prove::{finding_lines, finding_object, is_unread};
 use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded};
-use crate::job;
+use crate::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::PlanOptions;
@@ -37,7 +37,7 @@ const OWN_FORM: &str = "program";
 /// Arguments of `annulus cam`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CamArgs {
-    /// Files, folders or zips of the board.
+    /// Files, folders or zips of the board, or a saved project.
     #[arg(value_name = "JOB", required = true)]
     jobs: Vec<PathBuf>,
     #[command(flatten)]
@@ -96,8 +96,8 @@ type Output = (String, Vec<u8>);
 pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let target = target(args)?;
     let machine = machine_file::named(&args.machine)?.machine;
-    let (board, read) = job::read_whole(&args.jobs, &args.reading, &args.accept)?;
-    let mut work = chosen(args, &board, &machine)?;
+    let Whole { board, remarks: read, job } = job::read_whole(&args.jobs, &args.reading, &args.accept)?;
+    let mut work = chosen(args, &board, job.as_deref(), &machine)?;
     let mut sides = Vec::new();
     for face in work.faces() {
         sides.push(side(args, &board, &mut work, &machine, face)?);
@@ -157,9 +157,9 @@ fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
     }
 }
 
-/// The work: as the board opens, changed by the job file and then by flags.
-fn chosen(args: &CamArgs, board: &Board, machine: &Machine) -> Result<Work, Refusal> {
-    let mut work = Work::default_for(board, machine);
+/// The work: as the board opens, changed by the job `saved` in its project, by the job file and then by flags.
+fn chosen(args: &CamArgs, board: &Board, saved: Option<&str>, machine: &Machine) -> Result<Work, Refusal> {
+    let mut work = opened(board, saved, machine)?;
     if let Some(path) = &args.job {
         work = job_file(path, &work, machine)?;
     }
@@ -170,6 +170,13 @@ fn chosen(args: &CamArgs, board: &Board, machine: &Machine) -> Result<Work, Refu
         parameters::assign(&mut work, key.trim(), value.trim()).map_err(Refusal::usage)?;
     }
     Ok(work)
+}
+
+/// The work that the board opens with: that of its project, else what fits it.
+pub(super) fn opened(board: &Board, saved: Option<&str>, machine: &Machine) -> Result<Work, Refusal> {
+    let usual = Work::default_for(board, machine);
+    let Some(text) = saved else { return Ok(usual) };
+    project::read(project::saved::JOB, text, &usual, machine).map_err(Refusal::content)
 }
 
 /// The work of the job file at `path`; what it leaves out is as in `base`.

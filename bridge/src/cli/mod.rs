@@ -82,7 +82,7 @@ pub(crate) enum Command {
 /// How a job is read: shared by every command that takes one.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct JobArgs {
-    /// Drill file, folder, zip, or a program written by `plan -o`.
+    /// Drill file, folder, zip, saved project, or a program written by `plan -o`.
     #[arg(value_name = "JOB")]
     pub(crate) job: PathBuf,
     #[command(flatten)]

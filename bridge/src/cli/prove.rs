@@ -1,7 +1,7 @@
 //! Proves programs against the design that they were made for (N8): which copper is left, and what that does to the nets.
 //!
-//! Comes in: the files of the design, programs, perhaps the job file that they were planned from. Goes out: every finding with place, width, nets and cures; exit code 1
-//! while there are findings that nobody has accepted. Does not know how the programs were made.
+//! Comes in: the files of the design, programs, perhaps the job file that they were planned from. Goes out: every finding
+//! with place, width, nets and cures; exit code 1 while there are findings that nobody has accepted. Does not know how the programs were made.
 
 use super::{Answer, Exit, Refusal, cam, remark_lines, remark_objects, rounded};
 use crate::{files, job};
@@ -24,7 +24,7 @@ const SHOWN: usize = 40;
 /// Arguments of `annulus prove`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ProveArgs {
-    /// The design: copper, outline and drill files; a file, a folder or a zip.
+    /// The design: copper, outline and drill files; a file, a folder, a zip or a saved project.
     #[arg(value_name = "JOB")]
     pub(crate) job: PathBuf,
     /// Programs that are run on it one after the other.
@@ -79,16 +79,15 @@ fn copper_um(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
-    let read = files::read(std::slice::from_ref(&args.job), &args.reading)?;
-    // A job is planned on the aligned board.
-    let wanted = Wanted { copper: true, aligned: args.reading.align || args.work.is_some() };
+    let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
+    let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (board, remarks) = from_artwork_with(&read.artwork, &read.default_use(), wanted);
     let programs: Vec<Program> = args
         .programs
         .iter()
         .map(|path| job::program_file(path)?.ok_or_else(|| not_one(path)))
         .collect::<Result<_, _>>()?;
-    let work = work(args, &board)?;
+    let work = work(args, &board, read.job.as_deref())?;
     let face = match (args.side, &work) {
         (Some(Side::Bottom), _) => Face::Bottom,
         (None, Some(work)) => work.setup.face,
@@ -122,12 +121,15 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     Ok(Answer::refused(object, &text, why))
 }
 
-/// The work of the job file, if there is one.
-fn work(args: &ProveArgs, board: &Board) -> Result<Option<Work>, Refusal> {
-    let Some(path) = &args.work else { return Ok(None) };
+/// The work of the job file, else of the saved project, if there is one.
+fn work(args: &ProveArgs, board: &Board, saved: Option<&str>) -> Result<Option<Work>, Refusal> {
     // Setup and bits do not depend on the machine.
     let machine = virtual_drill();
-    cam::job_file(path, &Work::default_for(board, &machine), &machine).map(Some)
+    let opened = cam::opened(board, saved, &machine)?;
+    match &args.work {
+        Some(path) => cam::job_file(path, &opened, &machine).map(Some),
+        None => Ok(saved.map(|_| opened)),
+    }
 }
 
 /// The board with `face` up: as the job lays it, else by itself, turned over for its bottom.

@@ -1,13 +1,15 @@
-//! Zips taken apart in memory, within hard limits.
+//! Zips taken apart in memory, within hard limits, and made.
 //!
-//! Comes in: the bytes of a zip. Goes out: its members, each with its bytes or the reason why it is left out. Writes
-//! nothing anywhere, follows no path, opens no zip in a zip in a zip.
+//! Comes in: the bytes of a zip. Goes out: its members, each with its bytes or the reason why it is left out. Comes in:
+//! names and bytes. Goes out: a zip, without times, so that equal members give equal bytes. Writes nothing anywhere, follows
+//! no path, opens no zip in a zip in a zip.
 //!
 //! ```text
 //! local header ─ data ─ … ─ central directory ─ end record (found from the back, tells where the directory is)
 //! ```
 
 use crate::remark::{Remark, Weight};
+use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::collections::BTreeMap;
 
@@ -21,6 +23,9 @@ const MOST_BYTES_TOGETHER: usize = 128 << 20;
 const HIGHEST_RATIO: usize = 200;
 /// A member this small may have any ratio.
 const SMALL: usize = 1 << 20;
+
+/// How hard members are packed, 0 to 10.
+const LEVEL: u8 = 6;
 
 /// What became of a member.
 #[derive(Clone, Debug)]
@@ -93,6 +98,74 @@ pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Rem
         members.push(Member { name, taken });
     }
     Ok(members)
+}
+
+/// The members of a zip by name; one that cannot be had is the reason why there are none.
+pub fn members(zip: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Remark> {
+    let taken = unpack(zip, &mut Budget::new())?.into_iter().map(|member| match member.taken {
+        Taken::Bytes(bytes) => Ok((member.name, bytes)),
+        Taken::Refused(why) => Err(why.at(&member.name, 0, 0)),
+    });
+    taken.collect()
+}
+
+/// Whether `bytes` are a zip with a member called `name`; none of it is unpacked.
+pub fn lists(bytes: &[u8], name: &str) -> bool {
+    let Some(end) = end_record(bytes).filter(|_| bytes.starts_with(b"PK")) else { return false };
+    let mut at = number::<4>(bytes, end + 16).unwrap_or_default() as usize;
+    let rows = std::iter::from_fn(|| {
+        let (row, next) = directory_row(bytes, at)?;
+        at = next;
+        Some(row)
+    });
+    rows.take(MOST_MEMBERS).any(|row| row.name == name.as_bytes())
+}
+
+/// A zip of `members`, in this order. What could not be taken apart again is refused.
+pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Remark> {
+    let together: usize = members.iter().map(|(_, bytes)| bytes.len()).sum();
+    if together > MOST_BYTES_TOGETHER {
+        return Err(Remark::new(Weight::Loss, "archive.too_large"));
+    }
+    if members.len() > MOST_MEMBERS {
+        let why = Remark::new(Weight::Loss, "archive.too_many_members");
+        return Err(why.with("count", members.len()).with("most", MOST_MEMBERS));
+    }
+    let (mut zip, mut directory) = (Vec::new(), Vec::new());
+    for (name, bytes) in members {
+        let squeezed = compress_to_vec(bytes, LEVEL);
+        // Packed too well, a member would be taken for a trap.
+        let trap = bytes.len() > SMALL && bytes.len() / squeezed.len().max(1) > HIGHEST_RATIO / 2;
+        let plain = trap || squeezed.len() >= bytes.len();
+        let (method, data) = if plain { (0, bytes) } else { (8, &squeezed) };
+        let at = zip.len();
+        let mut head = Vec::new();
+        // Version 2.0, names in UTF-8, no time: the first day that a zip knows.
+        for two in [20, 0x0800, method, 0, 0x0021_u16] {
+            head.extend(two.to_le_bytes());
+        }
+        for four in [crc32(bytes), data.len() as u32, bytes.len() as u32] {
+            head.extend(four.to_le_bytes());
+        }
+        head.extend((name.len() as u16).to_le_bytes());
+        head.extend([0; 2]);
+        zip.extend(b"PK\x03\x04");
+        zip.extend(&head);
+        zip.extend(name.as_bytes());
+        zip.extend(data);
+        directory.extend(b"PK\x01\x02\x14\x00");
+        directory.extend(&head);
+        directory.extend([0; 10]);
+        directory.extend((at as u32).to_le_bytes());
+        directory.extend(name.as_bytes());
+    }
+    let (at, count) = (zip.len() as u32, members.len() as u16);
+    zip.extend(&directory);
+    zip.extend(b"PK\x05\x06\0\0\0\0");
+    zip.extend([count.to_le_bytes(), count.to_le_bytes()].concat());
+    zip.extend([(directory.len() as u32).to_le_bytes(), at.to_le_bytes()].concat());
+    zip.extend([0; 2]);
+    self::members(&zip).map(|_| zip)
 }
 
 /// Folders, and what a certain system leaves behind.
@@ -199,6 +272,24 @@ mod tests {
     #[test]
     fn checksum_of_the_nine_digits() {
         assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn what_is_packed_is_taken_apart_again() {
+        let noise: Vec<u8> = (0..9_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+        let rows = [("a.txt", b"hello hello hello hello".to_vec()), ("b/c.gbr", noise), ("empty", vec![])];
+        let rows = rows.map(|(name, bytes)| (name.to_owned(), bytes)).to_vec();
+        let more = ("zeros".to_owned(), vec![0; 3 << 20]);
+        let rows = [rows, vec![more]].concat();
+        let zip = packed(&rows).unwrap();
+        assert_eq!(members(&zip).unwrap(), rows);
+        assert_eq!(packed(&rows).unwrap(), zip);
+        assert!(lists(&zip, "b/c.gbr") && !lists(&zip, "c.gbr") && !lists(b"PK\x05\x06", "a.txt"));
+        for name in ["/etc/x", "../x", "a\\b"] {
+            let why = packed(&[(name.to_owned(), vec![1])]).unwrap_err();
+            assert_eq!(why.code, "archive.path_leads_out", "{name}");
+        }
+        assert!(packed(&[rows.clone(), rows].concat()).is_err_and(|why| why.code == "archive.name_clash"));
     }
 
     #[test]

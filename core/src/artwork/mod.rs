@@ -33,6 +33,7 @@ mod role;
 mod set;
 mod text;
 
+pub use archive::{lists, members, packed};
 pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};
 pub use excellon::MOST_HITS;
 pub use findings::MOST_KEPT;

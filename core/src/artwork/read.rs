@@ -124,6 +124,15 @@ impl Artwork {
         used
     }
 
+    /// A person says what the layer called `name` is. Files that are no layers are what they are.
+    pub fn say_role(&mut self, name: &str, role: Role, side: Option<Side>) {
+        let layers = self.files.iter_mut().filter(|file| file.gerber.is_some() && file.name == name);
+        for file in layers {
+            (file.role, file.side) = (role, side);
+            file.reason = Remark::new(Weight::Note, "kind.person");
+        }
+    }
+
     /// Says of drill layers that lie beside drill programs that those come first.
     fn remark_layers_beside_programs(&mut self) {
         if !self.files.iter().any(FileRead::is_program_with_holes) {

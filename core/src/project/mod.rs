@@ -12,6 +12,7 @@
 //! Comes in: text, the work that the board opens with, the machine. Goes out: [`Work`], or a remark with file, line and
 //! column; and the text of a work. Does not know what the rows mean: the table in `cam` does.
 
+pub mod saved;
 pub mod text;
 
 use crate::board::Face;

@@ -1,13 +1,14 @@
 //! The program in a controller's words: which dialect, and the files. Not before every finding was seen.
 //!
-//! Comes in: the planned program. Goes out: downloads; the way to the template editor.
+//! Comes in: the planned program. Goes out: downloads, of the project too; the way to the template editor.
 
 use super::editor::{Sheet, sheet};
+use crate::document::{self, desk};
 use crate::engine::Stopped;
 use crate::engine::messages::ToWrite;
 use crate::i18n::{advice, message, t};
 use crate::state::state;
-use crate::widgets::{push, push_if, save_file};
+use crate::widgets::{push, push_if, save_bytes, save_file};
 use annulus_core::post;
 use annulus_core::remark::Remark;
 use leptos::ev;
@@ -64,6 +65,9 @@ pub(super) fn export() -> impl IntoView {
                     refused.set(save(sheet, lines_only.get_untracked()).await);
                 });
             }),
+            push("button", t!("page.cam.save_project"), move |_| {
+                leptos::task::spawn_local(async move { refused.set(save_project().await) });
+            }),
         )),
         move || (super::unread() > 0).then(|| p().class("quiet").child(t!("page.cam.unread_first"))),
         why,
@@ -75,6 +79,19 @@ pub(super) const OWN: &str = "own";
 
 /// How far lines may be off the arcs that they stand for, in mm.
 const CHORD_ERROR_MM: f64 = 0.005;
+
+/// Saves the files of the board, what was said of them and the job; what stood in the way.
+async fn save_project() -> Vec<Remark> {
+    let name =
+        desk().document.with_untracked(|open| open.as_ref().map(|open| open.reading.board.name.clone()));
+    let name = name.filter(|name| !name.is_empty()).unwrap_or_else(|| "board".to_owned());
+    match document::saved().await {
+        Some(Ok(bytes)) => save_bytes(&format!("{name}.annulus"), "application/zip", &bytes),
+        Some(Err(why)) => return why,
+        None => {}
+    }
+    Vec::new()
+}
 
 /// Writes the program and saves its files, without arcs where `lines_only`; what stood in the way.
 async fn save(sheet: Sheet, lines_only: bool) -> Vec<Remark> {

@@ -2,9 +2,10 @@
 //!
 //! Comes in: the evidence. Goes out: what the person says instead.
 
-use crate::document::{self, desk};
-use crate::engine::messages::{DrillRow, Numbers};
+use crate::document;
+use crate::engine::messages::DrillRow;
 use crate::i18n::{key, say, t};
+use annulus_core::project::saved::Numbers;
 use leptos::ev;
 use leptos::html::{div, label, option, select, span};
 use leptos::prelude::*;
@@ -31,11 +32,8 @@ fn reading(drill: &DrillRow) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-fn again(change: impl FnOnce(&mut Numbers)) {
-    let Some(document) = desk().document.get_untracked() else { return };
-    let mut numbers = document.numbers.clone();
-    change(&mut numbers);
-    leptos::task::spawn_local(document::read_again(numbers, document.used.clone()));
+fn again(change: impl FnOnce(&mut Numbers) + 'static) {
+    leptos::task::spawn_local(document::say(|said| change(&mut said.numbers)));
 }
 
 fn pick(

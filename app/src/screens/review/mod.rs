@@ -65,13 +65,14 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
 /// The board is read again with this file in it, or without.
 fn flip_use(index: u32) {
     let Some(document) = desk().document.get_untracked() else { return };
-    let mut used = document.reading.used.clone();
+    let name = |row: &u32| document.reading.files.get(*row as usize).map(|file| file.name.clone());
+    let mut used: Vec<u32> = document.reading.used.clone();
     match used.iter().position(|row| *row == index) {
         Some(at) => drop(used.remove(at)),
         None => used.push(index),
     }
-    used.sort_unstable();
-    leptos::task::spawn_local(document::read_again(document.numbers.clone(), Some(used)));
+    let used = used.iter().filter_map(name).collect();
+    leptos::task::spawn_local(document::say(|said| said.used = Some(used)));
 }
 
 fn row_class(kind: &str, has_holes: bool, used: bool) -> &'static str {
@@ -95,8 +96,7 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
             .on(ev::change, move |_| flip_use(index))
     });
     let reason = file.reason.clone();
-    let (kind, role) = (file.kind.clone(), file.role.clone());
-    let (role_word, is_gerber) = (role.clone(), file.kind == "gerber");
+    let is_gerber = file.kind == "gerber";
     let side = file.side.clone();
     let shown_remarks =
         file.remarks.iter().take(20).map(|remark| finding(remark.clone()).into_any()).collect::<Vec<_>>();
@@ -104,11 +104,11 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
     tr().class(row_class(&file.kind, can_be_used, used)).child((
         td().child(tick),
         td().child(file.name.clone()),
-        td().child(role_menu(index, &kind, &role, side.as_deref(), is_gerber)),
-        td().child(side_menu(index, &role_word, side, is_gerber)),
+        td().child(role_menu(file, side.as_deref(), is_gerber)),
+        td().child(side_menu(file, side, is_gerber)),
         td().child((
             p().child(move || crate::i18n::message(&reason)),
-            file.drill.clone().map(|drill| format::format(document.numbers.clone(), drill)),
+            file.drill.clone().map(|drill| format::format(document.said.numbers.clone(), drill)),
             div().class("remarks").child(shown_remarks),
             (more > 0).then(|| p().class("quiet").child(t!("page.review.more", count = more))),
         )),
@@ -120,15 +120,16 @@ const ROLES: [&str; 6] = ["copper", "mask", "silk", "paste", "outline", "other"]
 const SIDES: [&str; 4] = ["top", "bottom", "inner", ""];
 
 /// The board is read again with this file taken for something else.
-fn say_role(index: u32, role: String, side: Option<String>) {
+fn say_role(file: String, role: String, side: Option<String>) {
     leptos::task::spawn_local(document::say(move |said| {
-        said.roles.retain(|(row, ..)| *row != index);
-        said.roles.push((index, role, side));
+        said.roles.retain(|(name, ..)| *name != file);
+        said.roles.push((file, role, side));
     }));
 }
 
-fn role_menu(index: u32, kind: &str, role: &str, side: Option<&str>, editable: bool) -> AnyView {
-    let (kind, role, side) = (kind.to_owned(), role.to_owned(), side.map(str::to_owned));
+fn role_menu(file: &FileRow, side: Option<&str>, editable: bool) -> AnyView {
+    let (kind, role, side) = (file.kind.clone(), file.role.clone(), side.map(str::to_owned));
+    let name = file.name.clone();
     if !editable {
         return span().child(move || what(&kind, &role)).into_any();
     }
@@ -138,13 +139,15 @@ fn role_menu(index: u32, kind: &str, role: &str, side: Option<&str>, editable: b
     });
     select()
         .attr("aria-label", t!("page.review.is"))
-        .on(ev::change, move |event| say_role(index, event_target_value(&event), side.clone()))
+        .on(ev::change, move |event| {
+            say_role(name.clone(), event_target_value(&event), side.clone());
+        })
         .child(Vec::from(options))
         .into_any()
 }
 
-fn side_menu(index: u32, role: &str, side: Option<String>, editable: bool) -> AnyView {
-    let role = role.to_owned();
+fn side_menu(file: &FileRow, side: Option<String>, editable: bool) -> AnyView {
+    let (file, role) = (file.name.clone(), file.role.clone());
     if !editable || matches!(role.as_str(), "outline" | "other") {
         return span().child(move || side.as_deref().map(side_word)).into_any();
     }
@@ -158,7 +161,7 @@ fn side_menu(index: u32, role: &str, side: Option<String>, editable: bool) -> An
         .attr("aria-label", t!("page.review.side"))
         .on(ev::change, move |event| {
             let side = Some(event_target_value(&event)).filter(|side| !side.is_empty());
-            say_role(index, role.clone(), side);
+            say_role(file.clone(), role.clone(), side);
         })
         .child(Vec::from(options))
         .into_any()
@@ -168,8 +171,8 @@ fn side_menu(index: u32, role: &str, side: Option<String>, editable: bool) -> An
 fn alignment(document: &Document) -> Option<AnyView> {
     let apart = document.remarks().any(|remark| remark.code == "board.outline_shifted");
     let holes_apart = document.reading.files.iter().any(|file| file.shifted);
-    (apart || holes_apart || document.aligned).then(|| {
-        let aligned = document.aligned;
+    (apart || holes_apart || document.said.aligned).then(|| {
+        let aligned = document.said.aligned;
         label()
             .class("tick")
             .child((

@@ -1,0 +1,227 @@
+//! The saved project: a zip with the files of a board as they were given, what a person said of them, and the job.
+//!
+//! ```text
+//!  board.annulus ─┬─ annulus.json     the version, and what was said of the files ([`Said`])
+//!                 ├─ job.toml         the job file, if there is a job
+//!                 └─ files/…          the files, whole
+//! ```
+//!
+//! Comes in: bytes. Goes out: a [`Project`], or why there is none; and the bytes of one. Equal projects give equal bytes.
+//! Does not know the job: its text is read once the board is there.
+
+use crate::artwork::{self, Artwork, Digits, Overrides, Role, Side, Units, Zeros};
+use crate::remark::{Remark, Weight};
+use serde::{Deserialize, Serialize};
+
+/// Version of the layout.
+const SCHEMA: u32 = 1;
+/// The member that makes a zip a project.
+const HEAD: &str = "annulus.json";
+/// The member with the job; its name in remarks.
+pub const JOB: &str = "job.toml";
+/// Where the files of the board are.
+const FILES: &str = "files/";
+
+/// What is saved.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Project {
+    /// Names and bytes as they were given, in order.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// What a person said of them.
+    pub said: Said,
+    /// The text of the job file, if there is a job.
+    pub job: Option<String>,
+}
+
+/// What a person says of files, beyond what is in them. Files are called by their names as read, members of a zip
+/// `board.zip!/drill.drl`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Said {
+    /// How numbers of drill files are written.
+    pub numbers: Numbers,
+    /// The files whose holes make the board; none leaves it to the reader.
+    pub used: Option<Vec<String>>,
+    /// What layers are: name, role, side.
+    pub roles: Vec<(String, String, Option<String>)>,
+    /// Layers that do not share the copper's zero point are moved to where they fit it.
+    pub aligned: bool,
+}
+
+/// How the numbers of drill files are to be read, where a person knows better.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Numbers {
+    /// `mm` or `inch`.
+    pub units: Option<String>,
+    /// Digits before and behind the point.
+    pub digits: Option<(u8, u8)>,
+    /// `leading`, `trailing` or `none`: which zeros are left out.
+    pub zeros: Option<String>,
+}
+
+/// The head of the file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    annulus_project: u32,
+    said: Said,
+}
+
+impl Numbers {
+    /// The same for the reader.
+    pub fn overrides(&self) -> Overrides {
+        Overrides {
+            units: self.units.as_deref().and_then(Units::named),
+            digits: self.digits.map(|(integer, decimal)| Digits { integer, decimal }),
+            zeros: self.zeros.as_deref().and_then(Zeros::named),
+        }
+    }
+}
+
+impl Said {
+    /// Roles and sides of layers as said.
+    pub fn say_roles(&self, artwork: &mut Artwork) {
+        for (name, role, side) in &self.roles {
+            if let Some(role) = Role::named(role) {
+                artwork.say_role(name, role, side.as_deref().and_then(Side::named));
+            }
+        }
+    }
+
+    /// Which files are used, if that was said.
+    pub fn used_of(&self, artwork: &Artwork) -> Option<Vec<usize>> {
+        let names = self.used.as_ref()?;
+        let rows = (0..).zip(&artwork.files).filter(|(_, file)| names.contains(&file.name));
+        Some(rows.map(|(row, _)| row).collect())
+    }
+}
+
+/// Whether `bytes` claim to be a project.
+pub fn looks_like_one(bytes: &[u8]) -> bool {
+    artwork::lists(bytes, HEAD)
+}
+
+/// The project in `bytes`, called `file` in remarks.
+pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Remark> {
+    let of_file = |why: Remark| if why.place.is_some() { why } else { why.at(file, 0, 0) };
+    let refuse = |code: &str| Remark::new(Weight::Loss, code).at(file, 0, 0);
+    let members = artwork::members(bytes).map_err(of_file)?;
+    let (mut head, mut project) = (None, Project::default());
+    for (name, bytes) in members {
+        if name == HEAD {
+            head = Some(bytes);
+        } else if name == JOB {
+            project.job = Some(String::from_utf8_lossy(&bytes).into_owned());
+        } else if let Some(name) = name.strip_prefix(FILES) {
+            project.files.push((name.to_owned(), bytes));
+        }
+    }
+    let version = |bytes: &[u8]| {
+        let value: serde_json::Value = serde_json::from_slice(bytes).ok()?;
+        value.get("annulus_project")?.as_u64()
+    };
+    let head = head.ok_or_else(|| refuse("saved.damaged"))?;
+    if let Some(found) = version(&head).filter(|found| *found != u64::from(SCHEMA)) {
+        return Err(refuse("saved.schema").with("found", found).with("known", SCHEMA));
+    }
+    let head: Head = serde_json::from_slice(&head).map_err(|why| refuse("saved.head").with("what", why))?;
+    Ok(Project { said: head.said, ..project })
+}
+
+/// The bytes of `project`. What could not be read again is refused.
+pub fn write(project: &Project) -> Result<Vec<u8>, Remark> {
+    let mut said = project.said.clone();
+    said.roles.iter_mut().for_each(|row| row.0 = fitting(&row.0));
+    said.used.iter_mut().flatten().for_each(|name| *name = fitting(name));
+    let head = serde_json::to_vec_pretty(&Head { annulus_project: SCHEMA, said });
+    let head = head.map_err(|why| Remark::new(Weight::Loss, "saved.head").with("what", why))?;
+    let mut members = vec![(HEAD.to_owned(), head)];
+    members.extend(project.job.iter().map(|job| (JOB.to_owned(), job.clone().into_bytes())));
+    let files =
+        project.files.iter().map(|(name, bytes)| (format!("{FILES}{}", fitting(name)), bytes.clone()));
+    members.extend(files);
+    artwork::packed(&members)
+}
+
+/// A name of a file as it can stand in a zip: without a way out of it.
+fn fitting(name: &str) -> String {
+    let plain = name.replace(|letter: char| letter == '\\' || letter.is_control(), "_");
+    let parts: Vec<&str> = plain.split('/').filter(|part| !matches!(*part, "" | "." | "..")).collect();
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n";
+    const COPPER: &[u8] = b"%FSLAX33Y33*%%MOMM*%%ADD10C,1*%D10*X1000Y1000D03*M02*";
+
+    fn project() -> Project {
+        let said = Said {
+            numbers: Numbers { units: Some("inch".into()), digits: Some((2, 4)), zeros: None },
+            used: Some(vec!["b/a.drl".into()]),
+            roles: vec![("b/a.gbr".into(), "copper".into(), Some("bottom".into()))],
+            aligned: true,
+        };
+        let files = [("b/a.drl", DRILL), ("b/a.gbr", COPPER), ("b/more.drl", DRILL)];
+        let files = files.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).to_vec();
+        Project { files, said, job: Some("schema = 1\n".into()) }
+    }
+
+    #[test]
+    fn what_is_saved_is_read_again() {
+        let bytes = write(&project()).unwrap();
+        assert!(looks_like_one(&bytes));
+        assert_eq!(read("p", &bytes).unwrap(), project());
+        assert_eq!(write(&project()).unwrap(), bytes);
+        for none in [&b""[..], DRILL, b"PK\x05\x06"] {
+            assert!(!looks_like_one(none));
+        }
+    }
+
+    #[test]
+    fn what_was_said_goes_before_what_is_read() {
+        let project = project();
+        assert_eq!(project.said.numbers.overrides().units, Some(Units::Inch));
+        let mut artwork = artwork::read_set(&project.files, &Overrides::default());
+        project.said.say_roles(&mut artwork);
+        assert_eq!((artwork.files[1].role, artwork.files[1].side), (Role::Copper, Some(Side::Bottom)));
+        assert_eq!(project.said.used_of(&artwork), Some(vec![0]));
+        assert_eq!(Said::default().used_of(&artwork), None);
+    }
+
+    #[test]
+    fn names_do_not_lead_out() {
+        let mut project = project();
+        for (name, kept) in
+            [("/tmp/x.drl", "tmp/x.drl"), ("../../x.drl", "x.drl"), ("a\\b\n.drl", "a_b_.drl")]
+        {
+            project.files[0].0 = name.to_owned();
+            project.said.used = Some(vec![name.to_owned()]);
+            let again = read("p", &write(&project).unwrap()).unwrap();
+            assert_eq!((again.files[0].0.as_str(), again.said.used), (kept, Some(vec![kept.to_owned()])));
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_told() {
+        let packed = |head: &[u8]| artwork::packed(&[(HEAD.to_owned(), head.to_vec())]).unwrap();
+        let rows: [(&[u8], &str); 4] = [
+            (b"{\"annulus_project\":2,\"more\":1}", "saved.schema"),
+            (b"{\"annulus_project\":1}", "saved.head"),
+            (b"{\"annulus_project\":1,\"said\":{\"colour\":1}}", "saved.head"),
+            (b"no", "saved.head"),
+        ];
+        for (head, code) in rows {
+            let why = read("p.annulus", &packed(head)).unwrap_err();
+            assert_eq!(why.code, code);
+            assert!(!why.message("en").contains(".message"), "{code} has no sentence");
+        }
+        let whole = write(&project()).unwrap();
+        for end in (0..whole.len()).step_by(11) {
+            assert!(read("cut", &whole[..end]).is_err());
+        }
+    }
+}
