@@ -1,6 +1,10 @@
 //! `annulus cam` and `annulus prove` as real processes on the sample board (N24, N8, N10): what is refused before anything
 //! is planned, that nothing is written while a finding is unread, and that a saved job gives the same programs.
 
+use annulus_app::engine::messages::{Answer, Request, Settings, ToPlan, ToRead, ToWrite};
+use annulus_app::engine::{Shelf, perform};
+use annulus_core::board::Face;
+use annulus_core::machine::virtual_drill;
 use annulus_core::project::saved::{self, Project, Said};
 use serde_json::Value;
 use std::fs;
@@ -276,4 +280,53 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
     let (exit, told) = answer(home, "cam board.annulus --to grbl -o out");
     let place = &told["error"]["place"];
     assert_eq!((exit, &place["file"], &place["line"]), (1, &"job.toml".into(), &3.into()), "{told}");
+}
+
+/// What the worker of the page makes of `files`.
+fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> Vec<(String, String)> {
+    let mut shelf = Shelf::default();
+    let mut ask = |request| perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+    let machine = Settings::of(&virtual_drill());
+    let said = Said { aligned, ..Said::default() };
+    let wanted = ToRead { files: files.to_vec(), said, machine: Some(machine.clone()), ..ToRead::default() };
+    let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
+    let told = |code: &str| reading.remarks.iter().any(|remark| remark.code == code);
+    assert_eq!((told("board.holes_shifted"), told("board.moved")), (!aligned, aligned));
+    assert_eq!(reading.work.setup.face, Face::Top);
+    let wanted =
+        ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept: vec![], laid: None };
+    let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
+    let target = target.to_owned();
+    let wanted = ToWrite { program: planned.program, target, text: None, lines_only: None };
+    let Answer::Written(written) = ask(Request::Write(wanted)) else { panic!() };
+    written
+}
+
+#[test]
+fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() {
+    let folder = folder();
+    let home = folder.path();
+    // The holes as if exported with another zero point: 5 mm too far in X.
+    let text = fs::read_to_string(home.join(BOARD[0])).unwrap();
+    let moved = |line: &str| {
+        let (x, y) = line.strip_prefix('X')?.split_once('Y')?;
+        Some(format!("X{:.3}Y{y}", x.parse::<f64>().ok()? + 5.0))
+    };
+    let lines: Vec<String> =
+        text.lines().map(|line| moved(line).unwrap_or_else(|| line.to_owned())).collect();
+    assert_ne!(lines.join("\n"), text);
+    fs::write(home.join(BOARD[0]), lines.join("\n")).unwrap();
+    let files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap()));
+    let mut both = Vec::new();
+    for (flag, aligned) in [("", false), ("--align", true)] {
+        let take = format!("--accept short,gap,break,gone,lost,hit,ring,sliver --to grbl -o out{aligned}");
+        let (exit, told) = answer(home, &format!("{CAM} {take} {flag}"));
+        assert_eq!(exit, 0, "{told}");
+        let codes = codes(&told["remarks"]);
+        assert_eq!(codes.contains(&"board.holes_shifted"), !aligned, "{codes:?}");
+        let written = fs::read_to_string(home.join(format!("out{aligned}/sensor-top.nc"))).unwrap();
+        assert_eq!(page(&files, aligned, "grbl"), [("sensor-top.nc".to_owned(), written.clone())]);
+        both.push(written);
+    }
+    assert_ne!(both[0], both[1]);
 }

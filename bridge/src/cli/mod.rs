@@ -128,7 +128,8 @@ pub(crate) struct ReadingArgs {
     /// Zeros that were left out.
     #[arg(long, value_enum)]
     pub(crate) zeros: Option<Zeros>,
-    /// Move holes and outline that do not share the zero point of the copper to where they fit it.
+    /// Move holes and outline that do not share the zero point of the copper to where they fit it. Without it every layer
+    /// stays where its file puts it, and what lies apart is told.
     #[arg(long)]
     pub(crate) align: bool,
 }

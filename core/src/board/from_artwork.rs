@@ -18,9 +18,10 @@ const OVERHANG: Length = Length::from_um(2_000);
 /// What a board shall have besides its holes and its outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// The copper of both sides, painted: this takes time.
+    /// The copper of both sides, painted: this takes time. Then holes that do not lie on it are a doubt.
     pub copper: bool,
-    /// Layers that do not share the copper's zero point moved to where they fit it.
+    /// Layers that do not share the copper's zero point moved to where they fit it. Nobody moves them unasked: a person is
+    /// told of the shift and chooses.
     pub aligned: bool,
 }
 
@@ -42,7 +43,11 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
         remarks.extend(file.remarks.iter().cloned());
         let (holes, slots) = (board.holes.len(), board.slots.len());
         add(&mut board, file, drill, source);
-        if let Some(by) = shift(file).filter(|_| wanted.aligned) {
+        let apart = shift(file);
+        if let Some(by) = apart.filter(|_| wanted.copper && !wanted.aligned) {
+            remarks.push(Remark { weight: Weight::Doubt, ..told("board.holes_shifted", &file.name, by) });
+        }
+        if let Some(by) = apart.filter(|_| wanted.aligned) {
             board.holes.iter_mut().skip(holes).for_each(|hole| hole.at = moved(hole.at, by));
             let points = board.slots.iter_mut().skip(slots).flat_map(|slot| &mut slot.path);
             points.for_each(|point| *point = moved(*point, by));
