@@ -14,7 +14,7 @@
 use super::Order;
 use super::work::{
     Action, Bore, Clear, CutOut, CutSide, Direction, Drill, Flip, Holes, Isolate, Lines, Operation, Setup,
-    Work,
+    Work, Zero,
 };
 use crate::board::Face;
 use crate::geometry::{Bounds, Point};
@@ -268,6 +268,24 @@ pub const SETUP: &[Parameter<Setup>] = &[
     setup!("setup.pin", Kind::Number(0.3, 10.0), alignment.diameter),
     setup!("setup.pin_margin", Kind::Number(0.0, 50.0), alignment.margin),
     setup!("setup.pin_depth", Kind::Number(0.0, 30.0), alignment.depth),
+    row!(
+        "setup.zero",
+        "",
+        Kind::Choice(&["corner", "blank", "file"]),
+        |s: &Setup| Some(Value::Text(
+            match s.zero {
+                Zero::Board => "corner",
+                Zero::Blank => "blank",
+                Zero::File => "file",
+            }
+            .to_owned()
+        )),
+        |s: &mut Setup, v: &Value| s.zero = match text(v) {
+            "blank" => Zero::Blank,
+            "file" => Zero::File,
+            _ => Zero::Board,
+        }
+    ),
     setup!("setup.margin", Kind::Number(0.0, 50.0), margin),
     row!("setup.exclusions", "mm", PLACES, zones, set_zones),
 ];

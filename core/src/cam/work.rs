@@ -39,6 +39,8 @@ pub struct Setup {
     pub panel: Panel,
     /// Holes for pins that hold the board when it is turned over.
     pub alignment: Alignment,
+    /// Which corner becomes the work zero.
+    pub zero: Zero,
     /// How far ways may go beyond the board's outline.
     pub margin: Length,
     /// Where no bit may go, in the coordinates of the files.
@@ -60,6 +62,25 @@ pub enum Flip {
     LeftRight,
     /// About a lying axis: Y is mirrored.
     TopBottom,
+}
+
+/// The place that becomes the work zero.
+///
+/// ```text
+///      o┌─────┐
+///       │  B  │o pins      board: B's lower left corner    blank: that of all there is, pins too
+///       └─────┘            file: where the files have their zero
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Zero {
+    /// The lower left corner of the outline's box.
+    #[default]
+    Board,
+    /// The lower left corner of all there is: outline, copper, holes, pins.
+    Blank,
+    /// The zero of the files, mirrored with the board where its bottom is up.
+    File,
 }
 
 /// Copies of the board side by side.
@@ -300,6 +321,7 @@ impl Default for Setup {
             flip: Flip::LeftRight,
             panel: Panel { columns: 1, rows: 1, gap: mm(3.0) },
             alignment: Alignment { pairs: 0, diameter: mm(3.0), margin: mm(4.0), depth: mm(6.0) },
+            zero: Zero::Board,
             margin: mm(1.0),
             exclusions: Vec::new(),
         }

@@ -121,14 +121,15 @@ fn task(desk: &mut Desk<'_>, bit: &Bit, paths: Vec<Path>) -> Option<Task> {
     let closed = desk.scene.closed_to(bit.diameter);
     let (points, paths): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|path| path.segments.is_empty());
-    let (paths, touched) = match &closed {
+    let (points, paths, touched) = match &closed {
         Some(zone) => {
-            let before = paths.len();
+            let before = points.len() + paths.len();
             let free: Vec<Path> = paths.into_iter().filter(|path| whole(path, zone)).collect();
-            let touched = free.len() != before;
-            (free, touched)
+            let points: Vec<Path> = points.into_iter().filter(|path| !zone.contains(path.start)).collect();
+            let touched = free.len() + points.len() != before;
+            (points, free, touched)
         }
-        None => (paths, false),
+        None => (points, paths, false),
     };
     if touched {
         desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));

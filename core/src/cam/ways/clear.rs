@@ -52,7 +52,10 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
             Some(wider) => groove.rest(wider, width),
         };
         let closed = desk.scene.closed_to(width);
-        let (paths, _) = desk.scene.trimmed(turned(paths, clear.direction), closed.as_ref());
+        let (paths, touched) = desk.scene.trimmed(turned(paths, clear.direction), closed.as_ref());
+        if touched {
+            desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+        }
         let rules = Rules {
             start: desk.scene.origin,
             overlap: Length::ZERO,

@@ -91,35 +91,68 @@ fn contour(
     bit: &Bit,
     (ways, bites): (&mut Vec<Way>, &mut Vec<Point>),
 ) {
-    let tabs = if tabbed { tabs(desk, cut_out, &path, bit) } else { Vec::new() };
-    let mut paths = vec![path];
-    let mut left = tabs.clone();
+    let middles = if tabbed { tab_middles(desk, cut_out, &path, bit) } else { Vec::new() };
+    let wide = (cut_out.tab_width + bit.diameter).mm();
+    let tabs = spans(&path, &middles, wide);
+    let mut paths = vec![(path.clone(), tabs.clone())];
     if cut_out.bites && !tabs.is_empty() {
         let inwards = if cut_out.side == CutSide::On { Length::ZERO } else { half(bit.diameter) };
-        bites.extend(paths.iter().flat_map(|path| bite_places(cut_out, path, &tabs, bit, inwards)));
-        paths = paths.iter().flat_map(|path| without(path, &tabs)).collect();
-        left = Vec::new();
+        bites.extend(bite_places(cut_out, &path, &tabs, bit, inwards));
+        paths = without(&path, &tabs).into_iter().map(|path| (path, Vec::new())).collect();
     }
     if let Some(zone) = closed {
-        let before = paths.clone();
-        paths = before.iter().flat_map(|path| cut::parts(path, zone, false)).collect();
-        if paths != before {
+        let before = paths;
+        let parts = |path: &Path| cut::parts(path, zone, false);
+        paths = Vec::new();
+        let mut touched = false;
+        for (path, tabs) in before {
+            match parts(&path).as_slice() {
+                [part] if *part == path => paths.push((path, tabs)),
+                cut => {
+                    touched = true;
+                    paths.extend(cut.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
+                }
+            }
+        }
+        if touched {
             desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
-            left = Vec::new();
+        }
+        for at in middles.iter().filter_map(|middle| place_at(&path, *middle)) {
+            if zone.contains(at) {
+                let remark = Remark::new(Weight::Doubt, "cam.tab_in_zone");
+                desk.say(
+                    remark.with("x", format!("{:.2}", at.x.mm())).with("y", format!("{:.2}", at.y.mm())),
+                );
+            }
         }
     }
     let depths = desk.depths(desk.depth());
     let thickness = desk.machine.process.board_thickness;
     let tab_depth = (thickness - cut_out.tab_height).max(Length::ZERO);
-    for path in paths {
+    for (path, tabs) in paths {
         let slope = libm::tan(cut_out.ramp_deg * PI / 180.0);
         let entry = if path.is_closed() && slope > 0.0 { Entry::Ramp(slope) } else { Entry::Plunge };
-        ways.push(Way { path, depths: depths.clone(), entry, tabs: left.clone(), tab_depth });
+        ways.push(Way { path, depths: depths.clone(), entry, tabs, tab_depth });
     }
 }
 
-/// Where the bit stays above tabs: pairs of lengths along the way, ascending and apart.
-fn tabs(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit) -> Vec<(f64, f64)> {
+/// The place so far along `path`.
+fn place_at(path: &Path, length: f64) -> Option<Point> {
+    cut::between(path, 0.0, length.max(1e-3)).map(|part| part.end())
+}
+
+/// The tabs of the closed `path` as far as they lie on `part`, a part of it: lengths along that one.
+fn spans_on(part: &Path, path: &Path, tabs: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let (own, whole) = (part.length_mm(), path.length_mm());
+    let Some(begin) = nearest_length(path, part.start, 0.1) else { return Vec::new() };
+    let on_part = |from: f64| tabs.iter().map(move |tab| ((tab.0 + from).max(0.0), (tab.1 + from).min(own)));
+    // What lies before its start along the whole comes again behind its end.
+    let all = on_part(-begin).chain(on_part(whole - begin));
+    all.filter(|(from, to)| to > from).collect()
+}
+
+/// Where the middles of tabs are: lengths along the way.
+fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit) -> Vec<f64> {
     let whole = path.length_mm();
     let wide = (cut_out.tab_width + bit.diameter).mm();
     let middles: Vec<f64> = if cut_out.tab_at.is_empty() {
@@ -128,13 +161,16 @@ fn tabs(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit) -> Vec<(f
     } else {
         cut_out.tab_at.iter().filter_map(|at| nearest_length(path, *at, bit.diameter.mm() * 4.0)).collect()
     };
-    if middles.is_empty() {
-        return Vec::new();
-    }
     if wide * middles.len() as f64 > 0.8 * whole {
         desk.say(Remark::new(Weight::Doubt, "cam.no_room_for_tabs").with("tabs", middles.len()));
         return Vec::new();
     }
+    middles
+}
+
+/// Where the bit stays above tabs around these `middles`: pairs of lengths along the way, ascending and apart.
+fn spans(path: &Path, middles: &[f64], wide: f64) -> Vec<(f64, f64)> {
+    let whole = path.length_mm();
     let mut spans: Vec<(f64, f64)> = Vec::new();
     for middle in middles {
         let (begin, end) = (middle - wide / 2.0, middle + wide / 2.0);
@@ -237,6 +273,9 @@ fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Optio
     if places.is_empty() {
         return None;
     }
+    let closed = desk.scene.closed_to(cut_out.bite_hole);
+    let free = |at: &Point| closed.as_ref().is_none_or(|zone| !zone.contains(*at));
+    let places: Vec<Point> = places.into_iter().filter(free).collect();
     let tolerance = Length::from_um(200);
     let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, tolerance) else {
         let size = rack::size_text(cut_out.bite_hole);

@@ -41,6 +41,18 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
         let size = rack::size_text(desk.work.setup.alignment.diameter);
         desk.say(Remark::new(Weight::Loss, "cam.no_bit_for_pins").with("size", size));
     }
+    let mut kept_out = 0_usize;
+    for (bit, holes) in &mut by_bit {
+        let Some(zone) = desk.scene.closed_to(*bit) else { break };
+        let (out, free): (Vec<_>, Vec<_>) = holes.iter().partition(|(_, at)| zone.contains(*at));
+        part.holes.extend(out.iter().map(|(index, _)| *index));
+        kept_out += out.len();
+        *holes = free;
+    }
+    if kept_out > 0 {
+        desk.say(Remark::new(Weight::Loss, "cam.holes_in_zone").with("count", kept_out));
+    }
+    by_bit.retain(|_, holes| !holes.is_empty());
     let total: usize = by_bit.values().map(Vec::len).sum();
     if total == 0 {
         desk.say(Remark::new(Weight::Note, "cam.no_holes"));

@@ -32,7 +32,10 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Remar
     let Some(bit) = desk.mills(&[&name], false).pop() else { return Ok(part) };
     let depth = desk.depth();
     let closed = desk.scene.closed_to(bit.width_at(depth));
-    let (lines, _) = desk.scene.trimmed(lines, closed.as_ref());
+    let (lines, touched) = desk.scene.trimmed(lines, closed.as_ref());
+    if touched {
+        desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+    }
     let rules = desk.free();
     let lines = chained(arranged(lines, &rules));
     part.tasks.extend(desk.milling(&bit, lines, depth));

@@ -2,7 +2,7 @@
 //!
 //! Comes in: a board and a [`Work`]. Goes out: a [`Scene`]. Does not know operations.
 
-use super::super::work::{Flip, Work};
+use super::super::work::{Flip, Work, Zero};
 use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
 use crate::geometry::{Bounds, Path, Point, grow, path_bounds, rectangle, union};
@@ -16,7 +16,7 @@ pub struct Scene {
     pub board: Board,
     /// The holes for pins among its holes.
     pub pins: Range<u32>,
-    /// The place that becomes the work zero: the lower left corner of the outline's box.
+    /// The place that becomes the work zero.
     pub origin: Point,
     /// Where no bit may go.
     zones: Vec<Bounds>,
@@ -43,7 +43,13 @@ impl Scene {
         let laid = if bottom { pinned.turned(mirror_x) } else { pinned };
         let outlined = !laid.outline.is_empty();
         let field = outlined.then(|| Area::of(&grow(&laid.outline, setup.margin)));
-        Self { origin: super::super::origin(&laid), board: laid, pins, zones, field }
+        let file = turning.as_ref().map_or(Point::default(), |turning| turning.point(Point::default()));
+        let origin = match setup.zero {
+            Zero::Board => super::super::origin(&laid),
+            Zero::Blank => blank(&laid).map_or(file, |blank| blank.min),
+            Zero::File => file,
+        };
+        Self { origin, board: laid, pins, zones, field }
     }
 
     /// The copper of `face`, if it has any.
@@ -81,6 +87,13 @@ impl Scene {
         let said = work.operations.iter().filter_map(super::board_tolerance).max();
         said.unwrap_or(machine.rack_tolerance)
     }
+}
+
+/// The box of all there is of `board`.
+fn blank(board: &Board) -> Option<Bounds> {
+    let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
+    let all = board.outline.bounds().into_iter().chain(copper).chain(board.outer_bounds());
+    all.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
 }
 
 /// The parts of `path` inside of `area`, or out of it; looked at closely only where its box meets an edge.

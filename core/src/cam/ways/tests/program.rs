@@ -265,6 +265,72 @@ fn no_way_enters_an_exclusion_zone() {
 }
 
 #[test]
+fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
+    let board = coupon();
+    let zone = Bounds::of(at(12.0, -4.0)).with(at(18.0, 4.0));
+    for bites in [false, true] {
+        let mut work = only(&board, "cut_out", |operation| {
+            if let Action::CutOut(cut_out) = &mut operation.action {
+                cut_out.tab_at = vec![at(15.0, 0.0), at(30.0, 10.0), at(5.0, 0.0)];
+                cut_out.bites = bites;
+            }
+        });
+        work.setup.exclusions = vec![zone];
+        let (planned, remarks) = planned(&board, &work);
+        let told: Vec<_> = remarks.iter().filter(|remark| remark.code == "cam.tab_in_zone").collect();
+        assert_eq!(told.len(), 1, "{remarks:?}");
+        let text = told[0].message("en");
+        assert!(text.contains("-0.75"), "{text}");
+        let middle =
+            |way: &Way, tab: &(f64, f64)| cut::between(&way.path, 0.0, (tab.0 + tab.1) / 2.0).unwrap().end();
+        let found: Vec<Point> =
+            planned.ways().flat_map(|way| way.tabs.iter().map(move |tab| middle(way, tab))).collect();
+        if bites {
+            assert!(found.is_empty());
+            let strokes = &planned.parts[0].tasks[0].strokes;
+            assert!(strokes.len() > 4 && strokes.iter().all(|stroke| !zone.contains(stroke.at)));
+            continue;
+        }
+        assert_eq!(found.len(), 2, "{found:?}");
+        for wanted in [at(30.75, 10.0), at(5.0, -0.75)] {
+            assert!(found.iter().any(|place| place.distance_mm(wanted) < 0.2), "{wanted:?} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn holes_in_a_zone_are_a_loss_and_the_zero_is_where_one_wants_it() {
+    let board = coupon();
+    let mut work = only(&board, "drill", |_| {});
+    work.setup.exclusions = vec![Bounds::of(at(0.0, 0.0)).with(at(5.0, 5.0))];
+    let machine = virtual_drill();
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let plan = |work: &Work, accept: &[&str]| {
+        let accept = accept.iter().map(|code| (*code).to_owned()).collect();
+        let options = PlanOptions { iterations: Some(200), accept, ..PlanOptions::default() };
+        let means = Means { options: &options, hop_time: &hop_time };
+        plan_work(&board, work, &machine, &means, &mut |_| true)
+    };
+    let losses = plan(&work, &["plan.no_bit", "plan.slots_not_drilled"]).unwrap_err();
+    assert_eq!(losses.iter().map(|loss| loss.code.as_str()).collect::<Vec<_>>(), ["cam.holes_in_zone"]);
+    let all = ["plan.no_bit", "plan.slots_not_drilled", "cam.holes_in_zone"];
+    let (planned, _) = plan(&work, &all).unwrap();
+    assert!(
+        planned.parts[0].tasks.iter().flat_map(|task| &task.strokes).all(|stroke| stroke.at != at(3.0, 3.0))
+    );
+    work.setup.alignment.pairs = 1;
+    for (zero, face, corner) in [
+        (Zero::Board, Face::Top, at(0.0, 0.0)),
+        (Zero::Blank, Face::Top, at(-5.5, 0.0)),
+        (Zero::File, Face::Top, at(0.0, 0.0)),
+        (Zero::File, Face::Bottom, at(30.0, 0.0)),
+    ] {
+        (work.setup.zero, work.setup.face) = (zero, face);
+        assert_eq!(Scene::of(&board, &work).origin, corner, "{zero:?} {face:?}");
+    }
+}
+
+#[test]
 fn pecks_come_up_between() {
     let board = coupon();
     let work = only(&board, "drill", |operation| {
