@@ -120,6 +120,12 @@ fn pairs(points: impl IntoIterator<Item = Point>) -> Value {
     Value::Numbers(points.into_iter().flat_map(|at| [at.x.mm(), at.y.mm()]).collect())
 }
 
+/// Pairs of a drill's diameter in mm and its angle in degrees.
+fn drill_points(value: &Value) -> Vec<(Length, f64)> {
+    let Value::Numbers(numbers) = value else { return Vec::new() };
+    numbers.as_chunks::<2>().0.iter().map(|[drill, degrees]| (Length::from_mm(*drill), *degrees)).collect()
+}
+
 /// Names, one behind the other with commas between.
 fn names(value: &Value) -> Vec<String> {
     text(value).split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect()
@@ -421,6 +427,16 @@ pub const OPERATION: &[Parameter<Operation>] = &[
     mm!("drill.tolerance", 0.0, 1.0, Drill::tolerance),
     mm!("drill.peck", 0.0, 30.0, Drill::peck),
     plain!("drill.point", "°", 60.0, 180.0, Drill::point_deg),
+    part!(
+        "drill.points",
+        "",
+        Kind::Numbers(0.05, 180.0),
+        Drill::points,
+        |points: &Vec<(Length, f64)>| Value::Numbers(
+            points.iter().flat_map(|(drill, degrees)| [drill.mm(), *degrees]).collect()
+        ),
+        drill_points
+    ),
     flag!("bore.slots", Bore::slots),
     flag!("bore.holes", Bore::holes),
     words!("bore.direction", Bore::direction,

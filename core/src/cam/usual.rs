@@ -24,7 +24,8 @@ impl Action {
                 order: Order::Shortest,
                 tolerance: machine.rack_tolerance,
                 peck: Length::ZERO,
-                point_deg: 130.0,
+                point_deg: POINT_DEG,
+                points: Vec::new(),
             }),
             "bore" => Self::Bore(Bore {
                 slots: true,
@@ -37,6 +38,9 @@ impl Action {
         })
     }
 }
+
+/// Angle of a drill's point in degrees, unless somebody says otherwise.
+pub const POINT_DEG: f64 = 130.0;
 
 /// The V-bit that a new job has.
 const VEE: &str = "V 30°";

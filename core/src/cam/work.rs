@@ -251,6 +251,8 @@ pub struct Drill {
     pub peck: Length,
     /// Angle of the drills' points in degrees: through a board they go deeper by the height of the point; 180 is flat.
     pub point_deg: f64,
+    /// The same for single drills of the rack, by their diameter.
+    pub points: Vec<(Length, f64)>,
 }
 
 /// Sets of holes.

@@ -12,6 +12,7 @@
 //! copper.
 
 use super::super::rack;
+use super::super::usual::POINT_DEG;
 use super::super::work::{CutOut, CutSide};
 use super::closed::{Closed, closed};
 use super::cut::{self, Area};
@@ -284,6 +285,7 @@ fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Optio
     };
     let process = &desk.machine.process;
     let strokes = places.into_iter().map(|at| Stroke { at, hole: None }).collect();
-    let depth = process.board_thickness + process.breakthrough;
+    let point = drill::point_height(diameter, POINT_DEG);
+    let depth = process.board_thickness + process.breakthrough + point;
     Some(Task { strokes, depth, ..Task::with(&drill::bit(diameter)) })
 }

@@ -98,11 +98,17 @@ fn depth(desk: &Desk<'_>, drill: &Drill, diameter: Length) -> Length {
     if desk.operation.depth > Length::ZERO {
         return desk.operation.depth;
     }
-    let half = (drill.point_deg / 2.0).clamp(1.0, 90.0) * PI / 180.0;
-    let point = if drill.point_deg >= 180.0 { 0.0 } else { diameter.mm() / 2.0 / libm::tan(half) };
+    let own = drill.points.iter().find(|(drill, _)| *drill == diameter);
+    let point = point_height(diameter, own.map_or(drill.point_deg, |(_, degrees)| *degrees));
     let below = match drill.holes {
         Holes::Board => desk.machine.process.breakthrough,
         Holes::Alignment => desk.work.setup.alignment.depth,
     };
-    desk.machine.process.board_thickness + below + Length::from_mm(point)
+    desk.machine.process.board_thickness + below + point
+}
+
+/// How high the point of a drill is: so much deeper it goes before its whole width is through.
+pub(super) fn point_height(diameter: Length, point_deg: f64) -> Length {
+    let half = (point_deg / 2.0).clamp(1.0, 90.0) * PI / 180.0;
+    if point_deg >= 180.0 { Length::ZERO } else { Length::from_mm(diameter.mm() / 2.0 / libm::tan(half)) }
 }

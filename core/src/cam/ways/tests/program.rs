@@ -200,6 +200,8 @@ fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
     let [bites, cut] = planned.parts[0].tasks.as_slice() else { panic!("drill and mill") };
     assert_eq!(cut.ways.len(), 1 + 4);
     assert!(bites.strokes.len() >= 4 * 3, "{}", bites.strokes.len());
+    let process = virtual_drill().process;
+    assert!(bites.depth > process.board_thickness + process.breakthrough, "the point goes through too");
     let edge = Area::of(&board.outline);
     for stroke in &bites.strokes {
         assert!(edge.index().nearest(stroke.at, mm(0.003)).is_some(), "{:?}", stroke.at);
@@ -327,6 +329,42 @@ fn holes_in_a_zone_are_a_loss_and_the_zero_is_where_one_wants_it() {
     ] {
         (work.setup.zero, work.setup.face) = (zero, face);
         assert_eq!(Scene::of(&board, &work).origin, corner, "{zero:?} {face:?}");
+    }
+}
+
+#[test]
+fn drills_go_deeper_by_the_height_of_their_points() {
+    let board = coupon();
+    let process = virtual_drill().process;
+    let through = process.board_thickness + process.breakthrough;
+    let depth = |text: &str, size: f64| {
+        let mut work = only(&board, "drill", |_| {});
+        for pair in text.split(';').filter(|pair| !pair.is_empty()) {
+            let (key, value) = pair.split_once('=').unwrap();
+            crate::cam::parameters::assign(&mut work, key, value).unwrap();
+        }
+        let options = PlanOptions {
+            iterations: Some(10),
+            accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
+            ..PlanOptions::default()
+        };
+        let hop_time = |a: Point, b: Point| a.distance_mm(b);
+        let means = Means { options: &options, hop_time: &hop_time };
+        let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
+        let task = planned.parts[0].tasks.iter().find(|task| task.bit.diameter == mm(size)).unwrap();
+        (task.depth - through).mm()
+    };
+    // Half of the diameter over the tangent of half of the angle.
+    for (text, size, height) in [
+        ("", 1.0, 0.233_154),
+        ("", 0.8, 0.186_523),
+        ("drill.point=90", 1.0, 0.5),
+        ("drill.point=180", 1.0, 0.0),
+        ("drill.point=180;drill.points=0.8 90", 1.0, 0.0),
+        ("drill.point=180;drill.points=0.8 90", 0.8, 0.4),
+    ] {
+        let found = depth(text, size);
+        assert!((found - height).abs() < 2e-6, "{text} {size}: {found}");
     }
 }
 
