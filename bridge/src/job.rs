@@ -138,6 +138,7 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
 }
 
 /// A whole board.
+#[derive(Debug)]
 pub(crate) struct Whole {
     /// With copper and outline.
     pub(crate) board: Board,

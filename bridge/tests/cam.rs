@@ -78,7 +78,7 @@ fn an_unread_gap_keeps_every_program_from_being_written() {
 fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
     let folder = folder();
     let home = folder.path();
-    let arguments = "--cure --accept lost --to program -o first --save-job job.toml";
+    let arguments = "--cure --to program -o first --save-job job.toml";
     let (exit, told) = answer(home, &format!("{CAM} {arguments}"));
     assert_eq!(exit, 0, "{told}");
     let side = &told["programs"][0];
@@ -146,6 +146,34 @@ fn copper_without_a_drill_file_is_milled_though_nothing_says_which_layer_it_is()
 }
 
 #[test]
+fn what_a_cure_costs_is_listed_and_stops_nothing() {
+    let folder = folder();
+    let home = folder.path();
+    // A mill that is 20 µm too wide for the gap, and no thinner bit.
+    let job = "schema = 1\n[[bit]]\nname = \"m\"\nform = \"mill\"\ndiameter = 0.142\n\
+               [[operation]]\nkind = \"isolate\"\nbit = \"m\"\n";
+    fs::write(home.join("job.toml"), job).unwrap();
+    let (exit, told) =
+        answer(home, &format!("{CAM} --job job.toml --cure --to grbl -o out --save-job cured.toml"));
+    assert_eq!((exit, &told["findings_unread"]), (0, &0.into()), "{told}");
+    let side = &told["programs"][0];
+    assert!(codes(&side["remarks"]).contains(&"cam.cure_takes"), "{side}");
+    let lost: Vec<&Value> =
+        side["findings"].as_array().unwrap().iter().filter(|row| row["code"] == "proof.lost").collect();
+    assert!(!lost.is_empty() && lost.iter().all(|row| row["agreed"] == true), "{side}");
+    assert!(lost.iter().all(|row| row["width_mm"].as_f64() < Some(0.016)), "{lost:?}");
+    // Without the cure in its job nobody agreed.
+    let (exit, told) = answer(home, &format!("{CAM} --job cured.toml --to program -o own"));
+    assert_eq!(exit, 0, "{told}");
+    fs::create_dir(home.join("board")).unwrap();
+    for name in BOARD {
+        fs::copy(home.join(name), home.join("board").join(name)).unwrap();
+    }
+    assert_eq!(answer(home, "prove board own/sensor-top.program --job cured.toml").0, 0);
+    assert_eq!(answer(home, "prove board own/sensor-top.program --job job.toml").0, 1);
+}
+
+#[test]
 fn what_cannot_be_written_is_refused_before_anything_is_planned() {
     let folder = folder();
     let home = folder.path();
@@ -200,7 +228,7 @@ fn arcs_become_lines_where_they_are_asked_to() {
     let folder = folder();
     let home = folder.path();
     for (lines_only, arcs) in [("", true), ("--lines-only", false)] {
-        let (exit, told) = answer(home, &format!("{CAM} --cure --accept lost --to grbl -o out {lines_only}"));
+        let (exit, told) = answer(home, &format!("{CAM} --cure --to grbl -o out {lines_only}"));
         assert_eq!(exit, 0, "{told}");
         let text = fs::read_to_string(home.join("out/sensor-top.nc")).unwrap();
         let is_arc =
@@ -217,13 +245,13 @@ fn a_program_is_proved_on_the_board_as_its_job_lays_it() {
     for name in BOARD {
         fs::rename(home.join(name), home.join("board").join(name)).unwrap();
     }
-    let cam = "cam board --set setup.columns=2 --cure --accept lost --to program -o out --save-job job.toml";
+    let cam = "cam board --set setup.columns=2 --cure --to program -o out --save-job job.toml";
     let (exit, told) = answer(home, cam);
     assert_eq!(exit, 0, "{told}");
     let (exit, proved) = answer(home, "prove board out/board-top.program --job job.toml --accept lost");
     assert_eq!((exit, &proved["unread"]), (0, &0.into()), "{proved}");
     let (exit, alone) = answer(home, "prove board out/board-top.program");
-    assert_eq!((exit, &alone["error"]["code"]), (1, &"proof.unread_findings".into()), "{alone}");
+    assert_eq!(exit, 0, "{alone}");
     assert_eq!(proved["islands"].as_u64(), alone["islands"].as_u64().map(|islands| 2 * islands));
     assert_eq!(answer(home, "prove board out/board-top.program --job missing.toml").0, 3);
     assert_eq!(answer(home, "prove board out/board-top.program --job job.toml --turn not").0, 2);
@@ -241,7 +269,7 @@ fn a_saved_project_is_a_job_for_every_command() {
     let folder = folder();
     let home = folder.path();
     fs::write(home.join("board.annulus"), saved::write(&project()).unwrap()).unwrap();
-    let take = "--cure --accept lost --to program";
+    let take = "--cure --to program";
     let (exit, told) = answer(home, &format!("cam board.annulus {take} -o project"));
     assert_eq!(exit, 0, "{told}");
     let (exit, told) = answer(home, &format!("{CAM} --set setup.columns=2 {take} -o files"));

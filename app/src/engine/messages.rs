@@ -197,6 +197,8 @@ pub struct ToProve {
     pub face: Face,
     /// The bits of the job, for cures.
     pub bits: Vec<Bit>,
+    /// The gaps that the person has a pass made through that is too wide for them.
+    pub agreed: Vec<(Point, Point)>,
 }
 
 /// A program to be written in a controller's words.

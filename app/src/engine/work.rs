@@ -171,8 +171,12 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
 fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
     let board = shelf.laid(wanted.board_key)?;
     let program = program::decode(&wanted.program).map_err(|remark| vec![remark])?;
-    let options =
-        proof::Options { face: wanted.face, owned: wanted.bits.clone(), ..proof::Options::default() };
+    let options = proof::Options {
+        face: wanted.face,
+        owned: wanted.bits.clone(),
+        agreed: wanted.agreed.clone(),
+        ..proof::Options::default()
+    };
     let verdict = proof::prove(board, &[program], &options);
     Ok(Proved {
         findings: verdict.findings,
@@ -389,6 +393,7 @@ mod tests {
             ends: Some((Point::from_mm(1.0, 2.0), Point::from_mm(1.0, 2.005))),
             leg: Some((0, 3)),
             cures: vec![cure],
+            agreed: true,
         };
         let proved = Proved { findings: vec![finding], more: 1, islands: 2, nets: 3 };
         let bytes = postcard::to_allocvec(&Answer::Proved(proved.clone())).unwrap();

@@ -218,6 +218,7 @@ mod tests {
             ends: Some(ends),
             leg: None,
             cures: Vec::new(),
+            agreed: false,
         };
         let cures = |work: &Work| match &work.operations[1].action {
             Action::Isolate(isolate) => isolate.cures.clone(),

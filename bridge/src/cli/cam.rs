@@ -211,7 +211,12 @@ fn side(
             Refusal::content(first.unwrap_or_else(|| Remark::new(Weight::Loss, "cam.nothing_to_do")))
         })?;
         let mut program = lower_work(&planned, work, machine);
-        let asked = proof::Options { face, owned: work.bits.clone(), ..proof::Options::default() };
+        let asked = proof::Options {
+            face,
+            owned: work.bits.clone(),
+            agreed: work.agreed(face),
+            ..proof::Options::default()
+        };
         let proof::Verdict { findings, more, .. } =
             proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
         round += 1;

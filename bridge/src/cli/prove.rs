@@ -102,6 +102,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let board = laid(board, work.as_ref(), face, args.turn);
     let options = Options {
         face,
+        agreed: work.as_ref().map(|work| work.agreed(face)).unwrap_or_default(),
         owned: work.map(|work| work.bits).unwrap_or_default(),
         copper_thickness: Length::from_mm(args.copper_um / 1e3),
         clearance: args.clearance.map(Length::from_mm),
@@ -187,6 +188,7 @@ pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
         "kind": finding.kind,
         "code": remark.code,
         "weight": remark.weight,
+        "agreed": finding.agreed,
         "x_mm": mm(finding.at.x),
         "y_mm": mm(finding.at.y),
         "width_mm": mm(finding.width),
@@ -256,7 +258,7 @@ pub(super) fn finding_lines(findings: &[Finding], more: u32, accept: &[String]) 
     let mut out = String::new();
     for finding in findings.iter().take(SHOWN) {
         let remark = finding.remark();
-        let read = if accepted(finding, accept) { "✓" } else { "-" };
+        let read = if finding.agreed || accepted(finding, accept) { "✓" } else { "-" };
         out += &format!(
             "{read} {} {} {} ({})\n",
             finding.id,

@@ -50,6 +50,9 @@ pub struct Slot {
 /// How thick the copper of a usual board is: 1 oz on a square foot.
 pub const COPPER_THICKNESS: Length = Length::from_um(35);
 
+/// How much deeper than the copper is thick a cut goes that must go through it for certain.
+pub const DEPTH_MARGIN: Length = Length::from_um(15);
+
 /// Copper thinner than this may tear off.
 pub const THINNEST: Length = Length::from_um(50);
 

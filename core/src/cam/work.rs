@@ -197,11 +197,12 @@ pub struct Cure {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Remedy {
-    /// Another bit cuts it, by name.
+    /// Another bit cuts it, by name; a V-bit as deep as fits the gap.
     Bit(String),
     /// The same V-bit cuts it at this depth.
     Depth(Length),
-    /// The same bit cuts its middle, and takes from the copper on both sides what it is too wide.
+    /// The thinnest bit of the operation cuts its middle, a V-bit no deeper than must be, and takes from the copper on both
+    /// sides what it is too wide.
     Centred,
 }
 
@@ -408,6 +409,16 @@ impl Work {
     /// The bit called `name`.
     pub fn bit(&self, name: &str) -> Option<&Bit> {
         self.bits.iter().find(|bit| bit.name == name)
+    }
+
+    /// The gaps, by their two sides, through whose middle a person has a pass made on `face` though it is too wide.
+    pub fn agreed(&self, face: Face) -> Vec<(Point, Point)> {
+        let here = self.operations.iter().filter(|operation| operation.on && operation.face == face);
+        let cures = here.flat_map(|operation| match &operation.action {
+            Action::Isolate(isolate) => isolate.cures.as_slice(),
+            _ => &[],
+        });
+        cures.filter(|cure| cure.with == Remedy::Centred).map(|cure| (cure.from, cure.to)).collect()
     }
 
     /// The sides that have something to do, in the order of their first operations.

@@ -90,6 +90,18 @@ impl Bit {
         let wanted = (width - tip).mm() / (2.0 * libm::tan(half));
         (width >= tip && width <= self.diameter).then(|| Length::from_mm(wanted))
     }
+
+    /// Depth and width of the widest cut that fits into `gap` and goes at least as deep as `least`; none where none fits. A
+    /// V-bit goes no deeper than three times what is needed: its tip does not like it.
+    pub fn fitting(&self, gap: Length, least: Length) -> Option<(Length, Length)> {
+        let narrowest = self.width_at(least);
+        if self.cutter == Cutter::Drill || narrowest > gap {
+            return None;
+        }
+        let Some(depth) = self.depth_for(gap.min(self.diameter)) else { return Some((least, narrowest)) };
+        let depth = depth.max(least).min(least * 3);
+        Some((depth, self.width_at(depth)))
+    }
 }
 
 /// What a leg is for, and the way back to the picture.

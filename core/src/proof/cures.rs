@@ -65,22 +65,6 @@ fn mills(bit: &Bit) -> bool {
     bit.cutter != Cutter::Drill
 }
 
-/// Depth and width of the widest cut of `bit` that goes safely through the copper and fits into `gap`.
-fn fitting(bit: &Bit, gap: Length, least: Length) -> Option<(Length, Length)> {
-    let narrowest = bit.width_at(least);
-    if !mills(bit) || narrowest > gap {
-        return None;
-    }
-    match bit.depth_for(gap.min(bit.diameter)) {
-        // No deeper than three times what is needed: a V-bit's tip does not like it.
-        Some(depth) => {
-            let depth = depth.max(least).min(least * 3);
-            Some((depth, bit.width_at(depth)))
-        }
-        None => Some((least, narrowest)),
-    }
-}
-
 /// What would cure a gap of this width that is not cut.
 pub(super) fn for_gap(scene: &Scene<'_>, gap: Length) -> Vec<Cure> {
     let options = scene.options;
@@ -90,13 +74,13 @@ pub(super) fn for_gap(scene: &Scene<'_>, gap: Length) -> Vec<Cure> {
     let mut cures = Vec::new();
     let vee = |bit: &&&Bit| matches!(bit.cutter, Cutter::Vee { .. });
     if let Some((bit, (depth, width))) =
-        used.iter().filter(vee).find_map(|bit| Some((bit, fitting(bit, gap, least)?)))
+        used.iter().filter(vee).find_map(|bit| Some((bit, bit.fitting(gap, least)?)))
     {
         cures.push(Cure::Shallower { bit: bit.name.clone(), depth, width });
     }
     let owned = (0..).zip(&options.owned).filter(|(_, bit)| !used.contains(bit));
     let fits = owned.filter_map(|(index, bit): (u32, &Bit)| {
-        let (depth, width) = fitting(bit, gap, least)?;
+        let (depth, width) = bit.fitting(gap, least)?;
         Some((bit.width_at(least), Cure::OtherBit { owned: index, bit: bit.name.clone(), depth, width }))
     });
     // The stoutest that fits.

@@ -112,6 +112,9 @@ pub struct Finding {
     pub leg: Option<(u32, u32)>,
     /// What would cure it, the gentlest first.
     pub cures: Vec<Cure>,
+    /// It is what a cure costs that a person chose: it is listed, and need not be read again.
+    #[serde(default)]
+    pub agreed: bool,
 }
 
 impl Finding {
@@ -129,6 +132,7 @@ impl Finding {
             ends: None,
             leg: None,
             cures: Vec::new(),
+            agreed: false,
         }
     }
 
@@ -139,7 +143,7 @@ impl Finding {
 
     /// Whether a person must have read it before anything is made of the program.
     pub fn must_be_read(&self) -> bool {
-        self.weight() > Weight::Note
+        self.weight() > Weight::Note && !self.agreed
     }
 
     /// What it says.
@@ -163,6 +167,9 @@ fn name(kind: Kind, at: Point, nets: &[String]) -> String {
     Sha256::digest(text.as_bytes()).iter().take(4).map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// What findings that may be one share: kind, whether it was agreed to, nets, column and row.
+type Cell = (Kind, bool, Vec<String>, i64, i64);
+
 /// Findings about the same at the same place made one, the worst first. What the kind measures decides which place stays:
 /// the narrowest; of lost copper the widest.
 pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
@@ -174,18 +181,19 @@ pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
         key(a).cmp(&key(b)).then_with(|| (&a.nets, &a.leg, &a.cures).cmp(&(&b.nets, &b.leg, &b.cures)))
     });
     // Cells as large as what is the same place: a neighbour is in one of nine.
-    let mut seen: BTreeMap<(Kind, Vec<String>, i64, i64), Vec<Point>> = BTreeMap::new();
+    let mut seen: BTreeMap<Cell, Vec<Point>> = BTreeMap::new();
     let mut kept: Vec<Finding> = Vec::new();
     for finding in findings {
         let cell = |length: Length| libm::floor(length.mm() / SAME_PLACE_MM) as i64;
         let (column, row) = (cell(finding.at.x), cell(finding.at.y));
         let mut places = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (column + dx, row + dy)));
         let known = places.any(|(column, row)| {
-            let here = seen.get(&(finding.kind, finding.nets.clone(), column, row));
+            let here = seen.get(&(finding.kind, finding.agreed, finding.nets.clone(), column, row));
             here.is_some_and(|points| points.iter().any(|p| p.distance_mm(finding.at) <= SAME_PLACE_MM))
         });
         if !known {
-            seen.entry((finding.kind, finding.nets.clone(), column, row)).or_default().push(finding.at);
+            let cell = (finding.kind, finding.agreed, finding.nets.clone(), column, row);
+            seen.entry(cell).or_default().push(finding.at);
             kept.push(finding);
         }
     }

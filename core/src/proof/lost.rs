@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 
 /// Stretches of a bite that are nearer to each other than this, in mm along the way, are one.
 const SAME_BITE_MM: f64 = 0.5;
+/// A pass through the middle of a gap keeps to it within this, in mm.
+const MIDDLE_MM: f64 = 0.01;
 /// Places along a shallow way are this far apart, in mm.
 const STEP_MM: f64 = 0.1;
 /// A shallow way is told when it leaves at least so much of itself uncut, in mm.
@@ -61,7 +63,34 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
         }
     }
     close(scene, previous, &mut open, &mut findings);
+    agree(scene, &mut findings);
     findings
+}
+
+/// Marks what a pass through the middle of an agreed gap takes, as long as it is no more than the pass is too wide.
+fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
+    for (from, to) in &scene.options.agreed {
+        let middle = Spot::of(*from).towards(Spot::of(*to), 0.5);
+        let through = |cut: &&Cut| {
+            let spots = spots(&cut.path);
+            let mut pairs = spots.iter().zip(spots.iter().skip(1));
+            cut.through.is_some()
+                && pairs.any(|(&from, &to)| {
+                    let edge = Edge { from, to, island: 0, ring: 0, along: 0.0 };
+                    edge.near(middle).distance(middle) <= MIDDLE_MM
+                })
+        };
+        let legs: Vec<(u32, u32)> =
+            scene.cuts.iter().filter(through).map(|cut| (cut.program, cut.leg)).collect();
+        let gap = from.distance_mm(*to);
+        for finding in
+            findings.iter_mut().filter(|finding| finding.leg.is_some_and(|leg| legs.contains(&leg)))
+        {
+            let tool = finding.tool.map_or(0.0, Length::mm);
+            let costs = ((tool - gap) / 2.0).max(0.0) + scene.options.tolerance.mm();
+            finding.agreed |= finding.width.mm() <= costs;
+        }
+    }
 }
 
 /// Adds a bite at `stretch` of the way to those under way.

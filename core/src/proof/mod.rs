@@ -28,8 +28,8 @@ pub use cures::Cure;
 pub use finding::{Finding, Kind};
 pub use replay::{Cut, Replay, replay};
 
-use crate::board::{Board, COPPER_THICKNESS, Face, THINNEST};
-use crate::geometry::Region;
+use crate::board::{Board, COPPER_THICKNESS, DEPTH_MARGIN, Face, THINNEST};
+use crate::geometry::{Point, Region};
 use crate::job::{Bit, Program};
 use crate::units::Length;
 use scene::Scene;
@@ -55,6 +55,9 @@ pub struct Options {
     pub clearance: Option<Length>,
     /// The bits that a person owns, for cures.
     pub owned: Vec<Bit>,
+    /// Gaps, by their two sides, through whose middle a person had a pass made that is too wide for them: what that takes
+    /// off the copper beside them is listed, and was agreed to.
+    pub agreed: Vec<(Point, Point)>,
     /// At most this many findings are listed.
     pub most: usize,
 }
@@ -64,13 +67,14 @@ impl Default for Options {
         Self {
             face: Face::Top,
             copper_thickness: COPPER_THICKNESS,
-            depth_margin: Length::from_um(15),
+            depth_margin: DEPTH_MARGIN,
             tolerance: Length::from_um(5),
             thinnest: THINNEST,
             smallest_mm2: 0.01,
             ring: Length::from_um(50),
             clearance: None,
             owned: Vec::new(),
+            agreed: Vec::new(),
             most: 2_000,
         }
     }

@@ -152,6 +152,7 @@ fn line(bench: Bench, at: usize, finding: Finding) -> impl IntoView {
         Weight::Note => ("finding tone-quiet", Icon::Check),
     };
     let marked = move || bench.marked.get() == Some(at);
+    let agreed = finding.agreed;
     let (id, flip) = (finding.id.clone(), finding.id.clone());
     let cures: Vec<AnyView> = finding
         .cures
@@ -167,6 +168,7 @@ fn line(bench: Bench, at: usize, finding: Finding) -> impl IntoView {
         div().class("grow").child((
             strong().child(move || message(&what)),
             span().class("quiet").child(move || advice(&meaning)),
+            agreed.then(|| span().class("quiet").child(t!("page.cam.agreed"))),
         )),
         div().class("row").child((
             push("button small", t!("page.cam.show"), move |_| bench.marked.set(Some(at))),

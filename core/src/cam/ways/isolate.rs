@@ -18,7 +18,7 @@ use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
 use super::slivers;
 use super::{Desk, Part, Task};
-use crate::board::{COPPER_THICKNESS, THINNEST};
+use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, watershed};
 use crate::job::{Bit, Cutter};
 use crate::remark::{Remark, Weight};
@@ -57,10 +57,10 @@ pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Remar
         part.tasks.extend(task);
         wider = Some(width);
     }
-    if let (Some(bit), Some(_)) = (bits.first(), wider) {
+    if let (Some(bit), Some(thin), Some(_)) = (bits.first(), bits.last(), wider) {
         for cure in &isolate.cures {
             desk.go_on()?;
-            part.tasks.extend(cured(desk, &mut groove, isolate, bit, cure));
+            part.tasks.extend(cured(desk, &mut groove, isolate, (bit, thin), cure));
         }
     }
     Ok(part)
@@ -180,17 +180,26 @@ fn finished(
     desk.milling(bit, paths, desk.depth())
 }
 
-/// What a cure adds; told when its gap is not found, and how much copper it takes.
+/// How deep `bit` goes through a gap of width `gap`: a V-bit as deep as fits, any other as the operation goes.
+fn fitting_depth(bit: &Bit, gap: Length, depth: Length) -> Length {
+    let least = COPPER_THICKNESS + DEPTH_MARGIN;
+    match bit.cutter {
+        Cutter::Vee { .. } => bit.fitting(gap, least).map_or(least, |(depth, _)| depth),
+        Cutter::Drill | Cutter::Mill => depth,
+    }
+}
+
+/// What a cure adds with the operation's first bit or its thinnest; told when its gap is not found, and how much copper it takes.
 fn cured(
     desk: &mut Desk<'_>,
     groove: &mut Groove<'_>,
     isolate: &Isolate,
-    own: &Bit,
+    (own, thin): (&Bit, &Bit),
     cure: &Cure,
 ) -> Option<Task> {
     let depth = desk.depth();
-    let width = own.width_at(depth);
-    let places = groove.narrow(width);
+    let gap = Length::from_mm(cure.from.distance_mm(cure.to));
+    let places = groove.narrow(own.width_at(depth));
     let (x, y) = narrow::middle_text(cure);
     let Some(place) = narrow::place_of(cure, &places) else {
         desk.say(Remark::new(Weight::Doubt, "cam.cure_without_gap").with("x", x).with("y", y));
@@ -199,11 +208,15 @@ fn cured(
     let (bit, width, depth) = match &cure.with {
         Remedy::Bit(name) => {
             let bit = desk.mills(&[name], false).pop()?;
+            let depth = fitting_depth(&bit, gap, depth);
             let width = bit.width_at(depth);
             (bit, width, depth)
         }
         Remedy::Depth(depth) => (own.clone(), own.width_at(*depth), *depth),
-        Remedy::Centred => (own.clone(), width, depth),
+        Remedy::Centred => {
+            let depth = fitting_depth(thin, gap, depth);
+            (thin.clone(), thin.width_at(depth), depth)
+        }
     };
     let mut paths = narrow::ways_through(groove.copper, std::slice::from_ref(place), width);
     if cure.with == Remedy::Centred {

@@ -234,6 +234,48 @@ fn cures_open_a_gap_each_in_its_way() {
 }
 
 #[test]
+fn a_cure_with_a_vee_goes_as_deep_as_fits_its_gap() {
+    let board = with_copper(&[boxed(0.0, 0.0, 2.0, 5.0), boxed(2.12, 0.0, 4.0, 5.0)]);
+    let sharp = Bit {
+        diameter: mm(3.0),
+        name: "sharp".to_owned(),
+        cutter: Cutter::Vee { tip: mm(0.06), angle_mdeg: 60_000 },
+    };
+    // At 0.2 mm the operation's own bit cuts 0.207 mm, the sharp one 0.291 mm. At 0.05 mm, which goes through for certain,
+    // they cut 0.127 and 0.118 mm.
+    let least = |bit: &Bit| (mm(0.05), bit.width_at(mm(0.05)));
+    for (remedy, wanted) in [
+        (Remedy::Bit("sharp".to_owned()), sharp.fitting(mm(0.12), mm(0.05)).unwrap()),
+        (Remedy::Centred, least(&usual())),
+    ] {
+        let cure = Cure { from: at(2.0, 2.5), to: at(2.12, 2.5), with: remedy.clone() };
+        let mut work = only(&board, "isolate", |operation| {
+            operation.depth = mm(0.2);
+            if let Action::Isolate(isolate) = &mut operation.action {
+                (isolate.passes, isolate.cures) = (1, vec![cure]);
+            }
+        });
+        work.bits.push(sharp.clone());
+        let (planned, remarks) = planned(&board, &work);
+        let cured = &planned.parts[0].tasks[1];
+        assert!(
+            cured.ways.iter().all(|way| way.depths == [wanted.0]),
+            "{remedy:?}: {:?}",
+            cured.ways[0].depths
+        );
+        assert!(wanted.0 < mm(0.06), "{wanted:?}");
+        let taken = remarks.iter().find(|remark| remark.code == "cam.cure_takes");
+        assert_eq!(taken.is_some(), remedy == Remedy::Centred);
+        assert!(taken.is_none_or(|taken| taken.message("en").contains("0.003")), "{remarks:?}");
+    }
+}
+
+/// The V-bit that isolates unless another is chosen.
+fn usual() -> Bit {
+    crate::cam::usual::usual_bits().remove(0)
+}
+
+#[test]
 fn a_shallow_cure_has_its_own_depth() {
     let board = with_copper(&[boxed(0.0, 0.0, 2.0, 5.0), boxed(2.15, 0.0, 4.0, 5.0)]);
     let cure = Cure { from: at(2.0, 2.5), to: at(2.15, 2.5), with: Remedy::Depth(mm(0.05)) };
