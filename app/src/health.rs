@@ -35,6 +35,49 @@ pub fn retry_ms(attempt: u32) -> u32 {
     250 << attempt.min(5)
 }
 
+/// Why this page has no control any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ousted {
+    /// Another page took it.
+    Taken,
+    /// The bridge did not hear of this page for some seconds and took it away.
+    Silent,
+}
+
+/// Why control was lost, if it was: this page had it (`before`), has it or not (`yours`), somebody has it (`taken`); it had
+/// been given back on purpose (`released`).
+pub fn ousted(before: bool, yours: bool, taken: bool, released: bool) -> Option<Ousted> {
+    (before && !yours && !released).then_some(if taken { Ousted::Taken } else { Ousted::Silent })
+}
+
+/// Why the machine does not take a wish for motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blocked {
+    /// No bridge.
+    NoLink,
+    /// What is known of the machine is old.
+    Old,
+    /// Another page has control, or nobody.
+    NoControl,
+    /// An alarm was not acknowledged.
+    Alarm,
+    /// It is doing something.
+    Busy,
+}
+
+/// What keeps the machine from being initialised, if anything does.
+pub fn blocked(open: bool, freshness: Freshness, yours: bool, state: Option<State>) -> Option<Blocked> {
+    match state {
+        _ if !open => Some(Blocked::NoLink),
+        _ if freshness != Freshness::Fresh => Some(Blocked::Old),
+        _ if !yours => Some(Blocked::NoControl),
+        Some(State::Ready | State::NotHomed) => None,
+        Some(State::Alarm) => Some(Blocked::Alarm),
+        None => Some(Blocked::Old),
+        Some(_) => Some(Blocked::Busy),
+    }
+}
+
 /// How long STOP may go unanswered before the page shouts.
 pub const STOP_PATIENCE_MS: f64 = 250.0;
 
@@ -103,5 +146,37 @@ mod tests {
         assert!(!sent.heard_by(State::Running) && !StopWay::Latched.heard_by(State::Ready));
         assert!(!sent.overdue(349.0) && sent.overdue(350.0));
         assert!(StopWay::Latched.overdue(0.0) && !StopWay::Idle.overdue(1e9));
+    }
+
+    #[test]
+    fn whoever_loses_control_is_told_why() {
+        let rows = [
+            ((true, false, true, false), Some(Ousted::Taken)),
+            ((true, false, false, false), Some(Ousted::Silent)),
+            ((true, false, false, true), None),
+            ((true, false, true, true), None),
+            ((false, false, true, false), None),
+            ((true, true, true, false), None),
+        ];
+        for ((before, yours, taken, released), expected) in rows {
+            assert_eq!(ousted(before, yours, taken, released), expected);
+        }
+    }
+
+    #[test]
+    fn what_blocks_is_told_the_nearest_first() {
+        let rows = [
+            (true, Freshness::Fresh, true, Some(State::NotHomed), None),
+            (true, Freshness::Fresh, true, Some(State::Ready), None),
+            (true, Freshness::Fresh, true, Some(State::Alarm), Some(Blocked::Alarm)),
+            (true, Freshness::Fresh, true, Some(State::Running), Some(Blocked::Busy)),
+            (true, Freshness::Fresh, false, Some(State::Alarm), Some(Blocked::NoControl)),
+            (true, Freshness::Stale, false, Some(State::Ready), Some(Blocked::Old)),
+            (true, Freshness::Fresh, true, None, Some(Blocked::Old)),
+            (false, Freshness::Lost, false, None, Some(Blocked::NoLink)),
+        ];
+        for (open, fresh, yours, state, expected) in rows {
+            assert_eq!(blocked(open, fresh, yours, state), expected, "{open} {fresh:?} {yours} {state:?}");
+        }
     }
 }

@@ -155,8 +155,8 @@ pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette
 }
 
 /// What a program does as lines: swaths as wide as they cut, the middle of each, and the travel between. They bear the
-/// numbers of their stops. `colour` is that of a stop's swaths.
-pub fn ways(ways: &Ways, palette: &Palette, colour: impl Fn(u32) -> Colour) -> Vec<Line> {
+/// numbers of their stops. `colour` is that of a stop's swaths; the travel is left out unless it is wanted.
+pub fn ways(ways: &Ways, palette: &Palette, colour: impl Fn(u32) -> Colour, with_travel: bool) -> Vec<Line> {
     let line = |a_mm, b_mm, width, colour, order| Line { a_mm, b_mm, width, colour, order };
     let swath = |cut: &Cut| {
         let tint = colour(cut.stop).mixed(palette.plate, SWATH_SHARE);
@@ -166,7 +166,7 @@ pub fn ways(ways: &Ways, palette: &Palette, colour: impl Fn(u32) -> Colour) -> V
     let travel =
         |travel: &Travel| line(travel.a_mm, travel.b_mm, Width::Px(TRAVEL_PX), palette.travel, travel.stop);
     let wide = ways.cuts.iter().filter(|cut| cut.width_mm > 0.0);
-    let travels = ways.travels.iter().map(travel);
+    let travels = ways.travels.iter().filter(|_| with_travel).map(travel);
     wide.map(swath).chain(ways.cuts.iter().map(middle)).chain(travels).collect()
 }
 

@@ -77,6 +77,8 @@ pub struct State {
     pub selected: RwSignal<Option<u32>>,
     /// Show the ways as in the file instead of the planned ones.
     pub show_before: RwSignal<bool>,
+    /// Show the ways from cut to cut.
+    pub show_travel: RwSignal<bool>,
     /// How each layer is seen.
     pub layers: RwSignal<Vec<Look>>,
     /// The board is looked at from below.
@@ -125,6 +127,7 @@ pub fn begin() {
         task: RwSignal::new(None),
         selected: RwSignal::new(None),
         show_before: RwSignal::new(false),
+        show_travel: RwSignal::new(true),
         layers: RwSignal::new(Vec::new()),
         flipped: RwSignal::new(false),
         cursor_mm: RwSignal::new(None),

@@ -4,6 +4,7 @@
 
 use super::browser::{self, now_ms};
 use super::{Armed, Control, Ended, Freshness, Interrupted, Phase, Queue, link, noted, socket, stop};
+use crate::health;
 use crate::lab::log::Event;
 use annulus_core::queue::{MOST_ROWS, RowResult};
 use annulus_core::wire::{QueueStatus, Tell};
@@ -46,6 +47,8 @@ pub(super) fn heard(tell: Tell) {
             let before = line.control.get_untracked();
             if (before.yours, before.taken) != (yours, taken) {
                 noted(Event::Control { yours, taken });
+                let why = health::ousted(before.yours, yours, taken, socket::released());
+                line.ousted.set(why);
             }
             line.control.set(Control { yours, taken, viewers });
         }

@@ -14,7 +14,7 @@ mod session;
 mod socket;
 mod stop;
 
-pub use crate::health::Freshness;
+pub use crate::health::{Freshness, Ousted};
 use crate::lab::log::{Event, Log};
 pub use jobs::{fetch, upload};
 pub use socket::{ask, reconnect_now};
@@ -118,6 +118,8 @@ pub struct Link {
     pub timing: RwSignal<Option<Arc<Timing>>>,
     /// Why the last wish was refused.
     pub refused: RwSignal<Option<Remark>>,
+    /// Why this page lost control.
+    pub ousted: RwSignal<Option<Ousted>>,
     /// There and back, ms.
     pub delay_ms: RwSignal<Option<f64>>,
     /// STOP was pressed and nobody said that it was heard.
@@ -169,6 +171,7 @@ pub fn begin() {
         ended: RwSignal::new(None),
         timing: RwSignal::new(None),
         refused: RwSignal::new(None),
+        ousted: RwSignal::new(None),
         delay_ms: RwSignal::new(None),
         stop_unconfirmed: RwSignal::new(false),
         log: RwSignal::new(Log::default()),

@@ -36,6 +36,8 @@ thread_local! {
     static HEARD_MS: Cell<f64> = const { Cell::new(0.0) };
     static PINGED_MS: Cell<f64> = const { Cell::new(0.0) };
     static HELLO_SENT: Cell<bool> = const { Cell::new(false) };
+    /// Of asking for control and giving it back, the last was giving it back.
+    static RELEASED: Cell<bool> = const { Cell::new(false) };
 }
 
 const TICK: Duration = Duration::from_millis(250);
@@ -151,11 +153,21 @@ pub fn ask(wish: &Ask) {
             let _ = line.socket.send_with_str(&text);
         }
     });
+    match wish {
+        Ask::ReleaseControl => RELEASED.set(true),
+        Ask::TakeControl { .. } => RELEASED.set(false),
+        _ => {}
+    }
     if !matches!(wish, Ask::Hello { .. } | Ask::Ping { .. })
         && let Some(name) = text.split('"').nth(3)
     {
         noted(Event::Asked(name.to_owned()));
     }
+}
+
+/// Whether this page gave its control back on purpose.
+pub(super) fn released() -> bool {
+    RELEASED.get()
 }
 
 /// The socket is gone. Refused right after hello: the bridge was restarted and does not know us any more.

@@ -251,7 +251,8 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     match &shown.ways {
         Some(ways) if !(shown.before && state().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
-            scene.lines = picture::ways(ways, palette, colour);
+            let with_travel = state().show_travel.get() || state().tab.get() != Tab::Cam;
+            scene.lines = picture::ways(ways, palette, colour, with_travel);
             if state().tab.get() == Tab::Cam {
                 scene.lines.extend(found(shown, palette));
             }

@@ -19,7 +19,9 @@ use annulus_core::board::Face;
 use annulus_core::cam::parameters::{Parameter, SETUP};
 use annulus_core::cam::work::{Action, Operation, Setup};
 use leptos::ev;
-use leptos::html::{button, details, div, dl, h2, header, input, li, ol, section, select, span, summary};
+use leptos::html::{
+    button, details, div, dl, h2, header, input, label, li, ol, section, select, span, summary,
+};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -233,6 +235,15 @@ fn totals() -> impl IntoView {
             fact(t!("page.plan.holes"), holes),
             fact(t!("page.plan.changes"), changes),
         )))
+        .child(
+            label().class("tick").child((
+                input()
+                    .attr("type", "checkbox")
+                    .prop("checked", move || state().show_travel.get())
+                    .on(ev::change, |event| state().show_travel.set(event_target_checked(&event))),
+                span().child(t!("page.cam.show_travel")),
+            )),
+        )
 }
 
 /// Panel, turning over, pins: set once for the job.

@@ -3,8 +3,8 @@
 //! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging, forgetting.
 
 use super::{preflight, words};
-use crate::i18n::{advice, message, say, t};
-use crate::link::{self, Freshness, Link, Phase};
+use crate::i18n::{advice, key, message, say, t};
+use crate::link::{self, Freshness, Link, Ousted, Phase};
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -107,7 +107,7 @@ pub(crate) fn interrupted() -> impl IntoView {
     }
 }
 
-/// Why the last wish was refused, and how the last job ended: both stay until somebody closes them.
+/// Why control was lost, why the last wish was refused, how the last job ended: they stay until somebody closes them.
 pub(crate) fn answers() -> impl IntoView {
     let line = link::link();
     let refused = move || {
@@ -133,5 +133,19 @@ pub(crate) fn answers() -> impl IntoView {
             ))
         })
     };
-    (refused, ended)
+    let ousted = move || {
+        line.ousted.get().map(|why| {
+            let (what, cure) = match why {
+                Ousted::Taken => (key!("page.ousted.taken"), key!("page.ousted.taken_do")),
+                Ousted::Silent => (key!("page.ousted.silent"), key!("page.ousted.silent_do")),
+            };
+            let text = |key: &'static str| move || crate::i18n::text(key, &[]);
+            div().class("notice tone-pause").attr("role", "alert").child((
+                icon(Icon::Warning),
+                div().class("grow").child((strong().child(text(what)), p().child(text(cure)))),
+                push("button small quiet", t!("page.close"), move |_| line.ousted.set(None)),
+            ))
+        })
+    };
+    (ousted, refused, ended)
 }

@@ -2,8 +2,9 @@
 //!
 //! Comes in: what the machine allows now. Goes out: `Home`, `SetZero`, `UndoZero`, `Jog`. Nothing here starts a job.
 
-use crate::i18n::t;
-use crate::link::{self, Link};
+use crate::health::{Blocked, blocked};
+use crate::i18n::{key, t};
+use crate::link::{self, Link, Phase};
 use crate::state::state;
 use crate::widgets::{Icon, choice, icon, push_if};
 use annulus_core::control::State;
@@ -12,9 +13,20 @@ use leptos::ev;
 use leptos::html::{button, div, h2, header, p, section, span};
 use leptos::prelude::*;
 
-/// Whether the machine is at rest and ours.
-fn at_rest(line: Link) -> bool {
-    line.may_act() && matches!(line.state(), Some(State::Ready | State::NotHomed))
+/// The sentence under Initialise.
+const HOME_IS: &str = "home-is";
+
+/// The key of the sentence why the machine cannot be initialised now; none when it can.
+fn why_not(line: Link) -> Option<&'static str> {
+    let open = line.phase.get() == Phase::Open;
+    let blocked = blocked(open, line.freshness.get(), line.control.get().yours, line.state())?;
+    Some(match blocked {
+        Blocked::NoLink => key!("page.blocked.no_link"),
+        Blocked::Old => key!("page.blocked.old"),
+        Blocked::NoControl => key!("page.blocked.no_control"),
+        Blocked::Alarm => key!("page.blocked.alarm"),
+        Blocked::Busy => key!("page.blocked.busy"),
+    })
 }
 
 fn ready(line: Link) -> bool {
@@ -29,7 +41,9 @@ pub(crate) fn set_up() -> impl IntoView {
     let home = button()
         .attr("type", "button")
         .class(home_class)
-        .prop("disabled", move || !at_rest(line))
+        .prop("disabled", move || why_not(line).is_some())
+        .attr("title", move || why_not(line).map(|why| crate::i18n::text(why, &[])))
+        .attr("aria-describedby", HOME_IS)
         .on(ev::click, |_| link::ask(&Ask::Home))
         .child((icon(Icon::Home), t!("page.machine.home")));
     let zero = move || {
@@ -45,7 +59,9 @@ pub(crate) fn set_up() -> impl IntoView {
     section().class("block").attr("aria-label", t!("page.machine.set_up")).child((
         header().child(h2().child(t!("page.machine.set_up"))),
         home,
-        p().class("quiet").child(t!("page.machine.home_is")),
+        p().class("quiet")
+            .attr("id", HOME_IS)
+            .child(move || crate::i18n::text(why_not(line).unwrap_or(key!("page.machine.home_is")), &[])),
         push_if("button large", move || ready(line), t!("page.machine.base"), |_| link::ask(&Ask::SetZero)),
         div().class("row").child((
             span().class("quiet tabular grow").child(zero),
@@ -91,7 +107,6 @@ pub(crate) fn jog() -> impl IntoView {
         let mm = crate::format::plain(f64::from(um) / 1000.0);
         choice(move || step_um.get() == um, move || mm.clone(), move |_| step_um.set(um))
     });
-    use crate::i18n::key;
     let pad = div().class("jog").attr("role", "group").attr("aria-label", t!("page.jog.title")).child((
         jog_button(line, step_um, (1, 1), "Y+", key!("page.jog.y_plus")),
         jog_button(line, step_um, (0, -1), "X−", key!("page.jog.x_minus")),
