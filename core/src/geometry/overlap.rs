@@ -1,4 +1,4 @@
-//! Shapes laid over each other by weight, worked on only where edges of different lists come near each other.
+//! Shapes laid over each other by weight, and outlines traced, worked on only where edges come near each other.
 //!
 //! ```text
 //!    ┌──────────────────┐     dark ─1, clear ─2 … ─4: the contours 2 and 3 cross one another's list nowhere, so all that is
@@ -27,6 +27,8 @@ const NEAR_NM: i32 = 8;
 const MOST_COMPARISONS: usize = 2_000;
 /// More rows than this are not made.
 const MOST_ROWS: i64 = 1_024;
+/// Where places are wound about more often than this by what lies about them, all is left to the overlay.
+const MOST_TURNS: i32 = 16;
 /// How far the box about contours that meet is from them, in nm.
 const FRAME_NM: i32 = 1_000;
 
@@ -107,13 +109,34 @@ fn laid_apart(group: &[(i32, Shape)]) -> Option<Vec<Shape>> {
         })
         .collect();
     let mut rows = Rows::of(&contours)?;
-    let meeting = rows.meeting()?;
+    let weight = |number: usize| contours.get(number).map(|contour| contour.weight);
+    let meeting = rows.meeting(|one, two| weight(one) != weight(two))?;
     let mut found: Vec<Contour> = Vec::new();
     for together in meeting {
         match together.as_slice() {
             &[alone] => found.extend(rows.kept(alone)?),
-            several => found.extend(rows.crossed(several)?),
+            several => found.extend(rows.crossed(several, Fill::Positive)?),
         }
+    }
+    nested(found)
+}
+
+/// What is inside of outlines by `fill`: those that meet are laid over each other, group by group. None where that is
+/// better done at once.
+pub(super) fn traced(outlines: &[&[Edge]], fill: Fill) -> Option<Vec<Shape>> {
+    let laid = |edge: &Edge| Found { a: edge.a, b: edge.b, fill: 0, data: edge.data };
+    let contour =
+        |outline: &&[Edge]| Contour { weight: 1, hole: false, edges: outline.iter().map(laid).collect() };
+    let some = outlines.iter().filter(|outline| !outline.is_empty());
+    let contours: Vec<Contour> = some.map(contour).collect();
+    let mut rows = Rows::of(&contours)?;
+    let meeting = rows.meeting(|one, two| one != two)?;
+    if meeting.len() < 2 {
+        return None;
+    }
+    let mut found: Vec<Contour> = Vec::new();
+    for together in meeting {
+        found.extend(rows.crossed(&together, fill)?);
     }
     nested(found)
 }
@@ -171,8 +194,8 @@ impl<'a> Rows<'a> {
         Some(Self { contours, chunks, low, height, rows, budget })
     }
 
-    /// The contours that meet contours of other lists, gathered; the others alone.
-    fn meeting(&mut self) -> Option<Vec<Vec<usize>>> {
+    /// The contours that meet others with which they `count`, gathered; the others alone.
+    fn meeting(&mut self, count: impl Fn(usize, usize) -> bool) -> Option<Vec<Vec<usize>>> {
         let mut parents: Vec<usize> = (0..self.contours.len()).collect();
         for row in &self.rows {
             let mut open: Vec<&Chunk> = Vec::new();
@@ -183,8 +206,7 @@ impl<'a> Rows<'a> {
                 for other in &open {
                     let [_, bottom, _, top] = other.extent;
                     let near = bottom.saturating_sub(NEAR_NM) <= high && low <= top.saturating_add(NEAR_NM);
-                    let weight = |chunk: &Chunk| self.contours.get(chunk.contour).map(|one| one.weight);
-                    if near && weight(other) != weight(chunk) {
+                    if near && count(other.contour, chunk.contour) {
                         unite(&mut parents, other.contour, chunk.contour);
                     }
                 }
@@ -241,11 +263,15 @@ impl<'a> Rows<'a> {
     }
 
     /// Contours that meet, laid over each other.
-    fn crossed(&mut self, numbers: &[usize]) -> Option<Vec<Contour>> {
+    fn crossed(&mut self, numbers: &[usize], fill: Fill) -> Option<Vec<Contour>> {
         let all = self.contours;
         let contours: Vec<&Contour> = numbers.iter().filter_map(|&number| all.get(number)).collect();
-        let at = contours.iter().find_map(|contour| place(contour))?;
+        // What is flat has no inside.
+        let Some(at) = contours.iter().find_map(|contour| place(contour)) else { return Some(Vec::new()) };
         let about = self.about(at, |number, _| numbers.binary_search(&number).is_err())?;
+        if about.abs() > MOST_TURNS {
+            return None;
+        }
         let ours = contours.iter().flat_map(|contour| {
             heavy(
                 contour.weight,
@@ -254,7 +280,7 @@ impl<'a> Rows<'a> {
         });
         let extent = contours.iter().map(|contour| extent_of_edges(&contour.edges)).reduce(joined)?;
         let (sides, [left, ..]) = frame(extent, FRAME_NM)?;
-        let shapes = run(ours.chain(heavy(about, sides.into_iter())), Fill::Positive);
+        let shapes = run(ours.chain(heavy(about, sides.into_iter())), fill);
         let is_frame = |edges: &[Found]| edges.iter().any(|edge| edge.a.x == left);
         let contours = shapes.into_iter().flat_map(|shape| shape.into_iter().enumerate());
         let wanted = contours.filter(|(_, edges)| !is_frame(edges));
@@ -351,6 +377,24 @@ mod tests {
             );
             let off = area_mm2(&combine(&apart, &whole, Rule::Xor));
             assert!(off < 1e-4, "seed {seed}: {off} mm²");
+        }
+    }
+
+    #[test]
+    fn outlines_traced_group_by_group_are_what_the_overlay_makes_of_all() {
+        for seed in 1..=10 {
+            let (group, sheet) = group(seed);
+            for fill in [Fill::NonZero, Fill::EvenOdd, Fill::Positive] {
+                let edges = |shape: &Shape| -> Vec<Edge> { edges_of(shape).collect() };
+                let all: Vec<Vec<Edge>> = group.iter().map(|(_, shape)| edges(shape)).collect();
+                let outlines: Vec<&[Edge]> = all.iter().map(Vec::as_slice).collect();
+                let whole = run(all.iter().flatten().copied(), fill);
+                let whole = rebuild::region(&whole, &sheet.circles, CRUMB_NM);
+                let apart = rebuild::region(&traced(&outlines, fill).unwrap(), &sheet.circles, CRUMB_NM);
+                assert_eq!(apart.islands.len(), whole.islands.len(), "seed {seed} {fill:?}");
+                let off = area_mm2(&combine(&apart, &whole, Rule::Xor));
+                assert!(off < 1e-4, "seed {seed} {fill:?}: {off} mm²");
+            }
         }
     }
 }

@@ -13,6 +13,7 @@
 //! the chords. Coordinates beyond [`super::REACH`] are moved to it, so nothing overflows. Knows no boards and no tools.
 
 use super::clusters::{self, Extent};
+use super::overlap;
 use super::{Path, Point, REACH, Segment, chords};
 use i_overlay::core::edge_data::{EdgeDataMerge, OverlayEdgeData};
 use i_overlay::core::edge_overlay::{EdgeOverlay, InputEdge};
@@ -32,6 +33,8 @@ const MOST_EIGHTHS: usize = 512;
 /// Groups of outlines are gathered until they have so many edges: below the number from which the overlay sets up its
 /// structures for large boards.
 const BATCH_EDGES: usize = 1_500;
+/// Groups with more edges are taken apart further, if they can be.
+const MANY_EDGES: usize = 3_000;
 /// Ends whose distances from the centre differ by more, in nm, do not lie on one arc.
 const UNEVEN_NM: f64 = 1_000.0;
 
@@ -354,9 +357,10 @@ pub(super) fn trace(pile: &Pile, fill: Fill) -> Vec<Shape> {
     let outlines: Vec<&[Edge]> = pile.outlines().collect();
     let mut shapes = Vec::new();
     for batch in batches(&outlines) {
-        let chosen = batch.iter().filter_map(|&index| outlines.get(index));
-        let edges: Vec<Edge> = chosen.copied().flatten().copied().collect();
-        shapes.extend(run(edges, fill));
+        let chosen: Vec<&[Edge]> = batch.iter().filter_map(|&index| outlines.get(index).copied()).collect();
+        let size: usize = chosen.iter().map(|outline| outline.len()).sum();
+        let apart = if size > MANY_EDGES { overlap::traced(&chosen, fill) } else { None };
+        shapes.extend(apart.unwrap_or_else(|| run(chosen.concat(), fill)));
     }
     shapes
 }
