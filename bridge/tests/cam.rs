@@ -3,7 +3,6 @@
 
 use annulus_app::engine::messages::{Answer, Request, Settings, ToPlan, ToRead, ToWrite};
 use annulus_app::engine::{Shelf, perform};
-use annulus_core::board::Face;
 use annulus_core::machine::virtual_drill;
 use annulus_core::project::saved::{self, Project, Said};
 use serde_json::Value;
@@ -310,24 +309,53 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
     assert_eq!((exit, &place["file"], &place["line"]), (1, &"job.toml".into(), &3.into()), "{told}");
 }
 
-/// What the worker of the page makes of `files`.
-fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> Vec<(String, String)> {
+/// What the worker of the page makes of `files`, and what it says of the board.
+fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(String, String)>, Vec<String>) {
     let mut shelf = Shelf::default();
     let mut ask = |request| perform(request, &mut shelf, &mut |_, _| {}).unwrap();
     let machine = Settings::of(&virtual_drill());
     let said = Said { aligned, ..Said::default() };
     let wanted = ToRead { files: files.to_vec(), said, machine: Some(machine.clone()), ..ToRead::default() };
     let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
-    let told = |code: &str| reading.remarks.iter().any(|remark| remark.code == code);
-    assert_eq!((told("board.holes_shifted"), told("board.moved")), (!aligned, aligned));
-    assert_eq!(reading.work.setup.face, Face::Top);
-    let wanted =
-        ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept: vec![], laid: None };
+    let accept = vec!["plan.no_bit".to_owned(), "cam.too_narrow_to_bore".to_owned()];
+    let wanted = ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept, laid: None };
     let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
     let target = target.to_owned();
     let wanted = ToWrite { program: planned.program, target, text: None, lines_only: None };
     let Answer::Written(written) = ask(Request::Write(wanted)) else { panic!() };
-    written
+    (written, reading.remarks.into_iter().map(|remark| remark.code).collect())
+}
+
+#[test]
+fn real_boards_give_the_same_bytes_in_page_and_command_line() {
+    let corpus = std::env::var_os("ANNULUS_CORPUS").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"),
+        std::path::PathBuf::from,
+    );
+    if !corpus.is_dir() {
+        assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "no corpus");
+        println!("skipped: no corpus");
+        return;
+    }
+    let out = tempfile::tempdir().unwrap();
+    let take = "--to grbl --accept short,gap,break,gone,lost,hit,ring,sliver,shallow,remnant,plan.no_bit,\
+                cam.too_narrow_to_bore";
+    for name in ["kicad/2013-clockblock", "easyeda/easytrace-tht"] {
+        let folder = corpus.join(name);
+        let mut names: Vec<_> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort_unstable();
+        let files: Vec<_> =
+            names.iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect();
+        let (exit, told) = answer(out.path(), &format!("cam {} {take} -o out", folder.display()));
+        assert_eq!(exit, 0, "{name}: {told}");
+        let side = &told["programs"].as_array().unwrap().last().unwrap()["files"][0]["file"];
+        let written = fs::read_to_string(out.path().join(side.as_str().unwrap())).unwrap();
+        let (page, _) = page(&files, false, "grbl");
+        assert!(page[0].1 == written, "{name}: {} {}", page[0].1.len(), written.len());
+    }
 }
 
 #[test]
@@ -353,7 +381,10 @@ fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() 
         let codes = codes(&told["remarks"]);
         assert_eq!(codes.contains(&"board.holes_shifted"), !aligned, "{codes:?}");
         let written = fs::read_to_string(home.join(format!("out{aligned}/sensor-top.nc"))).unwrap();
-        assert_eq!(page(&files, aligned, "grbl"), [("sensor-top.nc".to_owned(), written.clone())]);
+        let (page, remarks) = page(&files, aligned, "grbl");
+        assert_eq!(page, [("sensor-top.nc".to_owned(), written.clone())]);
+        let told = |code: &str| remarks.iter().any(|remark| remark == code);
+        assert_eq!((told("board.holes_shifted"), told("board.moved")), (!aligned, aligned));
         both.push(written);
     }
     assert_ne!(both[0], both[1]);

@@ -15,10 +15,10 @@ use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, ro
 use crate::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::PlanOptions;
 use annulus_core::cam::parameters;
 use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::{Action, Remedy, Work};
+use annulus_core::cam::{self, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
 use annulus_core::machine::Machine;
@@ -71,7 +71,7 @@ pub(crate) struct CamArgs {
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     accept: Vec<String>,
     /// Seed of the search.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = cam::SEED)]
     seed: u64,
     /// Bound of the search for the order of holes.
     #[arg(long)]

@@ -106,7 +106,7 @@ pub(crate) struct JobArgs {
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     pub(crate) accept: Vec<String>,
     /// Seed of the search.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = annulus_core::cam::SEED)]
     pub(crate) seed: u64,
     /// Bound of the search; without it, sized by the number of holes for about a second.
     #[arg(long)]

@@ -52,8 +52,11 @@ pub enum Group {
     LoadedFirst,
 }
 
+/// The seed of the searches unless a person gives another: the same in page and command line, so that both write the same.
+pub const SEED: u64 = 1;
+
 /// What a person wants of a plan.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanOptions {
     /// Order of the holes of one bit.
     pub order: Order,
@@ -69,6 +72,20 @@ pub struct PlanOptions {
     pub iterations: Option<u64>,
     /// Codes of losses that a person has seen: what they name is left out.
     pub accept: Vec<String>,
+}
+
+impl Default for PlanOptions {
+    fn default() -> Self {
+        Self {
+            order: Order::default(),
+            group: Group::default(),
+            loaded: None,
+            spindles: None,
+            seed: SEED,
+            iterations: None,
+            accept: Vec::new(),
+        }
+    }
 }
 
 /// How a board is to be drilled.
