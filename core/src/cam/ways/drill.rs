@@ -45,7 +45,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
     for (bit, holes) in &mut by_bit {
         let Some(zone) = desk.scene.closed_to(*bit) else { break };
         let (out, free): (Vec<_>, Vec<_>) = holes.iter().partition(|(_, at)| zone.contains(*at));
-        part.holes.extend(out.iter().map(|(index, _)| *index));
+        part.left_holes.extend(out.iter().map(|(index, _)| *index));
         kept_out += out.len();
         *holes = free;
     }
