@@ -203,5 +203,19 @@ fn copper_layer(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, presets, parsing, layers, tours, planning, streams, copper_layer, proofs);
+/// A value of the isolation of a small board changed, and everything made anew that the page then makes anew: the bar is
+/// 16 ms.
+fn slider(criterion: &mut Criterion) {
+    let slider = annulus_speed::slider::Slider::new();
+    println!("slider/60 islands: {} legs", slider.moved_to(90));
+    let mut depth_um = 80;
+    criterion.bench_function("slider/60 islands, one pass", |bencher| {
+        bencher.iter(|| {
+            depth_um = if depth_um < 150 { depth_um + 1 } else { 80 };
+            black_box(slider.moved_to(depth_um))
+        });
+    });
+}
+
+criterion_group!(benches, presets, parsing, layers, tours, planning, streams, copper_layer, slider, proofs);
 criterion_main!(benches);

@@ -14,14 +14,19 @@ const PITCH_MM: f64 = 3.0;
 /// Islands of two pads and a bent track each, one a cell; `count` is rounded up to a whole square.
 pub fn islands(count: usize) -> Board {
     let side = (1..).find(|side| side * side >= count).unwrap_or(1);
+    cells(side, side)
+}
+
+/// The same with an island in each of these many cells.
+pub fn cells(columns: usize, rows: usize) -> Board {
     let mut chance = 1_u64;
     let mut share = || {
         chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (chance >> 11) as f64 / (1_u64 << 53) as f64
     };
     let mut outlines = Vec::new();
-    for cell in 0..side * side {
-        let (left, bottom) = ((cell % side) as f64 * PITCH_MM, (cell / side) as f64 * PITCH_MM);
+    for cell in 0..columns * rows {
+        let (left, bottom) = ((cell % columns) as f64 * PITCH_MM, (cell / columns) as f64 * PITCH_MM);
         let mut place = |low: f64, high: f64| {
             Point::from_mm(left + low + (high - low) * share(), bottom + 0.9 + (PITCH_MM - 1.8) * share())
         };

@@ -5,6 +5,8 @@
 pub mod copper;
 pub mod layer;
 mod pace;
+pub mod slider;
+pub mod works;
 
 pub use pace::{Pace, pace};
 
@@ -62,4 +64,10 @@ pub extern "C" fn prepare(holes: u32) -> u64 {
 #[unsafe(no_mangle)]
 pub extern "C" fn make() -> u64 {
     PREPARED.get().map_or(0, make_stream)
+}
+
+/// For WebAssembly: does one of the [`works`]; gives a count of what it made.
+#[unsafe(no_mangle)]
+pub extern "C" fn work(number: u32) -> u64 {
+    works::run(number as usize)
 }

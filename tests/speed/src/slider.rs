@@ -1,0 +1,60 @@
+//! A slider that moves: one value of the isolation of a small board changed, and all that the page then makes anew.
+//!
+//! ```text
+//!   board ─ laid ─▶ scene ─ key ─▶ ways round 60 islands ─ assemble ─ lower ─▶ program
+//! ```
+//!
+//! Comes in: a depth in µm. Goes out: how many legs the program has. Knows no clock, and nothing of the page.
+
+use annulus_core::board::{Board, Face};
+use annulus_core::cam::PlanOptions;
+use annulus_core::cam::usual;
+use annulus_core::cam::ways::{self, Means, Scene};
+use annulus_core::cam::work::{Action, Isolate, Operation, Work};
+use annulus_core::geometry::Point;
+use annulus_core::machine::Machine;
+use annulus_core::motion;
+use annulus_core::units::Length;
+
+/// A board of 60 islands with its job: one groove round all of them.
+pub struct Slider {
+    board: Board,
+    work: Work,
+    machine: Machine,
+}
+
+impl Slider {
+    /// The board and its job.
+    pub fn new() -> Self {
+        let machine = crate::machine();
+        let action = Action::Isolate(Isolate { passes: 1, ..Isolate::default() });
+        let usual = Operation::usual("isolate", Face::Top, &machine);
+        let operations = usual.into_iter().map(|operation| Operation { action: action.clone(), ..operation });
+        let work = Work { bits: usual::usual_bits(), operations: operations.collect(), ..Work::default() };
+        Self { board: crate::copper::cells(10, 6), work, machine }
+    }
+
+    /// Everything made anew for another depth.
+    pub fn moved_to(&self, depth_um: u32) -> usize {
+        let mut work = self.work.clone();
+        for operation in &mut work.operations {
+            operation.depth = Length::from_um(i64::from(depth_um));
+        }
+        let scene = Scene::of(&self.board, &work);
+        let options = PlanOptions::default();
+        let hop_time = |from: Point, to: Point| motion::hop_time_s(&self.machine, from, to);
+        let means = Means { options: &options, hop_time: &hop_time };
+        // As the page does: what is on its shelf is found by this.
+        std::hint::black_box(ways::key(&work, 0, &self.machine));
+        let part = ways::plan_operation(&scene, &work, 0, &self.machine, &means, &mut || true);
+        let Ok(part) = part else { return 0 };
+        let planned = ways::assemble(scene, &work, &self.machine, &means, vec![part]);
+        planned.map_or(0, |(planned, _)| ways::lower_work(&planned, &work, &self.machine).legs.len())
+    }
+}
+
+impl Default for Slider {
+    fn default() -> Self {
+        Self::new()
+    }
+}
