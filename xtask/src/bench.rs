@@ -1,11 +1,12 @@
-//! `cargo xtask bench`: the measured numbers. Speeds by criterion, steps per second in WebAssembly by Node, sizes of the
-//! page.
+//! `cargo xtask bench`: the measured numbers. Speeds by criterion, the works of `tests/speed` here and in WebAssembly by
+//! Node, sizes of the page.
 //!
 //! Goes out: lines on standard output. Judges nothing: the bars are in the documents.
 
-use crate::sh::{Done, command, root, run as call, say, target};
+use crate::sh::{Done, command, output, root, run as call, say, shown, target};
 use crate::{page, wasm};
 use std::fs;
+use std::path::Path;
 
 const NODE: &str = "
 import { readFileSync } from 'node:fs';
@@ -18,6 +19,19 @@ for (let round = 0; round < 5; round++) {
   best = Math.min(best, performance.now() - began);
 }
 console.log(`stream/steps in WebAssembly: ${(steps / best / 1e3).toFixed(1)} M steps/s (${steps} steps, best of 5)`);
+const here = readFileSync(process.argv[3], 'utf8').trim().split('\\n').map((line) => line.split('\\t'));
+for (const [number, [name, native, made]] of here.entries()) {
+  const same = String(BigInt.asUintN(64, instance.exports.work(number))) === made;
+  let best = Infinity;
+  for (let round = 0; round < 5; round++) {
+    const began = performance.now();
+    instance.exports.work(number);
+    best = Math.min(best, performance.now() - began);
+  }
+  const factor = best / Number(native);
+  const times = `${Number(native).toFixed(1).padStart(7)} ms native ${best.toFixed(1).padStart(7)} ms WebAssembly`;
+  console.log(`work/${name.padEnd(22)} ${times}  × ${factor.toFixed(2)}  ${same ? 'the same result' : 'NOT THE SAME RESULT'}`);
+}
 ";
 
 /// Prints everything; `arguments` go to criterion.
@@ -33,9 +47,15 @@ fn wasm_speed() -> Done {
         command("cargo", &["build", "-p", "annulus-speed", "--release", "--target", wasm::TRIPLE]);
     call(toolchain.apply(&mut build))?;
     let module = target().join(wasm::TRIPLE).join("release/annulus_speed.wasm");
-    let script = target().join("speed.mjs");
-    fs::write(&script, NODE).map_err(|error| format!("{}: {error}.", script.display()))?;
-    call(command("node", &[]).arg(script).arg(module).current_dir(root()))
+    let (script, here) = (target().join("speed.mjs"), target().join("speed.tsv"));
+    let write = |file: &Path, text: &str| {
+        fs::write(file, text).map_err(|error| format!("{}: {error}.", file.display()))
+    };
+    write(&script, NODE)?;
+    say("Works here and in WebAssembly");
+    let mut native = command("cargo", &["run", "-p", "annulus-speed", "--release"]);
+    write(&here, &output(&mut native).ok_or_else(|| format!("`{}` failed.", shown(&native)))?)?;
+    call(command("node", &[]).arg(script).arg(module).arg(here).current_dir(root()))
 }
 
 fn sizes() -> Done {
