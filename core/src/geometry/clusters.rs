@@ -24,11 +24,6 @@ pub(super) fn with([left, low, right, high]: Extent, x: i32, y: i32) -> Extent {
     [left.min(x), low.min(y), right.max(x), high.max(y)]
 }
 
-/// The extent of two.
-pub(super) fn joined([left, low, right, high]: Extent, other: Extent) -> Extent {
-    [left.min(other[0]), low.min(other[1]), right.max(other[2]), high.max(other[3])]
-}
-
 /// The first of the set that `of` belongs to.
 pub(super) fn root(parents: &mut [usize], of: usize) -> usize {
     let mut at = of;

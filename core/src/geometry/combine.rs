@@ -17,9 +17,9 @@
 //! of the crossing is that of chords 0.4 µm off, mended to the true one where there is one. Pieces shorter than 0.1 µm
 //! are drawn together, islands and holes thinner than 20 nm dropped. Knows no boards.
 
-use super::overlap::weighed;
+use super::clusters::clusters;
 use super::rebuild;
-use super::sheet::{Fill, Shape, Sheet, trace_two};
+use super::sheet::{Edge, Fill, Shape, Sheet, edges_of, extent_of, run, trace_two, turned};
 use super::{Path, Region, Segment};
 use i_overlay::core::overlay_rule::OverlayRule;
 
@@ -140,6 +140,36 @@ pub fn combine(first: &Region, second: &Region, rule: Rule) -> Region {
 struct Layer {
     clear: Vec<Shape>,
     dark: Vec<Shape>,
+}
+
+/// Shapes laid over each other: where the sum of `weight` times their windings is above zero. A group of shapes
+/// that hang together by their boxes is worked on apart, and stays as it is where all are of one list.
+fn weighed<const N: usize>(lists: [(i32, Vec<Shape>); N]) -> Vec<Shape> {
+    let all: Vec<(i32, Shape)> = lists
+        .into_iter()
+        .flat_map(|(weight, shapes)| shapes.into_iter().map(move |shape| (weight, shape)))
+        .collect();
+    let extents: Vec<_> = all.iter().map(|(_, shape)| extent_of(shape)).collect();
+    let mut all: Vec<Option<(i32, Shape)>> = all.into_iter().map(Some).collect();
+    let mut found = Vec::new();
+    for group in clusters(&extents) {
+        let group: Vec<(i32, Shape)> =
+            group.into_iter().filter_map(|index| all.get_mut(index).and_then(Option::take)).collect();
+        let first = group.first().map_or(0, |(weight, _)| *weight);
+        if group.iter().any(|(weight, _)| *weight != first) {
+            found.extend(run(group.iter().flat_map(|(weight, shape)| heavy(*weight, shape)), Fill::Positive));
+        } else if first > 0 {
+            found.extend(group.into_iter().map(|(_, shape)| shape));
+        }
+    }
+    found
+}
+
+/// The edges of a shape as often as it weighs, turned where it weighs less than nothing.
+fn heavy(weight: i32, shape: &Shape) -> impl Iterator<Item = Edge> {
+    let times = weight.unsigned_abs() as usize;
+    let turn = move |edge: Edge| if weight < 0 { turned(edge) } else { edge };
+    std::iter::repeat_n(shape, times).flat_map(edges_of).map(turn)
 }
 
 /// Two layers as one, the second over the first.

@@ -10,7 +10,6 @@ mod grow;
 mod index;
 mod measure;
 mod nearest;
-mod overlap;
 mod placement;
 mod rebuild;
 mod shape;

@@ -13,7 +13,6 @@
 //! the chords. Coordinates beyond [`super::REACH`] are moved to it, so nothing overflows. Knows no boards and no tools.
 
 use super::clusters::{self, Extent};
-use super::overlap;
 use super::{Path, Point, REACH, Segment, chords};
 use i_overlay::core::edge_data::{EdgeDataMerge, OverlayEdgeData};
 use i_overlay::core::edge_overlay::{EdgeOverlay, InputEdge};
@@ -33,8 +32,6 @@ const MOST_EIGHTHS: usize = 512;
 /// Groups of outlines are gathered until they have so many edges: below the number from which the overlay sets up its
 /// structures for large boards.
 const BATCH_EDGES: usize = 1_500;
-/// Groups with more edges are taken apart further, if they can be.
-const MANY_EDGES: usize = 3_000;
 /// Ends whose distances from the centre differ by more, in nm, do not lie on one arc.
 const UNEVEN_NM: f64 = 1_000.0;
 
@@ -295,26 +292,6 @@ pub(super) fn extent_of(shape: &Shape) -> Extent {
     extent(shape.iter().take(1).flatten().map(|edge| &edge.a))
 }
 
-/// The extent of edges in a row.
-pub(super) fn extent_of_edges(edges: &[Found]) -> Extent {
-    extent(edges.iter().flat_map(|edge| [&edge.a, &edge.b]))
-}
-
-/// The sides of a box that is `margin` nm larger than `extent`, counter-clockwise, and that box; none beyond reach.
-pub(super) fn frame(extent: Extent, margin: i32) -> Option<([Edge; 4], Extent)> {
-    let [left, low, right, high] = extent.map(i64::from);
-    let margin = i64::from(margin);
-    let wide = [left - margin, low - margin, right + margin, high + margin];
-    if wide.iter().any(|side| side.abs() > REACH.nm()) {
-        return None;
-    }
-    let [left, low, right, high] = wide.map(|side| side as i32);
-    let corners = [(left, low), (right, low), (right, high), (left, high), (left, low)];
-    let [a, b, c, d, e] = corners.map(|(x, y)| IntPoint::new(x, y));
-    let side = |(a, b)| InputEdge { a, b, data: Tag::STRAIGHT };
-    Some(([(a, b), (b, c), (c, d), (d, e)].map(side), [left, low, right, high]))
-}
-
 /// Runs the overlay on `edges`.
 pub(super) fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
     let edges = edges.into_iter();
@@ -332,11 +309,7 @@ fn batches(outlines: &[&[Edge]]) -> Vec<Vec<usize>> {
     };
     let mut batches: Vec<Vec<usize>> = Vec::new();
     let mut filled = BATCH_EDGES;
-    let mut groups = clusters::clusters(&extents);
-    // Groups in rows: the overlay goes from left to right and looks at all that is above each other.
-    let low = |group: &Vec<usize>| group.iter().filter_map(|&index| extents.get(index)).map(|e| e[1]).min();
-    groups.sort_by_cached_key(low);
-    for group in groups {
+    for group in clusters::clusters(&extents) {
         let more = size(&group);
         match batches.last_mut() {
             Some(last) if filled + more <= BATCH_EDGES => {
@@ -357,10 +330,9 @@ pub(super) fn trace(pile: &Pile, fill: Fill) -> Vec<Shape> {
     let outlines: Vec<&[Edge]> = pile.outlines().collect();
     let mut shapes = Vec::new();
     for batch in batches(&outlines) {
-        let chosen: Vec<&[Edge]> = batch.iter().filter_map(|&index| outlines.get(index).copied()).collect();
-        let size: usize = chosen.iter().map(|outline| outline.len()).sum();
-        let apart = if size > MANY_EDGES { overlap::traced(&chosen, fill) } else { None };
-        shapes.extend(apart.unwrap_or_else(|| run(chosen.concat(), fill)));
+        let chosen = batch.iter().filter_map(|&index| outlines.get(index));
+        let edges: Vec<Edge> = chosen.copied().flatten().copied().collect();
+        shapes.extend(run(edges, fill));
     }
     shapes
 }
@@ -382,6 +354,6 @@ pub(super) fn trace_two(subject: &Pile, clip: &Pile, rule: OverlayRule) -> Vec<S
 }
 
 /// The edges of shapes, to be laid down again.
-pub(super) fn edges_of(shape: &Shape) -> impl Iterator<Item = Edge> + Clone {
+pub(super) fn edges_of(shape: &Shape) -> impl Iterator<Item = Edge> {
     shape.iter().flatten().map(|edge| InputEdge { a: edge.a, b: edge.b, data: edge.data })
 }
