@@ -47,6 +47,7 @@ pub(super) struct Prepared {
 
 /// What a program becomes on a machine.
 struct Planned {
+    program: Program,
     stream: StepStream,
     digest: String,
     legs: Vec<Range<usize>>,
@@ -159,7 +160,8 @@ fn note(code: &str) -> Remark {
 pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, Remark> {
     let machine = &context.machine;
     let program = program::decode(bytes)?;
-    let Planned { stream, digest, legs, left_ticks } = planned(&program, machine)?;
+    let plan = planned(program, machine)?;
+    let Planned { program, stream, digest: _, legs: _, left_ticks } = &plan;
     let taken_up = context.offer.as_ref().filter(|(offered, ..)| offered == key);
     let plane = context.zero.or(taken_up.and_then(|(_, _, zero)| *zero));
     let mut zero = Steps::default();
@@ -175,12 +177,12 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         row(Verdict::Fail, Remark::new(Weight::Loss, "preflight.other_machine"))
     });
     if plane.is_some() {
-        match check::verify(&stream, machine, zero) {
+        match check::verify(stream, machine, zero) {
             Ok(_) => checks.push(row(Verdict::Pass, note("preflight.stream_safe"))),
             Err(reasons) => checks.extend(reasons.into_iter().take(20).map(|why| row(Verdict::Fail, why))),
         }
     }
-    checks.extend(context.safe_hz.map(|safe_hz| in_time(&stream, safe_hz)));
+    checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
     checks.extend(machine::doubts(machine).into_iter().map(|doubt| row(Verdict::Warn, doubt)));
     if program.bits.iter().any(|bit| !machine.rack.contains(&bit.diameter)) {
         checks.push(row(Verdict::Warn, Remark::new(Weight::Doubt, "preflight.bit_not_in_rack")));
@@ -203,56 +205,38 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         Verdict::Pass,
         note(words).with("holes", holes).with("ways", program.way_count()).with("seconds", total_s.round()),
     ));
-    let (key, bytes, context) = (key.to_owned(), bytes.to_vec(), context.clone());
-    let feed_percent = 100;
-    Ok(Prepared {
-        key,
-        bytes,
-        program,
-        stream,
-        digest,
-        legs,
-        left_ticks,
-        zero,
-        checks,
-        context,
-        feed_percent,
-    })
+    let (key, bytes) = (key.to_owned(), bytes.to_vec());
+    Ok(Prepared { zero, checks, ..bare(plan, key, bytes, context.clone()) })
 }
 
-fn planned(program: &Program, machine: &Machine) -> Result<Planned, Remark> {
-    let stream = steps::stream(&motion::timeline(program, machine)?, machine)?;
+fn planned(program: Program, machine: &Machine) -> Result<Planned, Remark> {
+    let stream = steps::stream(&motion::timeline(&program, machine)?, machine)?;
     let legs = legs_of(&stream, program.legs.len());
-    Ok(Planned { digest: steps::digest(&stream), left_ticks: left_ticks(&stream, &legs), legs, stream })
+    let (digest, left_ticks) = (steps::digest(&stream), left_ticks(&stream, &legs));
+    Ok(Planned { program, stream, digest, legs, left_ticks })
+}
+
+/// A plan with what it was made from, at the feeds it came with, not checked.
+fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepared {
+    let Planned { program, stream, digest, legs, left_ticks } = plan;
+    let (zero, checks, feed_percent) = (Steps::default(), Vec::new(), 100);
+    Prepared { key, bytes, program, stream, digest, legs, left_ticks, zero, checks, context, feed_percent }
 }
 
 /// The job in work with its feeds at `percent` of those it came with: the same legs to the same places, planned and checked
 /// anew. Refused where the check, or this computer's clock, refuses it.
 pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Remark> {
     let machine = &job.context.machine;
-    let program = program::decode(&job.bytes)?.at_feed(percent);
-    let Planned { stream, digest, legs, left_ticks } = planned(&program, machine)?;
-    check::verify(&stream, machine, job.zero).map_err(|reasons| {
+    let plan = planned(program::decode(&job.bytes)?.at_feed(percent), machine)?;
+    check::verify(&plan.stream, machine, job.zero).map_err(|reasons| {
         reasons.into_iter().next().unwrap_or_else(|| Remark::new(Weight::Loss, "control.busy"))
     })?;
-    if let Some(why) = job.context.safe_hz.and_then(|safe_hz| lateness::too_fast(&stream.segments, safe_hz)) {
+    let segments = &plan.stream.segments;
+    if let Some(why) = job.context.safe_hz.and_then(|safe_hz| lateness::too_fast(segments, safe_hz)) {
         return Err(why);
     }
-    let (key, bytes, checks) = (job.key.clone(), job.bytes.clone(), job.checks.clone());
-    let (zero, context, feed_percent) = (job.zero, job.context.clone(), percent);
-    Ok(Prepared {
-        key,
-        bytes,
-        program,
-        stream,
-        digest,
-        legs,
-        left_ticks,
-        zero,
-        checks,
-        context,
-        feed_percent,
-    })
+    let anew = bare(plan, job.key.clone(), job.bytes.clone(), job.context.clone());
+    Ok(Prepared { zero: job.zero, checks: job.checks.clone(), feed_percent: percent, ..anew })
 }
 
 /// The rows about the drill itself.
