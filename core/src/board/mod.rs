@@ -122,6 +122,11 @@ pub struct Board {
 }
 
 impl Board {
+    /// What the outer edges of the outline enclose, inner cut-outs filled; empty where there is no outline.
+    pub fn body(&self) -> Region {
+        outline::filled(&self.outline)
+    }
+
     /// The box around all centres and slot points.
     pub fn bounds(&self) -> Option<Bounds> {
         let holes = self.holes.iter().map(|hole| hole.at);

@@ -92,6 +92,12 @@ pub(super) fn nest(contours: Vec<Path>) -> Region {
     Region { islands }
 }
 
+/// `region` with its holes filled. Islands within islands stay as they are.
+pub(super) fn filled(region: &Region) -> Region {
+    let whole = |island: &Island| Island { outer: island.outer.clone(), holes: Vec::new() };
+    Region { islands: region.islands.iter().map(whole).collect() }
+}
+
 /// Goes on from one stroke to the next until it is back, or until nothing goes on.
 fn walk(start: usize, rows: &[Stroke], ends: &BTreeMap<(i64, i64), Vec<usize>>, free: &mut [bool]) -> Path {
     let mut path = Path::default();

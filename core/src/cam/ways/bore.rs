@@ -14,6 +14,7 @@
 
 use super::super::rack;
 use super::super::work::{Bore, Direction};
+use super::beside::Beside;
 use super::missing::Missing;
 use super::route::{Rules, arranged};
 use super::{Desk, Entry, Part, Task, Way};
@@ -58,6 +59,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
     }
     let mut by_bit: Vec<Vec<Path>> = bits.iter().map(|_| Vec::new()).collect();
     let (mut no_hole, mut no_slot) = (Missing::default(), Missing::default());
+    let mut beside = Beside::default();
     for (shape, index) in shapes {
         desk.go_on()?;
         // The widest bit that fits; else the thinnest, if it is too wide by no more than a drill may be.
@@ -77,13 +79,18 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
             }
             continue;
         };
+        beside.look(desk.scene, &shape.middle, shape.width);
         paths.extend(rings(&shape, bit, bore.direction));
         match index {
             Ok(hole) => part.holes.push(hole),
             Err(slot) => part.slots.push(slot),
         }
     }
-    let losses = no_hole.losses("cam.holes_missing").into_iter().chain(no_slot.losses("cam.slots_missing"));
+    let losses = no_hole
+        .losses("cam.holes_missing")
+        .into_iter()
+        .chain(no_slot.losses("cam.slots_missing"))
+        .chain(beside.loss());
     losses.for_each(|loss| desk.say(loss));
     for (bit, paths) in bits.iter().zip(by_bit) {
         part.tasks.extend(task(desk, bit, paths));

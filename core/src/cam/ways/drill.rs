@@ -13,6 +13,7 @@
 use super::super::tour::Effort;
 use super::super::work::{Drill, Holes};
 use super::super::{default_iterations, order, rack};
+use super::beside::Beside;
 use super::{Desk, Part, Stroke, Task};
 use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
@@ -48,6 +49,12 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
         part.left_holes.extend(out.iter().map(|(index, _)| *index));
         kept_out += out.len();
         *holes = free;
+    }
+    if drill.holes == Holes::Board {
+        let mut beside = Beside::default();
+        let holes = by_bit.iter().flat_map(|(bit, holes)| holes.iter().map(move |(_, at)| (*bit, *at)));
+        holes.for_each(|(bit, at)| beside.look(desk.scene, &[at], bit));
+        beside.loss().into_iter().for_each(|loss| desk.say(loss));
     }
     if kept_out > 0 {
         desk.say(Remark::new(Weight::Loss, "cam.holes_in_zone").with("count", kept_out));

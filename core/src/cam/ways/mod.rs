@@ -13,6 +13,7 @@
 //! Comes in: a board, a [`Work`], a machine. Goes out: [`Planned`] and what there is to say. Lengths in whole nanometres in
 //! the coordinates of the board as it lies. Does not know how fast anything goes: the time of a hop it is told.
 
+mod beside;
 mod bore;
 mod clear;
 mod closed;

@@ -22,6 +22,8 @@ pub struct Scene {
     zones: Vec<Bounds>,
     /// Where ways of the copper side may go; none for everywhere.
     pub(super) field: Option<Area>,
+    /// What the outer edges of the outline enclose; none where there is no outline.
+    body: Option<Area>,
 }
 
 impl Scene {
@@ -43,18 +45,25 @@ impl Scene {
         let laid = if bottom { pinned.turned(mirror_x) } else { pinned };
         let outlined = !laid.outline.is_empty();
         let field = outlined.then(|| Area::of(&grow(&laid.outline, setup.margin)));
+        let body = outlined.then(|| Area::of(&laid.body()));
         let file = turning.as_ref().map_or(Point::default(), |turning| turning.point(Point::default()));
         let origin = match setup.zero {
             Zero::Board => super::super::origin(&laid),
             Zero::Blank => blank(&laid).map_or(file, |blank| blank.min),
             Zero::File => file,
         };
-        Self { origin, board: laid, pins, zones, field }
+        Self { origin, board: laid, pins, zones, field, body }
     }
 
     /// The copper of `face`, if it has any.
     pub(super) fn copper(&self, face: Face) -> Option<&Copper> {
         self.board.copper.iter().find(|copper| copper.face == face && !copper.region.is_empty())
+    }
+
+    /// Whether all within `half` around `at` lies beyond the outer edges of the outline.
+    pub(super) fn is_beside(&self, at: Point, half: Length) -> bool {
+        let beyond = |body: &Area| !body.contains(at) && body.index().nearest(at, half).is_none();
+        self.body.as_ref().is_some_and(beyond)
     }
 
     /// Where the middle of a bit that cuts `width` may not go.

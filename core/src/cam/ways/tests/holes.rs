@@ -1,0 +1,65 @@
+//! Holes that must not be made without a word: those beside the board.
+
+use super::*;
+
+fn said<'a>(remarks: &'a [Remark], code: &str) -> Vec<&'a Remark> {
+    remarks.iter().filter(|remark| remark.code == code).collect()
+}
+
+fn arg<'a>(remark: &'a Remark, name: &str) -> &'a str {
+    remark.args.iter().find(|(own, _)| own == name).map_or("", |(_, value)| value)
+}
+
+#[test]
+fn what_lies_beside_the_board_is_a_loss_and_is_made_where_that_is_accepted() {
+    // Place, size, and whether it is told. The coupon is 30 × 20 mm with a cut-out of 14 … 17 × 8.5 … 11.5.
+    let rows = [
+        (at(3.0, 6.0), 0.8, false),
+        (at(30.0, 5.0), 0.8, false), // castellated
+        (at(30.3, 5.0), 0.8, false), // half of it
+        (at(30.5, 5.0), 0.8, true),
+        (at(15.5, 10.0), 0.8, false), // in the cut-out: a hole drawn twice
+        (at(50.0, 10.0), 0.8, true),
+        (at(50.0, 10.0), 5.0, true),
+        (at(-3.0, 10.0), 5.0, true),
+        (at(-2.0, 10.0), 5.0, false),
+    ];
+    for (place, size, told) in rows {
+        let mut board = coupon();
+        board.holes.push(Hole { at: place, ..hole(0.0, 0.0, size) });
+        let work = Work::default_for(&board, &virtual_drill());
+        let (planned, remarks) = planned(&board, &work);
+        let losses = said(&remarks, "cam.holes_outside");
+        assert_eq!(losses.len(), usize::from(told), "{place:?} {size}: {remarks:?}");
+        for loss in losses {
+            assert!(loss.is_unseen(&[]));
+            assert_eq!(arg(loss, "count"), "1");
+            assert_eq!(arg(loss, "x"), format!("{:.3}", place.x.mm()));
+            assert!(!loss.message("en").contains("cam."), "{}", loss.message("en"));
+        }
+        let made = planned.parts.iter().any(|part| part.holes.contains(&4));
+        assert!(made, "accepted, it is made: {place:?} {size}");
+    }
+}
+
+#[test]
+fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not() {
+    let mut board = coupon();
+    board.slots[0].path = vec![at(28.0, 17.0), at(33.0, 17.0)];
+    let bore = only(&board, "bore", |_| {});
+    let (_, remarks) = planned(&board, &bore);
+    assert_eq!(said(&remarks, "cam.holes_outside").len(), 1, "{remarks:?}");
+    board.outline = Region::default();
+    assert!(said(&planned(&board, &bore).1, "cam.holes_outside").is_empty());
+
+    let board = coupon();
+    let mut pins = only(&board, "drill", |operation| {
+        if let Action::Drill(drill) = &mut operation.action {
+            drill.holes = Holes::Alignment;
+        }
+    });
+    pins.setup.alignment.pairs = 1;
+    let (planned, remarks) = planned(&board, &pins);
+    assert_eq!(planned.parts[0].holes.len(), 2, "{remarks:?}");
+    assert!(said(&remarks, "cam.holes_outside").is_empty(), "{remarks:?}");
+}
