@@ -11,6 +11,7 @@ pub mod bench;
 mod lower;
 mod order;
 pub mod parameters;
+mod places;
 pub mod rack;
 mod tour;
 pub mod usual;
@@ -161,15 +162,17 @@ pub fn plan(
     progress: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<(Plan, Vec<Remark>), Vec<Remark>> {
     let spindles = spindles(options.spindles, machine)?;
-    let (mut bits, losses) = rack::assign(board, machine);
-    let unseen: Vec<Remark> = losses.iter().filter(|loss| loss.is_unseen(&options.accept)).cloned().collect();
+    let (mut bits, told) = rack::assign(board, machine);
+    let unseen: Vec<Remark> = told.iter().filter(|loss| loss.is_unseen(&options.accept)).cloned().collect();
     if !unseen.is_empty() {
         return Err(unseen);
     }
     if bits.is_empty() {
         return Err(vec![Remark::new(Weight::Loss, "plan.nothing_to_drill")]);
     }
-    let mut remarks = losses.clone();
+    let losses = told.iter().filter(|remark| remark.weight == Weight::Loss);
+    let accepted = losses.map(|loss| loss.code.clone()).collect();
+    let mut remarks = told;
     if options.group == Group::LoadedFirst {
         remarks.extend(loaded_first(&mut bits, options.loaded, machine.rack_tolerance));
     }
@@ -187,7 +190,7 @@ pub fn plan(
         hop_time_before_s: 0.0,
         hop_time_after_s: 0.0,
         iterations: 0,
-        accepted: losses.into_iter().map(|loss| loss.code).collect(),
+        accepted,
     };
     let mut holes_done = 0;
     for bit in bits {

@@ -9,6 +9,7 @@
 //! Comes in: a board and a machine's rack. Goes out: bits with their holes, and what cannot be drilled. Does not know
 //! the order of drilling.
 
+use super::places::{Places, Twice};
 use crate::board::Board;
 use crate::machine::Machine;
 use crate::remark::{Remark, Weight};
@@ -39,7 +40,7 @@ pub fn nearest(rack: &[Length], size: Length, tolerance: Length) -> Option<Lengt
 }
 
 /// Bits ascending with their holes. Holes without a bit or without a size, and slots, are in no bit's list and told as
-/// losses.
+/// losses. Of holes at the same place that the same bit makes only the first is in its list; a note tells of the others.
 pub fn assign(board: &Board, machine: &Machine) -> (Vec<BitUse>, Vec<Remark>) {
     let mut by_size: BTreeMap<Length, Vec<u32>> = BTreeMap::new();
     let mut unsized_holes = 0_usize;
@@ -61,8 +62,28 @@ pub fn assign(board: &Board, machine: &Machine) -> (Vec<BitUse>, Vec<Remark>) {
         entry.holes.extend(holes);
     }
     let mut bits: Vec<BitUse> = bits.into_values().collect();
-    bits.iter_mut().for_each(|bit| bit.holes.sort_unstable());
-    (bits, losses(&without, unsized_holes, board.slots.len(), (&machine.rack, machine.rack_tolerance)))
+    let twice = once(board, &mut bits);
+    let rack = (machine.rack.as_slice(), machine.rack_tolerance);
+    let mut remarks = losses(&without, unsized_holes, board.slots.len(), rack);
+    remarks.extend(twice.note("plan.holes_twice"));
+    (bits, remarks)
+}
+
+/// Puts the holes of every bit in file order, each place once; what came again.
+fn once(board: &Board, bits: &mut [BitUse]) -> Twice {
+    let (mut places, mut twice) = (Places::default(), Twice::default());
+    for BitUse { bit, holes, .. } in bits {
+        holes.sort_unstable();
+        holes.retain(|&hole| {
+            let at = board.holes.get(hole as usize).map(|hole| hole.at).unwrap_or_default();
+            let again = places.again(*bit, at, Length::ZERO);
+            if again {
+                twice.add(at);
+            }
+            !again
+        });
+    }
+    twice
 }
 
 /// Sizes that are told one by one.
@@ -152,7 +173,10 @@ mod tests {
         let board = Board {
             holes: [Some(1020), Some(800), Some(4000), None, Some(780), Some(1000), Some(4000)]
                 .map(hole)
-                .to_vec(),
+                .into_iter()
+                .zip(0..)
+                .map(|(hole, place)| Hole { at: Point::new(um(place * 5_000), um(0)), ..hole })
+                .collect(),
             slots: vec![slot],
             ..Board::default()
         };
@@ -168,5 +192,27 @@ mod tests {
             ["plan.no_bit", "plan.no_size", "plan.slots_not_drilled"].map(|code| (Weight::Loss, code))
         );
         assert!(remarks[0].message("en").contains("4 mm (2; 3.2 mm)"), "{}", remarks[0].message("en"));
+    }
+
+    #[test]
+    fn a_hole_that_two_files_have_is_drilled_once() {
+        let hole = |x: i64, size: i64, source: u32| Hole {
+            at: Point::new(um(x), um(0)),
+            diameter: Some(um(size)),
+            plated: None,
+            source,
+            tool_code: 1,
+            line: 1,
+        };
+        let holes = [(0, 800, 0), (5_000, 800, 0), (5_000, 800, 0), (0, 800, 1), (1, 790, 1), (0, 1_000, 1)];
+        let board =
+            Board { holes: holes.map(|(x, size, file)| hole(x, size, file)).to_vec(), ..Board::default() };
+        let (bits, remarks) = assign(&board, &virtual_drill());
+        let found: Vec<_> = bits.iter().map(|bit| (bit.bit, bit.holes.clone())).collect();
+        assert_eq!(found, [(um(800), vec![0, 1]), (um(1000), vec![5])]);
+        let [note] = remarks.as_slice() else { panic!("{remarks:?}") };
+        assert_eq!((note.weight, note.code.as_str()), (Weight::Note, "plan.holes_twice"));
+        assert_eq!(note.args[0].1, "3");
+        assert!(note.message("en").contains("3 holes"), "{}", note.message("en"));
     }
 }

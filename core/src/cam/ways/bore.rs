@@ -12,6 +12,7 @@
 //! Comes in: holes and slots, mills of the job. Goes out: one task for each bit, widest first. Does not know the rack but for
 //! telling which holes have a drill.
 
+use super::super::places::{Places, Twice};
 use super::super::rack;
 use super::super::work::{Bore, Direction};
 use super::beside::Beside;
@@ -22,6 +23,7 @@ use crate::geometry::{Path, Point, circle, grow, sweep};
 use crate::job::Bit;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
+use std::collections::BTreeSet;
 
 /// A bit is not too wide for what it is wider than by no more than this.
 const SLACK: Length = Length::from_um(2);
@@ -34,6 +36,24 @@ const MOST_RINGS: usize = 200;
 struct Shape {
     middle: Vec<Point>,
     width: Length,
+}
+
+/// Shapes that are milled already.
+#[derive(Default)]
+struct Made {
+    holes: Places,
+    slots: BTreeSet<(Length, Vec<Point>)>,
+}
+
+impl Made {
+    /// Whether a shape as `shape` was here before, a slot from whichever end.
+    fn again(&mut self, shape: &Shape) -> bool {
+        if let [at] = shape.middle.as_slice() {
+            return self.holes.again(shape.width, *at, Length::ZERO);
+        }
+        let turned: Vec<Point> = shape.middle.iter().rev().copied().collect();
+        !self.slots.insert((shape.width, turned.min(shape.middle.clone())))
+    }
 }
 
 /// Plans the operation.
@@ -59,9 +79,11 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
     }
     let mut by_bit: Vec<Vec<Path>> = bits.iter().map(|_| Vec::new()).collect();
     let (mut no_hole, mut no_slot) = (Missing::default(), Missing::default());
-    let mut beside = Beside::default();
+    let (mut beside, mut twice) = (Beside::default(), Twice::default());
+    let mut made = Made::default();
     for (shape, index) in shapes {
         desk.go_on()?;
+        let again = made.again(&shape);
         // The widest bit that fits; else the thinnest, if it is too wide by no more than a drill may be.
         let fits = |slack: Length| move |bit: &Bit| bit.diameter <= shape.width + slack;
         let fits = bits.iter().position(fits(SLACK)).or_else(|| bits.iter().rposition(fits(tolerance)));
@@ -79,8 +101,13 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
             }
             continue;
         };
-        beside.look(desk.scene, &shape.middle, shape.width);
-        paths.extend(rings(&shape, bit, bore.direction));
+        match shape.middle.first().filter(|_| again) {
+            Some(at) => twice.add(*at),
+            None => {
+                beside.look(desk.scene, &shape.middle, shape.width);
+                paths.extend(rings(&shape, bit, bore.direction));
+            }
+        }
         match index {
             Ok(hole) => part.holes.push(hole),
             Err(slot) => part.slots.push(slot),
@@ -91,7 +118,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
         .into_iter()
         .chain(no_slot.losses("cam.slots_missing"))
         .chain(beside.loss());
-    losses.for_each(|loss| desk.say(loss));
+    losses.chain(twice.note("cam.holes_twice")).for_each(|remark| desk.say(remark));
     for (bit, paths) in bits.iter().zip(by_bit) {
         part.tasks.extend(task(desk, bit, paths));
     }

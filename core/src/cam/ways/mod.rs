@@ -30,6 +30,7 @@ mod scene;
 mod slivers;
 #[cfg(test)]
 mod tests;
+mod twice;
 
 pub use lower::lower_work;
 pub use scene::Scene;
@@ -226,18 +227,19 @@ pub fn plan_work(
     assemble(scene, work, machine, means, parts)
 }
 
-/// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. Remarks
-/// and failures as those of [`plan_work`].
+/// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. What two
+/// of them drill, or one drills twice, is drilled once. Remarks and failures as those of [`plan_work`].
 pub fn assemble(
     scene: Scene,
     work: &Work,
     machine: &Machine,
     means: &Means<'_>,
-    parts: Vec<Part>,
+    mut parts: Vec<Part>,
 ) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
     let spindles = super::spindles(means.options.spindles, machine)?;
     let mut remarks: Vec<Remark> = parts.iter().flat_map(|part| part.remarks.iter().cloned()).collect();
     remarks.extend(left_out(&scene, work, machine, &parts));
+    remarks.extend(twice::once(work, &mut parts));
     let accept = &means.options.accept;
     if parts.iter().all(|part| part.tasks.is_empty()) {
         let mut why: Vec<Remark> = remarks.into_iter().filter(|remark| remark.is_unseen(accept)).collect();
@@ -279,6 +281,11 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
     super::rack::losses(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
 }
 
+/// What people call an operation.
+fn called(operation: &Operation) -> String {
+    if operation.name.is_empty() { operation.action.word().to_owned() } else { operation.name.clone() }
+}
+
 /// What planning one operation has at hand.
 struct Desk<'a> {
     scene: &'a Scene,
@@ -298,16 +305,7 @@ impl Desk<'_> {
     }
 
     fn say(&mut self, remark: Remark) {
-        self.remarks.push(remark.with("operation", self.name()));
-    }
-
-    /// What the operation is called.
-    fn name(&self) -> String {
-        if self.operation.name.is_empty() {
-            self.operation.action.word().to_owned()
-        } else {
-            self.operation.name.clone()
-        }
+        self.remarks.push(remark.with("operation", called(self.operation)));
     }
 
     /// Refuses to go on when nobody wants it any more.

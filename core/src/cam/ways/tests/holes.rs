@@ -63,3 +63,44 @@ fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not()
     assert_eq!(planned.parts[0].holes.len(), 2, "{remarks:?}");
     assert!(said(&remarks, "cam.holes_outside").is_empty(), "{remarks:?}");
 }
+
+fn strokes(planned: &Planned) -> usize {
+    planned.parts.iter().flat_map(|part| &part.tasks).map(|task| task.strokes.len()).sum()
+}
+
+#[test]
+fn a_hole_that_is_there_twice_is_made_once() {
+    let mut board = coupon();
+    let (first, bored) =
+        (Hole { source: 1, ..board.holes[1].clone() }, Hole { source: 1, ..board.holes[3].clone() });
+    // As two files say it, and as one does whose sizes are rounded differently; one hole is beside, and stays.
+    board.holes.extend([first.clone(), bored, Hole { diameter: Some(mm(0.81)), ..first.clone() }]);
+    board.holes.push(Hole { at: at(12.0, 3.01), ..first });
+    board.slots.push(Slot { path: vec![at(27.0, 17.0), at(24.0, 17.0)], ..board.slots[0].clone() });
+    let plain = planned(&coupon(), &Work::default_for(&coupon(), &virtual_drill())).0;
+    let (planned, remarks) = planned(&board, &Work::default_for(&board, &virtual_drill()));
+    assert_eq!(strokes(&planned), strokes(&plain) + 1);
+    assert_eq!(planned.ways().count(), plain.ways().count());
+    let notes = said(&remarks, "cam.holes_twice");
+    let counts: Vec<_> = notes.iter().map(|note| (arg(note, "operation"), arg(note, "count"))).collect();
+    assert_eq!(counts.len(), 2, "{counts:?}");
+    assert!(counts.iter().all(|row| ["2", "2"].contains(&row.1)), "{counts:?}");
+    assert!(notes.iter().all(|note| note.weight == Weight::Note && !note.message("en").contains("cam.")));
+    // Nothing is said to be left out.
+    assert!(!remarks.iter().any(|remark| remark.weight == Weight::Loss), "{remarks:?}");
+}
+
+#[test]
+fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
+    let board = coupon();
+    for (first, second, count) in [(0.0, 0.0, 3), (0.0, 0.3, 3), (0.3, 0.0, 6), (0.3, 0.3, 3)] {
+        let mut work = only(&board, "drill", |operation| operation.depth = mm(first));
+        let again = Operation { depth: mm(second), ..work.operations[0].clone() };
+        work.operations.push(again);
+        let (planned, remarks) = planned(&board, &work);
+        assert_eq!(strokes(&planned), count, "{first} {second}");
+        assert_eq!(said(&remarks, "cam.holes_twice").len(), usize::from(count == 3), "{remarks:?}");
+        let empty = planned.parts.iter().flat_map(|part| &part.tasks).filter(|task| task.strokes.is_empty());
+        assert_eq!(empty.count(), 0, "no bit is put in for nothing");
+    }
+}
