@@ -142,7 +142,8 @@ impl Edges {
         Self::gridded(edges, rings)
     }
 
-    fn gridded(edges: Vec<Edge>, rings: Vec<Ring>) -> Self {
+    /// Edges that need not close, in a grid.
+    pub(super) fn gridded(edges: Vec<Edge>, rings: Vec<Ring>) -> Self {
         let ends = || edges.iter().flat_map(|edge| [edge.from, edge.to]);
         let low = ends().fold(Spot { x: f64::MAX, y: f64::MAX }, |low, at| Spot {
             x: low.x.min(at.x),
@@ -228,7 +229,10 @@ impl Edges {
     }
 
     fn items_of(&self, row: usize, column: usize) -> impl Iterator<Item = u32> + '_ {
-        let cell = row * self.columns + column;
+        self.items_in(row * self.columns + column)
+    }
+
+    fn items_in(&self, cell: usize) -> impl Iterator<Item = u32> + '_ {
         let start = self.starts.get(cell).copied().unwrap_or(0) as usize;
         let end = self.starts.get(cell + 1).copied().unwrap_or(0) as usize;
         self.items.get(start..end).unwrap_or_default().iter().copied()
@@ -284,6 +288,26 @@ impl Edges {
                 }
             }
         }
+    }
+
+    /// Whether the straight way between two places crosses an edge farther than `margin` mm from both.
+    pub(super) fn cross(&self, from: Spot, to: Spot, margin: f64) -> bool {
+        let way = Edge { from, to, island: 0, ring: 0, along: 0.0 };
+        let mut met = false;
+        self.cells_of(&way, &mut |cell| {
+            let mut items = self.items_in(cell).filter_map(|index| self.edges.get(index as usize));
+            met = met
+                || items.any(|edge| {
+                    let at = crossing(&way, edge);
+                    at.is_some_and(|at| at.distance(from) > margin && at.distance(to) > margin)
+                });
+        });
+        met
+    }
+
+    /// The size of a cell, in mm.
+    pub(super) fn cell(&self) -> f64 {
+        self.cell
     }
 
     /// The nearest edge for which `wanted` holds, at most `reach` mm away: its distance and the place on it.

@@ -1,31 +1,33 @@
 //! Pieces of copper that hold two or more nets: where the gaps between these are narrowest.
 //!
 //! ```text
-//!    ███ A ███┐                what is left between the nets (░) touches A and B: from every place where it touches
-//!      ░░░░░░░│░░              one net, the nearest place of another net that can be seen through copper
-//!    ███ B ███████
+//!    ███ A ███┐                what is left between the nets (░) is a bridge where it touches A and B: from every place
+//!      ░░░░░░░│░░              where it touches one net, the nearest place where it touches another one and that can be
+//!    ███ B ███████             seen: through the bridge, from one side that faces the other
 //! ```
 //!
 //! Comes in: the scene. Goes out: findings with place, gap, nets, tool and cures. Does not know why the gap is not cut.
 
 use super::cures;
-use super::edges::{Edge, Spot, around, between, spots};
+use super::edges::{Edge, Edges, Spot, around, between, spots};
 use super::finding::{Finding, Kind};
 use super::scene::Scene;
-use crate::geometry::{Island, Region, Rule, combine};
+use crate::geometry::{Island, Region, Rule, combine, island_area_mm2};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Copper between nets touches a net where it is this near, in mm: chords and whole nanometres.
 const TOUCH_MM: f64 = 0.004;
-/// Places along an edge are this far apart, in mm.
+/// Contacts are at most so long, in mm.
 const STEP_MM: f64 = 0.05;
-/// At most so many places along the edges of one piece.
+/// At most so many contacts along the edges of one bridge.
 const MOST_PLACES: f64 = 20_000.0;
 /// Gaps that differ by less than this, in mm, are as narrow: the middle one of these is told.
 const EQUAL_MM: f64 = 0.001;
-/// A first look for another net goes this far, in mm.
+/// A look for another net goes this far, in mm.
 const REACH_MM: f64 = 3.0;
+/// So many of the nearest places are looked at from one contact.
+const LOOKS: usize = 6;
 
 /// Where two nets are nearest to each other.
 #[derive(Clone, Copy, Debug)]
@@ -33,10 +35,38 @@ struct Gap {
     width: f64,
     from: Spot,
     to: Spot,
+    /// One side can be seen from the other.
+    seen: bool,
 }
 
 /// By nets; the narrowest, and those as narrow.
 type Gaps = BTreeMap<(u32, u32), Vec<Gap>>;
+
+/// Copper that is left between nets, in one piece.
+struct Bridge<'a> {
+    scene: &'a Scene<'a>,
+    /// All of these, and which one of them it is.
+    all: &'a Edges,
+    number: u32,
+    nets: BTreeSet<u32>,
+    /// The parts of its edges that touch a net, with that net in the place of the island: the bridge on the left.
+    contacts: Edges,
+    /// How wide it is at large, in mm: that of a strip with its area and edges.
+    thickness: f64,
+    /// The narrowest milled cut, in mm.
+    tool: f64,
+}
+
+/// How a place must be seen.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sight {
+    /// Through the bridge; in a gap that no bit fits into, between the nets.
+    Copper,
+    /// Between the nets.
+    Gap,
+    /// Not at all.
+    Blind,
+}
 
 /// Every pair of nets that one piece of copper holds, where nothing separates them.
 pub(super) fn shorts(scene: &Scene<'_>) -> Vec<Finding> {
@@ -47,18 +77,22 @@ pub(super) fn shorts(scene: &Scene<'_>) -> Vec<Finding> {
         return Vec::new();
     }
     let between_nets = combine(&bad, &scene.copper, Rule::Difference);
+    let all = Edges::of(&between_nets);
     let mut findings = Vec::new();
     let mut told: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-    for island in &between_nets.islands {
-        let touched = touched(scene, island);
-        let Some(piece) = touched.piece else { continue };
-        let gaps = gaps(scene, &touched, piece);
-        let joined = groups(&touched.nets, &narrow(scene, &gaps));
+    for (number, island) in (0..).zip(&between_nets.islands) {
+        let Some(bridge) = bridge(scene, &all, number, island) else { continue };
+        let Some(piece) = super::scene::inner_spot(island).and_then(|spot| scene.left_edges.island_at(spot))
+        else {
+            continue;
+        };
+        let gaps = gaps(&bridge);
+        let joined = groups(&bridge.nets, &narrow(&bridge, &gaps));
         for ((one, other), mut equal) in gaps {
             told.entry(piece).or_default().extend([one, other]);
             equal.sort_by_key(|gap| micrometres(gap.from.towards(gap.to, 0.5)));
             let Some(&gap) = equal.get(equal.len() / 2) else { continue };
-            let finding = finding(scene, one, other, gap);
+            let finding = finding(&bridge, one, other, gap);
             // Nets that narrow gaps join are not told again where they are far apart.
             if finding.kind == Kind::Gap || joined.get(&one) != joined.get(&other) {
                 findings.push(finding);
@@ -74,57 +108,61 @@ fn micrometres(spot: Spot) -> (i64, i64) {
     (libm::round(spot.x * 1e3) as i64, libm::round(spot.y * 1e3) as i64)
 }
 
-/// The places where copper between nets touches these.
-struct Touched {
-    /// The piece of the copper left.
-    piece: Option<u32>,
-    nets: BTreeSet<u32>,
-    places: Vec<(Spot, u32)>,
-}
-
-fn touched(scene: &Scene<'_>, island: &Island) -> Touched {
+/// The bridge that this island is, if it touches two nets.
+fn bridge<'a>(scene: &'a Scene<'a>, all: &'a Edges, number: u32, island: &Island) -> Option<Bridge<'a>> {
     let rings: Vec<Vec<Spot>> = island.paths().map(spots).collect();
     let pairs = || rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().skip(1)));
     let length: f64 = pairs().map(|(a, b)| a.distance(*b)).sum();
     let step = STEP_MM.max(length / MOST_PLACES);
-    let mut found = Touched { piece: None, nets: BTreeSet::new(), places: Vec::new() };
+    let (mut nets, mut contacts) = (BTreeSet::new(), Vec::new());
     for (&a, &b) in pairs() {
         let count = libm::ceil(a.distance(b) / step).max(1.0) as usize;
         for index in 0..count {
-            let spot = a.towards(b, (index as f64 + 0.5) / count as f64);
-            if let Some((_, _, edge)) = scene.design.nearest(spot, TOUCH_MM, &|_| true) {
+            let at = |part: f64| a.towards(b, (index as f64 + part) / count as f64);
+            if let Some((_, _, edge)) = scene.design.nearest(at(0.5), TOUCH_MM, &|_| true) {
                 let net = scene.net(edge.island);
-                found.nets.insert(net);
-                found.places.push((spot, net));
+                nets.insert(net);
+                contacts.push(Edge { from: at(0.0), to: at(1.0), island: net, ring: 0, along: 0.0 });
             }
         }
     }
-    if found.nets.len() > 1 {
-        found.piece = super::scene::inner_spot(island).and_then(|spot| scene.left_edges.island_at(spot));
-    }
-    found
+    (nets.len() > 1).then(|| Bridge {
+        scene,
+        all,
+        number,
+        nets,
+        contacts: Edges::gridded(contacts, Vec::new()),
+        thickness: 2.0 * island_area_mm2(island) / length.max(TOUCH_MM),
+        tool: scene.narrowest().map_or(0.0, Length::mm),
+    })
 }
 
 /// The narrowest gap of every pair of neighbours; then of every group of nets that no gap joins with the others yet.
-fn gaps(scene: &Scene<'_>, touched: &Touched, piece: u32) -> Gaps {
+fn gaps(bridge: &Bridge<'_>) -> Gaps {
     let mut gaps = Gaps::new();
-    look(scene, touched, REACH_MM, Some(piece), &|one, other| one != other, &mut gaps);
-    // Each round at least halves the number of groups.
-    for sight in [Some(piece), None, None, None, None, None, None, None, None, None] {
-        let group = groups(&touched.nets, &gaps);
-        let apart = |one: u32, other: u32| group.get(&one) != group.get(&other);
-        if group.values().collect::<BTreeSet<_>>().len() < 2 {
+    look(bridge, Sight::Copper, &|_| true, &|one, other| one != other, &mut gaps);
+    // Each blind round at least halves the number of groups.
+    for sight in std::iter::once(Sight::Gap).chain([Sight::Blind; 32]) {
+        let group = groups(&bridge.nets, &gaps);
+        let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
+        for contact in &bridge.contacts.edges {
+            *sizes.entry(group.get(&contact.island).copied().unwrap_or_default()).or_default() += 1;
+        }
+        if sizes.len() < 2 {
             break;
         }
-        look(scene, touched, f64::MAX, sight, &apart, &mut gaps);
+        // All but the largest look for the others.
+        let largest = sizes.iter().max_by_key(|(_, size)| **size).map(|(group, _)| *group);
+        let looks = |net: u32| group.get(&net).copied() != largest;
+        let apart = |one: u32, other: u32| group.get(&one) != group.get(&other);
+        look(bridge, sight, &looks, &apart, &mut gaps);
     }
     gaps
 }
 
 /// The gaps that no bit of the program fits into.
-fn narrow(scene: &Scene<'_>, gaps: &Gaps) -> Gaps {
-    let tool = scene.narrowest().map_or(0.0, Length::mm);
-    let fits_not = |gap: &Gap| gap.width < tool;
+fn narrow(bridge: &Bridge<'_>, gaps: &Gaps) -> Gaps {
+    let fits_not = |gap: &Gap| bridge.width(*gap) < bridge.tool;
     let narrow = gaps.iter().filter(|(_, equal)| equal.first().is_some_and(fits_not));
     narrow.map(|(pair, equal)| (*pair, equal.clone())).collect()
 }
@@ -140,28 +178,24 @@ fn groups(nets: &BTreeSet<u32>, gaps: &Gaps) -> BTreeMap<u32, u32> {
     group
 }
 
-/// Looks from every place for the nearest other net; `sight` is the piece of copper through which it must be seen.
+/// Looks from every contact of a net for which `looks` holds for the nearest other net.
 fn look(
-    scene: &Scene<'_>,
-    touched: &Touched,
-    reach: f64,
-    sight: Option<u32>,
+    bridge: &Bridge<'_>,
+    sight: Sight,
+    looks: &impl Fn(u32) -> bool,
     other: &impl Fn(u32, u32) -> bool,
     gaps: &mut Gaps,
 ) {
-    let extent = scene.design.extent();
-    for &(spot, net) in &touched.places {
-        let wanted = |edge: &Edge| {
-            let theirs = scene.net(edge.island);
-            touched.nets.contains(&theirs) && other(net, theirs) && seen(scene, spot, edge, sight)
-        };
-        let Some((width, at, edge)) = scene.design.nearest(spot, reach.min(extent), &wanted) else {
+    for contact in bridge.contacts.edges.iter().filter(|contact| looks(contact.island)) {
+        let net = contact.island;
+        let spot = contact.from.towards(contact.to, 0.5);
+        let Some((at, theirs)) = bridge.nearest(contact, sight, &|theirs| other(net, theirs)) else {
             continue;
         };
-        let theirs = scene.net(edge.island);
+        let width = spot.distance(at);
         // From the net with the lesser number to the other.
         let (from, to) = if net < theirs { (spot, at) } else { (at, spot) };
-        let gap = Gap { width, from, to };
+        let gap = Gap { width, from, to, seen: sight != Sight::Blind };
         let known = gaps.entry((net.min(theirs), net.max(theirs))).or_default();
         let narrowest = known.first().map_or(f64::MAX, |gap| gap.width);
         if width < narrowest - EQUAL_MM {
@@ -173,14 +207,70 @@ fn look(
     }
 }
 
-/// Whether the way from `spot` to `edge` leads through this piece of copper.
-fn seen(scene: &Scene<'_>, spot: Spot, edge: &Edge, sight: Option<u32>) -> bool {
-    let Some(piece) = sight else { return true };
-    let to = edge.near(spot);
-    [0.12, 0.31, 0.5, 0.69, 0.88].iter().all(|&share| {
-        let here = spot.towards(to, share);
-        scene.left_edges.island_at(here) == Some(piece)
-    })
+/// Whether what lies on the left of `edge` is where `to` is, seen from `from` on it.
+fn faces(edge: &Edge, from: Spot, to: Spot) -> bool {
+    let (along, way) = (edge.to.minus(edge.from), to.minus(from));
+    along.x * way.y - along.y * way.x >= 0.0
+}
+
+impl Bridge<'_> {
+    /// The nearest place of another net that can be seen from `contact`, and this net.
+    fn nearest(&self, contact: &Edge, sight: Sight, other: &impl Fn(u32) -> bool) -> Option<(Spot, u32)> {
+        let spot = contact.from.towards(contact.to, 0.5);
+        if sight == Sight::Blind {
+            let found = self.contacts.nearest(spot, f64::MAX, &|edge| other(edge.island));
+            return found.map(|(_, at, edge)| (at, edge.island));
+        }
+        let (mut looks, mut done, mut radius) = (0, -1.0, self.contacts.cell().min(REACH_MM));
+        let mut near: Vec<(f64, u32, Spot, u32)> = Vec::new();
+        loop {
+            near.clear();
+            let (low, high) = around(spot, spot, radius);
+            self.contacts.in_box(low, high, &mut |index, edge| {
+                let at = edge.near(spot);
+                let distance = at.distance(spot);
+                let new = distance > done && distance <= radius && other(edge.island);
+                if new && faces(contact, spot, at) && faces(edge, at, spot) {
+                    near.push((distance, index, at, edge.island));
+                }
+            });
+            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            near.dedup_by_key(|(_, index, _, _)| *index);
+            for (_, _, at, net) in near.iter().copied() {
+                if self.sees(spot, at, sight) {
+                    return Some((at, net));
+                }
+                looks += 1;
+                if looks == LOOKS {
+                    return None;
+                }
+            }
+            if radius >= REACH_MM {
+                return None;
+            }
+            (done, radius) = (radius, (radius * 2.0).min(REACH_MM));
+        }
+    }
+
+    fn sees(&self, from: Spot, to: Spot, sight: Sight) -> bool {
+        let middle = from.towards(to, 0.5);
+        if sight == Sight::Copper && from.distance(to) >= self.tool {
+            return self.all.island_at(middle) == Some(self.number) && !self.all.cross(from, to, TOUCH_MM);
+        }
+        free(self.scene, from, to)
+    }
+
+    /// How wide a bit may be at this gap, in mm: where its sides do not see each other, as wide as the bridge at most.
+    fn width(&self, gap: Gap) -> f64 {
+        if gap.seen { gap.width } else { gap.width.min(self.thickness) }
+    }
+}
+
+/// Whether the straight way between two places leads through no copper of the design.
+fn free(scene: &Scene<'_>, from: Spot, to: Spot) -> bool {
+    let middle = from.towards(to, 0.5);
+    from.distance(to) <= 2.0 * TOUCH_MM
+        || (scene.design.island_at(middle).is_none() && !scene.design.cross(from, to, TOUCH_MM))
 }
 
 /// The same gap where it is narrowest near by: places were only looked at every so often.
@@ -205,20 +295,22 @@ fn refined(scene: &Scene<'_>, one: u32, other: u32, gap: Gap) -> Gap {
             let (width, from, to) = between(a, b);
             let middle = from.towards(to, 0.5);
             let near = middle.distance(gap.from.towards(gap.to, 0.5)) <= STEP_MM * 2.0;
-            if width < best.width - EQUAL_MM && near && scene.left_edges.island_at(middle).is_some() {
-                best = Gap { width, from, to };
+            if width < best.width - EQUAL_MM && near && free(scene, from, to) {
+                best = Gap { width, from, to, ..gap };
             }
         }
     }
     best
 }
 
-fn finding(scene: &Scene<'_>, one: u32, other: u32, gap: Gap) -> Finding {
-    let gap = refined(scene, one, other, gap);
+fn finding(bridge: &Bridge<'_>, one: u32, other: u32, gap: Gap) -> Finding {
+    let scene = bridge.scene;
+    let gap = if gap.seen { refined(scene, one, other, gap) } else { gap };
     let middle = gap.from.towards(gap.to, 0.5).point();
-    let width = Length::from_mm(gap.width);
     let tool = scene.narrowest();
-    let kind = if tool.is_some_and(|tool| width < tool) { Kind::Gap } else { Kind::Short };
+    let fits = |width: Length| tool.is_none_or(|tool| width >= tool);
+    let kind = if fits(Length::from_mm(bridge.width(gap))) { Kind::Short } else { Kind::Gap };
+    let width = Length::from_mm(if kind == Kind::Gap { bridge.width(gap) } else { gap.width });
     let mut finding = Finding::new(kind, middle, width, vec![scene.label(one), scene.label(other)]);
     finding.tool = tool;
     finding.ends = Some((gap.from.point(), gap.to.point()));

@@ -250,6 +250,19 @@ fn a_gap_narrower_than_the_bit_has_cures() {
 }
 
 #[test]
+fn a_neck_across_a_narrow_gap_is_no_short_through_the_pad_behind_it() {
+    // Plunges in the gap leave a neck of 5 µm, and the straight way from side to side hits it only in the middle.
+    let board = board(&[((0.0, 0.0, 1.0, 1.0), Some("P")), ((1.13, 0.2, 2.0, 0.8), Some("Q"))]);
+    let mut ways = around_tight();
+    ways.extend([0.2, 0.35, 0.5, 0.705, 0.8].map(|y| way(&[(1.065, y)], 0.1)));
+    let findings = found(&board, &[program(mill(0.2), &ways)]);
+    let gap = only(&findings, Kind::Gap);
+    near(gap, Some(1.065), Some(0.6025));
+    wide(gap, 0.13);
+    assert!(findings.iter().all(|finding| finding.kind != Kind::Short), "{findings:#?}");
+}
+
+#[test]
 fn a_deep_vee_is_cured_by_less_depth() {
     let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
     let ways: Vec<Way> = around_tight().into_iter().map(|way| Way { depth, ..way }).collect();
