@@ -388,7 +388,7 @@ pub const OPERATION: &[Parameter<Operation>] = &[
     common!(
         "operation.speed",
         "rpm",
-        Kind::Whole(0.0, 300_000.0),
+        Kind::Whole(1.0, 300_000.0),
         |o: &Operation| Value::Number(f64::from(o.spindle_rpm)),
         |o, v| o.spindle_rpm = number(v) as u32
     ),

@@ -32,6 +32,8 @@ pub enum Kind {
     Hit,
     /// Something is cut while no bit is in.
     NoBit,
+    /// Something is cut while the spindle stands.
+    Still,
     /// A cut that does not go through the copper.
     Shallow,
     /// Too little copper around a drilled hole, or none.
@@ -46,7 +48,7 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Short,
         Self::Gap,
         Self::Break,
@@ -54,6 +56,7 @@ impl Kind {
         Self::Lost,
         Self::Hit,
         Self::NoBit,
+        Self::Still,
         Self::Shallow,
         Self::Ring,
         Self::Sliver,
@@ -71,6 +74,7 @@ impl Kind {
             Self::Lost => "proof.lost",
             Self::Hit => "proof.hit",
             Self::NoBit => "proof.no_bit",
+            Self::Still => "proof.still",
             Self::Shallow => "proof.shallow",
             Self::Ring => "proof.ring",
             Self::Sliver => "proof.sliver",
@@ -82,9 +86,14 @@ impl Kind {
     /// How much it weighs.
     pub const fn weight(self) -> Weight {
         match self {
-            Self::Short | Self::Gap | Self::Break | Self::Gone | Self::Lost | Self::Hit | Self::NoBit => {
-                Weight::Loss
-            }
+            Self::Short
+            | Self::Gap
+            | Self::Break
+            | Self::Gone
+            | Self::Lost
+            | Self::Hit
+            | Self::NoBit
+            | Self::Still => Weight::Loss,
             Self::Shallow | Self::Ring | Self::Sliver | Self::Remnant => Weight::Doubt,
             Self::Crumb => Weight::Note,
         }
@@ -156,6 +165,7 @@ impl Finding {
             .with("width", mm(self.width))
             .with("tool", self.tool.map(mm).unwrap_or_default())
             .with("nets", self.nets.join(" · "))
+            .with("leg", self.leg.map(|(_, leg)| (leg + 1).to_string()).unwrap_or_default())
             .with("id", &self.id)
     }
 }

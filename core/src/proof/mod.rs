@@ -26,7 +26,7 @@ mod strokes;
 
 pub use cures::Cure;
 pub use finding::{Finding, Kind};
-pub use replay::{Cut, Replay, replay};
+pub use replay::{Cut, Replay, Still, replay};
 
 use crate::board::{Board, COPPER_THICKNESS, DEPTH_MARGIN, Face, THINNEST};
 use crate::geometry::{Point, Region};
@@ -99,6 +99,7 @@ pub struct Verdict {
 pub fn prove(board: &Board, programs: &[Program], options: &Options) -> Verdict {
     let Some(scene) = Scene::new(board, programs, options) else { return Verdict::default() };
     let mut findings = scene.without_bit();
+    findings.extend(scene.still());
     let shorts = shorts::shorts(&scene);
     findings.extend(shorts);
     findings.extend(breaks::breaks(&scene));

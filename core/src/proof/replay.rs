@@ -51,6 +51,19 @@ pub struct Replay {
     pub cuts: Vec<Cut>,
     /// The first place where something is cut with no bit in.
     pub without_bit: Option<Point>,
+    /// Where something is cut while the spindle stands, the first place of every time that it stands.
+    pub still: Vec<Still>,
+}
+
+/// A cut while the spindle stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Still {
+    /// Where it begins, in the files' coordinates.
+    pub at: Point,
+    /// How deep it goes, above zero.
+    pub depth: Length,
+    /// The leg of the program.
+    pub leg: u32,
 }
 
 /// Where the tip is.
@@ -63,6 +76,9 @@ struct Tip<'a> {
     bit: Option<u32>,
     leg: u32,
     mark: Mark,
+    turns: bool,
+    /// That it cuts while the spindle stands was told since it stopped.
+    told: bool,
     out: Replay,
 }
 
@@ -77,6 +93,8 @@ pub fn replay(program: &Program, index: u32, copper: Length) -> Replay {
         bit: None,
         leg: 0,
         mark: Mark::Prepare,
+        turns: false,
+        told: false,
         out: Replay::default(),
     };
     for (number, leg) in (0..).zip(&program.legs) {
@@ -105,7 +123,11 @@ impl Tip<'_> {
                 }
                 Command::Retract { to } => self.height = to,
                 Command::AwaitBit { bit } => self.bit = Some(bit),
-                Command::Dwell { .. } | Command::Spindle { .. } => {}
+                Command::Spindle { rpm } => {
+                    self.turns = rpm > 0;
+                    self.told &= !self.turns;
+                }
+                Command::Dwell { .. } => {}
             }
         }
     }
@@ -175,6 +197,10 @@ impl Tip<'_> {
 
     fn push(&mut self, from: Point, segment: Option<Segment>, one: Length, other: Length) {
         let (least, most) = (one.min(other).max(Length::ZERO), one.max(other));
+        if !self.turns && !self.told {
+            self.told = true;
+            self.out.still.push(Still { at: from, depth: most, leg: self.leg });
+        }
         if self.bit.is_none() && self.out.without_bit.is_none() {
             self.out.without_bit = Some(from);
         }

@@ -10,7 +10,7 @@
 use super::Options;
 use super::edges::{self, Edge, Edges, Spot, spots};
 use super::finding::{Finding, Kind};
-use super::replay::{Cut, replay};
+use super::replay::{Cut, Still, replay};
 use super::strokes::outlines;
 use crate::board::{Board, Copper};
 use crate::geometry::{
@@ -53,6 +53,8 @@ pub(super) struct Scene<'a> {
     pub(super) labels: Vec<String>,
     pub(super) cuts: Vec<Cut>,
     without_bit: Option<Point>,
+    /// With the index of the program.
+    still: Vec<(u32, Still)>,
     /// The copper left.
     pub(super) left: Region,
     pub(super) left_edges: Edges,
@@ -68,11 +70,12 @@ impl<'a> Scene<'a> {
     pub(super) fn new(board: &'a Board, programs: &'a [Program], options: &'a Options) -> Option<Self> {
         let copper = board.copper.iter().find(|copper| copper.face == options.face)?;
         let mut cuts = Vec::new();
-        let mut without_bit = None;
+        let (mut without_bit, mut still) = (None, Vec::new());
         for (index, program) in (0..).zip(programs) {
             let played = replay(program, index, options.copper_thickness);
             cuts.extend(played.cuts);
             without_bit = without_bit.or(played.without_bit);
+            still.extend(played.still.into_iter().map(|still| (index, still)));
         }
         let outline = Some(&board.outline).filter(|outline| !outline.is_empty());
         let blank = outline.cloned().unwrap_or_else(|| around(copper, &cuts));
@@ -103,6 +106,7 @@ impl<'a> Scene<'a> {
             labels,
             cuts,
             without_bit,
+            still,
             left,
             left_edges,
             kept,
@@ -148,6 +152,15 @@ impl<'a> Scene<'a> {
     pub(super) fn without_bit(&self) -> Vec<Finding> {
         let finding = |at| Finding::new(Kind::NoBit, at, Length::ZERO, Vec::new());
         self.without_bit.map(finding).into_iter().collect()
+    }
+
+    /// Cuts that were made while the spindle stands.
+    pub(super) fn still(&self) -> Vec<Finding> {
+        let finding = |&(program, still): &(u32, Still)| Finding {
+            leg: Some((program, still.leg)),
+            ..Finding::new(Kind::Still, still.at, still.depth, Vec::new())
+        };
+        self.still.iter().map(finding).collect()
     }
 }
 

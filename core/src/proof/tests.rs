@@ -56,6 +56,8 @@ fn contour((left, bottom, right, top): Rect, away: f64, depth: f64) -> Way {
     way(&[(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)], depth)
 }
 
+const ON: Command = Command::Spindle { rpm: 30_000 };
+
 fn program(bit: Bit, ways: &[Way]) -> Program {
     let safe_height = Length::from_mm(2.0);
     let leg = |way: &Way| {
@@ -70,7 +72,7 @@ fn program(bit: Bit, ways: &[Way]) -> Program {
         commands.push(Command::Retract { to: safe_height });
         Leg { mark: way.mark, commands }
     };
-    let first = Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] };
+    let first = Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }, ON] };
     Program {
         name: String::new(),
         machine: String::new(),
@@ -349,9 +351,29 @@ fn holes_are_looked_at_with_the_copper_around_them() {
 #[test]
 fn a_cut_without_a_bit_is_told() {
     let mut program = program(mill(0.2), &good());
-    program.legs.remove(0);
+    program.legs[0] = Leg { mark: Mark::Prepare, commands: vec![ON] };
     let findings = found(&three(), &[program]);
     assert_eq!(kinds(&findings), [Kind::NoBit]);
+}
+
+#[test]
+fn a_cut_while_the_spindle_stands_is_told_once_for_every_time() {
+    let off = Command::Spindle { rpm: 0 };
+    // Leg 1 and 2 stand, 3 turns: told where leg 1 begins; then leg 3 stands too.
+    let mut program = program(mill(0.2), &good());
+    program.legs[0].commands.pop();
+    program.legs[3].commands.insert(0, ON);
+    let findings = found(&three(), &[program.clone()]);
+    assert_eq!(kinds(&findings), [Kind::Still]);
+    let still = only(&findings, Kind::Still);
+    near(still, Some(-0.1), Some(-0.1));
+    wide(still, 0.1);
+    assert_eq!((still.leg, still.must_be_read()), (Some((0, 1)), true));
+    program.legs[2].commands.insert(0, ON);
+    program.legs[3].commands[0] = off;
+    let legs: Vec<Option<(u32, u32)>> =
+        found(&three(), &[program]).iter().map(|finding| finding.leg).collect();
+    assert_eq!(legs, [Some((0, 1)), Some((0, 3))]);
 }
 
 #[test]
