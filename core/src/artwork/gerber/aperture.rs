@@ -54,6 +54,18 @@ impl Machine {
             self.findings.at(Weight::Loss, "gerber.bad_aperture", block.line, 1, block.text);
             return;
         };
+        let (width, height) = sides(&form);
+        if width.min(height) == Length::ZERO && !matches!(form, Form::Circle { .. }) {
+            self.findings.at(Weight::Doubt, "gerber.aperture_empty", block.line, 1, block.text);
+        }
+        let bursts = match opening {
+            Some(Opening::Round(diameter)) => diameter >= width.min(height),
+            Some(Opening::Rectangle(across, up)) => across >= width || up >= height,
+            None => false,
+        };
+        if bursts {
+            self.findings.at(Weight::Doubt, "gerber.aperture_hole", block.line, 1, block.text);
+        }
         let function = self.attributes.aperture_function();
         let aperture =
             Aperture { code: number.mantissa as u32, form, opening, function, copies: 1, depth: 0 };
@@ -67,6 +79,15 @@ impl Machine {
             self.findings.once(Weight::Note, "gerber.aperture_again", block.line, 1, block.text);
         }
         self.out.apertures.push(aperture);
+    }
+}
+
+/// How wide and how high a standard form is; others are taken as boundless.
+fn sides(form: &Form) -> (Length, Length) {
+    match *form {
+        Form::Circle { diameter } | Form::Polygon { diameter, .. } => (diameter, diameter),
+        Form::Rectangle { width, height } | Form::Obround { width, height } => (width, height),
+        _ => (LARGEST, LARGEST),
     }
 }
 

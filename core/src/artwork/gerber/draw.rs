@@ -146,6 +146,9 @@ impl Machine {
             self.findings.once(Weight::Doubt, "gerber.arc_without_radius", line, 1, b"");
             return Segment::Line { to };
         }
+        if !many && chords::turn(from, to, centre, clockwise) >= QUARTER {
+            self.findings.once(Weight::Doubt, "gerber.arc_over_quarter", line, 1, b"");
+        }
         if (first - last).abs() > UNEVEN_MM {
             self.findings.once(Weight::Doubt, "gerber.arc_uneven", line, 1, b"");
         }

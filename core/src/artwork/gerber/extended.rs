@@ -29,7 +29,7 @@ impl Machine {
             b"AM" => self.macro_definition(rest, block),
             b"AB" => self.block_aperture(rest, block),
             b"SR" => self.step_and_repeat(rest, block),
-            b"LP" => self.clear = rest.first() == Some(&b'C'),
+            b"LP" if matches!(rest, b"C" | b"D") => self.clear = rest == b"C",
             b"LM" | b"LR" | b"LS" => self.set_mount(*code, rest, block),
             b"FS" => self.format(rest, block),
             b"MO" => {
@@ -75,6 +75,12 @@ impl Machine {
         }
         self.incremental = rest.iter().take(2).any(|&byte| byte == b'I');
         if let Some(digits) = x {
+            if self.formatted {
+                let same = (self.out.zeros, self.out.digits) == (Some(zeros), Some(digits));
+                let weight = if same { Weight::Note } else { Weight::Doubt };
+                self.findings.at(weight, "gerber.format_again", block.line, 1, block.text);
+            }
+            self.formatted = true;
             self.out.zeros = Some(zeros);
             self.out.digits = Some(digits);
             self.rescale();

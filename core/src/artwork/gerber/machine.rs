@@ -56,6 +56,8 @@ pub(super) struct Machine {
     pub(super) motion: u32,
     /// Whether arcs may be longer than a quarter (G75), once stated.
     pub(super) many_quadrants: Option<bool>,
+    /// The format was stated.
+    pub(super) formatted: bool,
     pub(super) incremental: bool,
     /// Pairs of edges that may still be looked at for crossings.
     pub(super) pairs: u32,
@@ -105,6 +107,7 @@ impl Machine {
             action: 2,
             motion: 1,
             many_quadrants: None,
+            formatted: false,
             incremental: false,
             pairs: crossing::FUEL,
             region: None,
@@ -316,6 +319,15 @@ mod tests {
             ("D11*X0Y0D03*M02*", Some("gerber.aperture_undefined")),
             ("Q1*M02*", Some("gerber.unknown_word")),
             ("%ZZX*%M02*", Some("gerber.unknown_command")),
+            ("%LPX*%X0Y0D03*M02*", Some("gerber.unknown_command")),
+            ("%FSLAX24Y24*%X0Y0D03*M02*", Some("gerber.format_again")),
+            ("%ADD12C,0.5X0.6*%M02*", Some("gerber.aperture_hole")),
+            ("%ADD12R,1X0.5X0.2X0.5*%M02*", Some("gerber.aperture_hole")),
+            ("%ADD12R,1X0.5X0.4*%M02*", None),
+            ("%ADD12R,0X1*%M02*", Some("gerber.aperture_empty")),
+            ("%ADD12C,0*%M02*", None),
+            ("G74*G03*X0Y0D02*X-2000000Y0I1000000J0D01*M02*", Some("gerber.arc_over_quarter")),
+            ("G74*G03*X0Y0D02*X-1000000Y1000000I1000000J0D01*M02*", None),
             ("%IFother.gbr*%M02*", Some("gerber.include")),
             ("%MOIN*%M02*", Some("gerber.units_change")),
             ("M02*X0Y0D03*", Some("gerber.after_end")),
