@@ -78,3 +78,31 @@ impl Remark {
         locale::text(language, &format!("{}.advice", self.code), &self.args)
     }
 }
+
+/// The name among `known` that is nearest to `name`: fewest letters to put in, take out, exchange or swap.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> &'a str {
+    let wanted: Vec<char> = name.chars().take(64).collect();
+    known.into_iter().min_by_key(|candidate| distance(&wanted, candidate)).unwrap_or_default()
+}
+
+/// Twice the edit distance; two letters swapped, and a letter that is only small or capital, count half.
+fn distance(wanted: &[char], candidate: &str) -> usize {
+    let candidate: Vec<char> = candidate.chars().collect();
+    let mut before: Vec<usize> = Vec::new();
+    let mut row: Vec<usize> = (0..=candidate.len()).map(|count| 2 * count).collect();
+    for (y, &a) in wanted.iter().enumerate() {
+        let mut next = vec![2 * (y + 1)];
+        for (x, &b) in candidate.iter().enumerate() {
+            let at = |cells: &[usize], index: usize| cells.get(index).copied().unwrap_or(usize::MAX / 2);
+            let exchange = if a == b { 0 } else { 2 - usize::from(a.eq_ignore_ascii_case(&b)) };
+            let mut best = (at(&row, x) + exchange).min(at(&row, x + 1) + 2).min(at(&next, x) + 2);
+            let swapped = y > 0 && x > 0 && wanted.get(y - 1) == Some(&b) && candidate.get(x - 1) == Some(&a);
+            if swapped {
+                best = best.min(at(&before, x - 1) + 1);
+            }
+            next.push(best);
+        }
+        before = std::mem::replace(&mut row, next);
+    }
+    row.last().copied().unwrap_or_default()
+}

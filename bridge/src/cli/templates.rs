@@ -44,9 +44,11 @@ pub(crate) fn run(args: &TemplatesArgs) -> Result<Answer, Refusal> {
         return Ok(Answer::refused(object, &text, export::faulty(name, &faults)));
     }
     let dialect = post::Dialect::parse(name, &text).map_err(Refusal::content)?;
+    let doubts = post::doubts(&dialect);
     let words = [("file".to_owned(), name.to_owned()), ("dialect".to_owned(), dialect.name)];
-    let text = locale::text("en", "post.sound", &words) + "\n";
-    Ok(Answer { object: json!({ "name": name, "remarks": [] }), text, exit: Exit::Done })
+    let text = locale::text("en", "post.sound", &words) + "\n" + &remark_lines(&doubts);
+    let object = json!({ "name": name, "remarks": remark_objects(&doubts) });
+    Ok(Answer { object, text, exit: Exit::Done })
 }
 
 fn hint(key: &str) -> String {

@@ -58,6 +58,17 @@ impl<T> Parameter<T> {
         if self.value(of).is_none() {
             return Err(Remark::new(Weight::Loss, "work.not_of_this_kind").with("key", self.key));
         }
+        let group = match (self.key, value) {
+            ("setup.exclusions", Value::Numbers(_)) => 4,
+            (_, Value::Numbers(_)) => 2,
+            _ => 1,
+        };
+        if let Value::Numbers(numbers) = value
+            && !numbers.len().is_multiple_of(group)
+        {
+            let uneven = Remark::new(Weight::Loss, "work.uneven_list").with("key", self.key);
+            return Err(uneven.with("count", numbers.len()).with("group", group));
+        }
         match self.kind.refusal(self.key, self.unit, value) {
             Some(refusal) => Err(refusal),
             None => {

@@ -33,7 +33,7 @@ pub use read::check;
 pub use writer::{OutputFile, write_with};
 
 use crate::job::Program;
-use crate::remark::Remark;
+use crate::remark::{Remark, Weight};
 
 /// What a program can be written for: `excellon`, and the dialects that ship.
 pub fn targets() -> Vec<&'static str> {
@@ -61,7 +61,28 @@ pub fn write(
     Some(dialect(target)?.and_then(written))
 }
 
+/// Blocks that go over the board, into it or out of it and say no height: after them the tip may be where nobody thinks.
+pub fn doubts(dialect: &Dialect) -> Vec<Remark> {
+    let mut doubts = Vec::new();
+    for part in Part::ALL {
+        let blocks = dialect.templates(part).into_iter().flat_map(|templates| &templates.blocks);
+        for (block, template) in blocks {
+            let names = |some: &[&str]| template.names().any(|name| some.contains(&name));
+            let goes = match block {
+                Block::Hole | Block::Peck | Block::Approach | Block::Leave => true,
+                Block::Start | Block::Change | Block::End => names(&["X", "Y"]),
+                _ => false,
+            };
+            if goes && !names(&["Z", "H", "U", "B", "DZ", "AZ"]) {
+                let name = format!("{}.{}", part.key(), block.key());
+                doubts.push(Remark::new(Weight::Doubt, "post.no_height").with("name", name));
+            }
+        }
+    }
+    doubts
+}
+
 /// The name among the targets that is nearest to `name`.
 pub fn nearest_target(name: &str) -> &'static str {
-    names::nearest(name, targets())
+    crate::remark::nearest(name, targets())
 }

@@ -6,11 +6,11 @@
 use super::dialect::{
     Arcs, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Templates,
 };
-use super::names::{BLOCKS, Block, CURVES, PARAMETERS, Part, nearest};
+use super::names::{BLOCKS, Block, CURVES, PARAMETERS, Part};
 use super::number::{Format, Zeros};
 use super::template::{Fault, Known, Template};
 use super::words::{Table, Words};
-use crate::remark::{Remark, Weight};
+use crate::remark::{Remark, Weight, nearest};
 use crate::units::Length;
 use std::collections::BTreeMap;
 use toml::Spanned;

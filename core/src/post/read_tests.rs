@@ -1,7 +1,7 @@
 //! What a dialect file may say, and what is said of one that is wrong.
 
 use super::*;
-use crate::post::{preview, shipped};
+use crate::post::{doubts, preview, shipped};
 
 const HEAD: &str = "schema = 1\nname = \"x\"\nextension = \"nc\"\n";
 const DRILL: &str = "[drill]\nstart = \"\"\nchange = \"\"\nhole = \"\"\nend = \"\"\n";
@@ -25,9 +25,27 @@ fn what_ships_can_be_read_and_shown() {
             .collect();
         assert!(told.is_empty(), "{name}: {told:#?}");
         let dialect = Dialect::parse(name, text).unwrap_or_else(|remark| panic!("{remark:?}"));
+        assert_eq!(doubts(&dialect), [], "{name}");
         let samples = preview(&dialect).unwrap_or_else(|remark| panic!("{name}: {remark:?}"));
         assert!(samples.len() >= 10, "{name}: {samples:#?}");
         assert!(samples.iter().all(|sample| !sample.text.contains('@')), "{name}: {samples:#?}");
+    }
+}
+
+#[test]
+fn blocks_that_move_and_say_no_height_are_doubted() {
+    let lifts = "G0 Z@H@\n";
+    for (name, text) in shipped().filter(|(name, _)| *name == "grbl") {
+        let dialect = Dialect::parse(name, &text.replace(lifts, "")).unwrap();
+        let told: Vec<String> = doubts(&dialect).iter().map(|doubt| doubt.message("en")).collect();
+        let blocks = ["drill.change", "drill.end", "engrave.change", "engrave.end"];
+        assert_eq!(told.len(), blocks.len(), "{told:#?}");
+        for (told, block) in told.iter().zip(blocks) {
+            assert!(told.starts_with(block), "{told}");
+        }
+        let blind = text.replace("G0 Z@Z@\n", "");
+        let told = doubts(&Dialect::parse(name, &blind).unwrap());
+        assert!(told.iter().any(|doubt| doubt.message("en").starts_with("engrave.leave")), "{told:#?}");
     }
 }
 

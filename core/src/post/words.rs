@@ -3,8 +3,7 @@
 //! Comes in: text. Goes out: values that were checked against what may stand there; faults with line and column. Does not know
 //! what a dialect is.
 
-use super::names::nearest;
-use crate::remark::{Remark, Weight};
+use crate::remark::{Remark, Weight, nearest};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
