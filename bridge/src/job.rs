@@ -15,12 +15,15 @@ use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::{self, Plan, PlanOptions, Progress};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
+use annulus_core::locale;
 use annulus_core::machine::{self, Machine};
 use annulus_core::motion;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::proof;
+use annulus_core::remark::{Remark, Weight, nearest};
 use annulus_core::sim;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -121,6 +124,7 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
 
 /// The board of the files at JOB, and what there was to say about them.
 fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
+    can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let used = read.default_use();
     let wanted = Wanted { copper: false, aligned: read.said.aligned };
@@ -154,6 +158,7 @@ pub(crate) fn read_whole(
     reading: &ReadingArgs,
     accept: &[String],
 ) -> Result<Whole, Refusal> {
+    can_be_accepted(accept)?;
     let read = files::read_board(jobs, reading)?;
     let used = read.default_use();
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
@@ -173,6 +178,19 @@ pub(crate) fn read_whole(
 }
 
 /// Refuses with the first loss that was not accepted; the others go to standard error before it.
+/// Every word of `--accept` is a code, the last word of a finding's code, or a finding's name.
+pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
+    let codes = locale::entries("en").iter().filter_map(|(key, _)| key.strip_suffix(".message"));
+    let kinds = proof::Kind::ALL.iter().map(|kind| kind.code().rsplit('.').next().unwrap_or_default());
+    let known: BTreeSet<&str> = codes.chain(kinds).collect();
+    let is_name = |word: &str| word.len() == 8 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let Some(word) = accept.iter().find(|word| !known.contains(word.as_str()) && !is_name(word)) else {
+        return Ok(());
+    };
+    let why = Remark::new(Weight::Loss, "cli.unknown_accept").with("found", word);
+    Err(Refusal::usage(why.with("nearest", nearest(word, known))))
+}
+
 fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
     let mut losses = remarks.iter().filter(|remark| remark.is_unseen(accept));
     let Some(first) = losses.next() else { return Ok(()) };

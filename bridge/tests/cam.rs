@@ -183,6 +183,8 @@ fn what_cannot_be_written_is_refused_before_anything_is_planned() {
         ("--to grbl --lines-only 3", 2, "cli.usage"),
         ("--to missing.toml", 3, "job.unreadable"),
         ("--to grbl", 3, "files.missing"),
+        ("--to grbl --accept nonsense", 2, "cli.unknown_accept"),
+        ("--to grbl --accept gap,0123abcd,proof.still", 3, "files.missing"),
     ] {
         let (found, told) = answer(home, &format!("cam missing.drl -o out {arguments}"));
         assert_eq!((found, &told["error"]["code"]), (exit, &code.into()), "{arguments}: {told}");
@@ -190,6 +192,7 @@ fn what_cannot_be_written_is_refused_before_anything_is_planned() {
     for (arguments, exit) in [
         ("--set passes", 2),
         ("--set isolate.passes=0", 2),
+        ("--set operation.speed=0", 2),
         ("--machine missing", 3),
         ("--job missing.toml", 3),
     ] {
@@ -317,7 +320,7 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
     let said = Said { aligned, ..Said::default() };
     let wanted = ToRead { files: files.to_vec(), said, machine: Some(machine.clone()), ..ToRead::default() };
     let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
-    let accept = vec!["plan.no_bit".to_owned(), "cam.too_narrow_to_bore".to_owned()];
+    let accept = vec!["plan.no_bit".to_owned()];
     let wanted = ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept, laid: None };
     let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
     let target = target.to_owned();
@@ -338,8 +341,7 @@ fn real_boards_give_the_same_bytes_in_page_and_command_line() {
         return;
     }
     let out = tempfile::tempdir().unwrap();
-    let take = "--to grbl --accept short,gap,break,gone,lost,hit,ring,sliver,shallow,remnant,plan.no_bit,\
-                cam.too_narrow_to_bore";
+    let take = "--to grbl --accept short,gap,break,gone,lost,hit,ring,sliver,shallow,remnant,plan.no_bit";
     for name in ["kicad/2013-clockblock", "easyeda/easytrace-tht"] {
         let folder = corpus.join(name);
         let mut names: Vec<_> = fs::read_dir(&folder)

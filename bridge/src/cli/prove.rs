@@ -79,6 +79,7 @@ fn copper_um(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
+    job::can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (board, remarks) = from_artwork_with(&read.artwork, &read.default_use(), wanted);

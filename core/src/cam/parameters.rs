@@ -20,7 +20,7 @@ use crate::board::Face;
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
 use crate::machine::{Kind, Value};
-use crate::remark::{Remark, Weight};
+use crate::remark::{Remark, Weight, nearest};
 use crate::units::Length;
 
 /// One row of the table, of something of type `T`.
@@ -85,15 +85,27 @@ pub fn find<T>(table: &'static [Parameter<T>], name: &str) -> Option<&'static Pa
 }
 
 /// Sets `key` in `work`: `setup.…` in its setup, `operation.…` in every operation, and the rows of a kind in every
-/// operation of that kind. Numbers and words come as text. Fails when the row is not known or nothing has it.
+/// operation of that kind; `isolate.depth` is `operation.depth` in every operation that isolates. Numbers and words come
+/// as text. Fails when the row is not known or nothing has it.
 pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Remark> {
-    let unknown = || Remark::new(Weight::Loss, "work.unknown_key").with("key", key);
+    let unknown = || {
+        let known = SETUP.iter().map(|row| row.key).chain(OPERATION.iter().map(|row| row.key));
+        let remark = Remark::new(Weight::Loss, "work.unknown_key").with("key", key);
+        remark.with("nearest", nearest(key, known))
+    };
     if let Some(row) = SETUP.iter().find(|row| row.key == key) {
         return row.set(&mut work.setup, &valued(row.kind, text));
     }
-    let row = OPERATION.iter().find(|row| row.key == key).ok_or_else(unknown)?;
+    let kind = key.split_once('.').filter(|(kind, _)| Action::WORDS.contains(kind));
+    let shared = kind.map(|(_, name)| format!("operation.{name}"));
+    let own = |row: &&Parameter<Operation>| row.key == key || Some(row.key) == shared.as_deref();
+    let row = OPERATION.iter().find(own).ok_or_else(unknown)?;
     let mut found = false;
-    for operation in work.operations.iter_mut().filter(|operation| row.value(operation).is_some()) {
+    let meant = |operation: &&mut Operation| {
+        let of_kind = kind.is_none_or(|(kind, _)| operation.action.word() == kind);
+        row.value(operation).is_some() && (of_kind || row.key == key)
+    };
+    for operation in work.operations.iter_mut().filter(meant) {
         row.set(operation, &valued(row.kind, text))?;
         found = true;
     }
@@ -513,6 +525,32 @@ mod tests {
         }
         assert!(seen > OPERATION.len());
         assert!(Operation::usual("fold", Face::Top, &machine).is_none());
+    }
+
+    #[test]
+    fn a_key_of_every_operation_can_be_set_in_those_of_one_kind() {
+        let machine = virtual_drill();
+        let operations: Vec<Operation> =
+            ["isolate", "drill"].map(|word| Operation::usual(word, Face::Top, &machine).unwrap()).into();
+        let mut work = Work { operations, ..Work::default() };
+        let before = work.operations[1].depth;
+        assign(&mut work, "isolate.depth", "0.123").unwrap();
+        let depths: Vec<Length> = work.operations.iter().map(|operation| operation.depth).collect();
+        assert_eq!(depths, [Length::from_um(123), before]);
+        let rows = [
+            ("isolate.depht", "0.1", "work.unknown_key"),
+            ("isolate.pases", "2", "work.unknown_key"),
+            ("bore.depth", "2", "work.nothing_has"),
+            ("operation.speed", "0", "machine.setting_range"),
+            ("setup.exclusions", "1, 2, 3", "work.uneven_list"),
+        ];
+        for (key, value, code) in rows {
+            assert_eq!(assign(&mut work, key, value).unwrap_err().code, code, "{key}");
+        }
+        let why = assign(&mut work, "isolate.pases", "2").unwrap_err();
+        assert!(why.message("en").contains("isolate.passes"), "{why:?}");
+        let range = assign(&mut work, "isolate.passes", "0").unwrap_err();
+        assert!(range.message("en").contains("cannot be 0."), "{range:?}");
     }
 
     #[test]

@@ -107,7 +107,9 @@ impl Kind {
     pub fn refusal(self, key: &str, unit: &str, value: &Value) -> Option<Remark> {
         let remark = |what: &str| {
             let code = format!("machine.setting_{what}");
-            Some(Remark::new(Weight::Loss, &code).with("key", key).with("value", value).with("unit", unit))
+            let measure = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            let remark = Remark::new(Weight::Loss, &code).with("key", key).with("value", value);
+            Some(remark.with("unit", unit).with("measure", measure))
         };
         let inside = |number: f64, low: f64, high: f64| number.is_finite() && (low..=high).contains(&number);
         let range = |low: f64, high: f64| remark("range").map(|r| r.with("low", low).with("high", high));

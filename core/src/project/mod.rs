@@ -22,7 +22,7 @@ use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
 use crate::locale;
 use crate::machine::{Kind, Machine, Value};
-use crate::remark::{Remark, Weight};
+use crate::remark::{Remark, Weight, nearest};
 use crate::units::Length;
 use std::fmt::Write as _;
 use toml::Spanned;
@@ -30,6 +30,10 @@ use toml::de::{DeTable, DeValue};
 
 /// Version of the file's layout.
 const SCHEMA: i64 = 1;
+/// What stands outside of every table.
+const TOP: &[&str] = &["schema = 1", "[setup]", "[[bit]]", "[[operation]]"];
+/// The rows of a cure.
+const CURE: &[&str] = &["from", "to", "bit", "depth", "with"];
 /// Longest job file, in bytes.
 pub const LONGEST: usize = 1 << 20;
 /// Most bits, and most operations, of a job.
@@ -70,6 +74,12 @@ impl Reader<'_> {
         Err(self.place(Remark::new(Weight::Loss, code).with("key", key), at))
     }
 
+    /// There is no row `key` where `known` ones are.
+    fn unknown<T>(&self, key: &str, known: &[&str], at: usize) -> Result<T, Remark> {
+        let remark = Remark::new(Weight::Loss, "project.unknown_row").with("key", key);
+        Err(self.place(remark.with("nearest", nearest(key, known.iter().copied())), at))
+    }
+
     fn work(&self, document: &Table<'_>, base: &Work) -> Result<Work, Remark> {
         let mut work = base.clone();
         let mut schema = None;
@@ -86,7 +96,7 @@ impl Reader<'_> {
                     work.operations =
                         self.several(tables, MOST, "operation", |rows, at| self.operation(rows, at))?;
                 }
-                (other, _) => return self.refuse("project.unknown_row", other, name.span().start),
+                (other, _) => return self.unknown(other, TOP, name.span().start),
             }
         }
         if schema != Some(SCHEMA) {
@@ -115,7 +125,7 @@ impl Reader<'_> {
                     return Err(self.place(why.with("key", name).with("most", most), at));
                 }
                 DeValue::Table(rows) => found.push(read(rows, at)?),
-                _ => return self.refuse("project.unknown_row", name, at),
+                _ => return self.unknown(name, TOP, at),
             }
         }
         Ok(found)
@@ -126,7 +136,7 @@ impl Reader<'_> {
         &self,
         rows: &Table<'_>,
         table: &'static [Parameter<T>],
-        others: &[&str],
+        others: &[&'static str],
         of: &mut T,
     ) -> Result<(), Remark> {
         for (name, value) in rows {
@@ -136,7 +146,9 @@ impl Reader<'_> {
             }
             let known = table.iter().find(|row| row.name() == name_text && row.value(of).is_some());
             let Some(row) = known else {
-                return self.refuse("project.unknown_row", name_text, name.span().start);
+                let here = table.iter().filter(|row| row.value(of).is_some()).map(Parameter::name);
+                let known: Vec<&str> = here.chain(others.iter().copied()).collect();
+                return self.unknown(name_text, &known, name.span().start);
             };
             row.set(of, &text::value(value.get_ref())).map_err(|why| self.place(why, value.span().start))?;
         }
@@ -180,7 +192,7 @@ impl Reader<'_> {
         let cures = rows.iter().find(|(name, _)| name.get_ref() == "cure");
         if let (Action::Isolate(isolate), Some((name, value))) = (&mut operation.action, cures) {
             let DeValue::Array(tables) = value.get_ref() else {
-                return self.refuse("project.unknown_row", "cure", name.span().start);
+                return self.unknown("cure", &["[[operation.cure]]"], name.span().start);
             };
             isolate.cures = self.several(tables, MOST_CURES, "cure", |rows, at| self.cure(rows, at))?;
         }
@@ -199,7 +211,7 @@ impl Reader<'_> {
                     depth = Some(Length::from_mm(mm));
                 }
                 ("with", Value::Text(word)) => with = Some(word),
-                (other, _) => return self.refuse("project.unknown_row", other, name.span().start),
+                (other, _) => return self.unknown(other, CURE, name.span().start),
             }
         }
         let with = match (with.as_deref(), bit, depth) {

@@ -57,6 +57,23 @@ fn what_is_left_out_stays_as_the_board_opens() {
 }
 
 #[test]
+fn a_row_that_is_not_known_comes_with_the_nearest_one() {
+    let rows = [
+        ("schem = 1\n", "schema = 1"),
+        ("schema = 1\n[[operations]]\n", "[[operation]]"),
+        ("schema = 1\n[setup]\ncolums = 2\n", "columns"),
+        ("schema = 1\n[[operation]]\nkind = \"isolate\"\npases = 2\n", "passes"),
+        ("schema = 1\n[[bit]]\nnam = \"a\"\n", "name"),
+    ];
+    for (text, meant) in rows {
+        let why = read("job.toml", text, &base(), &virtual_drill()).unwrap_err();
+        assert_eq!(why.code, "project.unknown_row", "{text}");
+        let told = why.message("en");
+        assert!(told.contains(&format!("The nearest is {meant}.")), "{text}: {told}");
+    }
+}
+
+#[test]
 fn errors_have_their_place() {
     let rows = [
         ("schema = 1\n[setup\n", "project.syntax", 2, 7),
