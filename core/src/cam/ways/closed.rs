@@ -35,8 +35,10 @@ pub(super) fn closed(board: &Board, offset: Length) -> Closed {
     let mut closed = Closed::default();
     let Some(bounds) = board.outline.bounds() else { return closed };
     let all = union(&[rectangle(bounds.grown(offset + offset + AROUND))]);
+    let mut apart = 0;
     for gap in combine(&all, &board.outline, Rule::Difference).islands {
         let (around, between) = (path_bounds(&gap.outer), gap.holes.len());
+        apart += between;
         let left = grow(&Region { islands: vec![gap] }, -offset);
         if left.is_empty() {
             if !made(board, around) {
@@ -49,6 +51,8 @@ pub(super) fn closed(board: &Board, offset: Length) -> Closed {
         let left: usize = left.islands.iter().map(|island: &Island| island.holes.len()).sum();
         closed.merged += between.saturating_sub(left);
     }
+    // Contours that touch have run into each other before any bit came.
+    closed.merged += board.outline.islands.len().saturating_sub(apart);
     closed
 }
 

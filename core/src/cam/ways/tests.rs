@@ -2,6 +2,7 @@
 //! tabs hold, holes and slots are made, and equal boards give equal programs.
 
 mod holes;
+mod held;
 mod program;
 mod slivers;
 
