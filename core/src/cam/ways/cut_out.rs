@@ -163,7 +163,7 @@ fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit) ->
         cut_out.tab_at.iter().filter_map(|at| nearest_length(path, *at, bit.diameter.mm() * 4.0)).collect()
     };
     if wide * middles.len() as f64 > 0.8 * whole {
-        desk.say(Remark::new(Weight::Doubt, "cam.no_room_for_tabs").with("tabs", middles.len()));
+        desk.say(Remark::new(Weight::Loss, "cam.no_room_for_tabs").with("tabs", middles.len()));
         return Vec::new();
     }
     middles

@@ -21,6 +21,7 @@ pub(crate) mod cut;
 mod cut_out;
 mod drill;
 mod engrave;
+mod held;
 mod isolate;
 mod lower;
 mod missing;
@@ -203,6 +204,7 @@ pub fn plan_operation(
         Action::Bore(bore) => bore::plan(&mut desk, bore),
         Action::CutOut(cut_out) => cut_out::plan(&mut desk, cut_out),
     }?;
+    held::depths(&mut desk, &part);
     part.operation = index as u32;
     part.remarks = desk.remarks;
     Ok(part)
@@ -240,6 +242,7 @@ pub fn assemble(
     let mut remarks: Vec<Remark> = parts.iter().flat_map(|part| part.remarks.iter().cloned()).collect();
     remarks.extend(left_out(&scene, work, machine, &parts));
     remarks.extend(twice::once(work, &mut parts));
+    remarks.extend(held::too_early(work, machine, &parts));
     let accept = &means.options.accept;
     if parts.iter().all(|part| part.tasks.is_empty()) {
         let mut why: Vec<Remark> = remarks.into_iter().filter(|remark| remark.is_unseen(accept)).collect();
@@ -283,6 +286,8 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
 
 /// What people call an operation.
 fn called(operation: &Operation) -> String {
+/// What an operation is called.
+fn title(operation: &Operation) -> String {
     if operation.name.is_empty() { operation.action.word().to_owned() } else { operation.name.clone() }
 }
 
@@ -306,6 +311,7 @@ impl Desk<'_> {
 
     fn say(&mut self, remark: Remark) {
         self.remarks.push(remark.with("operation", called(self.operation)));
+        self.remarks.push(remark.with("operation", title(self.operation)));
     }
 
     /// Refuses to go on when nobody wants it any more.
