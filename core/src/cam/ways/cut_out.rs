@@ -47,6 +47,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
         let between = closed(&desk.scene.board, offset);
         told(desk, &between, &bit);
     }
+    pins_hit(desk, cut_out, &bit);
     let (inner, outer): (Vec<Path>, Vec<Path>) =
         turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
             let area = path_area_mm2(path);
@@ -80,6 +81,23 @@ fn told(desk: &mut Desk<'_>, closed: &Closed, bit: &Bit) {
     let merged = (closed.merged > 0)
         .then(|| Remark::new(Weight::Loss, "cam.contours_merged").with("missing", closed.merged));
     inner.into_iter().chain(merged).for_each(|loss| desk.say(loss.with("bit", &bit.name)));
+}
+
+/// What stays between the cut and a pin, at least.
+const BESIDE_PINS: Length = Length::from_um(100);
+
+/// Tells that the bit runs into pins, which stand where they were drilled while the board is cut out.
+fn pins_hit(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit) {
+    let scene = desk.scene;
+    let width = if cut_out.side == CutSide::On { half(bit.diameter) } else { bit.diameter };
+    let clear = half(desk.work.setup.alignment.diameter) + width + BESIDE_PINS;
+    let edge = Area::of(&scene.board.outline);
+    let near = |pin: &Point| edge.index().nearest(*pin, clear).is_some_and(|near| near.distance < clear);
+    let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
+    let hit: Vec<Point> = pins.filter(near).collect();
+    let Some(first) = hit.first() else { return };
+    let loss = Remark::new(Weight::Loss, "cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
+    desk.say(at(loss, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
 /// The ways of one contour, and the mouse-bites along it.
@@ -135,6 +153,11 @@ fn contour(
         let entry = if path.is_closed() && slope > 0.0 { Entry::Ramp(slope) } else { Entry::Plunge };
         ways.push(Way { path, depths: depths.clone(), entry, tabs, tab_depth });
     }
+}
+
+/// The remark with the place that it speaks of.
+fn at(remark: Remark, place: Point) -> Remark {
+    remark.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
 }
 
 /// The place so far along `path`.

@@ -50,6 +50,26 @@ fn copies_without_a_gap_are_told() {
 }
 
 #[test]
+fn a_cut_that_runs_into_pins_is_told() {
+    let board = coupon();
+    for (settings, hit) in [
+        ("setup.pairs=1;setup.pin_margin=0", true),
+        ("setup.pairs=1;setup.pin_margin=2", true),
+        ("setup.pairs=2;setup.pin_margin=3", true),
+        ("setup.pairs=2;setup.pin_margin=3.2", false),
+        ("setup.pairs=1;setup.pin_margin=2.4;cut_out.side=on", false),
+        ("setup.pairs=1;setup.pin_margin=2.2;cut_out.side=on", true),
+        ("setup.pairs=1", false),
+        ("setup.pin_margin=0", false),
+    ] {
+        let all = told(&board, &cutting(&board, settings));
+        assert_eq!(count(&all, "cam.pins_hit", Weight::Loss), usize::from(hit), "{settings}: {all:?}");
+    }
+    let all = told(&board, &cutting(&board, "setup.pairs=2;setup.pin_margin=2"));
+    assert!(all.iter().any(|(_, _, said)| said.contains("4 alignment pins")), "{all:?}");
+}
+
+#[test]
 fn more_tabs_than_there_is_room_for_are_a_loss() {
     let board = coupon();
     let all = told(&board, &cutting(&board, "cut_out.tabs=40"));
