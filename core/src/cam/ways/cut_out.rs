@@ -17,6 +17,7 @@ use super::super::work::{CutOut, CutSide};
 use super::closed::{Closed, closed};
 use super::cut::{self, Area};
 use super::drill;
+use super::hand_tabs;
 use super::isolate::turned;
 use super::narrow::{NEARER, half};
 use super::route::{Rules, arranged};
@@ -26,6 +27,9 @@ use crate::job::Bit;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::f64::consts::PI;
+
+/// Lengths along a way, in mm, between which tabs are.
+type Tabs = Vec<(f64, f64)>;
 
 /// Plans the operation.
 pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark> {
@@ -65,9 +69,13 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
             link: None,
             seed: desk.means.options.seed,
         };
-        for path in arranged(paths, &rules) {
+        let paths = arranged(paths, &rules);
+        let by_hand = if tabbed { hand_tabs::middles(desk, cut_out, &paths, &bit) } else { Vec::new() };
+        for (index, path) in paths.into_iter().enumerate() {
             start = path.end();
-            contour(desk, cut_out, path, tabbed, closed.as_ref(), &bit, (&mut ways, &mut bites));
+            let hand = by_hand.get(index).map_or(&[][..], Vec::as_slice);
+            let middles = if tabbed { tab_middles(desk, cut_out, &path, &bit, hand) } else { Vec::new() };
+            contour(desk, cut_out, path, &middles, closed.as_ref(), &bit, (&mut ways, &mut bites));
         }
     }
     part.tasks.extend(bite_task(desk, cut_out, bites));
@@ -105,14 +113,13 @@ fn contour(
     desk: &mut Desk<'_>,
     cut_out: &CutOut,
     path: Path,
-    tabbed: bool,
+    middles: &[f64],
     closed: Option<&Area>,
     bit: &Bit,
     (ways, bites): (&mut Vec<Way>, &mut Vec<Point>),
 ) {
-    let middles = if tabbed { tab_middles(desk, cut_out, &path, bit) } else { Vec::new() };
     let wide = (cut_out.tab_width + bit.diameter).mm();
-    let tabs = spans(&path, &middles, wide);
+    let tabs = spans(&path, middles, wide);
     let mut paths = vec![(path.clone(), tabs.clone())];
     if cut_out.bites && !tabs.is_empty() {
         let inwards = if cut_out.side == CutSide::On { Length::ZERO } else { half(bit.diameter) };
@@ -120,30 +127,7 @@ fn contour(
         paths = without(&path, &tabs).into_iter().map(|path| (path, Vec::new())).collect();
     }
     if let Some(zone) = closed {
-        let before = paths;
-        let parts = |path: &Path| cut::parts(path, zone, false);
-        paths = Vec::new();
-        let mut touched = false;
-        for (path, tabs) in before {
-            match parts(&path).as_slice() {
-                [part] if *part == path => paths.push((path, tabs)),
-                cut => {
-                    touched = true;
-                    paths.extend(cut.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
-                }
-            }
-        }
-        if touched {
-            desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
-        }
-        for at in middles.iter().filter_map(|middle| place_at(&path, *middle)) {
-            if zone.contains(at) {
-                let remark = Remark::new(Weight::Doubt, "cam.tab_in_zone");
-                desk.say(
-                    remark.with("x", format!("{:.2}", at.x.mm())).with("y", format!("{:.2}", at.y.mm())),
-                );
-            }
-        }
+        paths = kept_out(desk, paths, (&path, middles), zone, bit);
     }
     let depths = desk.depths(desk.depth());
     let thickness = desk.machine.process.board_thickness;
@@ -155,8 +139,56 @@ fn contour(
     }
 }
 
+/// What is left of ways, with their tabs, outside of a zone. Told is where the zone takes away less of them than the bit is
+/// wide, which holds nothing, and what of the tabs with these `middles` along the whole contour falls into it.
+fn kept_out(
+    desk: &mut Desk<'_>,
+    ways: Vec<(Path, Tabs)>,
+    (whole, middles): (&Path, &[f64]),
+    zone: &Area,
+    bit: &Bit,
+) -> Vec<(Path, Tabs)> {
+    let mut left = Vec::new();
+    let mut touched = false;
+    let mut cut_through: Vec<(Point, Point)> = Vec::new();
+    for (path, tabs) in ways {
+        let parts = cut::parts(&path, zone, false);
+        if parts.len() == 1 && parts.iter().all(|part| (part.length_mm() - path.length_mm()).abs() < 1e-6) {
+            left.push((path, tabs));
+            continue;
+        }
+        let follows = parts.iter().skip(1).chain(parts.iter().take(usize::from(path.is_closed())));
+        let gaps = parts.iter().zip(follows).map(|(part, next)| (part.end(), next.start));
+        let (thin, wide): (Vec<_>, Vec<_>) = gaps.partition(|(a, b)| a.distance_mm(*b) < bit.diameter.mm());
+        let ends = |first: &Path, last: &Path| first.start == path.start && last.end() == path.end();
+        let shortened =
+            !path.is_closed() && !parts.first().zip(parts.last()).is_some_and(|(a, b)| ends(a, b));
+        touched |= parts.is_empty() || shortened || !wide.is_empty();
+        cut_through.extend(thin);
+        left.extend(parts.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
+    }
+    if touched {
+        desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+    }
+    for (from, to) in &cut_through {
+        let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
+        desk.say(at(Remark::new(Weight::Doubt, "cam.zone_too_short"), middle).with("bit", &bit.name));
+    }
+    let through = |place: Point| {
+        let within =
+            |(a, b): &(Point, Point)| a.distance_mm(place).max(b.distance_mm(place)) < bit.diameter.mm();
+        cut_through.iter().any(within)
+    };
+    for place in middles.iter().filter_map(|middle| place_at(whole, *middle)) {
+        if zone.contains(place) && !through(place) {
+            desk.say(at(Remark::new(Weight::Doubt, "cam.tab_in_zone"), place));
+        }
+    }
+    left
+}
+
 /// The remark with the place that it speaks of.
-fn at(remark: Remark, place: Point) -> Remark {
+pub(super) fn at(remark: Remark, place: Point) -> Remark {
     remark.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
 }
 
@@ -168,23 +200,26 @@ fn place_at(path: &Path, length: f64) -> Option<Point> {
 /// The tabs of the closed `path` as far as they lie on `part`, a part of it: lengths along that one.
 fn spans_on(part: &Path, path: &Path, tabs: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let (own, whole) = (part.length_mm(), path.length_mm());
-    let Some(begin) = nearest_length(path, part.start, 0.1) else { return Vec::new() };
+    let Some((_, begin)) = nearest(path, part.start, 0.1) else { return Vec::new() };
     let on_part = |from: f64| tabs.iter().map(move |tab| ((tab.0 + from).max(0.0), (tab.1 + from).min(own)));
     // What lies before its start along the whole comes again behind its end.
     let all = on_part(-begin).chain(on_part(whole - begin));
     all.filter(|(from, to)| to > from).collect()
 }
 
-/// Where the middles of tabs are: lengths along the way.
-fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit) -> Vec<f64> {
+/// Where the middles of tabs are: lengths along the way; `hand` are those of tabs put on it by hand.
+fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit, hand: &[f64]) -> Vec<f64> {
     let whole = path.length_mm();
     let wide = (cut_out.tab_width + bit.diameter).mm();
     let middles: Vec<f64> = if cut_out.tab_at.is_empty() {
         let count = f64::from(cut_out.tabs);
         (0..cut_out.tabs).map(|tab| (f64::from(tab) + 0.5) * whole / count).collect()
     } else {
-        cut_out.tab_at.iter().filter_map(|at| nearest_length(path, *at, bit.diameter.mm() * 4.0)).collect()
+        hand.to_vec()
     };
+    if middles.is_empty() && !cut_out.tab_at.is_empty() {
+        desk.say(at(Remark::new(Weight::Loss, "cam.cut_free"), path.start));
+    }
     if wide * middles.len() as f64 > 0.8 * whole {
         desk.say(Remark::new(Weight::Loss, "cam.no_room_for_tabs").with("tabs", middles.len()));
         return Vec::new();
@@ -218,8 +253,8 @@ fn spans(path: &Path, middles: &[f64], wide: f64) -> Vec<(f64, f64)> {
     apart
 }
 
-/// The length along `path` at which it is nearest to `at`, if that is within `reach` mm.
-fn nearest_length(path: &Path, at: Point, reach: f64) -> Option<f64> {
+/// How far `path` is from `at` where it is nearest, and the length along it there, if that is within `reach`; all in mm.
+pub(super) fn nearest(path: &Path, at: Point, reach: f64) -> Option<(f64, f64)> {
     let pieces = cut::cut_at(path, &[]);
     let mut best: Option<(f64, f64)> = None;
     for piece in pieces {
@@ -232,7 +267,7 @@ fn nearest_length(path: &Path, at: Point, reach: f64) -> Option<f64> {
             }
         }
     }
-    best.filter(|(away, _)| *away <= reach).map(|(_, length)| length)
+    best.filter(|(away, _)| *away <= reach)
 }
 
 /// `path` without the spans of tabs.

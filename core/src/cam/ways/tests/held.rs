@@ -27,6 +27,76 @@ fn set(work: &mut Work, settings: &str) {
     }
 }
 
+/// Length of the tabs of every outer contour.
+fn held(planned: &Planned) -> Vec<f64> {
+    let outer = planned.ways().filter(|way| way.path.length_mm() > 30.0);
+    outer.map(|way| way.tabs.iter().map(|tab| tab.1 - tab.0).sum()).collect()
+}
+
+#[test]
+fn tabs_by_hand_are_on_every_copy_and_on_the_nearest_contour_only() {
+    let board = coupon();
+    for (panel, copies) in [
+        ("", 1),
+        ("setup.columns=2", 2),
+        ("setup.rows=3", 3),
+        ("setup.columns=2;setup.rows=2", 4),
+        ("setup.columns=2;setup.face=bottom;operation.face=bottom", 2),
+    ] {
+        for (tabs, wide) in [
+            ("15,-0.5,15,20.5", 7.0),
+            ("30.5,10", 3.5),
+            ("-0.5,7,30.5,10,15,20.5", 10.5),
+            // Given for the first two copies of a row: the same tab.
+            (if copies % 2 == 0 { "10,20,43,20" } else { "10,20" }, 3.5),
+        ] {
+            let work = cutting(&board, &format!("{panel};cut_out.tab_at={tabs}"));
+            let (planned, remarks) = planned(&board, &work);
+            let held = held(&planned);
+            assert_eq!(held.len(), copies, "{panel}");
+            assert!(held.iter().all(|own| (own - wide).abs() < 1e-6), "{panel} {tabs}: {held:?}");
+            assert!(remarks.iter().all(|remark| remark.weight < Weight::Loss), "{panel} {tabs}: {remarks:?}");
+        }
+    }
+}
+
+#[test]
+fn a_tab_out_of_reach_and_a_contour_without_a_tab_are_losses() {
+    let board = coupon();
+    let far = told(&board, &cutting(&board, "cut_out.tab_at=15,-9"));
+    assert_eq!(count(&far, "cam.tab_out_of_reach", Weight::Loss), 1, "{far:?}");
+    assert_eq!(count(&far, "cam.cut_free", Weight::Loss), 1, "{far:?}");
+    assert!(far.iter().any(|(_, _, said)| said.contains("15.00, -9.00")), "{far:?}");
+    let outline = union(&[boxed(0.0, 0.0, 10.0, 10.0), boxed(20.0, 0.0, 30.0, 10.0)]);
+    let two = Board { outline, ..Board::default() };
+    let one = told(&two, &cutting(&two, "cut_out.tab_at=5,0"));
+    assert_eq!(count(&one, "cam.cut_free", Weight::Loss), 1, "{one:?}");
+    let both = told(&two, &cutting(&two, "cut_out.tab_at=5,0,25,0"));
+    assert_eq!(both, Vec::new());
+}
+
+#[test]
+fn what_a_zone_leaves_shorter_than_the_bit_is_wide_holds_nothing() {
+    let board = coupon();
+    for (zone, short, long) in [
+        ("10,-3,10.3,-1.498", 1, 0),
+        ("10,-3,14,1", 0, 1),
+        ("10,-3,10.3,-1.498,20,-3,24,1", 1, 1),
+        ("10,-3,10.3,-1.6", 0, 0),
+    ] {
+        let work = cutting(&board, &format!("cut_out.tabs=0;setup.exclusions={zone}"));
+        let all = told(&board, &work);
+        assert_eq!(count(&all, "cam.zone_too_short", Weight::Doubt), short, "{zone}: {all:?}");
+        assert_eq!(count(&all, "cam.zone_in_the_way", Weight::Doubt), long, "{zone}: {all:?}");
+    }
+    // A tab there is still needed, and still made on both sides of the place.
+    let work = cutting(&board, "cut_out.tab_at=10.15,0;setup.exclusions=10,-3,10.3,-1.498");
+    let (planned, remarks) = planned(&board, &work);
+    assert!(!remarks.iter().any(|remark| remark.code == "cam.tab_in_zone"), "{remarks:?}");
+    let held = held(&planned);
+    assert!(held.len() == 1 && held[0] > 2.5, "{held:?}");
+}
+
 #[test]
 fn copies_without_a_gap_are_told() {
     let board = coupon();
