@@ -285,8 +285,6 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
     super::rack::losses(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
 }
 
-/// What people call an operation.
-fn called(operation: &Operation) -> String {
 /// What an operation is called.
 fn title(operation: &Operation) -> String {
     if operation.name.is_empty() { operation.action.word().to_owned() } else { operation.name.clone() }
@@ -311,7 +309,6 @@ impl Desk<'_> {
     }
 
     fn say(&mut self, remark: Remark) {
-        self.remarks.push(remark.with("operation", called(self.operation)));
         self.remarks.push(remark.with("operation", title(self.operation)));
     }
 

@@ -1,8 +1,8 @@
 //! Ways and programs of small boards: copper that stays is never cut, every island is enclosed, gaps are opened or told,
 //! tabs hold, holes and slots are made, and equal boards give equal programs.
 
-mod holes;
 mod held;
+mod holes;
 mod program;
 mod slivers;
 

@@ -5,7 +5,7 @@
 
 use super::super::places::{Places, Twice};
 use super::super::work::Work;
-use super::{Part, called};
+use super::{Part, title};
 use crate::remark::Remark;
 
 /// Takes strokes away whose hole was drilled before as deep with the same bit. Parts keep the holes they count as made.
@@ -26,7 +26,7 @@ pub(super) fn once(work: &Work, parts: &mut [Part]) -> Vec<Remark> {
             });
             task.strokes.len() == before || !task.strokes.is_empty() || !task.ways.is_empty()
         });
-        let name = work.operations.get(part.operation as usize).map(called).unwrap_or_default();
+        let name = work.operations.get(part.operation as usize).map(title).unwrap_or_default();
         notes.extend(twice.note("cam.holes_twice").map(|note| note.with("operation", name)));
     }
     notes
