@@ -100,6 +100,11 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
         let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side);
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
+    // Against an outline that is not the board's nothing is proved.
+    let about_outline = |remark: &&Remark| remark.code.starts_with("board.outline");
+    if let Some(loss) = remarks.iter().filter(about_outline).find(|remark| remark.is_unseen(&args.accept)) {
+        return Err(Refusal::content(loss.clone()));
+    }
     let board = laid(board, work.as_ref(), face, args.turn);
     let options = Options {
         face,
@@ -110,6 +115,11 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
         ..Options::default()
     };
     let verdict = proof::prove(&board, &programs, &options);
+    let copper = board.copper.iter().find(|copper| copper.face == face);
+    if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
+        let why = Remark::new(Weight::Loss, "proof.no_island").with("path", args.job.display());
+        return Err(Refusal::content(why));
+    }
     let mut object = verdict_object(&verdict, &args.accept);
     if let Value::Object(rows) = &mut object {
         rows.insert("remarks".to_owned(), remark_objects(&remarks).into());

@@ -4,9 +4,9 @@
 //! no words of any format; arcs become chords here.
 
 use super::outline::{contours, nest, shut};
-use super::{Board, Hole, Slot, copper};
-use crate::artwork::{Artwork, DrillFile, FileRead, Role, ToolEntry};
-use crate::geometry::{Bounds, Placement, Point, Segment, chords};
+use super::{Board, Hole, Slot, copper, mend};
+use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry};
+use crate::geometry::{Bounds, Path, Placement, Point, Region, Segment, chords, path_bounds};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
@@ -120,39 +120,127 @@ fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
 
 /// The first outline layer whose lines close gives the outline. Lines of it that lead nowhere are remarked, and so is
 /// copper beyond it: then outline and copper do not share their zero point. Where the holes do not either, and the same
-/// shift puts the outline around the copper, it can be moved with them.
+/// shift puts the outline around the copper, it can be moved with them. Where lines lead nowhere and something lies beyond
+/// what does close, the board is another one than that: a loss.
 fn outline(board: &mut Board, artwork: &Artwork, used: &[usize], wanted: Wanted, remarks: &mut Vec<Remark>) {
-    let layers = |role| artwork.files.iter().filter(move |file| file.role == role);
-    for file in layers(Role::Outline) {
+    for file in layers(artwork, Role::Outline) {
         let Some(gerber) = &file.gerber else { continue };
-        let (mut closed, open) = contours(&gerber.strokes());
-        closed.extend(gerber.contours().into_iter().map(shut));
-        if open > 0 {
-            let code = if closed.is_empty() { "board.outline_open" } else { "board.outline_rest" };
-            remarks.push(Remark::new(Weight::Doubt, code).at(&file.name, 0, 0).with("count", open));
-        }
-        board.outline = nest(closed);
-        let Some(bounds) = board.outline.bounds() else { continue };
-        let copper = layers(Role::Copper).filter_map(|file| file.gerber.as_ref()?.centre_bounds());
-        let Some(copper) = copper.reduce(|a, b| a.with(b.min).with(b.max)) else { return };
+        let (region, open, mended) = drawn(gerber, board, artwork);
+        remarks.extend(mended.map(|remark| remark.at(&file.name, 0, 0)));
+        board.outline = region;
+        let about = |weight, code| Remark::new(weight, code).at(&file.name, 0, 0);
+        let lines: usize = open.iter().map(|path| path.segments.len()).sum();
+        let Some(bounds) = board.outline.bounds() else {
+            if lines > 0 {
+                remarks.push(about(Weight::Doubt, "board.outline_open").with("count", lines));
+            }
+            continue;
+        };
+        let copper = layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()?.centre_bounds());
+        let copper = copper.reduce(|a, b| a.with(b.min).with(b.max));
         let around = |by: Point| {
             let bounds = Bounds { min: moved(bounds.min, by), max: moved(bounds.max, by) }.grown(OVERHANG);
-            bounds.contains(copper.min) && bounds.contains(copper.max)
+            copper.is_none_or(|copper| bounds.contains(copper.min) && bounds.contains(copper.max))
         };
-        if around(Point::default()) {
-            return;
-        }
         let mut shifts = used.iter().filter_map(|&index| shift(artwork.files.get(index)?));
-        match shifts.find(|&by| around(by)) {
+        let fits = around(Point::default());
+        let by = if fits { None } else { shifts.find(|&by| around(by)) };
+        let broken = !open.is_empty() && is_broken(board, artwork, by, &open);
+        if lines > 0 {
+            let loss = (Weight::Loss, "board.outline_broken");
+            let (weight, code) = if broken { loss } else { (Weight::Doubt, "board.outline_rest") };
+            remarks.push(about(weight, code).with("count", lines));
+        }
+        match by {
             Some(by) if wanted.aligned => {
                 board.outline = Placement::shifted(by).region(&board.outline);
                 remarks.push(told("board.moved", &file.name, by));
             }
             Some(by) => remarks.push(told("board.outline_shifted", &file.name, by)),
-            None => remarks.push(Remark::new(Weight::Doubt, "board.outline_elsewhere").at(&file.name, 0, 0)),
+            None if fits || broken => {}
+            None => {
+                let body = mend::body(&board.outline);
+                let any = centres(artwork).into_iter().any(|at| body.island_at(at).is_some());
+                let weight = if any { Weight::Doubt } else { Weight::Loss };
+                remarks.push(about(weight, "board.outline_elsewhere"));
+            }
         }
         return;
     }
+}
+
+/// The files of a role.
+fn layers(artwork: &Artwork, role: Role) -> impl Iterator<Item = &FileRead> {
+    artwork.files.iter().filter(move |file| file.role == role)
+}
+
+/// What the lines of an outline layer enclose, gaps mended where that is plain; the lines that stay open; and what to say
+/// of the gaps.
+fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path>, Option<Remark>) {
+    let (mut closed, open) = contours(&gerber.strokes());
+    closed.extend(gerber.contours().into_iter().map(shut));
+    if open.is_empty() {
+        return (nest(closed), open, None);
+    }
+    let (near, mut rest) = mend::joined(open);
+    let mut gaps: Vec<(Length, Point)> = near.iter().map(|(path, gap)| (*gap, path.end())).collect();
+    closed.extend(near.into_iter().map(|(path, _)| path));
+    let mut region = nest(closed.clone());
+    let mut all = centres(artwork);
+    all.extend(middles(board));
+    if !rest.is_empty() && !all.is_empty() && !mend::holds(&region, &all, Length::ZERO) {
+        let whole = mend::whole(&rest, &|region| mend::holds(region, &all, Length::ZERO));
+        if let Some(path) = whole.map(|index| rest.swap_remove(index)) {
+            gaps.push((mend::gap(path.start, path.end()), path.end()));
+            closed.push(mend::straight(&path));
+            region = nest(closed);
+        }
+    }
+    let count = gaps.len();
+    let mended = gaps.into_iter().max().map(|(gap, at)| {
+        let mm = |length: Length| format!("{:.3}", length.mm());
+        let remark = Remark::new(Weight::Doubt, "board.outline_mended").with("count", count);
+        remark.with("gap", mm(gap)).with("x", mm(at.x)).with("y", mm(at.y))
+    });
+    (region, rest, mended)
+}
+
+/// Whether copper or holes lie beyond the outline, once that is shifted `by` if it is to be; where there are neither,
+/// whether its open lines reach beyond it.
+fn is_broken(board: &Board, artwork: &Artwork, by: Option<Point>, open: &[Path]) -> bool {
+    let outline =
+        by.map_or_else(|| board.outline.clone(), |by| Placement::shifted(by).region(&board.outline));
+    let mut all = centres(artwork);
+    if by.is_none() {
+        all.extend(middles(board));
+    }
+    if all.is_empty() {
+        all.extend(open.iter().map(path_bounds).flat_map(|bounds| [bounds.min, bounds.max]));
+    }
+    !mend::holds(&outline, &all, OVERHANG)
+}
+
+/// Where the copper is drawn: middles of pads, ends of strokes, corners of areas.
+fn centres(artwork: &Artwork) -> Vec<Point> {
+    let mut all = Vec::new();
+    for gerber in layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()) {
+        all.extend(gerber.pads());
+        all.extend(gerber.strokes().into_iter().flat_map(|(from, segment)| [from, segment.to()]));
+        let contours = gerber.contours();
+        all.extend(contours.iter().flat_map(|path| &path.segments).map(|segment| segment.to()));
+    }
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Where the holes are, and the slots.
+fn middles(board: &Board) -> impl Iterator<Item = Point> {
+    board
+        .holes
+        .iter()
+        .map(|hole| hole.at)
+        .chain(board.slots.iter().flat_map(|slot| slot.path.iter().copied()))
 }
 
 /// A name for people: the last part of a path, without its ending.

@@ -5,7 +5,10 @@
 mod copper;
 mod from_artwork;
 mod lay;
+mod mend;
 mod outline;
+#[cfg(test)]
+mod tests;
 
 pub use from_artwork::{Wanted, from_artwork, from_artwork_with};
 

@@ -1,7 +1,7 @@
 //! The outline of a board from the lines that draw it: closed edges, nested, arcs kept.
 //!
-//! Comes in: strokes (a start and a segment) and whole contours. Goes out: a [`Region`] of the board's material, and how
-//! many lines led nowhere. Does not know files, and does not guess: lines that do not close are counted, not mended.
+//! Comes in: strokes (a start and a segment) and whole contours. Goes out: a [`Region`] of the board's material, and the
+//! lines that led nowhere. Does not know files, and does not guess: lines that do not close are given back as they are.
 //!
 //! ```text
 //!   ───▶ ─╮         ┌────────────╮      ends within 10 µm are one corner
@@ -26,13 +26,14 @@ const CHORD_ERROR_MM: f64 = 0.005;
 /// One stroke: where it starts and how it goes on.
 pub(super) type Stroke = (Point, Segment);
 
-/// The closed contours that strokes make, and how many strokes belong to none.
-pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, usize) {
+/// The closed contours that strokes make, and the lines of those that belong to none.
+pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, Vec<Path>) {
     let mut rows: Vec<Stroke> = strokes.iter().copied().filter(goes_somewhere).collect();
     rows.sort_unstable_by_key(same);
     rows.dedup_by_key(|row| same(row));
     if rows.len() > MOST_STROKES {
-        return (Vec::new(), rows.len());
+        let alone = |(start, segment)| Path { start, segments: vec![segment] };
+        return (Vec::new(), rows.into_iter().map(alone).collect());
     }
     let mut ends: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
     for (index, &(from, segment)) in rows.iter().enumerate() {
@@ -40,7 +41,7 @@ pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, usize) {
         ends.entry(cell(segment.to())).or_default().push(index);
     }
     let mut free = vec![true; rows.len()];
-    let (mut closed, mut open) = (Vec::new(), 0);
+    let (mut closed, mut open) = (Vec::new(), Vec::new());
     for start in 0..rows.len() {
         if !free.get(start).is_some_and(|&free| free) {
             continue;
@@ -49,7 +50,7 @@ pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, usize) {
         if near(walked.start, walked.end()) {
             closed.push(shut(walked));
         } else {
-            open += walked.segments.len();
+            open.push(walked);
         }
     }
     (closed, open)
@@ -215,10 +216,11 @@ mod tests {
         let mut strokes = square(0.0, 10.0);
         strokes.push(strokes[1]);
         let (closed, open) = contours(&strokes);
-        assert_eq!((closed.len(), open), (1, 0));
+        assert_eq!((closed.len(), open.len()), (1, 0));
         assert!(closed[0].is_closed());
         strokes.truncate(3);
-        assert_eq!(contours(&strokes).1, 3, "an open line is no outline");
+        let open = contours(&strokes).1;
+        assert_eq!(open.iter().map(|path| path.segments.len()).sum::<usize>(), 3, "no outline");
     }
 
     #[test]
@@ -230,7 +232,7 @@ mod tests {
         strokes.push((Point::from_mm(6.0, 5.0), circle));
         let (closed, open) = contours(&strokes);
         let region = nest(closed);
-        assert_eq!((region.islands.len(), open), (2, 0));
+        assert_eq!((region.islands.len(), open.len()), (2, 0));
         assert_eq!((region.islands[0].holes.len(), region.islands[1].holes.len()), (1, 0));
         for island in &region.islands {
             assert!(twice_area(&island.outer.flattened(0.01)) > 0.0);

@@ -74,8 +74,8 @@ fn a_hole_that_is_there_twice_is_made_once() {
     let (first, bored) =
         (Hole { source: 1, ..board.holes[1].clone() }, Hole { source: 1, ..board.holes[3].clone() });
     // As two files say it, and as one does whose sizes are rounded differently; one hole is beside, and stays.
-    board.holes.extend([first, bored, Hole { diameter: Some(mm(0.81)), ..first.clone() }]);
-    board.holes.push(Hole { at: at(12.0, 3.01), ..first });
+    board.holes.extend([first.clone(), bored, Hole { diameter: Some(mm(0.81)), ..first }]);
+    board.holes.push(Hole { at: at(12.0, 3.01), source: 1, ..board.holes[1].clone() });
     board.slots.push(Slot { path: vec![at(27.0, 17.0), at(24.0, 17.0)], ..board.slots[0].clone() });
     let plain = planned(&coupon(), &Work::default_for(&coupon(), &virtual_drill())).0;
     let (planned, remarks) = planned(&board, &Work::default_for(&board, &virtual_drill()));

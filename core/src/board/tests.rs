@@ -1,0 +1,100 @@
+//! Boards whose outline is not whole: mended where it is plain what it encloses, else a loss before anything is planned on it.
+
+use super::{Board, from_artwork};
+use crate::artwork::{Overrides, read_set};
+use crate::remark::{Remark, Weight};
+
+/// A layer of a function, in mm, drawn by lines of `body`.
+fn layer(function: &str, body: &str) -> Vec<u8> {
+    format!("%TF.FileFunction,{function}*%\n%FSLAX46Y46*%\n%MOMM*%\n%ADD10C,1.6*%\nD10*\nG01*\n{body}M02*\n")
+        .into_bytes()
+}
+
+fn mm(value: f64) -> i64 {
+    (value * 1e6) as i64
+}
+
+/// A line through points.
+fn line(points: &[(f64, f64)]) -> String {
+    let word = |at: usize| if at == 0 { "D02" } else { "D01" };
+    let rows = points.iter().enumerate();
+    rows.map(|(at, (x, y))| format!("X{}Y{}{}*\n", mm(*x), mm(*y), word(at))).collect()
+}
+
+fn pads(places: &[(f64, f64)]) -> String {
+    places.iter().map(|(x, y)| format!("X{}Y{}D03*\n", mm(*x), mm(*y))).collect()
+}
+
+fn read(outline: &str, places: &[(f64, f64)]) -> (Board, Vec<Remark>) {
+    let mut files = vec![("b-Edge_Cuts.gm1".to_owned(), layer("Profile,NP", outline))];
+    if !places.is_empty() {
+        files.push(("b-F_Cu.gtl".to_owned(), layer("Copper,L1,Top", &pads(places))));
+    }
+    from_artwork(&read_set(&files, &Overrides::default()), &[])
+}
+
+/// Corners cut off, so that each side and each corner is a line of its own.
+const SIDES: [[(f64, f64); 2]; 8] = [
+    [(2.0, 0.0), (28.0, 0.0)],
+    [(28.0, 0.0), (30.0, 2.0)],
+    [(30.0, 2.0), (30.0, 18.0)],
+    [(30.0, 18.0), (28.0, 20.0)],
+    [(28.0, 20.0), (2.0, 20.0)],
+    [(2.0, 20.0), (0.0, 18.0)],
+    [(0.0, 18.0), (0.0, 2.0)],
+    [(0.0, 2.0), (2.0, 0.0)],
+];
+
+fn without(gone: &[usize]) -> String {
+    let left = SIDES.iter().enumerate().filter(|(at, _)| !gone.contains(at));
+    left.map(|(_, side)| line(side)).collect()
+}
+
+fn square(x: f64, y: f64) -> String {
+    line(&[(x, y), (x + 2.0, y), (x + 2.0, y + 2.0), (x, y + 2.0), (x, y)])
+}
+
+#[test]
+fn an_outline_with_gaps_is_mended_or_a_loss() {
+    let inside = [(5.0, 5.0), (15.0, 12.0), (24.0, 15.0)];
+    let corner = [(5.0, 5.0), (0.9, 0.9), (15.0, 10.0)];
+    let holes = square(14.0, 8.0) + &square(25.0, 8.0);
+    let corners = [(1.0, 1.0), (27.0, 1.0), (27.0, 17.0), (1.0, 17.0)].map(|(x, y)| square(x, y)).concat();
+    // Lines, copper, what is said and how much it weighs, and the width of the board.
+    let rows = [
+        (without(&[]) + &holes, &inside, None, 30.0),
+        (without(&[7]) + &holes, &inside, Some((Weight::Doubt, "board.outline_mended")), 30.0),
+        (without(&[7]), &inside, Some((Weight::Doubt, "board.outline_mended")), 30.0),
+        (without(&[3, 7]) + &holes, &inside, Some((Weight::Loss, "board.outline_broken")), 13.0),
+        (without(&[3, 7]) + &corners, &inside, Some((Weight::Loss, "board.outline_broken")), 28.0),
+        (without(&[7]) + &holes, &corner, Some((Weight::Loss, "board.outline_broken")), 13.0),
+        (without(&[3, 7]), &inside, Some((Weight::Doubt, "board.outline_open")), 0.0),
+        (
+            without(&[]) + &line(&[(40.0, 0.0), (40.0, 20.0)]),
+            &inside,
+            Some((Weight::Doubt, "board.outline_rest")),
+            30.0,
+        ),
+        (
+            without(&[]),
+            &[(40.0, 5.0), (41.0, 5.0), (42.0, 5.0)],
+            Some((Weight::Loss, "board.outline_elsewhere")),
+            30.0,
+        ),
+        (
+            without(&[]),
+            &[(10.0, 5.0), (41.0, 5.0), (42.0, 5.0)],
+            Some((Weight::Doubt, "board.outline_elsewhere")),
+            30.0,
+        ),
+    ];
+    for (row, (lines, copper, said, width)) in rows.into_iter().enumerate() {
+        let (board, remarks) = read(&lines, copper);
+        let found: Vec<_> = remarks.iter().map(|remark| (remark.weight, remark.code.as_str())).collect();
+        assert_eq!(found, said.into_iter().collect::<Vec<_>>(), "row {row}");
+        assert!(remarks.iter().all(|remark| !remark.message("en").contains("board.")), "{remarks:?}");
+        let bounds = board.outline.bounds();
+        let wide = bounds.map_or(0.0, |bounds| (bounds.max.x - bounds.min.x).mm());
+        assert!((wide - width).abs() < 1e-6, "row {row}: {wide}");
+    }
+}
