@@ -1,0 +1,107 @@
+//! Boards from a seed: good programs have no findings; a way taken out, made shallow, moved or widened is found.
+
+use super::*;
+
+/// Chance from a seed.
+struct Chance(u64);
+
+impl Chance {
+    /// From 0 to below 1.
+    fn share(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.share()
+    }
+}
+
+/// Islands in the cells of an uneven grid, and one way along every border between two cells or to the outside.
+fn cells(chance: &mut Chance) -> (Board, Vec<Way>, Vec<(String, String)>) {
+    let count = 2 + (chance.share() * 3.0) as usize;
+    let mut lines = || -> Vec<f64> {
+        let mut at = 0.0;
+        let mut step = |chance: &mut Chance| {
+            at += chance.between(1.0, 3.0);
+            at
+        };
+        std::iter::repeat_with(|| step(chance)).take(count + 1).collect()
+    };
+    let (xs, ys) = (lines(), lines());
+    let mut rects = Vec::new();
+    let name = |column: usize, row: usize| format!("{column}/{row}");
+    let mut names = Vec::new();
+    for column in 0..count {
+        for row in 0..count {
+            let mut inset = || chance.between(0.12, 0.4);
+            let (left, bottom) = (xs[column] + inset(), ys[row] + inset());
+            rects.push((left, bottom, xs[column + 1] - inset(), ys[row + 1] - inset()));
+            names.push(name(column, row));
+        }
+    }
+    let (mut ways, mut neighbours) = (Vec::new(), Vec::new());
+    for line in 0..=count {
+        for cell in 0..count {
+            ways.push(way(&[(xs[line], ys[cell]), (xs[line], ys[cell + 1])], 0.1));
+            neighbours.push((line > 0 && line < count).then(|| (name(line - 1, cell), name(line, cell))));
+            ways.push(way(&[(xs[cell], ys[line]), (xs[cell + 1], ys[line])], 0.1));
+            neighbours.push((line > 0 && line < count).then(|| (name(cell, line - 1), name(cell, line))));
+        }
+    }
+    let rows: Vec<(Rect, Option<&str>)> =
+        rects.iter().zip(&names).map(|(rect, name)| (*rect, Some(name.as_str()))).collect();
+    let pair = |pair: Option<(String, String)>| pair.unwrap_or_default();
+    (board(&rows), ways, neighbours.into_iter().map(pair).collect())
+}
+
+#[test]
+fn any_way_taken_out_of_a_good_program_is_a_short() {
+    for seed in 1..=12 {
+        println!("seed {seed}");
+        let (board, ways, neighbours) = cells(&mut Chance(seed));
+        assert_eq!(found(&board, &[program(mill(0.2), &ways)]), [], "seed {seed}");
+        for (missing, (one, other)) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()) {
+            let mut rest = ways.clone();
+            let gone = rest.remove(missing);
+            let findings = found(&board, &[program(mill(0.2), &rest)]);
+            assert_eq!(kinds(&findings), [Kind::Short], "seed {seed} way {missing}: {findings:#?}");
+            let short = only(&findings, Kind::Short);
+            let mut nets = vec![one.clone(), other.clone()];
+            nets.sort();
+            assert_eq!(short.nets, nets, "seed {seed} way {missing}");
+            // The place is in the gap that the way runs through.
+            let path =
+                Path::through(&gone.points.iter().map(|&(x, y)| Point::from_mm(x, y)).collect::<Vec<_>>());
+            let away = edges::spots(&path.unwrap());
+            let upright = (away[0].x - away[1].x).abs() < 1e-9;
+            let off = if upright { short.at.x.mm() - away[0].x } else { short.at.y.mm() - away[0].y };
+            assert!(off.abs() <= 0.2, "seed {seed} way {missing}: {short:?}");
+        }
+    }
+}
+
+#[test]
+fn any_way_made_shallow_moved_or_widened_is_found() {
+    for seed in 1..=6 {
+        println!("seed {seed}");
+        let mut chance = Chance(seed);
+        let (board, ways, neighbours) = cells(&mut chance);
+        for (index, _) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()).step_by(3) {
+            let mut shallow = ways.clone();
+            shallow[index].depth = 0.034;
+            let found_shallow = kinds(&found(&board, &[program(mill(0.2), &shallow)]));
+            assert_eq!(found_shallow, [Kind::Short, Kind::Shallow], "seed {seed} way {index}");
+            // Moved by 0.45 it goes through the copper beside it.
+            let mut moved = ways.clone();
+            let upright = moved[index].points[0].0 == moved[index].points[1].0;
+            for (x, y) in &mut moved[index].points {
+                *(if upright { x } else { y }) += 0.45;
+            }
+            let found_moved = kinds(&found(&board, &[program(mill(0.2), &moved)]));
+            assert!(found_moved.contains(&Kind::Lost), "seed {seed} way {index}: {found_moved:?}");
+        }
+        let wide = kinds(&found(&board, &[program(mill(0.9), &ways)]));
+        assert!(wide.contains(&Kind::Lost), "seed {seed}: {wide:?}");
+    }
+}
