@@ -91,10 +91,14 @@ fn holds(board: &Board, plan: &Plan, order: Order) {
         }
     }
     // Once each; of holes at one place that the same bit makes, the first.
+    let near = Length::from_um(1);
     let made = |hole: usize| {
         let (at, size) = (board.holes[hole].at, board.holes[hole].diameter.expect("a size"));
         plan.bits.iter().filter(|bit| (size - bit.bit).abs() <= virtual_drill().rack_tolerance).any(|bit| {
-            bit.holes.iter().any(|&first| (first as usize) < hole && board.holes[first as usize].at == at)
+            let first = bit.holes.iter().map(|&first| first as usize).filter(|&first| first < hole);
+            first
+                .map(|first| board.holes[first].at)
+                .any(|first| (first.x - at.x).abs() <= near && (first.y - at.y).abs() <= near)
         })
     };
     let wrong = (0..seen.len()).find(|&hole| !(seen[hole] == 1 || seen[hole] == 0 && made(hole)));
