@@ -143,7 +143,7 @@ test("what the page exports is what the command line writes", async () => {
       await save.click();
       const exported = readFileSync(await (await download).path());
       const out = join(folder, target);
-      const flags = ["--to", target, "-o", out, "--accept", "proof.gap,proof.sliver,proof.lost_copper"];
+      const flags = ["--to", target, "-o", out, "--accept", "proof.gap,proof.sliver,proof.lost"];
       const cam = spawnSync(process.env.ANNULUS_BIN, ["cam", ...files, ...flags], { encoding: "utf8" });
       assert.equal(cam.status, 0, cam.stdout + cam.stderr);
       const [name] = readdirSync(out);
