@@ -196,7 +196,7 @@ mod tests {
     fn names_do_not_lead_out() {
         let mut project = project();
         for (name, kept) in
-            [("/tmp/x.drl", "tmp/x.drl"), ("../../x.drl", "x.drl"), ("a\\b\n.drl", "a_b_.drl")]
+            [("/boards/x.drl", "boards/x.drl"), ("../../x.drl", "x.drl"), ("a\\b\n.drl", "a_b_.drl")]
         {
             project.files[0].0 = name.to_owned();
             project.said.used = Some(vec![name.to_owned()]);
