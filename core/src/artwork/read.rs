@@ -181,7 +181,7 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
         })
         .collect();
     set::recognise(&mut layers);
-    let copper = copper_by_folder(&layers);
+    let copper = copper_by_folder(&pending, &layers);
     let mut out = Vec::new();
     for ((index, file), layer) in pending.iter().enumerate().zip(&mut layers) {
         let mut read = match (&file.settled, layer.take(), file.what) {
@@ -268,10 +268,15 @@ fn collect<'a>(
     }
 }
 
-fn copper_by_folder(layers: &[Option<FileRead>]) -> BTreeMap<String, Copper> {
-    let mut folders: BTreeMap<&str, Vec<&FileRead>> = BTreeMap::new();
+/// The copper of the folders in which drill programs lie.
+fn copper_by_folder(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> BTreeMap<String, Copper> {
+    let programs = files.iter().filter(|file| file.what == What::Drill);
+    let mut folders: BTreeMap<&str, Vec<&FileRead>> =
+        programs.map(|file| (folder(&file.name), Vec::new())).collect();
     for layer in layers.iter().flatten() {
-        folders.entry(folder(&layer.name)).or_default().push(layer);
+        if let Some(beside) = folders.get_mut(folder(&layer.name)) {
+            beside.push(layer);
+        }
     }
     let of_role = |layers: &[&'_ FileRead], role| {
         let ours = layers.iter().filter(|layer| layer.role == role);

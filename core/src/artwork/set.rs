@@ -194,20 +194,25 @@ fn outline(layers: &mut [Option<FileRead>], members: &[usize]) {
     if members.iter().filter_map(file).any(|file| file.role == Role::Outline) {
         return;
     }
+    let drawn = |index: &usize| {
+        let file = file(index).filter(|file| file.role == Role::Other)?;
+        let layer = file.gerber.as_ref().filter(|layer| layer.file_function.is_none())?;
+        let strokes = layer.counts.flashes == 0 && layer.counts.lines + layer.counts.arcs >= 2;
+        strokes.then_some((*index, layer))
+    };
+    let drawn: Vec<(usize, &Gerber)> = members.iter().filter_map(drawn).collect();
+    if drawn.is_empty() {
+        return;
+    }
     let copper = members.iter().filter_map(file).filter(|file| file.role == Role::Copper);
     let copper = copper.filter_map(|file| file.gerber.as_ref()?.centre_bounds()).reduce(joined);
     let Some(copper) = copper else { return };
-    let around = |index: &&usize| {
-        let Some(file) = file(index).filter(|file| file.role == Role::Other) else { return false };
-        let Some(gerber) = file.gerber.as_ref().filter(|gerber| gerber.file_function.is_none()) else {
-            return false;
-        };
-        let strokes = gerber.counts.flashes == 0 && gerber.counts.lines + gerber.counts.arcs >= 2;
-        let bounds = gerber.centre_bounds().map(|bounds| bounds.grown(OVERHANG));
-        strokes && bounds.is_some_and(|bounds| bounds.contains(copper.min) && bounds.contains(copper.max))
+    let around = |(_, layer): &(usize, &Gerber)| {
+        let bounds = layer.centre_bounds().map(|bounds| bounds.grown(OVERHANG));
+        bounds.is_some_and(|bounds| bounds.contains(copper.min) && bounds.contains(copper.max))
     };
-    let mut candidates = members.iter().filter(around);
-    let (Some(&only), None) = (candidates.next(), candidates.next()) else { return };
+    let mut candidates = drawn.into_iter().filter(around);
+    let (Some((only, _)), None) = (candidates.next(), candidates.next()) else { return };
     if let Some(file) = layers.get_mut(only).and_then(Option::as_mut) {
         (file.role, file.side) = (Role::Outline, None);
         file.reason = Remark::new(Weight::Note, "kind.gerber_outline_shape").with("found", base(&file.name));

@@ -72,9 +72,12 @@ pub fn segment_bounds(from: Point, segment: Segment) -> Bounds {
 
 /// The box around a path, arcs bulging included, to the nanometre.
 pub fn path_bounds(path: &Path) -> Bounds {
-    path.pieces().fold(Bounds::of(path.start), |bounds, (from, segment)| {
-        let of = segment_bounds(from, segment);
-        bounds.with(of.min).with(of.max)
+    path.pieces().fold(Bounds::of(path.start), |bounds, (from, segment)| match segment {
+        Segment::Line { to } => bounds.with(to),
+        Segment::Arc { .. } => {
+            let of = segment_bounds(from, segment);
+            bounds.with(of.min).with(of.max)
+        }
     })
 }
 

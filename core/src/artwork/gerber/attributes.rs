@@ -75,6 +75,7 @@ impl Machine {
             b"TA" => {
                 if name == b".AperFunction" {
                     self.attributes.function = Some(shown(value));
+                    self.tag_index = [None; 2];
                 }
             }
             b"TO" => self.object_attribute(name, value),
@@ -106,7 +107,7 @@ impl Machine {
             }
             _ => return,
         }
-        self.tag_index = None;
+        self.tag_index = [None; 2];
     }
 
     fn forget(&mut self, name: &[u8], line: u32) {
@@ -121,18 +122,18 @@ impl Machine {
             [first, ..] if first.is_ascii_alphabetic() || *first == b'_' || *first == b'$' => {}
             _ => self.findings.once(Weight::Doubt, "gerber.unknown_command", line, 1, name),
         }
-        self.tag_index = None;
+        self.tag_index = [None; 2];
     }
 
     /// Index of the tag that an object drawn now carries.
     pub(super) fn tag_now(&mut self, contour: bool) -> u32 {
-        let function = self.attributes.function.clone().filter(|_| contour);
-        if let Some(index) = self.tag_index.filter(|_| function.is_none()) {
+        let [other, of_contour] = &mut self.tag_index;
+        let known = if contour { of_contour } else { other };
+        if let Some(index) = *known {
             return index;
         }
-        let Attributes { net, component, pin, .. } = self.attributes.clone();
-        let common = function.is_none();
-        let tag = Tag { net, component, pin, function };
+        let Attributes { net, component, pin, function, .. } = self.attributes.clone();
+        let tag = Tag { net, component, pin, function: function.filter(|_| contour) };
         let index = match self.tags.get(&tag) {
             Some(&index) => index,
             None if self.out.tags.len() >= MOST_TAGS => 0,
@@ -143,9 +144,7 @@ impl Machine {
                 index
             }
         };
-        if common {
-            self.tag_index = Some(index);
-        }
+        *known = Some(index);
         index
     }
 }

@@ -11,9 +11,9 @@ use crate::geometry::{Path, Point, Segment};
 
 /// Pairs of edges looked at in a layer.
 pub(super) const FUEL: u32 = 2_000_000;
-/// An edge counts as crossed only where both of its ends are further away than this from the other, in nm: roundings of
-/// a CAD cross by less.
-const SLACK_NM: f64 = 1_000.0;
+/// An edge counts as crossed only where both of its ends are further away than this from the other: roundings of a CAD
+/// cross by less.
+const SLACK_MM: f64 = 1e-3;
 
 /// Whether straight edges of `path` cross; every pair looked at costs one of `fuel`, and without any left it says no.
 pub(super) fn crosses_itself(path: &Path, fuel: &mut u32) -> bool {
@@ -23,15 +23,18 @@ pub(super) fn crosses_itself(path: &Path, fuel: &mut u32) -> bool {
     };
     // The lower end of an edge comes first, so its first X is its smallest.
     let mut edges: Vec<(Point, Point)> = path.pieces().filter_map(line).collect();
-    edges.sort_unstable();
-    for (index, edge) in edges.iter().enumerate() {
-        let later = edges.iter().skip(index + 1).take_while(|other| other.0.x <= edge.1.x);
-        for other in later {
+    edges.sort_unstable_by_key(|edge| edge.0.x);
+    let heights = |edge: &(Point, Point)| (edge.0.y.min(edge.1.y), edge.0.y.max(edge.1.y));
+    let mut rest = edges.iter();
+    while let Some(edge) = rest.next() {
+        let (low, high) = heights(edge);
+        for other in rest.clone().take_while(|other| other.0.x <= edge.1.x) {
             if *fuel == 0 {
                 return false;
             }
             *fuel -= 1;
-            if parts(*edge, *other) && parts(*other, *edge) {
+            let (bottom, top) = heights(other);
+            if bottom <= high && low <= top && parts(*edge, *other) && parts(*other, *edge) {
                 return true;
             }
         }
@@ -43,13 +46,16 @@ pub(super) fn crosses_itself(path: &Path, fuel: &mut u32) -> bool {
 fn parts(edge: (Point, Point), other: (Point, Point)) -> bool {
     let mm = |from: Point, to: Point| ((to.x - from.x).mm(), (to.y - from.y).mm());
     let along = mm(edge.0, edge.1);
-    let length = libm::hypot(along.0, along.1);
-    let beside = |point: Point| {
+    let side = |point: Point| {
         let (x, y) = mm(edge.0, point);
-        (along.0 * y - along.1 * x) / length * 1e6
+        along.0 * y - along.1 * x
     };
-    let (first, second) = (beside(other.0), beside(other.1));
-    first.min(second) < -SLACK_NM && first.max(second) > SLACK_NM
+    let (first, second) = (side(other.0), side(other.1));
+    let (right, left) = (first.min(second), first.max(second));
+    right < 0.0 && left > 0.0 && {
+        let slack = SLACK_MM * libm::sqrt(along.0 * along.0 + along.1 * along.1);
+        right < -slack && left > slack
+    }
 }
 
 #[cfg(test)]

@@ -70,8 +70,8 @@ pub(super) struct Machine {
     pub(super) image: Image,
     pub(super) attributes: Attributes,
     pub(super) tags: BTreeMap<Tag, u32>,
-    /// Index of the tag in force, if it is known.
-    pub(super) tag_index: Option<u32>,
+    /// Index of the tag in force for flashes and strokes, and for contours, if it is known.
+    pub(super) tag_index: [Option<u32>; 2],
     /// Blocks and repeats that are being written.
     pub(super) open: Vec<Open>,
     /// Objects kept.
@@ -117,7 +117,7 @@ impl Machine {
             image: Image::default(),
             attributes: Attributes::default(),
             tags: BTreeMap::from([(Tag::default(), 0)]),
-            tag_index: Some(0),
+            tag_index: [Some(0); 2],
             open: Vec::new(),
             kept: 0,
             copies: 0,

@@ -9,6 +9,7 @@
 
 use crate::geometry::{Path, Point, Segment};
 use crate::units::Length;
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 /// How an aperture is held (`%LM`, `%LR`, `%LS`).
@@ -127,12 +128,12 @@ impl Place {
     }
 
     /// A path of the copy. Mirrored, it runs the other way round.
-    pub(super) fn path(&self, path: &Path) -> Path {
+    pub(super) fn path<'a>(&self, path: &'a Path) -> Cow<'a, Path> {
         if *self == Self::HOME {
-            return path.clone();
+            return Cow::Borrowed(path);
         }
         let segments = path.segments.iter().map(|&segment| self.segment(segment)).collect();
-        Path { start: self.point(path.start), segments }
+        Cow::Owned(Path { start: self.point(path.start), segments })
     }
 
     /// A copy within this copy: something held by `mount` whose origin lies at `at` of this copy.

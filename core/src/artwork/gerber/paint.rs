@@ -60,8 +60,8 @@ fn moved(mut region: Region, by: Point) -> Region {
     }
     let back = Place { mount: Mount::PLAIN, at: by };
     for island in &mut region.islands {
-        island.outer = back.path(&island.outer);
-        island.holes = island.holes.iter().map(|hole| back.path(hole)).collect();
+        island.outer = back.path(&island.outer).into_owned();
+        island.holes = island.holes.iter().map(|hole| back.path(hole).into_owned()).collect();
     }
     region
 }
@@ -106,10 +106,10 @@ impl Brush<'_> {
         let stamp = self.stamps.entry(key).or_insert_with(|| {
             let about = Place { mount, at: Point::default() };
             let paths = layer.aperture(object).map(outlines).unwrap_or_default();
-            paths.iter().map(|path| left(about.path(path), mount)).collect()
+            paths.iter().map(|path| left(about.path(path).into_owned(), mount)).collect()
         });
         let there = Place { mount: Mount::PLAIN, at };
-        stamp.iter().map(|path| there.path(path)).collect()
+        stamp.iter().map(|path| there.path(path).into_owned()).collect()
     }
 
     /// An aperture that is not round, dragged along a segment.

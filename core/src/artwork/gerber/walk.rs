@@ -5,7 +5,7 @@
 
 use super::mount::{Mount, Place};
 use super::object::{Aperture, Form, Gerber, Object, Shape, Track};
-use crate::geometry::{Bounds, Path, Point, Segment, chords, path_bounds};
+use crate::geometry::{Bounds, Path, Point, Segment, chords, path_bounds, segment_bounds};
 use crate::units::Length;
 
 /// How far a chord may be from its arc, in mm.
@@ -105,7 +105,7 @@ impl Gerber {
         let mut contours = Vec::new();
         each(self, &mut |seen| {
             if let Shape::Contour(path) = &seen.object.shape {
-                contours.push(seen.place.path(path));
+                contours.push(seen.place.path(path).into_owned());
             }
         });
         contours
@@ -138,15 +138,14 @@ impl Gerber {
     pub fn centre_bounds(&self) -> Option<Bounds> {
         let mut bounds: Option<Bounds> = None;
         each(self, &mut |seen| {
-            let path = match &seen.object.shape {
-                Shape::Flash { at } => Path { start: seen.place.point(*at), segments: Vec::new() },
+            let around = match &seen.object.shape {
+                Shape::Flash { at } => Bounds::of(seen.place.point(*at)),
                 Shape::Stroke { from, segment } => {
-                    Path { start: seen.place.point(*from), segments: vec![seen.place.segment(*segment)] }
+                    segment_bounds(seen.place.point(*from), seen.place.segment(*segment))
                 }
-                Shape::Contour(path) => seen.place.path(path),
+                Shape::Contour(path) => path_bounds(&seen.place.path(path)),
                 Shape::Repeat { .. } => return,
             };
-            let around = path_bounds(&path);
             bounds = Some(bounds.map_or(around, |bounds| bounds.with(around.min).with(around.max)));
         });
         bounds
