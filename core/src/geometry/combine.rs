@@ -19,7 +19,7 @@
 
 use super::clusters::clusters;
 use super::rebuild;
-use super::sheet::{Edge, Fill, Shape, Sheet, edges_of, extent_of, run, trace_two, turned};
+use super::sheet::{Fill, Shape, Sheet, cover, edges_of, extent_of, trace_two};
 use super::{Path, Region, Segment};
 use i_overlay::core::overlay_rule::OverlayRule;
 
@@ -142,45 +142,50 @@ struct Layer {
     dark: Vec<Shape>,
 }
 
-/// Shapes laid over each other: where the sum of `weight` times their windings is above zero. A group of shapes
-/// that hang together by their boxes is worked on apart, and stays as it is where all are of one list.
-fn weighed<const N: usize>(lists: [(i32, Vec<Shape>); N]) -> Vec<Shape> {
-    let all: Vec<(i32, Shape)> = lists
+/// What shapes do where they are laid over each other. Shapes of one part do not overlap.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    /// Lies at the bottom.
+    Ground,
+    /// Takes the ground away.
+    Away,
+    /// Lies over both.
+    Cover,
+}
+
+/// Shapes laid over each other. A group of shapes that hang together by their boxes is worked on apart, and stays as it is
+/// where all are of one part.
+fn laid<const N: usize>(parts: [(Part, Vec<Shape>); N]) -> Vec<Shape> {
+    let all: Vec<(Part, Shape)> = parts
         .into_iter()
-        .flat_map(|(weight, shapes)| shapes.into_iter().map(move |shape| (weight, shape)))
+        .flat_map(|(part, shapes)| shapes.into_iter().map(move |shape| (part, shape)))
         .collect();
     let extents: Vec<_> = all.iter().map(|(_, shape)| extent_of(shape)).collect();
-    let mut all: Vec<Option<(i32, Shape)>> = all.into_iter().map(Some).collect();
+    let mut all: Vec<Option<(Part, Shape)>> = all.into_iter().map(Some).collect();
     let mut found = Vec::new();
     for group in clusters(&extents) {
-        let group: Vec<(i32, Shape)> =
+        let group: Vec<(Part, Shape)> =
             group.into_iter().filter_map(|index| all.get_mut(index).and_then(Option::take)).collect();
-        let first = group.first().map_or(0, |(weight, _)| *weight);
-        if group.iter().any(|(weight, _)| *weight != first) {
-            found.extend(run(group.iter().flat_map(|(weight, shape)| heavy(*weight, shape)), Fill::Positive));
-        } else if first > 0 {
+        let Some((first, _)) = group.first() else { continue };
+        if group.iter().any(|(part, _)| part != first) {
+            let of = |wanted| group.iter().filter(move |(part, _)| *part == wanted);
+            let edges = |wanted| of(wanted).flat_map(|(_, shape)| edges_of(shape));
+            found.extend(cover(edges(Part::Ground), edges(Part::Away), edges(Part::Cover)));
+        } else if *first != Part::Away {
             found.extend(group.into_iter().map(|(_, shape)| shape));
         }
     }
     found
 }
 
-/// The edges of a shape as often as it weighs, turned where it weighs less than nothing.
-fn heavy(weight: i32, shape: &Shape) -> impl Iterator<Item = Edge> {
-    let times = weight.unsigned_abs() as usize;
-    let turn = move |edge: Edge| if weight < 0 { turned(edge) } else { edge };
-    std::iter::repeat_n(shape, times).flat_map(edges_of).map(turn)
-}
-
 /// Two layers as one, the second over the first.
-///
-/// What stays dark is where `first.dark − second.clear + 2 · second.dark` is above zero: a single pass.
 fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
     let clear = match keep_clear {
         false => Vec::new(),
-        true => weighed([(1, first.clear), (2, second.clear.clone())]),
+        true => laid([(Part::Ground, first.clear), (Part::Cover, second.clear.clone())]),
     };
-    Layer { clear, dark: weighed([(1, first.dark), (-1, second.clear), (2, second.dark)]) }
+    let dark = laid([(Part::Ground, first.dark), (Part::Away, second.clear), (Part::Cover, second.dark)]);
+    Layer { clear, dark }
 }
 
 /// The layer that a row of coats makes. Halves first, so that nothing is laid down more often than there are doublings

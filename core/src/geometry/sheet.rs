@@ -279,7 +279,7 @@ impl Sheet {
 }
 
 /// The other way round.
-pub(super) fn turned(edge: Edge) -> Edge {
+fn turned(edge: Edge) -> Edge {
     InputEdge { a: edge.b, b: edge.a, data: edge.data }
 }
 
@@ -293,11 +293,23 @@ pub(super) fn extent_of(shape: &Shape) -> Extent {
 }
 
 /// Runs the overlay on `edges`.
-pub(super) fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
+fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
     let edges = edges.into_iter();
     let mut overlay = EdgeOverlay::<i32, Tag>::new(edges.size_hint().0);
     overlay.add_edges(edges, ShapeType::Subject);
     overlay.build_vector_shapes(OverlayRule::Subject, fill.into())
+}
+
+/// What is inside of `ground` and not of `away`, or inside of `over`: a single run.
+pub(super) fn cover(
+    ground: impl Iterator<Item = Edge>,
+    away: impl Iterator<Item = Edge>,
+    over: impl Iterator<Item = Edge>,
+) -> Vec<Shape> {
+    let mut overlay = EdgeOverlay::<i32, Tag>::new(0);
+    overlay.add_edges(ground.chain(away.map(turned)), ShapeType::Subject);
+    overlay.add_edges(over, ShapeType::Clip);
+    overlay.build_vector_shapes(OverlayRule::Union, FillRule::Positive)
 }
 
 /// Groups of outlines that hang together, small ones gathered so that each has enough edges for a run.
