@@ -319,17 +319,18 @@ fn golden_program() {
     let expected = "\
 Prepare: spindle 0
 ChangeBit(0): spindle 0, rapid 0 0, await 0.8 mm, spindle 30000, dwell 1500000 µs
-Hole(3): rapid 1 0.5, plunge -2.1 at 12000 µm/s, retract 2
-Hole(0): rapid 1 1, plunge -2.1 at 12000 µm/s, retract 2
-Hole(2): rapid 3 0, plunge -2.1 at 12000 µm/s, retract 2
+Hole(3): rapid 1 0.5, plunge -2.286523 at 12000 µm/s, retract 2
+Hole(0): rapid 1 1, plunge -2.286523 at 12000 µm/s, retract 2
+Hole(2): rapid 3 0, plunge -2.286523 at 12000 µm/s, retract 2
 ChangeBit(1): spindle 0, rapid 0 0, await 1 mm, spindle 30000, dwell 1500000 µs
-Hole(1): rapid 0 0, plunge -2.1 at 12000 µm/s, retract 2
+Hole(1): rapid 0 0, plunge -2.333154 at 12000 µm/s, retract 2
 Finish: spindle 0, rapid 0 0
 ";
     assert_eq!(print(&program), expected);
     machine.stroke_end = StrokeEnd::Sensor;
     machine.process.dwell_bottom_ms = 40.0;
     let gated = print(&cam::lower(&board, &plan, &machine));
-    let stroke = "plunge -2.1 at 12000 µm/s until ZBottom or 5000000 µs: Alarm, dwell 40000 µs, retract 2";
+    let stroke =
+        "plunge -2.286523 at 12000 µm/s until ZBottom or 5000000 µs: Alarm, dwell 40000 µs, retract 2";
     assert!(gated.contains(stroke), "{gated}");
 }

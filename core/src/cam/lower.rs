@@ -4,11 +4,12 @@
 //!  safe  ●──rapid──●            ●──rapid──
 //!  ______          │            │           board's surface, Z = 0
 //!                  ▼ plunge     ▲ retract
-//!                  ●───dwell────●           −(thickness + breakthrough)
+//!                  ●───dwell────●           −(thickness + breakthrough + point of the bit)
 //! ```
 //!
 //! Comes in: a board, its plan, the machine. Goes out: a [`Program`]. Does not know how fast anything goes.
 
+use super::usual::POINT_DEG;
 use super::{Plan, rack};
 use crate::board::Board;
 use crate::geometry::Point;
@@ -35,7 +36,7 @@ pub fn lower(board: &Board, plan: &Plan, machine: &Machine) -> Program {
         for &hole in &bit.holes {
             if let Some(meant) = board.holes.get(hole as usize) {
                 let at = Point::new(meant.at.x - plan.origin.x, meant.at.y - plan.origin.y);
-                legs.push(Leg { mark: Mark::Hole(hole), commands: stroke(at, machine) });
+                legs.push(Leg { mark: Mark::Hole(hole), commands: stroke(at, bit.bit, machine) });
             }
         }
     }
@@ -69,15 +70,15 @@ fn change(bit: u32, machine: &Machine) -> Leg {
     Leg { mark: Mark::ChangeBit(bit), commands }
 }
 
-/// One stroke of the drill at `at`, in work coordinates.
-fn stroke(at: Point, machine: &Machine) -> Vec<Command> {
+/// One stroke of the drill of `diameter` at `at`, in work coordinates.
+fn stroke(at: Point, diameter: Length, machine: &Machine) -> Vec<Command> {
     let process = &machine.process;
     let gate = (machine.stroke_end == StrokeEnd::Sensor).then(|| Gate {
         input: Input::ZBottom,
         deadline_us: micros(machine.longest_drilling_s * 1e6),
         otherwise: Otherwise::Alarm,
     });
-    let to = Length::ZERO - process.board_thickness - process.breakthrough;
+    let to = Length::ZERO - rack::through(process, process.breakthrough, diameter, POINT_DEG);
     let feed_um_per_s = micros(process.feed_mm_per_s * 1e3).max(1);
     let mut commands = vec![Command::Rapid { to: at }, Command::Plunge { to, feed_um_per_s, gate }];
     if process.dwell_bottom_ms > 0.0 {

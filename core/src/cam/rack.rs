@@ -11,10 +11,11 @@
 
 use super::places::{Places, Twice};
 use crate::board::Board;
-use crate::machine::Machine;
+use crate::machine::{Machine, Process};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 /// A bit and what it is for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +31,26 @@ pub struct BitUse {
 /// A size in millimetres as people write it: without trailing zeros.
 pub fn size_text(size: Length) -> String {
     format!("{}", size.mm())
+}
+
+/// How deep the drill of `diameter` goes below the surface so that its whole width comes `below` under the board:
+///
+/// ```text
+///     surface ──┐     ┌──
+///               │     │        the board + `below`, and by the height of the point more:
+///     bottom  ──┤     ├──      diameter / 2 / tan(point / 2)
+///               ╲     ╱
+///                ╲___╱
+/// ```
+pub(super) fn through(process: &Process, below: Length, diameter: Length, point_deg: f64) -> Length {
+    process.board_thickness + below + point_height(diameter, point_deg)
+}
+
+/// How high the point of a drill is: so much deeper it goes before its whole width is through. `point_deg` is the whole
+/// angle in degrees; 180 is flat.
+fn point_height(diameter: Length, point_deg: f64) -> Length {
+    let half = (point_deg / 2.0).clamp(1.0, 90.0) * PI / 180.0;
+    if point_deg >= 180.0 { Length::ZERO } else { Length::from_mm(diameter.mm() / 2.0 / libm::tan(half)) }
 }
 
 /// The bit of `rack` nearest to `size` within `tolerance` (the bound included); of two equally near the larger, because
@@ -150,6 +171,24 @@ mod tests {
             assert_eq!(nearest(&rack, um(size), um(tolerance)), bit.map(um), "{size} ± {tolerance}");
         }
         assert_eq!(nearest(&[], um(800), um(50)), None);
+    }
+
+    #[test]
+    fn a_drill_goes_deeper_by_the_height_of_its_point() {
+        let process = virtual_drill().process;
+        // Diameter and what is below the board in µm, angle, and the height of the point in µm.
+        let rows = [
+            (1_000, 500, 90.0, 500),
+            (3_200, 500, 130.0, 746),
+            (3_200, 0, 118.0, 961),
+            (800, 6_000, 180.0, 0),
+            (0, 500, 130.0, 0),
+        ];
+        for (diameter, below, degrees, height) in rows {
+            let depth = through(&process, um(below), um(diameter), degrees);
+            let over = (depth - process.board_thickness - um(below)).mm() * 1e3;
+            assert_eq!(libm::round(over) as i64, height, "{diameter} {degrees}");
+        }
     }
 
     #[test]

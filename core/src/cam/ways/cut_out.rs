@@ -135,7 +135,7 @@ fn contour(
     for (path, tabs) in paths {
         let slope = libm::tan(cut_out.ramp_deg * PI / 180.0);
         let entry = if path.is_closed() && slope > 0.0 { Entry::Ramp(slope) } else { Entry::Plunge };
-        ways.push(Way { path, depths: depths.clone(), entry, tabs, tab_depth });
+        ways.push(Way { path, depths: depths.clone(), entry, tabs, tab_depth, clears: None });
     }
 }
 
@@ -343,7 +343,6 @@ fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Optio
     };
     let process = &desk.machine.process;
     let strokes = places.into_iter().map(|at| Stroke { at, hole: None }).collect();
-    let point = drill::point_height(diameter, POINT_DEG);
-    let depth = process.board_thickness + process.breakthrough + point;
+    let depth = rack::through(process, process.breakthrough, diameter, POINT_DEG);
     Some(Task { strokes, depth, ..Task::with(&drill::bit(diameter)) })
 }

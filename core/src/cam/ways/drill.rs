@@ -1,11 +1,9 @@
 //! Round holes with the drills of the rack (S5, N9).
 //!
 //! ```text
-//!     surface ──┐     ┌──
-//!               │     │        through: board + breakthrough, and by the height of the point more:
-//!     bottom  ──┤     ├──      diameter / 2 / tan(point / 2)
-//!               ╲     ╱
-//!                ╲___╱
+//!   holes of the board ─ nearest drill ─┬─ 0.8 mm   ● ● ● ●    through, point and all, or as deep as the operation says
+//!   or those for pins    within         └─ 1.0 mm   ● ●
+//!                        tolerance
 //! ```
 //!
 //! Comes in: holes, the rack, an operation. Goes out: one task for each bit. Does not know slots.
@@ -20,7 +18,6 @@ use crate::job::{Bit, Cutter};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 
 /// Plans the operation.
 pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
@@ -106,16 +103,10 @@ fn depth(desk: &Desk<'_>, drill: &Drill, diameter: Length) -> Length {
         return desk.operation.depth;
     }
     let own = drill.points.iter().find(|(drill, _)| *drill == diameter);
-    let point = point_height(diameter, own.map_or(drill.point_deg, |(_, degrees)| *degrees));
+    let degrees = own.map_or(drill.point_deg, |(_, degrees)| *degrees);
     let below = match drill.holes {
         Holes::Board => desk.machine.process.breakthrough,
         Holes::Alignment => desk.work.setup.alignment.depth,
     };
-    desk.machine.process.board_thickness + below + point
-}
-
-/// How high the point of a drill is: so much deeper it goes before its whole width is through.
-pub(super) fn point_height(diameter: Length, point_deg: f64) -> Length {
-    let half = (point_deg / 2.0).clamp(1.0, 90.0) * PI / 180.0;
-    if point_deg >= 180.0 { Length::ZERO } else { Length::from_mm(diameter.mm() / 2.0 / libm::tan(half)) }
+    rack::through(&desk.machine.process, below, diameter, degrees)
 }

@@ -60,6 +60,17 @@ pub struct Way {
     pub tabs: Vec<(f64, f64)>,
     /// Greatest depth over a tab.
     pub tab_depth: Length,
+    /// The hole or slot of the board as it lies that it clears, if it does.
+    pub clears: Option<Shape>,
+}
+
+/// A hole or a slot, by its number on the board as it lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shape {
+    /// A round hole.
+    Hole(u32),
+    /// A slot.
+    Slot(u32),
 }
 
 /// How a bit goes down to a depth.
@@ -231,7 +242,7 @@ pub fn plan_work(
 }
 
 /// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. What two
-/// of them drill, or one drills twice, is drilled once. Remarks and failures as those of [`plan_work`].
+/// of them drill or bore, or one drills twice, is made once. Remarks and failures as those of [`plan_work`].
 pub fn assemble(
     scene: Scene,
     work: &Work,
@@ -242,7 +253,7 @@ pub fn assemble(
     let spindles = super::spindles(means.options.spindles, machine)?;
     let mut remarks: Vec<Remark> = parts.iter().flat_map(|part| part.remarks.iter().cloned()).collect();
     remarks.extend(left_out(&scene, work, machine, &parts));
-    remarks.extend(twice::once(work, &mut parts));
+    remarks.extend(twice::once(work, &scene.board, &mut parts));
     remarks.extend(held::too_early(work, machine, &parts));
     let accept = &means.options.accept;
     if parts.iter().all(|part| part.tasks.is_empty()) {
@@ -364,6 +375,7 @@ impl Desk<'_> {
             entry: Entry::Plunge,
             tabs: Vec::new(),
             tab_depth: Length::ZERO,
+            clears: None,
         };
         let ways: Vec<Way> = paths.into_iter().map(way).collect();
         (!ways.is_empty()).then(|| Task { ways, ..Task::with(bit) })

@@ -10,7 +10,7 @@ use super::cut::{self, Area};
 use super::*;
 use crate::board::{Copper, Face, Hole, Slot};
 use crate::cam::tour::Chance;
-use crate::cam::work::{Clear, Cure, CutOut, CutSide, Direction, Holes, Isolate, Remedy, Zero};
+use crate::cam::work::{Bore, Clear, Cure, CutOut, CutSide, Direction, Holes, Isolate, Remedy, Zero};
 use crate::geometry::{Bounds, Region, Segment, circle, grow, rectangle, sweep, union, winding};
 use crate::job::{Command, Mark, Program};
 use crate::machine::virtual_drill;

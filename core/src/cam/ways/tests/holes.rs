@@ -104,3 +104,57 @@ fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
         assert_eq!(empty.count(), 0, "no bit is put in for nothing");
     }
 }
+
+#[test]
+fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
+    let board = coupon();
+    let once = planned(&board, &only(&board, "bore", |_| {})).0.ways().count();
+    // Depths of the two, the bit of the second, and what of the second is left: all, the 5 mm hole, or nothing.
+    let rows = [
+        (0.0, 0.0, "Mill 1.5 mm", 0),
+        (0.0, 0.5, "Mill 1.5 mm", 0),
+        (0.0, 0.0, "Mill 2.0 mm", 0), // another mill finds the holes made all the same
+        (0.5, 0.0, "Mill 1.5 mm", once),
+    ];
+    for (first, second, bit, left) in rows {
+        let mut work = only(&board, "bore", |operation| operation.depth = mm(first));
+        work.bits.push(mill("Mill 2.0 mm", 2.0));
+        let again = Operation { depth: mm(second), bit: bit.to_owned(), ..work.operations[0].clone() };
+        work.operations.push(again);
+        let (planned, remarks) = planned(&board, &work);
+        assert_eq!(planned.ways().count(), once + left, "{first} {second} {bit}");
+        let notes = said(&remarks, "cam.holes_twice");
+        let counts: Vec<_> = notes.iter().map(|note| arg(note, "count")).collect();
+        assert_eq!(counts, if left == 0 { vec!["2"] } else { vec![] }, "{first} {second} {bit}");
+        assert!(planned.parts[1].tasks.iter().all(|task| !task.ways.is_empty()), "no bit for nothing");
+        assert_eq!(
+            (planned.parts[1].holes.len(), planned.parts[1].slots.len()),
+            (1, 1),
+            "they count as made"
+        );
+        assert!(!remarks.iter().any(|remark| remark.weight == Weight::Loss), "{remarks:?}");
+    }
+}
+
+#[test]
+fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
+    let board = coupon();
+    let mut work = only(&board, "bore", |operation| {
+        operation.bit = "wide".to_owned();
+        operation.action = Action::Bore(Bore {
+            slots: true,
+            holes: false,
+            direction: Direction::Climb,
+            further: Vec::new(),
+        });
+    });
+    // 20 µm over the slot of 1 mm on either side, which is within what a bit may be too wide.
+    work.bits.push(mill("wide", 1.04));
+    work.setup.exclusions = vec![Bounds::of(at(24.0, 17.51)).with(at(27.0, 19.0))];
+    work.operations.push(Operation { bit: "Mill 0.8 mm".to_owned(), ..work.operations[0].clone() });
+    let (planned, remarks) = planned(&board, &work);
+    let ways = |part: &Part| part.tasks.iter().map(|task| task.ways.len()).sum::<usize>();
+    assert_eq!(ways(&planned.parts[0]), 0, "{remarks:?}");
+    assert_ne!(ways(&planned.parts[1]), 0, "{remarks:?}");
+    assert!(said(&remarks, "cam.holes_twice").is_empty(), "{remarks:?}");
+}
