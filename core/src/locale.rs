@@ -28,8 +28,21 @@ pub fn lookup(language: &str, key: &str) -> Option<&'static str> {
     find(language).or_else(|| find(FALLBACK))
 }
 
-/// The text of `key` with every `{name}` replaced by its argument. An unknown key gives the key itself, so that
-/// a gap is seen and never blank.
+/// What stands before an argument that is itself a key.
+const WORD: char = '@';
+
+/// An argument that is the word under `key`, in whatever language the sentence around it is.
+pub fn word(key: &str) -> String {
+    format!("{WORD}{key}")
+}
+
+/// What an argument says in `language`: its word where it is a key, else what it is.
+fn argument<'a>(language: &str, value: &'a str) -> &'a str {
+    value.strip_prefix(WORD).and_then(|key| lookup(language, key)).unwrap_or(value)
+}
+
+/// The text of `key` with every `{name}` replaced by its argument; one made by [`word`] is put into the language. An unknown
+/// key gives the key itself, so that a gap is seen and never blank.
 pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
     let Some(raw) = lookup(language, key) else { return key.to_owned() };
     let mut out = String::with_capacity(raw.len());
@@ -39,7 +52,7 @@ pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
         let Some(close) = rest[open..].find('}') else { break };
         let name = &rest[open + 1..open + close];
         match args.iter().find(|(argument, _)| argument == name) {
-            Some((_, value)) => out.push_str(value),
+            Some((_, value)) => out.push_str(argument(language, value)),
             None => out.push_str(&rest[open..=open + close]),
         }
         rest = &rest[open + close + 1..];
@@ -56,6 +69,13 @@ mod tests {
     fn arguments_go_where_their_names_stand() {
         let args = [("name".to_owned(), "T7".to_owned())];
         assert_eq!(text("en", "test.greeting", &args), "Tool T7 is {unknown}.");
+    }
+
+    #[test]
+    fn arguments_that_are_words_follow_the_language() {
+        let said = |value: String| text("xx", "test.greeting", &[("name".to_owned(), value)]);
+        assert_eq!(said(word("page.cam.word.cut_out")), "Tool Cut out is {unknown}.");
+        assert_eq!(said("@home".to_owned()), "Tool @home is {unknown}.", "a person may begin a name so");
     }
 
     #[test]

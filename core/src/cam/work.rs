@@ -14,6 +14,7 @@ use super::Order;
 use crate::board::Face;
 use crate::geometry::{Bounds, Point};
 use crate::job::Bit;
+use crate::locale;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -401,6 +402,11 @@ impl Action {
         }
     }
 
+    /// The key of what people call it, in the locale tables.
+    pub fn title_key(&self) -> String {
+        format!("page.cam.word.{}", self.word())
+    }
+
     /// The words of all kinds, in the order in which a job does them.
     pub const WORDS: [&'static str; 6] = ["isolate", "clear", "engrave", "drill", "bore", "cut_out"];
 }
@@ -434,6 +440,11 @@ impl Work {
 }
 
 impl Operation {
+    /// What sentences call it: its name, else the word for what it does.
+    pub fn title(&self) -> String {
+        if self.name.is_empty() { locale::word(&self.action.title_key()) } else { self.name.clone() }
+    }
+
     /// The names of all bits that it uses: its own first, then further ones, then those of cures. None for drilling.
     pub fn bit_names(&self) -> Vec<&str> {
         let own = self.bit.as_str();

@@ -27,7 +27,11 @@ use std::sync::Arc;
 
 /// The name of an operation for people.
 pub(super) fn name_of(operation: &Operation) -> String {
-    if operation.name.is_empty() { word_of(operation.action.word()) } else { operation.name.clone() }
+    if operation.name.is_empty() {
+        i18n::text(&operation.action.title_key(), &[])
+    } else {
+        operation.name.clone()
+    }
 }
 
 fn word_of(word: &str) -> String {

@@ -104,5 +104,5 @@ fn rings(
         }
         region = grow(&region, step);
     }
-    Err(Remark::new(Weight::Loss, "cam.too_many_rings").with("operation", super::title(desk.operation)))
+    Err(Remark::new(Weight::Loss, "cam.too_many_rings").with("operation", desk.operation.title()))
 }

@@ -9,7 +9,7 @@
 //! Comes in: a [`Work`], its parts. Goes out: remarks. Does not know ways.
 
 use super::super::work::{Action, Operation, Work};
-use super::{Desk, Part, Task, planned_operations, title};
+use super::{Desk, Part, Task, planned_operations};
 use crate::machine::Machine;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
@@ -59,8 +59,8 @@ pub(super) fn too_early(work: &Work, machine: &Machine, parts: &[Part]) -> Vec<R
             .filter(|(next, own)| *next > index && busy(*next) && !matches!(own.action, Action::CutOut(_)));
         let there = work.operations.iter().filter(|own| own.on && later.contains(&own.face));
         if let Some(next) = here.map(|(_, own)| own).chain(there).next() {
-            let loss = Remark::new(Weight::Loss, "cam.cut_out_too_early").with("next", title(next));
-            losses.push(loss.with("side", next.face.name()).with("operation", title(operation)));
+            let loss = Remark::new(Weight::Loss, "cam.cut_out_too_early").with("next", next.title());
+            losses.push(loss.with("side", next.face.name()).with("operation", operation.title()));
         }
     }
     losses

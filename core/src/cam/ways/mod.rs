@@ -296,11 +296,6 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
     super::rack::losses(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
 }
 
-/// What an operation is called.
-fn title(operation: &Operation) -> String {
-    if operation.name.is_empty() { operation.action.word().to_owned() } else { operation.name.clone() }
-}
-
 /// What planning one operation has at hand.
 struct Desk<'a> {
     scene: &'a Scene,
@@ -320,7 +315,7 @@ impl Desk<'_> {
     }
 
     fn say(&mut self, remark: Remark) {
-        self.remarks.push(remark.with("operation", title(self.operation)));
+        self.remarks.push(remark.with("operation", self.operation.title()));
     }
 
     /// Refuses to go on when nobody wants it any more.

@@ -11,8 +11,8 @@
 //! holes.
 
 use super::super::places::{Places, Twice};
-use super::super::work::Work;
-use super::{Part, Shape, Task, title};
+use super::super::work::{Operation, Work};
+use super::{Part, Shape, Task};
 use crate::board::Board;
 use crate::geometry::Point;
 use crate::remark::Remark;
@@ -64,7 +64,7 @@ pub(super) fn once(work: &Work, board: &Board, parts: &mut [Part]) -> Vec<Remark
                 || !task.strokes.is_empty()
                 || !task.ways.is_empty()
         });
-        let name = work.operations.get(part.operation as usize).map(title).unwrap_or_default();
+        let name = work.operations.get(part.operation as usize).map(Operation::title).unwrap_or_default();
         notes.extend(twice.note("cam.holes_twice").map(|note| note.with("operation", name)));
     }
     notes

@@ -126,6 +126,8 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
         let notes = said(&remarks, "cam.holes_twice");
         let counts: Vec<_> = notes.iter().map(|note| arg(note, "count")).collect();
         assert_eq!(counts, if left == 0 { vec!["2"] } else { vec![] }, "{first} {second} {bit}");
+        let named = |note: &&Remark| note.message("en").starts_with("Bore: 2 holes");
+        assert!(notes.iter().all(named), "an operation without a name is called as the page calls it");
         assert!(planned.parts[1].tasks.iter().all(|task| !task.ways.is_empty()), "no bit for nothing");
         assert_eq!(
             (planned.parts[1].holes.len(), planned.parts[1].slots.len()),
