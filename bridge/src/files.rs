@@ -5,7 +5,7 @@
 
 use crate::cli::{ReadingArgs, Refusal, Units, Zeros};
 use annulus_core::artwork::{self, Artwork, Digits, Overrides};
-use annulus_core::project::saved::{self, Project, Said};
+use annulus_core::project::saved::{self, Numbers, Project, Said};
 use annulus_core::remark::{Remark, Weight};
 use std::fs;
 use std::io::{self, Read};
@@ -29,7 +29,11 @@ pub(crate) struct ReadFiles {
     pub(crate) artwork: Artwork,
     /// Those asked for, in order.
     pub(crate) listed: Vec<usize>,
-    /// What a person said of them in a saved project.
+    /// Their names and bytes as given: first those asked for, then those beside them.
+    pub(crate) given: Vec<(String, Vec<u8>)>,
+    /// How many of these were asked for.
+    pub(crate) asked_for: usize,
+    /// What a person said of them, by flags or in a saved project.
     pub(crate) said: Said,
     /// The job file of a saved project.
     pub(crate) job: Option<String>,
@@ -60,7 +64,8 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
     let is_beside =
         |name: &str| beside.iter().any(|other| name == other || name.starts_with(&format!("{other}!/")));
     let listed = (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
-    Ok(ReadFiles { artwork, listed, said: Said::default(), job: None })
+    let said = Said { numbers: Numbers::of(&overrides), aligned: reading.align, ..Said::default() };
+    Ok(ReadFiles { artwork, listed, given: files.named, asked_for, said, job: None })
 }
 
 /// Reads the board at `paths`: what [`read`] reads, or one saved project, of whose numbers `reading` knows better.
@@ -73,8 +78,7 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
         _ => None,
     };
     let Some(Project { files, mut said, job }) = project else {
-        let read = read(paths, reading)?;
-        return Ok(ReadFiles { said: Said { aligned: reading.align, ..Said::default() }, ..read });
+        return read(paths, reading);
     };
     let (told, kept) = (overrides(reading)?, said.numbers.overrides());
     let numbers = Overrides {
@@ -83,10 +87,11 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
         zeros: told.zeros.or(kept.zeros),
     };
     said.aligned |= reading.align;
+    said.numbers = Numbers::of(&numbers);
     let mut artwork = artwork::read_set(&files, &numbers);
     said.say_roles(&mut artwork);
     let listed = (0..artwork.files.len()).collect();
-    Ok(ReadFiles { artwork, listed, said, job })
+    Ok(ReadFiles { artwork, listed, asked_for: files.len(), given: files, said, job })
 }
 
 /// The saved project at `path`; none when it is something else.

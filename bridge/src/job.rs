@@ -9,6 +9,7 @@
 //! what becomes of it.
 
 use crate::cli::{self, Group, JobArgs, Order, ReadingArgs, Refusal};
+use crate::saving::Given;
 use crate::{files, machine_file};
 use annulus_core::artwork::Kind;
 use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
@@ -148,6 +149,8 @@ pub(crate) struct Whole {
     pub(crate) board: Board,
     /// What there was to say about its files.
     pub(crate) remarks: Vec<Remark>,
+    /// The files it was read from.
+    pub(crate) given: Given,
     /// The job file of a saved project.
     pub(crate) job: Option<String>,
 }
@@ -174,7 +177,9 @@ pub(crate) fn read_whole(
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
     }
-    Ok(Whole { board, remarks, job: read.job })
+    let files::ReadFiles { artwork, given, asked_for, said, job, .. } = read;
+    let used = used.iter().filter_map(|&index| Some(artwork.files.get(index)?.name.clone())).collect();
+    Ok(Whole { board, remarks, given: Given { files: given, asked_for, said, used }, job })
 }
 
 /// Refuses with the first loss that was not accepted; the others go to standard error before it.

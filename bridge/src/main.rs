@@ -13,6 +13,7 @@ mod journal;
 mod lab;
 mod machine_file;
 mod outputs;
+mod saving;
 mod server;
 
 use std::process::ExitCode;

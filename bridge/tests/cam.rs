@@ -6,6 +6,7 @@ use annulus_app::engine::{Shelf, perform};
 use annulus_core::machine::virtual_drill;
 use annulus_core::project::saved::{self, Project, Said};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -310,6 +311,77 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
     let (exit, told) = answer(home, "cam board.annulus --to grbl -o out");
     let place = &told["error"]["place"];
     assert_eq!((exit, &place["file"], &place["line"]), (1, &"job.toml".into(), &3.into()), "{told}");
+}
+
+/// The bytes that the page saves of `files` as they open.
+fn saved_by_the_page(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut shelf = Shelf::default();
+    let mut ask = |request| perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+    let machine = Some(Settings::of(&virtual_drill()));
+    let Answer::Read(reading) =
+        ask(Request::Read(ToRead { files: files.to_vec(), machine, ..ToRead::default() }))
+    else {
+        panic!()
+    };
+    let job = Some(annulus_core::project::write(&reading.work));
+    let project = Project { files: files.to_vec(), said: Said::default(), job };
+    let Answer::Saved(bytes) = ask(Request::Save(project)) else { panic!() };
+    bytes
+}
+
+#[test]
+fn a_project_saved_here_is_the_one_that_the_page_saves() {
+    let folder = folder();
+    let home = folder.path();
+    let files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap()));
+    let (exit, told) = answer(home, &format!("{CAM} --alone --to grbl -o out --save-project board.annulus"));
+    assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unread_findings".into()), "{told}");
+    let bytes = fs::read(home.join("board.annulus")).unwrap();
+    assert_eq!(bytes, saved_by_the_page(&files));
+    // Saved again from itself, over itself, it stays.
+    answer(home, "cam board.annulus --to grbl -o out --save-project board.annulus");
+    assert_eq!(fs::read(home.join("board.annulus")).unwrap(), bytes);
+    // What flags say and cures change is in it.
+    let flags = "--set setup.columns=2 --units mm --align --cure";
+    let (exit, told) = answer(home, &format!("{CAM} {flags} --to program -o flags --save-project f.annulus"));
+    assert_eq!(exit, 0, "{told}");
+    let kept = saved::read("f", &fs::read(home.join("f.annulus")).unwrap()).unwrap();
+    assert_eq!((kept.said.numbers.units.as_deref(), kept.said.aligned), (Some("mm"), true));
+    let job = kept.job.unwrap();
+    assert!(job.contains("columns = 2") && job.contains("[[operation.cure]]"), "{job}");
+    let (exit, told) = answer(home, "cam f.annulus --accept lost --to program -o again");
+    assert_eq!(exit, 0, "{told}");
+    let read = |name: &str| fs::read(home.join(name)).unwrap();
+    assert_eq!(read("again/f-top.program"), read("flags/sensor-top.program"));
+}
+
+#[test]
+fn what_lies_beside_a_file_is_in_its_project_where_the_board_needs_it() {
+    let folder = folder();
+    let home = folder.path();
+    fs::write(home.join("read.me"), "nothing to see\n").unwrap();
+    let take = "--accept gap --to program";
+    let (exit, told) = answer(home, &format!("cam sensor.drl {take} -o out --save-project one.annulus"));
+    assert_eq!(exit, 0, "{told}");
+    let kept = saved::read("one", &fs::read(home.join("one.annulus")).unwrap()).unwrap();
+    let names: BTreeSet<&str> = kept.files.iter().map(|(name, _)| name.as_str()).collect();
+    assert!(names.is_superset(&BTreeSet::from(BOARD)), "{names:?}");
+    assert_eq!(kept.said.used, Some(vec!["sensor.drl".to_owned()]));
+    let (exit, told) = answer(home, &format!("cam one.annulus {take} -o again"));
+    assert_eq!(exit, 0, "{told}");
+    let read = |name: &str| fs::read(home.join(name)).unwrap();
+    assert_eq!(read("again/one-top.program"), read("out/sensor-top.program"));
+    // A whole folder leaves nothing beside it, and its name stays in front.
+    fs::create_dir(home.join("board")).unwrap();
+    BOARD.iter().for_each(|name| drop(fs::copy(home.join(name), home.join("board").join(name)).unwrap()));
+    let whole = home.join("board").display().to_string();
+    answer(home, &format!("cam {whole} {take} -o out --save-project whole.annulus"));
+    let kept = saved::read("whole", &fs::read(home.join("whole.annulus")).unwrap()).unwrap();
+    assert_eq!((kept.files.len(), kept.said), (3, Said::default()));
+    assert!(kept.files.iter().all(|(name, _)| name.starts_with("board/sensor")), "{:?}", kept.files[0].0);
+    let (exit, told) =
+        answer(home, &format!("cam sensor.drl {take} -o out --save-project no/such/x.annulus"));
+    assert_eq!((exit, &told["error"]["code"]), (3, &"job.not_written".into()), "{told}");
 }
 
 /// What the worker of the page makes of `files`, and what it says of the board.

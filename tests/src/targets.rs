@@ -7,7 +7,12 @@ use annulus_core::artwork::{
     Artwork, Kind, MOST_HITS, MOST_KEPT, Overrides, nets, painted, painted_measures, read_drill, read_set,
 };
 use annulus_core::board::from_artwork;
+use annulus_core::cam::work::Work;
 use annulus_core::locale;
+use annulus_core::machine::virtual_drill;
+use annulus_core::project;
+use annulus_core::project::saved;
+use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 
 /// The bytes as a drill file alone.
@@ -43,15 +48,68 @@ pub fn gerber(bytes: &[u8]) {
     promises(&artwork);
 }
 
+/// A project takes apart to no more than this, in bytes: the most that a zip may hold.
+const MOST_UNPACKED: usize = 128 << 20;
+
+/// The bytes as a saved project, with its job and its files.
+pub fn project(bytes: &[u8]) {
+    let open = match saved::read("mutated.annulus", bytes) {
+        Ok(open) => open,
+        Err(why) => return has_sentences(&why),
+    };
+    assert!(saved::looks_like_one(bytes), "what was read looks like one");
+    let size: usize = open.files.iter().map(|(_, bytes)| bytes.len()).sum();
+    assert!(size <= MOST_UNPACKED, "{size} bytes unpacked");
+    open.job.iter().for_each(|text| job(text.as_bytes()));
+    // What can be read is written and read again as it was, but for names that lead out of the zip.
+    match saved::write(&open) {
+        Ok(written) => {
+            let again = saved::read("again", &written).expect("what was written is read");
+            let whole = |project: &saved::Project| -> Vec<usize> {
+                project.files.iter().map(|(_, bytes)| bytes.len()).collect()
+            };
+            assert_eq!((&again.job, again.said.numbers.clone()), (&open.job, open.said.numbers.clone()));
+            assert_eq!(whole(&again), whole(&open));
+            assert_eq!(saved::write(&again).expect("twice"), written, "written twice, it is the same");
+        }
+        Err(why) => has_sentences(&why),
+    }
+    let mut artwork = read_set(&open.files, &open.said.numbers.overrides());
+    open.said.say_roles(&mut artwork);
+    let used = open.said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
+    assert!(used.iter().all(|&file| file < artwork.files.len()));
+    promises(&artwork);
+}
+
+/// The bytes as a job file: refused with its place, or read, written and read again as the same work.
+pub fn job(bytes: &[u8]) {
+    let (text, machine, base) = (String::from_utf8_lossy(bytes), virtual_drill(), Work::default());
+    match project::read("mutated.toml", &text, &base, &machine) {
+        Err(why) => {
+            has_sentences(&why);
+            assert!(why.place.is_some(), "{why:?} has no place");
+        }
+        Ok(work) => {
+            assert!(work.bits.len() <= 64 && work.operations.len() <= 64);
+            let written = project::write(&work);
+            let again = project::read("again.toml", &written, &base, &machine);
+            let again = again.unwrap_or_else(|why| panic!("{}\n{written}", why.message("en")));
+            assert_eq!(project::write(&again), written, "written twice, it is the same");
+        }
+    }
+}
+
+fn has_sentences(remark: &Remark) {
+    for part in ["message", "advice"] {
+        let key = format!("{}.{part}", remark.code);
+        assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
+    }
+}
+
 fn promises(artwork: &Artwork) {
     for file in &artwork.files {
         assert!(file.remarks.len() <= MOST_KEPT + 2_000, "{} remarks", file.remarks.len());
-        for remark in file.remarks.iter().chain([&file.reason]) {
-            for part in ["message", "advice"] {
-                let key = format!("{}.{part}", remark.code);
-                assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
-            }
-        }
+        file.remarks.iter().chain([&file.reason]).for_each(has_sentences);
         if matches!(file.kind, Kind::Refused | Kind::Unknown) {
             assert!(file.drill.is_none() && file.gerber.is_none(), "{} is half loaded", file.name);
         }

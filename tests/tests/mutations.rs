@@ -1,5 +1,13 @@
 //! Small sample files, damaged at random from a printed seed: the readers keep their promises on all of them.
 
+use annulus_core::artwork::{members, packed};
+use annulus_core::board::Face;
+use annulus_core::cam::usual::usual_bits;
+use annulus_core::cam::work::{Action, Operation, Remedy, Work};
+use annulus_core::geometry::Point;
+use annulus_core::machine::virtual_drill;
+use annulus_core::project;
+use annulus_core::project::saved::{self, Project, Said};
 use annulus_tests::{root, targets};
 use std::fs;
 
@@ -134,4 +142,102 @@ fn damaged_files_break_no_promise() {
     }
     println!("{count} damaged inputs");
     assert!(count >= 100_000, "only {count} inputs");
+}
+
+/// Damaged projects and jobs.
+const PROJECT_ROUNDS: u64 = 1_500;
+
+/// Pieces that mean something to the readers of projects and jobs.
+const JOB_WORDS: [&[u8]; 16] = [
+    b"[setup]\n",
+    b"[[bit]]\n",
+    b"[[operation]]\n",
+    b"[[operation.cure]]\n",
+    b"kind = \"cut_out\"\n",
+    b"with = \"centred\"\n",
+    b"name = \"m\"\n",
+    b"1e308",
+    b"-1",
+    b"nan",
+    b"9223372036854775808",
+    b"[[[[[[[[",
+    b"\"\"\"",
+    b"\xff",
+    b"{\"annulus_project\":1,\"said\":{\"used\":[\"../../a\"]}}",
+    b"\\u0000",
+];
+
+/// A job with a little of everything, damaged as text or in its words.
+fn damaged_job(sample: &str, chance: &mut Chance) -> Vec<u8> {
+    let mut bytes = damage(sample.as_bytes(), chance);
+    for _ in 0..chance.below(3) {
+        let at = chance.below(bytes.len() + 1);
+        let word = JOB_WORDS[chance.below(JOB_WORDS.len())];
+        bytes.splice(at..at, word.iter().copied());
+    }
+    bytes
+}
+
+/// The job of the sample project: every kind of operation, and a cure.
+fn sample_job() -> String {
+    let machine = virtual_drill();
+    let operations = Action::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Top, &machine));
+    let mut work = Work { bits: usual_bits(), operations: operations.collect(), ..Work::default() };
+    let isolate = work.operations.iter_mut().find_map(|operation| match &mut operation.action {
+        Action::Isolate(isolate) => Some(isolate),
+        _ => None,
+    });
+    isolate.unwrap().cure(Point::from_mm(1.0, 1.0), Point::from_mm(1.1, 1.0), Remedy::Centred);
+    project::write(&work)
+}
+
+#[test]
+fn damaged_projects_and_jobs_break_no_promise() {
+    let job = sample_job();
+    let files = ["b/a.drl", "b/a.gbr"].map(str::to_owned).into_iter();
+    let drill = b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n".to_vec();
+    let said = Said { used: Some(vec!["b/a.drl".to_owned()]), aligned: true, ..Said::default() };
+    let project =
+        Project { files: files.zip([drill, LAYER.to_vec()]).collect(), said, job: Some(job.clone()) };
+    let zip = saved::write(&project).unwrap();
+    let whole = members(&zip).unwrap();
+    let (mut read, mut refused) = (0, 0);
+    for seed in 0..PROJECT_ROUNDS {
+        let chance = &mut Chance(seed);
+        // The zip itself; one of its members, packed again; the job alone.
+        let (target, bytes): (fn(&[u8]), _) = match seed % 3 {
+            0 => (targets::project, damage(&zip, chance)),
+            1 => {
+                let mut members = whole.clone();
+                let which = chance.below(members.len());
+                members[which].1 = damaged_job(&String::from_utf8_lossy(&members[which].1), chance);
+                (targets::project, packed(&members).unwrap())
+            }
+            _ => (targets::job, damaged_job(&job, chance)),
+        };
+        *(if saved::read("p", &bytes).is_ok() { &mut read } else { &mut refused }) += 1;
+        if let Err(panic) = std::panic::catch_unwind(|| target(&bytes)) {
+            println!("seed {seed}: {}", String::from_utf8_lossy(&bytes));
+            std::panic::resume_unwind(panic);
+        }
+    }
+    println!("{read} projects read, {refused} refused or jobs");
+    assert!(read > 150 && refused > 150, "{read} {refused}");
+}
+
+#[test]
+fn projects_that_unpack_to_too_much_are_refused_at_once() {
+    // Zeros pack a thousandfold: one member over the limit, and many that are over it together, said to be small.
+    let zip = saved::write(&Project { job: Some("schema = 1\n".to_owned()), ..Project::default() }).unwrap();
+    targets::project(&zip);
+    let at = zip.windows(4).position(|four| four == b"PK\x01\x02").unwrap();
+    for size in [0, 1, u32::MAX / 2, u32::MAX] {
+        for field in [20, 24, 42] {
+            let mut lying = zip.clone();
+            lying[at + field..at + field + 4].copy_from_slice(&size.to_le_bytes());
+            targets::project(&lying);
+        }
+    }
+    let most = vec![(String::from("files/x"), Vec::new()); 70_000];
+    assert!(packed(&most).is_err(), "no more members than can be read again");
 }

@@ -13,7 +13,7 @@ use super::export::{self, Target};
 use super::prove::{finding_lines, finding_object, is_unread};
 use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded};
 use crate::job::{self, Whole};
-use crate::machine_file;
+use crate::{machine_file, saving};
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::parameters;
 use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
@@ -64,6 +64,9 @@ pub(crate) struct CamArgs {
     /// Write the job as planned, cures included, to this file.
     #[arg(long, value_name = "FILE")]
     save_job: Option<PathBuf>,
+    /// Write the files of the board and the job as planned to this file, as the page saves a project.
+    #[arg(long, value_name = "FILE")]
+    save_project: Option<PathBuf>,
     /// Apply the gentlest cure to every gap that is not open, and prove again.
     #[arg(long)]
     cure: bool,
@@ -96,7 +99,8 @@ type Output = (String, Vec<u8>);
 pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let target = target(args)?;
     let machine = machine_file::named(&args.machine)?.machine;
-    let Whole { board, remarks: read, job } = job::read_whole(&args.jobs, &args.reading, &args.accept)?;
+    let Whole { board, remarks: read, given, job } =
+        job::read_whole(&args.jobs, &args.reading, &args.accept)?;
     let mut work = chosen(args, &board, job.as_deref(), &machine)?;
     let mut sides = Vec::new();
     for face in work.faces() {
@@ -107,6 +111,11 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     }
     if let Some(path) = &args.save_job {
         job::write_output(path, project::write(&work).as_bytes())?;
+    }
+    if let Some(path) = &args.save_project {
+        let project = saving::project(&args.jobs, given, &board, &work);
+        let bytes = project::saved::write(&project).map_err(Refusal::content)?;
+        job::write_output(path, &bytes)?;
     }
     let findings = sides.iter().flat_map(|side| &side.findings);
     let unread = findings.filter(|finding| is_unread(finding, &args.accept)).count();

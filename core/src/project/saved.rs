@@ -69,6 +69,15 @@ struct Head {
 }
 
 impl Numbers {
+    /// What `told` says.
+    pub fn of(told: &Overrides) -> Self {
+        Self {
+            units: told.units.map(|units| units.name().to_owned()),
+            digits: told.digits.map(|digits| (digits.integer, digits.decimal)),
+            zeros: told.zeros.map(|zeros| zeros.name().to_owned()),
+        }
+    }
+
     /// The same for the reader.
     pub fn overrides(&self) -> Overrides {
         Overrides {
@@ -148,7 +157,7 @@ pub fn write(project: &Project) -> Result<Vec<u8>, Remark> {
 fn fitting(name: &str) -> String {
     let plain = name.replace(|letter: char| letter == '\\' || letter.is_control(), "_");
     let parts: Vec<&str> = plain.split('/').filter(|part| !matches!(*part, "" | "." | "..")).collect();
-    parts.join("/")
+    if parts.is_empty() { "_".to_owned() } else { parts.join("/") }
 }
 
 #[cfg(test)]
@@ -184,7 +193,9 @@ mod tests {
     #[test]
     fn what_was_said_goes_before_what_is_read() {
         let project = project();
-        assert_eq!(project.said.numbers.overrides().units, Some(Units::Inch));
+        let told = project.said.numbers.overrides();
+        assert_eq!(told.units, Some(Units::Inch));
+        assert_eq!(Numbers::of(&told), project.said.numbers);
         let mut artwork = artwork::read_set(&project.files, &Overrides::default());
         project.said.say_roles(&mut artwork);
         assert_eq!((artwork.files[1].role, artwork.files[1].side), (Role::Copper, Some(Side::Bottom)));
@@ -195,9 +206,12 @@ mod tests {
     #[test]
     fn names_do_not_lead_out() {
         let mut project = project();
-        for (name, kept) in
-            [("/boards/x.drl", "boards/x.drl"), ("../../x.drl", "x.drl"), ("a\\b\n.drl", "a_b_.drl")]
-        {
+        for (name, kept) in [
+            ("/boards/x.drl", "boards/x.drl"),
+            ("../../x.drl", "x.drl"),
+            ("a\\b\n.drl", "a_b_.drl"),
+            ("../", "_"),
+        ] {
             project.files[0].0 = name.to_owned();
             project.said.used = Some(vec![name.to_owned()]);
             let again = read("p", &write(&project).unwrap()).unwrap();
