@@ -196,13 +196,23 @@ pub async fn open(files: Vec<(String, Vec<u8>)>) {
         let again = open.is_some_and(|open| open.files == files);
         return read(files, Said::default(), None, again).await;
     };
+    reopen(project, None).await;
+}
+
+/// Opens a saved project, with `job` in place of its own where there is one. Whether it could be taken apart and nobody wanted
+/// something else meanwhile.
+pub async fn reopen(project: ToOpen, job: Option<String>) -> bool {
     let wish = next_wish();
     engine().cancel();
     match engine().open(project).await {
-        Ok(Project { files, said, job }) if wish == WISH.get() => read(files, said, job, false).await,
+        Ok(Project { files, said, job: own }) if wish == WISH.get() => {
+            read(files, said, job.or(own), false).await;
+            return true;
+        }
         Err(Stopped::Refused(why)) => why.iter().for_each(|remark| toast(crate::i18n::message(remark), None)),
         _ => {}
     }
+    false
 }
 
 /// The open board, what was said of its files and its job as the bytes of a project; none without a board.

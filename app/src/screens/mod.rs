@@ -29,6 +29,7 @@ pub fn App() -> impl IntoView {
     state::begin();
     crate::workbench::begin();
     crate::document::begin();
+    crate::keeping::begin();
     cam::begin();
     layers::begin();
     simulate::begin();

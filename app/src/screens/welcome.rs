@@ -1,13 +1,16 @@
-//! The empty page: drop files, open files, or try the sample.
+//! The empty page: drop files, open files, try the sample, or go on with what was open before.
 //!
 //! Comes in: nothing. Goes out: files chosen.
 
-use crate::i18n::t;
+use crate::i18n::{language, t};
+use crate::keeping::{self, Offer};
 use crate::screens::opening;
 use crate::widgets::{Icon, icon, push};
+use js_sys::Date;
 use leptos::ev;
-use leptos::html::{button, div, h2, p, span, strong};
+use leptos::html::{button, div, h2, p, section, span, strong};
 use leptos::prelude::*;
+use wasm_bindgen::JsValue;
 
 /// The sheet.
 pub(crate) fn welcome() -> impl IntoView {
@@ -27,6 +30,7 @@ pub(crate) fn welcome() -> impl IntoView {
             )),
         ));
     div().class("whole welcome").child(div().class("sheet").child((
+        move || keeping::offer().get().map(kept),
         div().class("drop").child((
             icon(Icon::Annulus),
             h2().child(t!("page.welcome.title")),
@@ -36,4 +40,16 @@ pub(crate) fn welcome() -> impl IntoView {
         div().class("tiles").child((sample, machine)),
         p().class("promise").child((icon(Icon::Lock), t!("page.welcome.promise"))),
     )))
+}
+
+/// The offer of what was open before.
+fn kept(offer: Offer) -> impl IntoView {
+    let at = Date::new(&offer.at_ms.into()).to_locale_string(&language(), &JsValue::UNDEFINED);
+    let (name, at) = (offer.name.clone(), String::from(at));
+    let again = offer.clone();
+    section().class("kept").attr("aria-label", t!("page.kept.title")).child((
+        p().class("grow").attr("role", "status").child(t!("page.kept.offer", name = name, at = at)),
+        push("button", t!("page.kept.restore"), move |_| keeping::restore(again.clone())),
+        push("button", t!("page.kept.discard"), move |_| keeping::discard(offer.clone())),
+    ))
 }
