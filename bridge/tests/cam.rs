@@ -203,6 +203,29 @@ fn what_cannot_be_written_is_refused_before_anything_is_planned() {
 }
 
 #[test]
+fn what_a_template_leaves_uncertain_is_told_with_what_it_writes() {
+    let folder = folder();
+    let home = folder.path();
+    let (_, grbl) = annulus_core::post::shipped().find(|(name, _)| *name == "grbl").unwrap();
+    fs::write(home.join("own.toml"), grbl.replace("G0 Z@H@\n", "")).unwrap();
+    fs::write(home.join("same.toml"), grbl).unwrap();
+    for (arguments, doubts) in [
+        (format!("{CAM} --cure -o out --to own.toml"), 4),
+        (format!("{CAM} --cure -o out --to same.toml"), 0),
+        (format!("{CAM} --cure -o out --to program"), 0),
+        ("export sensor.drl -o out.nc --to own.toml".to_owned(), 4),
+        ("export sensor.drl -o out.nc --to grbl".to_owned(), 0),
+    ] {
+        let (exit, told) = answer(home, &arguments);
+        assert_eq!(exit, 0, "{arguments}: {told}");
+        let remarks = told["remarks"].as_array().unwrap().iter();
+        let told: Vec<&Value> = remarks.filter(|row| row["code"] == "post.no_height").collect();
+        assert_eq!(told.len(), doubts, "{arguments}");
+        assert!(told.iter().all(|row| row["weight"] == "note"), "{told:?}");
+    }
+}
+
+#[test]
 fn a_wrong_job_file_is_told_with_its_place() {
     let folder = folder();
     let home = folder.path();

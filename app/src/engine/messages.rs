@@ -219,6 +219,8 @@ pub struct ToWrite {
 pub struct Checked {
     /// What is wrong with it, in the order of its text.
     pub faults: Vec<Remark>,
+    /// What it leaves uncertain, where it has no faults.
+    pub doubts: Vec<Remark>,
     /// What it makes of the program, or of a small sample.
     pub output: String,
     /// That is the program, and not the sample.

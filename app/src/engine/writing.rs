@@ -34,10 +34,9 @@ pub(super) fn check(wanted: &ToWrite) -> Checked {
     let mut faults = post::check(OWN, text);
     let mut checked = Checked::default();
     if faults.is_empty() {
-        match Dialect::parse(OWN, text)
-            .map_err(|fault| vec![fault])
-            .and_then(|dialect| made(&dialect, wanted))
-        {
+        let parsed = Dialect::parse(OWN, text).map_err(|fault| vec![fault]);
+        checked.doubts = parsed.as_ref().map(post::doubts).unwrap_or_default();
+        match parsed.and_then(|dialect| made(&dialect, wanted)) {
             Ok((output, of_program)) => (checked.output, checked.of_program) = (output, of_program),
             Err(why) => faults = why,
         }
@@ -80,6 +79,15 @@ mod tests {
         assert_eq!(checked.faults, []);
         assert!(!checked.of_program);
         assert!(checked.output.contains("; drill hole") && checked.output.contains("; engrave line"));
+    }
+
+    #[test]
+    fn a_dialect_that_lifts_no_tip_is_doubted_and_written_all_the_same() {
+        assert_eq!(check(&wanted(Some(grbl()))).doubts, []);
+        let checked = check(&wanted(Some(grbl().replace("G0 Z@H@\n", ""))));
+        assert_eq!((checked.faults.len(), checked.doubts.len()), (0, 4), "{:?}", checked.doubts);
+        assert!(checked.doubts[0].message("en").starts_with("drill.change"));
+        assert_ne!(checked.output, "");
     }
 
     #[test]

@@ -99,8 +99,9 @@ type Output = (String, Vec<u8>);
 pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let target = target(args)?;
     let machine = machine_file::named(&args.machine)?.machine;
-    let Whole { board, remarks: read, given, job } =
-        job::read_whole(&args.jobs, &args.reading, &args.accept)?;
+    let whole = job::read_whole(&args.jobs, &args.reading, &args.accept)?;
+    let Whole { board, remarks: mut read, given, job } = whole;
+    read.extend(target.iter().flat_map(Target::doubts));
     let mut work = chosen(args, &board, job.as_deref(), &machine)?;
     let mut sides = Vec::new();
     for face in work.faces() {

@@ -61,6 +61,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         program.name = job::stem(&args.job.job).display().to_string();
     }
     let written = write(&args.target, &target, program.clone())?;
+    let remarks = [job.remarks, target.doubts()].concat();
     let name = written.names.join(", ");
     let (holes, ways) = (program.hole_count(), ways(&program));
     let words = [
@@ -68,7 +69,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         ("ways".to_owned(), ways.to_string()),
         ("file".to_owned(), name),
     ];
-    let said = locale::text("en", "post.report", &words) + "\n" + &remark_lines(&job.remarks);
+    let said = locale::text("en", "post.report", &words) + "\n" + &remark_lines(&remarks);
     let object = json!({
         "to": args.target.to,
         "file": written.names.first(),
@@ -78,7 +79,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         "holes": holes,
         "ways": ways,
         "tools": program.bits.len(),
-        "remarks": remark_objects(&job.remarks),
+        "remarks": remark_objects(&remarks),
     });
     Ok(Answer { object, text: said, exit: Exit::Done })
 }
@@ -116,6 +117,14 @@ impl Target {
 }
 
 impl Target {
+    /// What a template of a person's own leaves uncertain; those that ship leave nothing.
+    pub(crate) fn doubts(&self) -> Vec<Remark> {
+        match self {
+            Self::Shipped(_) => Vec::new(),
+            Self::Own(dialect) => post::doubts(dialect),
+        }
+    }
+
     /// The files of `program`; with `lines_only` arcs become lines that are at most so far off, in mm.
     pub(crate) fn files(
         &self,

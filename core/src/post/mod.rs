@@ -61,7 +61,8 @@ pub fn write(
     Some(dialect(target)?.and_then(written))
 }
 
-/// Blocks that go over the board, into it or out of it and say no height: after them the tip may be where nobody thinks.
+/// Blocks that go over the board, into it or out of it and say no height: after them the tip may be where nobody thinks. A
+/// template may have its reasons, so they are notes.
 pub fn doubts(dialect: &Dialect) -> Vec<Remark> {
     let mut doubts = Vec::new();
     for part in Part::ALL {
@@ -75,7 +76,7 @@ pub fn doubts(dialect: &Dialect) -> Vec<Remark> {
             };
             if goes && !names(&["Z", "H", "U", "B", "DZ", "AZ"]) {
                 let name = format!("{}.{}", part.key(), block.key());
-                doubts.push(Remark::new(Weight::Doubt, "post.no_height").with("name", name));
+                doubts.push(Remark::new(Weight::Note, "post.no_height").with("name", name));
             }
         }
     }

@@ -301,7 +301,13 @@ fn faults(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
             .into_any()
     };
     move || {
-        let faults = sheet.checked.with(|checked| checked.faults.clone());
+        let (faults, doubts) = sheet.checked.with(|checked| (checked.faults.clone(), checked.doubts.clone()));
+        if faults.is_empty() && !doubts.is_empty() {
+            let count = doubts.len();
+            let title = h3().attr("role", "status").child(t!("page.template.doubts", count = count));
+            return (title, ul().class("faults").child(doubts.into_iter().map(doubt).collect::<Vec<_>>()))
+                .into_any();
+        }
         if faults.is_empty() {
             return p()
                 .class("tag tone-run")
@@ -316,6 +322,13 @@ fn faults(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
         )
             .into_any()
     }
+}
+
+/// Something that the template leaves uncertain.
+fn doubt(remark: Remark) -> AnyView {
+    let cure = remark.clone();
+    let said = (strong().child(move || message(&remark)), " ", move || advice(&cure));
+    li().class("notice tone-pause").child(div().child(said)).into_any()
 }
 
 fn output(sheet: Sheet) -> impl IntoView {
