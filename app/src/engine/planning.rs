@@ -9,13 +9,13 @@
 //! Comes in: what to plan, the shelf. Goes out: [`Planned`]. Does not know workers.
 
 use super::messages::{Laid, Planned, PlannedBit, ToPlan};
-use super::shelf::Shelf;
+use super::shelf::{Last, Shelf};
 use super::work::layers;
 use crate::picture;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam;
 use annulus_core::cam::ways::{self, Means, Part, Scene, Stroke};
-use annulus_core::cam::work::Work;
+use annulus_core::cam::work::{Operation, Work};
 use annulus_core::geometry::Point;
 use annulus_core::machine::Machine;
 use annulus_core::motion;
@@ -59,6 +59,7 @@ pub(super) fn plan(
     }
     let (planned, remarks) = ways::assemble(scene, work, &machine, &means, parts)?;
     let made = program::encode(&ways::lower_work(&planned, work, &machine));
+    let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
     let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
     let bits = bits(&planned.parts, &planned.board);
@@ -73,12 +74,12 @@ pub(super) fn plan(
         bits,
         laid_key,
         laid,
-        key: program::key(&made),
+        key: key.clone(),
         program: made,
         remarks,
         ..answer
     };
-    shelf.lay(planned.board);
+    shelf.keep_last(Last { planned, titles, program: key });
     Ok(answer)
 }
 

@@ -5,19 +5,30 @@
 //! was made of it when another one is read.
 
 use annulus_core::board::Board;
-use annulus_core::cam::ways::Part;
+use annulus_core::cam::ways::{Part, Planned};
 use annulus_core::remark::{Remark, Weight};
 use std::collections::VecDeque;
 
 /// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
 const MORE_PARTS: usize = 16;
 
+/// The last plan, and what became of it.
+#[derive(Debug)]
+pub(super) struct Last {
+    /// The plan.
+    pub(super) planned: Planned,
+    /// What its operations are called.
+    pub(super) titles: Vec<String>,
+    /// The key of its program.
+    pub(super) program: String,
+}
+
 /// The worker's memory. A new worker has none.
 #[derive(Debug, Default)]
 pub struct Shelf {
     board: Option<(u32, Board)>,
-    /// The board as it lies for the last plan.
-    laid: Option<Board>,
+    /// The last plan, with the board as it lies for it.
+    last: Option<Last>,
     /// The latest last.
     parts: VecDeque<(String, Part)>,
 }
@@ -34,15 +45,15 @@ impl Shelf {
         here.map(|(_, board)| board).ok_or_else(gone)
     }
 
-    /// Keeps the board as it lies.
-    pub(super) fn lay(&mut self, board: Board) {
-        self.laid = Some(board);
+    /// Keeps the last plan.
+    pub(super) fn keep_last(&mut self, last: Last) {
+        self.last = Some(last);
     }
 
-    /// The board with number `key` as it lies.
-    pub(super) fn laid(&self, key: u32) -> Result<&Board, Vec<Remark>> {
+    /// The last plan of the board with number `key`.
+    pub(super) fn last(&self, key: u32) -> Result<&Last, Vec<Remark>> {
         self.board(key)?;
-        self.laid.as_ref().ok_or_else(gone)
+        self.last.as_ref().ok_or_else(gone)
     }
 
     /// The part that was planned under `key`.

@@ -169,7 +169,7 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
 
 /// What copper the program leaves, against the board as it lies.
 fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
-    let board = shelf.laid(wanted.board_key)?;
+    let last = shelf.last(wanted.board_key)?;
     let program = program::decode(&wanted.program).map_err(|remark| vec![remark])?;
     let options = proof::Options {
         face: wanted.face,
@@ -177,7 +177,12 @@ fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
         agreed: wanted.agreed.clone(),
         ..proof::Options::default()
     };
-    let verdict = proof::prove(board, &[program], &options);
+    let mut verdict = proof::prove(&last.planned.board, std::slice::from_ref(&program), &options);
+    let ours = last.program == program::key(&wanted.program);
+    for finding in verdict.findings.iter_mut().filter(|_| ours) {
+        let index = finding.leg.and_then(|(_, leg)| last.planned.operation_at(&program, leg));
+        finding.operation = index.and_then(|index| last.titles.get(index as usize).cloned());
+    }
     Ok(Proved {
         findings: verdict.findings,
         more: verdict.more,
@@ -377,6 +382,28 @@ mod tests {
     }
 
     #[test]
+    fn a_cut_with_a_spindle_that_stands_is_told_with_its_operation() {
+        let mut shelf = Shelf::default();
+        let mut ask = |request| super::perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+        let copper = b"%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%ADD10C,1*%D10*X1000Y1000D03*X9000Y1000D03*M02*";
+        let files = vec![("b-top.gbr".to_owned(), copper.to_vec())];
+        let machine = Settings::of(&virtual_drill());
+        let wanted = ToRead { files, machine: Some(machine.clone()), ..ToRead::default() };
+        let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
+        let mut work = reading.work;
+        work.operations.iter_mut().for_each(|operation| operation.spindle_rpm = 0);
+        let face = work.setup.face;
+        let wanted = ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None };
+        let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
+        let prove =
+            ToProve { board_key: 0, program: planned.program, face, bits: Vec::new(), agreed: Vec::new() };
+        let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
+        let said: Vec<String> =
+            proved.findings.iter().map(|finding| finding.remark().message("en")).collect();
+        assert!(said.iter().any(|said| said.starts_with("Isolate cuts 0.080 mm deep")), "{said:?}");
+    }
+
+    #[test]
     fn findings_with_cures_survive_the_way_to_the_page() {
         let cure = proof::Cure::Deeper {
             bit: "V".to_owned(),
@@ -392,6 +419,8 @@ mod tests {
             nets: vec!["GND".to_owned()],
             ends: Some((Point::from_mm(1.0, 2.0), Point::from_mm(1.0, 2.005))),
             leg: Some((0, 3)),
+            mark: None,
+            operation: Some("@page.cam.word.clear".to_owned()),
             cures: vec![cure],
             agreed: true,
         };

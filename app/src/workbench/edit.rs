@@ -217,6 +217,8 @@ mod tests {
             nets: Vec::new(),
             ends: Some(ends),
             leg: None,
+            mark: None,
+            operation: None,
             cures: Vec::new(),
             agreed: false,
         };

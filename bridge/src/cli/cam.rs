@@ -17,7 +17,7 @@ use crate::{machine_file, saving};
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::parameters;
 use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
-use annulus_core::cam::work::{Action, Remedy, Work};
+use annulus_core::cam::work::{Action, Operation, Remedy, Work};
 use annulus_core::cam::{self, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
@@ -227,8 +227,13 @@ fn side(
             agreed: work.agreed(face),
             ..proof::Options::default()
         };
-        let proof::Verdict { findings, more, .. } =
+        let proof::Verdict { mut findings, more, .. } =
             proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
+        for finding in &mut findings {
+            let index = finding.leg.and_then(|(_, leg)| planned.operation_at(&program, leg));
+            let operation = index.and_then(|index| work.operations.get(index as usize));
+            finding.operation = operation.map(Operation::title);
+        }
         round += 1;
         if args.cure && round <= ROUNDS && cured(work, face, &findings) {
             continue;

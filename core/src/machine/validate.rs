@@ -132,6 +132,9 @@ fn strokes(machine: &Machine) -> Vec<Remark> {
     if process.feed_mm_per_s > fastest {
         refuse("machine.feed_too_fast", "stroke.feed", process.feed_mm_per_s, fastest);
     }
+    if process.spindle_rpm == 0 {
+        refuse("machine.spindle_stands", "spindle.speed", 0.0, 1.0);
+    }
     let safe_mm = process.safe_height.mm();
     if process.feed_height > process.safe_height {
         refuse("machine.feed_height_too_high", "stroke.feed_height", process.feed_height.mm(), safe_mm);
@@ -203,6 +206,15 @@ mod tests {
                 &[number("stroke.surface", -1.0)],
                 Some(("machine.safe_height_out_of_reach", "stroke.safe_height")),
             ),
+        ];
+        try_rows(&virtual_drill(), rows);
+    }
+
+    #[test]
+    fn a_spindle_that_stands_is_no_spindle() {
+        let rows: &[Row] = &[
+            (&[number("spindle.speed", 0.0)], Some(("machine.spindle_stands", "spindle.speed"))),
+            (&[number("spindle.speed", 1.0)], None),
         ];
         try_rows(&virtual_drill(), rows);
     }

@@ -5,6 +5,8 @@
 
 use super::cures::Cure;
 use crate::geometry::Point;
+use crate::job::Mark;
+use crate::locale;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
@@ -119,6 +121,13 @@ pub struct Finding {
     pub ends: Option<(Point, Point)>,
     /// Leg of the program that is concerned: which program, and which of its legs.
     pub leg: Option<(u32, u32)>,
+    /// What that leg is for.
+    #[serde(default)]
+    pub mark: Option<Mark>,
+    /// What sentences call the operation that the leg belongs to, where whoever planned it says: the proof itself does not
+    /// know the job.
+    #[serde(default)]
+    pub operation: Option<String>,
     /// What would cure it, the gentlest first.
     pub cures: Vec<Cure>,
     /// It is what a cure costs that a person chose: it is listed, and need not be read again.
@@ -140,6 +149,8 @@ impl Finding {
             nets,
             ends: None,
             leg: None,
+            mark: None,
+            operation: None,
             cures: Vec::new(),
             agreed: false,
         }
@@ -159,6 +170,12 @@ impl Finding {
     pub fn remark(&self) -> Remark {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let place = |length: Length| format!("{:.2}", length.mm());
+        let (piece, number) = match self.mark {
+            Some(Mark::Hole(hole)) => ("hole", (hole + 1).to_string()),
+            Some(Mark::Way(way)) => ("way", (way + 1).to_string()),
+            _ => ("other", String::new()),
+        };
+        let unnamed = || locale::word("proof.piece.program");
         Remark::new(self.weight(), self.kind.code())
             .with("x", place(self.at.x))
             .with("y", place(self.at.y))
@@ -166,6 +183,9 @@ impl Finding {
             .with("tool", self.tool.map(mm).unwrap_or_default())
             .with("nets", self.nets.join(" · "))
             .with("leg", self.leg.map(|(_, leg)| (leg + 1).to_string()).unwrap_or_default())
+            .with("piece", locale::word(&format!("proof.piece.{piece}")))
+            .with("number", number)
+            .with("operation", self.operation.clone().unwrap_or_else(unnamed))
             .with("id", &self.id)
     }
 }

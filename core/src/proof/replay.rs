@@ -64,6 +64,8 @@ pub struct Still {
     pub depth: Length,
     /// The leg of the program.
     pub leg: u32,
+    /// What the leg is for.
+    pub mark: Mark,
 }
 
 /// Where the tip is.
@@ -199,7 +201,7 @@ impl Tip<'_> {
         let (least, most) = (one.min(other).max(Length::ZERO), one.max(other));
         if !self.turns && !self.told {
             self.told = true;
-            self.out.still.push(Still { at: from, depth: most, leg: self.leg });
+            self.out.still.push(Still { at: from, depth: most, leg: self.leg, mark: self.mark });
         }
         if self.bit.is_none() && self.out.without_bit.is_none() {
             self.out.without_bit = Some(from);

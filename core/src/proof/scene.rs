@@ -158,6 +158,7 @@ impl<'a> Scene<'a> {
     pub(super) fn still(&self) -> Vec<Finding> {
         let finding = |&(program, still): &(u32, Still)| Finding {
             leg: Some((program, still.leg)),
+            mark: Some(still.mark),
             ..Finding::new(Kind::Still, still.at, still.depth, Vec::new())
         };
         self.still.iter().map(finding).collect()

@@ -41,7 +41,7 @@ use super::work::{Action, Operation, Work};
 use super::{PlanOptions, Progress};
 use crate::board::Board;
 use crate::geometry::{Path, Point};
-use crate::job::{Bit, Cutter};
+use crate::job::{Bit, Cutter, Leg, Mark, Program};
 use crate::machine::Machine;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
@@ -147,6 +147,22 @@ impl Planned {
     /// All ways in the order of [`crate::job::Mark::Way`].
     pub fn ways(&self) -> impl Iterator<Item = &Way> {
         self.parts.iter().flat_map(|part| &part.tasks).flat_map(|task| &task.ways)
+    }
+
+    /// The operation, as index into [`Work::operations`], of leg `leg` of `program`, which these became: strokes and ways
+    /// stand in the program in the order in which they stand here. None for legs between them.
+    pub fn operation_at(&self, program: &Program, leg: u32) -> Option<u32> {
+        let does = |leg: &&Leg| matches!(leg.mark, Mark::Hole(_) | Mark::Way(_));
+        let leg = leg as usize;
+        program.legs.get(leg).filter(does)?;
+        let mut before = program.legs.iter().take(leg).filter(does).count();
+        let count = |task: &Task| task.strokes.len() + task.ways.len();
+        self.parts.iter().find_map(|part| {
+            let own = part.tasks.iter().map(count).sum();
+            let here = before < own;
+            before = before.saturating_sub(own);
+            here.then_some(part.operation)
+        })
     }
 
     /// Length of all ways in mm, every pass counted.

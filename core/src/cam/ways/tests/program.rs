@@ -12,6 +12,35 @@ fn deepest(leg: &crate::job::Leg) -> Length {
 }
 
 #[test]
+fn every_leg_knows_its_operation() {
+    let board = coupon();
+    let mut work = Work::default_for(&board, &virtual_drill());
+    // The drilling of before again, deeper, so that holes have two legs; and mouse-bites, which are no holes of the board.
+    let drill =
+        work.operations.iter().find(|operation| matches!(operation.action, Action::Drill(_))).unwrap();
+    work.operations.push(Operation { depth: mm(4.0), ..drill.clone() });
+    for operation in &mut work.operations {
+        if let Action::CutOut(cut_out) = &mut operation.action {
+            cut_out.bites = true;
+        }
+    }
+    let (planned, _) = planned(&board, &work);
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let told: Vec<u32> =
+        (0..program.legs.len() as u32).filter_map(|leg| planned.operation_at(&program, leg)).collect();
+    let count = |part: &Part| part.tasks.iter().map(|task| task.strokes.len() + task.ways.len()).sum();
+    let meant: Vec<u32> =
+        planned.parts.iter().flat_map(|part| std::iter::repeat_n(part.operation, count(part))).collect();
+    assert_eq!(told, meant);
+    assert!(meant.windows(2).filter(|pair| pair[0] != pair[1]).count() >= 4, "{meant:?}");
+    for (leg, index) in program.legs.iter().zip(0..) {
+        let does = matches!(leg.mark, Mark::Hole(_) | Mark::Way(_));
+        assert_eq!(planned.operation_at(&program, index).is_some(), does);
+    }
+    assert_eq!(planned.operation_at(&program, u32::MAX), None);
+}
+
+#[test]
 fn the_default_job_does_all_there_is_to_do() {
     let board = coupon();
     let machine = virtual_drill();
