@@ -46,7 +46,8 @@ impl Area {
     }
 }
 
-fn length(from: Point, segment: Segment) -> f64 {
+/// How long a segment is, in mm.
+pub(super) fn length(from: Point, segment: Segment) -> f64 {
     match segment {
         Segment::Line { to } => from.distance_mm(to),
         Segment::Arc { to, centre, clockwise } => {

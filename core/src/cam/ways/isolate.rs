@@ -16,8 +16,8 @@ use super::super::work::{Cure, Direction, Isolate, Remedy};
 use super::cut::{self, Area};
 use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
-use super::slivers;
 use super::{Desk, Part, Task};
+use super::{shared, slivers};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, watershed};
 use crate::job::{Bit, Cutter};
@@ -124,7 +124,7 @@ fn rings(desk: &mut Desk<'_>, copper: &Region, isolate: &Isolate, bit: &Bit) -> 
             true => slivers::with_slivers(&region, through, next),
             false => region.paths().cloned().collect(),
         };
-        paths.extend(turned(ways, isolate.direction));
+        paths.extend(turned(shared::once(ways), isolate.direction));
         if next.is_some() {
             region = grow(&region, step);
         }

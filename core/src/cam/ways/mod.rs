@@ -29,6 +29,7 @@ mod missing;
 mod narrow;
 mod route;
 mod scene;
+mod shared;
 mod slivers;
 #[cfg(test)]
 mod tests;

@@ -138,6 +138,57 @@ fn inside(island: &crate::geometry::Island) -> Point {
 }
 
 #[test]
+fn islands_exactly_a_cut_apart_share_a_way() {
+    let single = |board: &Board| isolation(board, 0.2, |isolate| isolate.passes = 1);
+    let milled = |board: &Board| {
+        let (planned, _) = planned(board, &single(board));
+        (planned.ways().count(), planned.milled_mm(), planned)
+    };
+    let round = |x: f64| boxed(x, 0.0, x + 1.0, 1.0);
+    let (_, alone, _) = milled(&with_copper(&[round(0.0)]));
+    // Where pads begin, how many sides are shared, how near they are to a cut's width.
+    let rows: [(&[f64], f64); 5] = [
+        (&[0.0, 1.2], 1.0),
+        (&[0.0, 1.2, 2.4], 2.0),
+        (&[0.0, 1.199, 2.4], 2.0), // 1 µm to and fro
+        (&[0.0, 1.21, 2.42], 0.0),
+        (&[0.0, 1.2, 2.41], 1.0),
+    ];
+    for (places, shared) in rows {
+        let pads: Vec<Path> = places.iter().map(|x| round(*x)).collect();
+        let board = with_copper(&pads);
+        let (count, length, planned) = milled(&board);
+        assert_eq!(count, places.len(), "{places:?}: no more times up and down");
+        // Closed ways overlap their start by half a millimetre, open ones have none.
+        let expected = places.len() as f64 * alone - shared * 1.5;
+        assert!((length - expected).abs() < 0.02, "{places:?}: {length} not {expected}");
+        assert!(least_clearance(&planned, &single(&board)) > -0.0021);
+        // Nothing of what two ways would cut is left but the micrometres that they run nearer.
+        let cut = sweep(&planned.ways().map(|way| way.path.clone()).collect::<Vec<_>>(), mm(0.2));
+        let whole = grow(&board.copper[0].region, mm(0.197));
+        let left = crate::geometry::combine(
+            &whole,
+            &union(&[pads, cut.paths().cloned().collect()].concat()),
+            crate::geometry::Rule::Difference,
+        );
+        let left = grow(&grow(&left, mm(-0.003)), mm(0.003));
+        assert!(left.is_empty(), "{places:?}: {left:?}");
+    }
+}
+
+#[test]
+fn a_pad_in_a_pour_exactly_a_cut_apart_is_cut_round_once() {
+    let pour = crate::geometry::even_odd(&[boxed(-3.0, -3.0, 3.0, 3.0), circle(at(0.0, 0.0), mm(1.4))]);
+    let pad = circle(at(0.0, 0.0), mm(1.0));
+    let mut board = with_copper(&[pad]);
+    let region = Region { islands: [pour.islands, board.copper[0].region.islands.clone()].concat() };
+    board.copper[0].nets = vec![None; region.islands.len()];
+    board.copper[0].region = region;
+    let (planned, _) = planned(&board, &isolation(&board, 0.2, |isolate| isolate.passes = 1));
+    assert_eq!(planned.ways().count(), 2, "round the pour, and once between pour and pad");
+}
+
+#[test]
 fn isolation_never_cuts_copper_and_encloses_every_island() {
     let board = coupon();
     for (direction, passes) in [(Direction::Climb, 1), (Direction::Conventional, 1), (Direction::Climb, 3)] {
