@@ -483,6 +483,7 @@ pub const OPERATION: &[Parameter<Operation>] = &[
     mm!("cut_out.bite_hole", 0.1, 5.0, CutOut::bite_hole),
     mm!("cut_out.bite_pitch", 0.1, 20.0, CutOut::bite_pitch),
     plain!("cut_out.ramp", "°", 0.0, 45.0, CutOut::ramp_deg),
+    list!("cut_out.further", CutOut::further),
 ];
 
 #[cfg(test)]

@@ -304,6 +304,8 @@ pub struct CutOut {
     pub bite_pitch: Length,
     /// Angle in degrees at which the bit goes down along its way; 0 for straight down.
     pub ramp_deg: f64,
+    /// Names of smaller bits, for inner contours and inlets that the bits before them did not get into.
+    pub further: Vec<String>,
 }
 
 /// On which side of the outline the bit runs.
@@ -385,6 +387,7 @@ impl Default for CutOut {
             bite_hole: mm(0.5),
             bite_pitch: mm(0.8),
             ramp_deg: 3.0,
+            further: Vec::new(),
         }
     }
 }
@@ -452,8 +455,9 @@ impl Operation {
             Action::Drill(_) => return Vec::new(),
             Action::Isolate(Isolate { further, .. })
             | Action::Clear(Clear { further, .. })
-            | Action::Bore(Bore { further, .. }) => further.as_slice(),
-            Action::Engrave(_) | Action::CutOut(_) => &[],
+            | Action::Bore(Bore { further, .. })
+            | Action::CutOut(CutOut { further, .. }) => further.as_slice(),
+            Action::Engrave(_) => &[],
         };
         let mut names: Vec<&str> = std::iter::once(own).chain(further.iter().map(String::as_str)).collect();
         if let Action::Isolate(isolate) = &self.action {

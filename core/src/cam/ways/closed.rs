@@ -57,7 +57,7 @@ pub(super) fn closed(board: &Board, offset: Length) -> Closed {
 }
 
 /// Whether a hole or a slot of the board has this box.
-fn made(board: &Board, around: Bounds) -> bool {
+pub(super) fn made(board: &Board, around: Bounds) -> bool {
     let same = |own: Bounds| {
         let near = |a: Length, b: Length| (a - b).abs() <= SAME;
         let (low, high) = (near(own.min.x, around.min.x), near(own.max.x, around.max.x));

@@ -8,21 +8,23 @@
 //!   ╰──────╌╌──────╯
 //! ```
 //!
-//! Comes in: the outline, an operation. Goes out: a task that mills, and before it one that drills mouse-bites. Does not know
-//! copper.
+//! Smaller bits go first, for what is too narrow for the bit: the board is still held then.
+//!
+//! Comes in: the outline, an operation. Goes out: tasks that mill, the one round the board last, and before them one that drills
+//! mouse-bites. Does not know copper.
 
 use super::super::rack;
 use super::super::usual::POINT_DEG;
 use super::super::work::{CutOut, CutSide};
-use super::closed::{Closed, closed};
+use super::closed::{Closed, closed, made};
 use super::cut::{self, Area};
 use super::drill;
 use super::hand_tabs;
 use super::isolate::turned;
-use super::narrow::{NEARER, half};
+use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
 use super::{Desk, Entry, Part, Stroke, Task, Way};
-use crate::geometry::{Path, Point, Segment, grow, path_area_mm2};
+use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
@@ -40,23 +42,32 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
         desk.say(Remark::new(Weight::Doubt, "cam.no_outline"));
         return Ok(part);
     }
-    let name = desk.operation.bit.clone();
-    let Some(bit) = desk.mills(&[&name], true).pop() else { return Ok(part) };
+    let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
+        .chain(cut_out.further.iter().map(String::as_str))
+        .collect();
+    let bits = desk.mills(&names, true);
+    let Some((bit, smaller)) = bits.split_first() else { return Ok(part) };
     let offset = half(bit.diameter) - NEARER;
     let region = match cut_out.side {
         CutSide::Outside => grow(outline, offset),
         CutSide::On => outline.clone(),
     };
     if cut_out.side == CutSide::Outside {
-        let between = closed(&desk.scene.board, offset);
-        told(desk, &between, &bit);
+        let thin = smaller.last().unwrap_or(bit);
+        let between = Closed {
+            inner: closed(&desk.scene.board, half(thin.diameter) - NEARER).inner,
+            ..closed(&desk.scene.board, offset)
+        };
+        told(desk, &between, (bit, thin));
     }
-    pins_hit(desk, cut_out, &bit);
+    pins_hit(desk, cut_out, bit);
     let (inner, outer): (Vec<Path>, Vec<Path>) =
         turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
             let area = path_area_mm2(path);
             (area < 0.0) != (cut_out.direction == super::super::work::Direction::Climb)
         });
+    let first =
+        if cut_out.side == CutSide::Outside { narrower(desk, cut_out, bit, smaller)? } else { Vec::new() };
     let closed = desk.scene.closed_to(bit.diameter);
     let mut bites = Vec::new();
     let mut ways = Vec::new();
@@ -70,25 +81,49 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
             seed: desk.means.options.seed,
         };
         let paths = arranged(paths, &rules);
-        let by_hand = if tabbed { hand_tabs::middles(desk, cut_out, &paths, &bit) } else { Vec::new() };
+        let by_hand = if tabbed { hand_tabs::middles(desk, cut_out, &paths, bit) } else { Vec::new() };
         for (index, path) in paths.into_iter().enumerate() {
             start = path.end();
             let hand = by_hand.get(index).map_or(&[][..], Vec::as_slice);
-            let middles = if tabbed { tab_middles(desk, cut_out, &path, &bit, hand) } else { Vec::new() };
-            contour(desk, cut_out, path, &middles, closed.as_ref(), &bit, (&mut ways, &mut bites));
+            let middles = if tabbed { tab_middles(desk, cut_out, &path, bit, hand) } else { Vec::new() };
+            contour(desk, cut_out, path, &middles, closed.as_ref(), bit, (&mut ways, &mut bites));
         }
     }
     part.tasks.extend(bite_task(desk, cut_out, bites));
-    part.tasks.extend((!ways.is_empty()).then(|| Task { ways, ..Task::with(&bit) }));
+    part.tasks.extend(first);
+    part.tasks.extend((!ways.is_empty()).then(|| Task { ways, ..Task::with(bit) }));
     Ok(part)
 }
 
-/// Tells what the bit does not come between.
-fn told(desk: &mut Desk<'_>, closed: &Closed, bit: &Bit) {
-    let inner = closed.inner.losses("cam.cut_outs_missing");
+/// What each of the `smaller` bits cuts of inlets and inner contours that are too narrow for the bits before it. What a hole or
+/// a slot of the board makes is left to it.
+fn narrower(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit, smaller: &[Bit]) -> Result<Vec<Task>, Remark> {
+    let (outline, mut wider) = (&desk.scene.board.outline, bit.diameter);
+    let mut tasks = Vec::new();
+    for thin in smaller {
+        desk.go_on()?;
+        let mut places = narrow::inlets(outline, wider);
+        places.retain(|place| !made(&desk.scene.board, path_bounds(&place.outer)));
+        let paths = turned(narrow::ways_through(outline, &places, thin.diameter), cut_out.direction);
+        let rules = Rules { both_ways: true, ..desk.free() };
+        let closed = desk.scene.closed_to(thin.diameter);
+        let mut ways = Vec::new();
+        for path in arranged(paths, &rules) {
+            contour(desk, cut_out, path, &[], closed.as_ref(), thin, (&mut ways, &mut Vec::new()));
+        }
+        tasks.extend((!ways.is_empty()).then(|| Task { ways, ..Task::with(thin) }));
+        wider = thin.diameter;
+    }
+    Ok(tasks)
+}
+
+/// Tells what the bits do not come between: the widest round the boards, the thinnest inside of them.
+fn told(desk: &mut Desk<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
+    let inner =
+        closed.inner.losses("cam.cut_outs_missing").into_iter().map(|loss| loss.with("bit", &thin.name));
     let merged = (closed.merged > 0)
         .then(|| Remark::new(Weight::Loss, "cam.contours_merged").with("missing", closed.merged));
-    inner.into_iter().chain(merged).for_each(|loss| desk.say(loss.with("bit", &bit.name)));
+    inner.chain(merged.map(|loss| loss.with("bit", &bit.name))).for_each(|loss| desk.say(loss));
 }
 
 /// What stays between the cut and a pin, at least.

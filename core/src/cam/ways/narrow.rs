@@ -42,6 +42,24 @@ pub(super) fn narrow(copper: &Region, islands: &Area, width: Length) -> Vec<Isla
     solid.islands.into_iter().filter(wanted).collect()
 }
 
+/// The places of one island of `outline` that a cut of `width` cannot enter: inlets and inner contours, but not where it only
+/// rounds a corner, nor between islands.
+pub(super) fn inlets(outline: &Region, width: Length) -> Vec<Island> {
+    let radius = half(width) - NEARER;
+    let edges = Area::of(outline);
+    let closed = grow(&grow(outline, radius), -radius);
+    let solid = grow(&grow(&combine(&closed, outline, Rule::Difference), -CRUMB), CRUMB);
+    let corner = CORNER * radius.mm() * radius.mm();
+    let whole = |place: &Island| {
+        let around = path_bounds(&place.outer).grown(TOUCH);
+        let mut inner = outline.islands.iter().flat_map(|island| &island.holes).map(path_bounds);
+        inner.any(|inner| around.contains(inner.min) && around.contains(inner.max))
+    };
+    let wanted =
+        |place: &Island| touched(place, &edges) == 1 && (island_area_mm2(place) > corner || whole(place));
+    solid.islands.into_iter().filter(wanted).collect()
+}
+
 /// How many islands of copper a narrow place touches; counting ends at two.
 fn touched(place: &Island, islands: &Area) -> usize {
     let mut first = None;

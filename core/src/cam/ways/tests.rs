@@ -3,6 +3,7 @@
 
 mod held;
 mod holes;
+mod inlets;
 mod program;
 mod slivers;
 
