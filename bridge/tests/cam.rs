@@ -396,7 +396,9 @@ fn what_lies_beside_a_file_is_in_its_project_where_the_board_needs_it() {
     assert_eq!(read("again/one-top.program"), read("out/sensor-top.program"));
     // A whole folder leaves nothing beside it, and its name stays in front.
     fs::create_dir(home.join("board")).unwrap();
-    BOARD.iter().for_each(|name| drop(fs::copy(home.join(name), home.join("board").join(name)).unwrap()));
+    for name in BOARD {
+        fs::copy(home.join(name), home.join("board").join(name)).unwrap();
+    }
     let whole = home.join("board").display().to_string();
     answer(home, &format!("cam {whole} {take} -o out --save-project whole.annulus"));
     let kept = saved::read("whole", &fs::read(home.join("whole.annulus")).unwrap()).unwrap();
