@@ -18,6 +18,7 @@
 //! are drawn together, islands and holes thinner than 20 nm dropped. Knows no boards.
 
 use super::clusters::clusters;
+use super::coarse::coarse;
 use super::rebuild;
 use super::sheet::{Fill, Shape, Sheet, cover, edges_of, extent_of, trace_two};
 use super::{Path, Region, Segment};
@@ -84,8 +85,7 @@ pub fn settled(path: &Path) -> Vec<Path> {
     }
     let mut sheet = Sheet::default();
     sheet.path(path);
-    let shapes = sheet.trace(Fill::NonZero);
-    rebuild::region(&shapes, &sheet.circles, CRUMB_NM).paths().cloned().collect()
+    rebuild::traced(&mut sheet, Fill::NonZero, CRUMB_NM).paths().cloned().collect()
 }
 
 /// Everything that any of the paths encloses, whichever way each of them turns.
@@ -94,8 +94,7 @@ pub fn union(paths: &[Path]) -> Region {
     for path in paths.iter().flat_map(settled) {
         sheet.path(&path);
     }
-    let shapes = sheet.trace(Fill::NonZero);
-    rebuild::region(&shapes, &sheet.circles, CRUMB_NM)
+    rebuild::traced(&mut sheet, Fill::NonZero, CRUMB_NM)
 }
 
 /// What an odd number of the paths encloses: contours in contours are holes, whichever way they turn.
@@ -104,8 +103,7 @@ pub fn even_odd(paths: &[Path]) -> Region {
     for path in paths {
         sheet.path(path);
     }
-    let shapes = sheet.trace(Fill::EvenOdd);
-    rebuild::region(&shapes, &sheet.circles, CRUMB_NM)
+    rebuild::traced(&mut sheet, Fill::EvenOdd, CRUMB_NM)
 }
 
 /// What is inside of `outlines`, whose inside is on their left and which may overlap.
@@ -114,8 +112,7 @@ pub(super) fn together<'a>(outlines: impl IntoIterator<Item = &'a Path>) -> Regi
     for outline in outlines {
         sheet.path(outline);
     }
-    let shapes = sheet.trace(Fill::NonZero);
-    rebuild::region(&shapes, &sheet.circles, CRUMB_NM)
+    rebuild::traced(&mut sheet, Fill::NonZero, CRUMB_NM)
 }
 
 /// Two regions combined by `rule`.
@@ -124,7 +121,7 @@ pub fn combine(first: &Region, second: &Region, rule: Rule) -> Region {
     first.paths().for_each(|path| sheet.path(path));
     let subject = sheet.take();
     second.paths().for_each(|path| sheet.path(path));
-    let clip = sheet.take();
+    let [subject, clip] = coarse([&subject, &sheet.take()]);
     let rule = match rule {
         Rule::Union => OverlayRule::Union,
         Rule::Difference => OverlayRule::Difference,

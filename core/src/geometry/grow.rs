@@ -21,7 +21,7 @@
 
 use super::combine::CRUMB_NM;
 use super::rebuild;
-use super::sheet::{Circle, Fill, Sheet, Spot, apart, spot, trace};
+use super::sheet::{Circle, Fill, Sheet, Spot, apart, spot};
 use super::{Path, Point, REACH, Region, Segment, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
@@ -181,18 +181,15 @@ fn lay(path: &Path, by: f64, sheet: &mut Sheet) {
 fn grown(region: &Region, by: f64, crumb: f64) -> Region {
     let mut sheet = Sheet::default();
     region.paths().for_each(|path| lay(path, by, &mut sheet));
-    let shapes = sheet.trace(Fill::Positive);
-    rebuild::region(&shapes, &sheet.circles, crumb)
+    rebuild::traced(&mut sheet, Fill::Positive, crumb)
 }
 
 fn shrunk(region: &Region, by: f64) -> Region {
     let closed = grown(region, CLOSING_NM, CRUMB_NM);
     let mut sheet = Sheet::default();
     closed.paths().for_each(|path| lay(&path.reversed(), by + CLOSING_NM, &mut sheet));
-    let mut pile = sheet.take();
-    pile.turn();
-    let shapes = trace(&pile, Fill::Positive);
-    rebuild::region(&shapes, &sheet.circles, GROWN_CRUMB_NM)
+    sheet.turn();
+    rebuild::traced(&mut sheet, Fill::Positive, GROWN_CRUMB_NM)
 }
 
 /// All that is at most `by` away from `region`; for a negative `by` all of it that is farther than that from its
@@ -203,5 +200,36 @@ pub fn grow(region: &Region, by: Length) -> Region {
         0 => region.clone(),
         1.. => grown(region, distance, GROWN_CRUMB_NM),
         _ => shrunk(region, distance),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::union;
+    use super::*;
+
+    /// Shrinking by what a region was grown by leaves arcs of hardly any radius, whose ends may round differently.
+    #[test]
+    fn every_outline_laid_down_is_closed() {
+        let mut chance = 5_u64;
+        let mut mm = move || {
+            chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (chance >> 40) as f64 * 1e-7
+        };
+        let mut corner = || Point::from_mm(mm() * 6.0, mm() * 6.0);
+        let triangles = (0..60).filter_map(|_| Path::through(&[corner(), corner(), corner()]));
+        let copper = union(&triangles.collect::<Vec<_>>());
+        for radius_um in [75, 99, 100, 149, 199, 250] {
+            let grown = grow(&copper, Length::from_um(radius_um));
+            for more_nm in [-1.0, 0.0, 1.0, 20.0] {
+                let mut sheet = Sheet::default();
+                let by = Length::from_um(radius_um).nm() as f64 + more_nm;
+                grown.paths().for_each(|path| lay(&path.reversed(), by, &mut sheet));
+                for outline in sheet.take().outlines() {
+                    let ends = outline.iter().zip(outline.iter().cycle().skip(1));
+                    ends.for_each(|(edge, next)| assert_eq!(edge.b, next.a, "{radius_um} µm and {more_nm} nm"));
+                }
+            }
+        }
     }
 }

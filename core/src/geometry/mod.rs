@@ -4,6 +4,7 @@
 
 pub mod chords;
 mod clusters;
+mod coarse;
 mod combine;
 mod gaps;
 mod grow;

@@ -12,7 +12,8 @@
 //! piece shorter than the crumb length given is drawn together to a point beside or on it; a contour thinner on average than
 //! [`DUST_WIDTH_NM`] is dropped. Knows no boards.
 
-use super::sheet::{CHORD_ERROR_NM, Circle, Found, Shape, Spot, apart};
+use super::coarse::coarse;
+use super::sheet::{CHORD_ERROR_NM, Circle, Fill, Found, Shape, Sheet, Spot, apart, trace};
 use super::{Island, Path, Point, Region, Segment};
 use crate::units::Length;
 
@@ -386,6 +387,12 @@ fn path(contour: &[Found], circles: &[Circle], crumb: f64) -> Option<Path> {
     }
     snap(&mut nodes);
     path_of(&nodes)
+}
+
+/// What is inside of the outlines on a sheet by `fill`; they are used up.
+pub(super) fn traced(sheet: &mut Sheet, fill: Fill, crumb: f64) -> Region {
+    let [pile] = coarse([&sheet.take()]);
+    region(&trace(&pile, fill), &sheet.circles, crumb)
 }
 
 /// The region of shapes. Pieces shorter than `crumb` nm are drawn together.

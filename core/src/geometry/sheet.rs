@@ -98,9 +98,9 @@ impl From<Fill> for FillRule {
 /// Outlines laid down.
 #[derive(Clone, Default)]
 pub(super) struct Pile {
-    edges: Vec<Edge>,
+    pub(super) edges: Vec<Edge>,
     /// How many edges there are after each outline.
-    ends: Vec<usize>,
+    pub(super) ends: Vec<usize>,
 }
 
 /// Outlines being laid down, and the circles that their edges belong to.
@@ -112,14 +112,9 @@ pub(super) struct Sheet {
 }
 
 impl Pile {
-    fn outlines(&self) -> impl Iterator<Item = &[Edge]> {
+    pub(super) fn outlines(&self) -> impl Iterator<Item = &[Edge]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| self.edges.get(start..end).unwrap_or_default())
-    }
-
-    /// Every edge the other way round: what counted one now counts minus one.
-    pub(super) fn turn(&mut self) {
-        self.edges.iter_mut().for_each(|edge| *edge = turned(*edge));
     }
 }
 
@@ -184,8 +179,15 @@ fn wheel(eighths: usize) -> Vec<Spot> {
 }
 
 impl Sheet {
+    /// The edges of the outline that is being laid down.
+    fn open(&self) -> &[Edge] {
+        self.pile.edges.get(self.pile.ends.last().copied().unwrap_or(0)..).unwrap_or_default()
+    }
+
+    /// Lays down an edge from where the one before ended: two roundings of one place may be a nanometre apart, and what
+    /// is inside of an outline that does not close has no answer.
     fn put(&mut self, from: Spot, to: Spot, data: Tag) {
-        let (a, b) = (pin(from), pin(to));
+        let (a, b) = (self.open().last().map_or_else(|| pin(from), |last| last.b), pin(to));
         if a != b {
             self.pile.edges.push(InputEdge { a, b, data });
         }
@@ -253,8 +255,14 @@ impl Sheet {
         }
     }
 
-    /// Ends an outline. Outlines are what is sorted into groups, so what belongs together is one or overlaps.
+    /// Ends an outline and closes it. Outlines are what is sorted into groups, so what belongs together is one or
+    /// overlaps.
     pub(super) fn end_outline(&mut self) {
+        if let [first, .., last] = *self.open()
+            && last.b != first.a
+        {
+            self.pile.edges.push(InputEdge { a: last.b, b: first.a, data: Tag::STRAIGHT });
+        }
         self.pile.ends.push(self.pile.edges.len());
     }
 
@@ -265,6 +273,12 @@ impl Sheet {
         }
         self.line(spot(path.end()), spot(path.start));
         self.end_outline();
+    }
+
+    /// Turns all that was laid down the other way round: what counted one now counts minus one.
+    pub(super) fn turn(&mut self) {
+        let back = |outline: &[Edge]| outline.iter().rev().copied().map(turned).collect::<Vec<_>>();
+        self.pile.edges = self.pile.outlines().flat_map(back).collect();
     }
 
     /// What was laid down. The sheet is empty after that, but knows its circles.
