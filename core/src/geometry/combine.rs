@@ -17,10 +17,10 @@
 //! of the crossing is that of chords 0.4 µm off, mended to the true one where there is one. Pieces shorter than 0.1 µm
 //! are drawn together, islands and holes thinner than 20 nm dropped. Knows no boards.
 
-use super::clusters::clusters;
 use super::coarse::coarse;
+use super::parts::{Part, laid};
 use super::rebuild;
-use super::sheet::{Fill, Shape, Sheet, cover, edges_of, extent_of, trace_two};
+use super::sheet::{Fill, Shape, Sheet, trace_two};
 use super::{Path, Region, Segment};
 use i_overlay::core::overlay_rule::OverlayRule;
 
@@ -139,42 +139,6 @@ struct Layer {
     dark: Vec<Shape>,
 }
 
-/// What shapes do where they are laid over each other. Shapes of one part do not overlap.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
-    /// Lies at the bottom.
-    Ground,
-    /// Takes the ground away.
-    Away,
-    /// Lies over both.
-    Cover,
-}
-
-/// Shapes laid over each other. A group of shapes that hang together by their boxes is worked on apart, and stays as it is
-/// where all are of one part.
-fn laid<const N: usize>(parts: [(Part, Vec<Shape>); N]) -> Vec<Shape> {
-    let all: Vec<(Part, Shape)> = parts
-        .into_iter()
-        .flat_map(|(part, shapes)| shapes.into_iter().map(move |shape| (part, shape)))
-        .collect();
-    let extents: Vec<_> = all.iter().map(|(_, shape)| extent_of(shape)).collect();
-    let mut all: Vec<Option<(Part, Shape)>> = all.into_iter().map(Some).collect();
-    let mut found = Vec::new();
-    for group in clusters(&extents) {
-        let group: Vec<(Part, Shape)> =
-            group.into_iter().filter_map(|index| all.get_mut(index).and_then(Option::take)).collect();
-        let Some((first, _)) = group.first() else { continue };
-        if group.iter().any(|(part, _)| part != first) {
-            let of = |wanted| group.iter().filter(move |(part, _)| *part == wanted);
-            let edges = |wanted| of(wanted).flat_map(|(_, shape)| edges_of(shape));
-            found.extend(cover(edges(Part::Ground), edges(Part::Away), edges(Part::Cover)));
-        } else if *first != Part::Away {
-            found.extend(group.into_iter().map(|(_, shape)| shape));
-        }
-    }
-    found
-}
-
 /// Two layers as one, the second over the first.
 fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
     let clear = match keep_clear {
@@ -185,14 +149,27 @@ fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
     Layer { clear, dark }
 }
 
-/// The layer that a row of coats makes. Halves first, so that nothing is laid down more often than there are doublings
-/// in the number of coats.
+impl Layer {
+    fn edges(&self) -> usize {
+        self.clear.iter().chain(&self.dark).flatten().map(Vec::len).sum()
+    }
+}
+
+/// The layer that a row of coats makes. Parted where either side has half of the edges, so that nothing is laid down more
+/// often than there are doublings in their number.
 fn layer(coats: &mut [Layer], keep_clear: bool) -> Layer {
     match coats {
         [] => Layer::default(),
         [one] => std::mem::take(one),
         _ => {
-            let (first, second) = coats.split_at_mut(coats.len() / 2);
+            let sizes: Vec<usize> = coats.iter().map(Layer::edges).collect();
+            let half = sizes.iter().sum::<usize>() / 2;
+            let sums = sizes.iter().scan(0, |sum, size| {
+                *sum += size;
+                Some(*sum)
+            });
+            let middle = sums.take_while(|&sum| sum <= half).count().clamp(1, coats.len() - 1);
+            let (first, second) = coats.split_at_mut(middle);
             let first = layer(first, keep_clear);
             over(first, layer(second, true), keep_clear)
         }

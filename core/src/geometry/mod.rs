@@ -11,6 +11,7 @@ mod grow;
 mod index;
 mod measure;
 mod nearest;
+mod parts;
 mod placement;
 mod rebuild;
 mod shape;

@@ -293,7 +293,7 @@ impl Sheet {
 }
 
 /// The other way round.
-fn turned(edge: Edge) -> Edge {
+pub(super) fn turned(edge: Edge) -> Edge {
     InputEdge { a: edge.b, b: edge.a, data: edge.data }
 }
 

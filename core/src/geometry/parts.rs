@@ -1,0 +1,222 @@
+//! Shapes of three parts laid over each other: a ground, what takes it away, and what covers both.
+//!
+//! ```text
+//!   ▒▒▒▒┌─────┐▒▒▒▒▒▒▒▒▒      ▒ ground    ┌┐ away    ▓ cover
+//!   ▒▒▒▒│ ▓▓▓ │▒▒▒▒▓▓▒▒▒
+//!   ▒▒▒▒└─────┘▒▒▒▒▓▓▒▒▒      The left ▓ meets no edge of the others and lies in the clear: it stays as it is.
+//!   ▒▒▒▒▒▓▓▓▓▓▓▓▒▒▒▒▒▒▒▒      The right one lies on ground: it adds nothing. Only the lowest one has to be laid down
+//!        ▓▓▓▓▓▓▓              together with the ground.
+//! ```
+//!
+//! Comes in: shapes of a part each; those of one part do not overlap. Goes out: the shapes of what is dark in the end.
+//! Whether a cover is free of the edges of the others is told by square cells, which may say no too often. Knows no
+//! coats and no paths.
+
+use super::clusters::{Extent, NOTHING, clusters, with};
+use super::sheet::{Edge, Shape, cover, edges_of, extent_of, turned};
+
+/// Cells for every edge of ground and away, about; up to four times as many.
+const CELLS_PER_EDGE: f64 = 32.0;
+/// Cells at most, about; up to four times as many.
+const MOST_CELLS: f64 = 2e6;
+/// Rows of cells that an edge passes through, on average, at most; up to twice as many.
+const ROWS_PER_EDGE: f64 = 4.0;
+/// Edges this near to each other, in nm, count as meeting.
+const NEAR_NM: i64 = 1_000;
+
+/// What shapes do where they are laid over each other.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Lies at the bottom.
+    Ground,
+    /// Takes the ground away.
+    Away,
+    /// Lies over both.
+    Cover,
+}
+
+/// What becomes of a cover.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fate {
+    /// It has to be laid over the others.
+    Meets,
+    /// It is in the result as it is.
+    Stays,
+    /// It lies on ground and changes nothing.
+    Goes,
+}
+
+/// Square cells, and which of them edges of ground and away pass through.
+struct Cells {
+    left: i64,
+    low: i64,
+    /// The side of a cell is this power of two, in nm.
+    power: u32,
+    columns: i64,
+    rows: i64,
+    /// For every row, and every column and the one behind the last, how many cells before it edges pass through.
+    taken: Vec<i32>,
+    /// The edges in every row; those of away turned.
+    edges: Vec<Vec<Edge>>,
+}
+
+fn index(number: i64) -> usize {
+    usize::try_from(number).unwrap_or(0)
+}
+
+impl Cells {
+    /// Cells over some edges.
+    fn of(edges: &[Edge]) -> Self {
+        let extent = edges.iter().fold(NOTHING, |extent, edge| with(extent, edge.a.x, edge.a.y));
+        let [left, low, right, high] = extent.map(i64::from);
+        let (width, height) = ((right - left).max(0), (high - low).max(0));
+        let count = (edges.len() as f64).max(1.0);
+        let rise = |edge: &Edge| (f64::from(edge.b.y) - f64::from(edge.a.y)).abs();
+        let wanted = f64::min(count * CELLS_PER_EDGE, MOST_CELLS);
+        let side = libm::sqrt(width as f64 / wanted * height as f64)
+            .max(width.max(height) as f64 / wanted)
+            .max(edges.iter().map(rise).sum::<f64>() / (ROWS_PER_EDGE * count))
+            .max(4.0 * NEAR_NM as f64);
+        let power = (side as u64).ilog2();
+        let (columns, rows) = ((width >> power) + 1, (height >> power) + 1);
+        let taken = vec![0; index((columns + 1) * rows)];
+        let mut cells = Self { left, low, power, columns, rows, taken, edges: vec![Vec::new(); index(rows)] };
+        cells.mark(edges);
+        cells
+    }
+
+    fn mark(&mut self, edges: &[Edge]) {
+        // How many edges more, or fewer, pass through a cell than through the one before.
+        let mut taken = std::mem::take(&mut self.taken);
+        let mut lists = std::mem::take(&mut self.edges);
+        for edge in edges {
+            self.pass(edge, |row, from, to| {
+                for (column, step) in [(from, 1), (to + 1, -1)] {
+                    if let Some(slot) = taken.get_mut(self.place(row, column)) {
+                        *slot += step;
+                    }
+                }
+                if let Some(list) = lists.get_mut(index(row)) {
+                    list.push(*edge);
+                }
+            });
+        }
+        for row in taken.chunks_exact_mut(index(self.columns + 1)) {
+            let (mut before, mut passing) = (0, 0);
+            for slot in row {
+                passing += *slot;
+                *slot = before;
+                before += i32::from(passing > 0);
+            }
+        }
+        (self.taken, self.edges) = (taken, lists);
+    }
+
+    fn place(&self, row: i64, column: i64) -> usize {
+        index(row * (self.columns + 1) + column)
+    }
+
+    fn row(&self, y: i64) -> i64 {
+        ((y - self.low) >> self.power).clamp(0, self.rows - 1)
+    }
+
+    fn column(&self, x: i64) -> i64 {
+        ((x - self.left) >> self.power).clamp(0, self.columns - 1)
+    }
+
+    /// Calls `visit` with every row of cells that an edge passes through or comes near to, and with the first and the last
+    /// column there.
+    fn pass(&self, edge: &Edge, mut visit: impl FnMut(i64, i64, i64)) {
+        let (a, b) = if edge.a.y <= edge.b.y { (edge.a, edge.b) } else { (edge.b, edge.a) };
+        let [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(i64::from);
+        let across = |y: i64| match y {
+            _ if y <= ay => ax,
+            _ if y >= by => bx,
+            _ => ax + (bx - ax) * (y - ay) / (by - ay),
+        };
+        for row in self.row(ay - NEAR_NM)..=self.row(by + NEAR_NM) {
+            let bottom = self.low + (row << self.power);
+            let (one, other) = (across(bottom - NEAR_NM), across(bottom + (1 << self.power) + NEAR_NM));
+            visit(row, self.column(one.min(other) - NEAR_NM), self.column(one.max(other) + NEAR_NM));
+        }
+    }
+
+    /// Whether edges pass through cells of a row between two columns.
+    fn any(&self, row: i64, from: i64, to: i64) -> bool {
+        from <= to && self.taken.get(self.place(row, from)) != self.taken.get(self.place(row, to + 1))
+    }
+
+    /// Whether no edge comes near a shape, nor lies between two places of it in one row.
+    fn is_free(&self, shape: &Shape, extent: Extent) -> bool {
+        let [left, low, right, high] = extent.map(i64::from);
+        let (from, to) = (self.column(left - NEAR_NM), self.column(right + NEAR_NM));
+        let (first, last) = (self.row(low - NEAR_NM), self.row(high + NEAR_NM));
+        if !(first..=last).any(|row| self.any(row, from, to)) {
+            return true;
+        }
+        let mut spans = vec![(self.columns, -1); index(last - first + 1)];
+        for edge in edges_of(shape) {
+            self.pass(&edge, |row, from, to| {
+                if let Some(span) = spans.get_mut(index(row - first)) {
+                    *span = (span.0.min(from), span.1.max(to));
+                }
+            });
+        }
+        !spans.iter().zip(first..).any(|(&(from, to), row)| self.any(row, from, to))
+    }
+
+    /// Whether a place lies on ground that is not taken away.
+    fn is_ground(&self, (x, y): (i64, i64)) -> bool {
+        let crossing = |edge: &Edge| {
+            let [ax, ay, bx, by] = [edge.a.x, edge.a.y, edge.b.x, edge.b.y].map(i64::from);
+            let left = (bx - ax) * (y - ay) - (by - ay) * (x - ax);
+            i32::from(ay <= y && y < by && left > 0) - i32::from(by <= y && y < ay && left < 0)
+        };
+        self.edges.get(index(self.row(y))).is_some_and(|row| row.iter().map(crossing).sum::<i32>() > 0)
+    }
+
+    fn fate(&self, shape: &Shape) -> Fate {
+        match shape.first().and_then(|outer| outer.first()) {
+            Some(edge) if self.is_free(shape, extent_of(shape)) => {
+                let ground = self.is_ground((i64::from(edge.a.x), i64::from(edge.a.y)));
+                if ground { Fate::Goes } else { Fate::Stays }
+            }
+            _ => Fate::Meets,
+        }
+    }
+}
+
+/// Shapes laid over each other. A group of shapes that hang together by their boxes is worked on apart, and stays as it is
+/// where all are of one part.
+pub(super) fn laid<const N: usize>(parts: [(Part, Vec<Shape>); N]) -> Vec<Shape> {
+    let all: Vec<(Part, Shape)> = parts
+        .into_iter()
+        .flat_map(|(part, shapes)| shapes.into_iter().map(move |shape| (part, shape)))
+        .collect();
+    let of = |wanted| all.iter().filter(move |of| of.0 == wanted).flat_map(|(_, shape)| edges_of(shape));
+    let under: Vec<Edge> = of(Part::Ground).chain(of(Part::Away).map(turned)).collect();
+    let cells = Cells::of(&under);
+    let mut found = Vec::new();
+    let mut meeting: Vec<Option<(Part, Shape)>> = Vec::new();
+    for (part, shape) in all {
+        match if part == Part::Cover { cells.fate(&shape) } else { Fate::Meets } {
+            Fate::Meets => meeting.push(Some((part, shape))),
+            Fate::Stays => found.push(shape),
+            Fate::Goes => {}
+        }
+    }
+    let extents: Vec<_> = meeting.iter().flatten().map(|(_, shape)| extent_of(shape)).collect();
+    for group in clusters(&extents) {
+        let group: Vec<(Part, Shape)> =
+            group.into_iter().filter_map(|index| meeting.get_mut(index).and_then(Option::take)).collect();
+        let Some((first, _)) = group.first() else { continue };
+        if group.iter().any(|(part, _)| part != first) {
+            let of = |wanted| group.iter().filter(move |(part, _)| *part == wanted);
+            let edges = |wanted| of(wanted).flat_map(|(_, shape)| edges_of(shape));
+            found.extend(cover(edges(Part::Ground), edges(Part::Away), edges(Part::Cover)));
+        } else if *first != Part::Away {
+            found.extend(group.into_iter().map(|(_, shape)| shape));
+        }
+    }
+    found
+}
