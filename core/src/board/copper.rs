@@ -16,7 +16,8 @@ use crate::remark::{Remark, Weight};
 /// board's drill file, else the first.
 pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks: &mut Vec<Remark>) {
     for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
-        let Some((file, layer)) = layer(artwork, used, side, board.sources.first()) else { continue };
+        let found = layer(artwork, used, (Role::Copper, side), board.sources.first());
+        let Some((file, layer)) = found else { continue };
         let drawn = painted(layer);
         let region = if layer.negative_image { inverted(board, file, &drawn, remarks) } else { drawn };
         let found = nets(layer, &region);
@@ -48,11 +49,11 @@ fn inner(artwork: &Artwork, has_side: bool) -> Option<Remark> {
     Some(told.with("count", 1 + layers.count()))
 }
 
-/// The copper layer of a side.
-fn layer<'a>(
+/// The layer of this role on a side.
+pub(super) fn layer<'a>(
     artwork: &'a Artwork,
     used: &[usize],
-    side: Side,
+    (role, side): (Role, Side),
     drill: Option<&String>,
 ) -> Option<(&'a FileRead, &'a Gerber)> {
     let folder = |name: &str| name.rfind(['/', '\\']).map_or(0, |at| at + 1);
@@ -60,7 +61,7 @@ fn layer<'a>(
         drill.is_some_and(|drill| file.name.get(..folder(&file.name)) == drill.get(..folder(drill)))
     };
     let layers = artwork.files.iter().enumerate().filter_map(|(index, file)| {
-        let fits = file.role == Role::Copper && file.side == Some(side);
+        let fits = file.role == role && file.side == Some(side);
         Some((index, file, file.gerber.as_ref().filter(|_| fits)?))
     });
     let rank =

@@ -4,7 +4,7 @@
 //! no words of any format; arcs become chords here.
 
 use super::outline::{contours, nest, shut};
-use super::{Board, Hole, Slot, copper, mend};
+use super::{Board, Hole, Slot, copper, legend, mend};
 use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry};
 use crate::geometry::{Bounds, Path, Placement, Point, Region, Segment, chords, path_bounds};
 use crate::remark::{Remark, Weight};
@@ -18,7 +18,7 @@ const OVERHANG: Length = Length::from_um(2_000);
 /// What a board shall have besides its holes and its outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// The copper of both sides, painted: this takes time. Then holes that do not lie on it are a doubt.
+    /// The copper of both sides, painted: this takes time; and their legends. Then holes that do not lie on it are a doubt.
     pub copper: bool,
     /// Layers that do not share the copper's zero point moved to where they fit it. Nobody moves them unasked: a person is
     /// told of the shift and chooses.
@@ -59,6 +59,7 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
     outline(&mut board, artwork, used, wanted, &mut remarks);
     if wanted.copper {
         copper::add(&mut board, artwork, used, &mut remarks);
+        legend::add(&mut board, artwork, used);
         if board.holes.is_empty() && board.slots.is_empty() && !board.copper.is_empty() {
             remarks.push(Remark::new(Weight::Note, "board.no_holes"));
         }

@@ -67,6 +67,7 @@ impl Board {
             }
             for (all, mut more) in panel.legend.iter_mut().zip(next.legend) {
                 all.strokes.append(&mut more.strokes);
+                all.flashes += more.flashes;
             }
         }
         panel

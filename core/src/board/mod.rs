@@ -5,6 +5,7 @@
 mod copper;
 mod from_artwork;
 mod lay;
+mod legend;
 mod mend;
 mod outline;
 #[cfg(test)]
@@ -98,8 +99,10 @@ pub struct Copper {
 pub struct Legend {
     /// Which side it is on.
     pub face: Face,
-    /// Middle lines of its strokes.
+    /// Middle lines of its strokes, and the edges of its areas.
     pub strokes: Vec<Path>,
+    /// How much of it is stamped and has no middle line.
+    pub flashes: u32,
     /// Which of the board's sources it came from.
     pub source: u32,
 }

@@ -98,3 +98,30 @@ fn an_outline_with_gaps_is_mended_or_a_loss() {
         assert!((wide - width).abs() < 1e-6, "row {row}: {wide}");
     }
 }
+
+#[test]
+fn the_legend_has_the_middle_lines_of_what_is_drawn() {
+    let square = "G36*\nX5000000Y5000000D02*\nX6000000Y5000000D01*\nX6000000Y6000000D01*\nX5000000Y5000000D01*\nG37*\n";
+    let body = line(&[(1.0, 1.0), (2.0, 1.0), (2.0, 3.0)])
+        + &line(&[(4.0, 1.0), (4.0, 1.0)])
+        + &pads(&[(8.0, 8.0), (9.0, 8.0)])
+        + square
+        + "%LPC*%\n"
+        + &line(&[(1.0, 2.0), (3.0, 2.0)]);
+    let files = [
+        ("b-F_Cu.gtl".to_owned(), layer("Copper,L1,Top", &pads(&[(5.0, 5.0)]))),
+        ("b-F_Silk.gto".to_owned(), layer("Legend,Top", &body)),
+        ("b-B_Silk.gbo".to_owned(), layer("Legend,Bot", &line(&[(0.0, 0.0), (1.0, 0.0)]))),
+    ];
+    let artwork = read_set(&files, &Overrides::default());
+    let wanted = super::Wanted { copper: true, aligned: false };
+    let (board, _) = super::from_artwork_with(&artwork, &[], wanted);
+    let [top, bottom] = board.legend.as_slice() else { panic!("{:?}", board.legend) };
+    assert_eq!((top.face, bottom.face), (super::Face::Top, super::Face::Bottom));
+    assert_eq!((top.strokes.len(), top.flashes, bottom.strokes.len()), (2, 2, 1));
+    assert!((top.strokes[0].length_mm() - 3.0).abs() < 1e-9, "{:?}", top.strokes[0]);
+    assert!((top.strokes[1].length_mm() - 2.0 - 2.0_f64.sqrt()).abs() < 1e-6, "{:?}", top.strokes[1]);
+    assert_eq!(board.sources[top.source as usize], "b-F_Silk.gto");
+    let twice = board.panelled(2, 1, crate::units::Length::from_mm(2.0));
+    assert_eq!((twice.legend[0].strokes.len(), twice.legend[0].flashes), (4, 4));
+}

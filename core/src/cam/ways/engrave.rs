@@ -24,6 +24,11 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Remar
         }
     };
     let mut part = Part::default();
+    let stamped = board.legend.iter().filter(|legend| legend.face == face).map(|legend| legend.flashes);
+    let stamped: u32 = if engrave.of == Lines::Legend { stamped.sum() } else { 0 };
+    if stamped > 0 {
+        desk.say(Remark::new(Weight::Note, "cam.legend_flashes").with("count", stamped));
+    }
     if lines.is_empty() {
         desk.say(Remark::new(Weight::Note, "cam.no_lines"));
         return Ok(part);

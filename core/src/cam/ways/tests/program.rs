@@ -428,9 +428,11 @@ fn engraving_follows_the_lines_and_joins_what_meets() {
             segments: vec![Segment::Arc { to: at(10.0, 2.0), centre: at(9.0, 2.0), clockwise: false }],
         },
     ];
-    board.legend = vec![crate::board::Legend { face: Face::Top, strokes, source: 0 }];
+    board.legend = vec![crate::board::Legend { face: Face::Top, strokes, flashes: 2, source: 0 }];
     let work = only(&board, "engrave", |_| {});
-    let (planned, _) = planned(&board, &work);
+    let (planned, remarks) = planned(&board, &work);
+    let left = remarks.iter().find(|remark| remark.code == "cam.legend_flashes").unwrap();
+    assert!(left.message("en").contains('2'), "{}", left.message("en"));
     assert_eq!(planned.ways().count(), 2);
     assert!((planned.milled_mm() - 1.0 - 2.0_f64.sqrt() - std::f64::consts::FRAC_PI_2).abs() < 1e-5);
 }

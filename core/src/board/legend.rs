@@ -1,0 +1,71 @@
+//! The legend of a board's sides: the middle lines of what its layers draw, for engraving (N7).
+//!
+//! ```text
+//!  stroke ══  ─▶ its middle line; strokes that go on where the one before ended are one line
+//!  contour ▰  ─▶ its edge
+//!  flash ●    ─▶ no line: counted
+//! ```
+//!
+//! Comes in: an [`Artwork`]. Goes out: one [`Legend`] a side. What a layer takes away again is not drawn. Does not paint.
+
+use super::copper::layer;
+use super::{Board, Face, Legend};
+use crate::artwork::{Artwork, Form, Gerber, Object, Role, Shape, Side};
+use crate::geometry::{Path, Point, Segment};
+
+/// Takes the legend of each side: the layer among `used`, else the first beside the board's drill file, else the first.
+pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize]) {
+    let drill = board.sources.first().cloned();
+    for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
+        let found = layer(artwork, used, (Role::Silk, side), drill.as_ref());
+        let Some((file, gerber)) = found else { continue };
+        let drawn = dark(gerber);
+        let mut strokes = chained(drawn.strokes());
+        strokes.extend(drawn.contours());
+        let flashes = drawn.pads().len() as u32;
+        if strokes.is_empty() && flashes == 0 {
+            continue;
+        }
+        let source = board.sources.len() as u32;
+        board.sources.push(file.name.clone());
+        board.legend.push(Legend { face, strokes, flashes, source });
+    }
+}
+
+/// The layer without what takes away.
+fn dark(layer: &Gerber) -> Gerber {
+    let mut layer = Gerber { objects: adding(&layer.objects), ..layer.clone() };
+    for aperture in &mut layer.apertures {
+        if let Form::Block { objects } = &mut aperture.form {
+            *objects = adding(objects);
+        }
+    }
+    layer
+}
+
+fn adding(objects: &[Object]) -> Vec<Object> {
+    let dark = objects.iter().filter(|object| !object.clear).cloned();
+    dark.map(|object| match object.shape {
+        Shape::Repeat { objects, columns, rows, step } => {
+            let objects = adding(&objects);
+            Object { shape: Shape::Repeat { objects, columns, rows, step }, ..object }
+        }
+        _ => object,
+    })
+    .collect()
+}
+
+/// Strokes in the order of the file as lines; those without length, which are dots, are left out.
+fn chained(strokes: Vec<(Point, Segment)>) -> Vec<Path> {
+    let mut lines: Vec<Path> = Vec::new();
+    for (from, segment) in strokes {
+        if segment == (Segment::Line { to: from }) {
+            continue;
+        }
+        match lines.last_mut() {
+            Some(last) if last.end() == from => last.segments.push(segment),
+            _ => lines.push(Path { start: from, segments: vec![segment] }),
+        }
+    }
+    lines
+}
