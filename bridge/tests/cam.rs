@@ -100,6 +100,10 @@ fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
     assert_eq!(fs::read(home.join("second/sensor-top.program")).unwrap(), bytes);
     let (exit, timed) = answer(home, "simulate first/sensor-top.program");
     assert_eq!((exit, &timed["total_time_s"]), (0, &side["total_time_s"]));
+    // Bores and the cut-out go down along helices and ramps: both count them at their length.
+    assert_eq!(timed["milled_mm"], side["milled_mm"]);
+    let of_tools = side["tools"].as_array().unwrap().iter().filter_map(|tool| tool["milled_mm"].as_f64());
+    assert!((of_tools.sum::<f64>() - side["milled_mm"].as_f64().unwrap()).abs() < 0.01, "{side}");
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
                 "{name}, {face:?}: {}, {}, {counts:?}, {cures}, {:.2}, {retracts}, {seconds:.0}",
                 verdict.islands,
                 planned.ways().count(),
-                planned.milled_mm() / 1e3,
+                planned.ways_mm() / 1e3,
             );
             assert!(verdict.islands > 0, "{name} has no islands");
             let never =

@@ -20,7 +20,7 @@ use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::{Action, Operation, Remedy, Work};
 use annulus_core::cam::{self, PlanOptions};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Mark, Program, milled_mm};
 use annulus_core::machine::Machine;
 use annulus_core::proof::{self, Finding};
 use annulus_core::remark::{Remark, Weight};
@@ -351,9 +351,12 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
     let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
     let tools: Vec<Value> = tasks
         .map(|(part, task)| {
-            let milled: f64 =
-                task.ways.iter().map(|way| way.path.length_mm() * way.depths.len() as f64).sum();
+            let milled: f64 = by_way.by_ref().take(task.ways.len()).sum();
             let (form, tip_mm, angle_deg) = form(&task.bit);
+    let by_leg = milled_mm(&side.program);
+    // Ways are legs of their own, in the order of the tasks.
+    let legs = side.program.legs.iter().zip(&by_leg);
+    let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Way(_))).map(|(_, mm)| *mm);
             json!({ "operation": part.operation, "bit": task.bit.name, "form": form,
                 "diameter_mm": rounded(task.bit.diameter.mm()), "tip_mm": tip_mm, "angle_deg": angle_deg,
                 "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })
@@ -367,7 +370,7 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
         "files": files,
         "program_sha256": program::key(&program::encode(&side.program)),
         "total_time_s": timed.map_or(Value::Null, |timeline| json!(rounded(timeline.total_s()))),
-        "milled_mm": rounded(side.planned.milled_mm()),
+        "milled_mm": rounded(by_leg.iter().sum()),
         "travel_mm": rounded(counts.travel_mm),
         "plunges": counts.plunges,
         "retracts": counts.retracts,
@@ -392,7 +395,7 @@ fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
         &[
             ("side", side.face.name().to_owned()),
             ("ways", side.planned.ways().count().to_string()),
-            ("milled", format!("{:.1}", side.planned.milled_mm())),
+            ("milled", format!("{:.1}", milled_mm(&side.program).iter().sum::<f64>())),
             ("holes", side.program.hole_count().to_string()),
             ("bits", side.program.bits.len().to_string()),
             ("retracts", counts.retracts.to_string()),

@@ -4,6 +4,7 @@
 
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
 use crate::job;
+use annulus_core::job::milled_mm;
 use annulus_core::remark::Remark;
 use annulus_core::sim::{Summary, summary};
 use annulus_core::{check, locale, motion, steps};
@@ -34,6 +35,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         check::roomy_zero(&job.machine, job::low_corner(&job.program)),
     ))?;
     let numbers = summary(&timeline, &stream, &job.machine);
+    let milled_mm: f64 = milled_mm(&job.program).iter().sum();
     let digest = steps::digest(&stream);
     let mut object = json!({
         "tick_hz": steps::TICK_HZ,
@@ -46,7 +48,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         "stream_digest": digest,
         "holes": numbers.holes,
         "ways": numbers.ways,
-        "milled_mm": rounded(numbers.milled_mm),
+        "milled_mm": rounded(milled_mm),
         "time_s": {
             "drill": rounded(numbers.spent.drill_s),
             "mill": rounded(numbers.spent.mill_s),
@@ -56,7 +58,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         },
         "remarks": remark_objects(&job.remarks),
     });
-    let mut text = sentences(&numbers, &digest) + &milled(&numbers) + &remark_lines(&job.remarks);
+    let mut text = sentences(&numbers, &digest) + &milled(&numbers, milled_mm) + &remark_lines(&job.remarks);
     if args.digest_trace {
         let trace = steps::trace(&stream, TRACED_RUNS);
         object["digest_trace"] = trace.lines().collect();
@@ -74,13 +76,13 @@ fn lawful<T>(verdict: Result<T, Vec<Remark>>) -> Result<(), Refusal> {
 }
 
 /// What is milled, where anything is.
-fn milled(numbers: &Summary) -> String {
+fn milled(numbers: &Summary, milled_mm: f64) -> String {
     if numbers.ways == 0 {
         return String::new();
     }
     let rows = [
         ("ways", numbers.ways.to_string()),
-        ("mm", format!("{:.1}", numbers.milled_mm)),
+        ("mm", format!("{milled_mm:.1}")),
         ("seconds", format!("{:.1}", numbers.spent.mill_s)),
         ("between", format!("{:.1}", numbers.spent.between_s)),
     ];

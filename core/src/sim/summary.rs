@@ -4,7 +4,7 @@
 
 use crate::job::{Mark, Stage};
 use crate::machine::{AXES, Machine};
-use crate::motion::{Motion, Move, Part, Timeline};
+use crate::motion::{Move, Part, Timeline};
 use crate::steps::StepStream;
 use crate::units::TICK_HZ;
 
@@ -32,8 +32,6 @@ pub struct Summary {
     pub spent: Spent,
     /// How many ways are milled.
     pub ways: u32,
-    /// Length of all that is milled, with what is above the board in it, mm.
-    pub milled_mm: f64,
     /// How many holes.
     pub holes: u32,
     /// Holes per minute while drilling, changes of bit not counted: strokes of one spindle.
@@ -76,7 +74,6 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
         total_s: timeline.total_s(),
         spent: spent(timeline),
         ways: ways(timeline),
-        milled_mm: timeline.moves.iter().flat_map(|planned| &planned.parts).map(milled_mm).sum(),
         holes: times.len() as u32,
         holes_per_min: per_min(drilling_s),
         holes_per_min_sequential: per_min(sequential_s),
@@ -106,10 +103,6 @@ fn ways(timeline: &Timeline) -> u32 {
     let mut legs: Vec<u32> = moves.map(|planned| planned.leg).collect();
     legs.dedup();
     u32::try_from(legs.len()).unwrap_or(u32::MAX)
-}
-
-fn milled_mm(part: &Part) -> f64 {
-    if let Motion::Path(route) = &part.motion { route.path.length_mm() } else { 0.0 }
 }
 
 /// How long a move would take if its parts came one after the other, the plane settling before the spindles go down, s.

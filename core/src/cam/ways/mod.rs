@@ -166,8 +166,8 @@ impl Planned {
         })
     }
 
-    /// Length of all ways in mm, every pass counted.
-    pub fn milled_mm(&self) -> f64 {
+    /// Length of all ways in mm, every pass counted; what ramps and links take besides is in the program.
+    pub fn ways_mm(&self) -> f64 {
         self.ways().map(|way| way.path.length_mm() * way.depths.len() as f64).sum()
     }
 }

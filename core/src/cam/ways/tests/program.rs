@@ -434,7 +434,7 @@ fn engraving_follows_the_lines_and_joins_what_meets() {
     let left = remarks.iter().find(|remark| remark.code == "cam.legend_flashes").unwrap();
     assert!(left.message("en").contains('2'), "{}", left.message("en"));
     assert_eq!(planned.ways().count(), 2);
-    assert!((planned.milled_mm() - 1.0 - 2.0_f64.sqrt() - std::f64::consts::FRAC_PI_2).abs() < 1e-5);
+    assert!((planned.ways_mm() - 1.0 - 2.0_f64.sqrt() - std::f64::consts::FRAC_PI_2).abs() < 1e-5);
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn left(board: &Board, passes: u32, slivers: bool) -> (f64, f64) {
     let ways: Vec<Path> = planned.ways().map(|way| way.path.clone()).collect();
     let between = union(&[boxed(2.05, 0.2, 2.6, 4.8)]);
     let bare = combine(&between, &sweep(&ways, mm(0.2)), Rule::Difference);
-    (area_mm2(&combine(&bare, &board.copper[0].region, Rule::Difference)), planned.milled_mm())
+    (area_mm2(&combine(&bare, &board.copper[0].region, Rule::Difference)), planned.ways_mm())
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn a_short_sliver_is_a_detour_and_not_a_way_more() {
         let work = isolation(&board, 0.2, |isolate| (isolate.passes, isolate.slivers) = (1, slivers));
         let (planned, _) = planned(&board, &work);
         assert!(least_clearance(&planned, &work) > -0.0025);
-        (planned.ways().count(), planned.milled_mm())
+        (planned.ways().count(), planned.ways_mm())
     };
     let ((plain, short), (cleaned, long)) = (ways(false), ways(true));
     assert_eq!((plain, cleaned), (2, 2));

@@ -1,0 +1,106 @@
+//! How far a program mills: the length of the tip's way at feed along the board, as far as it is not above the surface.
+//!
+//! ```text
+//!        ╲  above the board: not counted
+//!   ──────╲───────╭──╮────────────  surface, Z = 0
+//!          ╲______│  │______╱       ramps, helices and rises over tabs at their true length; plunges are not milled
+//! ```
+//!
+//! Comes in: a [`Program`]. Goes out: mm. Does not know how fast anything goes, nor why a leg is there.
+
+use super::{Command, Program};
+use crate::geometry::{Point, chords};
+use crate::units::Length;
+
+/// How far every leg mills, mm, in the order of the legs.
+pub fn milled_mm(program: &Program) -> Vec<f64> {
+    let (mut at, mut height) = (Point::default(), program.safe_height);
+    let mut milled = Vec::with_capacity(program.legs.len());
+    for leg in &program.legs {
+        let mut sum = 0.0;
+        for command in &leg.commands {
+            match *command {
+                Command::Rapid { to } => at = to,
+                Command::Plunge { to, .. } | Command::Retract { to } => height = to,
+                Command::Mill { to, height: end, .. } => {
+                    sum += in_board(at.distance_mm(to), height, end);
+                    (at, height) = (to, end);
+                }
+                Command::MillArc { to, height: end, center, ccw, .. } => {
+                    let turn = chords::turn(at, to, center, !ccw);
+                    sum += in_board(at.distance_mm(center) * turn, height, end);
+                    (at, height) = (to, end);
+                }
+                Command::Spindle { .. } | Command::Dwell { .. } | Command::AwaitBit { .. } => {}
+            }
+        }
+        milled.push(sum);
+    }
+    milled
+}
+
+/// The length of a move `flat` mm along the board from one height evenly to another, as far as it is not above the surface.
+fn in_board(flat: f64, from: Length, to: Length) -> f64 {
+    let whole = libm::hypot(flat, (to - from).mm());
+    let (low, high) = (from.min(to), from.max(to));
+    if high <= Length::ZERO {
+        return whole;
+    }
+    if low >= Length::ZERO {
+        return 0.0;
+    }
+    whole * -low.mm() / (high - low).mm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Leg, Mark};
+    use std::f64::consts::TAU;
+
+    fn mm(value: f64) -> Length {
+        Length::from_mm(value)
+    }
+
+    #[test]
+    fn ramps_helices_and_rises_count_at_their_true_length() {
+        let mill = |x: f64, y: f64, height: f64| Command::Mill {
+            to: Point::from_mm(x, y),
+            height: mm(height),
+            feed_um_per_s: 1,
+        };
+        let down = |to: f64| Command::Plunge { to: mm(to), feed_um_per_s: 1, gate: None };
+        let around = |height: f64| Command::MillArc {
+            to: Point::from_mm(10.0, 0.0),
+            height: mm(height),
+            center: Point::from_mm(9.0, 0.0),
+            ccw: true,
+            feed_um_per_s: 1,
+        };
+        let start = Command::Rapid { to: Point::from_mm(10.0, 0.0) };
+        let up = Command::Retract { to: mm(2.0) };
+        let rows: [(Vec<Command>, f64); 5] = [
+            (vec![start, down(-1.0), mill(13.0, 4.0, -1.0), up], 5.0),
+            // A ramp, and a rise straight up over a tab.
+            (vec![start, down(0.0), mill(13.0, 0.0, -4.0), mill(13.0, 0.0, -1.0), up], 5.0 + 3.0),
+            (vec![start, down(0.0), around(-0.5), around(-0.5), up], libm::hypot(TAU, 0.5) + TAU),
+            // Half of it is above the board.
+            (vec![start, mill(14.0, 0.0, -2.0), up], libm::hypot(4.0, 4.0) / 2.0),
+            (vec![start, down(1.0), mill(14.0, 0.0, 1.0), down(-3.0), up], 0.0),
+        ];
+        let legs = rows.iter().map(|(commands, _)| Leg { mark: Mark::Way(0), commands: commands.clone() });
+        let program = Program {
+            name: String::new(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits: Vec::new(),
+            spindles: 1,
+            safe_height: mm(2.0),
+            legs: legs.collect(),
+            accepted: Vec::new(),
+        };
+        for ((commands, wanted), found) in rows.iter().zip(milled_mm(&program)) {
+            assert!((found - wanted).abs() < 1e-9, "{found} not {wanted}: {commands:?}");
+        }
+    }
+}
