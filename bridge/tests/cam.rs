@@ -425,7 +425,8 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
     let wanted = ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept, laid: None };
     let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
     let target = target.to_owned();
-    let wanted = ToWrite { program: planned.program, target, text: None, lines_only: None };
+    let fall_to = Some(virtual_drill().process.feed_height);
+    let wanted = ToWrite { program: planned.program, target, text: None, lines_only: None, fall_to };
     let Answer::Written(written) = ask(Request::Write(wanted)) else { panic!() };
     (written, reading.remarks.into_iter().map(|remark| remark.code).collect())
 }

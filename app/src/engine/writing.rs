@@ -17,12 +17,15 @@ pub(super) fn write(wanted: &ToWrite) -> Result<Vec<(String, String)>, Vec<Remar
     let program = program::decode(&wanted.program).map_err(one)?;
     let written = match &wanted.text {
         Some(text) => Dialect::parse(OWN, text)
-            .and_then(|dialect| post::write_with(&dialect.with_lines(wanted.lines_only), &program)),
-        None => post::write(&wanted.target, &program, wanted.lines_only).unwrap_or_else(|| {
-            let nearest = post::nearest_target(&wanted.target);
-            let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &wanted.target);
-            Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
-        }),
+            .map(|dialect| dialect.with_lines(wanted.lines_only).falling_to(wanted.fall_to))
+            .and_then(|dialect| post::write_with(&dialect, &program)),
+        None => {
+            post::write(&wanted.target, &program, wanted.lines_only, wanted.fall_to).unwrap_or_else(|| {
+                let nearest = post::nearest_target(&wanted.target);
+                let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &wanted.target);
+                Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
+            })
+        }
     };
     let pair = |file: OutputFile| (file.name, file.text);
     written.map(|files| files.into_iter().map(pair).collect()).map_err(one)
@@ -36,7 +39,7 @@ pub(super) fn check(wanted: &ToWrite) -> Checked {
     if faults.is_empty() {
         let parsed = Dialect::parse(OWN, text).map_err(|fault| vec![fault]);
         checked.doubts = parsed.as_ref().map(post::doubts).unwrap_or_default();
-        match parsed.and_then(|dialect| made(&dialect, wanted)) {
+        match parsed.and_then(|dialect| made(&dialect.falling_to(wanted.fall_to), wanted)) {
             Ok((output, of_program)) => (checked.output, checked.of_program) = (output, of_program),
             Err(why) => faults = why,
         }
@@ -70,7 +73,7 @@ mod tests {
     }
 
     fn wanted(text: Option<String>) -> ToWrite {
-        ToWrite { program: Vec::new(), target: "grbl".to_owned(), text, lines_only: None }
+        ToWrite { program: Vec::new(), target: "grbl".to_owned(), text, lines_only: None, fall_to: None }
     }
 
     #[test]
@@ -124,8 +127,10 @@ mod tests {
         };
         for (lines_only, arcs) in [(None, true), (Some(0.005), false)] {
             let program = program::encode(&program);
-            let files =
-                write(&ToWrite { program, target: "grbl".to_owned(), text: None, lines_only }).unwrap();
+            let fall_to = Some(Length::from_um(300));
+            let target = "grbl".to_owned();
+            let files = write(&ToWrite { program, target, text: None, lines_only, fall_to }).unwrap();
+            assert!(files[0].1.contains("G0 Z0.300\nG1 Z-0.100"), "{}", files[0].1);
             let has_arcs = files[0].1.lines().any(|line| line.starts_with("G3") || line.starts_with("G2 "));
             assert_eq!(has_arcs, arcs, "{}", files[0].1);
         }

@@ -121,7 +121,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let findings = sides.iter().flat_map(|side| &side.findings);
     let unread = findings.filter(|finding| is_unread(finding, &args.accept)).count();
     let why = unready(args, &sides, unread);
-    let files = if why.is_none() { written(args, target.as_ref(), &sides)? } else { Vec::new() };
+    let files = if why.is_none() { written(args, target.as_ref(), &sides, &machine)? } else { Vec::new() };
     let mut reports = Vec::new();
     let mut text = String::new();
     for (at, side) in sides.iter().enumerate() {
@@ -272,11 +272,16 @@ fn cured(work: &mut Work, face: Face, findings: &[Finding]) -> bool {
 }
 
 /// Writes the files of all sides, once all of them could be made; names, sizes and digests, side by side.
-fn written(args: &CamArgs, target: Option<&Target>, sides: &[Side]) -> Result<Vec<Vec<Value>>, Refusal> {
+fn written(
+    args: &CamArgs,
+    target: Option<&Target>,
+    sides: &[Side],
+    machine: &Machine,
+) -> Result<Vec<Vec<Value>>, Refusal> {
     let stem = job::stem(args.jobs.first().unwrap_or(&args.output));
     let made = sides.iter().map(|side| {
         let name = format!("{}-{}", stem.display(), side.face.name());
-        outputs(target, args.lines_only, &side.program, name)
+        outputs(target, args.lines_only, (&side.program, machine), name)
     });
     let made = made.collect::<Result<Vec<_>, _>>()?;
     std::fs::create_dir_all(&args.output).map_err(|error| {
@@ -297,14 +302,14 @@ fn written(args: &CamArgs, target: Option<&Target>, sides: &[Side]) -> Result<Ve
 fn outputs(
     target: Option<&Target>,
     lines_only: Option<f64>,
-    program: &Program,
+    (program, machine): (&Program, &Machine),
     name: String,
 ) -> Result<Vec<Output>, Refusal> {
     let Some(target) = target else {
         return Ok(vec![(format!("{name}.program"), program::encode(program))]);
     };
     let program = Program { name, ..program.clone() };
-    let files = target.files(&program, lines_only)?;
+    let files = target.files(&program, lines_only, machine)?;
     Ok(files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect())
 }
 
@@ -349,14 +354,14 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
     let timed = motion::timeline(&side.program, machine);
     let counts = counts(&side.program);
     let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
-    let tools: Vec<Value> = tasks
-        .map(|(part, task)| {
-            let milled: f64 = by_way.by_ref().take(task.ways.len()).sum();
-            let (form, tip_mm, angle_deg) = form(&task.bit);
     let by_leg = milled_mm(&side.program);
     // Ways are legs of their own, in the order of the tasks.
     let legs = side.program.legs.iter().zip(&by_leg);
     let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Way(_))).map(|(_, mm)| *mm);
+    let tools: Vec<Value> = tasks
+        .map(|(part, task)| {
+            let milled: f64 = by_way.by_ref().take(task.ways.len()).sum();
+            let (form, tip_mm, angle_deg) = form(&task.bit);
             json!({ "operation": part.operation, "bit": task.bit.name, "form": form,
                 "diameter_mm": rounded(task.bit.diameter.mm()), "tip_mm": tip_mm, "angle_deg": angle_deg,
                 "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })

@@ -7,6 +7,7 @@ use super::{Answer, Exit, Refusal, remark_lines, remark_objects};
 use crate::job;
 use annulus_core::job::{Mark, Program};
 use annulus_core::locale;
+use annulus_core::machine::Machine;
 use annulus_core::post::{self, OutputFile};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
@@ -60,7 +61,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     if program.name.is_empty() || args.target.output.is_dir() {
         program.name = job::stem(&args.job.job).display().to_string();
     }
-    let written = write(&args.target, &target, program.clone())?;
+    let written = write(&args.target, &target, program.clone(), &job.machine)?;
     let remarks = [job.remarks, target.doubts()].concat();
     let name = written.names.join(", ");
     let (holes, ways) = (program.hole_count(), ways(&program));
@@ -125,15 +126,23 @@ impl Target {
         }
     }
 
-    /// The files of `program`; with `lines_only` arcs become lines that are at most so far off, in mm.
+    /// The files of `program`, falling fast as near to the board as on `machine`; with `lines_only` arcs become lines that are
+    /// at most so far off, in mm.
     pub(crate) fn files(
         &self,
         program: &Program,
         lines_only: Option<f64>,
+        machine: &Machine,
     ) -> Result<Vec<OutputFile>, Refusal> {
+        let fall_to = Some(machine.process.feed_height);
         let written = match self {
-            Self::Shipped(name) => post::write(name, program, lines_only).unwrap_or_else(|| Ok(Vec::new())),
-            Self::Own(dialect) => post::write_with(&dialect.as_ref().clone().with_lines(lines_only), program),
+            Self::Shipped(name) => {
+                post::write(name, program, lines_only, fall_to).unwrap_or_else(|| Ok(Vec::new()))
+            }
+            Self::Own(dialect) => {
+                let dialect = dialect.as_ref().clone().with_lines(lines_only).falling_to(fall_to);
+                post::write_with(&dialect, program)
+            }
         };
         written.map_err(Refusal::content)
     }
@@ -159,12 +168,17 @@ pub(super) fn read(path: &Path) -> Result<String, Refusal> {
 
 /// Writes `program` for `target`: into a folder under its own names, or as the one file that was named, after which the
 /// program is then called.
-pub(crate) fn write(args: &TargetArgs, target: &Target, mut program: Program) -> Result<Written, Refusal> {
+pub(crate) fn write(
+    args: &TargetArgs,
+    target: &Target,
+    mut program: Program,
+    machine: &Machine,
+) -> Result<Written, Refusal> {
     let folder = args.output.is_dir();
     if !folder && let Some(stem) = args.output.file_stem() {
         program.name = stem.to_string_lossy().into_owned();
     }
-    let files = target.files(&program, args.lines_only)?;
+    let files = target.files(&program, args.lines_only, machine)?;
     if !folder && files.len() > 1 {
         let remark = Remark::new(Weight::Loss, "post.several_files").with("count", files.len());
         return Err(Refusal::usage(remark.with("file", args.output.display())));

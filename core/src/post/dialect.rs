@@ -28,6 +28,9 @@ pub struct Dialect {
     pub modal: Modal,
     /// What it can do with arcs.
     pub arcs: Arcs,
+    /// How near to the board a bit falls fast before it goes on at its feed: the machine's height for that. None where nobody
+    /// said: then it goes down at its feed all the way.
+    pub fall_to: Option<Length>,
     /// The template for drilling, if it has one.
     pub drill: Option<Templates>,
     /// The template for milling, if it has one.
@@ -177,6 +180,13 @@ impl Dialect {
         if let Some(error) = chord_error_mm {
             (self.arcs.lines_only, self.arcs.chord_error_mm) = (true, error);
         }
+        self
+    }
+
+    /// The same; bits fall fast to `height` over the board.
+    #[must_use]
+    pub fn falling_to(mut self, height: Option<Length>) -> Self {
+        self.fall_to = height;
         self
     }
 

@@ -34,6 +34,7 @@ pub use writer::{OutputFile, write_with};
 
 use crate::job::Program;
 use crate::remark::{Remark, Weight};
+use crate::units::Length;
 
 /// What a program can be written for: `excellon`, and the dialects that ship.
 pub fn targets() -> Vec<&'static str> {
@@ -46,18 +47,20 @@ pub fn dialect(name: &str) -> Option<Result<Dialect, Remark>> {
     Some(Dialect::parse(&format!("{name}.toml"), text))
 }
 
-/// The program in the words of `target`; with `chord_error_mm` arcs become lines that are at most so far off. None for an
-/// unknown target.
+/// The program in the words of `target`; with `chord_error_mm` arcs become lines that are at most so far off, with `fall_to`
+/// bits fall fast to that height over the board before they go on at their feed. None for an unknown target.
 pub fn write(
     target: &str,
     program: &Program,
     chord_error_mm: Option<f64>,
+    fall_to: Option<Length>,
 ) -> Option<Result<Vec<OutputFile>, Remark>> {
     if target == "excellon" {
         let file = |text| vec![OutputFile { name: writer::file_name(program, "drl"), text }];
         return Some(excellon(program, chord_error_mm).map(file));
     }
-    let written = |dialect: Dialect| write_with(&dialect.with_lines(chord_error_mm), program);
+    let written =
+        |dialect: Dialect| write_with(&dialect.with_lines(chord_error_mm).falling_to(fall_to), program);
     Some(dialect(target)?.and_then(written))
 }
 

@@ -110,6 +110,8 @@ const fn places(from: usize, to: usize) -> &'static [Block] {
     PLACES.split_at(to).0.split_at(from).1
 }
 
+/// The blocks that go down from over the board into it.
+const FALLS: &[Block] = places(2, 5);
 const STROKES: &[Block] = &[Block::Hole, Block::Peck];
 const PAUSES: &[Block] = &[Block::Change, Block::Spindle, Block::Hole, Block::Peck, Block::Wait];
 
@@ -213,6 +215,7 @@ pub const PARAMETERS: &[Parameter] = &[
     length("Y", "8.890", PLACES),
     length("Z", "-0.100", HEIGHTS),
     length("H", "2.000", EVERY),
+    length("A", "0.300", FALLS),
     length("U", "2.000", STROKES),
     length("B", "0.500", STROKES),
     length("DX", "-1.270", MOVES),

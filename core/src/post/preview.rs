@@ -48,7 +48,7 @@ pub fn preview(dialect: &Dialect) -> Result<Vec<Sample>, Remark> {
         legs,
         accepted: Vec::new(),
     };
-    let mut any_radius = dialect;
+    let mut any_radius = dialect.falling_to(Some(Length::from_um(300)));
     if let Some(engrave) = &mut any_radius.engrave {
         engrave.tool_radius = None;
     }

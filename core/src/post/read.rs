@@ -131,6 +131,7 @@ fn blank() -> Dialect {
         comments: Comments::default(),
         modal: Modal::default(),
         arcs: Arcs::default(),
+        fall_to: None,
         drill: None,
         engrave: None,
     }

@@ -44,6 +44,8 @@ pub(super) struct Frame<'a> {
     pub(super) name: &'a str,
     pub(super) numbers: &'a Numbers,
     pub(super) shift: [Length; 2],
+    /// How near to the board the bit falls fast; none where it goes down at feed all the way.
+    pub(super) fall_to: Option<Length>,
 }
 
 impl Frame<'_> {
@@ -61,6 +63,7 @@ impl Frame<'_> {
         let millionths = |count: u32| i64::from(count) * 1_000_000;
         let number = match name {
             "H" => self.program.safe_height.nm(),
+            "A" => self.fallen(action).nm(),
             "U" => action.lift.nm(),
             "B" => action.from.height.nm(),
             "F" => i64::from(action.feed_um_per_s) * 60_000,
@@ -76,6 +79,12 @@ impl Frame<'_> {
             _ => self.place(action, name),
         };
         Value::Number(number)
+    }
+
+    /// Where a bit on its way down goes over to its feed: nowhere above where it comes from, nor below where it goes.
+    fn fallen(&self, action: &Action) -> Length {
+        let from = action.from.height;
+        self.fall_to.unwrap_or(from).min(from).max(action.to.height)
     }
 
     /// The parameters that are places and distances, in nanometres, and the opening angle.

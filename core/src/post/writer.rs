@@ -233,6 +233,15 @@ impl<'a> Writer<'a> {
         Ok(files)
     }
 
+    /// What all actions of a file of this name share.
+    fn frame<'n>(&self, templates: &Templates, name: &'n str) -> Frame<'n>
+    where
+        'a: 'n,
+    {
+        let (numbers, fall_to) = (&self.dialect.numbers, self.dialect.fall_to);
+        Frame { program: self.program, name, numbers, shift: templates.shift, fall_to }
+    }
+
     /// Writes a block; afterwards the tip is where it goes.
     fn write(&mut self, block: Block, action: Action) -> Result<(), Remark> {
         let templates = self.templates(self.part)?;
@@ -241,8 +250,7 @@ impl<'a> Writer<'a> {
             remark.with("block", block.key()).with("template", self.part.key())
         })?;
         let name = self.names.get(self.done.len()).map_or("", String::as_str);
-        let frame =
-            Frame { program: self.program, name, numbers: &self.dialect.numbers, shift: templates.shift };
+        let frame = self.frame(templates, name);
         if let Some(sheet) = &mut self.sheet {
             let before = sheet.written().len();
             sheet.write(block, template, |name| frame.value(&action, name))?;
@@ -374,8 +382,7 @@ impl<'a> Writer<'a> {
 
     fn curve(&mut self, curve: Curve) -> Result<(), Remark> {
         let templates = self.templates(self.part)?;
-        let frame =
-            Frame { program: self.program, name: "", numbers: &self.dialect.numbers, shift: templates.shift };
+        let frame = self.frame(templates, "");
         let arcs = &self.dialect.arcs;
         let own = !arcs.lines_only && arcs.helix == super::dialect::Helix::Blocks;
         for piece in curve.pieces(arcs, templates.centre(), |at| frame.written(at)) {

@@ -2,6 +2,7 @@
 
 use crate::{one, programs};
 use annulus_core::post;
+use annulus_core::units::Length;
 use std::fs;
 use std::path::Path;
 
@@ -9,7 +10,8 @@ use std::path::Path;
 fn the_small_board_in_every_dialect() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/post");
     for name in post::targets() {
-        let file = one(post::write(name, &programs::small(), None).unwrap().unwrap());
+        let file =
+            one(post::write(name, &programs::small(), None, Some(Length::from_um(300))).unwrap().unwrap());
         let extension = file.name.rsplit_once('.').map_or("", |(_, extension)| extension);
         let path = folder.join(format!("{name}.{extension}"));
         if std::env::var_os("ANNULUS_BLESS").is_some() {

@@ -4,6 +4,7 @@
 
 use annulus_core::job::Program;
 use annulus_core::post::{self, Dialect, Helix, OutputFile};
+use annulus_core::units::Length;
 use seen::{Exactness, Seen, compare};
 
 mod excellon;
@@ -83,10 +84,11 @@ fn exactness(name: &str, dialect: &Dialect) -> Exactness {
     let arcs = &dialect.arcs;
     let lines = arcs.lines_only || arcs.helix == Helix::Lines || arcs.smallest_mm > 0.0;
     let chord = if lines { arcs.chord_error_mm } else { 0.0 };
+    let fall_to = dialect.fall_to.map(Length::mm);
     match name {
         // One digit of mm/s, two of a second.
-        "fanuc_tp" => Exactness { feed: 3.001, wait: 0.005_1, chord },
-        _ => Exactness { feed: 0.050_1, wait: 0.000_51, chord },
+        "fanuc_tp" => Exactness { feed: 3.001, wait: 0.005_1, chord, fall_to },
+        _ => Exactness { feed: 0.050_1, wait: 0.000_51, chord, fall_to },
     }
 }
 
@@ -104,8 +106,11 @@ fn through(name: &str, dialect: &Dialect, program: &Program) -> Result<(), Strin
 #[test]
 fn every_dialect_says_what_the_program_does() {
     for (name, text) in post::shipped() {
-        let dialect = Dialect::parse(name, text).unwrap();
+        let slow = Dialect::parse(name, text).unwrap();
         for seed in 0..PROGRAMS {
+            // Every second one falls fast to just over the board.
+            let fall_to = (seed % 2 == 1).then_some(Length::from_um(300));
+            let dialect = slow.clone().falling_to(fall_to);
             let program = programs::random_program(seed, None);
             if let Err(why) = through(name, &dialect, &program) {
                 panic!("{name}, seed {seed}: {why}");

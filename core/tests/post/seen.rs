@@ -42,10 +42,12 @@ pub(crate) struct Exactness {
     pub(crate) wait: f64,
     /// Lines that stand for arcs may be this far off; 0 where there must be none.
     pub(crate) chord: f64,
+    /// How near to the board bits fall fast, in mm; none where they go down at feed all the way.
+    pub(crate) fall_to: Option<f64>,
 }
 
 /// What the program wants, straight from its commands.
-pub(crate) fn wanted(program: &Program) -> Vec<Seen> {
+pub(crate) fn wanted(program: &Program, fall_to: Option<f64>) -> Vec<Seen> {
     let mut out = Vec::new();
     let mut at = [0.0, 0.0, program.safe_height.mm()];
     for leg in &program.legs {
@@ -57,6 +59,9 @@ pub(crate) fn wanted(program: &Program) -> Vec<Seen> {
                     out.push(Seen::Move { to: at, feed: None });
                 }
                 Command::Plunge { to, feed_um_per_s, .. } => {
+                    // Never rapidly below that height, and never up to it.
+                    let fallen = fall_to.map_or(at[2], |fall_to| fall_to.min(at[2])).max(to.mm());
+                    out.push(Seen::Move { to: [at[0], at[1], fallen], feed: None });
                     at[2] = to.mm();
                     out.push(Seen::Move { to: at, feed: Some(feed(feed_um_per_s)) });
                 }
@@ -113,7 +118,7 @@ fn near(a: [f64; 3], b: [f64; 3]) -> bool {
 /// Compares what was read with what is wanted.
 pub(crate) fn compare(read: &[Seen], program: &Program, exact: Exactness) -> Result<(), String> {
     let start = [0.0, 0.0, program.safe_height.mm()];
-    let (read, wanted) = (plain(read, start), plain(&wanted(program), start));
+    let (read, wanted) = (plain(read, start), plain(&wanted(program, exact.fall_to), start));
     let mut at = start;
     let mut was = start;
     let mut next = 0;

@@ -137,6 +137,7 @@ impl Sheet {
             target: OWN.to_owned(),
             text: Some(text),
             lines_only: None,
+            fall_to: Some(state().machine.with_untracked(|machine| machine.process.feed_height)),
         };
         let found = WRITER.with(Clone::clone).check(wanted).await;
         if let Ok(checked) = found

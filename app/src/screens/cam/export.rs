@@ -101,6 +101,7 @@ async fn save(sheet: Sheet, lines_only: bool) -> Vec<Remark> {
         target: sheet.target.get_untracked(),
         text: sheet.own_text(),
         lines_only: lines_only.then_some(CHORD_ERROR_MM),
+        fall_to: Some(state().machine.with_untracked(|machine| machine.process.feed_height)),
     };
     match sheet.write(wanted).await {
         Ok(files) => {

@@ -17,13 +17,16 @@ MODULE small_board
     spindle 30000;
     WaitTime 1.5;
     MoveL [[12.7,8.89,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
+    MoveL [[12.7,8.89,0.3],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     MoveL [[12.7,8.89,-2.1],down,free,none],[12,100,100,100],fine,pcb_tool\WObj:=pcb_board;
     WaitTime 0.1;
     MoveL [[12.7,8.89,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     MoveL [[15.24,8.89,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
+    MoveL [[15.24,8.89,0.3],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     MoveL [[15.24,8.89,-1],down,free,none],[12,100,100,100],fine,pcb_tool\WObj:=pcb_board;
     MoveL [[15.24,8.89,0.5],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     MoveL [[15.24,8.89,0.5],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
+    MoveL [[15.24,8.89,0.3],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     MoveL [[15.24,8.89,-2.1],down,free,none],[12,100,100,100],fine,pcb_tool\WObj:=pcb_board;
     MoveL [[15.24,8.89,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     spindle 0;
@@ -33,6 +36,7 @@ MODULE small_board
     Stop;
     spindle 24000;
     MoveL [[10,10,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
+    MoveL [[10,10,0.3],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     MoveL [[10,10,-0.1],down,free,none],[5,100,100,100],fine,pcb_tool\WObj:=pcb_board;
     MoveL [[20,10,-0.1],down,free,none],[10,100,100,100],fine,pcb_tool\WObj:=pcb_board;
     MoveC [[23.5355,11.4645,-0.1],down,free,none],[[25,15,-0.1],down,free,none],[10,100,100,100],fine,pcb_tool\WObj:=pcb_board;
