@@ -1,29 +1,19 @@
 //! Copper away that does not belong to the picture (N7): rings outwards from the copper until the board is covered.
 //!
-//! ```text
-//!   ┌──────────────────┐     1st ring: the bit touches the copper's margin
-//!   │ ╭──╮ ╭──────╮    │     every next one further by the stepover, as far as it lies on the board
-//!   │ │▓▓│ │▓▓▓▓▓▓│    │
-//!   │ ╰──╯ ╰──────╯    │
-//!   └──────────────────┘
-//! ```
+//! The widest bit takes all that it reaches, every thinner one what those before it left.
 //!
 //! Comes in: the copper of one side, an operation. Goes out: tasks, widest bit first. Does not know isolation.
 
 use super::super::work::Clear;
-use super::cut::{self, Area};
-use super::isolate::{Groove, turned};
-use super::narrow::{NEARER, half, is_crumb};
+use super::cut::Area;
+use super::fill::{Field, Stopped, fill, without};
+use super::isolate::turned;
+use super::narrow::{NEARER, half};
 use super::route::{Rules, arranged};
 use super::{Desk, Part};
-use crate::geometry::{Path, Region, Rule, combine, grow, rectangle, union};
+use crate::geometry::{Region, grow, rectangle, union};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
-
-/// More rings than this are not made.
-const MOST_RINGS: usize = 4_000;
-/// More segments than this are not made.
-const MOST_SEGMENTS: usize = 4_000_000;
 
 /// Plans the operation.
 pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
@@ -40,19 +30,21 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
     let depth = desk.depth();
     let kept = grow(copper, clear.margin);
     let islands = Area::of(copper);
-    let mut groove = Groove::of(&kept);
-    let mut wider: Option<Length> = None;
-    for bit in desk.mills(&names, false) {
+    let outlined = !desk.scene.board.outline.is_empty();
+    let margin = if outlined { desk.work.setup.margin } else { Length::ZERO };
+    let field = Field { kept: &kept, board: &board, margin };
+    let bits = desk.mills(&names, false);
+    let mut left: Option<Region> = None;
+    for (number, bit) in bits.iter().enumerate() {
         let width = bit.width_at(depth);
         if width <= NEARER + NEARER {
             continue;
         }
-        let paths = match wider {
-            None => rings(desk, &kept, &board, clear, width)?,
-            Some(wider) => groove.rest(wider, width),
-        };
+        let step = Length::from_mm(width.mm() * clear.stepover_percent / 100.0);
+        let filled = fill(&field, left.as_ref(), (width, step), &mut || desk.go_on().is_ok());
+        let filled = filled.map_err(|why| stopped(desk, why))?;
         let closed = desk.scene.closed_to(width);
-        let (paths, touched) = desk.scene.trimmed(turned(paths, clear.direction), closed.as_ref());
+        let (paths, touched) = desk.scene.trimmed(turned(filled.paths, clear.direction), closed.as_ref());
         if touched {
             desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
         }
@@ -64,8 +56,10 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
             seed: desk.means.options.seed,
         };
         let paths = arranged(paths, &rules);
-        part.tasks.extend(desk.milling(&bit, paths, depth));
-        wider = Some(width);
+        part.tasks.extend(desk.milling(bit, paths, depth));
+        if number + 1 < bits.len() {
+            left = Some(without(left.unwrap_or_else(|| board.clone()), &filled.swept));
+        }
     }
     Ok(part)
 }
@@ -78,31 +72,11 @@ fn board(desk: &Desk<'_>, copper: &Region) -> Option<Region> {
     copper.bounds().map(|bounds| union(&[rectangle(bounds.grown(desk.work.setup.margin))]))
 }
 
-fn rings(
-    desk: &mut Desk<'_>,
-    kept: &Region,
-    board: &Region,
-    clear: &Clear,
-    width: Length,
-) -> Result<Vec<Path>, Remark> {
-    let step = Length::from_mm(width.mm() * clear.stepover_percent / 100.0);
-    let field = Area::of(board);
-    let mut region = grow(kept, half(width) - NEARER);
-    let mut paths: Vec<Path> = Vec::new();
-    let mut segments = 0;
-    for _ in 0..MOST_RINGS {
-        desk.go_on()?;
-        let ring: Vec<Path> = region.paths().flat_map(|path| cut::parts(path, &field, true)).collect();
-        segments += ring.iter().map(|path| path.segments.len()).sum::<usize>();
-        let covered = ring.is_empty() && is_crumb(&combine(board, &region, Rule::Difference));
-        paths.extend(ring);
-        if covered {
-            return Ok(paths);
+fn stopped(desk: &Desk<'_>, why: Stopped) -> Remark {
+    match why {
+        Stopped::Cancelled => Remark::new(Weight::Loss, "plan.cancelled"),
+        Stopped::TooMany => {
+            Remark::new(Weight::Loss, "cam.too_many_rings").with("operation", desk.operation.title())
         }
-        if segments > MOST_SEGMENTS {
-            break;
-        }
-        region = grow(&region, step);
     }
-    Err(Remark::new(Weight::Loss, "cam.too_many_rings").with("operation", desk.operation.title()))
 }

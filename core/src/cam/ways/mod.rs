@@ -21,6 +21,7 @@ pub(crate) mod cut;
 mod cut_out;
 mod drill;
 mod engrave;
+mod fill;
 mod hand_tabs;
 mod held;
 mod isolate;
