@@ -4,7 +4,7 @@
 //! for; files beside a single file are read too, as evidence, and not listed. Does not look into the bytes.
 
 use crate::cli::{ReadingArgs, Refusal, Units, Zeros};
-use annulus_core::artwork::{self, Artwork, Digits, Overrides};
+use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
 use annulus_core::project::saved::{self, Numbers, Project, Said};
 use annulus_core::remark::{Remark, Weight};
 use std::fs;
@@ -60,12 +60,26 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
         }
     }
     let beside: Vec<String> = files.named.iter().skip(asked_for).map(|(name, _)| name.clone()).collect();
-    let artwork = artwork::read_set(&files.named, &overrides);
+    let mut artwork = artwork::read_set(&files.named, &overrides);
     let is_beside =
         |name: &str| beside.iter().any(|other| name == other || name.starts_with(&format!("{other}!/")));
-    let listed = (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
+    let listed: Vec<usize> =
+        (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
+    asked_first(&mut artwork, &listed);
     let said = Said { numbers: Numbers::of(&overrides), aligned: reading.align, ..Said::default() };
     Ok(ReadFiles { artwork, listed, given: files.named, asked_for, said, job: None })
+}
+
+/// Layers that only lie beside those asked for are none of the board where one of these is for the same.
+fn asked_first(artwork: &mut Artwork, listed: &[usize]) {
+    let place = |file: &FileRead| (file.role, file.side);
+    let layers = |file: &&FileRead| matches!(file.role, Role::Copper | Role::Outline);
+    let asked: Vec<_> =
+        listed.iter().filter_map(|&index| artwork.files.get(index)).filter(layers).map(place).collect();
+    let rows = artwork.files.iter().enumerate();
+    let others = rows.filter(|(index, file)| !listed.contains(index) && asked.contains(&place(file)));
+    let others: Vec<String> = others.map(|(_, file)| file.name.clone()).collect();
+    others.iter().for_each(|name| artwork.say_role(name, Role::Other, None));
 }
 
 /// Reads the board at `paths`: what [`read`] reads, or one saved project, of whose numbers `reading` knows better.

@@ -89,7 +89,7 @@ impl FileRead {
     }
 
     /// Whether it is a drill file, and no layer, with something to drill in it.
-    pub(super) fn is_program_with_holes(&self) -> bool {
+    pub(crate) fn is_program_with_holes(&self) -> bool {
         self.kind == Kind::Drill
             && self.drill.as_ref().is_some_and(|drill| drill.totals() != Counts::default())
     }

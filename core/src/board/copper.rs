@@ -7,17 +7,22 @@
 //!  positive: ▰ is copper        negative (%IPNEG): the outline less what is drawn is copper
 //! ```
 
-use super::{Board, Copper, Face};
+use super::{Board, Copper, Face, rivals};
 use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, nets, painted};
 use crate::geometry::{Point, Region, Rule, combine};
 use crate::remark::{Remark, Weight};
+
+/// What is said of a second layer for one side: of one that is the same, and of another one, which a person has to see.
+const TWO: [(Weight, &str); 2] = [(Weight::Note, "board.same_copper"), (Weight::Loss, "board.two_coppers")];
 
 /// Paints the copper layers of the set into the board: of each side the one among `used`, else the first beside the
 /// board's drill file, else the first.
 pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks: &mut Vec<Remark>) {
     for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
-        let found = layer(artwork, used, (Role::Copper, side), board.sources.first());
-        let Some((file, layer)) = found else { continue };
+        let mut layers = layers(artwork, used, (Role::Copper, side), board.sources.first()).into_iter();
+        let Some((file, layer)) = layers.next() else { continue };
+        let rivals = rivals::layers(file, layers.map(|(file, _)| file), TWO);
+        remarks.extend(rivals.into_iter().map(|remark| remark.with("side", side.name())));
         let drawn = painted(layer);
         let region = if layer.negative_image { inverted(board, file, &drawn, remarks) } else { drawn };
         let found = nets(layer, &region);
@@ -37,6 +42,8 @@ pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks:
         board.copper.push(Copper { face, region, nets: found.names, source });
     }
     remarks.extend(inner(artwork, !board.copper.is_empty()));
+    let better = artwork.files.iter().flat_map(|file| &file.remarks);
+    remarks.extend(better.filter(|remark| remark.code == "set.better_layer").cloned());
 }
 
 /// Tells that inner copper is no side that can be milled; beside a side's copper that is what one expects.
@@ -49,13 +56,13 @@ fn inner(artwork: &Artwork, has_side: bool) -> Option<Remark> {
     Some(told.with("count", 1 + layers.count()))
 }
 
-/// The layer of this role on a side.
-pub(super) fn layer<'a>(
+/// The layers of this role on a side, the one that is taken first.
+pub(super) fn layers<'a>(
     artwork: &'a Artwork,
     used: &[usize],
     (role, side): (Role, Side),
     drill: Option<&String>,
-) -> Option<(&'a FileRead, &'a Gerber)> {
+) -> Vec<(&'a FileRead, &'a Gerber)> {
     let folder = |name: &str| name.rfind(['/', '\\']).map_or(0, |at| at + 1);
     let beside = |file: &FileRead| {
         drill.is_some_and(|drill| file.name.get(..folder(&file.name)) == drill.get(..folder(drill)))
@@ -64,9 +71,9 @@ pub(super) fn layer<'a>(
         let fits = file.role == role && file.side == Some(side);
         Some((index, file, file.gerber.as_ref().filter(|_| fits)?))
     });
-    let rank =
-        |&(index, file, _): &(usize, &FileRead, &Gerber)| (!used.contains(&index), !beside(file), index);
-    layers.min_by_key(rank).map(|(_, file, gerber)| (file, gerber))
+    let mut layers: Vec<(usize, &FileRead, &Gerber)> = layers.collect();
+    layers.sort_by_key(|&(index, file, _)| (!used.contains(&index), !beside(file), index));
+    layers.into_iter().map(|(_, file, gerber)| (file, gerber)).collect()
 }
 
 /// The outline less what is drawn.

@@ -4,9 +4,9 @@
 //! no words of any format; arcs become chords here.
 
 use super::outline::{contours, nest, shut};
-use super::{Board, Hole, Slot, copper, legend, mend};
+use super::{Board, Hole, Slot, copper, legend, mend, rivals};
 use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry};
-use crate::geometry::{Bounds, Path, Placement, Point, Region, Segment, chords, path_bounds};
+use crate::geometry::{Bounds, Path, Placement, Point, Region, Segment, area_mm2, chords, path_bounds};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
@@ -14,6 +14,9 @@ use crate::units::Length;
 const CHORD_ERROR_MM: f64 = 0.005;
 /// Copper may reach this far beyond the outline before the two are said to lie apart.
 const OVERHANG: Length = Length::from_um(2_000);
+
+/// Outlines whose edges are this near to each other are one.
+const SAME_EDGE: Length = Length::from_um(50);
 
 /// What a board shall have besides its holes and its outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,6 +57,7 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
             remarks.push(told("board.moved", &file.name, by));
         }
     }
+    remarks.extend(rivals::drills(artwork, used));
     board.slots.sort_by_key(|slot| (slot.source, slot.line));
     board.name = board.sources.first().map(|name| short(name)).unwrap_or_default();
     outline(&mut board, artwork, used, wanted, &mut remarks);
@@ -137,6 +141,7 @@ fn outline(board: &mut Board, artwork: &Artwork, used: &[usize], wanted: Wanted,
             }
             continue;
         };
+        remarks.extend(other_outlines(file, artwork));
         let copper = layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()?.centre_bounds());
         let copper = copper.reduce(|a, b| a.with(b.min).with(b.max));
         let around = |by: Point| {
@@ -168,6 +173,31 @@ fn outline(board: &mut Board, artwork: &Artwork, used: &[usize], wanted: Wanted,
         }
         return;
     }
+}
+
+/// What is said of outlines beside the one that is taken: of one that runs the same way, and of another one.
+const TWO: [(Weight, &str); 2] =
+    [(Weight::Note, "board.same_outline"), (Weight::Doubt, "board.two_outlines")];
+
+/// Tells of closed outlines beside `taken`.
+fn other_outlines(taken: &FileRead, artwork: &Artwork) -> Vec<Remark> {
+    let shape = |file: &FileRead| {
+        let gerber = file.gerber.as_ref()?;
+        let mut closed = contours(&gerber.strokes()).0;
+        closed.extend(gerber.contours().into_iter().map(shut));
+        let region = nest(closed);
+        Some((region.bounds()?, area_mm2(&region)))
+    };
+    let own = shape(taken);
+    let others = layers(artwork, Role::Outline).filter(|file| file.name != taken.name);
+    let others = others.filter_map(|file| Some((file, shape(file)?))).map(|(file, (bounds, area))| {
+        let alike = own.is_some_and(|(own, own_area)| {
+            let slack_mm2 = SAME_EDGE.mm() * 4.0 * libm::sqrt(own_area.abs());
+            rivals::same_box(own, bounds, SAME_EDGE) && (own_area - area).abs() <= slack_mm2
+        });
+        rivals::layers(taken, std::iter::once(file), if alike { [TWO[0]; 2] } else { TWO })
+    });
+    others.flatten().collect()
 }
 
 /// The files of a role.

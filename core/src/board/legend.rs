@@ -8,7 +8,7 @@
 //!
 //! Comes in: an [`Artwork`]. Goes out: one [`Legend`] a side. What a layer takes away again is not drawn. Does not paint.
 
-use super::copper::layer;
+use super::copper::layers;
 use super::{Board, Face, Legend};
 use crate::artwork::{Artwork, Form, Gerber, Object, Role, Shape, Side};
 use crate::geometry::{Path, Point, Segment};
@@ -17,7 +17,7 @@ use crate::geometry::{Path, Point, Segment};
 pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize]) {
     let drill = board.sources.first().cloned();
     for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
-        let found = layer(artwork, used, (Role::Silk, side), drill.as_ref());
+        let found = layers(artwork, used, (Role::Silk, side), drill.as_ref()).into_iter().next();
         let Some((file, gerber)) = found else { continue };
         let drawn = dark(gerber);
         let mut strokes = chained(drawn.strokes());

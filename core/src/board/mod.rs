@@ -8,6 +8,7 @@ mod lay;
 mod legend;
 mod mend;
 mod outline;
+mod rivals;
 #[cfg(test)]
 mod tests;
 

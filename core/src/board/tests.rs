@@ -1,6 +1,6 @@
 //! Boards whose outline is not whole: mended where it is plain what it encloses, else a loss before anything is planned on it.
 
-use super::{Board, from_artwork};
+use super::{Board, Wanted, from_artwork, from_artwork_with};
 use crate::artwork::{Overrides, read_set};
 use crate::remark::{Remark, Weight};
 
@@ -124,4 +124,59 @@ fn the_legend_has_the_middle_lines_of_what_is_drawn() {
     assert_eq!(board.sources[top.source as usize], "b-F_Silk.gto");
     let twice = board.panelled(2, 1, crate::units::Length::from_mm(2.0));
     assert_eq!((twice.legend[0].strokes.len(), twice.legend[0].flashes), (4, 4));
+}
+
+/// A drill program of holes in mm.
+fn program(holes: &[(f64, f64)]) -> Vec<u8> {
+    let hits: String = holes.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect();
+    format!("M48\nMETRIC\nT1C0.800\n%\nT1\n{hits}M30\n").into_bytes()
+}
+
+#[test]
+fn a_second_file_for_one_thing_is_never_left_out_without_a_word() {
+    let places = [(5.0, 5.0), (15.0, 12.0), (24.0, 15.0), (8.0, 9.0)];
+    let shifted = places.map(|(x, y)| (x + 1.27, y));
+    let copper = |places: &[(f64, f64)]| layer("Copper,L1,Top", &pads(places));
+    let renamed = String::from_utf8(copper(&places)).unwrap().replace("%FS", "G04 later*\n%FS").into_bytes();
+    let edge = |lines: &str| layer("Profile,NP", lines);
+    let far = [(40.0, 40.0), (50.0, 45.0), (44.0, 41.0), (60.0, 42.0)];
+    // The second file, and what is said of it.
+    let rows = [
+        ("new/b-F_Cu.gtl", copper(&shifted), Some((Weight::Loss, "board.two_coppers"))),
+        ("new/b-F_Cu.gtl", copper(&places), Some((Weight::Note, "board.same_copper"))),
+        ("new/b-F_Cu.gtl", renamed, Some((Weight::Note, "board.same_copper"))),
+        ("new/b-B_Cu.gbl", layer("Copper,L2,Bot", &pads(&shifted)), None),
+        ("new/b-Edge_Cuts.gm1", edge(&without(&[])), Some((Weight::Note, "board.same_outline"))),
+        ("new/b-Edge_Cuts.gm1", edge(&square(0.0, 0.0)), Some((Weight::Doubt, "board.two_outlines"))),
+        ("new/b.drl", program(&places), Some((Weight::Note, "board.same_drill"))),
+        ("new/b.drl", program(&far), Some((Weight::Doubt, "board.two_drills"))),
+        ("c.drl", program(&places[1..]), Some((Weight::Doubt, "board.two_drills"))),
+        ("c.drl", program(&far), None),
+    ];
+    for (row, (name, bytes, said)) in rows.into_iter().enumerate() {
+        let first = [
+            ("b-Edge_Cuts.gm1", edge(&without(&[]))),
+            ("b-F_Cu.gtl", copper(&places)),
+            ("b.drl", program(&places)),
+        ];
+        let all = first.into_iter().chain([(name, bytes)]);
+        let files: Vec<_> = all.map(|(name, bytes)| (name.to_owned(), bytes)).collect();
+        let artwork = read_set(&files, &Overrides::default());
+        let wanted = Wanted { copper: true, aligned: false };
+        let (board, remarks) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
+        let about = |remark: &&Remark| remark.code.contains("two_") || remark.code.contains("same_");
+        let told: Vec<_> = remarks.iter().filter(about).collect();
+        let found: Vec<_> = told.iter().map(|remark| (remark.weight, remark.code.as_str())).collect();
+        assert_eq!(found, said.into_iter().collect::<Vec<_>>(), "row {row} {remarks:?}");
+        for remark in told {
+            let sentence = remark.message("en");
+            assert!(
+                sentence.contains(name) && sentence.contains("b") && !sentence.contains('{'),
+                "{sentence}"
+            );
+            assert!(!remark.advice("en").contains(&remark.code), "row {row}");
+        }
+        assert_eq!(board.sources[0], "b.drl");
+        assert_eq!(board.copper[0].region.bounds().unwrap().min.x.mm(), 4.2, "row {row}");
+    }
 }

@@ -1,0 +1,101 @@
+//! Files of a set that describe the same thing of one board, and what to say of those.
+//!
+//! ```text
+//!   board-F_Cu.gbr       taken        ┐ the same drawing: a note
+//!   old/board-F_Cu.gbr   left out     ┘ another one:      a loss, because a person has to choose
+//!
+//!   board.drl ─┐ both are drilled; where they have a name or most places in common and
+//!   old/b.drl ─┘ are not equal, one of them is probably not of this board: a doubt
+//! ```
+//!
+//! Comes in: an [`Artwork`], which of its files are used, which layer was taken. Goes out: remarks. Takes nothing itself.
+
+use crate::artwork::{Aperture, Artwork, FileRead, Gerber, Object, Role};
+use crate::geometry::{Bounds, Point};
+use crate::remark::{Remark, Weight};
+
+/// So many places that two drill files have in common make them two states of one.
+const MANY: usize = 3;
+/// More drill files than this are not compared with each other.
+const MOST_COMPARED: usize = 40;
+
+/// Tells of the `others` beside the layer `taken`, which was taken for the same thing as they are: of those that draw the
+/// same with the code `equal`, of the others with `differs`.
+pub(super) fn layers<'a>(
+    taken: &FileRead,
+    others: impl Iterator<Item = &'a FileRead>,
+    [equal, differs]: [(Weight, &str); 2],
+) -> Vec<Remark> {
+    let remark = |other: &FileRead| {
+        let same = other.fingerprint == taken.fingerprint
+            || taken.gerber.as_ref().zip(other.gerber.as_ref()).is_some_and(|(a, b)| draw_the_same(a, b));
+        let (weight, code) = if same { equal } else { differs };
+        Remark::new(weight, code).at(&other.name, 0, 0).with("file", &other.name).with("taken", &taken.name)
+    };
+    others.map(remark).collect()
+}
+
+/// Whether two layers draw the same, whatever else they say.
+fn draw_the_same(a: &Gerber, b: &Gerber) -> bool {
+    let form = |aperture: &Aperture| (aperture.form.clone(), aperture.opening);
+    let drawn = |object: &Object| (object.shape.clone(), object.clear, object.aperture, object.mount);
+    a.objects.len() == b.objects.len()
+        && a.negative_image == b.negative_image
+        && a.mounts == b.mounts
+        && a.apertures.iter().map(form).eq(b.apertures.iter().map(form))
+        && a.objects.iter().map(drawn).eq(b.objects.iter().map(drawn))
+}
+
+/// Tells of drill files among `used` that are two states of one: the holes of both are made. And of drill files that are
+/// another one once more.
+pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Remark> {
+    let made = used.iter().filter_map(|&index| artwork.files.get(index));
+    let made: Vec<&FileRead> = made.filter(|file| file.role == Role::Drill).take(MOST_COMPARED).collect();
+    let alone = made.len() < 2;
+    let files: Vec<(&FileRead, Vec<Point>)> = made
+        .into_iter()
+        .filter_map(|file| Some((file, if alone { Vec::new() } else { places(file)? })))
+        .collect();
+    let mut remarks = Vec::new();
+    for (at, (file, places)) in files.iter().enumerate() {
+        for (other, others) in files.iter().take(at) {
+            let common = places.iter().filter(|place| others.binary_search(place).is_ok()).count();
+            let most = common >= MANY && 2 * common > places.len().min(others.len());
+            let namesakes = base(&file.name).eq_ignore_ascii_case(base(&other.name));
+            if file.fingerprint != other.fingerprint && (most || namesakes) {
+                let doubt = Remark::new(Weight::Doubt, "board.two_drills").at(&file.name, 0, 0);
+                let doubt = doubt.with("file", &file.name).with("other", &other.name);
+                remarks.push(doubt.with("common", common).with("holes", places.len()));
+            }
+        }
+    }
+    let programs = artwork.files.iter().enumerate().filter(|(index, file)| {
+        !used.contains(index) && file.role == Role::Drill && file.is_program_with_holes()
+    });
+    for (_, file) in programs {
+        if let Some((twin, _)) = files.iter().find(|(twin, _)| twin.fingerprint == file.fingerprint) {
+            let note = Remark::new(Weight::Note, "board.same_drill").at(&file.name, 0, 0);
+            remarks.push(note.with("file", &file.name).with("taken", &twin.name));
+        }
+    }
+    remarks
+}
+
+/// Where a file drills, in order, each place once.
+fn places(file: &FileRead) -> Option<Vec<Point>> {
+    let mut places: Vec<Point> = file.drill.as_ref()?.centres().map(|(at, _)| at).collect();
+    places.sort_unstable();
+    places.dedup();
+    Some(places)
+}
+
+/// Whether two boxes are the same within `slack` at every side.
+pub(super) fn same_box(a: Bounds, b: Bounds, slack: crate::units::Length) -> bool {
+    let near = |a: Point, b: Point| (a.x - b.x).abs() <= slack && (a.y - b.y).abs() <= slack;
+    near(a.min, b.min) && near(a.max, b.max)
+}
+
+/// The last part of a path.
+fn base(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
