@@ -21,7 +21,7 @@ const SAME_EDGE: Length = Length::from_um(50);
 /// What a board shall have besides its holes and its outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// The copper of both sides, painted: this takes time; and their legends. Then holes that do not lie on it are a doubt.
+    /// The copper of both sides, painted: this takes time; and their legends.
     pub copper: bool,
     /// Layers that do not share the copper's zero point moved to where they fit it. Nobody moves them unasked: a person is
     /// told of the shift and chooses.
@@ -47,7 +47,7 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
         let (holes, slots) = (board.holes.len(), board.slots.len());
         add(&mut board, file, drill, source);
         let apart = shift(file);
-        if let Some(by) = apart.filter(|_| wanted.copper && !wanted.aligned) {
+        if let Some(by) = apart.filter(|_| !wanted.aligned) {
             remarks.push(Remark { weight: Weight::Doubt, ..told("board.holes_shifted", &file.name, by) });
         }
         if let Some(by) = apart.filter(|_| wanted.aligned) {
@@ -164,15 +164,56 @@ fn outline(board: &mut Board, artwork: &Artwork, used: &[usize], wanted: Wanted,
             }
             Some(by) => remarks.push(told("board.outline_shifted", &file.name, by)),
             None if fits || broken => {}
-            None => {
-                let body = mend::body(&board.outline);
-                let any = centres(artwork).into_iter().any(|at| body.island_at(at).is_some());
-                let weight = if any { Weight::Doubt } else { Weight::Loss };
-                remarks.push(about(weight, "board.outline_elsewhere"));
-            }
+            None => elsewhere(board, artwork, wanted, &file.name, remarks),
         }
         return;
     }
+}
+
+/// Tells that the outline `name` does not lie around the copper; and where its middle would have to lie so that it does,
+/// which moves it if that is wanted.
+fn elsewhere(board: &mut Board, artwork: &Artwork, wanted: Wanted, name: &str, remarks: &mut Vec<Remark>) {
+    let about = |weight, code| Remark::new(weight, code).at(name, 0, 0);
+    let proposed = centred(board, artwork);
+    let proposal = |weight, code, (by, slack): (Point, Point)| {
+        let mm = |length: Length| format!("{:.3}", length.mm());
+        let remark = Remark { weight, ..told(code, name, by) };
+        remark.with("slack_x", mm(slack.x)).with("slack_y", mm(slack.y))
+    };
+    if let Some(found) = proposed.filter(|_| wanted.aligned) {
+        board.outline = Placement::shifted(found.0).region(&board.outline);
+        remarks.push(proposal(Weight::Doubt, "board.outline_centred", found));
+        return;
+    }
+    let body = mend::body(&board.outline);
+    let any = centres(artwork).into_iter().any(|at| body.island_at(at).is_some());
+    let weight = if any { Weight::Doubt } else { Weight::Loss };
+    remarks.push(about(weight, "board.outline_elsewhere"));
+    remarks.extend(proposed.map(|found| proposal(Weight::Note, "board.outline_could_move", found)));
+}
+
+/// What puts the middle of the outline's box on that of copper and holes, if all of these then lie inside of it; and how much
+/// room is left beside them either way.
+///
+/// ```text
+///   ┌──────────────┐
+///   │◀▶ ▪   ▪ ▪  ◀▶│   ◀▶ the room: the true place may be anywhere in it
+///   └──────────────┘
+/// ```
+fn centred(board: &Board, artwork: &Artwork) -> Option<(Point, Point)> {
+    let mut all = centres(artwork);
+    all.extend(middles(board));
+    let (inner, outer) = (Bounds::around(all.iter().copied())?, board.outline.bounds()?);
+    let half = |low: Length, high: Length| Length::from_nm((low.nm() + high.nm()).div_euclid(2));
+    let middle =
+        |bounds: Bounds| Point::new(half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y));
+    let size = |bounds: Bounds| Point::new(bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y);
+    let (to, from) = (middle(inner), middle(outer));
+    let by = Point::new(to.x - from.x, to.y - from.y);
+    let (inside, outside) = (size(inner), size(outer));
+    let room = Point::new(half(outside.x, -inside.x), half(outside.y, -inside.y));
+    let fits = mend::holds(&Placement::shifted(by).region(&board.outline), &all, Length::ZERO);
+    fits.then_some((by, room))
 }
 
 /// What is said of outlines beside the one that is taken: of one that runs the same way, and of another one.

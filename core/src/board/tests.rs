@@ -90,7 +90,8 @@ fn an_outline_with_gaps_is_mended_or_a_loss() {
     ];
     for (row, (lines, copper, said, width)) in rows.into_iter().enumerate() {
         let (board, remarks) = read(&lines, copper);
-        let found: Vec<_> = remarks.iter().map(|remark| (remark.weight, remark.code.as_str())).collect();
+        let said_of = remarks.iter().filter(|remark| remark.code != "board.outline_could_move");
+        let found: Vec<_> = said_of.map(|remark| (remark.weight, remark.code.as_str())).collect();
         assert_eq!(found, said.into_iter().collect::<Vec<_>>(), "row {row}");
         assert!(remarks.iter().all(|remark| !remark.message("en").contains(&remark.code)), "{remarks:?}");
         let bounds = board.outline.bounds();
@@ -178,5 +179,67 @@ fn a_second_file_for_one_thing_is_never_left_out_without_a_word() {
         }
         assert_eq!(board.sources[0], "b.drl");
         assert_eq!(board.copper[0].region.bounds().unwrap().min.x.mm(), 4.2, "row {row}");
+    }
+}
+
+#[test]
+fn an_outline_alone_with_another_zero_point_is_put_around_copper_and_holes_when_asked() {
+    // How far the outline is off, where the copper is, and how far it is then moved.
+    let inside = [(2.0, 3.0), (15.0, 12.0), (27.0, 15.0)];
+    let wide = [(2.0, 3.0), (40.0, 12.0)];
+    let in_the_notch = [(1.5, 10.0), (15.0, 18.5), (28.5, 1.5)];
+    let rows = [
+        ((50.8, 25.4), &inside[..], Some((-51.3, -26.4))),
+        ((-12.0, 0.0), &inside[..], Some((11.5, -1.0))),
+        ((50.8, 25.4), &wide[..], None),
+        ((0.0, 0.0), &inside[..], None),
+        ((60.0, 0.0), &in_the_notch[..], Some((-60.0, 0.0))),
+    ];
+    for (row, ((dx, dy), places, by)) in rows.into_iter().enumerate() {
+        let moved = SIDES.map(|side| side.map(|(x, y)| (x + dx, y + dy)));
+        let lines: String = moved.iter().map(|side| line(side)).collect();
+        let files = [
+            ("b-Edge_Cuts.gm1", layer("Profile,NP", &lines)),
+            ("b-F_Cu.gtl", layer("Copper,L1,Top", &pads(places))),
+            ("b.drl", program(&places[..1])),
+        ];
+        let files = files.map(|(name, bytes)| (name.to_owned(), bytes));
+        let artwork = read_set(&files, &Overrides::default());
+        for aligned in [false, true] {
+            let wanted = Wanted { copper: false, aligned };
+            let (board, remarks) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
+            let told = |code: &str| remarks.iter().find(|remark| remark.code == code);
+            let (could, done) = (told("board.outline_could_move"), told("board.outline_centred"));
+            assert_eq!(could.is_some(), by.is_some() && !aligned, "row {row} {remarks:?}");
+            assert_eq!(done.is_some(), by.is_some() && aligned, "row {row} {remarks:?}");
+            let off = told("board.outline_elsewhere").is_some();
+            assert_eq!(off, done.is_none() && (dx, dy) != (0.0, 0.0), "row {row} {remarks:?}");
+            let low = board.outline.bounds().unwrap().min;
+            let (x, y) = by.filter(|_| aligned).unwrap_or_default();
+            assert!((low.x.mm() - dx - x).abs() < 1e-6 && (low.y.mm() - dy - y).abs() < 1e-6, "row {row}");
+            for remark in could.into_iter().chain(done) {
+                let (x, y) = by.unwrap();
+                let sentence = remark.message("en");
+                assert!(sentence.contains(&format!("{x:+.3}, {y:+.3} mm")), "{sentence}");
+                assert!(!sentence.contains('{') && !remark.advice("en").contains(&remark.code));
+            }
+        }
+    }
+}
+
+#[test]
+fn holes_beside_their_pads_are_told_whatever_the_board_is_wanted_for() {
+    let places: Vec<(f64, f64)> =
+        (0..40).map(|i| (f64::from(i * 7 % 31) * 1.27, f64::from(i * i % 53) * 0.83)).collect();
+    let moved: Vec<(f64, f64)> = places.iter().map(|(x, y)| (x + 7.62, y + 5.08)).collect();
+    let files = [
+        ("b-F_Cu.gtl".to_owned(), layer("Copper,L1,Top", &pads(&places))),
+        ("b.drl".to_owned(), program(&moved)),
+    ];
+    let artwork = read_set(&files, &Overrides::default());
+    for wanted in [Wanted::default(), Wanted { copper: true, aligned: false }] {
+        let (_, remarks) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
+        let doubts = remarks.iter().filter(|remark| remark.code == "board.holes_shifted");
+        assert_eq!(doubts.map(|doubt| doubt.weight).collect::<Vec<_>>(), [Weight::Doubt], "{wanted:?}");
     }
 }

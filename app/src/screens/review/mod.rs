@@ -169,7 +169,8 @@ fn side_menu(file: &FileRow, side: Option<String>, editable: bool) -> AnyView {
 
 /// Layers that do not share the copper's zero point can be moved to it.
 fn alignment(document: &Document) -> Option<AnyView> {
-    let apart = document.remarks().any(|remark| remark.code == "board.outline_shifted");
+    let apart = ["board.outline_shifted", "board.outline_could_move"];
+    let apart = document.remarks().any(|remark| apart.contains(&remark.code.as_str()));
     let holes_apart = document.reading.files.iter().any(|file| file.shifted);
     (apart || holes_apart || document.said.aligned).then(|| {
         let aligned = document.said.aligned;
