@@ -9,8 +9,9 @@
 //! what becomes of it.
 
 use crate::cli::{self, Group, JobArgs, Order, ReadingArgs, Refusal};
+use crate::files::{self, ReadFiles};
+use crate::machine_file;
 use crate::saving::Given;
-use crate::{files, machine_file};
 use annulus_core::artwork::Kind;
 use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::{self, Plan, PlanOptions, Progress};
@@ -130,16 +131,21 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
     let used = read.default_use();
     let wanted = Wanted { copper: false, aligned: read.said.aligned };
     let (board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
-    // A drill file that could not be read at all, or a member that was left out, is missing from the board.
-    let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
-    let missing = missing.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive));
-    remarks.extend(missing.flat_map(|file| file.remarks.iter().cloned()));
+    remarks.extend(missing(&read));
     unseen(&remarks, &args.accept)?;
     if used.is_empty() {
         let why = Remark::new(Weight::Loss, "job.no_drill_file").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
     Ok((board, remarks))
+}
+
+/// What is said of files that could not be read at all, drill files not known for what they are, and members that were left
+/// out: these are missing from the board.
+fn missing(read: &ReadFiles) -> impl Iterator<Item = Remark> + use<'_> {
+    let files = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
+    let missing = files.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive | Kind::Unknown));
+    missing.flat_map(|file| file.remarks.iter().cloned())
 }
 
 /// A whole board.
@@ -166,9 +172,7 @@ pub(crate) fn read_whole(
     let used = read.default_use();
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (mut board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
-    let missing = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
-    let missing = missing.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive));
-    remarks.extend(missing.flat_map(|file| file.remarks.iter().cloned()));
+    remarks.extend(missing(&read));
     unseen(&remarks, accept)?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();

@@ -493,3 +493,34 @@ fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() 
     }
     assert_ne!(both[0], both[1]);
 }
+
+#[test]
+fn what_lies_beside_a_board_stops_nothing_but_another_copper_has_to_be_seen() {
+    let folder = folder();
+    let home = folder.path();
+    let board = home.join("board");
+    fs::create_dir_all(board.join("old")).unwrap();
+    for name in BOARD {
+        fs::copy(home.join(name), board.join(name)).unwrap();
+    }
+    fs::write(board.join("photo.png"), [[0x89_u8, 0x50, 0xFF, 0x03]; 64].concat()).unwrap();
+    fs::write(board.join("zero"), b"").unwrap();
+    let take = "--accept short,gap,break,gone,lost,hit,ring,sliver --to grbl -o out";
+    let (exit, told) = answer(home, &format!("cam board {take}"));
+    assert_eq!(exit, 0, "{told}");
+    fs::write(board.join("more.drl"), b"").unwrap();
+    let (exit, told) = answer(home, &format!("cam board {take}"));
+    assert_eq!((exit, &told["error"]["code"]), (1, &"refused.empty".into()), "{told}");
+    fs::remove_file(board.join("more.drl")).unwrap();
+    // The same copper with one pad less, first in a folder of its own, then beside the files that are asked for.
+    let copper = fs::read_to_string(home.join(BOARD[1])).unwrap();
+    let flash = copper.lines().rfind(|line| line.ends_with("D03*")).unwrap();
+    for (place, command, stops) in
+        [("board/old/sensor-top.gbr", "cam board", true), ("more-top.gbr", CAM, false)]
+    {
+        fs::write(home.join(place), copper.replacen(&format!("{flash}\n"), "", 1)).unwrap();
+        let (exit, told) = answer(home, &format!("{command} {take}"));
+        assert_eq!(exit, i32::from(stops), "{place}: {told}");
+        assert_eq!(stops, told["error"]["code"] == "board.two_coppers", "{place}: {told}");
+    }
+}

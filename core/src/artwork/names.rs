@@ -368,6 +368,59 @@ pub(super) fn meanings(base: &str) -> Vec<Meaning> {
     found
 }
 
+/// Endings of files that lie beside a board and are never its layers, whatever they are called.
+const FOREIGN: [&str; 31] = [
+    "png",
+    "jpg",
+    "jpeg",
+    "gif",
+    "bmp",
+    "webp",
+    "tif",
+    "tiff",
+    "ico",
+    "pdf",
+    "ps",
+    "svg",
+    "htm",
+    "html",
+    "xml",
+    "doc",
+    "docx",
+    "xls",
+    "xlsx",
+    "ods",
+    "odt",
+    "step",
+    "stp",
+    "stl",
+    "wrl",
+    "3mf",
+    "gz",
+    "7z",
+    "rar",
+    "kicad_pcb",
+    "url",
+];
+/// Endings of drill files.
+const DRILL_ENDINGS: [&str; 11] =
+    ["drl", "xln", "exc", "txt", "tap", "nc", "cnc", "drd", "ncd", "rou", "drill"];
+
+/// Why a file that was refused with `code` does not matter to the board: it cannot be read, and its name is not that of a
+/// layer or a drill file either. None where it does matter.
+pub(super) fn foreign(base: &str, code: &str) -> Option<&'static str> {
+    let reason = match code {
+        "refused.binary" => "kind.not_text",
+        "refused.empty" => "kind.empty",
+        "refused.web_page" => "kind.markup",
+        _ => return None,
+    };
+    let ending = base.rsplit_once('.').map_or(String::new(), |(_, ending)| ending.to_ascii_lowercase());
+    let gerber = ending.starts_with('g') && ending.len() <= 4;
+    let known = gerber || DRILL_ENDINGS.contains(&ending.as_str()) || !meanings(base).is_empty();
+    (FOREIGN.contains(&ending.as_str()) || !known).then_some(reason)
+}
+
 /// Whether a name fits a pattern: `*` is anything, `?` one letter, `#` digits.
 fn fits(pattern: &[u8], name: &[u8]) -> bool {
     match pattern {
@@ -385,6 +438,26 @@ fn fits(pattern: &[u8], name: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_what_is_called_like_a_layer_is_missed_when_it_cannot_be_read() {
+        for (name, code, want) in [
+            ("photo.png", "refused.binary", Some("kind.not_text")),
+            ("board-F_Cu.png", "refused.binary", Some("kind.not_text")),
+            ("Thumbs.db", "refused.binary", Some("kind.not_text")),
+            ("zero", "refused.empty", Some("kind.empty")),
+            (".gitkeep", "refused.empty", Some("kind.empty")),
+            ("index.html", "refused.web_page", Some("kind.markup")),
+            ("board-F_Cu.gbr", "refused.empty", None),
+            ("board.drl", "refused.binary", None),
+            ("board.TXT", "refused.empty", None),
+            ("board.GTL", "refused.web_page", None),
+            ("board.cmp", "refused.empty", None),
+            ("zero", "refused.eia_tape", None),
+        ] {
+            assert_eq!(foreign(name, code), want, "{name}");
+        }
+    }
 
     #[test]
     fn patterns_fit_whole_names() {

@@ -12,7 +12,7 @@ use super::registration::Copper;
 use super::text::{decode, holds};
 use super::{
     Counts, Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
-    drill_list, set,
+    drill_list, names, set,
 };
 use crate::remark::{Remark, Weight};
 use std::collections::BTreeMap;
@@ -373,7 +373,12 @@ pub(super) fn plated_by_name(name: &str) -> Option<bool> {
 
 fn plain(name: &str, what: What) -> FileRead {
     match what {
-        What::Refused(code) => FileRead::refused(name, Remark::new(Weight::Loss, code)),
+        What::Refused(code) => match names::foreign(companion::base(name), code) {
+            Some(reason) => {
+                FileRead::new(name, Kind::Unknown, Role::Other, Remark::new(Weight::Note, reason))
+            }
+            None => FileRead::refused(name, Remark::new(Weight::Loss, code)),
+        },
         What::Report => {
             FileRead::new(name, Kind::Report, Role::Other, Remark::new(Weight::Note, "kind.report"))
         }

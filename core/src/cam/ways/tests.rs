@@ -144,7 +144,7 @@ fn islands_exactly_a_cut_apart_share_a_way() {
     let single = |board: &Board| isolation(board, 0.2, |isolate| isolate.passes = 1);
     let milled = |board: &Board| {
         let (planned, _) = planned(board, &single(board));
-        (planned.ways().count(), planned.milled_mm(), planned)
+        (planned.ways().count(), planned.ways_mm(), planned)
     };
     let round = |x: f64| boxed(x, 0.0, x + 1.0, 1.0);
     let (_, alone, _) = milled(&with_copper(&[round(0.0)]));
