@@ -212,10 +212,10 @@ pub struct ToWrite {
     pub text: Option<String>,
     /// Arcs become lines that are at most so far off, in mm.
     pub lines_only: Option<f64>,
-}
-
     /// How near to the board bits fall fast before they go on at their feed; none where nobody knows.
     pub fall_to: Option<Length>,
+}
+
 /// What is to be said of a dialect.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checked {

@@ -115,7 +115,10 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Remark> {
 /// Text as the kind of value that is wanted; text where it is no number.
 fn valued(kind: Kind, text: &str) -> Value {
     let plain = || Value::Text(text.to_owned());
-    let numbers = || text.split([',', ' ']).filter(|word| !word.is_empty()).map(|word| word.parse().ok());
+    let list = text.trim();
+    // In a job file a list stands in brackets.
+    let list = list.strip_prefix('[').and_then(|list| list.strip_suffix(']')).unwrap_or(list);
+    let numbers = || list.split([',', ' ']).filter(|word| !word.is_empty()).map(|word| word.parse().ok());
     match kind {
         Kind::Text(_) | Kind::Choice(_) => plain(),
         Kind::Number(..) | Kind::Whole(..) => text.trim().parse().map_or_else(|_| plain(), Value::Number),
@@ -544,10 +547,17 @@ mod tests {
             ("bore.depth", "2", "work.nothing_has"),
             ("operation.speed", "0", "machine.setting_range"),
             ("setup.exclusions", "1, 2, 3", "work.uneven_list"),
+            ("setup.exclusions", "[1, 2, 3]", "work.uneven_list"),
+            ("setup.exclusions", "[1, 2, 3", "machine.setting_kind"),
         ];
         for (key, value, code) in rows {
-            assert_eq!(assign(&mut work, key, value).unwrap_err().code, code, "{key}");
+            let why = assign(&mut work, key, value).unwrap_err();
+            assert_eq!(why.code, code, "{key}");
+            assert!(code != "machine.setting_kind" || why.advice("en").contains("job file"), "{why:?}");
         }
+        assign(&mut work, "setup.exclusions", "[1, 2, 3, 4]").unwrap();
+        let zone = work.setup.exclusions[0];
+        assert_eq!((zone.min, zone.max), (Point::from_mm(1.0, 2.0), Point::from_mm(3.0, 4.0)));
         let why = assign(&mut work, "isolate.pases", "2").unwrap_err();
         assert!(why.message("en").contains("isolate.passes"), "{why:?}");
         let range = assign(&mut work, "isolate.passes", "0").unwrap_err();

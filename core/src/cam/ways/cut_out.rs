@@ -23,6 +23,7 @@ use super::hand_tabs;
 use super::isolate::turned;
 use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
+use super::weak::{self, BITE_TOLERANCE};
 use super::{Desk, Entry, Part, Stroke, Task, Way};
 use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
@@ -61,6 +62,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
         told(desk, &between, (bit, thin));
     }
     pins_hit(desk, cut_out, bit);
+    weak::tabs(desk, cut_out);
     let (inner, outer): (Vec<Path>, Vec<Path>) =
         turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
             let area = path_area_mm2(path);
@@ -370,8 +372,7 @@ fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Optio
     let closed = desk.scene.closed_to(cut_out.bite_hole);
     let free = |at: &Point| closed.as_ref().is_none_or(|zone| !zone.contains(*at));
     let places: Vec<Point> = places.into_iter().filter(free).collect();
-    let tolerance = Length::from_um(200);
-    let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, tolerance) else {
+    let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, BITE_TOLERANCE) else {
         let size = rack::size_text(cut_out.bite_hole);
         desk.say(Remark::new(Weight::Loss, "cam.no_bit_for_bites").with("size", size));
         return None;

@@ -35,6 +35,7 @@ mod slivers;
 #[cfg(test)]
 mod tests;
 mod twice;
+mod weak;
 
 pub use lower::lower_work;
 pub use scene::Scene;
@@ -271,6 +272,7 @@ pub fn assemble(
     let spindles = super::spindles(means.options.spindles, machine)?;
     let mut remarks: Vec<Remark> = parts.iter().flat_map(|part| part.remarks.iter().cloned()).collect();
     remarks.extend(left_out(&scene, work, machine, &parts));
+    remarks.extend(scene.idle_zones(work));
     remarks.extend(twice::once(work, &scene.board, &mut parts));
     remarks.extend(held::too_early(work, machine, &parts));
     let accept = &means.options.accept;

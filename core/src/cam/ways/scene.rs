@@ -7,6 +7,7 @@ use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
 use crate::geometry::{Bounds, Path, Point, grow, path_bounds, rectangle, union};
 use crate::machine::Machine;
+use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::ops::Range;
 
@@ -71,6 +72,28 @@ impl Scene {
         let radius = Length::from_nm((width.nm() + 1) / 2);
         let boxes: Vec<Path> = self.zones.iter().map(|zone| rectangle(*zone)).collect();
         (!boxes.is_empty()).then(|| Area::of(&grow(&union(&boxes), radius)))
+    }
+
+    /// A doubt for every zone of `work` that lies beside all there is, so that it keeps nothing out.
+    pub(super) fn idle_zones(&self, work: &Work) -> Vec<Remark> {
+        let Some(blank) = blank(&self.board) else { return Vec::new() };
+        // A bit runs beside what it cuts, and that far beyond the outline where it clears.
+        let widest = work.bits.iter().map(|bit| bit.diameter).max().unwrap_or_default();
+        let all = blank.grown(widest + work.setup.margin);
+        let beside = |zone: &Bounds| {
+            zone.max.x < all.min.x
+                || zone.min.x > all.max.x
+                || zone.max.y < all.min.y
+                || zone.min.y > all.max.y
+        };
+        let mm = |length: Length| format!("{:.2}", length.mm());
+        let told = |zone: &Bounds| {
+            let doubt = Remark::new(Weight::Doubt, "cam.zone_beside").with("x", mm(zone.min.x));
+            let doubt = doubt.with("y", mm(zone.min.y));
+            doubt.with("to_x", mm(zone.max.x)).with("to_y", mm(zone.max.y))
+        };
+        let zones = self.zones.iter().zip(&work.setup.exclusions);
+        zones.filter(|(laid, _)| beside(laid)).map(|(_, zone)| told(zone)).collect()
     }
 
     /// `paths` without what lies beyond the field or in `closed`; and whether zones took anything away.

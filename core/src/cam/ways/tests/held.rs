@@ -195,3 +195,48 @@ fn a_board_cut_out_before_all_else_is_done_is_a_loss() {
         }
     }
 }
+
+#[test]
+fn tabs_that_hold_nothing_are_a_loss_and_odd_ones_are_told() {
+    let board = coupon();
+    let rows = [
+        ("cut_out.tab_width=0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
+        ("cut_out.tab_width=0.05;cut_out.tab_at=15,0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
+        ("cut_out.tab_height=0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
+        ("cut_out.tab_width=0;cut_out.tabs=0", None),
+        ("cut_out.tab_height=0;cut_out.bites=yes", None),
+        ("cut_out.tab_height=1.7", Some(("cam.tabs_too_high", Weight::Doubt))),
+        ("cut_out.tab_height=1.6", None),
+        ("cut_out.bites=yes;cut_out.bite_pitch=0.1", Some(("cam.bites_cut_through", Weight::Loss))),
+        ("cut_out.bites=yes;cut_out.bite_pitch=0.5", Some(("cam.bites_cut_through", Weight::Loss))),
+        ("cut_out.bite_pitch=0.1", None),
+        ("cut_out.bites=yes;cut_out.bite_pitch=0.7", None),
+    ];
+    for (settings, said) in rows {
+        let all = told(&board, &cutting(&board, settings));
+        let found: Vec<_> = all.iter().map(|(code, weight, _)| (code.as_str(), *weight)).collect();
+        assert_eq!(found, Vec::from_iter(said), "{settings}: {all:?}");
+        assert!(all.iter().all(|(code, _, said)| !said.contains(code) && !said.contains('{')), "{all:?}");
+    }
+}
+
+#[test]
+fn a_zone_beside_the_board_is_told_with_its_place_as_given() {
+    let board = coupon();
+    for (settings, beside) in [
+        ("setup.exclusions=50,50,60,60", Some("50.00, 50.00")),
+        ("setup.exclusions=50,50,60,60,0,0,2,2", Some("50.00, 50.00")),
+        ("setup.exclusions=50,5,60,8;setup.face=bottom;operation.face=bottom", Some("50.00, 5.00")),
+        ("setup.exclusions=50,5,60,8;setup.columns=2", None),
+        ("setup.exclusions=-3,5,-1,8", None),
+        ("", None),
+    ] {
+        let all = told(&board, &cutting(&board, settings));
+        let zones: Vec<_> = all.iter().filter(|(code, ..)| code == "cam.zone_beside").collect();
+        assert_eq!(zones.len(), usize::from(beside.is_some()), "{settings}: {all:?}");
+        for (_, weight, said) in zones {
+            assert_eq!(*weight, Weight::Doubt);
+            assert!(said.contains(beside.unwrap_or_default()) && !said.contains('{'), "{said}");
+        }
+    }
+}
