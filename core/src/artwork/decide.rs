@@ -15,7 +15,7 @@ use super::number::Reading;
 use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
 use super::registration::{Copper, FITS, Fit, SAMPLE, every};
 use super::text::front;
-use super::{Digits, Evidence, Overrides, Source, Units, Zeros};
+use super::{Digits, Evidence, Overrides, Source, Units, Zeros, tool_units};
 use crate::geometry::Point;
 use crate::remark::{Remark, Weight};
 
@@ -62,6 +62,8 @@ pub(super) fn program(
     file.plated = survey.file_plated;
     file.generator = survey.generator.clone();
     remarks.extend(doubts(name, &sensed, &choice, &survey, !drill.hits.is_empty()));
+    let units = tool_units::settle(&mut drill, reading.units, &survey.sizes);
+    remarks.extend(units.map(|doubt| doubt.at(name, 0, 0)));
     remarks.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
     file.evidence = Some(choice.evidence);
     for tool in drill.tools.iter_mut().filter(|tool| tool.plated.is_none()) {

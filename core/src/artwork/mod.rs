@@ -32,6 +32,7 @@ mod registration;
 mod role;
 mod set;
 mod text;
+mod tool_units;
 
 pub use archive::{lists, members, packed};
 pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};

@@ -1,0 +1,93 @@
+//! Tools and places of one drill program that are in different units: which of them is meant?
+//!
+//! ```text
+//!   METRIC      T1C0.015   0.015 mm: no drill is as thin
+//!   M72         X001600    0.16 inch
+//!               in inch too, all tools are drills: 0.015 inch is 0.381 mm
+//! ```
+//!
+//! Comes in: a drill file, read, the units of its places, the sizes as written. Goes out: the tools mended where that makes
+//! all of them drills, and what to say. Looks at no place.
+
+use super::Units;
+use super::drill::DrillFile;
+use super::number::Decimal;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+
+/// Between these, in mm, drills are.
+const THINNEST_MM: f64 = 0.1;
+const THICKEST_MM: f64 = 7.0;
+
+/// Tells of tools read in other units than `units`, those of the places, that can be no drills in these; where all of them
+/// are drills in `units`, takes them so.
+pub(super) fn settle(drill: &mut DrillFile, units: Units, sizes: &[Decimal]) -> Option<Remark> {
+    let other = if units == Units::Mm { Units::Inch } else { Units::Mm };
+    // The same size in the units of the places, of a tool that was read in the other ones.
+    let meant = |diameter: Length| {
+        let size = sizes.iter().find(|size| size.length(other) == Some(diameter))?;
+        size.length(units)
+    };
+    let is_drill = |length: Length| (THINNEST_MM..=THICKEST_MM).contains(&length.mm());
+    let read: Vec<Length> = drill.tools.iter().filter_map(|tool| tool.diameter).collect();
+    let in_units: Vec<Length> = read.iter().filter_map(|diameter| meant(*diameter)).collect();
+    let as_written = |diameter: &Length| sizes.iter().any(|size| size.length(units) == Some(*diameter));
+    let all_other = !read.is_empty() && in_units.len() == read.len() && !read.iter().all(as_written);
+    if !all_other || read.iter().all(|length| is_drill(*length)) {
+        return None;
+    }
+    let span = |all: &[Length]| {
+        let low = all.iter().min().copied().unwrap_or_default();
+        let high = all.iter().max().copied().unwrap_or_default();
+        format!("{:.3}–{:.3}", low.mm(), high.mm())
+    };
+    let mended = in_units.iter().all(|length| is_drill(*length));
+    if mended {
+        for tool in &mut drill.tools {
+            tool.diameter = tool.diameter.and_then(meant).or(tool.diameter);
+        }
+    }
+    let code = if mended { "drill.tools_in_units_of_places" } else { "drill.tools_in_other_units" };
+    let doubt = Remark::new(Weight::Doubt, code).with("tools", other.name()).with("places", units.name());
+    Some(doubt.with("read", span(&read)).with("meant", span(&in_units)))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::artwork::read_drill;
+    use crate::remark::Weight;
+
+    #[test]
+    fn tools_in_other_units_than_the_places_are_told_and_mended_where_that_makes_them_drills() {
+        // Head, the sizes of two tools, what is said, and the first size in mm.
+        let rows = [
+            ("METRIC", ["0.015", "0.142"], Some("drill.tools_in_units_of_places"), 0.381),
+            ("METRIC", ["0.4", "0.9"], None, 0.4),
+            ("INCH", ["0.015", "0.142"], None, 0.381),
+            ("METRIC", ["0.02", "0.9"], Some("drill.tools_in_other_units"), 0.02),
+        ];
+        for (head, [first, second], said, mm) in rows {
+            let text = format!(
+                "M48\n;FORMAT={{2:4/ absolute / inch / keep zeros}}\nFMAT,2\n{head},TZ\nT1C{first}\nT2C{second}\n%\nG90\nM72\n\
+                 T1\nX001600Y021800\nX002000Y018500\nT2\nX002550Y022000\nM30\n"
+            );
+            let file = read_drill("board.drl", text.as_bytes());
+            let drill = file.drill.as_ref().unwrap();
+            assert_eq!(drill.hits[0].at.x.mm(), 4.064, "{head} {first}");
+            let size = drill.tools[0].diameter.unwrap().mm();
+            assert!((size - mm).abs() < 1e-9, "{head} {first}: {size}");
+            let told = file.remarks.iter().filter(|remark| remark.code.starts_with("drill.tools_in"));
+            let told: Vec<_> = told.collect();
+            assert_eq!(
+                told.iter().map(|remark| remark.code.as_str()).collect::<Vec<_>>(),
+                Vec::from_iter(said)
+            );
+            for remark in told {
+                assert_eq!(remark.weight, Weight::Doubt);
+                let sentence = remark.message("en") + &remark.advice("en");
+                assert!(sentence.contains("inch") && !sentence.contains('{'), "{sentence}");
+                assert!(!sentence.contains(&remark.code), "{sentence}");
+            }
+        }
+    }
+}
