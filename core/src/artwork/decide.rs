@@ -14,6 +14,7 @@ use super::measure::oddity;
 use super::number::Reading;
 use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
 use super::registration::{Copper, FITS, Fit, SAMPLE, every};
+use super::second_look::{Look, look};
 use super::text::front;
 use super::{Digits, Evidence, Overrides, Source, Units, Zeros, tool_units};
 use crate::geometry::Point;
@@ -38,10 +39,17 @@ pub(super) fn program(
     let survey = excellon::survey(text);
     let (stated, table, beside) = companions(name, &survey, neighbours);
     let sensed = excellon::sense(&survey, &stated, person);
-    let mut grounds =
-        Grounds { name, text, survey: &survey, table: &table, sensed: &sensed, unplated: false };
+    let mut grounds = Grounds {
+        name,
+        text,
+        survey: &survey,
+        table: &table,
+        sensed: &sensed,
+        unplated: false,
+        copper: neighbours.copper,
+    };
     grounds.unplated = neighbours.copper.is_some() && unplated(&grounds);
-    let ranking = neighbours.copper.and_then(|copper| rank(&grounds, copper));
+    let ranking = grounds.copper.and_then(|copper| rank(&grounds, copper));
     let mut choice = choose(&grounds, ranking.as_deref());
     let task = Task { name, text, reading: choice.reading, survey: &survey, table: &table };
     let on_copper = choice.evidence.score.is_some_and(|score| score >= FITS);
@@ -64,6 +72,7 @@ pub(super) fn program(
     remarks.extend(doubts(name, &sensed, &choice, &survey, !drill.hits.is_empty()));
     let units = tool_units::settle(&mut drill, reading.units, &survey.sizes);
     remarks.extend(units.map(|doubt| doubt.at(name, 0, 0)));
+    remarks.extend(choice.seen.into_iter().map(|doubt| doubt.at(name, 0, 0)));
     remarks.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
     file.evidence = Some(choice.evidence);
     for tool in drill.tools.iter_mut().filter(|tool| tool.plated.is_none()) {
@@ -143,6 +152,8 @@ struct Ranked {
     reading: Reading,
     fit: Fit,
     holes: Vec<Point>,
+    /// Which tools drill those that are single holes.
+    tools: Vec<Option<u16>>,
     /// Whether it agrees with every part that words settle.
     allowed: bool,
 }
@@ -156,6 +167,7 @@ struct Grounds<'a> {
     sensed: &'a Sensed,
     /// The file says that none of its holes is plated: they need not lie on copper.
     unplated: bool,
+    copper: Option<&'a Copper>,
 }
 
 /// Whether the file says, by an attribute, by its sections or by its name, that none of its holes is plated.
@@ -180,13 +192,19 @@ fn rank(grounds: &Grounds<'_>, copper: &Copper) -> Option<Vec<Ranked>> {
     let mut all: Vec<Ranked> = Vec::new();
     for reading in readings(sensed) {
         let Ok((drill, _)) = excellon::read(&Task { name, text, reading, survey, table }) else { continue };
-        let centres: Vec<Point> = drill.centres().map(|(point, _)| point).collect();
-        let holes: Vec<Point> = every(centres.iter().copied(), centres.len(), SAMPLE).collect();
+        // Single holes come first.
+        let single = drill.hits.len();
+        let centres: Vec<(Point, Option<u16>)> = (0..)
+            .zip(drill.centres())
+            .map(|(at, (point, tool))| (point, (at < single).then_some(tool)))
+            .collect();
+        let (holes, tools): (Vec<Point>, Vec<Option<u16>>) =
+            every(centres.iter().copied(), centres.len(), SAMPLE).unzip();
         if holes.len() < 3 || all.iter().any(|other| other.holes == holes) {
             continue;
         }
         let allowed = agrees(&reading, sensed, Sensed::stated);
-        all.push(Ranked { reading, fit: copper.fit(&holes), holes, allowed });
+        all.push(Ranked { reading, fit: copper.fit(&holes), holes, tools, allowed });
     }
     // Holes that need no copper fit somewhere by chance.
     if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS) {
@@ -238,6 +256,8 @@ struct Choice {
     better: Option<Reading>,
     /// Another reading that words allow and copper likes as well.
     as_good: Option<Reading>,
+    /// What a second look at its holes says.
+    seen: Vec<Remark>,
 }
 
 fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
@@ -253,6 +273,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
         },
         better: None,
         as_good: None,
+        seen: Vec::new(),
     };
     let Some(ranking) = ranking else { return plain(None) };
     // Readings with the same holes stand once, under whichever came first: the sensed one does.
@@ -268,20 +289,24 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
         ranked.allowed && ranked.reading != chosen.reading && speaks && ranked.fit.share > share - CLOSE
     });
     let source = if unsettled && speaks && as_good.is_none() { Source::Copper } else { sensed.weakest() };
-    let better = rival.filter(|rival| rival.fit.share >= share + MUCH_BETTER).map(|rival| rival.reading);
+    let again = grounds.copper.filter(|_| !grounds.unplated);
+    let again = again.map(|copper| look(copper, &chosen.holes, &chosen.tools, chosen.fit));
+    let Look { fit, doubts } = again.unwrap_or_else(|| Look { fit: chosen.fit, doubts: Vec::new() });
+    let better = rival.filter(|rival| rival.fit.share >= fit.share + MUCH_BETTER).map(|rival| rival.reading);
     let better = better.filter(|_| unsettled || !grounds.unplated);
-    let moved = chosen.fit.shift_mm != (0.0, 0.0);
+    let moved = fit.shift_mm != (0.0, 0.0);
     Choice {
         reading: chosen.reading,
         evidence: Evidence {
             source,
-            score: Some(share),
+            score: Some(fit.share),
             runner_up: rival.map(|rival| rival.fit.share),
             runner_up_reading: rival.map(|rival| shown(&rival.reading)),
-            shift_mm: moved.then_some(chosen.fit.shift_mm),
+            shift_mm: moved.then_some(fit.shift_mm),
         },
         better,
         as_good: as_good.filter(|_| unsettled).map(|ranked| ranked.reading),
+        seen: doubts,
     }
 }
 

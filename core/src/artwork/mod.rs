@@ -30,6 +30,7 @@ mod number;
 mod read;
 mod registration;
 mod role;
+mod second_look;
 mod set;
 mod text;
 mod tool_units;

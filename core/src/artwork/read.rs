@@ -280,7 +280,7 @@ fn copper_by_folder(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> BTree
     }
     let of_role = |layers: &[&'_ FileRead], role| {
         let ours = layers.iter().filter(|layer| layer.role == role);
-        Copper::new(ours.filter_map(|layer| layer.gerber.as_ref()))
+        Copper::new(ours.filter_map(|layer| Some((layer.name.as_str(), layer.gerber.as_ref()?))))
     };
     let mut found = BTreeMap::new();
     for (folder, layers) in folders {

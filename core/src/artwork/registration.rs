@@ -29,6 +29,13 @@ pub(super) const FITS: f64 = 0.5;
 
 /// The copper of a folder, ready to be asked.
 pub(super) struct Copper {
+    layers: Vec<Layer>,
+}
+
+/// The pads and tracks of one layer.
+pub(super) struct Layer {
+    /// The name of its file.
+    pub(super) name: String,
     pads: RTree<[f64; 2]>,
     tracks: RTree<GeomWithData<Line<[f64; 2]>, f64>>,
     widest_mm: f64,
@@ -43,18 +50,17 @@ pub(super) struct Fit {
     pub(super) shift_mm: (f64, f64),
 }
 
-impl Copper {
-    /// The pads and tracks of some layers; none if there are no pads and no tracks.
-    pub(super) fn new<'a>(layers: impl Iterator<Item = &'a Gerber>) -> Option<Self> {
-        let (mut pads, mut tracks, mut widest_mm) = (Vec::new(), Vec::new(), 0.0_f64);
-        for layer in layers {
-            pads.extend(layer.pads().into_iter().map(mm));
-            for Track { from, to, half_width } in layer.tracks() {
-                widest_mm = widest_mm.max(half_width.mm());
-                tracks.push(GeomWithData::new(Line::new(mm(from), mm(to)), half_width.mm()));
-            }
+impl Layer {
+    /// None if there are no pads and no tracks.
+    fn new(name: &str, layer: &Gerber) -> Option<Self> {
+        let pads: Vec<[f64; 2]> = layer.pads().into_iter().map(mm).collect();
+        let (mut tracks, mut widest_mm) = (Vec::new(), 0.0_f64);
+        for Track { from, to, half_width } in layer.tracks() {
+            widest_mm = widest_mm.max(half_width.mm());
+            tracks.push(GeomWithData::new(Line::new(mm(from), mm(to)), half_width.mm()));
         }
         (!pads.is_empty() || !tracks.is_empty()).then(|| Self {
+            name: name.to_owned(),
             pads: RTree::bulk_load(pads),
             tracks: RTree::bulk_load(tracks),
             widest_mm,
@@ -71,53 +77,84 @@ impl Copper {
                 rstar::PointDistance::distance_2(track.geom(), &[x, y]) <= within * within
             })
     }
+}
 
-    fn share(&self, holes: &[Point], shift: (f64, f64)) -> f64 {
-        let on = |hole: &&Point| self.on_copper([hole.x.mm() + shift.0, hole.y.mm() + shift.1]);
-        holes.iter().filter(on).count() as f64 / holes.len().max(1) as f64
+impl Copper {
+    /// The pads and tracks of some layers, each with its name; none if there are no pads and no tracks.
+    pub(super) fn new<'a>(layers: impl Iterator<Item = (&'a str, &'a Gerber)>) -> Option<Self> {
+        let layers: Vec<Layer> = layers.filter_map(|(name, layer)| Layer::new(name, layer)).collect();
+        (!layers.is_empty()).then_some(Self { layers })
     }
 
     /// How well holes fit where they are.
     pub(super) fn fit(&self, holes: &[Point]) -> Fit {
-        Fit { share: self.share(holes, (0.0, 0.0)), shift_mm: (0.0, 0.0) }
+        Fit { share: share(&self.layers, holes, (0.0, 0.0)), shift_mm: (0.0, 0.0) }
     }
 
     /// How well holes fit under the one shift that serves them best.
     pub(super) fn fit_shifted(&self, holes: &[Point]) -> Fit {
-        let Some(shift_mm) = self.vote(holes) else { return Fit::default() };
-        Fit { share: self.share(holes, shift_mm), shift_mm }
+        fit_shifted(&self.layers, holes)
     }
 
-    /// The shift that most pairs of a hole and a pad agree on.
-    fn vote(&self, holes: &[Point]) -> Option<(f64, f64)> {
-        let pads: Vec<[f64; 2]> = every(self.pads.iter().copied(), self.pads.size(), VOTING_PADS).collect();
-        let mut votes: Vec<(i64, i64)> = Vec::new();
-        let mut places: Vec<(f64, f64)> = Vec::new();
-        for hole in every(holes.iter().copied(), holes.len(), VOTING_HOLES) {
-            places.extend(pads.iter().map(|[x, y]| (x - hole.x.mm(), y - hole.y.mm())));
-        }
-        let cell = |value: f64| libm::floor(value / VOTE_CELL_MM) as i64;
-        // A true shift may fall on the border of two cells: count each vote in the cells around it too.
-        for &(dx, dy) in &places {
-            let half = VOTE_CELL_MM / 2.0;
-            votes.extend(
-                [(-half, -half), (half, -half), (-half, half), (half, half)]
-                    .map(|(ox, oy)| (cell(dx + ox), cell(dy + oy))),
-            );
-        }
-        votes.sort_unstable();
-        let best =
-            votes.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).and_then(|run| run.first().copied())?;
-        let in_cell = |&&(dx, dy): &&(f64, f64)| {
-            let middle = |index: i64| (index as f64 + 0.5) * VOTE_CELL_MM;
-            (dx - middle(best.0)).abs() <= VOTE_CELL_MM && (dy - middle(best.1)).abs() <= VOTE_CELL_MM
-        };
-        let mut xs: Vec<f64> = places.iter().filter(in_cell).map(|place| place.0).collect();
-        let mut ys: Vec<f64> = places.iter().filter(in_cell).map(|place| place.1).collect();
-        xs.sort_unstable_by(f64::total_cmp);
-        ys.sort_unstable_by(f64::total_cmp);
-        Some((*xs.get(xs.len() / 2)?, *ys.get(ys.len() / 2)?))
+    /// Whether a hole moved by `shift` in mm lies on copper.
+    pub(super) fn has(&self, hole: Point, shift: (f64, f64)) -> bool {
+        on_copper(&self.layers, hole, shift)
     }
+
+    /// The layers, each as copper of its own; none where there is only one.
+    pub(super) fn apart(&self) -> &[Layer] {
+        if self.layers.len() > 1 { &self.layers } else { &[] }
+    }
+}
+
+fn on_copper(layers: &[Layer], hole: Point, shift: (f64, f64)) -> bool {
+    let at = [hole.x.mm() + shift.0, hole.y.mm() + shift.1];
+    layers.iter().any(|layer| layer.on_copper(at))
+}
+
+/// The share of holes on one of `layers`, once they are moved by `shift` in mm.
+pub(super) fn share(layers: &[Layer], holes: &[Point], shift: (f64, f64)) -> f64 {
+    let on = |hole: &&Point| on_copper(layers, **hole, shift);
+    holes.iter().filter(on).count() as f64 / holes.len().max(1) as f64
+}
+
+/// How well holes fit `layers` under the one shift that serves them best.
+pub(super) fn fit_shifted(layers: &[Layer], holes: &[Point]) -> Fit {
+    let Some(shift_mm) = vote(layers, holes) else { return Fit::default() };
+    Fit { share: share(layers, holes, shift_mm), shift_mm }
+}
+
+/// The shift that most pairs of a hole and a pad agree on.
+fn vote(layers: &[Layer], holes: &[Point]) -> Option<(f64, f64)> {
+    let count = layers.iter().map(|layer| layer.pads.size()).sum();
+    let pads = layers.iter().flat_map(|layer| layer.pads.iter().copied());
+    let pads: Vec<[f64; 2]> = every(pads, count, VOTING_PADS).collect();
+    let mut votes: Vec<(i64, i64)> = Vec::new();
+    let mut places: Vec<(f64, f64)> = Vec::new();
+    for hole in every(holes.iter().copied(), holes.len(), VOTING_HOLES) {
+        places.extend(pads.iter().map(|[x, y]| (x - hole.x.mm(), y - hole.y.mm())));
+    }
+    let cell = |value: f64| libm::floor(value / VOTE_CELL_MM) as i64;
+    // A true shift may fall on the border of two cells: count each vote in the cells around it too.
+    for &(dx, dy) in &places {
+        let half = VOTE_CELL_MM / 2.0;
+        votes.extend(
+            [(-half, -half), (half, -half), (-half, half), (half, half)]
+                .map(|(ox, oy)| (cell(dx + ox), cell(dy + oy))),
+        );
+    }
+    votes.sort_unstable();
+    let best =
+        votes.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).and_then(|run| run.first().copied())?;
+    let in_cell = |&&(dx, dy): &&(f64, f64)| {
+        let middle = |index: i64| (index as f64 + 0.5) * VOTE_CELL_MM;
+        (dx - middle(best.0)).abs() <= VOTE_CELL_MM && (dy - middle(best.1)).abs() <= VOTE_CELL_MM
+    };
+    let mut xs: Vec<f64> = places.iter().filter(in_cell).map(|place| place.0).collect();
+    let mut ys: Vec<f64> = places.iter().filter(in_cell).map(|place| place.1).collect();
+    xs.sort_unstable_by(f64::total_cmp);
+    ys.sort_unstable_by(f64::total_cmp);
+    Some((*xs.get(xs.len() / 2)?, *ys.get(ys.len() / 2)?))
 }
 
 /// About `most` of `all`, evenly spread.
@@ -152,7 +189,7 @@ mod tests {
     #[test]
     fn a_common_shift_is_found() {
         let (gerber, points) = layer();
-        let copper = Copper::new([&gerber].into_iter()).unwrap();
+        let copper = Copper::new([("t", &gerber)].into_iter()).unwrap();
         assert_eq!(copper.fit(&points).share, 1.0);
         let moved: Vec<Point> =
             points.iter().map(|p| Point::from_mm(p.x.mm() - 3.295, p.y.mm() - 140.124)).collect();
@@ -165,7 +202,7 @@ mod tests {
     #[test]
     fn a_hole_within_a_track_is_on_copper() {
         let gerber = read("X0Y0D02*X10000000D01*");
-        let copper = Copper::new([&gerber].into_iter()).unwrap();
+        let copper = Copper::new([("t", &gerber)].into_iter()).unwrap();
         let fit = copper.fit(&[Point::from_mm(5.0, 0.4), Point::from_mm(5.0, 0.7)]);
         assert_eq!(fit.share, 0.5);
     }
