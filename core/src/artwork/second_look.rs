@@ -49,7 +49,7 @@ pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit:
     let still = fit.shift_mm == (0.0, 0.0);
     if still && fit.share < SURE {
         let shifted = copper.fit_shifted(holes);
-        if shifted.share >= (fit.share + CLEARLY).min(NEARLY_ALL).max(FITS) {
+        if shifted.share >= (fit.share + CLEARLY).clamp(FITS, NEARLY_ALL) {
             look.fit = shifted;
         }
     }
@@ -81,11 +81,13 @@ fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Remark> {
 
 /// The way in which the holes turned over fit much better than `own`, and how well.
 fn mirrored(fit: impl Fn(&[Point]) -> Fit, holes: &[Point], own: f64) -> Option<(&'static str, f64)> {
-    let ways: [(&'static str, fn(&Point) -> Point); 2] =
-        [("X", |at| Point::new(-at.x, at.y)), ("Y", |at| Point::new(at.x, -at.y))];
+    let in_x = |at: &Point| Point::new(-at.x, at.y);
+    let in_y = |at: &Point| Point::new(at.x, -at.y);
+    let ways: [(_, Vec<Point>); 2] =
+        [("X", holes.iter().map(in_x).collect()), ("Y", holes.iter().map(in_y).collect())];
     ways.into_iter().find_map(|(word, turned)| {
-        let share = fit(&holes.iter().map(turned).collect::<Vec<_>>()).share;
-        (share >= (own + MUCH).min(NEARLY_ALL).max(MIRRORED)).then_some((word, share))
+        let share = fit(&turned).share;
+        (share >= (own + MUCH).clamp(MIRRORED, NEARLY_ALL)).then_some((word, share))
     })
 }
 
