@@ -58,7 +58,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
         let paths = arranged(paths, &rules);
         part.tasks.extend(desk.milling(bit, paths, depth));
         if number + 1 < bits.len() {
-            left = Some(without(left.unwrap_or_else(|| board.clone()), &filled.swept));
+            left = Some(without(left.as_ref().unwrap_or(&board), &filled.swept));
         }
     }
     Ok(part)

@@ -14,7 +14,8 @@
 use super::cut::{self, Area};
 use super::narrow::{NEARER, half, is_crumb};
 use crate::geometry::{
-    Island, Path, Point, Region, Rule, combine, grow, island_area_mm2, path_bounds, sweep,
+    Coat, Island, Path, Point, Region, Rule, combine, grow, island_area_mm2, paint, path_bounds, rectangle,
+    sweep, union,
 };
 use crate::units::Length;
 
@@ -30,6 +31,8 @@ const CRUMB: Length = Length::from_um(2);
 const DUST_MM2: f64 = 1e-4;
 /// Rings are wanted this much beside what they are to take.
 const BESIDE: Length = Length::from_um(5);
+/// So many segments are swept at once.
+const STRETCH: usize = 500;
 /// Ways of this many mm stand for a single place.
 const DOT_MM: f64 = 0.02;
 
@@ -48,8 +51,8 @@ pub(super) struct Field<'a> {
 pub(super) struct Filled {
     /// The ways of its middle, inside of rings on the left.
     pub(super) paths: Vec<Path>,
-    /// What it takes, in regions that may overlap.
-    pub(super) swept: Vec<Region>,
+    /// What it takes: outlines, inside on the left, that may overlap.
+    pub(super) swept: Vec<Path>,
 }
 
 /// Why nothing was filled.
@@ -71,7 +74,10 @@ pub(super) fn fill(
     let first = grow(field.kept, near);
     let around = grow(field.board, field.margin.min(half(width)));
     let open = combine(&around, &first, Rule::Difference);
-    let mut reached = combine(wanted.unwrap_or(field.board), &grow(&open, near), Rule::Intersection);
+    // What the bit does not reach is what is closed to its middle, shrunk again by half of its width.
+    let beyond = combine(&frame(&around, width), &around, Rule::Difference);
+    let unreached = grow(&combine(&first, &beyond, Rule::Union), -near);
+    let mut reached = combine(wanted.unwrap_or(field.board), &unreached, Rule::Difference);
     if wanted.is_some() {
         reached = whole(pieces(&reached));
     }
@@ -83,8 +89,8 @@ pub(super) fn fill(
     let area = if wanted.is_some() { &reached } else { field.board };
     let zones = beside.map(|by| combine(&grow(area, by), &around, Rule::Intersection));
     let mut paths = rings(first, step, &zones, go_on)?;
-    let mut swept = vec![sweep(&paths, width)];
-    let mut rest = pieces(&without(reached, &swept));
+    let mut swept = outlines(&paths, width);
+    let mut rest = pieces(&without(&reached, &swept));
     let open = Area::of(&open);
     for _ in 0..MOST_ROUNDS {
         if !go_on() {
@@ -94,17 +100,38 @@ pub(super) fn fill(
         if more.is_empty() {
             break;
         }
-        let taken = sweep(&more, width);
-        rest = pieces(&combine(&whole(rest), &taken, Rule::Difference));
-        swept.push(taken);
+        let taken = outlines(&more, width);
+        rest = pieces(&without(&whole(rest), &taken));
+        swept.extend(taken);
         paths.extend(more);
     }
     Ok(Filled { paths, swept })
 }
 
+/// A box that reaches beyond `region` by several times `width`.
+fn frame(region: &Region, width: Length) -> Region {
+    let bounds = region.bounds().map(|bounds| bounds.grown(width + width));
+    bounds.map_or_else(Region::default, |bounds| union(&[rectangle(bounds)]))
+}
+
 /// `region` without what was swept.
-pub(super) fn without(region: Region, swept: &[Region]) -> Region {
-    swept.iter().fold(region, |left, swept| combine(&left, swept, Rule::Difference))
+pub(super) fn without(region: &Region, swept: &[Path]) -> Region {
+    let there = Coat { clear: false, outlines: region.paths().cloned().collect() };
+    paint(&[there, Coat { clear: true, outlines: swept.to_vec() }])
+}
+
+/// The outlines of what a bit sweeps along `paths`, stretch by stretch: a stretch has far fewer outlines than segments.
+fn outlines(paths: &[Path], width: Length) -> Vec<Path> {
+    let mut out = Vec::new();
+    for path in paths {
+        let mut start = path.start;
+        for segments in path.segments.chunks(STRETCH) {
+            let stretch = Path { start, segments: segments.to_vec() };
+            start = stretch.end();
+            out.extend(sweep(&[stretch], width).paths().cloned());
+        }
+    }
+    out
 }
 
 /// The rings from the edges of `region` on: the first as far as it lies in the first of `zones`, all others in the second.
