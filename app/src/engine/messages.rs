@@ -7,7 +7,7 @@ use crate::view::Mesh;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::{Bounds, Point};
-use annulus_core::job::Bit;
+use annulus_core::job::{Bit, Cleared};
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
 use annulus_core::project::saved::{Project, Said};
@@ -199,6 +199,8 @@ pub struct ToProve {
     pub bits: Vec<Bit>,
     /// The gaps that the person has a pass made through that is too wide for them.
     pub agreed: Vec<(Point, Point)>,
+    /// What the job says it clears.
+    pub cleared: Vec<Cleared>,
 }
 
 /// A program to be written in a controller's words.

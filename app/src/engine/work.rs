@@ -175,6 +175,7 @@ fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
         face: wanted.face,
         owned: wanted.bits.clone(),
         agreed: wanted.agreed.clone(),
+        cleared: wanted.cleared.clone(),
         ..proof::Options::default()
     };
     let mut verdict = proof::prove(&last.planned.board, std::slice::from_ref(&program), &options);

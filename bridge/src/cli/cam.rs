@@ -225,6 +225,7 @@ fn side(
             face,
             owned: work.bits.clone(),
             agreed: work.agreed(face),
+            cleared: work.cleared(face),
             ..proof::Options::default()
         };
         let proof::Verdict { mut findings, more, .. } =
@@ -353,11 +354,11 @@ fn form(bit: &Bit) -> (&'static str, Option<f64>, Option<f64>) {
 fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) -> Value {
     let timed = motion::timeline(&side.program, machine);
     let counts = counts(&side.program);
-    let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
     let by_leg = milled_mm(&side.program);
     // Ways are legs of their own, in the order of the tasks.
     let legs = side.program.legs.iter().zip(&by_leg);
     let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Way(_))).map(|(_, mm)| *mm);
+    let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
     let tools: Vec<Value> = tasks
         .map(|(part, task)| {
             let milled: f64 = by_way.by_ref().take(task.ways.len()).sum();

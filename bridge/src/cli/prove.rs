@@ -109,6 +109,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let options = Options {
         face,
         agreed: work.as_ref().map(|work| work.agreed(face)).unwrap_or_default(),
+        cleared: work.as_ref().map(|work| work.cleared(face)).unwrap_or_default(),
         owned: work.map(|work| work.bits).unwrap_or_default(),
         copper_thickness: Length::from_mm(args.copper_um / 1e3),
         clearance: args.clearance.map(Length::from_mm),

@@ -11,9 +11,9 @@
 //! are made.
 
 use super::Order;
-use crate::board::Face;
+use crate::board::{COPPER_THICKNESS, Face};
 use crate::geometry::{Bounds, Point};
-use crate::job::Bit;
+use crate::job::{Bit, Cleared, Cutter};
 use crate::locale;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
@@ -428,6 +428,23 @@ impl Work {
             _ => &[],
         });
         cures.filter(|cure| cure.with == Remedy::Centred).map(|cure| (cure.from, cure.to)).collect()
+    }
+
+    /// What the operations on `face` clear; nothing where zones keep bits out. Bits that there are not are left out.
+    pub fn cleared(&self, face: Face) -> Vec<Cleared> {
+        let here = self.operations.iter().filter(|operation| operation.on && operation.face == face);
+        let here = here.filter(|_| self.setup.exclusions.is_empty());
+        let cleared = here.filter_map(|operation| {
+            let Action::Clear(clear) = &operation.action else { return None };
+            let depth = if operation.depth > Length::ZERO { operation.depth } else { Length::LIMIT };
+            let bits = operation.bit_names().into_iter().filter_map(|name| self.bit(name));
+            let mills = bits.filter(|bit| bit.cutter != Cutter::Drill);
+            let kept = (clear.margin, self.setup.margin);
+            mills
+                .filter_map(|bit| Cleared::by(bit, depth, COPPER_THICKNESS, kept))
+                .min_by_key(|cut| cut.surface)
+        });
+        cleared.collect()
     }
 
     /// The sides that have something to do, in the order of their first operations.

@@ -11,8 +11,10 @@
 //! surface and positive upwards. A leg begins and ends at rest with Z at the safe height, so a job can be taken up
 //! at any leg. Does not know how fast anything can go.
 
+mod cleared;
 mod milled;
 
+pub use cleared::Cleared;
 pub use milled::milled_mm;
 
 use crate::geometry::Point;

@@ -30,7 +30,7 @@ pub use replay::{Cut, Replay, Still, replay};
 
 use crate::board::{Board, COPPER_THICKNESS, DEPTH_MARGIN, Face, THINNEST};
 use crate::geometry::{Point, Region};
-use crate::job::{Bit, Program};
+use crate::job::{Bit, Cleared, Program};
 use crate::units::Length;
 use scene::Scene;
 
@@ -53,6 +53,8 @@ pub struct Options {
     pub ring: Length,
     /// How far copper that belongs to nothing must be away from the nets; none where it may touch them.
     pub clearance: Option<Length>,
+    /// What the job says it clears: copper left there is told.
+    pub cleared: Vec<Cleared>,
     /// The bits that a person owns, for cures.
     pub owned: Vec<Bit>,
     /// Gaps, by their two sides, through whose middle a person had a pass made that is too wide for them: what that takes
@@ -73,6 +75,7 @@ impl Default for Options {
             smallest_mm2: 0.01,
             ring: Length::from_um(50),
             clearance: None,
+            cleared: Vec::new(),
             owned: Vec::new(),
             agreed: Vec::new(),
             most: 2_000,

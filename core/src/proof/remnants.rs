@@ -1,37 +1,76 @@
-//! Copper that belongs to nothing and is nearer to a net than was asked: a pass that is missing.
+//! Copper that belongs to nothing and was to be taken away: a pass that is missing.
 //!
 //! ```text
-//!    ███ island ███ ┆ clearance ┆
-//!    ██████████████ ┆   ░░░░░   ┆ ░░░░     what is left within the clearance, apart from what a round tool cannot reach
+//!    ███ island ███ ┆ clearance ┆          asked for: all that a round bit reaches within the clearance
+//!    ██████████████ ┆   ░░░░░   ┆ ░░░░     what is left of it ░ is told
+//!
+//!    ███ island ███ (bit)   ░░░   (bit)    a job that clears: all that its narrowest bit reaches, wherever it is
 //! ```
 //!
-//! Comes in: the scene, with a clearance asked for. Goes out: findings. Does not know passes.
+//! What a bit reaches is where its middle may go, grown by half of its width at the underside of the copper.
+//!
+//! Comes in: the scene, with a clearance asked for or a job that clears. Goes out: findings. Does not know passes.
 
 use super::edges::Spot;
 use super::finding::{Finding, Kind};
 use super::scene::{Scene, inner_spot};
-use crate::geometry::{Region, Rule, combine, grow, island_area_mm2};
+use crate::board::Copper;
+use crate::geometry::{Region, Rule, combine, grow, island_area_mm2, rectangle, union};
+use crate::job::Cleared;
 use crate::units::Length;
 
-/// Every piece within the clearance that is larger than what a round tool leaves in corners.
+/// Every piece within the clearance, or where the job clears, that a round bit reaches and that is no crumb.
 pub(super) fn remnants(scene: &Scene<'_>) -> Vec<Finding> {
-    let Some(clearance) = scene.options.clearance else { return Vec::new() };
-    // Sloping walls of a V-bit leave a little at the underside on both sides.
-    let through = scene.cuts.iter().filter_map(|cut| Some((cut.surface - cut.through?).nm() / 2)).max();
-    let slack = Length::from_nm(through.unwrap_or(0)) + scene.options.tolerance;
-    if clearance <= slack + slack {
-        return Vec::new();
+    let mut findings = Vec::new();
+    let asked = scene.options.clearance.zip(scene.narrowest_cut());
+    if let Some((clearance, (surface, through))) = asked {
+        let cut = Cleared { surface, through, margin: Length::ZERO, beyond: clearance + surface };
+        // The outermost groove of a V-bit is narrower at the underside.
+        let narrower = Length::from_nm((surface - through).nm() / 2);
+        let within = grow(&scene.copper, (clearance - narrower - scene.options.tolerance).max(Length::ZERO));
+        findings.extend(pieces(scene, &combine(&within, &left(scene, &cut), Rule::Intersection), surface));
     }
-    let tool = scene.narrowest().unwrap_or_default().mm();
-    let wanted = grow(&scene.copper, clearance - slack);
-    let inner = grow(&scene.copper, slack);
-    let band = combine(&combine(&wanted, &scene.left, Rule::Intersection), &inner, Rule::Difference);
-    remnant_pieces(scene, &band, tool * tool)
+    for cleared in &scene.options.cleared {
+        findings.extend(pieces(scene, &left(scene, cleared), cleared.surface));
+    }
+    findings
 }
 
-fn remnant_pieces(scene: &Scene<'_>, band: &Region, least: f64) -> Vec<Finding> {
+/// What is left of all that a bit reaches.
+fn left(scene: &Scene<'_>, cut: &Cleared) -> Region {
+    let slack = scene.options.tolerance;
+    let half = |width: Length| Length::from_nm(width.nm() / 2);
+    let outlined = !scene.board.outline.is_empty();
+    let field = match scene.board.copper.iter().find(|copper| copper.face == scene.options.face) {
+        _ if outlined => grow(&scene.board.outline, cut.beyond.min(half(cut.surface))),
+        Some(copper) => around(copper, cut.beyond),
+        None => return Region::default(),
+    };
+    let reach = half(cut.through) - slack;
+    if reach <= Length::ZERO {
+        return Region::default();
+    }
+    let kept = grow(&scene.copper, cut.margin + half(cut.surface) + slack);
+    // What is closed to its middle, shrunk again.
+    let frame = field.bounds().map(|bounds| union(&[rectangle(bounds.grown(cut.surface + cut.surface))]));
+    let beyond = combine(&frame.unwrap_or_default(), &field, Rule::Difference);
+    let unreached = grow(&combine(&kept, &beyond, Rule::Union), -reach);
+    let reached = combine(&scene.left, &unreached, Rule::Difference);
+    let wanted = if outlined { reached } else { combine(&reached, &field, Rule::Intersection) };
+    // Hairs between neighbouring ways are what rounding leaves.
+    grow(&grow(&wanted, -slack), slack)
+}
+
+/// The box of the copper, so much larger.
+fn around(copper: &Copper, by: Length) -> Region {
+    let bounds = copper.region.bounds();
+    bounds.map_or_else(Region::default, |bounds| union(&[rectangle(bounds.grown(by))]))
+}
+
+fn pieces(scene: &Scene<'_>, region: &Region, tool: Length) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for island in band.islands.iter().filter(|island| island_area_mm2(island) > least) {
+    let least = scene.options.smallest_mm2;
+    for island in region.islands.iter().filter(|island| island_area_mm2(island) > least) {
         let Some(spot) = inner_spot(island) else { continue };
         // Where two nets are in one piece, that is told.
         let nets = scene.left_edges.island_at(spot).and_then(|piece| scene.nets_in(piece));
@@ -41,7 +80,7 @@ fn remnant_pieces(scene: &Scene<'_>, band: &Region, least: f64) -> Vec<Finding> 
         if let Some((distance, net)) = nearest_net(scene, spot) {
             let mut finding =
                 Finding::new(Kind::Remnant, spot.point(), Length::from_mm(distance), vec![scene.label(net)]);
-            finding.tool = scene.narrowest();
+            finding.tool = Some(tool);
             findings.push(finding);
         }
     }

@@ -144,8 +144,13 @@ impl<'a> Scene<'a> {
 
     /// The narrowest cut through the copper, at the surface, that is milled.
     pub(super) fn narrowest(&self) -> Option<Length> {
-        let milled = self.cuts.iter().filter(|cut| cut.through.is_some() && !cut.is_drilled(self.programs));
-        milled.map(|cut| cut.surface).min()
+        self.narrowest_cut().map(|(surface, _)| surface)
+    }
+
+    /// The narrowest cut through the copper that is milled: how wide it is at the surface and at the underside.
+    pub(super) fn narrowest_cut(&self) -> Option<(Length, Length)> {
+        let milled = self.cuts.iter().filter(|cut| !cut.is_drilled(self.programs));
+        milled.filter_map(|cut| Some((cut.surface, cut.through?))).min()
     }
 
     /// A cut was made with no bit in.

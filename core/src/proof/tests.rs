@@ -396,6 +396,29 @@ fn copper_nearer_than_asked_is_a_remnant() {
 }
 
 #[test]
+fn a_strip_smaller_than_the_bit_is_a_remnant_where_it_was_to_go() {
+    let alone = board(&[(A, Some("A"))]);
+    let cleared = Cleared {
+        surface: Length::from_mm(0.8),
+        through: Length::from_mm(0.8),
+        margin: Length::ZERO,
+        beyond: Length::from_mm(1.0),
+    };
+    let clearance = Options { clearance: Some(Length::from_mm(1.4)), ..Options::default() };
+    let clearing = Options { cleared: vec![cleared], ..Options::default() };
+    for (outer, remnants) in [(1.0, &[][..]), (1.22, &[Kind::Remnant][..])] {
+        // What stays between the two ways is 0.02 mm wide, 0.3 mm² or so.
+        let ways = program(mill(0.8), &[contour(A, 0.4, 0.1), contour(A, outer, 0.1)]);
+        for options in [&clearance, &clearing] {
+            let findings = prove(&alone, std::slice::from_ref(&ways), options).findings;
+            let told: Vec<Kind> = kinds(&findings).into_iter().filter(|kind| *kind != Kind::Sliver).collect();
+            assert_eq!(told, remnants, "{outer} {options:?}");
+        }
+        assert!(!kinds(&found(&alone, &[ways])).contains(&Kind::Remnant));
+    }
+}
+
+#[test]
 fn copper_beyond_the_outline_does_not_count() {
     let mut board = three();
     const CARD: Rect = (-0.5, -0.5, 8.5, 3.0);
