@@ -167,7 +167,7 @@ fn a_template_of_ones_own_is_checked_and_used() {
     answer(folder.path(), "export board.drl --to grbl -o b.nc");
     let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     assert_eq!(text("a.nc"), text("b.nc"));
-    save(&shipped.replace("X@X@ Y@Y@\nG1", "X@XX@ Y@Y\nG1"));
+    save(&shipped.replace("X@X@ Y@Y@\nG0 Z@A@", "X@XX@ Y@Y\nG0 Z@A@"));
     let output = annulus(folder.path(), "templates mine.toml --json").output().unwrap();
     let told = json(&output);
     assert_eq!(

@@ -204,7 +204,8 @@ fn a_cycle_of_a_machine_without_overlap_is_that_of_its_own_moves() {
         .unwrap();
     for machine in ["lab", "./apart.toml"] {
         // The work zero of a board is in its corner: the first hole is there.
-        let hops = "--hop 0,0 --hop 5,0 --hop 2.54,2.54";
+        // A drill of 0.8 mm goes the height of its point deeper: 0.4 mm / tan 65°.
+        let hops = "--hop 0,0 --hop 5,0 --hop 2.54,2.54 --depth-mm 2.286523";
         let (found, exit) = object(home, &format!("lab cycle --machine {machine} {hops}"));
         assert_eq!(
             (exit, &found["overlap"], found["events"].as_array().unwrap().len()),
