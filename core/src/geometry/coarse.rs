@@ -102,7 +102,8 @@ impl Cells {
     fn holds_only(&mut self, [left, low, right, high]: [i64; 4], owner: u32) -> bool {
         let (from, to, first, last) = (self.column(left), self.column(right), self.row(low), self.row(high));
         (to - from + 1) * (last - first + 1) <= MOST_CELLS
-            && (first..=last).all(|row| self.strip(row, from, to).iter().all(|&cell| cell == owner || cell == 0))
+            && (first..=last)
+                .all(|row| self.strip(row, from, to).iter().all(|&cell| cell == owner || cell == 0))
     }
 
     /// The chords `run` of the arc `owner`, joined where it is alone.

@@ -227,7 +227,9 @@ mod tests {
                 grown.paths().for_each(|path| lay(&path.reversed(), by, &mut sheet));
                 for outline in sheet.take().outlines() {
                     let ends = outline.iter().zip(outline.iter().cycle().skip(1));
-                    ends.for_each(|(edge, next)| assert_eq!(edge.b, next.a, "{radius_um} µm and {more_nm} nm"));
+                    ends.for_each(|(edge, next)| {
+                        assert_eq!(edge.b, next.a, "{radius_um} µm and {more_nm} nm")
+                    });
                 }
             }
         }
