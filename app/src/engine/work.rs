@@ -396,8 +396,14 @@ mod tests {
         let face = work.setup.face;
         let wanted = ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None };
         let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
-        let prove =
-            ToProve { board_key: 0, program: planned.program, face, bits: Vec::new(), agreed: Vec::new() };
+        let prove = ToProve {
+            board_key: 0,
+            program: planned.program,
+            face,
+            bits: vec![],
+            agreed: vec![],
+            cleared: vec![],
+        };
         let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
         let said: Vec<String> =
             proved.findings.iter().map(|finding| finding.remark().message("en")).collect();

@@ -228,7 +228,7 @@ mod tests {
                 for outline in sheet.take().outlines() {
                     let ends = outline.iter().zip(outline.iter().cycle().skip(1));
                     ends.for_each(|(edge, next)| {
-                        assert_eq!(edge.b, next.a, "{radius_um} µm and {more_nm} nm")
+                        assert_eq!(edge.b, next.a, "{radius_um} µm and {more_nm} nm");
                     });
                 }
             }
