@@ -214,7 +214,7 @@ test("a misspelt parameter is a fault with its line, and a hint is put in by its
     await page.getByRole("button", { name: "Template…" }).click();
     const area = page.getByRole("textbox", { name: "Dialect as text" });
     const text = await area.inputValue();
-    const wrong = text.replace("G0 X@X@ Y@Y@\nG1", "G0 X@XX@ Y@Y@\nG1");
+    const wrong = text.replace("G0 X@X@ Y@Y@\nG0 Z@A@", "G0 X@XX@ Y@Y@\nG0 Z@A@");
     assert.notEqual(wrong, text);
     await area.fill(wrong);
     const line = wrong.split("\n").findIndex((one) => one.includes("@XX@")) + 1;
