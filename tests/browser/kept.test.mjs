@@ -38,14 +38,14 @@ async function openSample(page) {
 /** Loads the page again and waits for the empty sheet. */
 async function again(page) {
   await page.reload();
-  await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+  await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
 }
 
 test("a board that was open is offered after a reload, with its job as it was", async () => {
   const bridge = await startBridge();
   const { page, problems, context } = await openPage(browser, bridge.url);
   try {
-    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     assert.equal(await offer(page).count(), 0, "nothing was open yet");
     await openSample(page);
     await page.keyboard.press("2");
@@ -82,7 +82,7 @@ test("another board does not push out the one that is on offer", async () => {
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, bridge.url);
   try {
-    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     await openSample(page);
     await until(async () => (await kept(page, 0)) !== "", "the first board in the store");
     await again(page);

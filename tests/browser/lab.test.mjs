@@ -15,7 +15,7 @@ async function lab(browser, options) {
   const env = { ...process.env, ANNULUS_HOME: bridge.home };
   const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
   const opened = await openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
-  await opened.page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+  await opened.page.getByRole("heading", { name: /Drop the files/ }).waitFor();
   await opened.page.getByRole("button", { name: /: (Not homed|Ready)/ }).waitFor();
   await opened.page.keyboard.press("5");
   await opened.page.getByRole("tablist", { name: "Parts of the Lab" }).waitFor();

@@ -38,7 +38,7 @@ for (const scheme of ["dark", "light"]) {
     const browser = await openBrowser();
     const { page } = await fresh(browser, { scheme });
     try {
-      await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+      await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
       assert.deepEqual(await findings(page), [], "welcome");
       await page.getByRole("button", { name: /Sample board/ }).click();
       await page.getByText(/^Planned .* m,/).waitFor();
@@ -81,7 +81,7 @@ test("bad files are red rows with a sentence; the good ones open", async (t) => 
   const browser = await openBrowser();
   const { page } = await fresh(browser);
   try {
-    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     const chooser = page.waitForEvent("filechooser");
     await page.getByRole("button", { name: "Open files…" }).click();
     await (await chooser).setFiles([

@@ -38,7 +38,7 @@ test("the sample goes from the welcome to drilled holes", async () => {
   const bridge = await startBridge({ speed: 60 });
   const { page, problems, context } = await openPage(browser, bridge.url);
   try {
-    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     assert.equal(new URL(page.url()).hash.includes("t="), false, "the token left the address");
     await page.screenshot({ path: picture("welcome-1440") });
     await openSample(page);
@@ -75,7 +75,7 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
   const bridge = await startBridge({ speed: 400 });
   const { page, context } = await openPage(browser, bridge.url, { width: 1024, height: 768 });
   try {
-    const heading = page.getByRole("heading", { name: /Drop the drill files/ });
+    const heading = page.getByRole("heading", { name: /Drop the files/ });
     await heading.waitFor();
     await page.screenshot({ path: picture("welcome-1024") });
     const chooser = page.waitForEvent("filechooser");
@@ -112,7 +112,7 @@ test("a hole in the picture and its row in the list choose each other", async ()
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, bridge.url);
   try {
-    await page.getByRole("heading", { name: /Drop the drill files/ }).waitFor();
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     await openSample(page);
     assert.equal(await data(page, "selected"), "0");
     const list = page.getByRole("listbox", { name: "Holes in order of drilling" });
