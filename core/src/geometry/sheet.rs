@@ -29,9 +29,10 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 pub(super) const CHORD_ERROR_NM: f64 = 800.0;
 /// Chords of a whole circle at most, in eighths of it.
 const MOST_EIGHTHS: usize = 512;
-/// Groups of outlines are gathered until they have so many edges: below the number from which the overlay sets up its
-/// structures for large boards.
-const BATCH_EDGES: usize = 1_500;
+/// Groups of outlines are gathered until they have so many edges: far below the number from which the overlay sets up its
+/// structures for large boards, since in a small pile it compares every edge with many others; above what setting up
+/// costs.
+const BATCH_EDGES: usize = 600;
 /// Ends whose distances from the centre differ by more, in nm, do not lie on one arc.
 const UNEVEN_NM: f64 = 1_000.0;
 
