@@ -7,6 +7,7 @@ mod clusters;
 mod coarse;
 mod combine;
 mod gaps;
+mod grid;
 mod grow;
 mod index;
 mod measure;

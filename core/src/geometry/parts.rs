@@ -13,6 +13,7 @@
 //! coats and no paths.
 
 use super::clusters::{Extent, NOTHING, clusters, with};
+use super::grid::Grid;
 use super::sheet::{Edge, Shape, cover, edges_of, extent_of, turned};
 
 /// Cells for every edge of ground and away, about; up to four times as many.
@@ -46,14 +47,9 @@ enum Fate {
     Goes,
 }
 
-/// Square cells, and which of them edges of ground and away pass through.
+/// Cells, and through which of them edges of ground and away pass.
 struct Cells {
-    left: i64,
-    low: i64,
-    /// The side of a cell is this power of two, in nm.
-    power: u32,
-    columns: i64,
-    rows: i64,
+    grid: Grid,
     /// For every row, and every column and the one behind the last, how many cells before it edges pass through.
     taken: Vec<i32>,
     /// The edges in every row; those of away turned.
@@ -77,10 +73,10 @@ impl Cells {
             .max(width.max(height) as f64 / wanted)
             .max(edges.iter().map(rise).sum::<f64>() / (ROWS_PER_EDGE * count))
             .max(4.0 * NEAR_NM as f64);
-        let power = (side as u64).ilog2();
-        let (columns, rows) = ((width >> power) + 1, (height >> power) + 1);
-        let taken = vec![0; index((columns + 1) * rows)];
-        let mut cells = Self { left, low, power, columns, rows, taken, edges: vec![Vec::new(); index(rows)] };
+        let grid = Grid::over(extent, side, NEAR_NM);
+        let (taken, rows) =
+            (vec![0; index((grid.columns + 1) * grid.rows)], vec![Vec::new(); index(grid.rows)]);
+        let mut cells = Self { grid, taken, edges: rows };
         cells.mark(edges);
         cells
     }
@@ -90,7 +86,7 @@ impl Cells {
         let mut taken = std::mem::take(&mut self.taken);
         let mut lists = std::mem::take(&mut self.edges);
         for edge in edges {
-            self.pass(edge, |row, from, to| {
+            self.grid.pass(edge, |row, from, to| {
                 for (column, step) in [(from, 1), (to + 1, -1)] {
                     if let Some(slot) = taken.get_mut(self.place(row, column)) {
                         *slot += step;
@@ -101,7 +97,7 @@ impl Cells {
                 }
             });
         }
-        for row in taken.chunks_exact_mut(index(self.columns + 1)) {
+        for row in taken.chunks_exact_mut(index(self.grid.columns + 1)) {
             let (mut before, mut passing) = (0, 0);
             for slot in row {
                 passing += *slot;
@@ -113,32 +109,7 @@ impl Cells {
     }
 
     fn place(&self, row: i64, column: i64) -> usize {
-        index(row * (self.columns + 1) + column)
-    }
-
-    fn row(&self, y: i64) -> i64 {
-        ((y - self.low) >> self.power).clamp(0, self.rows - 1)
-    }
-
-    fn column(&self, x: i64) -> i64 {
-        ((x - self.left) >> self.power).clamp(0, self.columns - 1)
-    }
-
-    /// Calls `visit` with every row of cells that an edge passes through or comes near to, and with the first and the last
-    /// column there.
-    fn pass(&self, edge: &Edge, mut visit: impl FnMut(i64, i64, i64)) {
-        let (a, b) = if edge.a.y <= edge.b.y { (edge.a, edge.b) } else { (edge.b, edge.a) };
-        let [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(i64::from);
-        let across = |y: i64| match y {
-            _ if y <= ay => ax,
-            _ if y >= by => bx,
-            _ => ax + (bx - ax) * (y - ay) / (by - ay),
-        };
-        for row in self.row(ay - NEAR_NM)..=self.row(by + NEAR_NM) {
-            let bottom = self.low + (row << self.power);
-            let (one, other) = (across(bottom - NEAR_NM), across(bottom + (1 << self.power) + NEAR_NM));
-            visit(row, self.column(one.min(other) - NEAR_NM), self.column(one.max(other) + NEAR_NM));
-        }
+        index(row * (self.grid.columns + 1) + column)
     }
 
     /// Whether edges pass through cells of a row between two columns.
@@ -148,15 +119,13 @@ impl Cells {
 
     /// Whether no edge comes near a shape, nor lies between two places of it in one row.
     fn is_free(&self, shape: &Shape, extent: Extent) -> bool {
-        let [left, low, right, high] = extent.map(i64::from);
-        let (from, to) = (self.column(left - NEAR_NM), self.column(right + NEAR_NM));
-        let (first, last) = (self.row(low - NEAR_NM), self.row(high + NEAR_NM));
+        let ((from, to), (first, last)) = self.grid.about(extent);
         if !(first..=last).any(|row| self.any(row, from, to)) {
             return true;
         }
-        let mut spans = vec![(self.columns, -1); index(last - first + 1)];
+        let mut spans = vec![(self.grid.columns, -1); index(last - first + 1)];
         for edge in edges_of(shape) {
-            self.pass(&edge, |row, from, to| {
+            self.grid.pass(&edge, |row, from, to| {
                 if let Some(span) = spans.get_mut(index(row - first)) {
                     *span = (span.0.min(from), span.1.max(to));
                 }
@@ -172,7 +141,7 @@ impl Cells {
             let left = (bx - ax) * (y - ay) - (by - ay) * (x - ax);
             i32::from(ay <= y && y < by && left > 0) - i32::from(by <= y && y < ay && left < 0)
         };
-        self.edges.get(index(self.row(y))).is_some_and(|row| row.iter().map(crossing).sum::<i32>() > 0)
+        self.edges.get(index(self.grid.row(y))).is_some_and(|row| row.iter().map(crossing).sum::<i32>() > 0)
     }
 
     fn fate(&self, shape: &Shape) -> Fate {

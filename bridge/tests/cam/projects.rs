@@ -1,0 +1,137 @@
+//! Saved projects on the command line (N24): each is a job for every command, what is said in it goes before its files, and
+//! one saved here is the one that the page saves.
+
+use super::{BOARD, CAM, answer, folder};
+use annulus_app::engine::messages::{Answer, Request, Settings, ToRead};
+use annulus_app::engine::{Shelf, perform};
+use annulus_core::machine::virtual_drill;
+use annulus_core::project::saved::{self, Project, Said};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+/// The sample board with one more panel as a saved project.
+fn project() -> Project {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples");
+    let files = BOARD.map(|name| (name.to_owned(), fs::read(examples.join(name)).unwrap())).to_vec();
+    Project { files, said: Said::default(), job: Some("schema = 1\n[setup]\ncolumns = 2\n".to_owned()) }
+}
+
+#[test]
+fn a_saved_project_is_a_job_for_every_command() {
+    let folder = folder();
+    let home = folder.path();
+    fs::write(home.join("board.annulus"), saved::write(&project()).unwrap()).unwrap();
+    let take = "--cure --to program";
+    let (exit, told) = answer(home, &format!("cam board.annulus {take} -o project"));
+    assert_eq!(exit, 0, "{told}");
+    let (exit, told) = answer(home, &format!("{CAM} --set setup.columns=2 {take} -o files"));
+    assert_eq!(exit, 0, "{told}");
+    let read = |name: &str| fs::read(home.join(name)).unwrap();
+    assert_eq!(read("project/board-top.program"), read("files/sensor-top.program"));
+    assert_eq!(answer(home, "prove board.annulus project/board-top.program --accept lost").0, 0);
+    for (arguments, exit) in [
+        ("inspect board.annulus", 0),
+        ("plan board.annulus", 0),
+        ("export board.annulus --to grbl -o out.nc", 0),
+        ("simulate board.annulus", 0),
+        ("cam board.annulus sensor.drl --to grbl -o out", 2),
+    ] {
+        assert_eq!(answer(home, arguments).0, exit, "{arguments}");
+    }
+}
+
+#[test]
+fn what_a_project_says_of_its_files_goes_before_what_they_say() {
+    let folder = folder();
+    let home = folder.path();
+    let mut project = project();
+    project.files.push(("more.drl".to_owned(), b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n".to_vec()));
+    let holes = [None, Some(vec!["sensor.drl".to_owned()])].map(|used| {
+        project.said = Said { used, ..Said::default() };
+        fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
+        let (exit, told) = answer(home, "plan board.annulus");
+        assert_eq!(exit, 0, "{told}");
+        let rows = told["tools"].as_array().unwrap().iter();
+        rows.map(|row| row["holes"].as_u64().unwrap()).sum::<u64>()
+    });
+    assert_eq!(holes[0], holes[1] + 1);
+    project.job = Some("schema = 1\n[setup]\ncolour = 1\n".to_owned());
+    fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
+    let (exit, told) = answer(home, "cam board.annulus --to grbl -o out");
+    let place = &told["error"]["place"];
+    assert_eq!((exit, &place["file"], &place["line"]), (1, &"job.toml".into(), &3.into()), "{told}");
+}
+
+/// The bytes that the page saves of `files` as they open.
+fn saved_by_the_page(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut shelf = Shelf::default();
+    let mut ask = |request| perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+    let machine = Some(Settings::of(&virtual_drill()));
+    let Answer::Read(reading) =
+        ask(Request::Read(ToRead { files: files.to_vec(), machine, ..ToRead::default() }))
+    else {
+        panic!()
+    };
+    let job = Some(annulus_core::project::write(&reading.work));
+    let project = Project { files: files.to_vec(), said: Said::default(), job };
+    let Answer::Saved(bytes) = ask(Request::Save(project)) else { panic!() };
+    bytes
+}
+
+#[test]
+fn a_project_saved_here_is_the_one_that_the_page_saves() {
+    let folder = folder();
+    let home = folder.path();
+    let files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap()));
+    let (exit, told) = answer(home, &format!("{CAM} --alone --to grbl -o out --save-project board.annulus"));
+    assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unread_findings".into()), "{told}");
+    let bytes = fs::read(home.join("board.annulus")).unwrap();
+    assert_eq!(bytes, saved_by_the_page(&files));
+    // Saved again from itself, over itself, it stays.
+    answer(home, "cam board.annulus --to grbl -o out --save-project board.annulus");
+    assert_eq!(fs::read(home.join("board.annulus")).unwrap(), bytes);
+    // What flags say and cures change is in it.
+    let flags = "--set setup.columns=2 --units mm --align --cure";
+    let (exit, told) = answer(home, &format!("{CAM} {flags} --to program -o flags --save-project f.annulus"));
+    assert_eq!(exit, 0, "{told}");
+    let kept = saved::read("f", &fs::read(home.join("f.annulus")).unwrap()).unwrap();
+    assert_eq!((kept.said.numbers.units.as_deref(), kept.said.aligned), (Some("mm"), true));
+    let job = kept.job.unwrap();
+    assert!(job.contains("columns = 2") && job.contains("[[operation.cure]]"), "{job}");
+    let (exit, told) = answer(home, "cam f.annulus --accept lost --to program -o again");
+    assert_eq!(exit, 0, "{told}");
+    let read = |name: &str| fs::read(home.join(name)).unwrap();
+    assert_eq!(read("again/f-top.program"), read("flags/sensor-top.program"));
+}
+
+#[test]
+fn what_lies_beside_a_file_is_in_its_project_where_the_board_needs_it() {
+    let folder = folder();
+    let home = folder.path();
+    fs::write(home.join("read.me"), "nothing to see\n").unwrap();
+    let take = "--accept gap --to program";
+    let (exit, told) = answer(home, &format!("cam sensor.drl {take} -o out --save-project one.annulus"));
+    assert_eq!(exit, 0, "{told}");
+    let kept = saved::read("one", &fs::read(home.join("one.annulus")).unwrap()).unwrap();
+    let names: BTreeSet<&str> = kept.files.iter().map(|(name, _)| name.as_str()).collect();
+    assert!(names.is_superset(&BTreeSet::from(BOARD)), "{names:?}");
+    assert_eq!(kept.said.used, Some(vec!["sensor.drl".to_owned()]));
+    let (exit, told) = answer(home, &format!("cam one.annulus {take} -o again"));
+    assert_eq!(exit, 0, "{told}");
+    let read = |name: &str| fs::read(home.join(name)).unwrap();
+    assert_eq!(read("again/one-top.program"), read("out/sensor-top.program"));
+    // A whole folder leaves nothing beside it, and its name stays in front.
+    fs::create_dir(home.join("board")).unwrap();
+    for name in BOARD {
+        fs::copy(home.join(name), home.join("board").join(name)).unwrap();
+    }
+    let whole = home.join("board").display().to_string();
+    answer(home, &format!("cam {whole} {take} -o out --save-project whole.annulus"));
+    let kept = saved::read("whole", &fs::read(home.join("whole.annulus")).unwrap()).unwrap();
+    assert_eq!((kept.files.len(), kept.said), (3, Said::default()));
+    assert!(kept.files.iter().all(|(name, _)| name.starts_with("board/sensor")), "{:?}", kept.files[0].0);
+    let (exit, told) =
+        answer(home, &format!("cam sensor.drl {take} -o out --save-project no/such/x.annulus"));
+    assert_eq!((exit, &told["error"]["code"]), (3, &"job.not_written".into()), "{told}");
+}

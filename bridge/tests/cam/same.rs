@@ -1,0 +1,121 @@
+//! Page and command line side by side, on real boards and on layers that lie apart (N24), and what lies beside a board (N5).
+
+use super::{BOARD, CAM, answer, codes, folder};
+use annulus_app::engine::messages::{Answer, Request, Settings, ToPlan, ToRead, ToWrite};
+use annulus_app::engine::{Shelf, perform};
+use annulus_core::machine::virtual_drill;
+use annulus_core::project::saved::Said;
+use std::fs;
+use std::path::Path;
+
+/// What the worker of the page makes of `files`, and what it says of the board.
+fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(String, String)>, Vec<String>) {
+    let mut shelf = Shelf::default();
+    let mut ask = |request| perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+    let machine = Settings::of(&virtual_drill());
+    let said = Said { aligned, ..Said::default() };
+    let wanted = ToRead { files: files.to_vec(), said, machine: Some(machine.clone()), ..ToRead::default() };
+    let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
+    let accept = vec!["plan.no_bit".to_owned()];
+    let wanted = ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept, laid: None };
+    let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
+    let target = target.to_owned();
+    let fall_to = Some(virtual_drill().process.feed_height);
+    let wanted = ToWrite { program: planned.program, target, text: None, lines_only: None, fall_to };
+    let Answer::Written(written) = ask(Request::Write(wanted)) else { panic!() };
+    (written, reading.remarks.into_iter().map(|remark| remark.code).collect())
+}
+
+#[test]
+fn real_boards_give_the_same_bytes_in_page_and_command_line() {
+    let corpus = std::env::var_os("ANNULUS_CORPUS").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"),
+        std::path::PathBuf::from,
+    );
+    if !corpus.is_dir() {
+        assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "no corpus");
+        println!("skipped: no corpus");
+        return;
+    }
+    let out = tempfile::tempdir().unwrap();
+    let take = "--to grbl --accept short,gap,break,gone,lost,hit,ring,sliver,shallow,remnant,plan.no_bit";
+    for name in ["kicad/2013-clockblock", "easyeda/easytrace-tht"] {
+        let folder = corpus.join(name);
+        let mut names: Vec<_> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort_unstable();
+        let files: Vec<_> =
+            names.iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect();
+        let (exit, told) = answer(out.path(), &format!("cam {} {take} -o out", folder.display()));
+        assert_eq!(exit, 0, "{name}: {told}");
+        let side = &told["programs"].as_array().unwrap().last().unwrap()["files"][0]["file"];
+        let written = fs::read_to_string(out.path().join(side.as_str().unwrap())).unwrap();
+        let (page, _) = page(&files, false, "grbl");
+        assert!(page[0].1 == written, "{name}: {} {}", page[0].1.len(), written.len());
+    }
+}
+
+#[test]
+fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() {
+    let folder = folder();
+    let home = folder.path();
+    // The holes as if exported with another zero point: 5 mm too far in X.
+    let text = fs::read_to_string(home.join(BOARD[0])).unwrap();
+    let moved = |line: &str| {
+        let (x, y) = line.strip_prefix('X')?.split_once('Y')?;
+        Some(format!("X{:.3}Y{y}", x.parse::<f64>().ok()? + 5.0))
+    };
+    let lines: Vec<String> =
+        text.lines().map(|line| moved(line).unwrap_or_else(|| line.to_owned())).collect();
+    assert_ne!(lines.join("\n"), text);
+    fs::write(home.join(BOARD[0]), lines.join("\n")).unwrap();
+    let files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap()));
+    let mut both = Vec::new();
+    for (flag, aligned) in [("", false), ("--align", true)] {
+        let take = format!("--accept short,gap,break,gone,lost,hit,ring,sliver --to grbl -o out{aligned}");
+        let (exit, told) = answer(home, &format!("{CAM} {take} {flag}"));
+        assert_eq!(exit, 0, "{told}");
+        let codes = codes(&told["remarks"]);
+        assert_eq!(codes.contains(&"board.holes_shifted"), !aligned, "{codes:?}");
+        let written = fs::read_to_string(home.join(format!("out{aligned}/sensor-top.nc"))).unwrap();
+        let (page, remarks) = page(&files, aligned, "grbl");
+        assert_eq!(page, [("sensor-top.nc".to_owned(), written.clone())]);
+        let told = |code: &str| remarks.iter().any(|remark| remark == code);
+        assert_eq!((told("board.holes_shifted"), told("board.moved")), (!aligned, aligned));
+        both.push(written);
+    }
+    assert_ne!(both[0], both[1]);
+}
+
+#[test]
+fn what_lies_beside_a_board_stops_nothing_but_another_copper_has_to_be_seen() {
+    let folder = folder();
+    let home = folder.path();
+    let board = home.join("board");
+    fs::create_dir_all(board.join("old")).unwrap();
+    for name in BOARD {
+        fs::copy(home.join(name), board.join(name)).unwrap();
+    }
+    fs::write(board.join("photo.png"), [[0x89_u8, 0x50, 0xFF, 0x03]; 64].concat()).unwrap();
+    fs::write(board.join("zero"), b"").unwrap();
+    let take = "--accept short,gap,break,gone,lost,hit,ring,sliver --to grbl -o out";
+    let (exit, told) = answer(home, &format!("cam board {take}"));
+    assert_eq!(exit, 0, "{told}");
+    fs::write(board.join("more.drl"), b"").unwrap();
+    let (exit, told) = answer(home, &format!("cam board {take}"));
+    assert_eq!((exit, &told["error"]["code"]), (1, &"refused.empty".into()), "{told}");
+    fs::remove_file(board.join("more.drl")).unwrap();
+    // The same copper with one pad less, first in a folder of its own, then beside the files that are asked for.
+    let copper = fs::read_to_string(home.join(BOARD[1])).unwrap();
+    let flash = copper.lines().rfind(|line| line.ends_with("D03*")).unwrap();
+    for (place, command, stops) in
+        [("board/old/sensor-top.gbr", "cam board", true), ("more-top.gbr", CAM, false)]
+    {
+        fs::write(home.join(place), copper.replacen(&format!("{flash}\n"), "", 1)).unwrap();
+        let (exit, told) = answer(home, &format!("{command} {take}"));
+        assert_eq!(exit, i32::from(stops), "{place}: {told}");
+        assert_eq!(stops, told["error"]["code"] == "board.two_coppers", "{place}: {told}");
+    }
+}

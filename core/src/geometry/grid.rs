@@ -1,0 +1,68 @@
+//! Square cells over a part of the plane, and which of them an edge passes through.
+//!
+//! ```text
+//!        ┌───┬───┬───┐
+//!   row 1│   │  ╱│╲  │     an edge is told row by row: the first and the last column in which it is, or which
+//!        ├───┼─╱─┼───┤     it comes near to
+//!   row 0│ ╱─┼╱  │   │
+//!        └───┴───┴───┘
+//! ```
+//!
+//! Comes in: a box and edges in whole nanometres. Goes out: rows and columns. What lies beside the box counts to the cells at its
+//! edge. Exact. Does not know what its users keep of a cell.
+
+use super::clusters::Extent;
+use super::sheet::Edge;
+
+/// Cells by row and column.
+pub(super) struct Grid {
+    left: i64,
+    low: i64,
+    /// The side of a cell is this power of two, in nm.
+    power: u32,
+    pub(super) columns: i64,
+    pub(super) rows: i64,
+    /// So near to a cell, in nm, an edge counts as in it.
+    near: i64,
+}
+
+impl Grid {
+    /// Cells over `extent`, whose side is at most `side` nm and more than half of it.
+    pub(super) fn over(extent: Extent, side: f64, near: i64) -> Self {
+        let [left, low, right, high] = extent.map(i64::from);
+        let power = (side.max(1.0) as u64).ilog2();
+        let cells = |length: i64| (length.max(0) >> power) + 1;
+        Self { left, low, power, columns: cells(right - left), rows: cells(high - low), near }
+    }
+
+    pub(super) fn row(&self, y: i64) -> i64 {
+        ((y - self.low) >> self.power).clamp(0, self.rows - 1)
+    }
+
+    pub(super) fn column(&self, x: i64) -> i64 {
+        ((x - self.left) >> self.power).clamp(0, self.columns - 1)
+    }
+
+    /// The first and the last column and the first and the last row near to a box.
+    pub(super) fn about(&self, extent: Extent) -> ((i64, i64), (i64, i64)) {
+        let [left, low, right, high] = extent.map(i64::from);
+        let columns = (self.column(left - self.near), self.column(right + self.near));
+        (columns, (self.row(low - self.near), self.row(high + self.near)))
+    }
+
+    /// Calls `visit` with every row that an edge passes through or comes near to, and with the first and the last column there.
+    pub(super) fn pass(&self, edge: &Edge, mut visit: impl FnMut(i64, i64, i64)) {
+        let (a, b) = if edge.a.y <= edge.b.y { (edge.a, edge.b) } else { (edge.b, edge.a) };
+        let [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(i64::from);
+        let across = |y: i64| match y {
+            _ if y <= ay => ax,
+            _ if y >= by => bx,
+            _ => ax + (bx - ax) * (y - ay) / (by - ay),
+        };
+        for row in self.row(ay - self.near)..=self.row(by + self.near) {
+            let bottom = self.low + (row << self.power);
+            let (one, other) = (across(bottom - self.near), across(bottom + (1 << self.power) + self.near));
+            visit(row, self.column(one.min(other) - self.near), self.column(one.max(other) + self.near));
+        }
+    }
+}
