@@ -3,7 +3,7 @@
 use std::path::Path;
 
 fn main() -> std::io::Result<()> {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/page");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/www");
     std::fs::create_dir_all(&page)?;
     println!("cargo:rerun-if-changed={}", page.display());
     Ok(())

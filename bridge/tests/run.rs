@@ -1,7 +1,5 @@
 //! `annulus run` as a real process: a board from a drill file, a full disk, corrupted files (A11, N16, N24).
 
-mod programs;
-
 use annulus_core::machine::{Machine, SECTIONS, Value, lab, virtual_drill};
 use annulus_core::wire::program;
 use std::fs;
@@ -99,18 +97,18 @@ fn the_laboratory_drill_runs_clean_at_500_hz_and_loses_steps_at_600_and_says_so(
 #[test]
 fn a_milling_program_runs_as_it_was_simulated() {
     let folder = folder();
-    let file = program::encode(&programs::milling(&virtual_drill()));
+    let file = program::encode(&crate::programs::milling(&virtual_drill()));
     fs::write(folder.path().join("milled.annulus-program"), file).unwrap();
     let simulated = json(&annulus(folder.path(), "simulate milled.annulus-program --machine virtual --json"));
     let output = annulus(folder.path(), "run milled.annulus-program --machine virtual --speed 2000 --json");
     let object = json(&output);
     assert_eq!(output.status.code(), Some(0), "{object}");
     let done = ["holes_done", "ways_done"].map(|key| object[key].as_u64());
-    assert_eq!(done, [Some(2), Some(u64::from(programs::WAYS))], "{object}");
+    assert_eq!(done, [Some(2), Some(u64::from(crate::programs::WAYS))], "{object}");
     assert_eq!(simulated["stream_digest"], object["stream_digest"]);
     assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));
     let record = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
-    assert_eq!(record.lines().count(), programs::HOLES.len(), "{record}");
+    assert_eq!(record.lines().count(), crate::programs::HOLES.len(), "{record}");
     let time = simulated["time_s"].as_object().unwrap();
     let sum: f64 = time.values().filter_map(serde_json::Value::as_f64).sum();
     assert!((sum - simulated["total_time_s"].as_f64().unwrap()).abs() < 0.01, "{simulated}");

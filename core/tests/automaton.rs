@@ -1,13 +1,11 @@
 //! The integer automaton: event for event as in the reference, exact for every distance and every change of target, and
 //! tables proved by running them (A4, A5).
 
-mod reference;
-
+use crate::reference::vectors;
 use annulus_core::machine::Dynamics;
 use annulus_core::steps::automaton::{
     Automaton, FARTHEST, MOST_STATES, capped, check, state_within, stretches, takts, total,
 };
-use reference::vectors;
 use serde_json::Value;
 
 fn chance(seed: &mut u64, below: u64) -> u64 {

@@ -1,12 +1,10 @@
 //! Phase tables: bytes as in the reference both ways, no 24 V at rest, and wrong tables refused by column (A3).
 
-mod reference;
-
+use crate::reference::vectors;
 use annulus_core::machine::phases::{
     Commutator, FORCING, MOST_COLUMNS, PRESETS, WINDINGS, angle, byte, check, column, preset, turn, turns,
 };
 use annulus_core::machine::{PhaseTable, Value as Setting, apply, virtual_drill};
-use reference::vectors;
 
 fn table(columns: &[u8]) -> PhaseTable {
     PhaseTable { columns: columns.to_vec() }

@@ -1,8 +1,6 @@
 //! The same programs give the same steps in a browser and natively (N13): both are compared with one golden file.
 //! `ANNULUS_BLESS=1` accepts a change, natively.
 
-mod programs;
-
 use annulus_core::motion::timeline;
 use annulus_core::steps;
 use programs::{Chance, machines, random_program};

@@ -1,5 +1,4 @@
 //! The closed loop against reference numbers computed elsewhere; they lie beside the repository, not in it (M2).
-#![cfg(not(target_arch = "wasm32"))]
 
 use annulus_core::motion::profile::{Limits, Profile, Shape, plan};
 use annulus_core::servo::{

@@ -6,6 +6,11 @@ use annulus_core::artwork::{Artwork, Overrides, read_set};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// How many rounds a test of chance goes: few on every push, many when asked for with `cargo xtask test --long`.
+pub fn rounds(short: u64, long: u64) -> u64 {
+    if std::env::var_os("ANNULUS_LONG").is_some() { long } else { short }
+}
+
 /// The root of the repository.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

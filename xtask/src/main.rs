@@ -21,7 +21,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
 
   run     build page and bridge, start the bridge with the virtual drill and a sample board
   test    prepare and run every test and check; the last line counts them
-  build   build the page into target/page and the bridge in release
+  build   build the page into target/www and the bridge in release
   bench   print the measured numbers: parsing, tours, steps, sizes
   doctor  list what is there and what would be installed
 ";

@@ -5,7 +5,7 @@
 //! www ─copy─────────────────────────────────────────────────────────────────────────────────▶ .br .gz
 //! ```
 //!
-//! Goes out: `target/page`, ready to be embedded in the bridge. Does not know what the page shows.
+//! Goes out: `target/www`, which no profile of cargo is called, ready to be embedded in the bridge. Does not know what the page shows.
 
 use crate::sh::{Done, command, root, run, say, target};
 use crate::{npm, wasm};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Where the page is put.
 pub(crate) fn folder() -> PathBuf {
-    root().join("target/page")
+    root().join("target/www")
 }
 
 /// Builds the page, unless nothing changed since it was built.

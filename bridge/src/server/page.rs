@@ -1,7 +1,7 @@
 //! The page: files that were built before and are embedded in the program, in the packing the browser takes.
 //!
 //! ```text
-//! target/page/   index.html   app-1a2b3c4d.wasm   app-1a2b3c4d.wasm.br   app-1a2b3c4d.wasm.gz   …
+//! target/www/   index.html   app-1a2b3c4d.wasm   app-1a2b3c4d.wasm.br   app-1a2b3c4d.wasm.gz   …
 //! ```
 //!
 //! Comes in: a path and headers. Goes out: a file, "not modified", or a sentence. Does not know what the files are.
@@ -14,7 +14,7 @@ use axum::response::{IntoResponse, Response};
 use std::borrow::Cow;
 
 #[derive(rust_embed::RustEmbed)]
-#[folder = "../target/page/"]
+#[folder = "../target/www/"]
 struct Built;
 
 /// A file's bytes and their SHA-256.

@@ -6,8 +6,8 @@
 //!                     4         inputs: end sensors            written by the mechanics below, which follows the phases
 //! ```
 
-use crate::client::{PATIENCE, Page, Running, annulus};
-use crate::work::{home, until_status};
+use super::client::{PATIENCE, Page, Running, annulus};
+use super::work::{home, until_status};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};

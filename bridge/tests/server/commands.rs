@@ -1,6 +1,6 @@
 //! `serve`, `link`, `machines` and `doctor` as scripts see them.
 
-use crate::client::{Running, annulus, output, take_apart};
+use super::client::{Running, annulus, output, take_apart};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};

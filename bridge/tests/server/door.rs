@@ -1,6 +1,6 @@
 //! Strangers at the door: names, origins, tokens.
 
-use crate::client::Running;
+use super::client::Running;
 use annulus_core::wire::{Ask, auth};
 use serde_json::json;
 

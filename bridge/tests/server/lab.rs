@@ -1,6 +1,6 @@
 //! The Lab's queue and outputs over a real socket (A8, C7).
 
-use crate::client::{Page, Running};
+use super::client::{Page, Running};
 use annulus_core::control::State;
 use annulus_core::queue::Mode;
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};

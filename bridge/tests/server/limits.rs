@@ -1,6 +1,6 @@
 //! Those who come to waste time: half requests, endless ones, too many.
 
-use crate::client::{Reply, Running};
+use super::client::{Reply, Running};
 use std::io::Write;
 use std::net::TcpStream;
 

@@ -1,6 +1,6 @@
 //! Pages with a seat: who has control, who may stop, and frames that make no sense.
 
-use crate::client::{Page, Running};
+use super::client::{Page, Running};
 use annulus_core::control::State;
 use annulus_core::machine::Value;
 use annulus_core::wire::{Ask, FRAME_LIMIT, Tell};

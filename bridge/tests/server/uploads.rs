@@ -1,6 +1,6 @@
 //! Programs in and out.
 
-use crate::client::{Reply, Running};
+use super::client::{Reply, Running};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::units::Length;

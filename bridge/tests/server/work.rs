@@ -1,6 +1,6 @@
 //! Work that goes on, and moves that do not, when the page that began them is gone (N15).
 
-use crate::client::{Page, Running};
+use super::client::{Page, Running};
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};

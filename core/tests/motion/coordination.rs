@@ -1,10 +1,10 @@
 //! Plane and spindles together: the reference's timelines, the cycle formula on a million random cycles, and that no plane ever
 //! moves over a low bit: on the streams of two hundred thousand random cycles, half of them stopped anywhere.
 
+use super::vectors::{limits, near, number};
 use crate::desk::{OnTime, Orders};
 use crate::programs::{Chance, random_program};
 use crate::reference::vectors;
-use crate::vectors::{limits, near, number};
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
 use annulus_core::job::Command;

@@ -1,6 +1,6 @@
 //! Drill files with routes, read by the house's own reader of drill files.
 
-use crate::programs::{change, program, random_program, small};
+use super::programs::{change, program, random_program, small};
 use annulus_core::artwork::{DrillFile, read_drill};
 use annulus_core::geometry::{Path, Point, Segment};
 use annulus_core::job::{Command, Leg, Mark, Program};

@@ -1,6 +1,6 @@
 //! One small board in every dialect, as files. `ANNULUS_BLESS=1` accepts a change.
 
-use crate::{one, programs};
+use super::{one, programs};
 use annulus_core::post;
 use annulus_core::units::Length;
 use std::fs;

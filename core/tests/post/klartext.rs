@@ -1,6 +1,6 @@
 //! A reader of Heidenhain Klartext: blocks counted from 0, arcs around CC, helices by CP.
 
-use crate::seen::{By, Seen};
+use super::seen::{By, Seen};
 
 #[derive(Default)]
 struct State {

@@ -1,7 +1,7 @@
 //! Readers for controllers whose programs are letters with numbers: RS-274 and its families. Written from their manuals'
 //! rules, strict: whatever a controller does not know stops the reading.
 
-use crate::seen::{By, Seen};
+use super::seen::{By, Seen};
 
 /// What a controller of this kind knows.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Readers of the robots' languages: KRL, RAPID, TP. Rapid moves are those at 100 mm/s, the speed of the shipped files.
 
-use crate::seen::{By, Seen};
+use super::seen::{By, Seen};
 use std::collections::BTreeMap;
 
 /// mm/min of a rapid move.

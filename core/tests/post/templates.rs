@@ -1,7 +1,7 @@
 //! What the template language and the settings of a dialect do.
 
-use crate::programs::{change, program, random_program, small};
-use crate::{one, seen};
+use super::programs::{change, program, random_program, small};
+use super::{one, seen};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::post::{self, Block, Dialect, Part};

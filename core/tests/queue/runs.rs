@@ -1,7 +1,7 @@
 //! Queues on the virtual drill, without any bridge.
 
+use super::words::{one_in, random_row};
 use crate::programs::{Chance, machines};
-use crate::words::{one_in, random_row};
 use annulus_core::job::Input;
 use annulus_core::machine::{Machine, lab, virtual_drill};
 use annulus_core::pins::{Line, Pins, Recorder, Written};

@@ -1,7 +1,7 @@
 //! Sensors that chatter, glitch and stick, and gated moves that live with them.
 
-use super::desk::{OnTime, Orders};
 use super::{bit, drive, twin};
+use crate::desk::{OnTime, Orders};
 use annulus_core::job::{Cutter, Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps, StrokeEnd, virtual_drill};
 use annulus_core::motion::cycles;

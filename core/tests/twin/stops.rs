@@ -1,7 +1,7 @@
 //! Stops and other paces at any moment of a move: the motors keep up, whatever the two axes of the plane ask together.
 
-use super::desk::{OnTime, Orders};
 use super::twin;
+use crate::desk::{OnTime, Orders};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, Steps, six_spindles, virtual_drill};

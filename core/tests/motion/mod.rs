@@ -1,5 +1,4 @@
 //! The laws of motion and steps, tried on many random moves and programs. Every failure prints its seed.
-#![cfg(not(target_arch = "wasm32"))]
 
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
@@ -12,17 +11,11 @@ use annulus_core::units::Length;
 mod check;
 mod coordination;
 mod cycles;
-#[path = "../desk/mod.rs"]
-mod desk;
 mod golden;
 mod milling;
 mod paths;
 mod play;
 mod profiles;
-#[path = "../programs/mod.rs"]
-mod programs;
-#[path = "../reference/mod.rs"]
-mod reference;
 mod streams;
 mod vectors;
 

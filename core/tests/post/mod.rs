@@ -1,6 +1,5 @@
 //! Programs in other controllers' words, read back by readers that were written from the controllers' rules and compared with
 //! the program within a micrometre (S6 S7 S8 S9). Every failure prints its seed.
-#![cfg(not(target_arch = "wasm32"))]
 
 use annulus_core::job::Program;
 use annulus_core::post::{self, Dialect, Helix, OutputFile};

@@ -1,7 +1,5 @@
 //! The virtual drill: motors that slip when overdriven, sensors, a board that is really drilled (N20).
 
-#[path = "../desk/mod.rs"]
-mod desk;
 mod sensors;
 mod stops;
 

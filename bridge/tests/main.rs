@@ -1,0 +1,10 @@
+//! Every test of the program `annulus` as others meet it, in one program, so that it is linked once.
+
+mod cam;
+mod cli;
+mod kill;
+mod lab;
+mod programs;
+mod queue;
+mod run;
+mod server;

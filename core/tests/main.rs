@@ -1,0 +1,30 @@
+//! Every test of `core` that uses it from outside, in one program, so that it is linked once. In a browser only those
+//! run that promise the same answer everywhere.
+
+#[cfg(not(target_arch = "wasm32"))]
+mod automaton;
+#[cfg(not(target_arch = "wasm32"))]
+mod carve;
+#[cfg(not(target_arch = "wasm32"))]
+mod desk;
+#[cfg(not(target_arch = "wasm32"))]
+mod motion;
+#[cfg(not(target_arch = "wasm32"))]
+mod pace;
+#[cfg(not(target_arch = "wasm32"))]
+mod phases;
+#[cfg(not(target_arch = "wasm32"))]
+mod planning;
+#[cfg(not(target_arch = "wasm32"))]
+mod post;
+#[cfg_attr(target_arch = "wasm32", allow(dead_code))]
+mod programs;
+#[cfg(not(target_arch = "wasm32"))]
+mod queue;
+#[cfg(not(target_arch = "wasm32"))]
+mod reference;
+mod same_everywhere;
+#[cfg(not(target_arch = "wasm32"))]
+mod servo;
+#[cfg(not(target_arch = "wasm32"))]
+mod twin;

@@ -1,0 +1,10 @@
+//! Every test that needs more than one module, in one program, so that it is linked once.
+
+mod corpus_cam;
+mod corpus_drill;
+mod corpus_gerber;
+mod drill_rows;
+mod floor_plan;
+mod mutations;
+mod page_words;
+mod tours;
