@@ -1,9 +1,9 @@
 //! The same programs give the same steps in a browser and natively (N13): both are compared with one golden file.
 //! `ANNULUS_BLESS=1` accepts a change, natively.
 
+use crate::programs::{Chance, machines, random_program};
 use annulus_core::motion::timeline;
 use annulus_core::steps;
-use programs::{Chance, machines, random_program};
 use std::fmt::Write;
 
 #[cfg(target_arch = "wasm32")]

@@ -417,15 +417,15 @@ fn a_device_that_cannot_be_used_is_a_sentence_before_anything_listens() {
     fs::remove_file(&shop.device).unwrap();
     let file = folder.path().join("card.toml").display().to_string();
     let (code, object, _) =
-        crate::client::output(&folder, &["serve", "--port", "0", "--no-open", "--machine", &file, "--json"]);
+        super::client::output(&folder, &["serve", "--port", "0", "--no-open", "--machine", &file, "--json"]);
     assert_eq!((code, object["error"]["code"].as_str()), (3, Some("output.no_device")), "{object}");
-    let (code, object, _) = crate::client::output(
+    let (code, object, _) = super::client::output(
         &folder,
         &["serve", "--port", "0", "--no-open", "--machine", &file, "--speed", "3", "--json"],
     );
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("control.speed_is_real")), "{object}");
     fs::write(folder.path().join("board.drl"), "M48\nMETRIC\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n").unwrap();
     let board = folder.path().join("board.drl").display().to_string();
-    let (code, object, _) = crate::client::output(&folder, &["run", &board, "--machine", &file, "--json"]);
+    let (code, object, _) = super::client::output(&folder, &["run", &board, "--machine", &file, "--json"]);
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.needs_page")), "{object}");
 }

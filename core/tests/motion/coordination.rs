@@ -217,7 +217,7 @@ const CHECKED_CYCLES: u32 = 200_000;
 
 /// A random machine whose plane and spindles move together, coarse enough that its steps are soon counted.
 fn coarse(chance: &mut Chance) -> Machine {
-    let mut machine = crate::random_machine(chance);
+    let mut machine = super::random_machine(chance);
     machine.overlap.on = true;
     for axis in [&mut machine.x, &mut machine.y, &mut machine.z] {
         axis.scale = Scale::per_mm(chance.scale(5.0, 60.0));

@@ -19,7 +19,7 @@ mod profiles;
 mod streams;
 mod vectors;
 
-use programs::{Chance, machines, random_program};
+use crate::programs::{Chance, machines, random_program};
 
 /// Replays a segment beside its plan: before and after every step the motor is within half a step of the plan, and
 /// as much more as the plan goes in 1 µs. Takts are where they are.

@@ -195,10 +195,10 @@ fn a_radius_alone_is_enough_where_arcs_are_cut_for_it() {
         let text = engrave("[number]\ndecimals = 4\n", "line @X@ @Y@", &format!("@X@ @Y@ @{name}@"));
         let dialect = dialect(&text);
         for seed in 0..200 {
-            let mut chance = crate::programs::Chance(seed);
+            let mut chance = super::programs::Chance(seed);
             let from = Point::from_mm(12.3456, -3.2109);
             let height = Length::from_um(-100);
-            let arc = crate::programs::arc(&mut chance, from, height, 1_000);
+            let arc = super::programs::arc(&mut chance, from, height, 1_000);
             let Command::MillArc { center, ccw, to, .. } = arc else { panic!("{arc:?}") };
             let program = way(vec![
                 Command::Rapid { to: from },
