@@ -2,6 +2,7 @@
 
 mod cam;
 mod cli;
+mod faults;
 mod kill;
 mod lab;
 mod programs;

@@ -16,7 +16,7 @@ use annulus_core::wire::{Ask, SlipTold, Status, Tell, Verdict, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{Receiver, error::RecvError};
 
 /// Arguments of `annulus run`.
@@ -30,6 +30,16 @@ pub(crate) struct RunArgs {
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     pub(crate) from_start: bool,
+    /// Answer each tool change after so many seconds, as a person or a changer would. The virtual drill needs none.
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
+    pub(crate) confirm_tools: Duration,
+}
+
+/// A time of at most a day.
+fn seconds(text: &str) -> Result<Duration, String> {
+    const DAY: f64 = 86_400.0;
+    let found = text.parse::<f64>().ok().filter(|seconds| (0.0..=DAY).contains(seconds));
+    found.map(Duration::from_secs_f64).ok_or_else(|| format!("give seconds from 0 to {DAY}"))
 }
 
 /// Runs the command.
@@ -50,7 +60,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let drill = Drill::open(&folder, known.machine, args.speed)?;
     drill.keep_settings_in(known.path);
-    let operator = Operator::new(&drill, signals, json);
+    let operator = Operator::new(&drill, signals, json, args.confirm_tools);
     let low = job::low_corner(&job.program);
     let ran = runtime.block_on(operator.drill_all(&bytes, low, args.from_start));
     drill.shutdown();
@@ -71,16 +81,20 @@ struct Operator<'a> {
     signals: Signals,
     /// A signal came.
     interrupted: bool,
+    /// How long a tool change takes.
+    change: Duration,
+    /// Since when one is waited for.
+    asked: Option<Instant>,
 }
 
 impl<'a> Operator<'a> {
-    fn new(drill: &'a Drill, signals: Signals, json: bool) -> Self {
+    fn new(drill: &'a Drill, signals: Signals, json: bool, change: Duration) -> Self {
         let shown = std::io::stderr().is_terminal() && !json;
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and ways  {msg}") {
             bar.set_style(style);
         }
-        Self { drill, tells: drill.watch(), bar, signals, interrupted: false }
+        Self { drill, tells: drill.watch(), bar, signals, interrupted: false, change, asked: None }
     }
 
     fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Refusal> {
@@ -192,9 +206,7 @@ impl<'a> Operator<'a> {
                     return (ending, (holes_done, ways_done));
                 }
                 Some(Tell::Status(status)) => {
-                    if status.state == State::ToolChange && self.drill.ask(Ask::BitChanged).is_ok() {
-                        super::say("The next bit is in: the virtual drill needs nobody to change it.");
-                    }
+                    self.change_tool(status.state);
                     self.bar.set_length(u64::from(status.holes_total) + u64::from(status.ways_total));
                     self.bar.set_position(u64::from(status.holes_done) + u64::from(status.ways_done));
                     let left = Duration::from_secs_f64(status.left_s.max(0.0));
@@ -203,6 +215,19 @@ impl<'a> Operator<'a> {
                 Some(_) => {}
                 None => return (Ending::Alarm, (0, 0)),
             }
+        }
+    }
+
+    /// Confirms a tool when it has had its time. Statuses come ten times a second.
+    fn change_tool(&mut self, state: State) {
+        if state != State::ToolChange {
+            self.asked = None;
+            return;
+        }
+        let since = *self.asked.get_or_insert_with(Instant::now);
+        if since.elapsed() >= self.change && self.drill.ask(Ask::BitChanged).is_ok() {
+            self.asked = None;
+            super::say("The next bit is in.");
         }
     }
 

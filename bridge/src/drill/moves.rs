@@ -145,10 +145,15 @@ impl Owner {
         self.executor.give(Task { id: self.task, segments, follows, needs_durable, lift_to });
     }
 
-    /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported.
+    /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported. What waits for a
+    /// person has no clock.
     fn goes_on_low(&self) -> bool {
-        let within = |work: &Work| work.segment < work.leg_end() || work.job.begins_low(work.leg + 1);
-        self.work.as_ref().is_some_and(within)
+        let Some(work) = &self.work else { return false };
+        let next = work.job.stream.segments.get(work.segment).filter(|_| work.segment < work.leg_end());
+        match next {
+            Some(behind_gate) => !matches!(behind_gate.effect, Effect::AwaitBit(_)),
+            None => work.job.begins_low(work.leg + 1),
+        }
     }
 
     /// `segments`, where this computer can step them in time.
@@ -377,6 +382,8 @@ impl Owner {
             (Doing::Lift(hole, last), Ended::Completed) => {
                 self.pending.push_back(Event::LegDone(hole, last));
             }
+            // Whoever stopped it is told so, whatever was late besides.
+            (_, Ended::Starved) if stopping => self.pending.push_back(Event::Rested),
             (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
             (_, Ended::Starved) => {
                 self.pending.push_back(Event::Failed(alarm("control.starved"), self.session.trust));

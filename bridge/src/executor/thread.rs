@@ -5,7 +5,7 @@
 
 use super::{Ended, Glimpse, Report, Shared, Task};
 use annulus_core::job::{Bit, Mark};
-use annulus_core::machine::{Machine, Steps};
+use annulus_core::machine::{Machine, Output, Steps};
 use annulus_core::motion::cycles;
 use annulus_core::pins::{Clock, Desk, Line, Motors, Order, Outcome, Pins, play};
 use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay, segment};
@@ -22,7 +22,8 @@ const RING: usize = 16;
 /// How often the latest place is left, in ticks: 2 ms.
 const GLIMPSE: u64 = TICK_HZ / 500;
 
-/// How long a tip in the board waits for the task that was to follow at once.
+/// How long a tip in the board waits for the task that was to follow at once, where time is real. The virtual drill keeps its
+/// own time: while it waits, none passes.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What the owner sends.
@@ -52,8 +53,10 @@ pub(super) fn start(
 ) -> std::io::Result<(SyncSender<Message>, JoinHandle<()>)> {
     let (ring, orders) = sync_channel(RING);
     let motors = Motors::of(machine);
+    let patience = (machine.output != Output::Virtual).then_some(PATIENCE);
     let (machine, line) = (machine.clone(), Line::default());
-    let place = Place { machine, motors, line, pins, clock, shared, rpm: 0, lift_to: None, follows: false };
+    let (rpm, lift_to, follows) = (0, None, false);
+    let place = Place { machine, motors, patience, line, pins, clock, shared, rpm, lift_to, follows };
     let builder = thread::Builder::new().name("executor".to_owned());
     let thread = builder.spawn(move || {
         first();
@@ -66,6 +69,7 @@ pub(super) fn start(
 struct Place {
     machine: Machine,
     motors: Motors,
+    patience: Option<Duration>,
     line: Line,
     pins: Box<dyn Pins + Send>,
     clock: Box<dyn Clock + Send>,
@@ -82,7 +86,7 @@ impl Place {
         self.leave(None);
         let mut starved = false;
         loop {
-            let message = match orders.recv_timeout(PATIENCE) {
+            let message = match self.next(orders) {
                 Ok(message) => message,
                 Err(RecvTimeoutError::Disconnected) => break,
                 Err(RecvTimeoutError::Timeout) => {
@@ -117,6 +121,14 @@ impl Place {
         self.pins.safe();
     }
 
+    /// The next message. A tip that was to go on at once does not wait for ever where time is real.
+    fn next(&self, orders: &Receiver<Message>) -> Result<Message, RecvTimeoutError> {
+        match self.patience.filter(|_| self.follows) {
+            Some(patience) => orders.recv_timeout(patience),
+            None => orders.recv().map_err(|_| RecvTimeoutError::Disconnected),
+        }
+    }
+
     fn task(&mut self, task: &Task) -> Report {
         let start = self.line.tick;
         let (mut completed, mut ended) = (0, Ended::Completed);
@@ -134,7 +146,9 @@ impl Place {
         }
         let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late(_));
         self.lift_to = task.lift_to.filter(|_| foreseen);
-        self.follows = task.follows && foreseen;
+        let surface = self.machine.z.scale.steps(self.machine.process.surface);
+        let is_low = self.line.position.iter().skip(2).any(|z| *z < surface);
+        self.follows = task.follows && foreseen && is_low;
         self.report(task, completed, ended, start)
     }
 
@@ -269,50 +283,75 @@ impl Desk for Counter<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::executor::clock::LumpClock;
     use annulus_core::machine::virtual_drill;
     use annulus_core::pins::Recorder;
     use std::sync::mpsc::channel;
+
+    /// A clock that is never late.
+    struct Punctual(u64);
+
+    impl Clock for Punctual {
+        fn now(&mut self) -> u64 {
+            self.0
+        }
+        fn wait_until(&mut self, tick: u64) -> u64 {
+            self.0 = self.0.max(tick);
+            tick
+        }
+    }
 
     fn way(machine: &Machine, from: Steps, z: i64) -> Vec<Segment> {
         let way = cycles::retract(machine, from, z).unwrap();
         way.moves.iter().map(|planned| segment(planned, machine)).collect()
     }
 
-    /// The reports of two tasks: one that leaves the tip down, and after a pause one that should have followed.
-    fn two_tasks(follows: bool, pause: Duration) -> [Report; 2] {
-        let machine = virtual_drill();
+    /// How two tasks end: one that leaves the tip `depth` steps below the board's surface, and after a pause one that should
+    /// have followed; and where the tip rests after each of them, from the surface.
+    fn two_tasks(output: Output, follows: bool, depth: i64, pause: Duration) -> [(Ended, i64); 2] {
+        let machine = Machine { output, ..virtual_drill() };
+        let surface = machine.z.scale.steps(machine.process.surface);
         let (reports, heard) = channel();
-        let clock = Box::new(LumpClock::new(1_000.0));
         let report = move |report| {
             let _ = reports.send(report);
         };
         let pins = Box::<Recorder>::default();
-        let (ring, thread) = start(&machine, pins, clock, Arc::default(), || {}, report).unwrap();
+        let (ring, thread) =
+            start(&machine, pins, Box::new(Punctual(0)), Arc::default(), || {}, report).unwrap();
         let task = |id, segments, follows| {
             Message::Task(Task { id, segments, follows, needs_durable: 0, lift_to: Some(0) })
         };
         let mut low = Steps::default();
-        low[2] = -2_000;
+        low[2] = surface - depth;
         ring.send(task(1, way(&machine, Steps::default(), low[2]), follows)).unwrap();
-        let first = heard.recv().unwrap();
+        let first: Report = heard.recv().unwrap();
         thread::sleep(pause);
-        ring.send(task(2, way(&machine, low, -1_000), false)).unwrap();
+        ring.send(task(2, way(&machine, low, surface + 1_000), false)).unwrap();
         let second = heard.recv().unwrap();
         ring.send(Message::Finish).unwrap();
         thread.join().unwrap();
-        [first, second]
+        [first, second].map(|report| (report.ended, report.position[2] - surface))
     }
 
     #[test]
     fn a_tip_in_the_board_is_lifted_when_the_next_move_does_not_come() {
-        let [down, starved] = two_tasks(true, PATIENCE + Duration::from_millis(400));
-        assert_eq!((down.ended, down.position[2]), (Ended::Completed, -2_000));
-        assert_eq!((starved.ended, starved.position[2], starved.completed), (Ended::Starved, 0, 0));
-        let [_, in_time] = two_tasks(true, Duration::ZERO);
-        assert_eq!((in_time.ended, in_time.position[2]), (Ended::Completed, -1_000));
-        // A row of a queue may leave the tip down as long as a person likes.
-        let [_, held] = two_tasks(false, PATIENCE + Duration::from_millis(400));
-        assert_eq!((held.ended, held.position[2]), (Ended::Completed, -1_000));
+        const LONG: Duration = Duration::from_millis(2_400);
+        let top = -virtual_drill().z.scale.steps(virtual_drill().process.surface);
+        let [down, starved] = two_tasks(Output::Card, true, 100, LONG);
+        assert_eq!((down, starved), ((Ended::Completed, -100), (Ended::Starved, top)));
+        // In time; on the virtual drill, which keeps its own time; with the tip out of the board; and of a row of a queue, which
+        // may leave the tip down as long as a person likes.
+        let rows = [
+            (Output::Card, true, 100, Duration::ZERO),
+            (Output::Virtual, true, 100, LONG),
+            (Output::Card, true, -100, LONG),
+            (Output::Card, false, 100, LONG),
+        ];
+        let rows = rows.map(|(output, follows, depth, pause)| {
+            thread::spawn(move || (depth, two_tasks(output, follows, depth, pause)))
+        });
+        for row in rows {
+            let (depth, ended) = row.join().unwrap();
+            assert_eq!(ended, [(Ended::Completed, -depth), (Ended::Completed, 1_000)]);
+        }
     }
 }

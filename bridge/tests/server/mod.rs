@@ -1,11 +1,11 @@
 //! The local server as strangers, friends and broken programs meet it: the real binary, real sockets, its own home.
 
 mod card;
-mod client;
+pub(crate) mod client;
 mod commands;
 mod door;
 mod lab;
 mod limits;
 mod pages;
 mod uploads;
-mod work;
+pub(crate) mod work;

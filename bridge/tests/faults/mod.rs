@@ -1,0 +1,3 @@
+//! Faults that hard use found, each with a test that failed before it was mended; the list is in `tests/faults`.
+
+mod waiting;
