@@ -13,7 +13,8 @@ use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
 const HOLES: u32 = 24;
-const KILLS: u32 = 200;
+/// Kills on every push, and with `cargo xtask test --long`.
+const KILLS: [u32; 2] = [200, 1_000];
 /// Kills until a board is left in peace.
 const KILLS_A_BOARD: u32 = 12;
 
@@ -109,12 +110,13 @@ fn finish(mut child: Child) {
 fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
     let seed: u64 =
         std::env::var("ANNULUS_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(20_261_120);
+    let most = KILLS[usize::from(std::env::var_os("ANNULUS_LONG").is_some())];
     println!("seed {seed}");
     let bytes = program::encode(&board());
     let mut chance = seed;
     let (mut kills, mut boards, mut repeats, mut while_drilling) = (0, 0, 0, 0);
     let mut whole_run = Duration::ZERO;
-    while kills < KILLS {
+    while kills < most {
         let folder = tempfile::tempdir().unwrap();
         let home = folder.path();
         fs::write(home.join("board.annulus-program"), &bytes).unwrap();
@@ -163,5 +165,5 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
     println!(
         "{kills} kills, {while_drilling} of them after a hole was drilled, {boards} boards, {repeats} holes twice"
     );
-    assert!(while_drilling >= KILLS / 8, "the kills came too early or too late: {while_drilling}");
+    assert!(while_drilling >= most / 8, "the kills came too early or too late: {while_drilling}");
 }

@@ -4,6 +4,7 @@ mod corpus_cam;
 mod corpus_drill;
 mod corpus_gerber;
 mod drill_rows;
+mod faults;
 mod floor_plan;
 mod mutations;
 mod page_words;

@@ -137,3 +137,20 @@ fn gzip(bytes: &[u8]) -> Done<Vec<u8>> {
     let mut writer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
     writer.write_all(bytes).and_then(|()| writer.finish()).map_err(|error| error.to_string())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_lies_in_no_folder_of_cargo_s_own() {
+        // Cargo keeps what it built for this machine under a profile's name; the page's folder is emptied when it is built.
+        let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+        let own = folder().file_name().unwrap().to_string_lossy().into_owned();
+        let profiles =
+            manifest.lines().filter_map(|line| line.strip_prefix("[profile.")?.split(['.', ']']).next());
+        let names: Vec<_> = profiles.chain(["debug", "release", "doc", "tmp", "package"]).collect();
+        assert!(names.contains(&"page"), "the profile of the page is no longer called so");
+        assert!(!names.contains(&own.as_str()), "{own}");
+    }
+}

@@ -1,15 +1,17 @@
-//! `cargo xtask test`: prepare, then run everything, and count.
+//! `cargo xtask test [--long] [NAME]`: runs the suites whose name contains NAME, or all, in two lanes side by side, and
+//! counts. `--long` runs every test of chance to its full size.
 //!
-//! Goes out: what every suite says as it runs; at the end how long each took, what failed once more, and one last line,
-//! `N passed, N failed` with `, N skipped` if any; an error when anything failed. Does not know what the tests prove.
+//! Goes out: what every suite says as it runs, each line under its name; at the end how long each took, what failed once
+//! more, and one last line, `N passed, N failed` with `, N skipped` if any; an error when anything failed. Does not know
+//! what the tests prove.
 
 use crate::recap::Recap;
-use crate::sh::{Done, command, root, say, shown, target};
-use crate::{browser, npm, page, tools, wasm};
-use std::collections::VecDeque;
+use crate::sh::{Done, root, say, shown};
+use crate::suites::{LANES, Suite};
+use std::collections::{BTreeSet, VecDeque};
 use std::io::{BufRead, BufReader, Read, Write};
-use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::Instant;
 
@@ -32,108 +34,101 @@ impl Count {
     }
 }
 
-/// One thing to run: its name, how, and whether its output counts tests.
-struct Suite {
-    name: &'static str,
-    command: Command,
-    counts: bool,
+/// What the lanes have come to together.
+#[derive(Default)]
+struct Total {
+    count: Count,
+    told: Vec<String>,
+    times: Vec<String>,
+    ended: BTreeSet<&'static str>,
 }
 
-fn check(name: &'static str, command: Command) -> Suite {
-    Suite { name, command, counts: false }
-}
-
-fn tests(name: &'static str, command: Command) -> Suite {
-    Suite { name, command, counts: true }
-}
-
-/// Runs everything whose name contains the first argument, or all.
+/// Runs what was asked for.
 pub(crate) fn run(arguments: &[String]) -> Done {
-    let chosen = arguments.first().map_or("", String::as_str);
-    let mut total = Count::default();
-    let (mut told, mut times) = (Vec::new(), Vec::new());
-    let began = Instant::now();
-    let suites = suites()?;
-    times.push(format!("preparation {} s", began.elapsed().as_secs()));
-    for mut suite in suites.into_iter().filter(|suite| suite.name.contains(chosen)) {
-        say(&format!("{}: {}", suite.name, shown(&suite.command)));
-        let began = Instant::now();
-        let (count, recap) = run_suite(&mut suite)?;
-        told.extend(recap.told(suite.name));
-        times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
-        total.add(count);
+    let long = arguments.iter().any(|argument| argument == "--long");
+    let name = arguments.iter().find(|argument| !argument.starts_with('-')).map_or("", String::as_str);
+    let chosen = chosen(name);
+    if chosen.is_empty() {
+        return Err(format!("No suite is called {name}."));
     }
-    println!("{}", times.join(", "));
-    for line in told {
+    let (total, turn) = (Mutex::new(Total::default()), Condvar::new());
+    let began = Instant::now();
+    thread::scope(|scope| {
+        for lane in LANES {
+            let (chosen, total, turn) = (&chosen, &total, &turn);
+            scope.spawn(move || {
+                for suite in lane.iter().filter(|suite| chosen.contains(suite.name)) {
+                    one(suite, long, total, turn);
+                }
+            });
+        }
+    });
+    let total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
+    println!("{}; in all {} s", total.times.join(", "), began.elapsed().as_secs());
+    for line in &total.told {
         println!("{line}");
     }
-    let skipped = if total.skipped > 0 { format!(", {} skipped", total.skipped) } else { String::new() };
-    println!("{} passed, {} failed{skipped}", total.passed, total.failed);
+    let count = total.count;
+    let skipped = if count.skipped > 0 { format!(", {} skipped", count.skipped) } else { String::new() };
+    println!("{} passed, {} failed{skipped}", count.passed, count.failed);
     std::io::stdout().flush().map_err(|error| error.to_string())?;
-    if total.failed > 0 { Err("Something failed; the names are above.".to_owned()) } else { Ok(()) }
+    if count.failed > 0 { Err("Something failed; the names are above.".to_owned()) } else { Ok(()) }
 }
 
-fn suites() -> Done<Vec<Suite>> {
-    let toolchain = wasm::ensure()?;
-    let browser = browser::ensure()?;
-    let tools = tools::ensure()?;
-    npm::ensure()?;
-    page::build()?;
-    let mut suites = checks(&toolchain, &tools);
-    suites.insert(1, tests("native", native()));
-    for (name, package) in [("wasm-core", "core"), ("wasm-app", "app")] {
-        let mut pack = command(
-            tools.join("wasm-pack"),
-            &["test", "--headless", "--chrome", "--mode", "no-install", package],
-        );
-        let old = std::env::var_os("PATH").unwrap_or_default();
-        let path = std::env::join_paths(std::iter::once(tools.clone()).chain(std::env::split_paths(&old)));
-        pack.env("PATH", path.map_err(|error| error.to_string())?).env("CHROMEDRIVER", &browser.driver);
-        pack.env("WASM_BINDGEN_TEST_TIMEOUT", "300").env("WASM_BINDGEN_TEST_DRIVER_TIMEOUT", "60");
-        toolchain.apply(&mut pack);
-        suites.push(tests(name, pack));
-    }
-    let mut pages = command("node", &["--test", "--test-concurrency=1", "--test-reporter=tap"]);
-    pages.args(npm::tests());
-    pages.env("ANNULUS_BIN", target().join("debug/annulus")).env("ANNULUS_CHROMIUM", &browser.chromium);
-    suites.push(tests("browser", pages));
-    Ok(suites)
+/// The names of the suites that have `name` in theirs, and of those that these come after.
+fn chosen(name: &str) -> BTreeSet<&'static str> {
+    let all = || LANES.iter().flat_map(|lane| lane.iter());
+    let mut chosen: BTreeSet<_> =
+        all().map(|suite| suite.name).filter(|suite| suite.contains(name)).collect();
+    let needed: Vec<_> =
+        all().filter(|suite| chosen.contains(suite.name)).flat_map(|suite| suite.after).collect();
+    chosen.extend(needed);
+    chosen
 }
 
-/// Native tests of everything; the bridge is built on the way.
-fn native() -> Command {
-    command("cargo", &["test", "--workspace", "--no-fail-fast", "--", "--show-output"])
-}
-
-/// Form, lints, documents, licences.
-fn checks(toolchain: &wasm::Toolchain, tools: &Path) -> Vec<Suite> {
-    let cargo = |arguments: &[&str]| command("cargo", arguments);
-    let mut page = cargo(&["clippy", "-p", "annulus-app", "--target", wasm::TRIPLE, "--", "-Dwarnings"]);
-    toolchain.apply(&mut page);
-    let mut docs = cargo(&["doc", "--workspace", "--no-deps", "--document-private-items"]);
-    docs.env("RUSTDOCFLAGS", "-Dwarnings");
-    let deny = ["check", "--hide-inclusion-graph", "licenses", "bans", "sources"];
-    vec![
-        check("fmt", cargo(&["fmt", "--all", "--check"])),
-        check("clippy", cargo(&["clippy", "--workspace", "--all-targets", "--", "-Dwarnings"])),
-        check("clippy-page", page),
-        check("docs", docs),
-        check("deny", command(tools.join("cargo-deny"), &deny)),
-    ]
+/// Waits for the turn of `suite`, runs it, and adds what it came to.
+fn one(suite: &Suite, long: bool, total: &Mutex<Total>, turn: &Condvar) {
+    let locked = || total.lock().unwrap_or_else(PoisonError::into_inner);
+    let waiting =
+        turn.wait_while(locked(), |total| !suite.after.iter().all(|name| total.ended.contains(name)));
+    drop(waiting);
+    let began = Instant::now();
+    let ended = (suite.command)().and_then(|mut command| {
+        if long {
+            command.env("ANNULUS_LONG", "1");
+        }
+        say(&format!("{}: {}", suite.name, shown(&command)));
+        run_suite(suite, &mut command)
+    });
+    let (count, recap) = ended.unwrap_or_else(|sentence| {
+        let mut recap = Recap::default();
+        recap.without_a_test(vec![sentence]);
+        (Count { failed: 1, ..Count::default() }, recap)
+    });
+    let mut total = locked();
+    total.told.extend(recap.told(suite.name));
+    total.times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
+    total.count.add(count);
+    total.ended.insert(suite.name);
+    drop(total);
+    turn.notify_all();
 }
 
 /// Runs one suite with its output shown, counting as it goes. A suite that fails without a failed test counts as one.
-fn run_suite(suite: &mut Suite) -> Done<(Count, Recap)> {
+fn run_suite(suite: &Suite, command: &mut Command) -> Done<(Count, Recap)> {
     let name = suite.name;
     let failed = |error: std::io::Error| format!("{name} could not be run: {error}.");
-    let command = suite.command.current_dir(root()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let command =
+        command.current_dir(root()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(failed)?;
-    let errors =
-        child.stderr.take().map(|stderr| thread::spawn(|| passed_on(stderr, |line| eprintln!("{line}"))));
+    let errors = child
+        .stderr
+        .take()
+        .map(|stderr| thread::spawn(move || passed_on(stderr, |line| eprintln!("{name} | {line}"))));
     let (mut count, mut recap) = (Count::default(), Recap::default());
     let said = child.stdout.take().map(|stdout| {
         passed_on(stdout, |line| {
-            println!("{line}");
+            println!("{name} | {line}");
             if suite.counts {
                 count.add(counted(line));
                 recap.hear(line);

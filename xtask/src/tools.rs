@@ -1,5 +1,5 @@
-//! Programs that the tests need and that cargo can build: built once, kept under `target/tools` or where
-//! `ANNULUS_TOOLS` says.
+//! Programs that the tests need and that cargo can build: built once for every checkout of a person, kept in the cache
+//! of that person (`~/.cache/annulus/tools`) or where `ANNULUS_TOOLS` says.
 //!
 //! Goes out: the folder with the programs. Does not know what they do.
 
@@ -31,7 +31,12 @@ const TOOLS: &[Tool] = &[
 
 /// The folder that holds their `bin`.
 fn home() -> PathBuf {
-    std::env::var_os("ANNULUS_TOOLS").map_or_else(|| target().join("tools"), |folder| root().join(folder))
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    if let Some(folder) = set("ANNULUS_TOOLS") {
+        return root().join(folder);
+    }
+    let cache = set("XDG_CACHE_HOME").or_else(|| set("HOME").map(|home| home.join(".cache")));
+    cache.map_or_else(|| target().join("tools"), |cache| cache.join("annulus/tools"))
 }
 
 fn is_there(tool: &Tool) -> bool {

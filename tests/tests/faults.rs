@@ -1,0 +1,57 @@
+//! Faults that were found by hard use stay away: every row of `tests/faults/*.toml` names tests that are there.
+//!
+//! Comes in: the tables, and the files they name. Goes out: rows that nothing holds. Does not run the tests it names.
+
+use annulus_tests::root;
+use std::collections::BTreeSet;
+use std::fs;
+
+/// The fields of a row and what was wrong with it, if anything.
+fn wrong(row: &toml::Value, seen: &mut BTreeSet<String>) -> Option<String> {
+    let text = |name: &str| row.get(name).and_then(toml::Value::as_str).unwrap_or_default().trim();
+    let list = |name: &str| row.get(name).and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let what = text("what").to_owned();
+    for field in ["what", "before", "after"] {
+        if text(field).is_empty() {
+            return Some(format!("{what}: no {field}"));
+        }
+    }
+    if !seen.insert(what.clone()) {
+        return Some(format!("{what}: there twice"));
+    }
+    if list("rows").is_empty() || list("tests").is_empty() {
+        return Some(format!("{what}: no rows or no tests"));
+    }
+    list("tests").iter().find_map(|test| {
+        let test = test.as_str().unwrap_or_default();
+        let (file, name) = test.split_once("::").unwrap_or((test, ""));
+        let source = fs::read_to_string(root().join(file)).unwrap_or_default();
+        let there = if file.ends_with(".mjs") {
+            source.contains(&format!("'{}'", name.trim_matches('"')))
+                || source.contains(&format!("\"{}\"", name.trim_matches('"')))
+                || source.contains(&format!("`{}`", name.trim_matches('"')))
+        } else {
+            source.contains(&format!("fn {name}("))
+        };
+        (name.is_empty() || !there).then(|| format!("{what}: no test {test}"))
+    })
+}
+
+#[test]
+fn every_mended_fault_is_held_by_a_test_that_is_there() {
+    let mut files: Vec<_> =
+        fs::read_dir(root().join("tests/faults")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "toml"));
+    files.sort();
+    let (mut seen, mut bad, mut rows) = (BTreeSet::new(), Vec::new(), 0);
+    for file in files {
+        let table: toml::Value = toml::from_str(&fs::read_to_string(&file).unwrap())
+            .unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        for row in table.get("fault").and_then(toml::Value::as_array).into_iter().flatten() {
+            rows += 1;
+            bad.extend(wrong(row, &mut seen).map(|bad| format!("{}: {bad}", file.display())));
+        }
+    }
+    assert!(bad.is_empty(), "{}", bad.join("\n"));
+    assert!(rows > 0, "no rows");
+}
