@@ -6,7 +6,7 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { atRest, corpus, data, findings, openBrowser, openPage, picture, root, startBridge, until } from "./harness.mjs";
+import { atRest, corpus, data, findings, openBrowser, openLinked, picture, planned, program, root, startBridge, until } from "./harness.mjs";
 
 
 let browser;
@@ -20,26 +20,16 @@ after(async () => {
   await bridge?.stop();
 });
 
-async function fresh(options) {
-  const env = { ...process.env, ANNULUS_HOME: bridge.home };
-  const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
-  return openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
-}
+const fresh = (options) => openLinked(browser, bridge, options);
 
 /** Opens the sample and goes to its job, planned and proved. */
 async function job(page) {
-  await page.getByRole("button", { name: /Sample board/ }).click({ timeout: 60_000 });
-  await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture", 60_000);
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture");
   await page.keyboard.press("2");
   await page.getByRole("heading", { name: "Operations" }).waitFor();
   await page.getByText(/Problems \(\d+\)/).waitFor();
   await planned(page);
-}
-
-/** Waits until the worker rests. */
-async function planned(page) {
-  await page.waitForTimeout(300);
-  await until(async () => (await page.locator("footer progress").count()) === 0, "a worker at rest", 90_000);
 }
 
 const lines = async (page) => Number(await data(page, "lines"));
@@ -53,10 +43,10 @@ for (const scheme of ["dark", "light"]) {
       await page.screenshot({ path: picture(`cam-1440-${scheme}`) });
       assert.deepEqual(await findings(page), [], "CAM");
       await page.setViewportSize({ width: 1024, height: 768 });
-      await page.waitForTimeout(500);
+      await atRest(page);
       await page.screenshot({ path: picture(`cam-1024-${scheme}`) });
       await page.getByRole("button", { name: "Template…" }).click();
-      await page.getByText("No faults.").waitFor({ timeout: 60_000 });
+      await page.getByText("No faults.").waitFor();
       await page.screenshot({ path: picture(`template-${scheme}`) });
       assert.deepEqual(await findings(page), [], "template editor");
       assert.deepEqual(problems, [], "nothing was said on the console");
@@ -75,10 +65,10 @@ test("more passes mean more ways, by keyboard, and are taken back", async () => 
     assert.ok(before > 100, `${before} lines are drawn`);
     await page.getByRole("slider", { name: "Passes" }).focus();
     await page.keyboard.press("ArrowRight");
-    await until(async () => (await lines(page)) > before, "more ways", 60_000);
+    await until(async () => (await lines(page)) > before, "more ways");
     await planned(page);
     await page.getByRole("button", { name: "Take back" }).click();
-    await until(async () => (await lines(page)) === before, "the ways of before", 60_000);
+    await until(async () => (await lines(page)) === before, "the ways of before");
     await page.getByRole("button", { name: /1 Isolate/ }).focus();
     await page.keyboard.press("Alt+ArrowDown");
     await page.getByRole("button", { name: /2 Isolate/ }).waitFor();
@@ -101,7 +91,7 @@ test("problems are shown and seen before anything is exported", async () => {
       await page.screenshot({ path: picture("cam-problem") });
       await seen.click();
     }
-    await until(() => save.isEnabled(), "an export that is allowed", 60_000);
+    await until(() => save.isEnabled(), "an export that is allowed");
     const download = page.waitForEvent("download");
     await save.click();
     const text = readFileSync(await (await download).path(), "utf8");
@@ -117,7 +107,7 @@ async function opened(page, files) {
   const chooser = page.waitForEvent("filechooser");
   await page.getByRole("button", { name: "Open files…" }).click();
   await (await chooser).setFiles(files);
-  await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture", 90_000);
+  await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture");
   // Where something is in doubt the files are looked at first.
   await atRest(page);
   const use = page.getByRole("button", { name: "Use this board" });
@@ -138,13 +128,13 @@ test("what the page exports is what the command line writes", async () => {
     const save = page.getByRole("button", { name: "Export files" });
     for (const target of ["grbl", "fanuc"]) {
       await page.getByRole("combobox", { name: "Controller" }).selectOption(target);
-      await until(() => save.isEnabled(), "an export that is allowed", 60_000);
+      await until(() => save.isEnabled(), "an export that is allowed");
       const download = page.waitForEvent("download");
       await save.click();
       const exported = readFileSync(await (await download).path());
       const out = join(folder, target);
       const flags = ["--to", target, "-o", out, "--accept", "proof.gap,proof.sliver,proof.lost"];
-      const cam = spawnSync(process.env.ANNULUS_BIN, ["cam", ...files, ...flags], { encoding: "utf8" });
+      const cam = spawnSync(program, ["cam", ...files, ...flags], { encoding: "utf8" });
       assert.equal(cam.status, 0, cam.stdout + cam.stderr);
       const [name] = readdirSync(out);
       assert.equal(exported.toString("utf8"), readFileSync(join(out, name), "utf8"), target);
@@ -179,7 +169,7 @@ test("a saved project opens as it was, and the command line takes it", async () 
       await second.context.close();
     }
     const flags = ["--to", "grbl", "-o", join(folder, "out"), "--save-job", join(folder, "job.toml"), "--accept", "gap,sliver"];
-    const cam = spawnSync(process.env.ANNULUS_BIN, ["cam", saved, ...flags], { encoding: "utf8" });
+    const cam = spawnSync(program, ["cam", saved, ...flags], { encoding: "utf8" });
     assert.equal(cam.status, 0, cam.stdout + cam.stderr);
     assert.match(readFileSync(join(folder, "job.toml"), "utf8"), new RegExp(`^passes = ${before + 1}$`, "m"));
   } finally {

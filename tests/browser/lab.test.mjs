@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { atRest, findings, openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
+import { atRest, findings, openBrowser, openLinked, picture, startBridge, until } from "./harness.mjs";
 
 const sheets = ["Inputs and outputs", "Queue", "Phases", "Motion", "Servo", "Log"];
 
@@ -11,10 +11,7 @@ before(async () => (bridge = await startBridge({ speed: 50 })));
 after(async () => bridge?.stop());
 
 async function lab(browser, options) {
-  const { spawnSync } = await import("node:child_process");
-  const env = { ...process.env, ANNULUS_HOME: bridge.home };
-  const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
-  const opened = await openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
+  const opened = await openLinked(browser, bridge, options);
   await opened.page.getByRole("heading", { name: /Drop the files/ }).waitFor();
   await opened.page.getByRole("button", { name: /: (Not homed|Ready)/ }).waitFor();
   await opened.page.keyboard.press("5");

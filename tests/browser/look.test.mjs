@@ -3,19 +3,13 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { atRest, corpus, data, findings, openBrowser, openPage, picture, startBridge, tab, until } from "./harness.mjs";
-
+import { atRest, corpus, data, findings, openBrowser, openLinked, picture, startBridge, tab, until } from "./harness.mjs";
 
 let bridge;
 before(async () => (bridge = await startBridge({ speed: 50 })));
 after(async () => bridge?.stop());
 
-async function fresh(browser, options) {
-  const { spawnSync } = await import("node:child_process");
-  const env = { ...process.env, ANNULUS_HOME: bridge.home };
-  const link = spawnSync(process.env.ANNULUS_BIN, ["link"], { env, encoding: "utf8" });
-  return openPage(browser, link.stdout.match(/http:\/\/\S+/)[0], options);
-}
+const fresh = (browser, options) => openLinked(browser, bridge, options);
 
 for (const gpu of ["webgpu", "webgl2"]) {
   test(`the board is drawn by ${gpu}`, async () => {

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { corpus, data, drillOnly, openBrowser, openPage, picture, startBridge, startJob, tab, until } from "./harness.mjs";
+import { PATIENCE_MS, corpus, data, drillOnly, openBrowser, openPage, picture, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -31,7 +31,7 @@ async function changeBits(page, done) {
     const go_on = page.getByRole("button", { name: "Continue: the bit is in" });
     if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
     return done();
-  }, "the end of the job", 240_000);
+  }, "the end of the job", 2 * PATIENCE_MS);
 }
 
 test("the sample goes from the welcome to drilled holes", async () => {

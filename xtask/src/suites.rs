@@ -103,7 +103,11 @@ fn in_browser() -> Done<Command> {
 fn pages() -> Done<Command> {
     let browser = browser::ensure()?;
     npm::ensure()?;
-    let mut pages = command("node", &["--test", "--test-concurrency=2", "--test-reporter=tap"]);
+    // Two files at a time: each has a bridge, a home and a browser of its own.
+    let mut pages = command("node", &["--test", "--test-concurrency=2"]);
+    for reporter in ["tap", "./tests/browser/seconds.mjs"] {
+        pages.arg(format!("--test-reporter={reporter}")).arg("--test-reporter-destination=stdout");
+    }
     pages.args(npm::tests());
     pages.env("ANNULUS_BIN", target().join("debug/annulus")).env("ANNULUS_CHROMIUM", &browser.chromium);
     Ok(pages)

@@ -39,6 +39,7 @@ pub fn App() -> impl IntoView {
     }
     settings::keep_theme();
     regions::listen();
+    crate::widgets::follow_window();
     opening::listen();
     shell::shell()
 }

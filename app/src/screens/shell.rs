@@ -4,12 +4,10 @@
 
 use super::{board, cam, lab, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
 use crate::document::desk;
-use crate::i18n::{say, t};
 use crate::keys::Tab;
-use crate::link;
 use crate::state::state;
-use crate::widgets::{Icon, icon, push};
-use leptos::html::{div, h1, main, span};
+use crate::workbench::bench;
+use leptos::html::{div, h1, main};
 use leptos::prelude::*;
 
 /// The page inside its frame.
@@ -28,30 +26,16 @@ pub(crate) fn shell() -> impl IntoView {
         Tab::Simulate => simulate::simulate().into_any(),
     };
     div().class("shell").child((
-        div().child((top_bar::top_bar(), machine::alarm())),
+        div().class("head").child((top_bar::top_bar(), machine::alarm())),
         main()
             .class("work")
             .attr("id", "work")
             .attr("tabindex", "-1")
             .attr("data-screen", move || tab.get().word())
+            .attr("data-stale", move || bench().stale.get().then_some(""))
             .attr("aria-label", move || top_bar::name_of(tab.get()))
             .child((h1().class("unseen").child(move || top_bar::name_of(tab.get())), stage::stage(), screen)),
         status_bar::status_bar(),
         machine::bit_change(),
-        not_confirmed(),
     ))
-}
-
-/// STOP was pressed and nobody answered.
-fn not_confirmed() -> impl IntoView {
-    let line = link::link();
-    move || {
-        line.stop_unconfirmed.get().then(|| {
-            div().class("not-confirmed").attr("role", "alert").child((
-                icon(Icon::Alarm),
-                span().child(move || say!("page.stop.not_confirmed")),
-                push("button", t!("page.close"), move |_| line.stop_unconfirmed.set(false)),
-            ))
-        })
-    }
 }

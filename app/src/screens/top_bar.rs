@@ -9,7 +9,7 @@ use crate::keys::Tab;
 use crate::link::{self, Phase};
 use crate::screens::machine::words;
 use crate::state::{Theme, state};
-use crate::widgets::{Icon, icon, menu_word, stop_button};
+use crate::widgets::{Icon, icon, menu_word, stop_zone};
 use annulus_core::locale;
 use leptos::ev;
 use leptos::html::{button, div, header, nav, select, span, strong};
@@ -32,13 +32,9 @@ pub(crate) fn top_bar() -> impl IntoView {
     header().class("top-bar").attr("id", "top").attr("tabindex", "-1").child((
         div().class("brand").child((icon(Icon::Annulus), strong().child(project))),
         tabs(),
-        div().class("top-tools").child((
-            units(),
-            span().class("wide").child(themes()),
-            languages(),
-            connection(),
-        )),
-        div().class("stop-zone").child(stop_button()),
+        div().class("top-tools").child((units(), span().class("wide").child(themes()), languages())),
+        connection(),
+        stop_zone(),
     ))
 }
 
@@ -137,7 +133,7 @@ fn connection() -> impl IntoView {
         .attr("type", "button")
         .class(move || format!("chip {}", look().tone))
         .on(ev::click, |_| state().tab.set(Tab::Machine))
-        .child((span().class("dot").attr("aria-hidden", "true"), text))
+        .child((span().class("dot").attr("aria-hidden", "true"), span().class("cut").child(text)))
 }
 
 fn state_name() -> String {

@@ -1,8 +1,8 @@
-//! A native `<dialog>`: focus stays inside, Escape closes it, and STOP is repeated in its head.
+//! A native `<dialog>`: focus stays inside, Escape closes it, and STOP is repeated in it, at its place in the window.
 //!
 //! Comes in: a title, a body, a foot. Goes out: the element, open while its signal says so.
 
-use super::stop_button;
+use super::stop_zone;
 use leptos::ev;
 use leptos::html::{self, div, footer, h2, header};
 use leptos::prelude::*;
@@ -53,10 +53,7 @@ pub fn dialog(open: Signal<bool>, closed: impl Fn() + Clone + 'static, parts: Di
             }
         })
         .child((
-            header().child((
-                h2().attr("id", title_id).child(title),
-                div().class("stop-zone").child(stop_button()),
-            )),
+            header().child((h2().attr("id", title_id).child(title), stop_zone())),
             div().class("body").child(parts.body),
             footer().child(parts.foot),
         ))

@@ -15,7 +15,7 @@ pub use dialog::{Dialog, dialog};
 pub use icon::{Icon, icon};
 pub use plot::plotted;
 pub use save::{save_bytes, save_file};
-pub use stop::stop_button;
+pub use stop::{follow_window, stop_zone};
 pub use toast::{toast, toasts};
 pub use virtual_list::{ROW_PX, virtual_list};
 

@@ -47,8 +47,8 @@ pub(super) struct Sheet {
     pub open: RwSignal<bool>,
     /// Where the cursor is, in bytes.
     cursor: RwSignal<usize>,
-    /// What was found in it and what it makes.
-    checked: RwSignal<Checked>,
+    /// What was found in it and what it makes, once that was looked at.
+    checked: RwSignal<Option<Checked>>,
 }
 
 thread_local! {
@@ -77,7 +77,7 @@ pub(super) fn begin() {
         own_name,
         open: RwSignal::new(false),
         cursor: RwSignal::new(0),
-        checked: RwSignal::new(Checked::default()),
+        checked: RwSignal::new(None),
     };
     SHEET.set(Some(sheet));
     Effect::new(move |_| {
@@ -115,6 +115,7 @@ impl Sheet {
             self.text.set(first);
         }
         self.cursor.set(0);
+        self.checked.set(None);
         self.open.set(true);
     }
 
@@ -143,7 +144,7 @@ impl Sheet {
         if let Ok(checked) = found
             && change == CHANGES.get()
         {
-            self.checked.set(checked);
+            self.checked.set(Some(checked));
         }
     }
 }
@@ -302,7 +303,9 @@ fn faults(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
             .into_any()
     };
     move || {
-        let (faults, doubts) = sheet.checked.with(|checked| (checked.faults.clone(), checked.doubts.clone()));
+        let Some(Checked { faults, doubts, .. }) = sheet.checked.get() else {
+            return p().class("quiet").attr("role", "status").child(t!("page.template.looking")).into_any();
+        };
         if faults.is_empty() && !doubts.is_empty() {
             let count = doubts.len();
             let title = h3().attr("role", "status").child(t!("page.template.doubts", count = count));
@@ -335,16 +338,15 @@ fn doubt(remark: Remark) -> AnyView {
 fn output(sheet: Sheet) -> impl IntoView {
     let text = move || {
         sheet.checked.with(|checked| {
-            let lines: Vec<&str> = checked.output.lines().take(MOST_LINES).collect();
+            let lines: Vec<&str> = checked.iter().flat_map(|it| it.output.lines()).take(MOST_LINES).collect();
             lines.join("\n")
         })
     };
     let title = move || {
-        let of_job = sheet.checked.with(|checked| checked.of_program);
+        let of_job = sheet.checked.with(|checked| checked.as_ref().is_none_or(|checked| checked.of_program));
         if of_job { say!("page.template.output") } else { say!("page.template.sample") }
     };
-    section()
-        .class("output")
-        .attr("aria-label", t!("page.template.output"))
-        .child((h3().child(title), pre().attr("tabindex", "0").attr("aria-label", title).child(text)))
+    // A name needs a role: text alone has none.
+    let shown = pre().attr("tabindex", "0").attr("role", "group").attr("aria-label", title).child(text);
+    section().class("output").attr("aria-label", t!("page.template.output")).child((h3().child(title), shown))
 }
