@@ -10,6 +10,7 @@
 pub mod browser;
 mod heard;
 mod jobs;
+mod jog;
 mod session;
 mod socket;
 mod stop;
@@ -17,6 +18,7 @@ mod stop;
 pub use crate::health::{Freshness, Ousted};
 use crate::lab::log::{Event, Log};
 pub use jobs::{fetch, upload};
+pub use jog::jog;
 pub use socket::{ask, reconnect_now};
 pub use stop::stop;
 

@@ -158,7 +158,7 @@ pub fn ask(wish: &Ask) {
         Ask::TakeControl { .. } => RELEASED.set(false),
         _ => {}
     }
-    if !matches!(wish, Ask::Hello { .. } | Ask::Ping { .. })
+    if !matches!(wish, Ask::Hello { .. } | Ask::Ping { .. } | Ask::JogOn)
         && let Some(name) = text.split('"').nth(3)
     {
         noted(Event::Asked(name.to_owned()));

@@ -194,6 +194,8 @@ impl<'a> Operator<'a> {
             {
                 return status;
             }
+            // A move by hand goes as long as somebody waits for it.
+            let _ = self.drill.ask(Ask::JogOn);
             let _ = tokio::time::timeout(Duration::from_millis(20), self.next()).await;
         }
     }

@@ -27,40 +27,55 @@ impl Owner {
         if percent > 100 && self.work.is_none() {
             return refuse("control.pace_needs_job");
         }
-        self.executor.shared.set_pace(percent.min(100));
+        let mut slower = percent.min(100);
+        if let Some(work) = &mut self.work {
+            work.percent = percent;
+            // A plan that is not wanted any more, made or on its way, is not taken over.
+            work.anew.take_if(|anew| anew.feed_percent != percent.max(100));
+            slower = work.slower();
+        }
+        self.executor.shared.set_pace(slower);
         Ok(())
     }
 
     /// Keeps a plan of the job in work until its next rest.
     pub(super) fn anew(&mut self, plan: Prepared) {
-        if let Some(work) = self.work.as_mut().filter(|work| work.job.key == plan.key) {
+        let wanted =
+            |work: &&mut Work| work.job.key == plan.key && work.percent.max(100) == plan.feed_percent;
+        if let Some(work) = self.work.as_mut().filter(wanted) {
             work.anew = Some(Arc::new(plan));
         }
     }
 
     /// Percent of what was planned at first.
     pub(super) fn pace_percent(&self) -> u8 {
-        let feed = self.work.as_ref().map_or(100, |work| work.ordered().feed_percent);
-        if feed > 100 { feed } else { self.executor.shared.pace() }
+        self.work.as_ref().map_or_else(|| self.executor.shared.pace(), |work| work.percent)
     }
 }
 
 impl Work {
-    /// The plan that was ordered last, in force or to come.
-    pub(super) fn ordered(&self) -> Arc<Prepared> {
-        Arc::clone(self.anew.as_ref().unwrap_or(&self.job))
+    /// The plan that was made last, in force or to come, and the feeds that are wanted.
+    pub(super) fn wanted(&self) -> (Arc<Prepared>, u8) {
+        (Arc::clone(self.anew.as_ref().unwrap_or(&self.job)), self.percent.max(100))
     }
 
-    /// Before a leg begins: the plan to come, where it has this leg begin as the plan in force does.
-    pub(super) fn take_over(&mut self) {
+    /// How slowly stream time has to pass, percent, so that the plan in force goes no faster than is wanted.
+    pub(super) fn slower(&self) -> u8 {
+        let slower = u32::from(self.percent) * 100 / u32::from(self.job.feed_percent.max(1));
+        u8::try_from(slower.min(100)).unwrap_or(100)
+    }
+
+    /// Before a leg begins: the plan to come, where it has this leg begin as the plan in force does. Gives whether it is in
+    /// force now.
+    pub(super) fn take_over(&mut self) -> bool {
         let same = |anew: &Arc<Prepared>| {
             anew.zero == self.job.zero
                 && anew.legs.len() == self.job.legs.len()
                 && anew.before_leg(self.leg) == self.job.before_leg(self.leg)
         };
-        if let Some(anew) = self.anew.take_if(|anew| same(anew)) {
-            self.segment = anew.legs.get(self.leg).map_or(self.segment, |range| range.start);
-            self.job = anew;
-        }
+        let Some(anew) = self.anew.take_if(|anew| same(anew)) else { return false };
+        self.segment = anew.legs.get(self.leg).map_or(self.segment, |range| range.start);
+        self.job = anew;
+        true
     }
 }

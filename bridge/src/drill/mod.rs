@@ -22,6 +22,7 @@ mod status;
 mod store;
 #[cfg(test)]
 mod tests;
+mod ticket;
 
 use crate::cli::Refusal;
 use crate::journal::{self, Contents, Journal};
@@ -34,9 +35,10 @@ use owner::{Message, Owner};
 use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
+pub(crate) use ticket::{Ticket, Tickets};
 use tokio::sync::broadcast;
 
 /// Name of the drilled-board record in the drill's folder: one line a hole, written by the virtual drill itself.
@@ -56,6 +58,9 @@ pub(crate) struct Drill {
     tells: broadcast::Sender<Tell>,
     owner: Arc<Mutex<Option<JoinHandle<()>>>>,
     timing: Option<Timing>,
+    tickets: Arc<Tickets>,
+    /// One plan is made at a time.
+    planner: Arc<Mutex<()>>,
 }
 
 impl Drill {
@@ -97,6 +102,7 @@ impl Drill {
         let record = drilled_record(&folder.join(RECORD)).map_err(|error| unwritable(folder, &error))?;
         let (messages, inbox) = channel();
         let (tells, _) = broadcast::channel(BACKLOG);
+        let tickets = Arc::<Tickets>::default();
         let owner = Owner::new(owner::Parts {
             folder: folder.to_owned(),
             machine,
@@ -108,6 +114,7 @@ impl Drill {
             alarm,
             messages: messages.clone(),
             tells: tells.clone(),
+            tickets: Arc::clone(&tickets),
         })
         .map_err(Refusal::surroundings)?;
         let timing = owner.timing.clone();
@@ -116,7 +123,8 @@ impl Drill {
             .spawn(move || owner.run(&inbox))
             .map_err(|error| unwritable(folder, &error))?;
         let owner = Arc::new(Mutex::new(Some(thread)));
-        Ok(Self { folder: folder.to_owned(), messages, tells, owner, timing })
+        let planner = Arc::default();
+        Ok(Self { folder: folder.to_owned(), messages, tells, owner, timing, tickets, planner })
     }
 
     /// What was found out about this computer's clock when the drill was opened; none where the drill is virtual.
@@ -143,33 +151,62 @@ impl Drill {
     /// see come through [`Drill::watch`]. `Arm` and `Pace` take as long as planning does: call them where waiting is allowed.
     /// Who may ask is the caller's business.
     pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Remark> {
+        self.begin(ask, None).finish()
+    }
+
+    /// Puts what a page asks with `ticket` before the owner, and never waits; what is left to do is in the answer. Everything
+    /// begun is worked on in the order in which it was begun; only what has to be planned waits for its plan.
+    pub(crate) fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun {
+        let (drill, (reply, answer)) = (self.clone(), channel());
+        let percent = if let Ask::Pace { percent } = ask { Some(percent) } else { None };
         match ask {
-            Ask::Arm { job } => self.arm(job),
-            Ask::Pace { percent } => self.pace(percent),
-            ask => self.send(|reply| Message::Ask(ask, reply)).unwrap_or_else(|| Err(gone())),
+            Ask::Arm { job } => Begun::Arm { drill, job, ticket },
+            ask => match self.messages.send(Message::Ask(ask, ticket, reply)) {
+                Ok(()) => Begun::Asked { drill, percent, answer },
+                Err(_) => Begun::Gone,
+            },
         }
     }
 
-    /// How fast the job goes. Slower comes at once; feeds other than those in force are planned here, and the owner takes
-    /// the new plan over at the next rest.
-    fn pace(&self, percent: u8) -> Result<Vec<Tell>, Remark> {
-        let told =
-            self.send(|reply| Message::Ask(Ask::Pace { percent }, reply)).unwrap_or_else(|| Err(gone()))?;
+    /// Stops, now. Never waits.
+    pub(crate) fn stop(&self) {
+        self.tickets.stopped();
+        let _ = self.messages.send(Message::Stop);
+    }
+
+    /// Control changed hands: tickets from before are no good, what moved by hand comes to rest, outputs lock. Never waits.
+    pub(crate) fn control_changed(&self) {
+        self.tickets.control_changed();
+        let _ = self.messages.send(Message::ControlChanged);
+    }
+
+    /// A ticket for what is asked now.
+    pub(crate) fn ticket(&self) -> Ticket {
+        self.tickets.now()
+    }
+
+    /// The plan for a pace that was ordered: feeds other than those in force are planned here, and the owner takes the new
+    /// plan over at the next rest.
+    fn plan_pace(&self, percent: u8) -> Result<(), Remark> {
         let feed = percent.max(100);
+        let _planning = self.planner.lock();
         match self.send(Message::InWork).flatten() {
-            Some(job) if job.feed_percent != feed => {
+            // Of several that were ordered meanwhile only the last is planned.
+            Some((job, wanted)) if wanted == feed && job.feed_percent != feed => {
                 let anew = Box::new(prepare::at_feed(&job, feed)?);
                 self.messages.send(Message::Anew(anew)).map_err(|_| gone())?;
             }
             _ => {}
         }
-        Ok(told)
+        Ok(())
     }
 
-    fn arm(&self, job: String) -> Result<Vec<Tell>, Remark> {
-        let bytes = self.job(&job).ok_or_else(|| Remark::new(Weight::Loss, "control.no_such_job"))?;
+    fn arm(&self, job: &str, ticket: Option<Ticket>) -> Result<Vec<Tell>, Remark> {
+        ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket))?;
+        let _planning = self.planner.lock();
+        let bytes = self.job(job).ok_or_else(|| Remark::new(Weight::Loss, "control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
-        let prepared = prepare::prepare(&job, &bytes, &context)?;
+        let prepared = prepare::prepare(job, &bytes, &context)?;
         self.send(|reply| Message::Prepared(Box::new(prepared), reply)).unwrap_or_else(|| Err(gone()))
     }
 
@@ -197,6 +234,31 @@ impl Drill {
         let (reply, answer) = channel();
         self.messages.send(message(reply)).ok()?;
         answer.recv().ok()
+    }
+}
+
+/// Something that was put before the owner, or is still to be planned.
+pub(crate) enum Begun {
+    /// The owner has it; for a pace, what is to be planned afterwards.
+    Asked { drill: Drill, percent: Option<u8>, answer: Receiver<Result<Vec<Tell>, Remark>> },
+    /// A job to be planned and checked first.
+    Arm { drill: Drill, job: String, ticket: Option<Ticket> },
+    /// There is no owner any more.
+    Gone,
+}
+
+impl Begun {
+    /// Waits for the answer, as long as planning takes: for threads that may.
+    pub(crate) fn finish(self) -> Result<Vec<Tell>, Remark> {
+        match self {
+            Self::Arm { drill, job, ticket } => drill.arm(&job, ticket),
+            Self::Gone => Err(gone()),
+            Self::Asked { drill, percent, answer } => {
+                let told = answer.recv().unwrap_or_else(|_| Err(gone()))?;
+                percent.map_or(Ok(()), |percent| drill.plan_pace(percent))?;
+                Ok(told)
+            }
+        }
     }
 }
 

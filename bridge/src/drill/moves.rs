@@ -28,6 +28,8 @@ pub(super) struct Work {
     pub(super) job: Arc<Prepared>,
     /// The same job at other feeds, from the next rest on.
     pub(super) anew: Option<Arc<Prepared>>,
+    /// The pace that is wanted, percent of the one it came with.
+    pub(super) percent: u8,
     /// The leg in work or to come.
     pub(super) leg: usize,
     /// The next segment of the stream.
@@ -46,7 +48,7 @@ pub(super) struct Work {
 }
 
 impl Work {
-    pub(super) fn new(job: Arc<Prepared>, leg: usize) -> Self {
+    pub(super) fn new(job: Arc<Prepared>, leg: usize, percent: u8) -> Self {
         let segment = job.legs.get(leg).map_or(0, |range| range.start);
         let (bit, _) = job.in_force(segment);
         let (holes, ways) = job.done_before(leg);
@@ -54,7 +56,7 @@ impl Work {
         let asks = of_leg.unwrap_or_default().iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop) = (None, Instant::now(), None);
-        Self { job, anew, leg, segment, holes, ways, started, bit, stop, confirm_bit }
+        Self { job, anew, percent, leg, segment, holes, ways, started, bit, stop, confirm_bit }
     }
 
     pub(super) fn progress(&self) -> Progress {
@@ -142,7 +144,11 @@ impl Owner {
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
         let lift_to = (self.session.trust == Trust::Trusted).then(|| self.top());
         let follows = self.doing == Doing::Leg && self.goes_on_low();
-        self.executor.give(Task { id: self.task, segments, follows, needs_durable, lift_to });
+        let granted = self.doing == Doing::Jog;
+        if granted {
+            self.executor.shared.grant();
+        }
+        self.executor.give(Task { id: self.task, segments, follows, needs_durable, lift_to, granted });
     }
 
     /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported. What waits for a
@@ -237,8 +243,8 @@ impl Owner {
         let Some(work) = &mut self.work else { return };
         let mut put_in = None;
         let starts = work.job.legs.get(work.leg).is_some_and(|range| range.start == work.segment);
-        if starts {
-            work.take_over();
+        if starts && work.take_over() {
+            self.executor.shared.set_pace(work.slower());
         }
         let end = work.leg_end();
         let up = self.position[2] >= work.job.zero[2];
@@ -384,6 +390,8 @@ impl Owner {
             }
             // Whoever stopped it is told so, whatever was late besides.
             (_, Ended::Starved) if stopping => self.pending.push_back(Event::Rested),
+            // The hand that moved it let go, or is gone: it rests on its way.
+            (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
             (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
             (_, Ended::Starved) => {
                 self.pending.push_back(Event::Failed(alarm("control.starved"), self.session.trust));

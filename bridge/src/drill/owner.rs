@@ -10,6 +10,7 @@ use super::prepare::{Context, Prepared};
 use super::queue::Lab;
 use super::recorder::{Record, Recorder};
 use super::store;
+use super::ticket::{Ticket, Tickets};
 use crate::executor::{Executor, Report, Shared};
 use crate::journal::{Contents, JobRecord, Journal, Progress, WorkZero};
 use crate::machine_file;
@@ -50,11 +51,16 @@ const BUILT_FROM: [&str; 10] = [
 
 /// What reaches the owner.
 pub(super) enum Message {
-    Ask(Ask, Sender<Result<Vec<Tell>, Remark>>),
+    /// An ask, and what it was asked under where a page asks.
+    Ask(Ask, Option<Ticket>, Sender<Result<Vec<Tell>, Remark>>),
+    /// Somebody pressed STOP. Nobody waits for an answer.
+    Stop,
+    /// Who had control has it no more, or somebody has it now: what only he was allowed to leave on ends.
+    ControlChanged,
     Context(Sender<Context>),
     Prepared(Box<Prepared>, Sender<Result<Vec<Tell>, Remark>>),
-    /// The plan that was ordered last for the job in work.
-    InWork(Sender<Option<Arc<Prepared>>>),
+    /// The plan that was made last for the job in work, and the feeds that are wanted.
+    InWork(Sender<Option<(Arc<Prepared>, u8)>>),
     /// The job in work at other feeds.
     Anew(Box<Prepared>),
     Greeting(Sender<Vec<Tell>>),
@@ -77,6 +83,7 @@ pub(super) struct Parts {
     pub(super) alarm: Option<Remark>,
     pub(super) messages: Sender<Message>,
     pub(super) tells: broadcast::Sender<Tell>,
+    pub(super) tickets: Arc<Tickets>,
 }
 
 /// Everything about the one drill.
@@ -110,6 +117,7 @@ pub(super) struct Owner {
     pub(super) pending: VecDeque<Event>,
     pub(super) tells: broadcast::Sender<Tell>,
     pub(super) told: (Option<Status>, Instant),
+    tickets: Arc<Tickets>,
 }
 
 /// The work zero of a job, where its steps still mean what they meant.
@@ -123,8 +131,8 @@ fn remark(code: &str) -> Remark {
 
 impl Owner {
     pub(super) fn new(parts: Parts) -> Result<Self, Remark> {
-        let Parts { folder, machine, speed, faults, record, journal, contents, alarm, messages, tells } =
-            parts;
+        let Parts { folder, machine, speed, faults, record, journal, contents, alarm, .. } = parts;
+        let Parts { messages, tells, tickets, .. } = parts;
         let record = Arc::new(Mutex::new(record));
         let shared = Arc::new(Shared::default());
         let slips = Arc::default();
@@ -169,6 +177,7 @@ impl Owner {
             pending: VecDeque::new(),
             tells,
             told: (None, Instant::now()),
+            tickets,
         })
     }
 
@@ -207,10 +216,18 @@ impl Owner {
 
     fn take(&mut self, message: Message) {
         match message {
-            Message::Ask(ask, reply) => drop(reply.send(self.ask(ask))),
+            Message::Ask(ask, ticket, reply) => {
+                let good = ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket));
+                let _ = reply.send(good.and_then(|()| self.ask(ask)));
+            }
+            Message::Stop => drop(self.ask(Ask::Stop)),
+            Message::ControlChanged => {
+                self.executor.shared.revoke();
+                self.lock_outputs();
+            }
             Message::Context(reply) => drop(reply.send(self.context())),
             Message::Prepared(prepared, reply) => drop(reply.send(self.arm(*prepared))),
-            Message::InWork(reply) => drop(reply.send(self.work.as_ref().map(Work::ordered))),
+            Message::InWork(reply) => drop(reply.send(self.work.as_ref().map(Work::wanted))),
             Message::Anew(anew) => self.anew(*anew),
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
             Message::Report(report) => {
@@ -236,6 +253,8 @@ impl Owner {
                 self.jog_steps(axis, distance_um)?;
                 self.try_event(Event::Jog(axis, distance_um))?;
             }
+            Ask::JogOn if self.doing == Doing::Jog => self.executor.shared.grant(),
+            Ask::JogOn => {}
             Ask::Start { job, stream_digest, from_leg } => self.start(job, stream_digest, from_leg)?,
             Ask::Pause => {
                 self.try_event(Event::Pause)?;
@@ -358,7 +377,7 @@ impl Owner {
         if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
             return Err(remark("control.zero_moved"));
         }
-        let work = Work::new(Arc::clone(&prepared), from_leg as usize);
+        let work = Work::new(Arc::clone(&prepared), from_leg as usize, self.executor.shared.pace());
         let record = JobRecord {
             key: prepared.key.clone(),
             name: prepared.program.name.clone(),
@@ -380,6 +399,7 @@ impl Owner {
 
     fn end(&mut self, ending: Ending) {
         let Some(work) = self.work.take() else { return };
+        self.executor.shared.set_pace(work.percent.min(100));
         self.prepared = None;
         self.session.armed = None;
         if ending == Ending::Done {

@@ -117,6 +117,8 @@ pub(crate) fn run() -> io::Result<()> {
             Ok(Some(Down::Stop(id))) => hands.shared.stop(id),
             Ok(Some(Down::Durable(legs))) => hands.shared.set_durable(legs),
             Ok(Some(Down::Pace(percent))) => hands.shared.set_pace(percent),
+            Ok(Some(Down::Grant)) => hands.shared.grant(),
+            Ok(Some(Down::Revoke)) => hands.shared.revoke(),
             // A frame that is not understood leaves nothing to wait for either.
             Ok(Some(Down::Start { .. }) | None) | Err(_) => {
                 hands.end("bridge_gone", Message::Abandon);

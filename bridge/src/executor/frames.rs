@@ -36,6 +36,10 @@ pub(super) enum Down {
     Durable(u32),
     /// Everything at so many percent of the planned pace.
     Pace(u8),
+    /// A move by hand may go for a moment.
+    Grant,
+    /// It may not any more.
+    Revoke,
 }
 
 /// Executor to bridge.

@@ -15,6 +15,7 @@
 pub(crate) mod child;
 pub(crate) mod clock;
 mod frames;
+mod grant;
 pub(crate) mod process;
 pub(crate) mod realtime;
 mod record;
@@ -31,6 +32,7 @@ use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, SyncSender};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 /// Something to move.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -46,6 +48,8 @@ pub(crate) struct Task {
     /// Machine steps of Z to which the tip may be lifted when nobody is left to say so; none where the position is not
     /// trusted.
     pub(crate) lift_to: Option<i64>,
+    /// It goes only as long as it is granted again and again ([`Shared::grant`]).
+    pub(crate) granted: bool,
 }
 
 /// How a task ended, at rest.
@@ -118,6 +122,8 @@ pub(crate) struct Shared {
     /// Percent that the pace is below the planned one.
     slower: AtomicU8,
     glimpse: Mutex<Glimpse>,
+    /// Until when a move by hand may go.
+    grant: grant::Grant,
     /// The way to an executor that is another process.
     courier: Mutex<Option<Sender<Down>>>,
 }
@@ -144,6 +150,18 @@ impl Shared {
     /// Percent of the planned pace.
     pub(crate) fn pace(&self) -> u8 {
         100 - self.slower.load(Ordering::Relaxed)
+    }
+
+    /// A move by hand may go for a moment from now on.
+    pub(crate) fn grant(&self) {
+        self.grant.give(Instant::now());
+        self.send(Down::Grant);
+    }
+
+    /// Nobody watches what moves by hand any more.
+    pub(crate) fn revoke(&self) {
+        self.grant.revoke();
+        self.send(Down::Revoke);
     }
 
     /// The latest place.

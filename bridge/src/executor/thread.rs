@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Orders that fit into the ring.
 const RING: usize = 16;
@@ -196,6 +196,7 @@ impl Place {
             left: 0,
             now: self.line.tick,
             next_hole: begins.map(|tick| (self.line.tick + tick, task.needs_durable)),
+            granted: task.granted,
         };
         let outcome =
             play(segment, &self.motors, &mut self.line, &mut *self.pins, &mut *self.clock, &mut desk);
@@ -251,6 +252,8 @@ struct Counter<'a> {
     now: u64,
     /// From this tick on it goes to the next hole: only when so many legs are durable.
     next_hole: Option<(u64, u32)>,
+    /// It goes only as long as it is granted.
+    granted: bool,
 }
 
 impl Desk for Counter<'_> {
@@ -261,6 +264,10 @@ impl Desk for Counter<'_> {
         let waits = |(tick, legs)| self.now >= tick && self.shared.durable.load(Ordering::SeqCst) < legs;
         if self.next_hole.is_some_and(waits) {
             return Order::Hold;
+        }
+        let granted = if self.granted { self.shared.grant.order(Instant::now()) } else { Order::Go };
+        if granted != Order::Go {
+            return granted;
         }
         match self.shared.pace() {
             100 => Order::Go,
@@ -318,7 +325,7 @@ mod tests {
         let (ring, thread) =
             start(&machine, pins, Box::new(Punctual(0)), Arc::default(), || {}, report).unwrap();
         let task = |id, segments, follows| {
-            Message::Task(Task { id, segments, follows, needs_durable: 0, lift_to: Some(0) })
+            Message::Task(Task { id, segments, follows, needs_durable: 0, lift_to: Some(0), granted: false })
         };
         let mut low = Steps::default();
         low[2] = surface - depth;

@@ -83,11 +83,6 @@ impl Desk {
         self.lease.holder() == Some(viewer)
     }
 
-    /// Whether the last status was that of a jog.
-    pub(crate) fn jogging(&self) -> bool {
-        self.state == Some(State::Jogging)
-    }
-
     /// Tells one page.
     pub(crate) fn tell(&mut self, viewer: Viewer, tell: &Tell) {
         if let Some(queue) = self.viewers.get(&viewer)

@@ -19,10 +19,10 @@ mod reply;
 pub(crate) mod runtime;
 mod socket;
 
-use crate::drill::Drill;
-use annulus_core::control::lease::{Event, Viewer};
+use crate::drill::{Begun, Drill, Ticket};
+use annulus_core::control::lease::{Event, Outcome, Viewer};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{Ask, Link, PROOF_HEADER, Pair, Scope, Tell, auth};
+use annulus_core::wire::{Link, PROOF_HEADER, Pair, Scope, Tell, auth};
 use axum::Router;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{Request, State, WebSocketUpgrade};
@@ -42,7 +42,6 @@ use serde_json::json;
 use std::convert::Infallible;
 use std::future::Future;
 use std::pin::pin;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpStream};
@@ -79,7 +78,6 @@ pub(crate) struct Bridge {
     pairing: Mutex<Pairing>,
     desk: Mutex<Desk>,
     sockets: Arc<Semaphore>,
-    stops: AtomicU64,
     began: Instant,
 }
 
@@ -96,7 +94,6 @@ impl Bridge {
             pairing: Mutex::default(),
             desk: Mutex::new(Desk::new()),
             sockets: Arc::new(Semaphore::new(SOCKETS)),
-            stops: AtomicU64::new(0),
             began: Instant::now(),
         }))
     }
@@ -124,33 +121,36 @@ impl Bridge {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn leave(self: &Arc<Self>, viewer: Viewer) {
-        let outcome = self.desk().leave(viewer, self.now_ms());
-        self.after_control(outcome.changed, outcome.lost);
+    fn leave(&self, viewer: Viewer) {
+        let mut desk = self.desk();
+        let outcome = desk.leave(viewer, self.now_ms());
+        self.after_control(&desk, &outcome);
     }
 
     /// Something happened to control.
-    fn control(self: &Arc<Self>, viewer: Viewer, event: Event) {
-        let outcome = self.desk().control(event, self.now_ms());
+    fn control(&self, viewer: Viewer, event: Event) {
+        let mut desk = self.desk();
+        let outcome = desk.control(event, self.now_ms());
+        self.after_control(&desk, &outcome);
+        drop(desk);
         if let Some(why) = outcome.refused {
             self.refuse(viewer, why);
         }
-        self.after_control(outcome.changed, outcome.lost);
     }
 
-    /// Whoever lost control no longer watches what moved by hand: that stops. A job goes on.
-    fn after_control(self: &Arc<Self>, changed: bool, lost: Option<Viewer>) {
-        if changed {
-            tracing::info!(holder = self.desk().holder(), ?lost, "control");
+    /// Whoever lost control no longer watches what moved by hand: that comes to rest, and what waits is not begun. A job goes
+    /// on. The desk is kept meanwhile, so that nobody gets a ticket in between.
+    fn after_control(&self, desk: &Desk, outcome: &Outcome) {
+        if outcome.changed {
+            tracing::info!(holder = desk.holder(), lost = ?outcome.lost, "control");
+            self.drill.control_changed();
         }
-        if changed && (lost.is_some() || self.desk().holder().is_none()) {
-            // Outputs that one page unlocked are not for the next.
-            let bridge = Arc::clone(self);
-            tokio::task::spawn_blocking(move || bridge.drill.ask(Ask::OutputLease { minutes: 0 }));
-        }
-        if lost.is_some() && self.desk().jogging() {
-            self.stop(lost.unwrap_or_default());
-        }
+    }
+
+    /// What `viewer` may ask now: a ticket, or none where another page, or nobody, has control.
+    fn ticket(&self, viewer: Viewer) -> Option<Ticket> {
+        let desk = self.desk();
+        desk.has_control(viewer).then(|| self.drill.ticket())
     }
 
     fn tell(&self, viewer: Viewer, tell: &Tell) {
@@ -169,42 +169,14 @@ impl Bridge {
     }
 
     /// Stops, at once, whoever asks.
-    fn stop(self: &Arc<Self>, viewer: Viewer) {
-        self.stops.fetch_add(1, Ordering::SeqCst);
+    fn stop(&self, viewer: Viewer) {
+        self.drill.stop();
         tracing::info!(viewer, "stop");
-        let bridge = Arc::clone(self);
-        tokio::task::spawn_blocking(move || bridge.pass_on(viewer, Ask::Stop));
     }
 
-    /// Asks the drill, if this page has control and nobody stopped since it asked (`stops`). Waits; for threads that
-    /// may.
-    fn ask(&self, viewer: Viewer, ask: Ask, stops: u64) {
-        let stopped = || self.stops.load(Ordering::SeqCst) != stops;
-        if ask.needs_control() && !self.desk().has_control(viewer) {
-            return self.refuse(viewer, Remark::new(Weight::Loss, "control.needed"));
-        }
-        if stopped() {
-            return self.refuse(viewer, Remark::new(Weight::Loss, "socket.stopped_meanwhile"));
-        }
-        let moves = matches!(
-            ask,
-            Ask::Home
-                | Ask::Jog { .. }
-                | Ask::Start { .. }
-                | Ask::Resume
-                | Ask::BitChanged
-                | Ask::QueueRun { .. }
-                | Ask::Output { .. }
-        );
-        self.pass_on(viewer, ask);
-        if moves && stopped() {
-            self.pass_on(viewer, Ask::Stop);
-        }
-    }
-
-    fn pass_on(&self, viewer: Viewer, ask: Ask) {
-        tracing::info!(viewer, ?ask, "ask");
-        match self.drill.ask(ask) {
+    /// Waits for what was begun and tells the page that asked. For threads that may wait.
+    fn finish(&self, viewer: Viewer, begun: Begun) {
+        match begun.finish() {
             Ok(tells) => tells.iter().for_each(|tell| self.tell(viewer, tell)),
             Err(why) => self.refuse(viewer, why),
         }

@@ -3,7 +3,7 @@
 //! ```text
 //!            ┌─ read ── Ping, control ──▶ desk
 //! frames ──▶ │       ── Stop ───────────▶ drill, at once, past everything that waits
-//!            │       ── all others ─────▶ queue ─ work ─▶ drill, one after the other
+//!            │       ── all others ─────▶ drill, in the order in which they come; their answers: queue ─ work
 //!            └─ write ◀── desk: tells in order, latest status
 //! ```
 //!
@@ -13,6 +13,7 @@
 use super::Bridge;
 use super::desk::Seat;
 use super::pairing;
+use crate::drill::Begun;
 use annulus_core::control::lease::{Event, Viewer};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth};
@@ -20,7 +21,6 @@ use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, interval, sleep, timeout};
@@ -123,7 +123,7 @@ async fn read(
     viewer: Viewer,
     scope: Scope,
     mut frames: SplitStream<WebSocket>,
-    queue: mpsc::Sender<(Ask, u64)>,
+    queue: mpsc::Sender<Begun>,
 ) {
     if let Some(why) = listen(bridge, viewer, scope, &mut frames, &queue).await {
         bridge.dismiss(viewer, why);
@@ -138,7 +138,7 @@ async fn listen(
     viewer: Viewer,
     scope: Scope,
     frames: &mut SplitStream<WebSocket>,
-    queue: &mpsc::Sender<(Ask, u64)>,
+    queue: &mpsc::Sender<Begun>,
 ) -> Option<Remark> {
     let mut allowance = BURST;
     let mut last = Instant::now();
@@ -166,29 +166,43 @@ async fn listen(
     None
 }
 
-/// What can be done at once is done; the rest waits its turn.
-fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<(Ask, u64)>) {
+/// Nothing here waits: the drill has every ask before the next frame is read. Its answers, and what has to be planned, wait
+/// their turn behind each other; a page that holds the machine back does not wait behind a plan.
+fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Begun>) {
     match ask {
-        Ask::Hello { .. } => bridge.refuse(viewer, no("socket.hello_again")),
-        Ask::Ping { stamp } => bridge.tell(viewer, &Tell::Pong { stamp }),
-        Ask::TakeControl { force } => bridge.control(viewer, Event::Take { viewer, force }),
-        Ask::ReleaseControl => bridge.control(viewer, Event::Release(viewer)),
-        Ask::Stop => bridge.stop(viewer),
-        ask => {
-            if queue.try_send((ask, bridge.stops.load(Ordering::SeqCst))).is_err() {
-                bridge.refuse(viewer, no("socket.too_much"));
-            }
+        Ask::Hello { .. } => return bridge.refuse(viewer, no("socket.hello_again")),
+        Ask::Ping { stamp } => return bridge.tell(viewer, &Tell::Pong { stamp }),
+        Ask::TakeControl { force } => return bridge.control(viewer, Event::Take { viewer, force }),
+        Ask::ReleaseControl => return bridge.control(viewer, Event::Release(viewer)),
+        Ask::Stop => return bridge.stop(viewer),
+        _ => {}
+    }
+    let Some(ticket) = bridge.ticket(viewer) else { return bridge.refuse(viewer, no("control.needed")) };
+    match ask {
+        // Nobody waits for an answer: it is said twenty times a second.
+        Ask::JogOn => drop(bridge.drill.begin(ask, Some(ticket))),
+        Ask::Pause | Ask::StopAfterHole | Ask::Pace { percent: ..=100 } => {
+            tracing::info!(viewer, ?ask, "ask");
+            let begun = bridge.drill.begin(ask, Some(ticket));
+            let bridge = Arc::clone(bridge);
+            tokio::task::spawn_blocking(move || bridge.finish(viewer, begun));
         }
+        ask => match queue.try_reserve() {
+            Ok(place) => {
+                tracing::info!(viewer, ?ask, "ask");
+                place.send(bridge.drill.begin(ask, Some(ticket)));
+            }
+            Err(_) => bridge.refuse(viewer, no("socket.too_much")),
+        },
     }
 }
 
-/// Brings asks to the drill, one after the other. A stop that came after an ask was sent outlives it: what still
-/// waited is not done, and what was being begun is stopped once more.
-async fn work(bridge: &Arc<Bridge>, viewer: Viewer, mut waiting: mpsc::Receiver<(Ask, u64)>) {
-    while let Some((ask, stops)) = waiting.recv().await {
+/// Finishes what was begun, one after the other.
+async fn work(bridge: &Arc<Bridge>, viewer: Viewer, mut waiting: mpsc::Receiver<Begun>) {
+    while let Some(begun) = waiting.recv().await {
         let done = tokio::task::spawn_blocking({
             let bridge = Arc::clone(bridge);
-            move || bridge.ask(viewer, ask, stops)
+            move || bridge.finish(viewer, begun)
         });
         let _ = done.await;
     }

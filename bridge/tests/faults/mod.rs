@@ -1,3 +1,4 @@
 //! Faults that hard use found, each with a test that failed before it was mended; the list is in `tests/faults`.
 
+mod jog;
 mod waiting;

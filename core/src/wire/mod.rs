@@ -38,6 +38,9 @@ pub const FRAME_LIMIT: usize = 64 * 1024;
 /// Largest program, in bytes.
 pub const PROGRAM_LIMIT: usize = 32 * 1024 * 1024;
 
+/// What one [`Ask::Jog`] or [`Ask::JogOn`] grants of motion at most, in ms.
+pub const JOG_GRANT_MS: u64 = 150;
+
 /// Oldest version of these messages that this build still understands.
 pub const OLDEST_PROTOCOL: u16 = 1;
 
@@ -125,13 +128,16 @@ pub enum Ask {
     SetZero,
     /// Work zero as it was before the last `SetZero`.
     UndoZero,
-    /// Move one axis a little; Z only upwards of the safe height when XY moves.
+    /// Move one axis a little; Z only upwards of the safe height when XY moves. It goes for [`JOG_GRANT_MS`] at most, then
+    /// comes to rest on its way: whoever wants the rest of it says [`Ask::JogOn`] in time, again and again.
     Jog {
         /// 0 X, 1 Y, 2 Z.
         axis: u8,
         /// How far, in µm, signed.
         distance_um: i32,
     },
+    /// The page is still there and still wants the move by hand: [`JOG_GRANT_MS`] more from now on. Without one, nothing.
+    JogOn,
     /// Check this uploaded job and make it ready to start.
     Arm {
         /// SHA-256 of the program's bytes.
@@ -211,6 +217,7 @@ impl Ask {
             | Self::SetZero
             | Self::UndoZero
             | Self::Jog { .. }
+            | Self::JogOn
             | Self::OutputLease { .. }
             | Self::Output { .. }
             | Self::AcknowledgeAlarm => Scope::Jog,
@@ -463,6 +470,7 @@ mod tests {
             (Ask::TakeControl { force: true }, Scope::Jog, false),
             (Ask::Home, Scope::Jog, true),
             (jog, Scope::Jog, true),
+            (Ask::JogOn, Scope::Jog, true),
             (start, Scope::Run, true),
             (Ask::Resume, Scope::Run, true),
             (Ask::Queue { text: String::new() }, Scope::Run, true),

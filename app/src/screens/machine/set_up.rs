@@ -95,7 +95,7 @@ fn jog_button(
         .class(place)
         .attr("aria-label", move || crate::i18n::text(name, &[]))
         .prop("disabled", move || !ready(line))
-        .on(ev::click, move |_| link::ask(&Ask::Jog { axis, distance_um: sign * step_um.get_untracked() }))
+        .on(ev::click, move |_| link::jog(axis, sign * step_um.get_untracked()))
         .child(word)
 }
 
