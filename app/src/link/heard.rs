@@ -70,6 +70,7 @@ pub(super) fn heard(tell: Tell) {
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
         Tell::Refused { why } => {
+            socket::refused(&why.code);
             noted(Event::Refused(why.clone()));
             line.refused.set(Some(why));
         }

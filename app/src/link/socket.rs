@@ -35,7 +35,8 @@ thread_local! {
     static ATTEMPT: Cell<u32> = const { Cell::new(0) };
     static HEARD_MS: Cell<f64> = const { Cell::new(0.0) };
     static PINGED_MS: Cell<f64> = const { Cell::new(0.0) };
-    static HELLO_SENT: Cell<bool> = const { Cell::new(false) };
+    /// The bridge said that it does not know this page.
+    static UNKNOWN: Cell<bool> = const { Cell::new(false) };
     /// Of asking for control and giving it back, the last was giving it back.
     static RELEASED: Cell<bool> = const { Cell::new(false) };
 }
@@ -92,7 +93,7 @@ fn connect() {
     if line.phase.get_untracked() == Phase::Unpaired {
         line.phase.set(Phase::Connecting);
     }
-    HELLO_SENT.set(false);
+    UNKNOWN.set(false);
     match open() {
         Some(line) => {
             LINE.replace(Some(line));
@@ -129,7 +130,6 @@ fn taken_in(text: &str) {
 /// Answers the bridge's first frame: who is speaking, with the proof.
 pub(super) fn answer_challenge(nonce: &str) {
     let Some(session) = current_session() else { return };
-    HELLO_SENT.set(true);
     ask(&Ask::Hello {
         proto: PROTOCOL,
         min: OLDEST_PROTOCOL,
@@ -170,16 +170,22 @@ pub(super) fn released() -> bool {
     RELEASED.get()
 }
 
-/// The socket is gone. Refused right after hello: the bridge was restarted and does not know us any more.
+/// The bridge refused something. After hello it may be that it was restarted and does not know this page any more.
+pub(super) fn refused(code: &str) {
+    if matches!(code, "socket.session" | "socket.proof") && link().phase.get_untracked() != Phase::Open {
+        UNKNOWN.set(true);
+    }
+}
+
+/// The socket is gone.
 fn closed() {
     let line = link();
     let was_open = line.phase.get_untracked() == Phase::Open;
-    let refused_at_hello = HELLO_SENT.get() && !was_open;
     stop::broke();
     if was_open {
         noted(Event::Link(false));
     }
-    if refused_at_hello {
+    if UNKNOWN.get() {
         session::forget();
         SESSION.set(None);
         line.phase.set(Phase::Unpaired);

@@ -10,6 +10,7 @@ pub(crate) mod export;
 mod inspect;
 mod lab;
 mod link;
+mod log;
 mod machines;
 mod plan;
 mod prove;

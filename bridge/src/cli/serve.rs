@@ -13,7 +13,7 @@ use annulus_core::control::Timing;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::Scope;
 use serde_json::{Value, json};
-use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::io::{self, ErrorKind, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 
 /// The port where people find the page unless they say otherwise.
@@ -38,7 +38,7 @@ pub(crate) struct ServeArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
-    log();
+    super::log::begin();
     let known = machine_file::named(args.machine.as_deref().unwrap_or("virtual"))?;
     let mut claim =
         Claim::take(&runtime::folder())?.map_err(|note| already_running(note.map(|note| note.port)))?;
@@ -91,17 +91,6 @@ fn announce(url: &str, port: u16, timing: Option<&Timing>, json: bool) {
     };
     let mut out = io::stdout().lock();
     let _ = writeln!(out, "{line}").and_then(|()| out.flush());
-}
-
-fn log() {
-    let filter = tracing_subscriber::EnvFilter::try_from_env("ANNULUS_LOG");
-    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
-    let colours = io::stderr().is_terminal();
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_ansi(colours)
-        .with_writer(io::stderr)
-        .try_init();
 }
 
 /// Listens on both loopback addresses; on the old one alone where there is no new one.

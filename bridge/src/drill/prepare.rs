@@ -210,7 +210,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
 }
 
 fn planned(program: Program, machine: &Machine) -> Result<Planned, Remark> {
-    let stream = steps::stream(&motion::timeline(&program, machine)?, machine)?;
+    let stream = steps::stream_of(&program, machine)?;
     let legs = legs_of(&stream, program.legs.len());
     let (digest, left_ticks) = (steps::digest(&stream), left_ticks(&stream, &legs));
     Ok(Planned { program, stream, digest, legs, left_ticks })

@@ -17,14 +17,22 @@ use tokio::sync::{mpsc, watch};
 
 /// Tells that may wait for one page.
 const QUEUE: usize = 256;
+/// Pages with a seat.
+const VIEWERS: usize = 64;
 
 /// Pages, control and the last status.
 pub(crate) struct Desk {
     lease: Lease,
     next: Viewer,
-    viewers: BTreeMap<Viewer, mpsc::Sender<Utf8Bytes>>,
+    viewers: BTreeMap<Viewer, Sitting>,
     status: watch::Sender<Utf8Bytes>,
     state: Option<State>,
+}
+
+/// A page with a seat: its session and the way to it.
+struct Sitting {
+    session: String,
+    queue: mpsc::Sender<Utf8Bytes>,
 }
 
 /// What a page receives: its number, its queue, and the latest status.
@@ -44,16 +52,38 @@ impl Desk {
         Self { lease: Lease::default(), next: 1, viewers: BTreeMap::new(), status, state: None }
     }
 
-    /// A page came. It is welcomed, and everybody is told that there is one more.
-    pub(crate) fn join(&mut self) -> Seat {
+    /// A page of `session` came. It is welcomed, and everybody is told that there is one more. Where all seats are taken, the
+    /// session with the most of them gives up its oldest (a page that was reloaded the one it had before); none where every
+    /// other session has but one.
+    pub(crate) fn join(&mut self, session: &str) -> Option<Seat> {
+        if self.viewers.len() >= VIEWERS {
+            let goes = self.who_goes(session)?;
+            tracing::warn!(viewer = goes, "too many pages: one gave its seat to another");
+            self.viewers.remove(&goes);
+        }
         let viewer = self.next;
         self.next += 1;
         let (queue, tells) = mpsc::channel(QUEUE);
-        self.viewers.insert(viewer, queue);
+        self.viewers.insert(viewer, Sitting { session: session.to_owned(), queue });
         let seat = Seat { viewer, tells, status: self.status.subscribe() };
         self.tell(viewer, &Tell::Welcome { viewer });
         self.tell_control();
-        seat
+        Some(seat)
+    }
+
+    /// Who gives up a seat for one more page of `session`.
+    fn who_goes(&self, session: &str) -> Option<Viewer> {
+        let mut sitting = BTreeMap::<&str, usize>::new();
+        self.viewers.values().for_each(|page| *sitting.entry(&page.session).or_default() += 1);
+        *sitting.entry(session).or_default() += 1;
+        let most = *sitting.values().max().filter(|most| **most > 1)?;
+        let own = sitting.get(session) == Some(&most);
+        // Nobody but a page of the same session takes the seat of the one in control.
+        let mut old = self.viewers.iter().filter(|(viewer, page)| {
+            let of_this = page.session == session;
+            if own { of_this } else { sitting[&*page.session] == most && self.holder() != Some(**viewer) }
+        });
+        old.next().map(|(viewer, _)| *viewer)
     }
 
     /// A page is gone. Gives whether control went with it.
@@ -85,8 +115,8 @@ impl Desk {
 
     /// Tells one page.
     pub(crate) fn tell(&mut self, viewer: Viewer, tell: &Tell) {
-        if let Some(queue) = self.viewers.get(&viewer)
-            && queue.try_send(text(tell)).is_err()
+        if let Some(page) = self.viewers.get(&viewer)
+            && page.queue.try_send(text(tell)).is_err()
         {
             tracing::warn!(viewer, "page reads too slowly: dropped");
             self.viewers.remove(&viewer);
@@ -101,8 +131,8 @@ impl Desk {
             return;
         }
         let frame = text(tell);
-        self.viewers.retain(|viewer, queue| {
-            let kept = queue.try_send(frame.clone()).is_ok();
+        self.viewers.retain(|viewer, page| {
+            let kept = page.queue.try_send(frame.clone()).is_ok();
             if !kept {
                 tracing::warn!(viewer, "page reads too slowly: dropped");
             }
@@ -153,9 +183,9 @@ mod tests {
     #[test]
     fn everybody_hears_who_has_control() {
         let mut desk = Desk::new();
-        let mut one = desk.join();
+        let mut one = desk.join("a").unwrap();
         assert_eq!(drain(&mut one).len(), 2, "welcome and control");
-        let mut two = desk.join();
+        let mut two = desk.join("b").unwrap();
         assert_eq!(drain(&mut two).len(), 2);
         assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":false,"viewers":2}"#]);
         desk.control(Event::Take { viewer: two.viewer, force: false }, 0);
@@ -167,10 +197,35 @@ mod tests {
     }
 
     #[test]
+    fn a_known_page_gets_a_seat_from_whoever_has_most() {
+        let mut desk = Desk::new();
+        let mut seats: Vec<Seat> = (0..VIEWERS - 1).map(|_| desk.join("many").unwrap()).collect();
+        let own = desk.join("own").unwrap();
+        desk.control(Event::Take { viewer: seats[0].viewer, force: false }, 0);
+        // Reloaded before the bridge saw that the old one is gone.
+        let again = desk.join("own").unwrap();
+        assert_eq!(desk.viewers.len(), VIEWERS);
+        assert!(desk.has_control(seats[0].viewer) && desk.viewers.contains_key(&seats[0].viewer));
+        assert!(
+            !desk.viewers.contains_key(&seats[1].viewer),
+            "the oldest without control of those who have most"
+        );
+        assert!(desk.viewers.contains_key(&own.viewer) && desk.viewers.contains_key(&again.viewer));
+        let seat = desk.join("many").unwrap();
+        assert!(!desk.viewers.contains_key(&seats[0].viewer) && desk.viewers.contains_key(&seat.viewer));
+        seats.clear();
+        let mut all = Desk::new();
+        let full: Vec<Seat> = (0..VIEWERS).map(|page| all.join(&page.to_string()).unwrap()).collect();
+        assert!(all.join("another").is_none(), "everybody has one");
+        assert!(all.join("7").is_some(), "but a page that has one gets it anew");
+        drop(full);
+    }
+
+    #[test]
     fn a_page_that_does_not_read_is_dropped_and_the_others_are_not() {
         let mut desk = Desk::new();
-        let mut slow = desk.join();
-        let mut good = desk.join();
+        let mut slow = desk.join("a").unwrap();
+        let mut good = desk.join("a").unwrap();
         for _ in 0..2 * QUEUE {
             desk.tell_all(&Tell::Pong { stamp: 0.0 });
             drain(&mut good);

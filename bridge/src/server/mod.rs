@@ -12,6 +12,7 @@
 
 mod desk;
 mod guard;
+mod hall;
 mod jobs;
 mod page;
 mod pairing;
@@ -21,7 +22,7 @@ mod socket;
 
 use crate::drill::{Begun, Drill, Ticket};
 use annulus_core::control::lease::{Event, Outcome, Viewer};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::remark::Remark;
 use annulus_core::wire::{Link, PROOF_HEADER, Pair, Scope, Tell, auth};
 use axum::Router;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -31,6 +32,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use desk::Desk;
+use hall::Hall;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::{Service, service_fn};
@@ -41,6 +43,7 @@ use reply::{Refused, json};
 use serde_json::json;
 use std::convert::Infallible;
 use std::future::Future;
+use std::net::IpAddr;
 use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -49,10 +52,12 @@ use tokio::sync::Semaphore;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{interval, sleep, timeout};
 
-/// HTTP connections at the same time.
-const CONNECTIONS: usize = 64;
-/// Sockets at the same time.
-const SOCKETS: usize = 16;
+/// HTTP connections at the same time; one more, and one that said least goes.
+const CONNECTIONS: usize = 256;
+/// Sockets that have not said hello, the same way. Pages that did have seats of their own.
+const CALLERS: usize = 32;
+/// Sockets at the same time, callers and pages: more than both can be, so that the end can wait for all of them.
+const SOCKETS: usize = 512;
 /// Time for the head of a request, and between two requests on one connection.
 const HEAD_TIME: Duration = Duration::from_secs(10);
 /// Time for a small body.
@@ -77,6 +82,9 @@ pub(crate) struct Bridge {
     secret: String,
     pairing: Mutex<Pairing>,
     desk: Mutex<Desk>,
+    connections: Hall,
+    callers: Hall,
+    /// Sockets in work, so that the end can wait for them.
     sockets: Arc<Semaphore>,
     began: Instant,
 }
@@ -93,6 +101,8 @@ impl Bridge {
             secret: pairing::secret::<32>()?,
             pairing: Mutex::default(),
             desk: Mutex::new(Desk::new()),
+            connections: Hall::new(CONNECTIONS),
+            callers: Hall::new(CALLERS),
             sockets: Arc::new(Semaphore::new(SOCKETS)),
             began: Instant::now(),
         }))
@@ -185,13 +195,10 @@ impl Bridge {
 
 /// Serves until `end`, then brings the drill to rest and lets the pages go.
 pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: impl Future<Output = ()>) {
-    let connections = Arc::new(Semaphore::new(CONNECTIONS));
     let routes = routes(Arc::clone(&bridge));
     let doors: Vec<_> = listeners
         .into_iter()
-        .map(|listener| {
-            tokio::spawn(accept(Arc::clone(&bridge), listener, routes.clone(), Arc::clone(&connections)))
-        })
+        .map(|listener| tokio::spawn(accept(Arc::clone(&bridge), listener, routes.clone())))
         .collect();
     let pump = tokio::spawn(pump(Arc::clone(&bridge)));
     end.await;
@@ -224,38 +231,50 @@ async fn pump(bridge: Arc<Bridge>) {
     }
 }
 
-async fn accept(bridge: Arc<Bridge>, listener: TcpListener, routes: Router, connections: Arc<Semaphore>) {
+async fn accept(bridge: Arc<Bridge>, listener: TcpListener, routes: Router) {
     loop {
-        let Ok((stream, _)) = listener.accept().await else {
+        let Ok((stream, peer)) = listener.accept().await else {
             sleep(Duration::from_millis(50)).await;
             continue;
         };
         let _ = stream.set_nodelay(true);
-        let Ok(permit) = Arc::clone(&connections).try_acquire_owned() else {
-            turn_away(&stream);
-            continue;
-        };
         let (bridge, routes) = (Arc::clone(&bridge), routes.clone());
         tokio::spawn(async move {
-            connection(bridge, stream, routes).await;
-            drop(permit);
+            let (place, leaves) = bridge.connections.enter();
+            tokio::select! {
+                _ = leaves => tracing::warn!("too many connections: one that waited is closed"),
+                () = connection(&bridge, stream, peer.ip(), routes, &place) => {}
+            }
         });
     }
 }
 
-/// One connection, with a bound on everything: head, number of headers, idle time, life.
-async fn connection(bridge: Arc<Bridge>, stream: TcpStream, routes: Router) {
+/// One connection, with a bound on everything: head, number of headers, idle time, life. A refusal ends it.
+async fn connection(
+    bridge: &Arc<Bridge>,
+    stream: TcpStream,
+    peer: IpAddr,
+    routes: Router,
+    place: &hall::Place<'_>,
+) {
     let routes = TowerToHyperService::new(routes);
-    let service = service_fn(move |request: hyper::Request<Incoming>| {
-        let (bridge, routes) = (Arc::clone(&bridge), routes.clone());
+    let service = service_fn(move |mut request: hyper::Request<Incoming>| {
+        let routes = routes.clone();
         async move {
             let mut response = match guard::check(&bridge.names, &request) {
-                Ok(()) => routes.call(request).await.unwrap_or_else(|never: Infallible| match never {}),
+                Ok(()) => {
+                    place.polite();
+                    request.extensions_mut().insert(Peer(peer));
+                    routes.call(request).await.unwrap_or_else(|never: Infallible| match never {})
+                }
                 Err(refused) => {
                     tracing::warn!(code = refused.why.code, path = request.uri().path(), "request refused");
                     refused.into_response()
                 }
             };
+            if response.status().is_client_error() || response.status().is_server_error() {
+                response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+            }
             guard::dress(response.headers_mut(), &bridge.policy);
             Ok::<_, Infallible>(response)
         }
@@ -269,13 +288,9 @@ async fn connection(bridge: Arc<Bridge>, stream: TcpStream, routes: Router) {
     }
 }
 
-/// One connection too many: a sentence, if it can be said at once, and goodbye.
-fn turn_away(stream: &TcpStream) {
-    tracing::warn!("too many connections");
-    let body = crate::cli::Refusal::surroundings(Remark::new(Weight::Loss, "door.busy")).object().to_string();
-    let head = "HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\nconnection: close\r\n";
-    let _ = stream.try_write(format!("{head}content-length: {}\r\n\r\n{body}", body.len()).as_bytes());
-}
+/// Where a request comes from.
+#[derive(Clone, Copy)]
+struct Peer(IpAddr);
 
 fn routes(bridge: Arc<Bridge>) -> Router {
     Router::new()
@@ -299,7 +314,8 @@ async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
     let bytes = jobs::read_body(body, &parts.headers, SMALL_LIMIT, SMALL_TIME).await?;
     let asked: Pair = serde_json::from_slice(&bytes)
         .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.not_understood"))?;
-    let paired = bridge.pairing().pair(&asked.token, bridge.now_ms());
+    let peer = parts.extensions.get::<Peer>().map_or(IpAddr::from([127, 0, 0, 1]), |peer| peer.0);
+    let paired = bridge.pairing().pair(&asked.token, peer, bridge.now_ms());
     match paired {
         Ok(paired) => {
             tracing::info!("page paired");

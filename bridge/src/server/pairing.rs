@@ -9,14 +9,17 @@
 
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Paired, Scope, auth};
+use std::net::IpAddr;
 
 /// How long a token can be used, in ms.
 pub(crate) const TOKEN_LIFE_MS: u64 = 10 * 60 * 1000;
 /// Tokens waiting at the same time; a further one replaces the oldest.
 const TOKENS: usize = 8;
-/// Sessions known at the same time; a further one replaces the oldest.
-const SESSIONS: usize = 64;
-/// Wrong tokens in a row that cost nothing; every further one doubles the wait, beginning with a second.
+/// Sessions known at the same time; a further one replaces the one that was not seen for longest.
+const SESSIONS: usize = 256;
+/// Peers whose wrong tokens are counted at the same time; a further one replaces the oldest.
+const PEERS: usize = 64;
+/// Wrong tokens of a peer in a row that cost nothing; every further one doubles its wait, beginning with a second.
 const FREE_ATTEMPTS: u32 = 5;
 /// Longest wait, in ms.
 const LONGEST_WAIT_MS: u64 = 60_000;
@@ -51,8 +54,14 @@ pub(crate) struct Session {
 pub(crate) struct Pairing {
     tokens: Vec<Token>,
     sessions: Vec<Session>,
+    peers: Vec<Peer>,
+}
+
+/// Somebody who sent wrong tokens.
+struct Peer {
+    address: IpAddr,
     wrong: u32,
-    closed_until_ms: u64,
+    waits_until_ms: u64,
 }
 
 /// Why a token was not taken.
@@ -64,6 +73,13 @@ pub(crate) enum Rejection {
     Wait(u64),
     /// No secret could be made.
     NoSecret(Remark),
+}
+
+impl Session {
+    /// How it is called.
+    pub(crate) fn id(&self) -> &str {
+        &self.id
+    }
 }
 
 impl Pairing {
@@ -78,27 +94,18 @@ impl Pairing {
     }
 
     /// Exchanges `claimed` for a session. Every waiting token is compared, in constant time, so that the time tells
-    /// nothing.
-    pub(crate) fn pair(&mut self, claimed: &str, now_ms: u64) -> Result<Paired, Rejection> {
-        if now_ms < self.closed_until_ms {
-            return Err(Rejection::Wait((self.closed_until_ms - now_ms).div_ceil(1000)));
-        }
+    /// nothing. A right one is right whoever sent wrong ones before: on this computer all peers look alike, and a token of 128
+    /// bits is not guessed by trying. Who sends wrong ones is told to wait, longer and longer; nobody else is.
+    pub(crate) fn pair(&mut self, claimed: &str, peer: IpAddr, now_ms: u64) -> Result<Paired, Rejection> {
         self.tokens.retain(|token| now_ms < token.end_ms);
         let found = self.tokens.iter().enumerate().fold(None, |found, (index, token)| {
             if auth::same(token.text.as_bytes(), claimed.as_bytes()) { Some(index) } else { found }
         });
-        let Some(index) = found else {
-            self.wrong = self.wrong.saturating_add(1);
-            if let Some(beyond) = self.wrong.checked_sub(FREE_ATTEMPTS) {
-                let wait_ms = 1000_u64.saturating_mul(1 << beyond.min(16)).min(LONGEST_WAIT_MS);
-                self.closed_until_ms = now_ms + wait_ms;
-            }
-            return Err(Rejection::Token);
-        };
+        let Some(index) = found else { return Err(self.wrong(peer, now_ms)) };
         let id = secret::<16>().map_err(Rejection::NoSecret)?;
         let key = secret::<32>().map_err(Rejection::NoSecret)?;
         let scope = self.tokens.remove(index).scope;
-        self.wrong = 0;
+        self.peers.retain(|known| known.address != peer);
         if self.sessions.len() == SESSIONS {
             self.sessions.remove(0);
         }
@@ -106,9 +113,34 @@ impl Pairing {
         Ok(Paired { ok: true, session: id, key })
     }
 
-    /// The session called `id`.
-    pub(crate) fn session(&self, id: &str) -> Option<Session> {
-        self.sessions.iter().find(|session| session.id == id).cloned()
+    /// What a wrong token of `peer` is answered.
+    fn wrong(&mut self, peer: IpAddr, now_ms: u64) -> Rejection {
+        let known = self.peers.iter().position(|known| known.address == peer);
+        let index = known.unwrap_or_else(|| {
+            if self.peers.len() == PEERS {
+                self.peers.remove(0);
+            }
+            self.peers.push(Peer { address: peer, wrong: 0, waits_until_ms: 0 });
+            self.peers.len() - 1
+        });
+        let peer = &mut self.peers[index];
+        if now_ms < peer.waits_until_ms {
+            return Rejection::Wait((peer.waits_until_ms - now_ms).div_ceil(1000));
+        }
+        peer.wrong = peer.wrong.saturating_add(1);
+        if let Some(beyond) = peer.wrong.checked_sub(FREE_ATTEMPTS) {
+            let wait_ms = 1000_u64.saturating_mul(1 << beyond.min(16)).min(LONGEST_WAIT_MS);
+            peer.waits_until_ms = now_ms + wait_ms;
+        }
+        Rejection::Token
+    }
+
+    /// The session called `id`; it was seen now.
+    pub(crate) fn session(&mut self, id: &str) -> Option<Session> {
+        let index = self.sessions.iter().position(|session| session.id == id)?;
+        let session = self.sessions.remove(index);
+        self.sessions.push(session.clone());
+        Some(session)
     }
 }
 
@@ -116,18 +148,20 @@ impl Pairing {
 mod tests {
     use super::*;
 
+    const HERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
+
     #[test]
     fn a_token_works_once_and_not_for_ever() {
         let mut pairing = Pairing::default();
         let (one, two) = (pairing.token(Scope::Run, 0).unwrap(), pairing.token(Scope::View, 1_000).unwrap());
         assert_eq!(one.len(), 32);
         assert_ne!(one, two);
-        let paired = pairing.pair(&one, 1_000).unwrap();
+        let paired = pairing.pair(&one, HERE, 1_000).unwrap();
         let session = pairing.session(&paired.session).unwrap();
         assert_eq!((session.key, session.scope), (paired.key.clone(), Scope::Run));
         assert_eq!(paired.key.len(), 64);
-        assert_eq!(pairing.pair(&one, 1_000), Err(Rejection::Token));
-        assert_eq!(pairing.pair(&two, 1_000 + TOKEN_LIFE_MS), Err(Rejection::Token));
+        assert_eq!(pairing.pair(&one, HERE, 1_000), Err(Rejection::Token));
+        assert_eq!(pairing.pair(&two, HERE, 1_000 + TOKEN_LIFE_MS), Err(Rejection::Token));
         assert!(pairing.session("no such session").is_none());
     }
 
@@ -136,17 +170,23 @@ mod tests {
         let mut pairing = Pairing::default();
         let token = pairing.token(Scope::Run, 0).unwrap();
         for _ in 0..FREE_ATTEMPTS {
-            assert_eq!(pairing.pair("", 0), Err(Rejection::Token));
+            assert_eq!(pairing.pair("", HERE, 0), Err(Rejection::Token));
         }
-        assert_eq!(pairing.pair(&token, 0), Err(Rejection::Wait(1)));
-        assert_eq!(pairing.pair("guess", 1_000), Err(Rejection::Token));
-        assert_eq!(pairing.pair("guess", 1_001), Err(Rejection::Wait(2)));
-        assert!(pairing.pair(&token, 3_000).is_ok());
-        assert_eq!(pairing.pair("guess", 3_000), Err(Rejection::Token));
+        assert_eq!(pairing.pair("guess", HERE, 0), Err(Rejection::Wait(1)));
+        assert_eq!(pairing.pair("guess", HERE, 1_000), Err(Rejection::Token));
+        assert_eq!(pairing.pair("guess", HERE, 1_001), Err(Rejection::Wait(2)));
+        let other = IpAddr::from([127, 0, 0, 2]);
+        assert_eq!(
+            pairing.pair("guess", other, 1_001),
+            Err(Rejection::Token),
+            "it guessed for the first time"
+        );
+        assert!(pairing.pair(&token, HERE, 1_002).is_ok(), "a right one is right all the same");
+        assert_eq!(pairing.pair("guess", HERE, 3_000), Err(Rejection::Token));
         let mut now_ms = 3_000;
         for _ in 0..100 {
             now_ms += LONGEST_WAIT_MS;
-            assert_eq!(pairing.pair("guess", now_ms), Err(Rejection::Token));
+            assert_eq!(pairing.pair("guess", HERE, now_ms), Err(Rejection::Token));
         }
     }
 
@@ -154,12 +194,12 @@ mod tests {
     fn what_waits_is_bounded() {
         let mut pairing = Pairing::default();
         let tokens: Vec<_> = (0..TOKENS + 1).map(|_| pairing.token(Scope::Run, 0).unwrap()).collect();
-        assert_eq!(pairing.pair(&tokens[0], 0), Err(Rejection::Token));
-        assert!(pairing.pair(&tokens[TOKENS], 0).is_ok());
+        assert_eq!(pairing.pair(&tokens[0], HERE, 0), Err(Rejection::Token));
+        assert!(pairing.pair(&tokens[TOKENS], HERE, 0).is_ok());
         let first = pairing.sessions[0].id.clone();
         for _ in 0..SESSIONS {
             let token = pairing.token(Scope::Run, 0).unwrap();
-            pairing.pair(&token, 0).unwrap();
+            pairing.pair(&token, HERE, 0).unwrap();
         }
         assert!(pairing.session(&first).is_none());
         assert_eq!(pairing.sessions.len(), SESSIONS);

@@ -12,7 +12,7 @@
 
 use super::Bridge;
 use super::desk::Seat;
-use super::pairing;
+use super::pairing::{self, Session};
 use crate::drill::Begun;
 use annulus_core::control::lease::{Event, Viewer};
 use annulus_core::remark::{Remark, Weight};
@@ -52,30 +52,47 @@ fn no(code: &str) -> Remark {
 
 /// One page from challenge to goodbye.
 pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket) {
-    let scope = match timeout(HELLO_TIME + SEND_TIME, greet(&bridge, &mut socket)).await {
-        Ok(Ok(scope)) => scope,
-        Ok(Err(Some(why))) => {
-            tracing::warn!(code = why.code, "page turned away");
-            refuse(&mut socket, why, close_code::POLICY).await;
-            return;
-        }
-        _ => return,
-    };
-    let seat = bridge.desk().join();
-    let viewer = seat.viewer;
+    let Some((session, seat)) = let_in(&bridge, &mut socket).await else { return };
+    let (viewer, scope) = (seat.viewer, session.scope);
     tracing::info!(viewer, ?scope, "page joined");
-    let bringing_up_to_date = tokio::task::spawn_blocking({
+    // Not waited for: the first thing this page says may be STOP.
+    tokio::task::spawn_blocking({
         let bridge = Arc::clone(&bridge);
         move || bridge.drill.greeting().iter().for_each(|tell| bridge.tell(viewer, tell))
     });
-    let _ = bringing_up_to_date.await;
     converse(&bridge, socket, seat, scope).await;
     bridge.leave(viewer);
     tracing::info!(viewer, "page left");
 }
 
-/// Sends the challenge and judges the hello: what the page may do. `Err(None)` is a page that went away.
-async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Scope, Option<Remark>> {
+/// From the challenge to a seat. Until hello it waits in the hall, where others may push it out.
+async fn let_in(bridge: &Bridge, socket: &mut WebSocket) -> Option<(Session, Seat)> {
+    let (_place, leaves) = bridge.callers.enter();
+    let greeted = tokio::select! {
+        greeted = timeout(HELLO_TIME + SEND_TIME, greet(bridge, socket)) => greeted.unwrap_or(Err(None)),
+        _ = leaves => {
+            tracing::warn!("too many callers: one that did not say who it is was let go");
+            return None;
+        }
+    };
+    let seated = greeted.and_then(|session| {
+        let seat = bridge.desk().join(session.id()).ok_or_else(|| Some(no("door.full")))?;
+        Ok((session, seat))
+    });
+    match seated {
+        Ok(seated) => Some(seated),
+        Err(why) => {
+            if let Some(why) = why {
+                tracing::warn!(code = why.code, "page turned away");
+                refuse(socket, why, close_code::POLICY).await;
+            }
+            None
+        }
+    }
+}
+
+/// Sends the challenge and judges the hello: who it is. `Err(None)` is a page that went away.
+async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Option<Remark>> {
     let nonce = pairing::secret::<32>().map_err(Some)?;
     let challenge = Tell::Challenge {
         proto: PROTOCOL,
@@ -99,7 +116,7 @@ async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Scope, Option<
     let session = bridge.pairing().session(&session).ok_or_else(|| Some(no("socket.session")))?;
     let expected = auth::hello(&session.key, &nonce);
     if auth::same(expected.as_bytes(), proof.as_bytes()) {
-        Ok(session.scope)
+        Ok(session)
     } else {
         Err(Some(no("socket.proof")))
     }

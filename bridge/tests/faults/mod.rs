@@ -1,4 +1,6 @@
 //! Faults that hard use found, each with a test that failed before it was mended; the list is in `tests/faults`.
 
+mod flood;
 mod jog;
+mod pause;
 mod waiting;

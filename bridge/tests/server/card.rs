@@ -7,7 +7,7 @@
 //! ```
 
 use super::client::{PATIENCE, Page, Running, annulus};
-use super::work::{home, until_status};
+use super::work::{home, jog, until_status};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
@@ -243,9 +243,8 @@ fn a_board_is_drilled_on_a_card_and_a_page_never_changes_the_wiring() {
         page.ask(&Ask::Configure { changes: vec![(key.to_owned(), value)] });
         assert_eq!(page.refusal(), "control.in_file_only", "{key}");
     }
-    page.ask(&Ask::Jog { axis: 1, distance_um: 1_000 });
-    until_status(&mut page, |status| status.state == State::Jogging);
-    let status = until_status(&mut page, |status| status.state == State::Ready);
+    let status =
+        jog(&mut page, 1, 1_000, |status| status.state == State::Ready && status.machine_mm[1] > 1.5);
     assert!((status.machine_mm[1] - 2.0).abs() < 0.21, "{:?}", status.machine_mm);
     page.ask(&Ask::SetZero);
     let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 1));
@@ -391,8 +390,7 @@ fn an_executor_that_dies_is_an_alarm_and_is_started_again() {
     let bridge = Shop::bridge(folder, "100");
     let mut page = bridge.page();
     assert!(page.take_control(false));
-    page.ask(&Ask::Jog { axis: 0, distance_um: 50_000 });
-    until_status(&mut page, |status| status.steps[0] > 10);
+    jog(&mut page, 0, 50_000, |status| status.steps[0] > 10);
     // The executor is the bridge's only child.
     let found =
         fs::read_dir(format!("/proc/{}/task", bridge.child.id())).unwrap().flatten().find_map(|task| {
@@ -406,8 +404,7 @@ fn an_executor_that_dies_is_an_alarm_and_is_started_again() {
     page.ask(&Ask::AcknowledgeAlarm);
     until_status(&mut page, |status| status.state == State::NotHomed);
     assert_eq!(shop.outputs(), [0; 4], "a fresh start: everything off");
-    page.ask(&Ask::Jog { axis: 0, distance_um: 1_000 });
-    until_status(&mut page, |status| status.state == State::NotHomed && status.steps[0] == 5);
+    jog(&mut page, 0, 1_000, |status| status.state == State::NotHomed && status.steps[0] == 5);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::client::{Page, Running};
 use annulus_core::control::State;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, FRAME_LIMIT, Tell};
+use annulus_core::wire::{Ask, FRAME_LIMIT, Tell, auth};
 use tungstenite::Message;
 
 fn is_in(tell: &Tell, states: &[State]) -> bool {
@@ -164,13 +164,21 @@ fn a_page_that_does_not_read_holds_up_nobody() {
 #[test]
 fn seats_are_counted() {
     let bridge = Running::start();
-    let pages: Vec<Page> = (0..16).map(|_| bridge.page()).collect();
-    assert_eq!(bridge.upgrade(&[]).err(), Some(503));
+    let pages: Vec<Page> = (0..64).map(|_| bridge.page_that_may("view")).collect();
+    let (session, key) = bridge.pair("view");
+    let mut late = Page { session: session.clone(), key: key.clone(), socket: bridge.upgrade(&[]).unwrap() };
+    let nonce = late.nonce();
+    late.hello(&session, &auth::hello(&key, &nonce));
+    assert_eq!(late.last_words(), ["door.full"], "everybody has one seat, and there are no more");
     drop(pages);
     // A seat is free again as soon as the bridge has seen that a page left.
     let again = (0..100).find_map(|_| {
         std::thread::sleep(std::time::Duration::from_millis(100));
-        bridge.upgrade(&[]).ok()
+        let mut page =
+            Page { session: session.clone(), key: key.clone(), socket: bridge.upgrade(&[]).unwrap() };
+        let nonce = page.nonce();
+        page.hello(&session, &auth::hello(&key, &nonce));
+        matches!(page.next(), Some(Tell::Welcome { .. })).then_some(())
     });
     assert!(again.is_some());
 }

@@ -9,8 +9,8 @@ use annulus_core::units::Length;
 use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
 use tempfile::TempDir;
 
-/// Holes in a row, 2 mm apart.
-fn row_of_holes(count: u32) -> Program {
+/// Holes in rows of a hundred, 2 mm apart.
+pub(crate) fn row_of_holes(count: u32) -> Program {
     let machine = virtual_drill();
     let process = &machine.process;
     let to = -(process.board_thickness + process.breakthrough);
@@ -26,7 +26,9 @@ fn row_of_holes(count: u32) -> Program {
     legs.extend((0..count).map(|hole| Leg {
         mark: Mark::Hole(hole),
         commands: vec![
-            Command::Rapid { to: Point::from_mm(f64::from(hole) * 2.0, 1.0) },
+            Command::Rapid {
+                to: Point::from_mm(f64::from(hole % 100) * 2.0, 1.0 + f64::from(hole / 100) * 0.15),
+            },
             Command::Plunge { to, feed_um_per_s, gate: None },
             Command::Retract { to: process.safe_height },
         ],
@@ -48,6 +50,18 @@ pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) ->
     match page.until(|tell| matches!(tell, Tell::Status(status) if wanted(status))) {
         Tell::Status(status) => *status,
         other => panic!("{other:?}"),
+    }
+}
+
+/// Moves by hand, with the hand on it, until a status is `wanted`.
+pub(crate) fn jog(page: &mut Page, axis: u8, distance_um: i32, wanted: impl Fn(&Status) -> bool) -> Status {
+    page.ask(&Ask::Jog { axis, distance_um });
+    loop {
+        page.ask(&Ask::JogOn);
+        match page.until(|tell| matches!(tell, Tell::Status(_))) {
+            Tell::Status(status) if wanted(&status) => return *status,
+            _ => {}
+        }
     }
 }
 

@@ -152,15 +152,31 @@ impl Walker {
         let way = i64::from(run.count) * if run.forward { 1 } else { -1 };
         let end = self.at.saturating_add(way);
         self.within_range(end)?;
-        let (mut tick, mut parts, mut interval) = (begin, 0, run.parts_before(0));
-        for _ in 0..run.count {
-            parts += interval;
-            interval += i128::from(run.change);
-            tick = begin + rounded(parts);
-            self.at += if run.forward { 1 } else { -1 };
-            let at_tick = tick as u64;
-            pace.step(at_tick, run.forward, self)?;
-            self.last = Some((at_tick, run.forward));
+        let tick = begin + run.ticks();
+        let way = if run.forward { 1 } else { -1 };
+        let mut step = |walker: &mut Self, at_tick: u64| {
+            walker.at += way;
+            pace.step(at_tick, run.forward, walker)?;
+            walker.last = Some((at_tick, run.forward));
+            Ok(())
+        };
+        match Narrow::of(run, begin) {
+            Some(Narrow { begin, mut interval, change }) => {
+                let mut parts = PARTS / 2;
+                for _ in 0..run.count {
+                    parts += interval;
+                    interval += change;
+                    step(self, (begin + (parts >> PARTS.trailing_zeros())) as u64)?;
+                }
+            }
+            None => {
+                let (mut parts, mut interval) = (0, run.parts_before(0));
+                for _ in 0..run.count {
+                    parts += interval;
+                    interval += i128::from(run.change);
+                    step(self, (begin + rounded(parts)) as u64)?;
+                }
+            }
         }
         self.lowest = self.lowest.min(end);
         self.highest = self.highest.max(end);
@@ -198,6 +214,24 @@ impl Walker {
         refuse("check.interval")
             .with("us", libm::round(ticks) / 10.0)
             .with("least", self.least_interval as f64 / 10.0)
+    }
+}
+
+/// A run whose numbers fit into 64 bits all along, as those of every sensible run do.
+struct Narrow {
+    begin: i64,
+    interval: i64,
+    change: i64,
+}
+
+impl Narrow {
+    fn of(run: &Run, begin: i128) -> Option<Self> {
+        const ROOM: u128 = 1 << 61;
+        let count = i128::from(run.count);
+        let widest = run.parts_before(0).unsigned_abs().max(run.parts_before(run.count).unsigned_abs());
+        let fits = widest * (count as u128 + 1) < ROOM && begin.unsigned_abs() < ROOM;
+        let begin = i64::try_from(begin).ok().filter(|_| fits)?;
+        Some(Self { begin, interval: run.first_parts(), change: i64::from(run.change) })
     }
 }
 

@@ -24,4 +24,4 @@ mod writer;
 pub use limits::{Limits, hop_time_s};
 pub use profile::Profile;
 pub use timeline::{Motion, Move, Part, Route, Takts, Timeline};
-pub use writer::{leg_alone, timeline, timeline_from};
+pub use writer::{each_leg, leg_alone, timeline, timeline_from};

@@ -44,6 +44,22 @@ pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> 
     Ok(writer.done())
 }
 
+/// The whole program leg by leg: `take` is given the moves of each, which are forgotten afterwards. Gives where all axes stand
+/// before the first.
+pub fn each_leg(
+    program: &Program,
+    machine: &Machine,
+    mut take: impl FnMut(&[Move]) -> Result<(), Remark>,
+) -> Result<Steps, Remark> {
+    let mut writer = writer_at(program, machine, 0);
+    for (index, leg) in program.legs.iter().enumerate() {
+        writer.leg(index, leg, program.legs.get(index + 1)).map_err(|remark| remark.with("leg", index))?;
+        take(&writer.timeline.moves)?;
+        writer.timeline.moves.clear();
+    }
+    Ok(writer.timeline.start)
+}
+
 /// Leg `index` by itself: from rest where it starts, all spindles up, to rest with all spindles up again. The motors of X and Y
 /// that went `down` in their numbers before stand lower by the play.
 pub fn leg_alone(

@@ -16,10 +16,11 @@
 
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
+use crate::job::Program;
 use crate::machine::{AXES, Machine};
 use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
-use crate::motion::{Motion, Move, Part, Route, Takts, Timeline};
+use crate::motion::{Motion, Move, Part, Route, Takts, Timeline, each_leg};
 use crate::remark::{Remark, Weight};
 
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
@@ -30,18 +31,39 @@ const TURN_ROOM_S: f64 = 2.1e-6;
 
 /// The whole timeline as a stream.
 pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Remark> {
-    let mut segments = Vec::with_capacity(timeline.moves.len());
-    let mut maker = Maker::new(machine);
-    let mut runs = 0;
-    for planned in &timeline.moves {
-        let segment = maker.segment(planned);
-        runs += segment.runs.len();
-        if runs > MOST_RUNS {
-            return Err(Remark::new(Weight::Loss, "motion.stream_too_long").with("runs", MOST_RUNS));
+    let mut pile =
+        Pile { maker: Maker::new(machine), segments: Vec::with_capacity(timeline.moves.len()), runs: 0 };
+    pile.take(&timeline.moves)?;
+    Ok(StepStream { start: timeline.start, segments: pile.segments })
+}
+
+/// A program as a stream, leg by leg: the same as by its timeline, which is never there as a whole.
+pub fn stream_of(program: &Program, machine: &Machine) -> Result<StepStream, Remark> {
+    let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
+    let start = each_leg(program, machine, |moves| pile.take(moves))?;
+    Ok(StepStream { start, segments: pile.segments })
+}
+
+/// Segments, as they are made.
+struct Pile {
+    maker: Maker,
+    segments: Vec<Segment>,
+    runs: usize,
+}
+
+impl Pile {
+    fn take(&mut self, moves: &[Move]) -> Result<(), Remark> {
+        for planned in moves {
+            let mut segment = self.maker.segment(planned);
+            segment.runs.shrink_to_fit();
+            self.runs += segment.runs.len();
+            if self.runs > MOST_RUNS {
+                return Err(Remark::new(Weight::Loss, "motion.stream_too_long").with("runs", MOST_RUNS));
+            }
+            self.segments.push(segment);
         }
-        segments.push(segment);
+        Ok(())
     }
-    Ok(StepStream { start: timeline.start, segments })
 }
 
 /// One move as a segment.

@@ -19,6 +19,6 @@ pub use crate::job::{Effect, Stage};
 pub use crate::machine::{AXES, Steps};
 pub use crate::motion::automaton;
 pub use digest::{digest, encoded_len, trace};
-pub use make::{segment, stream};
+pub use make::{segment, stream, stream_of};
 pub use replay::{Pulse, Replay, replay, replay_stream};
 pub use stream::{PARTS, Run, Segment, StepStream, TICK_HZ};

@@ -57,6 +57,38 @@ fn a_job_goes_faster_than_planned_from_its_next_rest_and_back_again() {
 }
 
 #[test]
+fn nothing_that_holds_the_job_back_waits_for_a_plan() {
+    let mut bench = Bench::new(&machine(), Faults::default());
+    bench.start(&slow_feed(&machine(), 60));
+    // A plan is being made, and takes as long as it likes.
+    let planning = bench.drill.planner.lock().unwrap();
+    let drill = bench.drill.clone();
+    let faster = std::thread::spawn(move || drill.ask(Ask::Pace { percent: 150 }));
+    bench.wait(|status| status.pace_percent == 150);
+    let slower = bench.drill.begin(Ask::Pace { percent: 50 }, None);
+    bench.wait(|status| status.pace_percent == 50);
+    bench.drill.ask(Ask::Pause).unwrap();
+    bench.wait(|status| status.state == State::Paused);
+    bench.drill.ask(Ask::Resume).unwrap();
+    drop(planning);
+    faster.join().unwrap().unwrap();
+    slower.finish().unwrap();
+    bench.drill.ask(Ask::Pace { percent: 100 }).unwrap();
+    assert_eq!(bench.ended(), (Ending::Done, 60));
+    assert_eq!(counts(&bench.record(), 60), [1; 60]);
+}
+
+#[test]
+fn a_stream_made_leg_by_leg_is_the_same() {
+    for machine in [machine(), annulus_core::machine::lab()] {
+        let program = grid(&machine, 40);
+        let timeline = annulus_core::motion::timeline(&program, &machine).unwrap();
+        let whole = annulus_core::steps::stream(&timeline, &machine).unwrap();
+        assert_eq!(annulus_core::steps::stream_of(&program, &machine).unwrap(), whole);
+    }
+}
+
+#[test]
 fn higher_feeds_are_planned_to_the_same_places_and_checked() {
     let (machine, program) = (machine(), slow_feed(&machine(), 10));
     let bytes = program::encode(&program);

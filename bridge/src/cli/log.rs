@@ -1,0 +1,51 @@
+//! The log of `annulus serve` on standard error, which nobody waits for.
+//!
+//! Comes in: lines. Goes out: the same lines, by a thread of their own. Where nobody reads them (a terminal that was paused, a
+//! pipe that is full) lines are dropped, never waited for: STOP does not wait for a terminal. Does not know what they say.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::OnceLock;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread;
+
+/// Lines that may wait.
+const WAITING: usize = 1024;
+
+static LINES: OnceLock<SyncSender<Vec<u8>>> = OnceLock::new();
+
+/// One line on its way.
+struct Line;
+
+impl Write for Line {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        match LINES.get() {
+            Some(lines) => drop(lines.try_send(line.to_vec())),
+            None => io::stderr().write_all(line)?,
+        }
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Begins the log, as `ANNULUS_LOG` says.
+pub(super) fn begin() {
+    let filter = tracing_subscriber::EnvFilter::try_from_env("ANNULUS_LOG");
+    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
+    let (lines, written) = sync_channel::<Vec<u8>>(WAITING);
+    let write = move || {
+        while let Ok(line) = written.recv() {
+            let _ = io::stderr().write_all(&line);
+        }
+    };
+    if thread::Builder::new().name("log".to_owned()).spawn(write).is_ok() {
+        let _ = LINES.set(lines);
+    }
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(io::stderr().is_terminal())
+        .with_writer(|| Line)
+        .try_init();
+}

@@ -1,0 +1,196 @@
+//! Nobody shuts the door (A3 of stopping): callers without a key, refused requests, wrong tokens and a full house keep neither
+//! a page that is known nor its STOP out. Everything here speaks to 127.0.0.1, and so much of it that a small computer bears it.
+
+use crate::server::client::{PATIENCE, Page, Reply, Running};
+use crate::server::work::until_status;
+use annulus_core::control::State;
+use annulus_core::wire::{Ask, Tell, auth};
+use serde_json::json;
+use std::io::Write;
+use std::net::TcpStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// A page that was let in before and comes again, as after a reload: its hello is accepted.
+fn reloaded(bridge: &Running, session: &str, key: &str) -> Page {
+    let socket = bridge.upgrade(&[]).unwrap();
+    let mut page = Page { session: session.to_owned(), key: key.to_owned(), socket };
+    let nonce = page.nonce();
+    page.hello(session, &auth::hello(key, &nonce));
+    page.until(|tell| matches!(tell, Tell::Welcome { .. }));
+    page
+}
+
+/// A request that is refused, on a connection that its sender would keep.
+fn refused(port: u16) -> TcpStream {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let _ = write!(stream, "GET / HTTP/1.1\r\nhost: evil.example:{port}\r\n\r\n");
+    stream
+}
+
+fn token(bridge: &Running, token: &str) -> Reply {
+    bridge.own("POST", "/api/pair", &[], json!({ "token": token }).to_string().as_bytes())
+}
+
+#[test]
+fn sockets_without_a_key_keep_no_page_out() {
+    let bridge = Running::start();
+    let (session, key) = bridge.pair("run");
+    let strangers: Vec<_> = (0..100).map(|_| bridge.upgrade(&[]).unwrap()).collect();
+    let mut page = reloaded(&bridge, &session, &key);
+    assert!(page.take_control(false));
+    drop(strangers);
+}
+
+#[test]
+fn refused_connections_are_closed_and_idle_ones_make_room() {
+    let bridge = Running::start();
+    let mut crowd: Vec<TcpStream> = (0..300).map(|_| refused(bridge.port)).collect();
+    let idle: Vec<TcpStream> = (0..300).map(|_| bridge.connect()).collect();
+    assert_eq!(bridge.raw("GET", "/nothing", &[], b"").status, 404);
+    for stream in &mut crowd {
+        let reply = Reply::read(stream);
+        // The first of them may have had to go before anything was read.
+        assert!(
+            reply.status == 0 || (reply.status, reply.header("connection")) == (403, "close"),
+            "{reply:?}"
+        );
+    }
+    assert_eq!(bridge.raw("GET", "/nothing", &[], b"").status, 404);
+    drop(idle);
+}
+
+#[test]
+fn wrong_tokens_slow_down_who_sends_them_and_lock_nobody_out() {
+    let bridge = Running::start();
+    let replies: Vec<_> = (0..50).map(|_| token(&bridge, "guess")).collect();
+    assert_eq!(replies[0].status, 401);
+    let slowed = replies.iter().filter(|reply| reply.status == 429).count();
+    assert!(slowed >= 40, "{slowed} of 50 were told to wait");
+    assert_eq!(token(&bridge, &bridge.token).status, 200, "the right one is right all the same");
+    assert_eq!(token(&bridge, &bridge.link("view")).status, 200);
+}
+
+#[test]
+fn sixty_four_pages_watch_and_one_that_is_reloaded_comes_in() {
+    let bridge = Running::start();
+    let (session, key) = bridge.pair("run");
+    let mut first = reloaded(&bridge, &session, &key);
+    let many: Vec<Page> = {
+        let (session, key) = bridge.pair("view");
+        (0..63).map(|_| reloaded(&bridge, &session, &key)).collect()
+    };
+    first.until(|tell| matches!(tell, Tell::Control { viewers: 64, .. }));
+    let mut again = reloaded(&bridge, &session, &key);
+    assert!(again.take_control(false));
+    drop((first, many));
+}
+
+/// What a flood does again and again, and how often it did.
+struct Flood {
+    over: Arc<AtomicBool>,
+    times: Arc<AtomicUsize>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Flood {
+    fn begin(bridge: &Running) -> Self {
+        let (over, times) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
+        let (port, origin) = (bridge.port, bridge.origin());
+        let kinds: [Box<dyn FnMut() -> TcpStream + Send>; 4] = [
+            // Sockets without a key.
+            Box::new({
+                let origin = origin.clone();
+                move || {
+                    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+                    let _ = write!(
+                        stream,
+                        "GET /api/socket HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\norigin: {origin}\r\nconnection: upgrade\r\n\
+                         upgrade: websocket\r\nsec-websocket-version: 13\r\nsec-websocket-key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+                    );
+                    stream
+                }
+            }),
+            Box::new(move || refused(port)),
+            // Wrong tokens.
+            Box::new(move || {
+                let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+                let _ = write!(
+                    stream,
+                    "POST /api/pair HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\norigin: {origin}\r\ncontent-length: 17\r\n\r\n\
+                     {{\"token\":\"guess\"}}"
+                );
+                stream
+            }),
+            // Nothing at all.
+            Box::new(move || TcpStream::connect(("127.0.0.1", port)).unwrap()),
+        ];
+        let threads = kinds.into_iter().map(|mut attack| {
+            let (over, times) = (Arc::clone(&over), Arc::clone(&times));
+            thread::spawn(move || {
+                // Each holds on to what it opened, 100 at a time, and opens 100 a second.
+                let mut held = std::collections::VecDeque::new();
+                while !over.load(Ordering::SeqCst) {
+                    held.push_back(attack());
+                    if held.len() > 100 {
+                        held.pop_front();
+                    }
+                    times.fetch_add(1, Ordering::SeqCst);
+                    thread::sleep(Duration::from_millis(10));
+                }
+            })
+        });
+        let threads = threads.collect();
+        Self { over, times, threads }
+    }
+
+    fn end(self) -> usize {
+        self.over.store(true, Ordering::SeqCst);
+        self.threads.into_iter().for_each(|thread| thread.join().unwrap());
+        self.times.load(Ordering::SeqCst)
+    }
+}
+
+/// Half of them, 99 of 100, and the worst, in ms.
+fn spread(times: &mut [Duration]) -> String {
+    times.sort();
+    let at = |share: f64| times[((times.len() - 1) as f64 * share).ceil() as usize].as_secs_f64() * 1e3;
+    format!("p50 {:.1} ms, p99 {:.1} ms, worst {:.1} ms", at(0.5), at(0.99), at(1.0))
+}
+
+#[test]
+fn stop_of_a_reloaded_page_is_heard_under_every_flood_at_once() {
+    let rounds = if std::env::var_os("ANNULUS_LONG").is_some() { 2_000 } else { 200 };
+    let bridge = Running::start();
+    let (session, key) = bridge.pair("run");
+    let (many, many_key) = bridge.pair("view");
+    let crowd: Vec<Page> = (0..63).map(|_| reloaded(&bridge, &many, &many_key)).collect();
+    let flood = Flood::begin(&bridge);
+    let mut worker = reloaded(&bridge, &session, &key);
+    let (mut stops, mut reloads) = (Vec::new(), Vec::new());
+    for _ in 0..rounds {
+        assert!(worker.take_control(true));
+        worker.ask(&Ask::Home);
+        until_status(&mut worker, |status| status.state == State::Homing);
+        let came = Instant::now();
+        let mut page = reloaded(&bridge, &session, &key);
+        reloads.push(came.elapsed());
+        let pressed = Instant::now();
+        page.ask(&Ask::Stop);
+        until_status(&mut page, |status| !matches!(status.state, State::Homing));
+        stops.push(pressed.elapsed());
+        until_status(&mut page, |status| matches!(status.state, State::NotHomed | State::Ready));
+        worker = page;
+    }
+    let attacks = flood.end();
+    println!(
+        "{rounds} STOPs under {attacks} attacks: {}; to come in again: {}",
+        spread(&mut stops),
+        spread(&mut reloads)
+    );
+    assert_eq!(stops.len(), rounds, "every STOP was heard");
+    drop(crowd);
+}

@@ -1,0 +1,69 @@
+//! Who holds a job back does not wait behind a plan (A4 of stopping).
+
+use crate::server::client::{Page, Running};
+use crate::server::work::{home, row_of_holes, until_status};
+use annulus_core::control::State;
+use annulus_core::wire::{Ask, Tell, Verdict, program};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// A page whose job of so many holes is being drilled.
+fn drilling(bridge: &Running, holes: u32) -> Page {
+    let mut page = bridge.page();
+    home(&mut page);
+    page.ask(&Ask::SetZero);
+    let bytes = program::encode(&row_of_holes(holes));
+    let job = program::key(&bytes);
+    assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
+    let asked = Instant::now();
+    page.ask(&Ask::Arm { job: job.clone() });
+    let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
+    println!("{holes} holes armed in {:.2} s", asked.elapsed().as_secs_f64());
+    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+    until_status(&mut page, |status| status.state == State::ToolChange);
+    page.ask(&Ask::BitChanged);
+    until_status(&mut page, |status| status.state == State::Running && status.holes_done >= 1);
+    page
+}
+
+/// The most memory that the bridge ever had, MB; 0 where the system does not say.
+fn most_mb(bridge: &Running) -> u64 {
+    let text = std::fs::read_to_string(format!("/proc/{}/status", bridge.child.id())).unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0) / 1024
+}
+
+#[test]
+fn a_pause_comes_before_a_plan_that_is_being_made() {
+    let holes = if std::env::var_os("ANNULUS_LONG").is_some() { 100_000 } else { 10_000 };
+    let bridge = Running::start_at(TempDir::new().unwrap(), "5");
+    let mut page = drilling(&bridge, holes);
+    println!("{} MB at most when armed", most_mb(&bridge));
+    let asked = Instant::now();
+    page.ask(&Ask::Pace { percent: 150 });
+    // Behind the plan in the order of this page's answers: its refusal says that the plan is made.
+    page.ask(&Ask::Pace { percent: 250 });
+    std::thread::sleep(Duration::from_millis(20));
+    let pressed = Instant::now();
+    page.ask(&Ask::Pause);
+    let mut held = None;
+    loop {
+        match page.next().expect("the page stays in") {
+            Tell::Status(status) if matches!(status.state, State::Pausing | State::Paused) => {
+                held = held.or_else(|| Some(pressed.elapsed()));
+            }
+            Tell::Status(_) => page.ask(&Ask::Ping { stamp: 0.0 }),
+            Tell::Refused { why } => {
+                assert_eq!(why.code, "control.bad_pace");
+                break;
+            }
+            _ => {}
+        }
+    }
+    println!("held after {held:?}, planned after {:?}, {} MB at most", asked.elapsed(), most_mb(&bridge));
+    assert!(held.is_some(), "the pause waited for the plan");
+    page.ask(&Ask::Stop);
+    until_status(&mut page, |status| matches!(status.state, State::Ready | State::NotHomed));
+}
