@@ -355,6 +355,7 @@ async fn plan_and_time(desk: Desk, wanted: ToPlan) {
     let machine = wanted.machine.clone();
     let (board_key, face, bits) = (wanted.board_key, wanted.work.setup.face, wanted.work.bits.clone());
     let (agreed, cleared) = (wanted.work.agreed(face), wanted.work.cleared(face));
+    let isolates = wanted.work.isolates(face);
     let progress = move |share| {
         if wish == WISH.get() {
             state().task.set(Some(Task { word: key!("page.task.planning"), share }));
@@ -393,7 +394,8 @@ async fn plan_and_time(desk: Desk, wanted: ToPlan) {
         return;
     }
     state().task.set(Some(Task { word: key!("page.task.proving"), share: 0.7 }));
-    let proof = ToProve { board_key, program: planned.program.clone(), face, bits, agreed, cleared };
+    let program = planned.program.clone();
+    let proof = ToProve { board_key, program, face, bits, agreed, cleared, isolates };
     let proved = engine().prove(proof).await;
     if overtaken(wish) {
         return;

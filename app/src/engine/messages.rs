@@ -11,7 +11,7 @@ use annulus_core::job::{Bit, Cleared};
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
 use annulus_core::project::saved::{Project, Said};
-use annulus_core::proof::Finding;
+use annulus_core::proof::{Finding, Whole};
 use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
@@ -201,6 +201,8 @@ pub struct ToProve {
     pub agreed: Vec<(Point, Point)>,
     /// What the job says it clears.
     pub cleared: Vec<Cleared>,
+    /// Whether the job isolates anything on this side.
+    pub isolates: bool,
 }
 
 /// A program to be written in a controller's words.
@@ -239,6 +241,8 @@ pub struct Proved {
     pub findings: Vec<Finding>,
     /// How many more there are.
     pub more: u32,
+    /// What a change of the whole job opens, where gaps are not open.
+    pub whole: Option<Whole>,
     /// Islands of copper that shall stay.
     pub islands: u32,
     /// Nets that they belong to.

@@ -176,6 +176,7 @@ fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
         owned: wanted.bits.clone(),
         agreed: wanted.agreed.clone(),
         cleared: wanted.cleared.clone(),
+        isolates: Some(wanted.isolates),
         ..proof::Options::default()
     };
     let mut verdict = proof::prove(&last.planned.board, std::slice::from_ref(&program), &options);
@@ -187,6 +188,7 @@ fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
     Ok(Proved {
         findings: verdict.findings,
         more: verdict.more,
+        whole: verdict.whole,
         islands: verdict.islands,
         nets: verdict.nets,
     })
@@ -403,6 +405,7 @@ mod tests {
             bits: vec![],
             agreed: vec![],
             cleared: vec![],
+            isolates: true,
         };
         let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
         let said: Vec<String> =
@@ -430,8 +433,11 @@ mod tests {
             operation: Some("@page.cam.word.clear".to_owned()),
             cures: vec![cure],
             agreed: true,
+            count: 0,
+            slight: false,
         };
-        let proved = Proved { findings: vec![finding], more: 1, islands: 2, nets: 3 };
+        let whole = proof::Whole { gaps: 3, shallower: None, rest: 3, tip: None, tip_opens: 0 };
+        let proved = Proved { findings: vec![finding], more: 1, whole: Some(whole), islands: 2, nets: 3 };
         let bytes = postcard::to_allocvec(&Answer::Proved(proved.clone())).unwrap();
         assert_eq!(postcard::from_bytes::<Answer>(&bytes).unwrap(), Answer::Proved(proved));
     }

@@ -136,6 +136,19 @@ pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> W
     })
 }
 
+/// With every isolation of this side that uses its bit only as deep as the offer says.
+pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
+    let mut work = work.clone();
+    let face = work.setup.face;
+    let isolates = |operation: &&mut Operation| {
+        matches!(operation.action, Action::Isolate(_)) && operation.on && operation.face == face
+    };
+    for operation in work.operations.iter_mut().filter(isolates).filter(|own| own.bit == offer.bit) {
+        operation.depth = operation.depth.min(offer.depth);
+    }
+    work
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -205,6 +218,18 @@ mod tests {
     }
 
     #[test]
+    fn a_lesser_depth_of_the_whole_is_that_of_every_isolation_with_its_bit() {
+        let mut before = work(&["isolate", "isolate", "cut_out"]);
+        before.operations[1].face = Face::Bottom;
+        let um = Length::from_um;
+        let bit = before.operations[0].bit.clone();
+        let offer = proof::Shallower { bit, depth: um(50), width: um(127), opens: 33 };
+        let depths: Vec<Length> =
+            shallower(&before, &offer).operations.iter().map(|operation| operation.depth).collect();
+        assert_eq!(depths, [um(50), before.operations[1].depth, before.operations[2].depth]);
+    }
+
+    #[test]
     fn a_cure_lies_across_its_gap_and_a_gap_has_one() {
         let before = work(&["drill", "isolate"]);
         let ends = (Point::from_mm(3.0, 1.0), Point::from_mm(3.0, 1.1));
@@ -221,6 +246,8 @@ mod tests {
             operation: None,
             cures: Vec::new(),
             agreed: false,
+            count: 0,
+            slight: false,
         };
         let cures = |work: &Work| match &work.operations[1].action {
             Action::Isolate(isolate) => isolate.cures.clone(),

@@ -9,28 +9,27 @@
 //!
 //! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how ways are made.
 
+use super::cures::Curing;
 use super::export::{self, Target};
-use super::prove::{finding_lines, finding_object, is_unread};
+use super::findings::{finding_lines, finding_object, groups_object, is_unread, whole_lines, whole_object};
 use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded};
 use crate::job::{self, Whole};
 use crate::{machine_file, saving};
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::parameters;
 use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
-use annulus_core::cam::work::{Action, Operation, Remedy, Work};
+use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Mark, Program, milled_mm};
 use annulus_core::machine::Machine;
-use annulus_core::proof::{self, Finding};
+use annulus_core::proof::{self, Verdict};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use annulus_core::{locale, motion, project};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// How often cures are applied and proved again.
-const ROUNDS: usize = 3;
 /// The target that is Annulus' own form of a program.
 const OWN_FORM: &str = "program";
 
@@ -67,7 +66,7 @@ pub(crate) struct CamArgs {
     /// Write the files of the board and the job as planned to this file, as the page saves a project.
     #[arg(long, value_name = "FILE")]
     save_project: Option<PathBuf>,
-    /// Apply the gentlest cure to every gap that is not open, and prove again.
+    /// Cure gaps that are not open, first by a lesser depth of the whole, then one by one, until nothing more opens.
     #[arg(long)]
     cure: bool,
     /// Losses and findings that were seen, by code or by the finding's name.
@@ -86,9 +85,8 @@ struct Side {
     face: Face,
     planned: Planned,
     program: Program,
-    findings: Vec<Finding>,
-    /// Findings beyond those that are listed.
-    more: u32,
+    verdict: Verdict,
+    curing: Curing,
     remarks: Vec<Remark>,
 }
 
@@ -118,7 +116,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         let bytes = project::saved::write(&project).map_err(Refusal::content)?;
         job::write_output(path, &bytes)?;
     }
-    let findings = sides.iter().flat_map(|side| &side.findings);
+    let findings = sides.iter().flat_map(|side| &side.verdict.findings);
     let unread = findings.filter(|finding| is_unread(finding, &args.accept)).count();
     let why = unready(args, &sides, unread);
     let files = if why.is_none() { written(args, target.as_ref(), &sides, &machine)? } else { Vec::new() };
@@ -212,7 +210,7 @@ fn side(
     };
     let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
     let means = Means { options: &options, hop_time: &hop_time };
-    let mut round = 0;
+    let mut curing = Curing::default();
     loop {
         let planned = plan_work(board, work, machine, &means, &mut |_| true);
         let (planned, remarks) = planned.map_err(|losses| {
@@ -226,50 +224,25 @@ fn side(
             owned: work.bits.clone(),
             agreed: work.agreed(face),
             cleared: work.cleared(face),
+            isolates: Some(work.isolates(face)),
             ..proof::Options::default()
         };
-        let proof::Verdict { mut findings, more, .. } =
-            proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
-        for finding in &mut findings {
+        let mut verdict = proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
+        for finding in &mut verdict.findings {
             let index = finding.leg.and_then(|(_, leg)| planned.operation_at(&program, leg));
             let operation = index.and_then(|index| work.operations.get(index as usize));
             finding.operation = operation.map(Operation::title);
         }
-        round += 1;
-        if args.cure && round <= ROUNDS && cured(work, face, &findings) {
+        if args.cure && curing.go_on(work, face, &verdict) {
             continue;
         }
-        let seen =
-            findings.iter().filter(|finding| finding.must_be_read() && !is_unread(finding, &args.accept));
+        let read = verdict.findings.iter().filter(|finding| finding.must_be_read());
+        let seen = read.filter(|finding| !is_unread(finding, &args.accept));
         program.accepted.extend(seen.map(|finding| finding.kind.code().to_owned()));
         program.accepted.sort();
         program.accepted.dedup();
-        return Ok(Side { face, planned, program, findings, more, remarks });
+        return Ok(Side { face, planned, program, verdict, curing, remarks });
     }
-}
-
-/// Adds the gentlest cure of every gap to the first isolation of `face`; whether any was new.
-fn cured(work: &mut Work, face: Face, findings: &[Finding]) -> bool {
-    let bits = work.bits.clone();
-    let isolation = work.operations.iter_mut().find_map(|operation| match &mut operation.action {
-        Action::Isolate(isolate) if operation.on && operation.face == face => Some(isolate),
-        _ => None,
-    });
-    let Some(isolate) = isolation else { return false };
-    let mut any = false;
-    for finding in findings {
-        let (Some((from, to)), Some(cure)) = (finding.ends, finding.cures.first()) else { continue };
-        let with = match cure {
-            proof::Cure::Shallower { depth, .. } => Remedy::Depth(*depth),
-            proof::Cure::OtherBit { bit, .. } if bits.iter().any(|own| own.name == *bit) => {
-                Remedy::Bit(bit.clone())
-            }
-            proof::Cure::Centred { .. } => Remedy::Centred,
-            _ => continue,
-        };
-        any |= isolate.cure(from, to, with);
-    }
-    any
 }
 
 /// Writes the files of all sides, once all of them could be made; names, sizes and digests, side by side.
@@ -368,7 +341,9 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
                 "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })
         })
         .collect();
-    let findings: Vec<Value> = side.findings.iter().map(|finding| finding_object(finding, accept)).collect();
+    let verdict = &side.verdict;
+    let findings: Vec<Value> =
+        verdict.findings.iter().map(|finding| finding_object(finding, accept)).collect();
     let mut remarks = side.remarks.clone();
     remarks.extend(timed.as_ref().err().cloned());
     json!({
@@ -384,8 +359,11 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
         "ways": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count(),
         "tool_changes": side.program.bits.len(),
         "tools": tools,
+        "groups": groups_object(&verdict.groups, &verdict.findings, accept),
+        "whole": verdict.whole.as_ref().map(whole_object),
+        "cured": side.curing.object(),
         "findings": findings,
-        "more": side.more,
+        "more": verdict.more,
         "remarks": remark_objects(&remarks),
     })
 }
@@ -410,5 +388,7 @@ fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
     for file in files {
         out += &say("cam.report.file", &[("file", file["file"].as_str().unwrap_or_default().to_owned())]);
     }
-    out + &finding_lines(&side.findings, side.more, accept) + &remark_lines(&side.remarks)
+    let verdict = &side.verdict;
+    out += &finding_lines(&verdict.groups, &verdict.findings, accept);
+    out + &whole_lines(verdict.whole.as_ref()) + &remark_lines(&side.remarks)
 }

@@ -4,9 +4,11 @@
 //! refusal. Does not know what the commands do.
 
 mod cam;
+mod cures;
 mod doctor;
 mod executor;
 pub(crate) mod export;
+mod findings;
 mod inspect;
 mod lab;
 mod link;
@@ -14,6 +16,7 @@ mod log;
 mod machines;
 mod plan;
 mod prove;
+mod prove_files;
 mod queue;
 mod refusal;
 mod run;

@@ -3,7 +3,9 @@
 //! Comes in: the files of the design, programs, perhaps the job file that they were planned from. Goes out: every finding
 //! with place, width, nets and cures; exit code 1 while there are findings that nobody has accepted. Does not know how the programs were made.
 
-use super::{Answer, Exit, Refusal, cam, remark_lines, remark_objects, rounded};
+use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
+use super::prove_files::{self, Given};
+use super::{Answer, Exit, Refusal, cam, remark_lines, remark_objects};
 use crate::{files, job};
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
 use annulus_core::cam::ways::Scene;
@@ -11,15 +13,12 @@ use annulus_core::cam::work::Work;
 use annulus_core::job::Program;
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
-use annulus_core::proof::{self, Cure, Finding, Options, Verdict};
+use annulus_core::proof::{self, Options, Verdict};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-
-/// Findings shown when people read.
-const SHOWN: usize = 40;
 
 /// Arguments of `annulus prove`.
 #[derive(Debug, clap::Args)]
@@ -27,8 +26,8 @@ pub(crate) struct ProveArgs {
     /// The design: copper, outline and drill files; a file, a folder, a zip or a saved project.
     #[arg(value_name = "JOB")]
     pub(crate) job: PathBuf,
-    /// Programs that are run on it one after the other.
-    #[arg(value_name = "PROGRAM", required = true)]
+    /// Programs, or files written for a controller, that are run on it one after the other.
+    #[arg(value_name = "FILE", required = true)]
     pub(crate) programs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: super::ReadingArgs,
@@ -44,6 +43,9 @@ pub(crate) struct ProveArgs {
     /// Thickness of the copper in µm.
     #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = copper_um)]
     pub(crate) copper_um: f64,
+    /// A tool of the files, by its number, where they do not say what it is: 2=end mill 0.8; several with ";".
+    #[arg(long, value_delimiter = ';', value_name = "N=TOOL")]
+    pub(crate) tools: Vec<String>,
     /// How far copper that belongs to nothing must be away from the nets, in mm.
     #[arg(long, value_name = "MM")]
     pub(crate) clearance: Option<f64>,
@@ -83,12 +85,15 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (board, remarks) = from_artwork_with(&read.artwork, &read.default_use(), wanted);
-    let programs: Vec<Program> = args
-        .programs
-        .iter()
-        .map(|path| job::program_file(path)?.ok_or_else(|| not_one(path)))
-        .collect::<Result<_, _>>()?;
+    let tools = prove_files::tools(&args.tools)?;
+    let given: Vec<Given> =
+        args.programs.iter().map(|path| prove_files::given(path, &tools)).collect::<Result<_, _>>()?;
     let work = work(args, &board, read.job.as_deref())?;
+    if given.iter().any(|one| matches!(one, Given::File(_))) {
+        return files(args, &board, work, given, remarks);
+    }
+    let own = |one: Given| if let Given::Own(program) = one { Some(program) } else { None };
+    let programs: Vec<Program> = given.into_iter().filter_map(own).collect();
     let face = match (args.side, &work) {
         (Some(Side::Bottom), _) => Face::Bottom,
         (None, Some(work)) => work.setup.face,
@@ -110,6 +115,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
         face,
         agreed: work.as_ref().map(|work| work.agreed(face)).unwrap_or_default(),
         cleared: work.as_ref().map(|work| work.cleared(face)).unwrap_or_default(),
+        isolates: work.as_ref().map(|work| work.isolates(face)),
         owned: work.map(|work| work.bits).unwrap_or_default(),
         copper_thickness: Length::from_mm(args.copper_um / 1e3),
         clearance: args.clearance.map(Length::from_mm),
@@ -132,6 +138,35 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     }
     let why = Remark::new(Weight::Loss, "proof.unread_findings").with("count", unread);
     Ok(Answer::refused(object, &text, why))
+}
+
+/// Proves files written for a controller, on the sides that they are for. Without a job the board lies as `cam` lays it.
+fn files(
+    args: &ProveArgs,
+    board: &Board,
+    work: Option<Work>,
+    given: Vec<Given>,
+    remarks: Vec<Remark>,
+) -> Result<Answer, Refusal> {
+    let planned = work.is_some();
+    let work = work.unwrap_or_else(|| Work::default_for(board, &virtual_drill()));
+    let face = args.side.map(|side| if side == Side::Bottom { Face::Bottom } else { Face::Top });
+    let sides = prove_files::laid(board, &work, face, given);
+    let has_copper = |face| board.copper.iter().any(|copper| copper.face == face);
+    if let Some(side) = sides.iter().find(|side| !has_copper(side.face)) {
+        let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side.face.name());
+        return Err(Refusal::content(why.with("path", args.job.display())));
+    }
+    let options = |face| Options {
+        agreed: work.agreed(face),
+        cleared: if planned { work.cleared(face) } else { Vec::new() },
+        isolates: planned.then(|| work.isolates(face)),
+        owned: work.bits.clone(),
+        copper_thickness: Length::from_mm(args.copper_um / 1e3),
+        clearance: args.clearance.map(Length::from_mm),
+        ..Options::default()
+    };
+    prove_files::prove(&sides, &options, &args.accept, remarks)
 }
 
 /// The work of the job file, else of the saved project, if there is one.
@@ -158,27 +193,6 @@ fn laid(board: Board, work: Option<&Work>, face: Face, turn: Turn) -> Board {
     }
 }
 
-fn not_one(path: &std::path::Path) -> Refusal {
-    Refusal::content(Remark::new(Weight::Loss, "proof.not_a_program").with("path", path.display()))
-}
-
-/// Whether a finding was accepted: by its name, its code or the last word of its code.
-fn accepted(finding: &Finding, accept: &[String]) -> bool {
-    let code = finding.kind.code();
-    let kind = code.rsplit('.').next().unwrap_or(code);
-    accept.iter().any(|word| *word == finding.id || word == code || word == kind)
-}
-
-/// How many findings must be read and were not accepted.
-fn unread(findings: &[Finding], accept: &[String]) -> usize {
-    findings.iter().filter(|finding| is_unread(finding, accept)).count()
-}
-
-/// Whether a finding must be read and was not accepted.
-pub(super) fn is_unread(finding: &Finding, accept: &[String]) -> bool {
-    finding.must_be_read() && !accepted(finding, accept)
-}
-
 /// A verdict for scripts.
 fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
     json!({
@@ -186,59 +200,10 @@ fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
         "nets": verdict.nets,
         "pieces_left": verdict.left.islands.len(),
         "unread": unread(&verdict.findings, accept),
+        "groups": groups_object(&verdict.groups, &verdict.findings, accept),
+        "whole": verdict.whole.as_ref().map(whole_object),
         "findings": verdict.findings.iter().map(|f| finding_object(f, accept)).collect::<Vec<_>>(),
         "more": verdict.more,
-    })
-}
-
-/// A finding for scripts.
-pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
-    let remark = finding.remark();
-    let mm = |length: Length| rounded(length.mm());
-    json!({
-        "id": finding.id,
-        "kind": finding.kind,
-        "code": remark.code,
-        "weight": remark.weight,
-        "agreed": finding.agreed,
-        "x_mm": mm(finding.at.x),
-        "y_mm": mm(finding.at.y),
-        "width_mm": mm(finding.width),
-        "tool_mm": finding.tool.map(mm),
-        "nets": finding.nets,
-        "program": finding.leg.map(|(program, _)| program),
-        "leg": finding.leg.map(|(_, leg)| leg),
-        "cures": finding.cures.iter().map(cure_object).collect::<Vec<_>>(),
-        "accepted": accepted(finding, accept),
-        "unread": is_unread(finding, accept),
-        "message": remark.message("en"),
-        "advice": remark.advice("en"),
-    })
-}
-
-/// Kind, bit, depth, width and lost copper of a cure; its sentence.
-fn cure_object(cure: &Cure) -> Value {
-    let (key, bit, depth, width, lost) = match cure {
-        Cure::Shallower { bit, depth, width } => ("shallower", bit, depth, width, None),
-        Cure::OtherBit { bit, depth, width, .. } => ("other_bit", bit, depth, width, None),
-        Cure::Centred { bit, depth, width, lost } => ("centred", bit, depth, width, Some(*lost)),
-        Cure::Deeper { bit, depth, width } => ("deeper", bit, depth, width, None),
-    };
-    let text = |length: Length| format!("{:.3}", length.mm());
-    let words = [
-        ("bit", bit.clone()),
-        ("depth", text(*depth)),
-        ("width", text(*width)),
-        ("lost", lost.map(text).unwrap_or_default()),
-    ];
-    let words = words.map(|(name, value)| (name.to_owned(), value));
-    json!({
-        "cure": key,
-        "bit": bit,
-        "depth_mm": rounded(depth.mm()),
-        "width_mm": rounded(width.mm()),
-        "lost_mm": lost.map(|lost| rounded(lost.mm())),
-        "message": locale::text("en", &format!("proof.cure.{key}"), &words),
     })
 }
 
@@ -262,32 +227,5 @@ fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
     if findings.is_empty() {
         return out + &say("proof.report.none", &[]);
     }
-    out + &finding_lines(findings, verdict.more, accept)
-}
-
-/// Findings for people, their names in front so that they can be accepted; then how many more there are.
-pub(super) fn finding_lines(findings: &[Finding], more: u32, accept: &[String]) -> String {
-    let mut out = String::new();
-    for finding in findings.iter().take(SHOWN) {
-        let remark = finding.remark();
-        let read = if finding.agreed || accepted(finding, accept) { "✓" } else { "-" };
-        out += &format!(
-            "{read} {} {} {} ({})\n",
-            finding.id,
-            remark.message("en"),
-            remark.advice("en"),
-            remark.code
-        );
-        for cure in &finding.cures {
-            if let Some(text) = cure_object(cure)["message"].as_str() {
-                out += &format!("    {text}\n");
-            }
-        }
-    }
-    let more = findings.len().saturating_sub(SHOWN) + more as usize;
-    if more > 0 {
-        let count = [("count".to_owned(), more.to_string())];
-        out += &format!("{}\n", locale::text("en", "proof.report.more", &count));
-    }
-    out
+    out + &finding_lines(&verdict.groups, findings, accept) + &whole_lines(verdict.whole.as_ref())
 }

@@ -4,7 +4,7 @@
 
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
-use annulus_core::job::{Mark, Program};
+use annulus_core::job::{Bit, Cutter, Mark, Program};
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
@@ -184,8 +184,10 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
     checks.extend(machine::doubts(machine).into_iter().map(|doubt| row(Verdict::Warn, doubt)));
-    if program.bits.iter().any(|bit| !machine.rack.contains(&bit.diameter)) {
-        checks.push(row(Verdict::Warn, Remark::new(Weight::Doubt, "preflight.bit_not_in_rack")));
+    let missing = missing_drills(program, machine);
+    if !missing.is_empty() {
+        let why = Remark::new(Weight::Doubt, "preflight.bit_not_in_rack").with("bits", missing.join(", "));
+        checks.push(row(Verdict::Warn, why));
     }
     if let Some(bit) = program.bits.first() {
         checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", &bit.name)));
@@ -207,6 +209,12 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     ));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, ..bare(plan, key, bytes, context.clone()) })
+}
+
+/// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
+fn missing_drills<'a>(program: &'a Program, machine: &Machine) -> Vec<&'a str> {
+    let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.contains(&bit.diameter);
+    program.bits.iter().filter(lacks).map(|bit| bit.name.as_str()).collect()
 }
 
 fn planned(program: Program, machine: &Machine) -> Result<Planned, Remark> {

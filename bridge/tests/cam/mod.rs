@@ -4,6 +4,7 @@
 
 mod projects;
 mod same;
+mod written;
 
 use serde_json::Value;
 use std::fs;
@@ -23,15 +24,21 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-fn annulus(home: &Path, arguments: &str) -> Output {
+fn annulus(home: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
-    command.args(arguments.split_whitespace()).arg("--json");
+    command.args(arguments).arg("--json");
     command.current_dir(home).env("ANNULUS_HOME", home.join("home")).output().unwrap()
 }
 
 /// Exit code and the one object on standard output, whose `ok` and `error` must fit the exit code.
 fn answer(home: &Path, arguments: &str) -> (i32, Value) {
-    let output = annulus(home, arguments);
+    answer_of(home, &arguments.split_whitespace().collect::<Vec<_>>())
+}
+
+/// The same for arguments with spaces in them.
+fn answer_of(home: &Path, words: &[&str]) -> (i32, Value) {
+    let output = annulus(home, words);
+    let arguments = words.join(" ");
     let text = String::from_utf8_lossy(&output.stdout);
     assert_eq!(text.lines().count(), 1, "{arguments}: {output:?}");
     let object: Value = serde_json::from_str(&text).unwrap();

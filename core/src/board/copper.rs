@@ -39,7 +39,7 @@ pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks:
         remarks.extend(file.remarks.iter().cloned());
         let source = board.sources.len() as u32;
         board.sources.push(file.name.clone());
-        board.copper.push(Copper { face, region, nets: found.names, source });
+        board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, source });
     }
     remarks.extend(inner(artwork, !board.copper.is_empty()));
     let better = artwork.files.iter().flat_map(|file| &file.remarks);

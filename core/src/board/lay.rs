@@ -57,12 +57,14 @@ impl Board {
             for copper in &mut next.copper {
                 let renamed = |net: &String| format!("{net}#{}", copy + 1);
                 copper.nets = copper.nets.iter().map(|net| net.as_ref().map(renamed)).collect();
+                copper.pads = copper.pads.iter().map(|pad| pad.as_ref().map(renamed)).collect();
             }
             panel.holes.append(&mut next.holes);
             panel.slots.append(&mut next.slots);
             panel.outline.islands.append(&mut next.outline.islands);
             for (all, mut more) in panel.copper.iter_mut().zip(next.copper) {
                 all.nets.append(&mut more.nets);
+                all.pads.append(&mut more.pads);
                 all.region.islands.append(&mut more.region.islands);
             }
             for (all, mut more) in panel.legend.iter_mut().zip(next.legend) {
@@ -134,25 +136,28 @@ fn placed_legend(legend: &Legend, placement: &Placement) -> Legend {
     Legend { strokes, ..legend.clone() }
 }
 
-/// Copper placed; the order of its islands may change, and their nets go with them.
+/// Copper placed; the order of its islands may change, and their nets and pads go with them.
 fn placed_copper(copper: &Copper, placement: &Placement) -> Copper {
     let mut islands: Vec<_> = copper
         .region
         .islands
         .iter()
         .zip(copper.nets.iter().map(Some).chain(std::iter::repeat(None)))
-        .map(|(island, net)| {
+        .zip(copper.pads.iter().map(Some).chain(std::iter::repeat(None)))
+        .map(|((island, net), pad)| {
             let outer = placement.outline(&island.outer).from_its_left();
             let mut holes: Vec<_> =
                 island.holes.iter().map(|hole| placement.outline(hole).from_its_left()).collect();
             holes.sort_unstable();
-            (Island { outer, holes }, net.cloned().flatten())
+            (Island { outer, holes }, (net.cloned().flatten(), pad.cloned().flatten()))
         })
         .collect();
     islands.sort_unstable();
-    let (islands, nets): (Vec<_>, Vec<_>) = islands.into_iter().unzip();
+    let (islands, names): (Vec<_>, Vec<_>) = islands.into_iter().unzip();
+    let (nets, pads): (Vec<_>, Vec<_>) = names.into_iter().unzip();
     let nets = if copper.nets.is_empty() { Vec::new() } else { nets };
-    Copper { region: Region { islands }, nets, ..copper.clone() }
+    let pads = if copper.pads.is_empty() { Vec::new() } else { pads };
+    Copper { region: Region { islands }, nets, pads, ..copper.clone() }
 }
 
 #[cfg(test)]
@@ -180,7 +185,7 @@ mod tests {
             tool_code: 1,
             line: 1,
         };
-        let copper = vec![Copper { face: Face::Bottom, region, nets, source: 0 }];
+        let copper = vec![Copper { face: Face::Bottom, region, nets, ..Copper::default() }];
         Board { holes: vec![hole], outline, copper, ..Board::default() }
     }
 

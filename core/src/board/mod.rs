@@ -91,6 +91,9 @@ pub struct Copper {
     pub region: Region,
     /// The net of every island, as X2 attributes say; none where they do not, then every island is a net of its own.
     pub nets: Vec<Option<String>>,
+    /// A pad or part on every island, as X2 attributes say, to call islands by that have no net; empty where they never do.
+    #[serde(default)]
+    pub pads: Vec<Option<String>>,
     /// Which of the board's sources it came from.
     pub source: u32,
 }

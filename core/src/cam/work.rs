@@ -430,6 +430,17 @@ impl Work {
         cures.filter(|cure| cure.with == Remedy::Centred).map(|cure| (cure.from, cure.to)).collect()
     }
 
+    /// Whether any operation on `face` is to separate nets.
+    pub fn isolates(&self, face: Face) -> bool {
+        let separates = |action: &Action| match action {
+            Action::Isolate(_) | Action::Clear(_) => true,
+            Action::Engrave(engrave) => engrave.of == Lines::Copper,
+            Action::Drill(_) | Action::Bore(_) | Action::CutOut(_) => false,
+        };
+        let mut here = self.operations.iter().filter(|operation| operation.on && operation.face == face);
+        here.any(|operation| separates(&operation.action))
+    }
+
     /// What the operations on `face` clear; nothing where zones keep bits out. Bits that there are not are left out.
     pub fn cleared(&self, face: Face) -> Vec<Cleared> {
         let here = self.operations.iter().filter(|operation| operation.on && operation.face == face);

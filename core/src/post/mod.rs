@@ -16,6 +16,7 @@ mod names;
 mod number;
 mod preview;
 mod read;
+mod readback;
 mod sheet;
 mod template;
 mod values;
@@ -30,6 +31,7 @@ pub use names::{BLOCKS, Block, BlockRow, PARAMETERS, Parameter, Part};
 pub use number::{Format, Zeros};
 pub use preview::{Sample, preview};
 pub use read::check;
+pub use readback::{Written, read_back, titled};
 pub use writer::{OutputFile, write_with};
 
 use crate::job::Program;

@@ -108,6 +108,8 @@ pub(super) struct Ring {
 pub(super) struct Edges {
     pub(super) edges: Vec<Edge>,
     pub(super) rings: Vec<Ring>,
+    /// Twice the area that the edges of a ring before each sweep, seen from the zero; empty for edges that need not close.
+    swept: Vec<f64>,
     low: Spot,
     cell: f64,
     columns: usize,
@@ -125,7 +127,7 @@ pub(super) fn spots(path: &Path) -> Vec<Spot> {
 impl Edges {
     pub(super) fn of(region: &Region) -> Self {
         let mut edges = Vec::new();
-        let mut rings = Vec::new();
+        let (mut rings, mut swept) = (Vec::new(), Vec::new());
         for (island, shape) in (0..).zip(&region.islands) {
             for path in shape.paths() {
                 let ring = rings.len() as u32;
@@ -133,13 +135,23 @@ impl Edges {
                 let spots = spots(path);
                 for (&from, &to) in spots.iter().zip(spots.iter().skip(1)) {
                     edges.push(Edge { from, to, island, ring, along });
+                    swept.push(2.0 * area);
                     along += from.distance(to);
-                    area += (from.x * to.y - to.x * from.y) / 2.0;
+                    area += cross(from, to) / 2.0;
                 }
                 rings.push(Ring { length: along, area });
             }
         }
-        Self::gridded(edges, rings)
+        Self { swept, ..Self::gridded(edges, rings) }
+    }
+
+    /// The area between a ring from one place of it on to another, by the numbers of their edges, and the straight way back.
+    pub(super) fn area_between(&self, (first, from): (u32, Spot), (last, to): (u32, Spot)) -> f64 {
+        let edge = |number: u32| self.edges.get(number as usize);
+        let (Some(one), Some(other)) = (edge(first), edge(last)) else { return 0.0 };
+        let before = |number: u32| self.swept.get(number as usize).copied().unwrap_or_default();
+        let whole = before(last) - before(first) - cross(one.from, one.to);
+        (cross(from, one.to) + whole + cross(other.from, to) + cross(to, from)) / 2.0
     }
 
     /// Edges that need not close, in a grid.
@@ -159,6 +171,7 @@ impl Edges {
         let mut grid = Self {
             edges,
             rings,
+            swept: Vec::new(),
             low,
             cell,
             columns,
@@ -337,6 +350,11 @@ impl Edges {
     }
 }
 
+/// Twice the area of the triangle of two places and the zero.
+fn cross(a: Spot, b: Spot) -> f64 {
+    a.x * b.y - b.x * a.y
+}
+
 /// The box around two places, grown by `margin`.
 pub(super) fn around(a: Spot, b: Spot, margin: f64) -> (Spot, Spot) {
     (
@@ -368,7 +386,6 @@ pub(super) fn between(one: &Edge, other: &Edge) -> (f64, Spot, Spot) {
 
 fn crossing(one: &Edge, other: &Edge) -> Option<Spot> {
     let (u, v) = (one.to.minus(one.from), other.to.minus(other.from));
-    let cross = |a: Spot, b: Spot| a.x * b.y - a.y * b.x;
     let turn = cross(u, v);
     if turn == 0.0 {
         return None;

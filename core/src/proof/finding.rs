@@ -24,6 +24,8 @@ pub enum Kind {
     Short,
     /// Two nets in one piece: the gap between them is narrower than every bit of the program.
     Gap,
+    /// No net is separated from any other, because nothing is milled between them.
+    NotIsolated,
     /// An island of copper is in two or more pieces.
     Break,
     /// Nothing is left of an island.
@@ -40,19 +42,20 @@ pub enum Kind {
     Shallow,
     /// Too little copper around a drilled hole, or none.
     Ring,
-    /// Copper so thin that it may tear off.
-    Sliver,
     /// Copper that belongs to nothing and is nearer to a net than was asked.
     Remnant,
+    /// Copper so thin that it may tear off.
+    Sliver,
     /// A loose piece so small that it may come off.
     Crumb,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Short,
         Self::Gap,
+        Self::NotIsolated,
         Self::Break,
         Self::Gone,
         Self::Lost,
@@ -61,8 +64,8 @@ impl Kind {
         Self::Still,
         Self::Shallow,
         Self::Ring,
-        Self::Sliver,
         Self::Remnant,
+        Self::Sliver,
         Self::Crumb,
     ];
 
@@ -71,6 +74,7 @@ impl Kind {
         match self {
             Self::Short => "proof.short",
             Self::Gap => "proof.gap",
+            Self::NotIsolated => "proof.not_isolated",
             Self::Break => "proof.break",
             Self::Gone => "proof.gone",
             Self::Lost => "proof.lost",
@@ -96,8 +100,8 @@ impl Kind {
             | Self::Hit
             | Self::NoBit
             | Self::Still => Weight::Loss,
-            Self::Shallow | Self::Ring | Self::Sliver | Self::Remnant => Weight::Doubt,
-            Self::Crumb => Weight::Note,
+            Self::Shallow | Self::Ring | Self::Remnant | Self::Sliver => Weight::Doubt,
+            Self::NotIsolated | Self::Crumb => Weight::Note,
         }
     }
 }
@@ -133,6 +137,12 @@ pub struct Finding {
     /// It is what a cure costs that a person chose: it is listed, and need not be read again.
     #[serde(default)]
     pub agreed: bool,
+    /// How many nets it is about, where that is not what `nets` says.
+    #[serde(default)]
+    pub count: u32,
+    /// No net depends on it: it is listed, and need not be read by anybody.
+    #[serde(default)]
+    pub slight: bool,
 }
 
 impl Finding {
@@ -153,6 +163,8 @@ impl Finding {
             operation: None,
             cures: Vec::new(),
             agreed: false,
+            count: 0,
+            slight: false,
         }
     }
 
@@ -163,7 +175,7 @@ impl Finding {
 
     /// Whether a person must have read it before anything is made of the program.
     pub fn must_be_read(&self) -> bool {
-        self.weight() > Weight::Note && !self.agreed
+        self.weight() > Weight::Note && !self.agreed && !self.slight
     }
 
     /// What it says.
@@ -182,6 +194,7 @@ impl Finding {
             .with("width", mm(self.width))
             .with("tool", self.tool.map(mm).unwrap_or_default())
             .with("nets", self.nets.join(" · "))
+            .with("count", self.count)
             .with("leg", self.leg.map(|(_, leg)| (leg + 1).to_string()).unwrap_or_default())
             .with("piece", locale::word(&format!("proof.piece.{piece}")))
             .with("number", number)
@@ -197,7 +210,7 @@ fn name(kind: Kind, at: Point, nets: &[String]) -> String {
     Sha256::digest(text.as_bytes()).iter().take(4).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What findings that may be one share: kind, whether it was agreed to, nets, column and row.
+/// What findings that may be one share: kind, whether it must be read, nets, column and row.
 type Cell = (Kind, bool, Vec<String>, i64, i64);
 
 /// Findings about the same at the same place made one, the worst first. What the kind measures decides which place stays:
@@ -218,16 +231,16 @@ pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
         let (column, row) = (cell(finding.at.x), cell(finding.at.y));
         let mut places = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (column + dx, row + dy)));
         let known = places.any(|(column, row)| {
-            let here = seen.get(&(finding.kind, finding.agreed, finding.nets.clone(), column, row));
+            let here = seen.get(&(finding.kind, finding.must_be_read(), finding.nets.clone(), column, row));
             here.is_some_and(|points| points.iter().any(|p| p.distance_mm(finding.at) <= SAME_PLACE_MM))
         });
         if !known {
-            let cell = (finding.kind, finding.agreed, finding.nets.clone(), column, row);
+            let cell = (finding.kind, finding.must_be_read(), finding.nets.clone(), column, row);
             seen.entry(cell).or_default().push(finding.at);
             kept.push(finding);
         }
     }
     // Listed by place within a kind, so that a list can be walked over the board.
-    kept.sort_by(|a, b| (a.kind, a.at, &a.nets).cmp(&(b.kind, b.at, &b.nets)));
+    kept.sort_by(|a, b| (a.kind, a.slight, a.at, &a.nets).cmp(&(b.kind, b.slight, b.at, &b.nets)));
     kept
 }

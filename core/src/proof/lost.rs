@@ -14,6 +14,7 @@ use super::edges::{Edge, Spot, around, between, spots};
 use super::finding::{Finding, Kind};
 use super::replay::Cut;
 use super::scene::Scene;
+use crate::geometry::{Path, Rule, area_mm2, circle, combine, stroke, union};
 use crate::job::Mark;
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -196,6 +197,20 @@ fn meant_to_go(scene: &Scene<'_>, spot: Spot) -> bool {
         })
     };
     hole || slot()
+}
+
+/// How much copper of the nets is gone, in mm²; what lies in a hole or slot of the board is meant to go.
+pub(super) fn lost_mm2(scene: &Scene<'_>) -> f64 {
+    let gone = combine(&scene.copper, &scene.left, Rule::Difference);
+    let margin = Length::from_mm(2.0 * OPENING_MM);
+    let sized = scene.board.holes.iter().filter_map(|hole| Some((hole.at, hole.diameter?)));
+    let mut openings: Vec<Path> = sized.map(|(at, diameter)| circle(at, diameter + margin)).collect();
+    for slot in &scene.board.slots {
+        let path = Path::through(&slot.path);
+        openings
+            .extend(path.zip(slot.width).into_iter().flat_map(|(path, width)| stroke(&path, width + margin)));
+    }
+    area_mm2(&combine(&gone, &union(&openings), Rule::Difference))
 }
 
 /// Legs with a way that is under the surface and not through the copper, where no other cut goes through either.

@@ -13,8 +13,11 @@
 
 mod breaks;
 mod cures;
+mod drilled;
 mod edges;
 mod finding;
+mod groups;
+mod isolated;
 mod lost;
 mod remnants;
 mod replay;
@@ -23,10 +26,14 @@ mod scene;
 mod shorts;
 mod slivers;
 mod strokes;
+mod whole;
 
 pub use cures::Cure;
+pub use drilled::{Drilled, drilled};
 pub use finding::{Finding, Kind};
+pub use groups::{Group, Pair};
 pub use replay::{Cut, Replay, Still, replay};
+pub use whole::{Shallower, Whole};
 
 use crate::board::{Board, COPPER_THICKNESS, DEPTH_MARGIN, Face, THINNEST};
 use crate::geometry::{Point, Region};
@@ -53,6 +60,8 @@ pub struct Options {
     pub ring: Length,
     /// How far copper that belongs to nothing must be away from the nets; none where it may touch them.
     pub clearance: Option<Length>,
+    /// Whether the programs are to separate the nets at all; where nobody says, whether anything is milled among the copper.
+    pub isolates: Option<bool>,
     /// What the job says it clears: copper left there is told.
     pub cleared: Vec<Cleared>,
     /// The bits that a person owns, for cures.
@@ -60,6 +69,8 @@ pub struct Options {
     /// Gaps, by their two sides, through whose middle a person had a pass made that is too wide for them: what that takes
     /// off the copper beside them is listed, and was agreed to.
     pub agreed: Vec<(Point, Point)>,
+    /// Whether to measure the copper that is lost.
+    pub measured: bool,
     /// At most this many findings are listed.
     pub most: usize,
 }
@@ -75,9 +86,11 @@ impl Default for Options {
             smallest_mm2: 0.01,
             ring: Length::from_um(50),
             clearance: None,
+            isolates: Some(true),
             cleared: Vec::new(),
             owned: Vec::new(),
             agreed: Vec::new(),
+            measured: false,
             most: 2_000,
         }
     }
@@ -90,10 +103,16 @@ pub struct Verdict {
     pub findings: Vec<Finding>,
     /// How many more there are.
     pub more: u32,
+    /// All of them by what they have in common, in the same order.
+    pub groups: Vec<Group>,
+    /// What a change of the whole job opens, where gaps are not open.
+    pub whole: Option<Whole>,
     /// Islands of copper that shall stay.
     pub islands: u32,
     /// Nets that they belong to.
     pub nets: u32,
+    /// Copper of nets that is taken away beside the holes and slots of the board, in mm², where it was asked for.
+    pub lost_mm2: f64,
     /// The copper left, in connected pieces.
     pub left: Region,
 }
@@ -103,8 +122,10 @@ pub fn prove(board: &Board, programs: &[Program], options: &Options) -> Verdict 
     let Some(scene) = Scene::new(board, programs, options) else { return Verdict::default() };
     let mut findings = scene.without_bit();
     findings.extend(scene.still());
-    let shorts = shorts::shorts(&scene);
-    findings.extend(shorts);
+    match isolated::not_isolated(&scene) {
+        Some(finding) => findings.push(finding),
+        None => findings.extend(shorts::shorts(&scene)),
+    }
     findings.extend(breaks::breaks(&scene));
     findings.extend(lost::lost(&scene));
     findings.extend(lost::shallow(&scene));
@@ -113,13 +134,17 @@ pub fn prove(board: &Board, programs: &[Program], options: &Options) -> Verdict 
     findings.extend(rings::rings(&scene));
     findings.extend(remnants::remnants(&scene));
     let mut findings = finding::merged(findings);
+    let (groups, whole) = (groups::groups(&findings), whole::whole(&scene, &findings));
     let more = findings.len().saturating_sub(options.most) as u32;
     findings.truncate(options.most);
     Verdict {
         findings,
         more,
+        groups,
+        whole,
         islands: scene.copper.islands.len() as u32,
         nets: scene.labels.len() as u32,
+        lost_mm2: if options.measured { lost::lost_mm2(&scene) } else { 0.0 },
         left: scene.left,
     }
 }

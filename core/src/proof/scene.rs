@@ -188,7 +188,8 @@ fn around(copper: &Copper, cuts: &[Cut]) -> Region {
     })
 }
 
-/// The islands on the blank with their nets, and what people call these. Islands of one name are one net.
+/// The islands on the blank with their nets, and what people call these: by name, else by pads on them, else by a place.
+/// Islands of one name are one net.
 fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Edges, Vec<u32>, Vec<String>) {
     let whole = Edges::of(&copper.region);
     let region = match outline {
@@ -206,7 +207,8 @@ fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Edges, Vec<u32
         let next = labels.len() as u32;
         let net = name.as_ref().map_or(next, |name| *known.entry(name.clone()).or_insert(next));
         if net == next {
-            labels.push(name.unwrap_or_else(|| place_name(island)));
+            let pad = || source.and_then(|source| copper.pads.get(source as usize)?.clone());
+            labels.push(name.or_else(pad).unwrap_or_else(|| place_name(island)));
         }
         net_of.push(net);
     }

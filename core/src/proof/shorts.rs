@@ -314,8 +314,8 @@ fn finding(bridge: &Bridge<'_>, one: u32, other: u32, gap: Gap) -> Finding {
     let mut finding = Finding::new(kind, middle, width, vec![scene.label(one), scene.label(other)]);
     finding.tool = tool;
     finding.ends = Some((gap.from.point(), gap.to.point()));
-    // Where the bit fits, a way is missing, and no other bit or depth is needed.
-    if kind == Kind::Gap {
+    // A bit that fits elsewhere may have been put to other gaps alone: the cure takes it here too.
+    if width > Length::ZERO {
         finding.cures = cures::for_gap(scene, width);
     }
     finding

@@ -9,7 +9,7 @@
 //!
 //! Comes in: the scene. Goes out: findings. Does not know which cut left it.
 
-use super::edges::{Edge, Ring, Spot, around, between};
+use super::edges::{Edge, Edges, Spot, around, between};
 use super::finding::{Finding, Kind};
 use super::scene::{Scene, inner_spot};
 use crate::geometry::island_area_mm2;
@@ -31,6 +31,8 @@ struct Thin {
     width: f64,
     spot: Spot,
     piece: u32,
+    /// Where it tears, more than a crumb comes off.
+    neck: bool,
 }
 
 /// Every place where the copper left is thinner than the limit, what is joined as one.
@@ -42,9 +44,14 @@ pub(super) fn slivers(scene: &Scene<'_>) -> Vec<Finding> {
         let (low, high) = around(edge.from, edge.to, limit);
         edges.in_box(low, high, &mut |other_index, other| {
             if other_index > index && other.island == edge.island {
-                thin.extend(facing(edge, other, limit, &edges.rings));
+                let pair = [(index, edge), (other_index, other)];
+                thin.extend(facing(pair, limit, edges, scene.options.smallest_mm2));
             }
         });
+    }
+    // A net depends on a neck of its own copper.
+    for thin in thin.iter_mut().filter(|thin| thin.neck) {
+        thin.neck = scene.design.island_at(thin.spot).is_some();
     }
     // What goes with the chips is not told.
     let dust = |thin: &Thin| {
@@ -56,8 +63,14 @@ pub(super) fn slivers(scene: &Scene<'_>) -> Vec<Finding> {
     told.map(|thin| sliver(scene, thin)).collect()
 }
 
-/// The places along two edges where there is less copper than the limit between them.
-fn facing(one: &Edge, other: &Edge, limit: f64, rings: &[Ring]) -> Vec<Thin> {
+/// The places along two edges, by their numbers, where there is less copper than the limit between them. Copper that holds more
+/// than `small` mm² is no tip.
+fn facing(
+    [(first, one), (second, other)]: [(u32, &Edge); 2],
+    limit: f64,
+    edges: &Edges,
+    small: f64,
+) -> Vec<Thin> {
     let (u, v) = (one.to.minus(one.from), other.to.minus(other.from));
     // Those that run the same way do not face each other: told apart without a root.
     let along = u.dot(v);
@@ -77,13 +90,18 @@ fn facing(one: &Edge, other: &Edge, limit: f64, rings: &[Ring]) -> Vec<Thin> {
     if left.dot(to.minus(from)) < 0.7 * left.length() * width {
         return Vec::new();
     }
+    let mut neck = false;
     if one.ring == other.ring {
-        let ring = rings.get(one.ring as usize).map_or(0.0, |ring| ring.length);
+        let ring = edges.rings.get(one.ring as usize).copied().unwrap_or_default();
         let place = |edge: &Edge, spot: Spot| edge.along + edge.from.distance(spot);
         let apart = libm::fabs(place(one, from) - place(other, to));
-        if apart.min(ring - apart) < CORNER * limit {
+        if apart.min(ring.length - apart) < CORNER * limit {
             return Vec::new();
         }
+        // Cut across from a ring to itself, a piece falls apart: of an outer edge in two, off the edge of a hole a pocket.
+        let part = edges.area_between((first, from), (second, to));
+        let rest = ring.area - part;
+        neck = if ring.area > 0.0 { part.min(rest) } else { part.max(rest) } > small;
     }
     // Long edges face each other along a stretch.
     let count = libm::ceil(2.0 * u.length() / JOINED_MM).clamp(1.0, 10_000.0) as usize;
@@ -95,8 +113,14 @@ fn facing(one: &Edge, other: &Edge, limit: f64, rings: &[Ring]) -> Vec<Thin> {
     let places = places.chain([(width, from.towards(to, 0.5))]);
     places
         .filter(|(width, _)| *width < limit)
-        .map(|(width, spot)| Thin { width, spot, piece: one.island })
+        .map(|(width, spot)| Thin { width, spot, piece: one.island, neck })
         .collect()
+}
+
+/// The thinner one of two places of a group; of two that are not alike the neck, which a net depends on.
+fn thinner(one: Thin, other: Thin) -> Thin {
+    let rank = |thin: &Thin| (!thin.neck, thin.width, thin.spot.point());
+    if rank(&other) < rank(&one) { other } else { one }
 }
 
 /// The thinnest place of every group of places that are near each other in one piece.
@@ -107,10 +131,7 @@ fn groups(thin: &[Thin]) -> Vec<Thin> {
     };
     let mut cells: BTreeMap<(u32, i64, i64), Thin> = BTreeMap::new();
     for place in thin {
-        let thinnest = cells.entry(cell(place)).or_insert(*place);
-        if (place.width, place.spot.point()) < (thinnest.width, thinnest.spot.point()) {
-            *thinnest = *place;
-        }
+        cells.entry(cell(place)).and_modify(|known| *known = thinner(*known, *place)).or_insert(*place);
     }
     let mut groups = Vec::new();
     while let Some((first, mut thinnest)) = cells.pop_first() {
@@ -120,9 +141,7 @@ fn groups(thin: &[Thin]) -> Vec<Thin> {
                 let next = (piece, column + dx, row + dy);
                 if let Some(place) = cells.remove(&next) {
                     open.push(next);
-                    if (place.width, place.spot.point()) < (thinnest.width, thinnest.spot.point()) {
-                        thinnest = place;
-                    }
+                    thinnest = thinner(thinnest, place);
                 }
             }
         }
@@ -137,6 +156,7 @@ fn sliver(scene: &Scene<'_>, thin: Thin) -> Finding {
     let nets = nets.take(2).map(|&net| scene.label(net)).collect();
     let mut finding = Finding::new(Kind::Sliver, thin.spot.point(), Length::from_mm(thin.width), nets);
     finding.tool = scene.narrowest();
+    finding.slight = !thin.neck;
     finding
 }
 

@@ -2,6 +2,7 @@
 //! good programs have none; any single fault put into a good one is found.
 
 mod seeded;
+mod together;
 
 use super::*;
 use crate::board::{Copper, Hole};
@@ -19,7 +20,7 @@ fn board(rects: &[(Rect, Option<&str>)]) -> Board {
     let island = |rect: Rect| Island { outer: rectangle(bounds(rect)), holes: Vec::new() };
     let region = Region { islands: rects.iter().map(|(rect, _)| island(*rect)).collect() };
     let nets = rects.iter().map(|(_, net)| net.map(str::to_owned)).collect();
-    Board { copper: vec![Copper { face: Face::Top, region, nets, source: 0 }], ..Board::default() }
+    Board { copper: vec![Copper { face: Face::Top, region, nets, ..Copper::default() }], ..Board::default() }
 }
 
 /// Three pads: gaps of 0.5 (A–B, at x = 4.25) and 0.3 (to C, at y = 2.15).

@@ -36,7 +36,7 @@ pub fn cells(columns: usize, rows: usize) -> Board {
             outlines.extend(stroke(&track, Length::from_mm(0.3)));
         }
     }
-    let copper = Copper { face: Face::Top, region: union(&outlines), nets: Vec::new(), source: 0 };
+    let copper = Copper { face: Face::Top, region: union(&outlines), ..Copper::default() };
     Board { copper: vec![copper], ..Board::default() }
 }
 

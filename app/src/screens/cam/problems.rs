@@ -7,7 +7,7 @@ use crate::document::desk;
 use crate::i18n::{advice, message, say, t};
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if};
 use crate::workbench::{Bench, bench, edit};
-use annulus_core::proof::{Cure, Finding};
+use annulus_core::proof::{Cure, Finding, Whole};
 use annulus_core::remark::{Remark, Weight};
 use leptos::ev;
 use leptos::html::{div, h2, header, input, label, li, p, section, span, strong, ul};
@@ -54,6 +54,10 @@ pub(super) fn problems() -> impl IntoView {
             (ul().class("findings").child(lines), more).into_any()
         }
     };
+    let whole = move || {
+        let whole = desk.proved.with(|proved| proved.as_ref().and_then(|proved| proved.whole.clone()));
+        whole.map(|whole| ul().class("findings").child(whole_line(bench, whole)))
+    };
     section()
         .class(move || if bench.stale.get() { "block under stale-list" } else { "block under" })
         .attr("aria-label", t!("page.cam.problems"))
@@ -85,8 +89,28 @@ pub(super) fn problems() -> impl IntoView {
                 )),
             )),
             left_out,
+            whole,
             list,
         ))
+}
+
+/// What a change of the whole job opens, and the one that can be made here.
+fn whole_line(bench: Bench, whole: Whole) -> impl IntoView {
+    let said: Vec<AnyView> =
+        whole.remarks().into_iter().map(|told| strong().child(move || message(&told)).into_any()).collect();
+    let offer = whole.shallower.map(|offer| {
+        let depth = format!("{:.3}", offer.depth.mm());
+        push(
+            "button small",
+            move || say!("page.cam.whole_depth", depth = depth),
+            move |_| bench.change(None, |work| edit::shallower(work, &offer)),
+        )
+    });
+    li().class("finding tone-quiet").child((
+        icon(Icon::Warning),
+        div().class("grow").child(said),
+        div().class("row").child(offer),
+    ))
 }
 
 /// One loss of the plan.

@@ -9,16 +9,18 @@
 //!   island 2 ── nothing said                              ⇒ none
 //! ```
 
-use super::object::{Gerber, Shape};
+use super::object::{Gerber, Shape, Tag};
 use super::walk::each;
 use crate::geometry::{Index, Point, Region, Segment};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What the islands are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Nets {
     /// The net of every island.
     pub names: Vec<Option<String>>,
+    /// The first pads on every island, as `R1.2`, or a part, as `R1`; empty where the layer names none.
+    pub pads: Vec<Option<String>>,
     /// Islands with more than one net, and which nets.
     pub meeting: Vec<(usize, Vec<String>)>,
 }
@@ -26,11 +28,14 @@ pub struct Nets {
 /// The nets of the islands of `region`, which is `layer` painted.
 pub fn nets(layer: &Gerber, region: &Region) -> Nets {
     let mut votes: Vec<BTreeMap<&str, usize>> = vec![BTreeMap::new(); region.islands.len()];
-    if layer.tags.iter().any(|tag| tag.net.is_some()) {
+    let mut pads: Vec<BTreeSet<(usize, String)>> = Vec::new();
+    let says = |tag: &Tag| tag.net.is_some() || tag.component.is_some();
+    if layer.tags.iter().any(says) {
         let index = Index::of(region);
+        pads.resize(region.islands.len(), BTreeSet::new());
         each(layer, &mut |seen| {
-            let net = layer.tags.get(seen.tag as usize).and_then(|tag| tag.net.as_deref());
-            let Some(net) = net.filter(|net| !seen.clear && !net.is_empty()) else { return };
+            let tag = layer.tags.get(seen.tag as usize).filter(|tag| !seen.clear && says(tag));
+            let Some(tag) = tag else { return };
             let inner = |point: Point| index.island_at(seen.place.point(point));
             let island = match &seen.object.shape {
                 Shape::Flash { at } => inner(*at),
@@ -42,8 +47,17 @@ pub fn nets(layer: &Gerber, region: &Region) -> Nets {
                     .find_map(|((from, first), (_, second))| inner(inside(from, first, second))),
                 Shape::Repeat { .. } => None,
             };
-            if let Some(votes) = island.and_then(|island| votes.get_mut(island)) {
+            let Some(island) = island else { return };
+            let net = tag.net.as_deref().filter(|net| !net.is_empty());
+            if let (Some(net), Some(votes)) = (net, votes.get_mut(island)) {
                 *votes.entry(net).or_default() += 1;
+            }
+            if let (Some(pad), Some(pads)) = (pad_name(tag), pads.get_mut(island)) {
+                // The shortest names first: R2 before R10.
+                pads.insert((pad.len(), pad));
+                if pads.len() > PADS_NAMED {
+                    pads.pop_last();
+                }
             }
         });
     }
@@ -57,7 +71,25 @@ pub fn nets(layer: &Gerber, region: &Region) -> Nets {
     let several = votes.iter().enumerate().filter(|(_, votes)| votes.len() > 1);
     let meeting =
         several.map(|(island, votes)| (island, votes.keys().map(|&name| name.to_owned()).collect()));
-    Nets { names, meeting: meeting.collect() }
+    let named = |pads: &BTreeSet<(usize, String)>| {
+        let names: Vec<&str> = pads.iter().map(|(_, name)| name.as_str()).collect();
+        (!names.is_empty()).then(|| names.join("+"))
+    };
+    let mut pads: Vec<Option<String>> = pads.iter().map(named).collect();
+    if pads.iter().all(Option::is_none) {
+        pads.clear();
+    }
+    Nets { names, pads, meeting: meeting.collect() }
+}
+
+/// An island is called by so many of its pads.
+const PADS_NAMED: usize = 2;
+
+/// A pad by its part and pin, or the part alone.
+fn pad_name(tag: &Tag) -> Option<String> {
+    let part = tag.component.as_deref().filter(|part| !part.is_empty())?;
+    let pin = tag.pin.as_deref().filter(|pin| !pin.is_empty());
+    Some(pin.map_or_else(|| part.to_owned(), |pin| format!("{part}.{pin}")))
 }
 
 /// Corners of a contour tried for a point inside.

@@ -58,10 +58,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Remar
         wider = Some(width);
     }
     if let (Some(bit), Some(thin), Some(_)) = (bits.first(), bits.last(), wider) {
-        for cure in &isolate.cures {
-            desk.go_on()?;
-            part.tasks.extend(cured(desk, &mut groove, isolate, (bit, thin), cure));
-        }
+        part.tasks.extend(cured(desk, &mut groove, isolate, (bit, thin))?);
     }
     Ok(part)
 }
@@ -81,11 +78,13 @@ pub(super) struct Groove<'a> {
     copper: &'a Region,
     islands: Option<Area>,
     narrow: Vec<(Length, Vec<Island>)>,
+    /// By the width of the wider cut and of the thinner.
+    necks: Vec<((Length, Length), Vec<Island>)>,
 }
 
 impl<'a> Groove<'a> {
     pub(super) fn of(copper: &'a Region) -> Self {
-        Self { copper, islands: None, narrow: Vec::new() }
+        Self { copper, islands: None, narrow: Vec::new(), necks: Vec::new() }
     }
 
     /// The places where a cut of `width` does not fit.
@@ -93,10 +92,25 @@ impl<'a> Groove<'a> {
         if let Some((_, places)) = self.narrow.iter().find(|(known, _)| *known == width) {
             return places.clone();
         }
-        let islands = self.islands.get_or_insert_with(|| Area::of(self.copper));
-        let places = narrow::narrow(self.copper, islands, width);
+        let copper = self.copper;
+        let places = narrow::narrow(copper, self.islands(), width);
         self.narrow.push((width, places.clone()));
         places
+    }
+
+    /// The islands, to be looked up.
+    fn islands(&mut self) -> &Area {
+        self.islands.get_or_insert_with(|| Area::of(self.copper))
+    }
+
+    /// The places where a cut of `width` goes on from where one of width `wider` had to turn.
+    fn necks(&mut self, wider: Length, width: Length) -> &[Island] {
+        let known = self.necks.iter().position(|(known, _)| *known == (wider, width));
+        let at = known.unwrap_or_else(|| {
+            self.necks.push(((wider, width), narrow::necks(self.copper, wider, width)));
+            self.necks.len() - 1
+        });
+        self.necks.get(at).map(|(_, necks)| necks.as_slice()).unwrap_or_default()
     }
 
     /// The ways of a cut of `width` where one of width `wider` did not fit.
@@ -189,49 +203,92 @@ fn fitting_depth(bit: &Bit, gap: Length, depth: Length) -> Length {
     }
 }
 
-/// What a cure adds with the operation's first bit or its thinnest; told when its gap is not found, and how much copper it takes.
+/// What one cure has done, to be done with others that are done alike.
+struct Remedied<'c> {
+    cure: &'c Cure,
+    bit: Bit,
+    depth: Length,
+    /// The necks that it is looked for in: those that a cut of this width gets into.
+    fits: Length,
+}
+
+/// How a cure is done, with the operation's first bit or its thinnest.
+fn remedied<'c>(desk: &mut Desk<'_>, (own, thin): (&Bit, &Bit), cure: &'c Cure) -> Option<Remedied<'c>> {
+    let depth = desk.depth();
+    let gap = Length::from_mm(cure.from.distance_mm(cure.to));
+    let (bit, depth) = match &cure.with {
+        Remedy::Bit(name) => {
+            let bit = desk.mills(&[name], false).pop()?;
+            let depth = fitting_depth(&bit, gap, depth);
+            (bit, depth)
+        }
+        Remedy::Depth(depth) => (own.clone(), *depth),
+        Remedy::Centred => (thin.clone(), fitting_depth(thin, gap, depth)),
+    };
+    let fits = if cure.with == Remedy::Centred { narrow::fitting(gap) } else { bit.width_at(depth) };
+    Some(Remedied { cure, bit, depth, fits })
+}
+
+/// What cures add, a task for all that one bit does at one depth; told where a gap is not found, and how much copper one takes.
 fn cured(
     desk: &mut Desk<'_>,
     groove: &mut Groove<'_>,
     isolate: &Isolate,
-    (own, thin): (&Bit, &Bit),
-    cure: &Cure,
-) -> Option<Task> {
-    let depth = desk.depth();
-    let gap = Length::from_mm(cure.from.distance_mm(cure.to));
-    let places = groove.narrow(own.width_at(depth));
-    let (x, y) = narrow::middle_text(cure);
-    let Some(place) = narrow::place_of(cure, &places) else {
-        desk.say(Remark::new(Weight::Doubt, "cam.cure_without_gap").with("x", x).with("y", y));
-        return None;
-    };
-    let (bit, width, depth) = match &cure.with {
-        Remedy::Bit(name) => {
-            let bit = desk.mills(&[name], false).pop()?;
-            let depth = fitting_depth(&bit, gap, depth);
-            let width = bit.width_at(depth);
-            (bit, width, depth)
+    bits: (&Bit, &Bit),
+) -> Result<Vec<Task>, Remark> {
+    let wider = bits.0.width_at(desk.depth());
+    let mut alike: Vec<(Bit, Length, Vec<Path>)> = Vec::new();
+    let mut fitted: Vec<(Bit, Length, Vec<Island>)> = Vec::new();
+    for cure in &isolate.cures {
+        desk.go_on()?;
+        let Some(Remedied { cure, bit, depth, fits }) = remedied(desk, bits, cure) else { continue };
+        let necks = groove.necks(wider, fits);
+        let (x, y) = narrow::middle_text(cure);
+        let Some(neck) = narrow::place_of(cure, necks) else {
+            desk.say(Remark::new(Weight::Doubt, "cam.cure_without_gap").with("x", x).with("y", y));
+            continue;
+        };
+        if cure.with != Remedy::Centred {
+            let known = fitted.iter_mut().find(|(known, deep, _)| (&*known, *deep) == (&bit, depth));
+            match known {
+                Some((_, _, necks)) if necks.contains(neck) => {}
+                Some((_, _, necks)) => necks.push(neck.clone()),
+                None => fitted.push((bit, depth, vec![neck.clone()])),
+            }
+            continue;
         }
-        Remedy::Depth(depth) => (own.clone(), own.width_at(*depth), *depth),
-        Remedy::Centred => {
-            let depth = fitting_depth(thin, gap, depth);
-            (thin.clone(), thin.width_at(depth), depth)
-        }
-    };
-    let mut paths = narrow::ways_through(groove.copper, std::slice::from_ref(place), width);
-    if cure.with == Remedy::Centred {
-        let islands = groove.islands.as_ref()?;
-        let (ways, lost) = narrow::centred(groove.copper, islands, place, cure, width)?;
-        let said = Remark::new(Weight::Note, "cam.cure_takes").with("x", &x).with("y", &y);
+        let neck = neck.clone();
+        let ways = narrow::centred(groove.copper, groove.islands(), &neck, cure);
+        let gap = Length::from_mm(cure.from.distance_mm(cure.to));
+        let lost = (half(bit.width_at(depth)) - half(gap)).max(Length::ZERO);
+        let (code, weight) = match ways.is_empty() {
+            true => ("cam.cure_in_vain", Weight::Doubt),
+            false => ("cam.cure_takes", Weight::Note),
+        };
+        let said = Remark::new(weight, code).with("x", x).with("y", y);
         desk.say(said.with("lost", format!("{:.3}", lost.mm())));
-        paths = ways;
+        match alike.iter_mut().find(|(known, deep, _)| (&*known, *deep) == (&bit, depth)) {
+            Some((_, _, known)) => known.extend(ways),
+            None => alike.push((bit, depth, ways)),
+        }
     }
-    if paths.is_empty() {
-        desk.say(Remark::new(Weight::Doubt, "cam.cure_in_vain").with("x", x).with("y", y));
-        return None;
-    }
+    let fitted = fitted.into_iter().map(|(bit, depth, necks)| {
+        let ways = narrow::ways_in(groove.copper, &necks, bit.width_at(depth));
+        (bit, depth, ways)
+    });
+    let all: Vec<(Bit, Length, Vec<Path>)> = fitted.chain(alike).collect();
+    Ok(all.into_iter().filter_map(|cut| at_depth(desk, groove, isolate, cut)).collect())
+}
+
+/// Single ways of a bit at a depth of their own.
+fn at_depth(
+    desk: &mut Desk<'_>,
+    groove: &Groove<'_>,
+    isolate: &Isolate,
+    (bit, depth, paths): (Bit, Length, Vec<Path>),
+) -> Option<Task> {
     let single = Isolate { passes: 1, loop_overlap: Length::ZERO, ..isolate.clone() };
-    let mut task = finished(desk, groove, paths, &bit, width, &single)?;
+    let mut task = finished(desk, groove, paths, &bit, bit.width_at(depth), &single)?;
     let depths = desk.depths(depth);
     task.ways.iter_mut().for_each(|way| way.depths.clone_from(&depths));
     Some(task)

@@ -7,8 +7,16 @@
 //!
 //! Rounded inner corners are such places too; they are left out as long as they join no two islands and are small.
 //!
-//! Comes in: copper and the width of a cut. Goes out: narrow places, and ways of a thinner bit through them. Does not know
-//! operations.
+//! ```text
+//!    ▓▓▓▓╲  ╱▓▓▓▓       a neck: what the cut cannot pass though it may reach all of it from both sides, so that nothing
+//!    ▓▓▓▓ )( ▓▓▓▓       is closed there. Necks are where a thinner cut ░ goes on from where the wider one had to turn
+//!    ▓▓▓▓╱  ╲▓▓▓▓
+//! ```
+//!
+//! Which gaps are not open the proof alone says: a cure takes the neck at its gap, and nothing asks again whether it is one.
+//!
+//! Comes in: copper and the width of a cut. Goes out: narrow places and necks, and ways of a thinner bit through them. Does not
+//! know operations.
 
 use super::super::work::Cure;
 use super::cut::{self, Area};
@@ -19,10 +27,14 @@ use crate::units::Length;
 
 /// Ways run this much nearer to the copper than the bit's radius, so that a gap exactly as wide as the bit stays open.
 pub(super) const NEARER: Length = Length::from_um(1);
+/// Gaps are looked for in steps of this.
+const STEP: Length = Length::from_um(5);
 /// What lies this near to an island touches it.
 const TOUCH: Length = Length::from_um(5);
 /// Thinner remains than this are rounding.
 const CRUMB: Length = Length::from_um(2);
+/// Ways of a thinner cut lie this deep in the necks that they are for.
+const WITHIN: Length = Length::from_um(4);
 /// Corners whose remains are smaller than the square of the radius times this stay.
 const CORNER: f64 = 1.0;
 
@@ -58,6 +70,34 @@ pub(super) fn inlets(outline: &Region, width: Length) -> Vec<Island> {
     let wanted =
         |place: &Island| touched(place, &edges) == 1 && (island_area_mm2(place) > corner || whole(place));
     solid.islands.into_iter().filter(wanted).collect()
+}
+
+/// Where a cut of `width` goes on along `copper` from where one of width `wider` has to turn: what lies between copper and too
+/// near to it for the wider one, less what any of its ways leaves along all edges. Wide enough for the way of the thinner cut.
+pub(super) fn necks(copper: &Region, wider: Length, width: Length) -> Vec<Island> {
+    let outer = half(wider) - NEARER;
+    let inner = (half(width) - NEARER - WITHIN).max(Length::ZERO);
+    if inner >= outer {
+        return Vec::new();
+    }
+    let closed = grow(&grow(copper, outer), inner - outer);
+    let rest = combine(&closed, &grow(copper, inner), Rule::Difference);
+    grow(&grow(&rest, -CRUMB), CRUMB).islands
+}
+
+/// The parts of the ways of a cut of `width` round `copper` that lie in `necks`.
+pub(super) fn ways_in(copper: &Region, necks: &[Island], width: Length) -> Vec<Path> {
+    let zone = grow(&Region { islands: necks.to_vec() }, TOUCH);
+    if zone.is_empty() {
+        return Vec::new();
+    }
+    let zone = Area::of(&zone);
+    let region = grow(copper, half(width) - NEARER);
+    let near = |path: &&Path| {
+        let bounds = path_bounds(path);
+        !zone.index().edges_in(bounds).is_empty() || zone.contains(bounds.min)
+    };
+    region.paths().filter(near).flat_map(|path| cut::parts(path, &zone, true)).collect()
 }
 
 /// How many islands of copper a narrow place touches; counting ends at two.
@@ -111,23 +151,26 @@ fn alone(place: &Island) -> Region {
     Region { islands: vec![place.clone()] }
 }
 
-/// One way through the middle of the gap of a cure, and how much of its width the copper on each side loses at its
-/// narrowest. None where nothing is found.
-pub(super) fn centred(
-    copper: &Region,
-    islands: &Area,
-    place: &Island,
-    cure: &Cure,
-    width: Length,
-) -> Option<(Vec<Path>, Length)> {
+/// One way through the middle of the gap of a cure: half of its width beside the island on that side of it that has less of an
+/// edge. None where nothing is found.
+pub(super) fn centred(copper: &Region, islands: &Area, neck: &Island, cure: &Cure) -> Vec<Path> {
     let gap = Length::from_mm(cure.from.distance_mm(cure.to));
-    let island = islands.index().nearest(cure.from, gap + TOUCH)?.edge.island;
-    let side = copper.islands.get(island as usize)?;
-    let zone = Area::of(&grow(&alone(place), TOUCH));
+    let island = |at: Point| {
+        let near = islands.index().nearest(at, gap + TOUCH)?;
+        copper.islands.get(near.edge.island as usize)
+    };
+    let edges = |island: &&Island| island.paths().map(|path| path.segments.len()).sum::<usize>();
+    let Some(side) = [island(cure.from), island(cure.to)].into_iter().flatten().min_by_key(edges) else {
+        return Vec::new();
+    };
+    let zone = Area::of(&grow(&alone(neck), TOUCH));
     let beside = grow(&alone(side), half(gap));
-    let ways: Vec<Path> = beside.paths().flat_map(|path| cut::parts(path, &zone, true)).collect();
-    let lost = (half(width) - half(gap)).max(Length::ZERO);
-    (!ways.is_empty()).then_some((ways, lost))
+    beside.paths().flat_map(|path| cut::parts(path, &zone, true)).collect()
+}
+
+/// The width of a cut that would fit through the middle of a gap, in whole steps, so that equal gaps are looked for once.
+pub(super) fn fitting(gap: Length) -> Length {
+    (Length::from_nm(gap.nm() - gap.nm() % STEP.nm()) - CRUMB - CRUMB).max(Length::ZERO)
 }
 
 /// Whether anything is left of `region` worth a way.

@@ -1,0 +1,153 @@
+//! What `annulus cam --cure` does to a job (N8): first what one change of the whole opens, then every gap by itself, until nothing
+//! more opens.
+//!
+//! ```text
+//!   plan ─▶ proof ─┬─ gaps, and a lesser depth opens half of them or more ─▶ the isolation goes less deep ─┐
+//!     ▲            ├─ gaps ─▶ the gentlest cure of each that was not tried there yet ──────────────────────┤
+//!     │            └─ none left, or every cure tried ─▶ end                                                │
+//!     └─────────────────────────────────────────────────────────────────────────────────────────────────────┘
+//! ```
+//!
+//! Comes in: a job and what its proof said. Goes out: the job changed, and whether it was. Does not plan or prove.
+
+use annulus_core::board::Face;
+use annulus_core::cam::work::{Action, Isolate, Operation, Remedy, Work};
+use annulus_core::geometry::Point;
+use annulus_core::proof::{self, Finding, Kind, Verdict};
+use annulus_core::units::Length;
+use serde_json::{Value, json};
+
+/// More often than this a job is not planned and proved again.
+const MOST_ROUNDS: usize = 40;
+/// Findings about the same nets that are nearer than this, in mm, are about the same gap.
+const SAME_GAP_MM: f64 = 0.3;
+/// Depths of cures go in steps of this, so that gaps nearly alike are cut together.
+const STEP: Length = Length::from_um(5);
+/// No cure goes less deep: through the copper for certain.
+const LEAST: Length =
+    Length::from_nm(annulus_core::board::COPPER_THICKNESS.nm() + annulus_core::board::DEPTH_MARGIN.nm());
+
+/// What was tried at one gap.
+struct Tried {
+    nets: Vec<String>,
+    at: Point,
+    /// The two sides of the cure that is in the job.
+    sides: (Point, Point),
+    words: Vec<&'static str>,
+}
+
+/// Cures of one side under way.
+#[derive(Default)]
+pub(super) struct Curing {
+    rounds: usize,
+    whole: Option<Length>,
+    tried: Vec<Tried>,
+}
+
+impl Curing {
+    /// Puts the next cures for what the proof of `face` found into `work`; whether there were any.
+    pub(super) fn go_on(&mut self, work: &mut Work, face: Face, verdict: &Verdict) -> bool {
+        self.rounds += 1;
+        if self.rounds > MOST_ROUNDS {
+            return false;
+        }
+        if self.whole.is_none() && self.shallower(work, face, verdict) {
+            return true;
+        }
+        let joined = verdict.findings.iter().filter(|finding| is_joined(finding));
+        let changed: Vec<bool> = joined.map(|finding| self.gap(work, face, finding)).collect();
+        changed.contains(&true)
+    }
+
+    /// For scripts: what was done to the whole, and to how many gaps by themselves.
+    pub(super) fn object(&self) -> Value {
+        json!({
+            "depth_mm": self.whole.map(|depth| super::rounded(depth.mm())),
+            "places": self.tried.len(),
+            "rounds": self.rounds,
+        })
+    }
+
+    /// Lets the isolation of `face` go less deep where that opens half of the gaps or more, and more than one.
+    fn shallower(&mut self, work: &mut Work, face: Face, verdict: &Verdict) -> bool {
+        let Some(whole) = &verdict.whole else { return false };
+        let Some(offer) = whole.shallower.as_ref().filter(|offer| offer.opens > 1) else { return false };
+        if 2 * offer.opens < whole.gaps {
+            return false;
+        }
+        for operation in isolations(work, face).filter(|operation| operation.bit == offer.bit) {
+            if operation.depth > offer.depth {
+                operation.depth = offer.depth;
+                self.whole = Some(offer.depth);
+            }
+        }
+        self.whole.is_some()
+    }
+
+    /// Puts the gentlest cure of a gap that was not tried there yet into the first isolation.
+    fn gap(&mut self, work: &mut Work, face: Face, finding: &Finding) -> bool {
+        let Some(sides) = finding.ends else { return false };
+        let near =
+            |tried: &Tried| tried.nets == finding.nets && tried.at.distance_mm(finding.at) <= SAME_GAP_MM;
+        let known = self.tried.iter().position(near);
+        let words =
+            known.and_then(|at| self.tried.get(at)).map(|tried| tried.words.as_slice()).unwrap_or_default();
+        let bits = work.bits.clone();
+        let usable = |cure: &&proof::Cure| match cure {
+            proof::Cure::OtherBit { bit, .. } => bits.iter().any(|own| own.name == *bit),
+            proof::Cure::Deeper { .. } => false,
+            _ => true,
+        };
+        let next = finding.cures.iter().filter(usable).find(|cure| !words.contains(&word(cure)));
+        let Some((cure, isolate)) = next.zip(isolation(work, face)) else { return false };
+        if let Some(tried) = known.and_then(|at| self.tried.get_mut(at)) {
+            isolate.cures.retain(|other| (other.from, other.to) != tried.sides);
+            tried.sides = sides;
+            tried.words.push(word(cure));
+        } else {
+            let nets = finding.nets.clone();
+            self.tried.push(Tried { nets, at: finding.at, sides, words: vec![word(cure)] });
+        }
+        isolate.cure(sides.0, sides.1, remedy(cure));
+        true
+    }
+}
+
+/// Whether it is about nets that are still joined.
+fn is_joined(finding: &Finding) -> bool {
+    matches!(finding.kind, Kind::Short | Kind::Gap)
+}
+
+fn word(cure: &proof::Cure) -> &'static str {
+    match cure {
+        proof::Cure::Shallower { .. } => "shallower",
+        proof::Cure::OtherBit { .. } => "other_bit",
+        proof::Cure::Centred { .. } => "centred",
+        proof::Cure::Deeper { .. } => "deeper",
+    }
+}
+
+fn remedy(cure: &proof::Cure) -> Remedy {
+    match cure {
+        proof::Cure::Shallower { depth, .. } | proof::Cure::Deeper { depth, .. } => {
+            Remedy::Depth(Length::from_nm(depth.nm() - depth.nm() % STEP.nm()).max(LEAST.min(*depth)))
+        }
+        proof::Cure::OtherBit { bit, .. } => Remedy::Bit(bit.clone()),
+        proof::Cure::Centred { .. } => Remedy::Centred,
+    }
+}
+
+/// The operations that isolate `face`.
+fn isolations(work: &mut Work, face: Face) -> impl Iterator<Item = &mut Operation> {
+    let isolates = |operation: &Operation| matches!(operation.action, Action::Isolate(_));
+    let here = work.operations.iter_mut().filter(move |operation| operation.on && operation.face == face);
+    here.filter(move |operation| isolates(operation))
+}
+
+/// The first of them.
+fn isolation(work: &mut Work, face: Face) -> Option<&mut Isolate> {
+    isolations(work, face).find_map(|operation| match &mut operation.action {
+        Action::Isolate(isolate) => Some(isolate),
+        _ => None,
+    })
+}

@@ -1,0 +1,169 @@
+//! Findings of the proof as the commands show them: for scripts one by one and in groups, for people in groups (N8, N24).
+//!
+//! Comes in: findings, their groups, what was accepted. Goes out: JSON and lines of text. Does not know what was proved.
+
+use super::rounded;
+use annulus_core::locale;
+use annulus_core::proof::{Cure, Finding, Group, Shallower, Whole};
+use annulus_core::units::Length;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// Findings of one group that are shown when people read.
+const SHOWN: usize = 12;
+
+/// Whether a finding was accepted: by its name, its code or the last word of its code.
+fn accepted(finding: &Finding, accept: &[String]) -> bool {
+    let code = finding.kind.code();
+    let kind = code.rsplit('.').next().unwrap_or(code);
+    accept.iter().any(|word| *word == finding.id || word == code || word == kind)
+}
+
+/// How many findings must be read and were not accepted.
+pub(super) fn unread(findings: &[Finding], accept: &[String]) -> usize {
+    findings.iter().filter(|finding| is_unread(finding, accept)).count()
+}
+
+/// Whether a finding must be read and was not accepted.
+pub(super) fn is_unread(finding: &Finding, accept: &[String]) -> bool {
+    finding.must_be_read() && !accepted(finding, accept)
+}
+
+/// A finding for scripts.
+pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
+    let remark = finding.remark();
+    let mm = |length: Length| rounded(length.mm());
+    json!({
+        "id": finding.id,
+        "kind": finding.kind,
+        "code": remark.code,
+        "weight": remark.weight,
+        "agreed": finding.agreed,
+        "x_mm": mm(finding.at.x),
+        "y_mm": mm(finding.at.y),
+        "width_mm": mm(finding.width),
+        "tool_mm": finding.tool.map(mm),
+        "nets": finding.nets,
+        "program": finding.leg.map(|(program, _)| program),
+        "leg": finding.leg.map(|(_, leg)| leg),
+        "cures": finding.cures.iter().map(cure_object).collect::<Vec<_>>(),
+        "accepted": accepted(finding, accept),
+        "unread": is_unread(finding, accept),
+        "message": remark.message("en"),
+        "advice": remark.advice("en"),
+    })
+}
+
+/// Kind, bit, depth, width and lost copper of a cure; its sentence.
+fn cure_object(cure: &Cure) -> Value {
+    let (key, bit, depth, width, lost) = match cure {
+        Cure::Shallower { bit, depth, width } => ("shallower", bit, depth, width, None),
+        Cure::OtherBit { bit, depth, width, .. } => ("other_bit", bit, depth, width, None),
+        Cure::Centred { bit, depth, width, lost } => ("centred", bit, depth, width, Some(*lost)),
+        Cure::Deeper { bit, depth, width } => ("deeper", bit, depth, width, None),
+    };
+    let text = |length: Length| format!("{:.3}", length.mm());
+    let words = [
+        ("bit", bit.clone()),
+        ("depth", text(*depth)),
+        ("width", text(*width)),
+        ("lost", lost.map(text).unwrap_or_default()),
+    ];
+    let words = words.map(|(name, value)| (name.to_owned(), value));
+    json!({
+        "cure": key,
+        "bit": bit,
+        "depth_mm": rounded(depth.mm()),
+        "width_mm": rounded(width.mm()),
+        "lost_mm": lost.map(|lost| rounded(lost.mm())),
+        "message": locale::text("en", &format!("proof.cure.{key}"), &words),
+    })
+}
+
+/// Groups for scripts; the members of each by the nets that they are about.
+pub(super) fn groups_object(groups: &[Group], findings: &[Finding], accept: &[String]) -> Value {
+    let mm = |length: Length| rounded(length.mm());
+    let object = |group: &Group| {
+        let remark = group.remark();
+        let unread = members(group, findings).filter(|finding| is_unread(finding, accept)).count();
+        let pair = |pair: &annulus_core::proof::Pair| json!({ "nets": pair.nets, "width_min_mm": mm(pair.least), "ids": pair.ids });
+        json!({
+            "kind": group.kind,
+            "code": group.kind.code(),
+            "weight": remark.weight,
+            "count": group.count,
+            "unread": unread,
+            "tool_mm": group.tool.map(mm),
+            "width_min_mm": mm(group.least),
+            "width_max_mm": mm(group.most),
+            "message": remark.message("en"),
+            "advice": remark.advice("en"),
+            "pairs": group.pairs.iter().map(pair).collect::<Vec<_>>(),
+        })
+    };
+    groups.iter().map(object).collect()
+}
+
+/// The findings of a group that are listed.
+fn members<'f>(group: &Group, findings: &'f [Finding]) -> impl Iterator<Item = &'f Finding> {
+    let cause = (group.kind, group.must_be_read, group.tool);
+    findings.iter().filter(move |finding| finding.cause() == cause)
+}
+
+/// What a change of the whole job opens, for scripts.
+pub(super) fn whole_object(whole: &Whole) -> Value {
+    let mm = |length: Length| rounded(length.mm());
+    let shallower = whole.shallower.as_ref().map(|Shallower { bit, depth, width, opens }| {
+        json!({ "bit": bit, "depth_mm": mm(*depth), "width_mm": mm(*width), "opens": opens })
+    });
+    let said: Vec<String> = whole.remarks().iter().map(|remark| remark.message("en")).collect();
+    json!({
+        "gaps": whole.gaps,
+        "shallower": shallower,
+        "rest": whole.rest,
+        "tip_mm": whole.tip.map(mm),
+        "tip_opens": whole.tip_opens,
+        "messages": said,
+    })
+}
+
+/// The same for people.
+pub(super) fn whole_lines(whole: Option<&Whole>) -> String {
+    let remarks = whole.map(Whole::remarks).unwrap_or_default();
+    remarks.iter().map(|remark| format!("→ {} {}\n", remark.message("en"), remark.advice("en"))).collect()
+}
+
+/// Findings for people: by what they have in common, the first of each with their names in front, so that they can be accepted.
+pub(super) fn finding_lines(groups: &[Group], findings: &[Finding], accept: &[String]) -> String {
+    let mut out = String::new();
+    for group in groups {
+        let remark = group.remark();
+        let unread = members(group, findings).any(|finding| is_unread(finding, accept));
+        let sign = if unread { "!" } else { "✓" };
+        out += &format!("{sign} {} {} ({})\n", remark.message("en"), remark.advice("en"), group.kind.code());
+        let by_id: BTreeMap<&str, &Finding> =
+            members(group, findings).map(|finding| (finding.id.as_str(), finding)).collect();
+        let ids = group.pairs.iter().flat_map(|pair| &pair.ids);
+        for finding in ids.filter_map(|id| by_id.get(id.as_str())).take(SHOWN) {
+            out += &finding_line(finding, accept);
+        }
+        let more = (group.count as usize).saturating_sub(SHOWN);
+        if more > 0 {
+            let count = [("count".to_owned(), more.to_string())];
+            out += &format!("    {}\n", locale::text("en", "proof.report.more", &count));
+        }
+    }
+    out
+}
+
+/// One finding of a group, and its cures.
+fn finding_line(finding: &Finding, accept: &[String]) -> String {
+    let read = if is_unread(finding, accept) { "-" } else { "✓" };
+    let mut out = format!("  {read} {} {}\n", finding.id, finding.remark().message("en"));
+    for cure in &finding.cures {
+        if let Some(text) = cure_object(cure)["message"].as_str() {
+            out += &format!("      {text}\n");
+        }
+    }
+    out
+}

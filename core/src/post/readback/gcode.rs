@@ -1,0 +1,307 @@
+//! G-code: G0 to G3, G17, G20 and G21 (G70, G71), G90 and G91, drilling cycles, tools, spindle. What would change places and is not
+//! followed is refused; what only tells the controller how to drive is passed over.
+//!
+//! Comes in: text. Goes out: moves for the hand, in mm. Does not know which controller it was written for: where they differ (the
+//! centre of an arc) the file says which it is, or its arcs do.
+
+use super::cycles::Cycle;
+use super::hand::{Hand, Tip};
+use super::words::{self, Word};
+use crate::remark::Remark;
+
+/// As high as a machine goes, in mm: where a move to its reference point ends.
+const TOP_MM: f64 = 100.0;
+/// Codes, in tenths, that change no place: planes, offsets of tools and zero points, modes of driving.
+const PASSED: &[u32] = &[
+    40, 50, 60, 80, 90, 100, 170, 400, 430, 490, 540, 550, 560, 570, 580, 590, 600, 601, 602, 610, 640, 641,
+    642, 670, 690, 940, 960, 970, 971,
+];
+
+/// How moves go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Motion {
+    Rapid,
+    Line,
+    Arc { ccw: bool },
+    Drill,
+}
+
+/// What holds from line to line.
+struct State {
+    motion: Motion,
+    /// Millimetres in one unit.
+    scale: f64,
+    absolute: bool,
+    centre_absolute: bool,
+    cycle: Cycle,
+    /// A cycle comes back to the height before it (G98).
+    back: bool,
+    tool: Option<u32>,
+    rpm: f64,
+    /// Some controllers change with the tool word alone: those that never say M6.
+    changes_with_t: bool,
+}
+
+/// The words of a line by their letters, the last of each.
+struct Line<'w> {
+    words: &'w [Word],
+}
+
+impl Line<'_> {
+    fn letter(&self, name: char) -> Option<f64> {
+        self.words.iter().rev().find_map(|word| match word {
+            Word::Letter(letter, number) if *letter == name => Some(*number),
+            _ => None,
+        })
+    }
+
+    fn codes(&self, name: char) -> impl Iterator<Item = f64> {
+        self.words.iter().filter_map(move |word| match word {
+            Word::Letter(letter, number) if *letter == name => Some(*number),
+            _ => None,
+        })
+    }
+
+    fn named(&self, name: &str) -> Option<f64> {
+        self.words.iter().find_map(|word| match word {
+            Word::Named(known, number) if known == name => Some(*number),
+            _ => None,
+        })
+    }
+}
+
+/// Reads the file.
+pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
+    let changes_with_t = !text.lines().any(|line| {
+        let bare = words::bare(line);
+        words::of(&bare).is_ok_and(|words| words.iter().any(|word| *word == Word::Letter('M', 6.0)))
+    });
+    let mut state = State {
+        motion: Motion::Rapid,
+        scale: 1.0,
+        absolute: true,
+        centre_absolute: false,
+        cycle: Cycle::default(),
+        back: true,
+        tool: None,
+        rpm: 0.0,
+        changes_with_t,
+    };
+    for (number, line) in (1..).zip(text.lines()) {
+        hand.line = number;
+        for comment in words::comments(line) {
+            hand.comment(&comment);
+        }
+        let bare = words::bare(line);
+        let bare = bare.trim();
+        if bare.is_empty() || bare.starts_with('%') || is_name(bare) {
+            continue;
+        }
+        let words = words::of(bare).map_err(|column| {
+            let mut why = hand.refuse("readback.unknown_word", bare);
+            why.place.iter_mut().for_each(|place| place.column = column as u32);
+            why
+        })?;
+        if state.line(hand, &Line { words: &words })? {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a line only names the program: `O0001`.
+fn is_name(bare: &str) -> bool {
+    bare.strip_prefix(['O', ':']).is_some_and(|rest| rest.trim().chars().all(|c| c.is_ascii_digit()))
+}
+
+impl State {
+    /// Follows one line; whether it is the last.
+    fn line(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<bool, Remark> {
+        let mut to_reference = false;
+        let mut starts_cycle = false;
+        for code in line.codes('G') {
+            let tenths = libm::round(code * 10.0) as u32;
+            match tenths {
+                0 => self.motion = Motion::Rapid,
+                10 if line.letter('L').is_some() => return Err(hand.refuse("readback.changes_place", "G10")),
+                10 => self.motion = Motion::Line,
+                20 | 30 => self.motion = Motion::Arc { ccw: tenths == 30 },
+                200 | 700 => self.scale = 25.4,
+                210 | 710 => self.scale = 1.0,
+                280 | 300 | 530 => to_reference = true,
+                730 | 810 | 820 | 830 | 850 | 860 | 890 => {
+                    (self.motion, starts_cycle) = (Motion::Drill, true)
+                }
+                800 => self.motion = Motion::Rapid,
+                900 => self.absolute = true,
+                910 => self.absolute = false,
+                901 => self.centre_absolute = true,
+                911 => self.centre_absolute = false,
+                980 | 990 => self.back = tenths == 980,
+                _ if PASSED.contains(&tenths) => {}
+                _ => return Err(hand.refuse("readback.changes_place", format!("G{code}"))),
+            }
+        }
+        self.tools(hand, line)?;
+        let waits = line.codes('G').any(|code| code == 4.0);
+        let called = line.words.iter().find_map(|word| match word {
+            Word::Call(name, numbers) => Some((name, numbers)),
+            _ => None,
+        });
+        if let Some((name, numbers)) = called {
+            self.call(hand, name, numbers)?;
+        } else if to_reference {
+            self.reference(hand, line)?;
+        } else if !waits {
+            self.go(hand, line, starts_cycle)?;
+        }
+        Ok(line.codes('M').any(|code| matches!(code as u32, 2 | 30)))
+    }
+
+    fn tools(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Remark> {
+        self.rpm = line.letter('S').filter(|_| !line.codes('G').any(|code| code == 4.0)).unwrap_or(self.rpm);
+        if let Some(tool) = line.letter('T') {
+            self.tool = Some(tool as u32);
+        }
+        let changes =
+            line.codes('M').any(|code| code == 6.0) || (self.changes_with_t && line.letter('T').is_some());
+        if let Some(tool) = self.tool.filter(|tool| changes && *tool > 0) {
+            hand.take(tool);
+        }
+        for code in line.codes('M') {
+            match code as u32 {
+                3 | 4 => hand.spindle(self.rpm),
+                5 => hand.spindle(0.0),
+                97..=99 => return Err(hand.refuse("readback.changes_place", format!("M{code}"))),
+                _ => {}
+            }
+        }
+        let turned = line.codes('M').any(|code| matches!(code as u32, 3..=5));
+        if line.letter('S').is_some()
+            && !turned
+            && !line.codes('G').any(|code| code == 4.0)
+            && self.motion != Motion::Rapid
+        {
+            hand.spindle(self.rpm);
+        }
+        if let Some(axis) =
+            ['A', 'B', 'C', 'U', 'V', 'W'].into_iter().find(|axis| line.letter(*axis).is_some())
+        {
+            return Err(hand.refuse("readback.changes_place", axis));
+        }
+        Ok(())
+    }
+
+    fn call(&mut self, hand: &mut Hand, name: &str, numbers: &[Option<f64>]) -> Result<(), Remark> {
+        match name {
+            "CYCLE81" | "CYCLE82" | "CYCLE83" => {
+                let cycle =
+                    Cycle::called(numbers).ok_or_else(|| hand.refuse("readback.unknown_word", name))?;
+                let at = (hand.tip.x, hand.tip.y);
+                cycle.drill(hand, at)
+            }
+            "MSG" => Ok(()),
+            _ => Err(hand.refuse("readback.unknown_word", name)),
+        }
+    }
+
+    /// To the machine's own reference point, or in its coordinates: up is all that is known of that.
+    fn reference(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Remark> {
+        if line.letter('Z').is_some() || (line.letter('X').is_none() && line.letter('Y').is_none()) {
+            hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)?;
+        }
+        Ok(())
+    }
+
+    /// Where an axis goes.
+    fn axis(&self, line: &Line<'_>, name: char, before: f64) -> f64 {
+        let value =
+            line.letter(name).or_else(|| line.named(&name.to_string())).map(|value| value * self.scale);
+        match value {
+            Some(value) if self.absolute => value,
+            Some(value) => before + value,
+            None => before,
+        }
+    }
+
+    fn go(&mut self, hand: &mut Hand, line: &Line<'_>, starts_cycle: bool) -> Result<(), Remark> {
+        let names = |name: char| line.letter(name).is_some() || line.named(&name.to_string()).is_some();
+        let from = hand.tip;
+        if self.motion == Motion::Drill {
+            return self.cycle(hand, line, starts_cycle);
+        }
+        let arc = matches!(self.motion, Motion::Arc { .. })
+            && (names('I') || names('J') || names('R') || line.named("CR").is_some());
+        if !names('X') && !names('Y') && !names('Z') && !arc {
+            return Ok(());
+        }
+        let to = Tip {
+            x: self.axis(line, 'X', from.x),
+            y: self.axis(line, 'Y', from.y),
+            z: self.axis(line, 'Z', from.z),
+        };
+        match self.motion {
+            Motion::Rapid => hand.line_to(to, true),
+            Motion::Line | Motion::Drill => hand.line_to(to, false),
+            Motion::Arc { ccw } => {
+                let radius = line.letter('R').or_else(|| line.named("CR")).map(|radius| radius * self.scale);
+                let centre = match radius {
+                    Some(radius) => by_radius(from, to, radius, ccw)
+                        .ok_or_else(|| hand.refuse("readback.no_arc", radius))?,
+                    None => self.centre(line, from),
+                };
+                hand.arc_to(to, centre, ccw)
+            }
+        }
+    }
+
+    fn centre(&self, line: &Line<'_>, from: Tip) -> (f64, f64) {
+        let offset = |name: char| line.letter(name).map(|value| value * self.scale);
+        if self.centre_absolute {
+            return (offset('I').unwrap_or(from.x), offset('J').unwrap_or(from.y));
+        }
+        (from.x + offset('I').unwrap_or(0.0), from.y + offset('J').unwrap_or(0.0))
+    }
+
+    fn cycle(&mut self, hand: &mut Hand, line: &Line<'_>, starts: bool) -> Result<(), Remark> {
+        if starts {
+            self.cycle.before = hand.tip.z;
+        }
+        self.cycle.back = self.back;
+        let own = |name: char| line.letter(name).map(|value| value * self.scale);
+        // Counted from here, R counts from the height before the cycle and Z from R.
+        if let Some(reference) = own('R') {
+            self.cycle.reference = if self.absolute { reference } else { self.cycle.before + reference };
+        }
+        if let Some(bottom) = own('Z') {
+            self.cycle.bottom = if self.absolute { bottom } else { self.cycle.reference + bottom };
+        }
+        let times = ['L', 'K'].into_iter().find_map(|name| line.letter(name)).unwrap_or(1.0);
+        if line.letter('X').is_none() && line.letter('Y').is_none() && !starts || times < 1.0 {
+            return Ok(());
+        }
+        let cycle = self.cycle;
+        for _ in 0..(times as u32).min(10_000) {
+            let at = (self.axis(line, 'X', hand.tip.x), self.axis(line, 'Y', hand.tip.y));
+            cycle.drill(hand, at)?;
+        }
+        Ok(())
+    }
+}
+
+/// The centre of an arc by its radius: below zero for more than half a circle.
+fn by_radius(from: Tip, to: Tip, radius: f64, ccw: bool) -> Option<(f64, f64)> {
+    let (dx, dy) = (to.x - from.x, to.y - from.y);
+    let chord = libm::hypot(dx, dy);
+    if chord < 1e-9 {
+        return None;
+    }
+    let square = radius * radius - chord * chord / 4.0;
+    // A half circle may miss its own middle by what rounding leaves.
+    let height = if square < 0.0 && libm::sqrt(-square) < 0.05 { 0.0 } else { libm::sqrt(square) };
+    if height.is_nan() {
+        return None;
+    }
+    let side = if ccw == (radius > 0.0) { height } else { -height };
+    Some(((from.x + to.x) / 2.0 - dy / chord * side, (from.y + to.y) / 2.0 + dx / chord * side))
+}

@@ -1,0 +1,309 @@
+//! Moves of a tool's tip, put together as a program.
+//!
+//! ```text
+//!   tip over the board, XY moves      ─▶ Rapid: what was cut before it is a leg
+//!   tip goes down, up                 ─▶ Plunge, Retract
+//!   XY moves, tip in the board        ─▶ Mill, MillArc
+//!   a leg that only goes down and up, or round one centre ─▶ a hole; any other ─▶ a way
+//! ```
+//!
+//! Comes in: moves in mm, tools by number. Goes out: a [`Program`] in the coordinates of the file. Does not know any controller.
+
+use super::titles::{Named, named};
+use super::{MOST_REMARKS, Written};
+use crate::geometry::Point;
+use crate::job::{Bit, Command, Leg, Mark, Program};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Where the tip is before the first move, over the board.
+const START: Length = Length::from_um(10_000);
+/// Places beyond this, in mm, are no places of a board.
+const FARTHEST_MM: f64 = 2_000.0;
+/// Centres of arcs this near, in mm, are one.
+const SAME_CENTRE_MM: f64 = 0.01;
+/// More legs than this are not read.
+const MOST_LEGS: usize = 2_000_000;
+
+/// A place and a height of the tip, in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tip {
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) z: f64,
+}
+
+impl Tip {
+    fn at(self) -> Point {
+        Point::from_mm(self.x, self.y)
+    }
+}
+
+/// A program being put together.
+pub(super) struct Hand {
+    file: String,
+    pub(super) line: u32,
+    pub(super) tip: Tip,
+    known: BTreeMap<u32, Bit>,
+    /// Tools that the file names.
+    named: BTreeSet<u32>,
+    /// Tools in the order in which they go in, by their numbers.
+    used: Vec<u32>,
+    current: Option<u32>,
+    commands: Vec<Command>,
+    legs: Vec<Leg>,
+    cuts: bool,
+    side: Option<String>,
+    remarks: Vec<Remark>,
+    holes: u32,
+    ways: u32,
+}
+
+impl Hand {
+    pub(super) fn new(file: &str, tools: &BTreeMap<u32, Bit>) -> Self {
+        Self {
+            file: file.to_owned(),
+            line: 0,
+            tip: Tip { x: 0.0, y: 0.0, z: START.mm() },
+            known: tools.clone(),
+            named: BTreeSet::new(),
+            used: Vec::new(),
+            current: None,
+            commands: Vec::new(),
+            legs: Vec::new(),
+            cuts: false,
+            side: None,
+            remarks: Vec::new(),
+            holes: 0,
+            ways: 0,
+        }
+    }
+
+    /// A refusal at the line being read.
+    pub(super) fn refuse(&self, code: &str, found: impl ToString) -> Remark {
+        Remark::new(Weight::Loss, code).with("found", found).at(&self.file, self.line, 0)
+    }
+
+    /// Something that may have been meant otherwise.
+    pub(super) fn doubt(&mut self, code: &str, found: impl ToString) {
+        if self.remarks.len() < MOST_REMARKS && !self.remarks.iter().any(|known| known.code == code) {
+            self.remarks
+                .push(Remark::new(Weight::Doubt, code).with("found", found).at(&self.file, self.line, 0));
+        }
+    }
+
+    /// What a comment says of tools and of the side.
+    pub(super) fn comment(&mut self, text: &str) {
+        if let Some(Named { number, bit, goes_in }) = named(text) {
+            if let Some(bit) = bit {
+                // What a person says goes before what the file says.
+                self.known.entry(number).or_insert(bit);
+                self.named.insert(number);
+            }
+            if goes_in {
+                self.take(number);
+            }
+        }
+        if let Some(side) = text.trim().to_ascii_lowercase().strip_prefix("side:") {
+            let side = side.trim();
+            self.side = Some(side.to_owned()).filter(|side| matches!(side.as_str(), "top" | "bottom"));
+        }
+    }
+
+    /// Another tool goes in.
+    pub(super) fn take(&mut self, number: u32) {
+        if self.current == Some(number) {
+            return;
+        }
+        self.flush();
+        self.current = Some(number);
+        let index = self.used.iter().position(|known| *known == number).unwrap_or_else(|| {
+            self.used.push(number);
+            self.used.len() - 1
+        }) as u32;
+        let commands = vec![Command::AwaitBit { bit: index }];
+        self.legs.push(Leg { mark: Mark::ChangeBit(index), commands });
+    }
+
+    /// The spindle turns so fast; 0 stands.
+    pub(super) fn spindle(&mut self, rpm: f64) {
+        self.commands.push(Command::Spindle { rpm: rpm.clamp(0.0, 1e6) as u32 });
+    }
+
+    /// A size that the head says a tool has.
+    pub(super) fn know(&mut self, number: u32, bit: Bit) {
+        self.known.entry(number).or_insert(bit);
+    }
+
+    fn checked(&self, to: Tip) -> Result<(), Remark> {
+        let good = [to.x, to.y, to.z].iter().all(|mm| mm.abs() <= FARTHEST_MM);
+        if good && self.legs.len() < MOST_LEGS {
+            Ok(())
+        } else {
+            Err(self.refuse("readback.out_of_reach", format!("X {} Y {} Z {}", to.x, to.y, to.z)))
+        }
+    }
+
+    /// Straight to a place.
+    pub(super) fn line_to(&mut self, to: Tip, fast: bool) -> Result<(), Remark> {
+        self.checked(to)?;
+        let from = std::mem::replace(&mut self.tip, to);
+        let height = Length::from_mm(to.z);
+        let in_board = from.z < 0.0 || to.z < 0.0;
+        if in_board {
+            self.begin();
+            if fast && (to.z < from.z || (to.x, to.y) != (from.x, from.y)) {
+                self.doubt("readback.fast_in_board", format!("X {} Y {} Z {}", to.x, to.y, to.z));
+            }
+        }
+        if (to.x, to.y) == (from.x, from.y) {
+            match (to.z < from.z, to.z > from.z) {
+                (true, _) => {
+                    self.cuts |= to.z < 0.0;
+                    self.commands.push(Command::Plunge { to: height, feed_um_per_s: 1, gate: None });
+                }
+                (_, true) => self.commands.push(Command::Retract { to: height }),
+                _ => {}
+            }
+        } else if in_board {
+            self.cuts = true;
+            self.commands.push(Command::Mill { to: to.at(), height, feed_um_per_s: 1 });
+        } else {
+            self.flush();
+            self.commands.push(Command::Rapid { to: to.at() });
+            self.commands.extend((to.z != from.z).then_some(Command::Retract { to: height }));
+        }
+        Ok(())
+    }
+
+    /// Along an arc, or a helix; where it ends where it begins, once round.
+    pub(super) fn arc_to(&mut self, to: Tip, (x, y): (f64, f64), ccw: bool) -> Result<(), Remark> {
+        self.checked(to)?;
+        self.checked(Tip { x, y, z: 0.0 })?;
+        let from = self.tip;
+        let radius = |tip: Tip| libm::hypot(tip.x - x, tip.y - y);
+        if libm::fabs(radius(from) - radius(to)) > 0.02 + 0.002 * radius(from) {
+            return Err(self.refuse("readback.no_arc", format!("X {} Y {}", to.x, to.y)));
+        }
+        if from.z >= 0.0 && to.z >= 0.0 {
+            return self.line_to(to, true);
+        }
+        self.begin();
+        self.tip = to;
+        self.cuts = true;
+        let (to, height) = (to.at(), Length::from_mm(to.z));
+        self.commands.push(Command::MillArc {
+            to,
+            height,
+            center: Point::from_mm(x, y),
+            ccw,
+            feed_um_per_s: 1,
+        });
+        Ok(())
+    }
+
+    /// Through a third place to the end.
+    pub(super) fn arc_through(&mut self, middle: Tip, to: Tip) -> Result<(), Remark> {
+        let from = self.tip;
+        let (ax, ay, bx, by) = (middle.x - from.x, middle.y - from.y, to.x - from.x, to.y - from.y);
+        let turn = ax * by - ay * bx;
+        if libm::fabs(turn) < 1e-9 {
+            self.line_to(middle, false)?;
+            return self.line_to(to, false);
+        }
+        let (a, b) = (ax * ax + ay * ay, bx * bx + by * by);
+        let centre = (from.x + (by * a - ay * b) / (2.0 * turn), from.y + (ax * b - bx * a) / (2.0 * turn));
+        self.arc_to(to, centre, turn > 0.0)
+    }
+
+    /// Something is cut from here on: with the only tool that the file names, or that there is, where none was asked for.
+    fn begin(&mut self) {
+        if self.current.is_some() {
+            return;
+        }
+        let only = |mut numbers: Vec<u32>| numbers.pop().filter(|_| numbers.is_empty());
+        let named = only(self.named.iter().copied().collect());
+        if let Some(number) = named.or_else(|| only(self.known.keys().copied().collect())) {
+            let commands = std::mem::take(&mut self.commands);
+            self.take(number);
+            self.commands = commands;
+        }
+    }
+
+    /// A hole by itself begins, though it may be where the last one was.
+    pub(super) fn another(&mut self) {
+        self.flush();
+    }
+
+    /// What was done since the last move over the board becomes a leg.
+    fn flush(&mut self) {
+        let commands = std::mem::take(&mut self.commands);
+        if commands.is_empty() {
+            return;
+        }
+        let mark = if !std::mem::take(&mut self.cuts) {
+            Mark::Prepare
+        } else if is_hole(&commands) {
+            self.holes += 1;
+            Mark::Hole(self.holes - 1)
+        } else {
+            self.ways += 1;
+            Mark::Way(self.ways - 1)
+        };
+        self.legs.push(Leg { mark, commands });
+    }
+
+    /// The program. Refused where a tool is used of which nobody says what it is.
+    pub(super) fn finish(mut self, of_files: bool) -> Result<Written, Remark> {
+        self.flush();
+        let mut bits = Vec::new();
+        for number in &self.used {
+            let Some(bit) = self.known.get(number) else {
+                let why = Remark::new(Weight::Loss, "readback.no_tool").with("number", number);
+                return Err(why.at(&self.file, 0, 0));
+            };
+            bits.push(bit.clone());
+        }
+        let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Way(_)));
+        if bits.is_empty() && cuts {
+            let why = Remark::new(Weight::Loss, "readback.no_tool").with("number", 1);
+            return Err(why.at(&self.file, 0, 0));
+        }
+        let name = self.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+        let program = Program {
+            name,
+            machine: String::new(),
+            origin: Point::default(),
+            bits,
+            spindles: 1,
+            safe_height: START,
+            legs: self.legs,
+            accepted: Vec::new(),
+        };
+        Ok(Written { program, side: self.side, of_files, remarks: self.remarks })
+    }
+}
+
+/// Whether commands only go down and up at one place, or all round one centre.
+fn is_hole(commands: &[Command]) -> bool {
+    let mut centre: Option<Point> = None;
+    let mut at = Point::default();
+    let mut begins: Option<Point> = None;
+    for command in commands {
+        match *command {
+            Command::MillArc { to, center, .. } => {
+                if centre.is_some_and(|known| known.distance_mm(center) > SAME_CENTRE_MM) {
+                    return false;
+                }
+                centre = Some(center);
+                begins = begins.or(Some(at));
+                at = to;
+            }
+            Command::Rapid { to } => at = to,
+            Command::Mill { .. } => return false,
+            _ => {}
+        }
+    }
+    begins.is_none_or(|begins| begins.distance_mm(at) <= SAME_CENTRE_MM)
+}

@@ -1,0 +1,256 @@
+//! What was written is read back: every dialect that ships, and G-code of others, against the program it came from.
+
+use super::*;
+use crate::geometry::Point;
+use crate::job::{Command, Cutter, Leg, Mark};
+use crate::post;
+use crate::units::Length;
+
+fn tools(rows: &[(u32, &str)]) -> BTreeMap<u32, Bit> {
+    rows.iter().map(|(number, title)| (*number, titled(title).unwrap())).collect()
+}
+
+fn read(text: &str, rows: &[(u32, &str)]) -> Written {
+    read_back("t.nc", text, &tools(rows))
+        .unwrap_or_else(|why| panic!("{}: {:?}", why.message("en"), why.place))
+}
+
+/// Where and how deep holes are, and the corners of ways, in µm.
+fn done(program: &Program) -> Vec<(u32, &'static str, Vec<(i64, i64, i64)>)> {
+    let um = |length: Length| libm::round(length.mm() * 1e3) as i64;
+    let (mut bit, mut at, mut out) = (0, Point::default(), Vec::new());
+    for leg in &program.legs {
+        if let Mark::ChangeBit(next) = leg.mark {
+            bit = next;
+        }
+        let mut places = Vec::new();
+        for command in &leg.commands {
+            match *command {
+                Command::Rapid { to } => at = to,
+                Command::Plunge { to, .. } if to < Length::ZERO => places.push((um(at.x), um(at.y), um(to))),
+                Command::Mill { to, height, .. } | Command::MillArc { to, height, .. } => {
+                    at = to;
+                    places.push((um(to.x), um(to.y), um(height)));
+                }
+                _ => {}
+            }
+        }
+        match leg.mark {
+            Mark::Hole(_) => out.push((bit, "hole", places)),
+            Mark::Way(_) => out.push((bit, "way", places)),
+            _ => {}
+        }
+    }
+    out
+}
+
+fn program() -> Program {
+    let mm = Length::from_mm;
+    let bit = |title: &str| titled(title).unwrap();
+    let go = |x: f64, y: f64| Command::Rapid { to: Point::from_mm(x, y) };
+    let down = |z: f64| Command::Plunge { to: mm(z), feed_um_per_s: 2_000, gate: None };
+    let up = Command::Retract { to: mm(2.0) };
+    let mill = |x: f64, y: f64, z: f64| Command::Mill {
+        to: Point::from_mm(x, y),
+        height: mm(z),
+        feed_um_per_s: 5_000,
+    };
+    let arc = |x: f64, y: f64, cx: f64, cy: f64, z: f64, ccw| Command::MillArc {
+        to: Point::from_mm(x, y),
+        height: mm(z),
+        center: Point::from_mm(cx, cy),
+        ccw,
+        feed_um_per_s: 5_000,
+    };
+    let on = |bit| Leg {
+        mark: Mark::ChangeBit(bit),
+        commands: vec![
+            Command::Spindle { rpm: 0 },
+            Command::AwaitBit { bit },
+            Command::Spindle { rpm: 12_000 },
+        ],
+    };
+    let leg = |mark, commands: Vec<Command>| Leg { mark, commands };
+    let way = vec![
+        go(1.0, 1.0),
+        down(-0.1),
+        mill(5.0, 1.0, -0.1),
+        arc(6.0, 2.0, 5.0, 2.0, -0.1, true),
+        mill(6.0, 4.0, -0.1),
+        up,
+    ];
+    let turn =
+        vec![go(10.0, 5.0), down(0.0), arc(10.0, 5.0, 9.0, 5.0, -0.5, false), mill(12.0, 5.0, -0.5), up];
+    Program {
+        name: "board".to_owned(),
+        machine: String::new(),
+        origin: Point::default(),
+        bits: vec![bit("V-bit 30°, tip 0.1"), bit("drill 0.8"), bit("end mill 1")],
+        spindles: 1,
+        safe_height: mm(2.0),
+        legs: vec![
+            on(0),
+            leg(Mark::Way(0), way),
+            on(1),
+            leg(Mark::Hole(0), vec![go(3.0, 3.0), down(-2.0), up]),
+            leg(Mark::Hole(1), vec![go(-4.0, 3.5), down(-2.0), up]),
+            on(2),
+            leg(Mark::Way(1), turn),
+            leg(Mark::Finish, vec![Command::Spindle { rpm: 0 }, go(0.0, 0.0)]),
+        ],
+        accepted: Vec::new(),
+    }
+}
+
+/// Which bit cuts which leg where to, and how far: arcs may have become lines.
+fn ends(program: &Program) -> Vec<((u32, &'static str, (i64, i64, i64)), f64)> {
+    let milled = crate::job::milled_mm(program);
+    let legs = program.legs.iter().zip(milled);
+    let cuts = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Hole(_) | Mark::Way(_))).map(|(_, mm)| mm);
+    let done = done(program).into_iter().map(|(bit, word, places)| (bit, word, *places.last().unwrap()));
+    done.zip(cuts).collect()
+}
+
+#[test]
+fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
+    let program = program();
+    let known = tools(&[(1, "V-bit 30°, tip 0.1"), (2, "drill 0.8"), (3, "end mill 1")]);
+    for (name, _) in post::shipped() {
+        let files = post::write(name, &program, None, None).unwrap().unwrap();
+        let mut found = Vec::new();
+        for file in &files {
+            let back = read_back(&file.name, &file.text, &known)
+                .unwrap_or_else(|why| panic!("{name}: {} {:?}\n{}", why.message("en"), why.place, file.text));
+            assert!(back.remarks.is_empty(), "{name}: {:?}", back.remarks);
+            let first = back.program.bits.first().map(|bit| bit.cutter);
+            let first = program.bits.iter().position(|bit| Some(bit.cutter) == first).unwrap() as u32;
+            let ends = ends(&back.program).into_iter();
+            found.extend(ends.map(|((bit, word, end), length)| ((bit + first, word, end), length)));
+        }
+        let wanted = ends(&program);
+        assert_eq!(found.len(), wanted.len(), "{name}: {found:?}");
+        for ((found, length), (wanted, exact)) in found.iter().zip(&wanted) {
+            assert_eq!(found, wanted, "{name}");
+            assert!((length - exact).abs() < 0.1, "{name}: {length} not {exact} mm");
+        }
+    }
+}
+
+#[test]
+fn drill_files_read_back_where_holes_are() {
+    let mut program = program();
+    program.legs.retain(|leg| !matches!(leg.mark, Mark::Way(_) | Mark::ChangeBit(0 | 2)));
+    let files = post::write("excellon", &program, None, None).unwrap().unwrap();
+    let back = read_back(&files[0].name, &files[0].text, &BTreeMap::new()).unwrap();
+    assert!(back.of_files);
+    let holes: Vec<_> =
+        done(&back.program).into_iter().map(|(_, word, places)| (word, places[0].0, places[0].1)).collect();
+    assert_eq!(holes, [("hole", 3_000, 3_000), ("hole", -4_000, 3_500)]);
+    assert_eq!(back.program.bits[0].diameter, Length::from_um(800));
+}
+
+#[test]
+fn g_code_of_others_is_followed() {
+    let vee = [(1, "V-bit 30°, tip 0.1")];
+    let drill = [(1, "drill 1.0")];
+    type Row<'r> = (&'r str, &'r [(u32, &'r str)], &'r [(&'r str, &'r [(i64, i64, i64)])]);
+    let rows: [Row<'_>; 7] = [
+        // Inches, relative, numbers without leading zeros, words run together, block numbers, skipped blocks.
+        (
+            "%\nN10G20G91\nN20M3S9000\nG0X.1Y.1\nG1Z-.4F9\n/N30X.1\nZ.4\nM2\n",
+            &vee,
+            &[("way", &[(2_540, 2_540, -160), (5_080, 2_540, -160)])],
+        ),
+        // An arc by its radius, over half a circle and under it; a full circle without X and Y.
+        (
+            "G21 G90\nM3 S9000\nG0 X0 Y0\nG1 Z-1\nG2 X2 Y0 R1\nG3 X4 Y0 R-1.5\nG1 Y1\nG0 Z1\n",
+            &vee,
+            &[("way", &[(0, 0, -1_000), (2_000, 0, -1_000), (4_000, 0, -1_000), (4_000, 1_000, -1_000)])],
+        ),
+        (
+            "M3 S1\nG0 X1 Y0\nG1 Z-1\nG2 I-1 J0\nG0 Z1",
+            &vee,
+            &[("hole", &[(1_000, 0, -1_000), (1_000, 0, -1_000)])],
+        ),
+        // Cycles hold, G80 ends them, G99 stays low, L0 only takes the numbers, relative ones repeat.
+        (
+            "G21 G90 M3 S1\nG0 Z5\nG99 G81 X1 Y1 Z-2 R1 F50\nX2\nG98 Y3\nG80\nG0 X9 Y9\n",
+            &drill,
+            &[
+                ("hole", &[(1_000, 1_000, -2_000)]),
+                ("hole", &[(2_000, 1_000, -2_000)]),
+                ("hole", &[(2_000, 3_000, -2_000)]),
+            ],
+        ),
+        (
+            "G21 G91 M3 S1\nG83 X1 Y0 Z-3 R-9 Q1 L2\nG80\n",
+            &drill,
+            &[("hole", &[(1_000, 0, -2_000)]), ("hole", &[(2_000, 0, -2_000)])],
+        ),
+        // Centres that do not count from the start, and a way home through the machine's own coordinates.
+        (
+            "G90 G90.1 M3 S1\nG0 X10 Y10\nG1 Z-1\nG3 X12 Y12 I10 J12\nG91 G28 Z0\nG90 G0 X0 Y0\n",
+            &vee,
+            &[("way", &[(10_000, 10_000, -1_000), (12_000, 12_000, -1_000)])],
+        ),
+        // A move down in G0 is told, and followed.
+        ("M3 S1\nG0 X1 Y1 Z-1\nG0 Z5", &drill, &[("way", &[(1_000, 1_000, -1_000)])]),
+    ];
+    for (text, known, wanted) in rows {
+        let back = read(text, known);
+        let found = done(&back.program);
+        let found: Vec<_> = found.iter().map(|(_, word, places)| (*word, places.as_slice())).collect();
+        assert_eq!(found, wanted, "{text}");
+    }
+    let told = read("M3 S1\nG0 X1 Y1\nG0 Z-1\nG0 Z5\n", &drill).remarks;
+    assert_eq!(told[0].code, "readback.fast_in_board");
+}
+
+#[test]
+fn what_would_go_elsewhere_is_refused_with_its_line() {
+    let rows = [
+        ("G21\nG0 X0 Y0\nG41 D1\nG1 X5\n", "readback.changes_place", 3),
+        ("G21\nG0 X0 Y0\nG18\n", "readback.changes_place", 3),
+        ("G0 X0 Y0\nG1 Z-1\nG92 X5\n", "readback.changes_place", 3),
+        ("G21\nG0 X0 Y0\n#1=5\nG1 X#1\n", "readback.unknown_word", 3),
+        ("G0 X0 Y0\nG1 X1 A30\n", "readback.changes_place", 2),
+        ("G0 X0 Y0\nG1 Z-1\nG2 X5 Y0 I1 J0\n", "readback.no_arc", 3),
+        ("G0 X0 Y0\nM98 P100\n", "readback.changes_place", 2),
+        ("G0 X9000 Y0\nG0 X0\n", "readback.out_of_reach", 1),
+    ];
+    for (text, code, line) in rows {
+        let why = read_back("t.nc", text, &tools(&[(1, "end mill 1")])).unwrap_err();
+        assert_eq!(
+            (why.code.as_str(), why.place.as_ref().map(|place| place.line)),
+            (code, Some(line)),
+            "{text}"
+        );
+        assert!(!why.message("en").contains('{'), "{}", why.message("en"));
+    }
+    let why = read_back("t.nc", "M3 S1\nG0 X1 Y1\nG1 Z-1\n", &BTreeMap::new()).unwrap_err();
+    assert_eq!(why.code, "readback.no_tool");
+    let why = read_back("t.txt", "hello\nworld\n", &BTreeMap::new()).unwrap_err();
+    assert_eq!(why.code, "readback.unknown");
+}
+
+#[test]
+fn heads_and_messages_name_tools() {
+    let text =
+        "(job: board)\n(side: bottom)\n(tool 2: end mill 0.8)\nM3 S9000\nG0 X1 Y1\nG1 Z-1\nX5\nG0 Z5\n";
+    let back = read(text, &[]);
+    assert_eq!(back.side.as_deref(), Some("bottom"));
+    assert_eq!((back.program.bits.len(), back.program.bits[0].cutter), (1, Cutter::Mill));
+    let text = "G0 Z5\nM0 Put in tool 1: V-bit 22.5°, tip 0.08\nM3 S9000\nG0 X1 Y1\nG1 Z-1\nX5\n\
+        G0 Z5\n(MSG, put in tool 2: drill 1.1)\nM0\nM3 S9000\nG0 X2 Y2\nG1 Z-2\nG0 Z5\n";
+    let back = read(text, &[]);
+    let cutters: Vec<_> = back.program.bits.iter().map(|bit| (bit.diameter.mm(), bit.cutter)).collect();
+    let vee = Cutter::Vee { tip: Length::from_um(80), angle_mdeg: 22_500 };
+    assert_eq!(cutters, [(3.175, vee), (1.1, Cutter::Drill)]);
+    assert_eq!(
+        done(&back.program).iter().map(|row| (row.0, row.1)).collect::<Vec<_>>(),
+        [(0, "way"), (1, "hole")]
+    );
+    // What a person says goes before what the file says.
+    let back = read(text, &[(2, "drill 0.9")]);
+    assert_eq!(back.program.bits[1].diameter, Length::from_um(900));
+}

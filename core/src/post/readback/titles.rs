@@ -1,0 +1,61 @@
+//! Tools as heads and comments name them.
+//!
+//! ```text
+//!   (tool 2: end mill 0.8)          a tool and its number, in the head of a file
+//!   (MSG, put in tool 1: V-bit 30°, tip 0.1)          the same, and it goes in here
+//! ```
+//!
+//! Comes in: a comment. Goes out: number, [`Bit`], whether it is put in. Sizes in mm. Does not know controllers.
+
+use crate::job::{Bit, Cutter};
+use crate::units::Length;
+
+/// The greatest diameter of a V-bit whose name does not say it, in mm.
+const VEE_MM: f64 = 3.175;
+
+/// What a comment says of a tool.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Named {
+    pub(super) number: u32,
+    /// None where the comment does not say its form and size.
+    pub(super) bit: Option<Bit>,
+    /// It goes in here.
+    pub(super) goes_in: bool,
+}
+
+/// The tool that a comment names, if it does.
+pub(super) fn named(comment: &str) -> Option<Named> {
+    let lower = comment.to_ascii_lowercase();
+    let at = ["tool ", "bit "].iter().find_map(|word| Some(lower.find(word)? + word.len()))?;
+    let rest = lower.get(at..)?;
+    let digits = rest.chars().take_while(char::is_ascii_digit).count();
+    let number = rest.get(..digits)?.parse().ok()?;
+    let title = rest.get(digits..)?.trim_start_matches([':', ' ']);
+    Some(Named { number, bit: titled(title), goes_in: lower.contains("put in") })
+}
+
+/// The tool of a title: `V-bit 30°, tip 0.1`, `end mill 0.8`, `drill 0.8`, with or without `mm`.
+pub fn titled(title: &str) -> Option<Bit> {
+    let lower = title.to_lowercase();
+    let number_after = |word: &str| {
+        let rest = lower.get(lower.find(word)? + word.len()..)?;
+        let rest = rest.trim_start_matches(|c: char| !c.is_ascii_digit());
+        let digits = rest.chars().take_while(|c| c.is_ascii_digit() || *c == '.').count();
+        rest.get(..digits)?.trim_end_matches('.').parse::<f64>().ok()
+    };
+    let in_reach = |mm: f64| (mm > 0.0 && mm < 100.0).then(|| Length::from_mm(mm));
+    let (diameter, cutter) = if lower.contains("v-bit") || lower.contains("vee") {
+        let word = if lower.contains("v-bit") { "v-bit" } else { "vee" };
+        let (angle, tip) = (number_after(word)?, number_after("tip")?);
+        let angle_mdeg = libm::round(angle * 1e3) as u32;
+        if !(1_000..180_000).contains(&angle_mdeg) || !(0.0..VEE_MM).contains(&tip) {
+            return None;
+        }
+        (Length::from_mm(VEE_MM), Cutter::Vee { tip: Length::from_mm(tip), angle_mdeg })
+    } else if lower.contains("mill") {
+        (in_reach(number_after("mill")?)?, Cutter::Mill)
+    } else {
+        (in_reach(number_after("drill")?)?, Cutter::Drill)
+    };
+    Some(Bit { diameter, name: title.trim().to_owned(), cutter })
+}

@@ -1,0 +1,129 @@
+//! A line of G-code as words: letters with numbers, and the few that are more than a letter.
+//!
+//! Comes in: a line. Goes out: words in their order, comments apart. Does not know what words mean.
+
+/// A word of a line.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Word {
+    /// A letter and its number.
+    Letter(char, f64),
+    /// `CR=5`: a name and its number.
+    Named(String, f64),
+    /// `CYCLE82(2,0,0.5,-2,,0.1)`: a name and its numbers, none where one is left out.
+    Call(String, Vec<Option<f64>>),
+}
+
+/// The line without comments, block number and leading slash, in capitals.
+pub(super) fn bare(line: &str) -> String {
+    let (text, _) = split(line);
+    let text = text.trim().trim_start_matches('/').trim_start();
+    let numbered = text.starts_with('N')
+        && text.get(1..2).is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()));
+    if !numbered {
+        return text.to_owned();
+    }
+    text.get(1..).unwrap_or_default().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start().to_owned()
+}
+
+/// The comments of a line, and what messages in it say.
+pub(super) fn comments(line: &str) -> Vec<String> {
+    split(line).1
+}
+
+/// A line in capitals without its comments, and these as written.
+fn split(line: &str) -> (String, Vec<String>) {
+    let (mut text, mut comments) = (String::new(), Vec::new());
+    let mut rest = line;
+    // The text of a message is for people: Sinumerik's in quotes, Marlin's behind M0 or M117.
+    let upper = line.to_ascii_uppercase();
+    let spoken = upper.trim_start();
+    if spoken.starts_with("M0 ") || spoken.starts_with("M1 ") || spoken.starts_with("M117 ") {
+        let at = line.len() - spoken.len();
+        let said = line.get(at + 3..).unwrap_or_default();
+        let is_word = said.trim().starts_with(['(', ';']) || said.trim().is_empty();
+        if !is_word {
+            return (spoken.chars().take_while(|c| *c != ' ').collect(), vec![said.trim().to_owned()]);
+        }
+    }
+    while let Some(at) = rest.find(['(', ';']) {
+        let (before, comment) = rest.split_at(at);
+        text.push_str(before);
+        if comment.starts_with(';') {
+            comments.push(comment.get(1..).unwrap_or_default().trim().to_owned());
+            rest = "";
+            break;
+        }
+        let end = comment.find(')').map_or(comment.len(), |end| end + 1);
+        let whole = comment.get(..end).unwrap_or_default();
+        // Brackets behind a name belong to a call; behind a number they are a comment.
+        let name = before.rsplit(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default();
+        if name.chars().take_while(char::is_ascii_alphabetic).count() > 1 {
+            if whole.contains('"') {
+                comments.push(whole.trim_matches(['(', ')', '"']).to_owned());
+                text.push_str("()");
+            } else {
+                text.push_str(whole);
+            }
+        } else {
+            comments.push(whole.trim_matches(['(', ')']).trim().to_owned());
+        }
+        rest = comment.get(end..).unwrap_or_default();
+    }
+    text.push_str(rest);
+    (text.to_ascii_uppercase(), comments)
+}
+
+/// The words of a bare line, or the column of the first letter that begins none.
+pub(super) fn of(line: &str) -> Result<Vec<Word>, usize> {
+    let mut words = Vec::new();
+    let mut rest = line;
+    loop {
+        rest = rest.trim_start();
+        let column = line.len() - rest.len() + 1;
+        let letters = rest.chars().take_while(char::is_ascii_alphabetic).count();
+        if rest.is_empty() {
+            return Ok(words);
+        }
+        let mut name_end = letters;
+        if letters > 1 {
+            name_end += rest.chars().skip(letters).take_while(char::is_ascii_digit).count();
+        }
+        let (name, behind) =
+            (rest.get(..name_end).unwrap_or_default(), rest.get(name_end..).unwrap_or_default());
+        if letters == 0 {
+            return Err(column);
+        }
+        if behind.starts_with('(') {
+            let end = behind.find(')').ok_or(column)?;
+            let inner = behind.get(1..end).unwrap_or_default();
+            words.push(Word::Call(
+                name.to_owned(),
+                inner.split(',').map(|one| one.trim().parse().ok()).collect(),
+            ));
+            rest = behind.get(end + 1..).unwrap_or_default();
+            continue;
+        }
+        if let Some(value) = behind.trim_start().strip_prefix('=') {
+            let (number, after) = number(value).ok_or(column)?;
+            words.push(Word::Named(name.to_owned(), number));
+            rest = after;
+            continue;
+        }
+        // Letters run together with no number between are no words of G-code.
+        if letters > 1 {
+            return Err(column);
+        }
+        let (number, after) = number(rest.get(1..).unwrap_or_default()).ok_or(column)?;
+        words.push(Word::Letter(name.chars().next().unwrap_or(' '), number));
+        rest = after;
+    }
+}
+
+/// The number that a text begins with, and what follows it.
+pub(super) fn number(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim_start();
+    let sign = usize::from(text.starts_with(['+', '-']));
+    let body = text.get(sign..)?.chars().take_while(|c| c.is_ascii_digit() || *c == '.').count();
+    let (number, rest) = text.split_at_checked(sign + body)?;
+    Some((number.parse().ok()?, rest))
+}

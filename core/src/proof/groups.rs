@@ -1,0 +1,106 @@
+//! Findings that have their cause in common, told together: what is wrong, with which tool, how often, how narrow.
+//!
+//! ```text
+//!   gap A·B 0.120 ┐                     "Gaps narrower than your cut of 0.143 mm: 3, from 0.118 mm."
+//!   gap A·B 0.122 ├─ one group, tool ─▶    A · B   2, from 0.120 mm
+//!   gap C·D 0.118 ┘                        C · D   1, 0.118 mm
+//! ```
+//!
+//! Comes in: findings in their order. Goes out: [`Group`]s in that order, pairs of nets by their narrowest place. Does not know how
+//! anything was found.
+
+use super::finding::{Finding, Kind};
+use crate::remark::Remark;
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Findings of one cause.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Group {
+    /// What is wrong.
+    pub kind: Kind,
+    /// Whether each must be read by a person.
+    pub must_be_read: bool,
+    /// Width of the tool, where it is the cause.
+    pub tool: Option<Length>,
+    /// How many findings there are.
+    pub count: u32,
+    /// The least of their widths.
+    pub least: Length,
+    /// The greatest of their widths.
+    pub most: Length,
+    /// The same by the nets that they are about, the narrowest first.
+    pub pairs: Vec<Pair>,
+}
+
+/// Findings of one cause about the same nets.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Pair {
+    /// The nets.
+    pub nets: Vec<String>,
+    /// The least of the widths.
+    pub least: Length,
+    /// The names of the findings.
+    pub ids: Vec<String>,
+}
+
+impl Finding {
+    /// What findings of one group share.
+    pub fn cause(&self) -> (Kind, bool, Option<Length>) {
+        let by_tool = matches!(self.kind, Kind::Short | Kind::Gap);
+        (self.kind, self.must_be_read(), self.tool.filter(|_| by_tool))
+    }
+}
+
+/// The findings by what they have in common.
+pub(super) fn groups(findings: &[Finding]) -> Vec<Group> {
+    let mut causes: Vec<((Kind, bool, Option<Length>), Vec<&Finding>)> = Vec::new();
+    for finding in findings {
+        let cause = finding.cause();
+        match causes.iter_mut().find(|(known, _)| *known == cause) {
+            Some((_, members)) => members.push(finding),
+            None => causes.push((cause, vec![finding])),
+        }
+    }
+    causes.into_iter().map(|(cause, members)| group(cause, &members)).collect()
+}
+
+fn group((kind, must_be_read, tool): (Kind, bool, Option<Length>), members: &[&Finding]) -> Group {
+    let mut by_nets: BTreeMap<&[String], Pair> = BTreeMap::new();
+    for finding in members {
+        let pair = by_nets.entry(&finding.nets).or_insert_with(|| Pair {
+            nets: finding.nets.clone(),
+            least: finding.width,
+            ids: Vec::new(),
+        });
+        pair.least = pair.least.min(finding.width);
+        pair.ids.push(finding.id.clone());
+    }
+    let mut pairs: Vec<Pair> = by_nets.into_values().collect();
+    pairs.sort_by(|a, b| (a.least, &a.nets).cmp(&(b.least, &b.nets)));
+    let widths = || members.iter().map(|finding| finding.width);
+    Group {
+        kind,
+        must_be_read,
+        tool,
+        count: members.len() as u32,
+        least: widths().min().unwrap_or_default(),
+        most: widths().max().unwrap_or_default(),
+        pairs,
+    }
+}
+
+impl Group {
+    /// What it says.
+    pub fn remark(&self) -> Remark {
+        let mm = |length: Length| format!("{:.3}", length.mm());
+        let name = self.kind.code().rsplit('.').next().unwrap_or_default();
+        Remark::new(self.kind.weight(), &format!("proof.group.{name}"))
+            .with("count", self.count)
+            .with("tool", self.tool.map(mm).unwrap_or_default())
+            .with("least", mm(self.least))
+            .with("most", mm(self.most))
+            .with("pairs", self.pairs.len())
+    }
+}

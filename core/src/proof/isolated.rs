@@ -1,0 +1,52 @@
+//! A program that separates nothing, and is not meant to: told once, not once for every two nets.
+//!
+//! ```text
+//!   drill, cut out        no way is milled among the copper ▓: all nets stay one piece, as on the blank
+//!   ┌─ ─ ─ ─ ─ ─ ─ ─┐
+//!     ▓▓ ◯ ▓▓   ▓▓
+//!   └─ ─ ─ ─ ─ ─ ─ ─┘
+//! ```
+//!
+//! Comes in: the scene. Goes out: one finding, where nothing is isolated. Does not know operations: who planned them says whether
+//! any isolates; else a way milled within the box of the copper is taken for one that does.
+
+use super::edges::{Spot, spots};
+use super::finding::{Finding, Kind};
+use super::scene::Scene;
+use crate::geometry::Bounds;
+use crate::job::Mark;
+use crate::units::Length;
+use std::collections::BTreeSet;
+
+/// Places along a way are this far apart, in mm.
+const STEP_MM: f64 = 0.2;
+
+/// The one finding that takes the place of all shorts where nothing is to be isolated.
+pub(super) fn not_isolated(scene: &Scene<'_>) -> Option<Finding> {
+    if scene.options.isolates.unwrap_or_else(|| mills_among_copper(scene)) {
+        return None;
+    }
+    let joined: usize = scene.nets_in.iter().map(BTreeSet::len).filter(|count| *count > 1).sum();
+    let place = scene.copper.bounds()?.min;
+    let mut finding = Finding::new(Kind::NotIsolated, place, Length::ZERO, Vec::new());
+    finding.count = joined as u32;
+    (joined > 0).then_some(finding)
+}
+
+/// Whether any way through the copper runs within the box of the copper; round the outline none does.
+fn mills_among_copper(scene: &Scene<'_>) -> bool {
+    let Some(Bounds { min, max }) = scene.copper.bounds() else { return false };
+    let ways = scene.cuts.iter().filter(|cut| {
+        cut.through.is_some() && matches!(cut.mark, Mark::Way(_)) && !cut.path.segments.is_empty()
+    });
+    let within = |x: f64, y: f64| x > min.x.mm() && x < max.x.mm() && y > min.y.mm() && y < max.y.mm();
+    let crosses = |from: Spot, to: Spot| {
+        let count = libm::ceil(from.distance(to) / STEP_MM).clamp(1.0, 10_000.0);
+        (0..=count as u32).any(|index| {
+            let spot = from.towards(to, f64::from(index) / count);
+            within(spot.x, spot.y)
+        })
+    };
+    ways.map(|cut| spots(&cut.path))
+        .any(|spots| spots.iter().zip(spots.iter().skip(1)).any(|(&from, &to)| crosses(from, to)))
+}

@@ -1,0 +1,122 @@
+//! What one change of the whole job opens, before gaps are cured one by one.
+//!
+//! ```text
+//!   gaps not open    0.124  0.126  0.131  0.135  …
+//!   the V-bit at its least depth cuts 0.127        ──▶ opens the last two and all that are wider
+//!   the same V-bit with a finer tip                ──▶ opens the rest
+//! ```
+//!
+//! Comes in: the scene, and the gaps that were found. Goes out: [`Whole`]. Does not change the job.
+
+use super::finding::{Finding, Kind};
+use super::scene::Scene;
+use crate::job::{Bit, Cutter};
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+
+/// Depths are offered in whole steps of this.
+const DEPTH_STEP: Length = Length::from_um(1);
+/// Tips are offered in whole steps of this.
+const TIP_STEP: Length = Length::from_um(10);
+/// No finer tip is made.
+const FINEST_TIP: Length = Length::from_um(20);
+
+/// What is to be done about all gaps together.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Whole {
+    /// Gaps that are not open.
+    pub gaps: u32,
+    /// The V-bit of the program less deep everywhere, where that opens any.
+    pub shallower: Option<Shallower>,
+    /// Gaps that it does not open.
+    pub rest: u32,
+    /// The tip that the V-bit would need for the rest, at the least depth; none where there is no rest or no tip would do.
+    pub tip: Option<Length>,
+    /// So many of the rest that tip opens.
+    pub tip_opens: u32,
+}
+
+/// A V-bit less deep everywhere.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shallower {
+    /// Its name.
+    pub bit: String,
+    /// Depth of the tip.
+    pub depth: Length,
+    /// What it then cuts at the surface.
+    pub width: Length,
+    /// So many gaps it opens.
+    pub opens: u32,
+}
+
+/// What opens the gaps among `findings`; none where there are none, or where no V-bit isolates.
+pub(super) fn whole(scene: &Scene<'_>, findings: &[Finding]) -> Option<Whole> {
+    let joined = findings.iter().filter(|finding| matches!(finding.kind, Kind::Short | Kind::Gap));
+    let mut gaps: Vec<Length> = joined.filter(|gap| gap.ends.is_some()).map(|gap| gap.width).collect();
+    gaps.sort_unstable();
+    let least = scene.options.copper_thickness + scene.options.depth_margin;
+    let mut vees = scene.bits_used();
+    vees.retain(|bit| matches!(bit.cutter, Cutter::Vee { .. }));
+    let bit = vees.into_iter().min_by_key(|bit| (bit.width_at(least), bit.name.clone()))?;
+    let narrowest = bit.width_at(least);
+    let (rest, opened) = gaps.split_at(gaps.partition_point(|gap| *gap < narrowest));
+    let deepest = deepest(scene, bit);
+    let shallower = opened.first().and_then(|gap| {
+        let (depth, _) = bit.fitting(*gap, least)?;
+        let depth = Length::from_nm(depth.nm() - depth.nm() % DEPTH_STEP.nm()).max(least);
+        let opens = opened.len() as u32;
+        let offer = Shallower { bit: bit.name.clone(), depth, width: bit.width_at(depth), opens };
+        (depth < deepest).then_some(offer)
+    });
+    let (tip, tip_opens) = tip(bit, narrowest, rest);
+    let unopened = if shallower.is_some() { rest.len() } else { gaps.len() };
+    (!gaps.is_empty()).then(|| Whole {
+        gaps: gaps.len() as u32,
+        shallower,
+        rest: unopened as u32,
+        tip,
+        tip_opens,
+    })
+}
+
+/// How deep the cuts of a bit go.
+fn deepest(scene: &Scene<'_>, bit: &Bit) -> Length {
+    let own = scene.cuts.iter().filter(|cut| scene.bit(cut) == Some(bit));
+    own.map(|cut| cut.depth).max().unwrap_or_default()
+}
+
+/// The tip with which `bit` opens all of `rest` that any tip opens, and how many these are. Narrowest first.
+fn tip(bit: &Bit, narrowest: Length, rest: &[Length]) -> (Option<Length>, u32) {
+    let Cutter::Vee { tip, .. } = bit.cutter else { return (None, 0) };
+    let flanks = narrowest - tip;
+    let reached = rest.partition_point(|gap| *gap < flanks + FINEST_TIP);
+    let Some(gap) = rest.get(reached) else { return (None, 0) };
+    let wanted = *gap - flanks;
+    (Some(Length::from_nm(wanted.nm() - wanted.nm() % TIP_STEP.nm())), (rest.len() - reached) as u32)
+}
+
+impl Whole {
+    /// What it says: what a lesser depth opens, what a finer tip would, what is left for single cures.
+    pub fn remarks(&self) -> Vec<Remark> {
+        let mm = |length: Length| format!("{:.3}", length.mm());
+        let said = |word: &str| {
+            Remark::new(Weight::Note, &format!("proof.whole.{word}"))
+                .with("gaps", self.gaps)
+                .with("rest", self.rest)
+        };
+        let mut remarks = Vec::new();
+        if let Some(Shallower { bit, depth, width, opens }) = &self.shallower {
+            let said = said("shallower").with("bit", bit).with("depth", mm(*depth));
+            remarks.push(said.with("width", mm(*width)).with("opens", opens));
+        }
+        if let Some(tip) = self.tip {
+            remarks.push(said("tip").with("tip", format!("{:.2}", tip.mm())).with("opens", self.tip_opens));
+        }
+        let narrow = self.rest.saturating_sub(self.tip_opens);
+        if narrow > 0 {
+            remarks.push(said("middle").with("count", narrow));
+        }
+        remarks
+    }
+}
