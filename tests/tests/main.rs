@@ -6,6 +6,7 @@ mod corpus_gerber;
 mod drill_rows;
 mod faults;
 mod floor_plan;
+mod hostile_gerber;
 mod mutations;
 mod page_words;
 mod tours;

@@ -14,7 +14,7 @@ use annulus_core::cam::work::Work;
 use annulus_core::geometry::Bounds;
 use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::project::{self, saved};
-use annulus_core::remark::Remark;
+use annulus_core::remark::{Remark, Weight};
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
 use annulus_core::{board, motion, proof, steps};
@@ -52,7 +52,7 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     let (mut board, mut remarks) = board::from_artwork_with(&artwork, &used, asked);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
-    layers.extend(other_layers(&artwork, body));
+    layers.extend(other_layers(&artwork, body, &mut remarks));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
     let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut remarks);
     shelf.keep(wanted.board_key, board.clone());
@@ -80,7 +80,7 @@ fn work(wanted: &ToRead, board: &board::Board, machine: &Machine, remarks: &mut 
 }
 
 /// Mask, legend, paste and inner copper, painted, as far as the picture shows them. The first of each kind and side.
-fn other_layers(artwork: &Artwork, body: Option<Bounds>) -> Vec<LayerRow> {
+fn other_layers(artwork: &Artwork, body: Option<Bounds>, remarks: &mut Vec<Remark>) -> Vec<LayerRow> {
     let origin = picture::origin(body);
     let mut seen = Vec::new();
     let mut rows = Vec::new();
@@ -95,7 +95,14 @@ fn other_layers(artwork: &Artwork, body: Option<Bounds>) -> Vec<LayerRow> {
             continue;
         }
         seen.push(known);
-        let region = artwork::painted(gerber);
+        let region = match artwork::painted(gerber) {
+            Ok(region) => region,
+            Err(much) => {
+                // Only the picture lacks it.
+                remarks.push(Remark { weight: Weight::Doubt, ..much.remark(&file.name) });
+                continue;
+            }
+        };
         rows.push(LayerRow {
             file: Some(index),
             role: file.role.name().to_owned(),

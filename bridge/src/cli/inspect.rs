@@ -5,10 +5,13 @@
 
 use super::{Answer, Exit, Refusal, rounded};
 use crate::files;
-use annulus_core::artwork::{Counts, DrillFile, FileRead, Gerber, Kind, nets, painted, painted_measures};
+use annulus_core::artwork::{
+    Counts, DrillFile, FileRead, Gerber, Kind, TooMuch, nets, painted, painted_measures,
+};
 use annulus_core::geometry::Bounds;
 use annulus_core::remark::{Remark, Weight};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// Remarks shown of one file when people read.
@@ -25,10 +28,12 @@ pub(crate) struct InspectArgs {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &InspectArgs) -> Result<Answer, Refusal> {
+pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     let read = files::read(&args.paths, &args.reading)?;
     let listed: Vec<&FileRead> = read.listed.iter().map(|&index| &read.artwork.files[index]).collect();
-    let object = json!({ "files": listed.iter().map(|file| file_object(file)).collect::<Vec<_>>() });
+    // People read the structure; areas, which have to be painted, stand in the object alone.
+    let rows = listed.iter().filter(|_| json).map(|file| file_object(file));
+    let object = json!({ "files": rows.collect::<Vec<_>>() });
     let text = listed.iter().fold(String::new(), |text, file| text + &file_text(file));
     Ok(Answer { object, text, exit: Exit::Done })
 }
@@ -60,20 +65,22 @@ fn file_object(file: &FileRead) -> Value {
         if let Some(drill) = &file.drill {
             drill_rows(rows, drill);
         }
-        if let Some(gerber) = &file.gerber {
-            gerber_rows(rows, gerber);
-        }
-        rows.insert("remarks".into(), file.remarks.iter().map(remark_object).collect());
+        let much = file.gerber.as_ref().and_then(|gerber| gerber_rows(rows, gerber));
+        let much = much.map(|much| much.remark(&file.name));
+        rows.insert("remarks".into(), file.remarks.iter().chain(&much).map(remark_object).collect());
     }
     object
 }
 
-fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber) {
+/// The rows of a layer, and why it was not painted, if it was not.
+fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber) -> Option<TooMuch> {
     let objects = gerber.counts;
     let polarity = if gerber.negative_image { "negative" } else { "positive" };
+    // A layer that is too much to be painted has the rest.
     let painted = painted(gerber);
-    let measures = painted_measures(&painted);
-    let nets = nets(gerber, &painted);
+    let measures = painted.as_ref().ok().map(painted_measures);
+    let nets = painted.as_ref().ok().map(|region| nets(gerber, region).names);
+    let nets = nets.map(|names| names.into_iter().flatten().collect::<BTreeSet<_>>().len());
     let hairlines = gerber.centre_bounds().filter(|_| gerber.has_only_hairlines());
     let rest = [
         ("image_polarity", json!(polarity)),
@@ -84,14 +91,15 @@ fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber) {
             json!({ "flashes": objects.flashes, "lines": objects.lines, "arcs": objects.arcs,
                 "regions": objects.regions, "total": objects.total() }),
         ),
-        ("painted_bbox_mm", json!(measures.bounds.map(corners))),
+        ("painted_bbox_mm", json!(measures.and_then(|measures| measures.bounds).map(corners))),
         ("centre_line_bbox_mm", json!(hairlines.map(corners))),
-        ("dark_area_mm2", json!(rounded(measures.area_mm2))),
-        ("islands", json!(measures.islands)),
-        ("holes_in_islands", json!(measures.holes)),
-        ("nets", json!(nets.names.iter().flatten().collect::<std::collections::BTreeSet<_>>().len())),
+        ("dark_area_mm2", json!(measures.map(|measures| rounded(measures.area_mm2)))),
+        ("islands", json!(measures.map(|measures| measures.islands))),
+        ("holes_in_islands", json!(measures.map(|measures| measures.holes))),
+        ("nets", json!(nets)),
     ];
     rows.extend(rest.map(|(key, value)| (key.to_owned(), value)));
+    painted.err()
 }
 
 fn drill_rows(rows: &mut Map<String, Value>, drill: &DrillFile) {

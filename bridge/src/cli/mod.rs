@@ -300,7 +300,7 @@ fn run(arguments: Arguments) -> ExitCode {
 fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
     let json = arguments.json;
     match arguments.command {
-        Some(Command::Inspect(args)) => inspect::run(&args),
+        Some(Command::Inspect(args)) => inspect::run(&args, json),
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Prove(args)) => prove::run(&args),
         Some(Command::Cam(args)) => cam::run(&args),

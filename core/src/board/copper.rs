@@ -23,7 +23,13 @@ pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks:
         let Some((file, layer)) = layers.next() else { continue };
         let rivals = rivals::layers(file, layers.map(|(file, _)| file), TWO);
         remarks.extend(rivals.into_iter().map(|remark| remark.with("side", side.name())));
-        let drawn = painted(layer);
+        let drawn = match painted(layer) {
+            Ok(drawn) => drawn,
+            Err(much) => {
+                remarks.push(much.remark(&file.name));
+                continue;
+            }
+        };
         let region = if layer.negative_image { inverted(board, file, &drawn, remarks) } else { drawn };
         let found = nets(layer, &region);
         for (island, names) in found.meeting {

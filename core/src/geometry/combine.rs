@@ -17,10 +17,12 @@
 //! of the crossing is that of chords 0.4 µm off, mended to the true one where there is one. Pieces shorter than 0.1 µm
 //! are drawn together, islands and holes thinner than 20 nm dropped. Knows no boards.
 
+use super::afford::{Fuel, afford, is_simple};
 use super::coarse::coarse;
+use super::measure::path_area_mm2;
 use super::parts::{Part, laid};
 use super::rebuild;
-use super::sheet::{Fill, Shape, Sheet, trace_two};
+use super::sheet::{Circle, Fill, Pile, Shape, Sheet, trace, trace_two};
 use super::{Path, Region, Segment};
 use i_overlay::core::overlay_rule::OverlayRule;
 
@@ -38,6 +40,15 @@ pub enum Rule {
     Intersection,
     /// In one of them alone.
     Xor,
+}
+
+/// What a path that crosses itself encloses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Enclosing {
+    /// What it goes round at all.
+    Once,
+    /// What it goes round an odd number of times.
+    Odd,
 }
 
 /// One coat of paint: outlines with their inside on the left, as [`settled`], [`super::circle`],
@@ -86,6 +97,24 @@ pub fn settled(path: &Path) -> Vec<Path> {
     let mut sheet = Sheet::default();
     sheet.path(path);
     rebuild::traced(&mut sheet, Fill::NonZero, CRUMB_NM).paths().cloned().collect()
+}
+
+/// The outlines of what one path encloses, by `rule`, with their inside on the left; none where that costs more than there is
+/// fuel. A path that goes round once is its own outline.
+pub fn enclosed(path: &Path, rule: Enclosing, fuel: &mut Fuel) -> Option<Vec<Path>> {
+    let back = path.reversed();
+    let convex = [path, &back].into_iter().find(|path| path.is_closed() && is_convex(path));
+    if let Some(convex) = convex {
+        return Some(vec![convex.clone()]);
+    }
+    let simple = is_simple(path, fuel)? && path.is_closed();
+    let area = path_area_mm2(path);
+    Some(match (simple, rule) {
+        (true, _) if area > 0.0 => vec![path.clone()],
+        (true, _) if area < 0.0 => vec![back],
+        (_, Enclosing::Once) => settled(path),
+        (_, Enclosing::Odd) => even_odd(std::slice::from_ref(path)).paths().cloned().collect(),
+    })
 }
 
 /// Everything that any of the paths encloses, whichever way each of them turns.
@@ -178,17 +207,43 @@ fn layer(coats: &mut [Layer], keep_clear: bool) -> Layer {
 
 /// What is dark after all coats, laid down one over the other on a clear ground.
 pub fn paint(coats: &[Coat]) -> Region {
-    let first_dark = coats.iter().position(|coat| !coat.clear).unwrap_or(coats.len());
     let mut sheet = Sheet::default();
+    coats.iter().flat_map(|coat| &coat.outlines).for_each(|outline| sheet.path(outline));
+    painted(coats, &sheet.take(), &sheet.circles)
+}
+
+/// The same, if there is fuel for it; else the number of an outline at which it ran out, counted through all coats.
+pub fn paint_within(coats: &[Coat], fuel: &mut Fuel) -> Result<Region, usize> {
+    let mut sheet = Sheet::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
+    for (number, outline) in coats.iter().flat_map(|coat| &coat.outlines).enumerate() {
+        sheet.path(outline);
+        if sheet.is_full() {
+            return Err(number);
+        }
+    }
+    let [pile] = coarse([&sheet.take()]);
+    afford(&pile, coats.len().next_power_of_two().trailing_zeros(), fuel)?;
+    Ok(painted(coats, &pile, &sheet.circles))
+}
+
+/// What is dark after all coats, whose outlines are the pile's, in order.
+fn painted(coats: &[Coat], pile: &Pile, circles: &[Circle]) -> Region {
+    let mut outlines = pile.outlines();
     let mut layers: Vec<Layer> = Vec::new();
-    for same in coats.get(first_dark..).unwrap_or_default().chunk_by(|one, two| one.clear == two.clear) {
-        same.iter().flat_map(|coat| &coat.outlines).for_each(|outline| sheet.path(outline));
-        let shapes = sheet.trace(Fill::NonZero);
-        layers.push(match same.first() {
-            Some(Coat { clear: true, .. }) => Layer { clear: shapes, dark: Vec::new() },
-            _ => Layer { clear: Vec::new(), dark: shapes },
-        });
+    for same in coats.chunk_by(|one, two| one.clear == two.clear) {
+        let mut part = Pile::default();
+        for outline in outlines.by_ref().take(same.iter().map(|coat| coat.outlines.len()).sum()) {
+            part.edges.extend_from_slice(outline);
+            part.ends.push(part.edges.len());
+        }
+        match same.first() {
+            Some(Coat { clear: true, .. }) if layers.is_empty() => {}
+            Some(Coat { clear: true, .. }) => {
+                layers.push(Layer { clear: trace(&part, Fill::NonZero), dark: Vec::new() });
+            }
+            _ => layers.push(Layer { clear: Vec::new(), dark: trace(&part, Fill::NonZero) }),
+        }
     }
     let dark = layer(&mut layers, false).dark;
-    rebuild::region(&dark, &sheet.circles, CRUMB_NM)
+    rebuild::region(&dark, circles, CRUMB_NM)
 }

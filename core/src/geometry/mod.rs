@@ -2,6 +2,7 @@
 //!
 //! Comes in: [`Length`]. Goes out: points, boxes, paths and regions of lines and arcs. Knows no boards.
 
+mod afford;
 pub mod chords;
 mod clusters;
 mod coarse;
@@ -21,7 +22,8 @@ mod strips;
 mod stroke;
 mod watershed;
 
-pub use combine::{Coat, Rule, combine, even_odd, paint, settled, union};
+pub use afford::Fuel;
+pub use combine::{Coat, Enclosing, Rule, combine, enclosed, even_odd, paint, paint_within, settled, union};
 pub use gaps::{Gap, gaps};
 pub use grow::grow;
 pub use index::{Edge, Index, Near};

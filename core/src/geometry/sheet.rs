@@ -110,6 +110,9 @@ pub(super) struct Sheet {
     pub(super) circles: Vec<Circle>,
     pile: Pile,
     wheels: BTreeMap<usize, Vec<Spot>>,
+    /// Edges that may be laid down at most, and whether there were more.
+    room: Option<usize>,
+    full: bool,
 }
 
 impl Pile {
@@ -180,6 +183,16 @@ fn wheel(eighths: usize) -> Vec<Spot> {
 }
 
 impl Sheet {
+    /// A sheet for so many edges at most.
+    pub(super) fn with_room(room: usize) -> Self {
+        Self { room: Some(room), ..Self::default() }
+    }
+
+    /// Whether more was laid down than there is room for.
+    pub(super) const fn is_full(&self) -> bool {
+        self.full
+    }
+
     /// The edges of the outline that is being laid down.
     fn open(&self) -> &[Edge] {
         self.pile.edges.get(self.pile.ends.last().copied().unwrap_or(0)..).unwrap_or_default()
@@ -189,7 +202,9 @@ impl Sheet {
     /// is inside of an outline that does not close has no answer.
     fn put(&mut self, from: Spot, to: Spot, data: Tag) {
         let (a, b) = (self.open().last().map_or_else(|| pin(from), |last| last.b), pin(to));
-        if a != b {
+        if self.room.is_some_and(|room| self.pile.edges.len() >= room) {
+            self.full = true;
+        } else if a != b {
             self.pile.edges.push(InputEdge { a, b, data });
         }
     }
@@ -270,6 +285,9 @@ impl Sheet {
     /// Lays down a path as an outline, closing an open one by a straight edge.
     pub(super) fn path(&mut self, path: &Path) {
         for (from, segment) in path.pieces() {
+            if self.full {
+                break;
+            }
             self.segment(from, segment);
         }
         self.line(spot(path.end()), spot(path.start));
@@ -285,11 +303,6 @@ impl Sheet {
     /// What was laid down. The sheet is empty after that, but knows its circles.
     pub(super) fn take(&mut self) -> Pile {
         std::mem::take(&mut self.pile)
-    }
-
-    /// What is inside by `fill`, of all outlines together. They are used up.
-    pub(super) fn trace(&mut self, fill: Fill) -> Vec<Shape> {
-        trace(&self.take(), fill)
     }
 }
 

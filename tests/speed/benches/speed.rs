@@ -60,7 +60,12 @@ fn layers(criterion: &mut Criterion) {
     group.sample_size(10).throughput(Throughput::Bytes(files[0].1.len() as u64));
     group.bench_function("LimeSDR top copper, read", |bencher| bencher.iter(|| read().files.len()));
     group.bench_function("LimeSDR top copper, read and painted", |bencher| {
-        bencher.iter(|| read().files[0].gerber.as_ref().map(|layer| artwork::painted(layer).islands.len()));
+        bencher.iter(|| {
+            read().files[0]
+                .gerber
+                .as_ref()
+                .map(|layer| artwork::painted(layer).map(|region| region.islands.len()))
+        });
     });
     group.finish();
 }

@@ -30,7 +30,7 @@ impl Machine {
         let code = rest.strip_prefix(b"D").and_then(decimal);
         let code = code.filter(|(number, _)| (0..=HIGHEST_CODE).contains(&number.mantissa) && !number.point);
         let Some((number, used)) = code.filter(|_| self.out.apertures.len() < MOST_APERTURES) else {
-            self.findings.at(Weight::Loss, "gerber.bad_aperture", block.line, 1, block.text);
+            self.tell(Weight::Loss, "gerber.bad_aperture", block.at, block.text);
             return;
         };
         let text = rest.get(1 + used..).unwrap_or_default();
@@ -51,12 +51,12 @@ impl Machine {
         };
         // A code stays known though its form is not: what it draws is counted, and shows no area.
         let Some((form, opening)) = made else {
-            self.findings.at(Weight::Loss, "gerber.bad_aperture", block.line, 1, block.text);
+            self.tell(Weight::Loss, "gerber.bad_aperture", block.at, block.text);
             return;
         };
         let (width, height) = sides(&form);
         if width.min(height) == Length::ZERO && !matches!(form, Form::Circle { .. }) {
-            self.findings.at(Weight::Doubt, "gerber.aperture_empty", block.line, 1, block.text);
+            self.tell(Weight::Doubt, "gerber.aperture_empty", block.at, block.text);
         }
         let bursts = match opening {
             Some(Opening::Round(diameter)) => diameter >= width.min(height),
@@ -64,7 +64,7 @@ impl Machine {
             None => false,
         };
         if bursts {
-            self.findings.at(Weight::Doubt, "gerber.aperture_hole", block.line, 1, block.text);
+            self.tell(Weight::Doubt, "gerber.aperture_hole", block.at, block.text);
         }
         let function = self.attributes.aperture_function();
         let aperture =
@@ -76,7 +76,7 @@ impl Machine {
     pub(super) fn define(&mut self, aperture: Aperture, block: &Block<'_>) {
         let index = self.out.apertures.len() as u32;
         if self.codes.insert(aperture.code, index).is_some() {
-            self.findings.once(Weight::Note, "gerber.aperture_again", block.line, 1, block.text);
+            self.tell_once(Weight::Note, "gerber.aperture_again", block.at, block.text);
         }
         self.out.apertures.push(aperture);
     }
@@ -110,6 +110,14 @@ fn standard(name: &[u8], numbers: &[Decimal], units: Units) -> Option<(Form, Opt
         _ => None,
     };
     let some = |opening: Option<Opening>| opening.filter(|opening| *opening != Opening::Round(Length::ZERO));
+    let most = match name {
+        b"C" => 3,
+        b"P" => 5,
+        _ => 4,
+    };
+    if numbers.len() > most {
+        return None;
+    }
     let (form, first) = match name {
         b"C" => (Form::Circle { diameter: length(0)? }, 1),
         b"R" => (Form::Rectangle { width: length(0)?, height: length(1)? }, 2),

@@ -5,6 +5,7 @@
 
 use super::machine::Machine;
 use super::object::Tag;
+use super::words::At;
 use crate::artwork::text::holds;
 use crate::remark::Weight;
 
@@ -16,6 +17,10 @@ const MOST_ATTRIBUTES: usize = 100;
 const MOST_TAGS: usize = 200_000;
 /// Comments in which the CAD's name is looked for.
 const COMMENTS_LOOKED_AT: u32 = 200;
+
+/// The names that are understood.
+const NAMES: [&[u8]; 7] =
+    [b".FileFunction", b".FilePolarity", b".GenerationSoftware", b".AperFunction", b".N", b".C", b".P"];
 
 /// Attributes in force.
 #[derive(Clone, Debug, Default)]
@@ -36,14 +41,14 @@ impl Attributes {
 
 impl Machine {
     /// What stands behind `G04`.
-    pub(super) fn comment(&mut self, text: &[u8], line: u32) {
+    pub(super) fn comment(&mut self, text: &[u8], place: At) {
         let text = text.trim_ascii();
         if let Some(rest) = text.strip_prefix(b"#@!") {
             // Some CADs leave the percent signs in.
             let rest = rest.trim_ascii();
             let rest = rest.strip_prefix(b"%").unwrap_or(rest);
             if let Some((&[b'T', code @ (b'F' | b'A' | b'O' | b'D')], rest)) = rest.split_first_chunk::<2>() {
-                self.attribute([b'T', code], rest, line);
+                self.attribute([b'T', code], rest, place);
             }
             return;
         }
@@ -52,7 +57,7 @@ impl Machine {
             return;
         }
         if let Some(rest) = text.strip_prefix(b"TF.") {
-            self.attribute(*b"TF", [b".", rest].concat().as_slice(), line);
+            self.attribute(*b"TF", [b".", rest].concat().as_slice(), place);
         } else if ["created by", "Creator:", "generated", "ULTIpost", "EasyEDA", "DipTrace"]
             .iter()
             .any(|word| holds(text, word))
@@ -64,12 +69,13 @@ impl Machine {
     }
 
     /// `.FileFunction,Copper,L1,Top` behind `TF`; the same of TA, TO and TD.
-    pub(super) fn attribute(&mut self, code: [u8; 2], rest: &[u8], line: u32) {
+    pub(super) fn attribute(&mut self, code: [u8; 2], rest: &[u8], place: At) {
         let text = rest.trim_ascii();
         let (name, value) = match text.iter().position(|&byte| byte == b',') {
             Some(at) => (text.get(..at).unwrap_or_default(), text.get(at + 1..).unwrap_or_default()),
             None => (text, [].as_slice()),
         };
+        let name = NAMES.into_iter().find(|known| known.eq_ignore_ascii_case(name)).unwrap_or(name);
         match &code {
             b"TF" => self.file_attribute(name, shown(value)),
             b"TA" => {
@@ -79,7 +85,7 @@ impl Machine {
                 }
             }
             b"TO" => self.object_attribute(name, value),
-            _ => self.forget(name, line),
+            _ => self.forget(name, place),
         }
     }
 
@@ -110,7 +116,7 @@ impl Machine {
         self.tag_index = [None; 2];
     }
 
-    fn forget(&mut self, name: &[u8], line: u32) {
+    fn forget(&mut self, name: &[u8], place: At) {
         let now = &mut self.attributes;
         match name {
             b"" => (now.function, now.net, now.component, now.pin) = (None, None, None, None),
@@ -120,7 +126,7 @@ impl Machine {
             b".P" => (now.component, now.pin) = (None, None),
             [b'.', ..] if name.len() > 1 => {}
             [first, ..] if first.is_ascii_alphabetic() || *first == b'_' || *first == b'$' => {}
-            _ => self.findings.once(Weight::Doubt, "gerber.unknown_command", line, 1, name),
+            _ => self.tell_once(Weight::Doubt, "gerber.unknown_command", place, name),
         }
         self.tag_index = [None; 2];
     }

@@ -9,16 +9,19 @@
 //!  %SRX3Y2I5J4*% … %SR*%  ⠿  rows first, then columns
 //! ```
 
+use super::extended::fields;
 use super::machine::Machine;
 use super::object::{Aperture, Form, Object, Shape};
-use super::words::Block;
-use crate::artwork::number::decimal;
+use super::words::{At, Block};
+use crate::artwork::number::Decimal;
 use crate::geometry::Point;
 use crate::remark::Weight;
 use crate::units::Length;
 
 /// Objects that copies may add to those that are written.
 const MOST_COPIES: u64 = 250_000;
+/// Corners of a contour that count as one object where it is copied.
+const CORNERS: u64 = 8;
 /// Blocks within blocks.
 const DEEPEST: u32 = 16;
 
@@ -30,7 +33,7 @@ pub(super) struct Open {
     copies: u64,
     /// Blocks below it.
     depth: u32,
-    line: u32,
+    at: At,
 }
 
 enum What {
@@ -45,14 +48,24 @@ impl Machine {
             Shape::Flash { .. } => self.out.apertures.get(object.aperture as usize),
             _ => None,
         };
-        let (copies, depth) = aperture.map_or((1, 0), |aperture| (aperture.copies, aperture.depth));
+        // A contour that is copied counts by its corners.
+        let corners = match &object.shape {
+            Shape::Contour(path) if !self.open.is_empty() => path.segments.len() as u64 / CORNERS,
+            _ => 0,
+        };
+        let (copies, depth) = aperture.map_or((1 + corners, 0), |aperture| (aperture.copies, aperture.depth));
         self.keep_copies(object, copies, depth);
     }
 
     fn keep_copies(&mut self, object: Object, copies: u64, depth: u32) {
         let total = self.copies.saturating_add(copies);
         if copies > 1 && total > MOST_COPIES || depth > DEEPEST {
-            self.findings.once(Weight::Loss, "gerber.too_many_copies", object.line, 1, b"");
+            self.tell_once(
+                Weight::Loss,
+                "gerber.too_many_copies",
+                At { line: object.line, column: object.column },
+                b"",
+            );
             return;
         }
         self.kept += 1;
@@ -74,34 +87,31 @@ impl Machine {
         if rest.is_empty() {
             self.close_repeat();
             if self.open.is_empty() {
-                self.findings.at(Weight::Doubt, "gerber.unknown_command", block.line, 1, block.text);
+                self.tell(Weight::Doubt, "gerber.unknown_command", block.at, block.text);
             }
             self.close(block);
             return;
         }
-        let code = rest.strip_prefix(b"D").and_then(decimal).map(|(number, _)| number.mantissa);
+        let code = fields(rest, *b"D").and_then(|[code]| Some(code?.mantissa));
         let code = code.and_then(|code| u32::try_from(code).ok());
         if code.is_none() || self.open.len() >= DEEPEST as usize {
-            self.findings.once(Weight::Loss, "gerber.bad_block", block.line, 1, block.text);
+            self.tell_once(Weight::Loss, "gerber.bad_block", block.at, block.text);
         }
         // Opened in any case, so that its end closes it and nothing else. Without a code nothing can flash it.
         if self.open.len() < 2 * DEEPEST as usize {
             let what = What::Block { code: code.unwrap_or(0) };
-            self.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 1, line: block.line });
+            self.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 1, at: block.at });
         }
     }
 
     /// `SRX3Y2I5J4` opens and closes the one before, `SR` and `SRX1Y1` only close.
     pub(super) fn step_and_repeat(&mut self, rest: &[u8], block: &Block<'_>) {
         self.close_repeat();
-        let field = |axis: u8| {
-            let at = rest.iter().position(|&byte| byte == axis)?;
-            decimal(rest.get(at + 1..)?).map(|(number, _)| number)
-        };
-        let count = |axis: u8| field(axis).map_or(Some(1), |n| u32::try_from(n.mantissa).ok());
         let units = self.size_units();
-        let step = |axis: u8| field(axis).map_or(Some(Length::ZERO), |n| n.length(units));
-        let known = (count(b'X').zip(count(b'Y'))).zip(step(b'I').zip(step(b'J')));
+        let count = |field: Option<Decimal>| field.map_or(Some(1), |n| u32::try_from(n.mantissa).ok());
+        let step = |field: Option<Decimal>| field.map_or(Some(Length::ZERO), |n| n.length(units));
+        let known = fields(rest, *b"XYIJ")
+            .and_then(|[x, y, i, j]| (count(x).zip(count(y))).zip(step(i).zip(step(j))));
         let known = known.filter(|((columns, rows), (i, j))| {
             let wide = |count: u32, step: Length| {
                 i128::from(step.nm().abs()) * i128::from(count) <= i128::from(Length::LIMIT.nm())
@@ -112,31 +122,31 @@ impl Machine {
             Some(((1, 1), _)) => {}
             Some(((columns, rows), (x, y))) if self.open.len() < 2 * DEEPEST as usize => {
                 let what = What::Repeat { columns, rows, step: Point::new(x, y) };
-                self.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 0, line: block.line });
+                self.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 0, at: block.at });
             }
-            _ => self.findings.at(Weight::Loss, "gerber.bad_repeat", block.line, 1, block.text),
+            _ => self.tell(Weight::Loss, "gerber.bad_repeat", block.at, block.text),
         }
     }
 
     fn close_repeat(&mut self) {
         if matches!(self.open.last(), Some(Open { what: What::Repeat { .. }, .. })) {
-            self.close(&Block { text: b"SR", line: 0 });
+            self.close(&Block::made(b"SR"));
         }
     }
 
     /// Closes what is open at the end of the file.
     pub(super) fn close_all(&mut self) {
         self.close_repeat();
-        if let Some(open) = self.open.last() {
-            self.findings.at(Weight::Doubt, "gerber.block_open", open.line, 1, b"");
+        if let Some(at) = self.open.last().map(|open| open.at) {
+            self.tell(Weight::Doubt, "gerber.block_open", at, b"");
         }
         while !self.open.is_empty() {
-            self.close(&Block { text: b"AB", line: 0 });
+            self.close(&Block::made(b"AB"));
         }
     }
 
     fn close(&mut self, block: &Block<'_>) {
-        let Some(Open { what, objects, copies, depth, line }) = self.open.pop() else { return };
+        let Some(Open { what, objects, copies, depth, at }) = self.open.pop() else { return };
         match what {
             What::Block { code } => {
                 let function = self.attributes.aperture_function();
@@ -149,11 +159,12 @@ impl Machine {
                 let too_many = self.copies.saturating_add(all) > MOST_COPIES;
                 let (columns, rows) = if too_many { (1, 1) } else { (columns, rows) };
                 if too_many {
-                    self.findings.at(Weight::Loss, "gerber.too_many_copies", line, 1, b"");
+                    self.tell(Weight::Loss, "gerber.too_many_copies", at, b"");
                 }
                 let shape = Shape::Repeat { objects, columns, rows, step };
                 // The polarity of a repeat is that of its objects.
-                let object = Object { shape, clear: false, aperture: 0, mount: 0, tag: 0, line };
+                let At { line, column } = at;
+                let object = Object { shape, clear: false, aperture: 0, mount: 0, tag: 0, line, column };
                 self.keep_copies(object, if too_many { copies } else { all }, depth);
             }
             What::Repeat { .. } => {}

@@ -12,7 +12,7 @@
 use super::crossing::crosses_itself;
 use super::machine::Machine;
 use super::object::Shape;
-use super::words::Numbers;
+use super::words::{At, Numbers};
 use crate::artwork::number::Decimal;
 use crate::geometry::{Point, Segment, chords};
 use crate::remark::Weight;
@@ -27,7 +27,7 @@ const QUARTER: f64 = 1.6;
 
 impl Machine {
     /// Acts on the numbers of a block. `acted` is the D-code in it, if there is one.
-    pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<u32>, line: u32) {
+    pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<u32>, place: At) {
         let moved = numbers.x.is_some() || numbers.y.is_some();
         let circle = acted == Some(1) && self.motion != 1 && (numbers.i.is_some() || numbers.j.is_some());
         // A D-code alone sets what coordinates do from here on; in a region it is a point of the contour.
@@ -35,9 +35,10 @@ impl Machine {
             return;
         }
         let Some(scale) = self.scale else {
-            self.findings.once(Weight::Loss, "gerber.no_format", line, 1, b"");
+            self.tell_once(Weight::Loss, "gerber.no_format", place, b"");
             return;
         };
+        self.first_units = self.first_units.or(Some(self.size_units()));
         let length = |number: Option<Decimal>| number.map_or(Some(Length::ZERO), |n| scale.length(n));
         let axis = |at: Length, number: Option<Decimal>| {
             let value = number.map(|number| scale.length(number));
@@ -51,20 +52,20 @@ impl Machine {
         let to = to.filter(|(x, y)| x.abs() <= Length::LIMIT && y.abs() <= Length::LIMIT);
         let offset = length(numbers.i).zip(length(numbers.j));
         let (Some((x, y)), Some(offset)) = (to, offset) else {
-            self.findings.once(Weight::Loss, "gerber.too_far", line, 1, b"");
+            self.tell_once(Weight::Loss, "gerber.too_far", place, b"");
             return;
         };
         let (from, to) = (self.at, Point::new(x, y));
         self.at = to;
         match self.action {
             1 => {
-                let segment = self.segment(from, to, offset, line);
-                self.stroke(from, segment, line);
+                let segment = self.segment(from, to, offset, place);
+                self.stroke(from, segment, place);
             }
-            3 if self.region.is_none() => self.flash(to, line),
-            3 => self.findings.once(Weight::Doubt, "gerber.flash_in_region", line, 1, b""),
+            3 if self.region.is_none() => self.flash(to, place),
+            3 => self.tell_once(Weight::Doubt, "gerber.flash_in_region", place, b""),
             _ => {
-                self.end_contour(line);
+                self.end_contour(place);
                 if let Some(path) = &mut self.region {
                     path.start = self.image.point(to);
                 }
@@ -72,16 +73,16 @@ impl Machine {
         }
     }
 
-    fn flash(&mut self, at: Point, line: u32) {
+    fn flash(&mut self, at: Point, place: At) {
         self.out.counts.flashes += 1;
         let at = self.image.point(at);
         match self.aperture {
-            Some(aperture) => self.put(Shape::Flash { at }, aperture, line),
-            None => self.findings.once(Weight::Loss, "gerber.no_aperture", line, 1, b""),
+            Some(aperture) => self.put(Shape::Flash { at }, aperture, place),
+            None => self.tell_once(Weight::Loss, "gerber.no_aperture", place, b""),
         }
     }
 
-    fn stroke(&mut self, from: Point, segment: Segment, line: u32) {
+    fn stroke(&mut self, from: Point, segment: Segment, place: At) {
         let image = self.image;
         let segment = match segment {
             Segment::Line { to } => Segment::Line { to: image.point(to) },
@@ -105,28 +106,28 @@ impl Machine {
             Segment::Arc { .. } => self.out.counts.arcs += 1,
         }
         match self.aperture {
-            Some(aperture) => self.put(Shape::Stroke { from, segment }, aperture, line),
-            None => self.findings.once(Weight::Loss, "gerber.no_aperture", line, 1, b""),
+            Some(aperture) => self.put(Shape::Stroke { from, segment }, aperture, place),
+            None => self.tell_once(Weight::Loss, "gerber.no_aperture", place, b""),
         }
     }
 
     /// Ends the contour so far, if there is one, and closes it where the file did not.
-    pub(super) fn end_contour(&mut self, line: u32) {
+    pub(super) fn end_contour(&mut self, place: At) {
         let Some(path) = self.region.as_mut().filter(|path| !path.segments.is_empty()) else { return };
         let mut path = std::mem::take(path);
         self.out.counts.regions += 1;
         if !path.is_closed() {
-            self.findings.once(Weight::Doubt, "gerber.contour_open", line, 1, b"");
+            self.tell_once(Weight::Doubt, "gerber.contour_open", place, b"");
             path.segments.push(Segment::Line { to: path.start });
         }
         if crosses_itself(&path, &mut self.pairs) {
-            self.findings.once(Weight::Doubt, "gerber.contour_crosses", line, 1, b"");
+            self.tell_once(Weight::Doubt, "gerber.contour_crosses", place, b"");
         }
-        self.put(Shape::Contour(path), 0, line);
+        self.put(Shape::Contour(path), 0, place);
     }
 
     /// The segment from here to there in the motion in force.
-    fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), line: u32) -> Segment {
+    fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> Segment {
         if self.motion == 1 {
             return Segment::Line { to };
         }
@@ -134,7 +135,7 @@ impl Machine {
         let signed = Point::new(from.x + offset.0, from.y + offset.1);
         let many = self.many_quadrants.unwrap_or_else(|| {
             let negative = offset.0 < Length::ZERO || offset.1 < Length::ZERO;
-            self.findings.once(Weight::Doubt, "gerber.quadrant_missing", line, 1, b"");
+            self.tell_once(Weight::Doubt, "gerber.quadrant_missing", place, b"");
             negative
         });
         let centre = if many { signed } else { quarter_centre(from, to, offset, clockwise) };
@@ -143,14 +144,14 @@ impl Machine {
             return Segment::Line { to };
         }
         if first < 1e-6 || last < 1e-6 {
-            self.findings.once(Weight::Doubt, "gerber.arc_without_radius", line, 1, b"");
+            self.tell_once(Weight::Doubt, "gerber.arc_without_radius", place, b"");
             return Segment::Line { to };
         }
         if !many && chords::turn(from, to, centre, clockwise) >= QUARTER {
-            self.findings.once(Weight::Doubt, "gerber.arc_over_quarter", line, 1, b"");
+            self.tell_once(Weight::Doubt, "gerber.arc_over_quarter", place, b"");
         }
         if (first - last).abs() > UNEVEN_MM {
-            self.findings.once(Weight::Doubt, "gerber.arc_uneven", line, 1, b"");
+            self.tell_once(Weight::Doubt, "gerber.arc_uneven", place, b"");
         }
         Segment::Arc { to, centre: even_centre(from, to, centre), clockwise }
     }

@@ -7,43 +7,55 @@
 //!
 //! Comes in: [`Form`]s. Goes out: closed paths in whole nanometres with their inside on the left. Does not flash them.
 
+use super::coats::{Piece, coats};
 use super::mount::sin_cos;
 use super::object::{Aperture, Form, Opening};
-use crate::geometry::{Bounds, Coat, Path, Point, Segment, circle, paint, rectangle, settled};
+use super::primitives::Primitive;
+use crate::geometry::{
+    Bounds, Coat, Enclosing, Fuel, Path, Point, Segment, circle, enclosed, paint_within, rectangle,
+};
 use crate::units::Length;
 
-/// The outlines of an aperture; none for a block, whose objects are drawn themselves, and for one without size.
-pub(super) fn outlines(aperture: &Aperture) -> Vec<Path> {
+/// The outlines of an aperture, about its origin; empty for a block, whose objects are drawn themselves, and for one without
+/// size. None where working it out costs more than there is fuel.
+pub(super) fn outlines(aperture: &Aperture, fuel: &mut Fuel) -> Option<Vec<Path>> {
     let whole = match &aperture.form {
         Form::Circle { diameter } if diameter.nm() > 0 => vec![circle(Point::default(), *diameter)],
         Form::Rectangle { width, height } => box_of(*width, *height),
         Form::Obround { width, height } => obround(*width, *height),
         Form::Polygon { diameter, corners, turn_deg } => polygon(*diameter, *corners, *turn_deg),
-        Form::Macro { primitives, .. } => {
-            let coats: Vec<Coat> = primitives.iter().map(|(dark, paths)| coat(!dark, paths)).collect();
-            return match coats.as_slice() {
-                [only] if !only.clear => only.outlines.clone(),
-                _ => paint(&coats).paths().cloned().collect(),
-            };
-        }
+        Form::Macro { primitives, .. } => return worked_out(primitives, fuel),
         Form::Circle { .. } | Form::Block { .. } => Vec::new(),
     };
     let opening = match aperture.opening {
-        None => return whole,
+        None => return Some(whole),
         Some(Opening::Round(diameter)) => vec![circle(Point::default(), diameter)],
         Some(Opening::Rectangle(width, height)) => box_of(width, height),
     };
-    let coats = [Coat { clear: false, outlines: whole }, Coat { clear: true, outlines: opening }];
-    paint(&coats).paths().cloned().collect()
+    painted(&[Coat { clear: false, outlines: whole }, Coat { clear: true, outlines: opening }], fuel)
 }
 
-/// A primitive as a coat. One path may run either way; several are rings whose holes run clockwise.
-fn coat(clear: bool, paths: &[Path]) -> Coat {
-    let outlines = match paths {
-        [one] => settled(one),
-        _ => paths.to_vec(),
-    };
-    Coat { clear, outlines }
+/// The outlines of primitives laid down one over the other. One path of a primitive may run either way; several are rings
+/// whose holes run clockwise.
+fn worked_out(primitives: &[Primitive], fuel: &mut Fuel) -> Option<Vec<Path>> {
+    let mut pieces = Vec::with_capacity(primitives.len());
+    for (dark, paths) in primitives {
+        let outlines = match paths.as_slice() {
+            [one] => enclosed(one, Enclosing::Once, fuel)?,
+            several => several.to_vec(),
+        };
+        pieces.push(Piece { clear: !dark, outlines });
+    }
+    let (mut coats, _) = coats(pieces);
+    match coats.as_mut_slice() {
+        [only] if !only.clear && primitives.len() == 1 => Some(std::mem::take(&mut only.outlines)),
+        _ => painted(&coats, fuel),
+    }
+}
+
+/// Coats painted, as outlines.
+fn painted(coats: &[Coat], fuel: &mut Fuel) -> Option<Vec<Path>> {
+    Some(paint_within(coats, fuel).ok()?.paths().cloned().collect())
 }
 
 fn box_of(width: Length, height: Length) -> Vec<Path> {
@@ -135,12 +147,12 @@ pub(super) fn hull(mut points: Vec<Point>) -> Option<Path> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{area_mm2, union};
+    use crate::geometry::{area_mm2, paint, union};
     use std::f64::consts::PI;
 
     fn area(form: Form, opening: Option<Opening>) -> f64 {
         let aperture = Aperture { code: 10, form, opening, function: None, copies: 1, depth: 0 };
-        let paths = outlines(&aperture);
+        let paths = outlines(&aperture, &mut Fuel::new(100_000)).unwrap();
         area_mm2(&paint(&[Coat { clear: false, outlines: paths }]))
     }
 

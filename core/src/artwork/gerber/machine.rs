@@ -18,7 +18,7 @@ use super::mount::{Held, Mount};
 use super::object::Tag;
 use super::object::{Gerber, Object, Shape};
 use super::paint::is_too_wide;
-use super::words::{Block, Numbers, blocks};
+use super::words::{At, Block, Numbers, blocks, raised};
 use crate::artwork::findings::Findings;
 use crate::artwork::number::{Decimal, Reading, Scale, decimal};
 use crate::artwork::text::{front, holds};
@@ -40,6 +40,8 @@ pub(super) struct Machine {
     pub(super) scale: Option<Scale>,
     /// Units before any were stated: those stated further down, else inches.
     pub(super) units_ahead: Option<Units>,
+    /// Units of the first coordinate, once there was one.
+    pub(super) first_units: Option<Units>,
     /// Apertures by D-code.
     pub(super) codes: BTreeMap<u32, u32>,
     pub(super) macros: BTreeMap<Vec<u8>, Macro>,
@@ -67,6 +69,8 @@ pub(super) struct Machine {
     pub(super) held: Held,
     /// Index of the mount with the image's turn, if it is known.
     pub(super) mount_index: Option<u32>,
+    /// Indices of mounts, by mirror, turn and scale.
+    pub(super) mounts: BTreeMap<(bool, u64, u64), u32>,
     pub(super) image: Image,
     pub(super) attributes: Attributes,
     pub(super) tags: BTreeMap<Tag, u32>,
@@ -85,6 +89,7 @@ pub(super) struct Machine {
 
 /// Reads a layer. What a person says about its numbers counts where the layer says nothing.
 pub(in crate::artwork) fn read(name: &str, text: &[u8], person: &Overrides) -> (Gerber, Vec<Remark>) {
+    let text = &*raised(text);
     let mut machine = Machine::new(name, text);
     machine.overrule(person);
     machine.run(text);
@@ -95,9 +100,15 @@ impl Machine {
     pub(super) fn new(name: &str, text: &[u8]) -> Self {
         Self {
             findings: Findings::new(name),
-            out: Gerber { mounts: vec![Mount::PLAIN], tags: vec![Tag::default()], ..Gerber::default() },
+            out: Gerber {
+                size: text.len(),
+                mounts: vec![Mount::PLAIN],
+                tags: vec![Tag::default()],
+                ..Gerber::default()
+            },
             scale: None,
             units_ahead: units_ahead(front(text, LOOKED_AT)),
+            first_units: None,
             codes: BTreeMap::new(),
             macros: BTreeMap::new(),
             macro_open: None,
@@ -114,6 +125,7 @@ impl Machine {
             clear: false,
             held: Held::PLAIN,
             mount_index: Some(0),
+            mounts: BTreeMap::new(),
             image: Image::default(),
             attributes: Attributes::default(),
             tags: BTreeMap::from([(Tag::default(), 0)]),
@@ -135,12 +147,16 @@ impl Machine {
     pub(super) fn run(&mut self, text: &[u8]) {
         for block in blocks(text) {
             if self.ended {
-                self.findings.at(Weight::Note, "gerber.after_end", block.line, 1, block.text);
+                self.tell(Weight::Note, "gerber.after_end", block.at, block.text);
                 break;
             }
-            self.block(&block);
+            if block.ended || block.is_whole() {
+                self.block(&block);
+            } else {
+                self.tell(Weight::Loss, "gerber.cut_off", block.at, block.text);
+            }
             if self.kept >= MOST_OBJECTS {
-                self.findings.at(Weight::Loss, "gerber.too_many_objects", block.line, 1, b"");
+                self.tell(Weight::Loss, "gerber.too_many_objects", block.at, b"");
                 break;
             }
         }
@@ -148,10 +164,12 @@ impl Machine {
 
     fn block(&mut self, block: &Block<'_>) {
         match block.text {
-            [b'G', b'0', b'4', rest @ ..] | [b'G', b'4', b' ', rest @ ..] => self.comment(rest, block.line),
+            [b'G' | b'g', b'0', b'4', rest @ ..] | [b'G' | b'g', b'4', b' ', rest @ ..] => {
+                self.comment(rest, block.at);
+            }
             [b'G', b'4'] => {}
             [b'0'..=b'9' | b'$', ..] if self.macro_open.is_some() => self.macro_line(block),
-            [first, second, ..] if first.is_ascii_alphabetic() && second.is_ascii_alphabetic() => {
+            [first, second, ..] if is_command(*first, *second) => {
                 self.macro_open = None;
                 self.extended(block);
             }
@@ -165,13 +183,13 @@ impl Machine {
     pub(super) fn finish(mut self) -> (Gerber, Vec<Remark>) {
         if self.region.is_some() {
             self.findings.at(Weight::Doubt, "gerber.region_open", 0, 0, b"");
-            self.end_contour(0);
+            self.end_contour(At::default());
         }
         self.close_all();
         if self.out.centre_bounds().is_some_and(is_too_wide) {
             self.findings.at(Weight::Loss, "gerber.out_of_reach", 0, 0, b"");
         }
-        self.out.units = self.out.units.or(self.units_ahead);
+        self.out.units = self.first_units.or(self.out.units).or(self.units_ahead);
         if self.out.units.is_none() || self.out.digits.is_none() {
             self.findings.at(Weight::Doubt, "gerber.format_missing", 0, 0, b"");
         } else if !self.ended {
@@ -199,38 +217,57 @@ impl Machine {
                 continue;
             }
             let Some((number, used)) = decimal(block.text.get(at..).unwrap_or_default()) else {
-                self.findings.once(Weight::Doubt, "gerber.unknown_word", block.line, at as u32, block.text);
-                return;
+                return self.bad_word(letter, block, at - 1);
             };
             at += used;
-            match letter {
-                b'X' => numbers.x = Some(number),
-                b'Y' => numbers.y = Some(number),
-                b'I' => numbers.i = Some(number),
-                b'J' => numbers.j = Some(number),
+            match letter.to_ascii_uppercase() {
+                b'X' if numbers.x.is_none() => numbers.x = Some(number),
+                b'Y' if numbers.y.is_none() => numbers.y = Some(number),
+                b'I' if numbers.i.is_none() => numbers.i = Some(number),
+                b'J' if numbers.j.is_none() => numbers.j = Some(number),
                 b'G' => self.g_code(number.mantissa, block),
                 b'D' if number.mantissa >= 10 => self.select(number, block),
                 b'D' if (1..=3).contains(&number.mantissa) => acted = Some(number.mantissa as u32),
                 b'M' if number.mantissa == 0 || number.mantissa == 2 => self.ended = true,
-                b'M' | b'N' => {}
-                _ => self.findings.once(
-                    Weight::Doubt,
-                    "gerber.unknown_word",
-                    block.line,
-                    at as u32,
-                    block.text,
-                ),
+                b'N' => {}
+                b'X' | b'Y' | b'I' | b'J' | b'0'..=b'9' | b'.' | b'+' | b'-' => {
+                    return self.bad_word(b'X', block, at - used - 1);
+                }
+                _ => {
+                    let place = block.place(at - used - 1);
+                    self.tell_once(Weight::Doubt, "gerber.unknown_word", place, block.text);
+                }
             }
         }
         self.action = acted.unwrap_or(self.action);
-        self.go(&numbers, acted, block.line);
+        self.go(&numbers, acted, block.at);
+    }
+
+    /// A word that cannot be read. Where it would have moved or selected something, that is missing now.
+    fn bad_word(&mut self, letter: u8, block: &Block<'_>, offset: usize) {
+        let (weight, code) = match letter.to_ascii_uppercase() {
+            b'X' | b'Y' | b'I' | b'J' | b'D' | b'G' | b'M' => (Weight::Loss, "gerber.broken_word"),
+            b'0'..=b'9' | b'.' | b'+' | b'-' => (Weight::Loss, "gerber.broken_word"),
+            _ => (Weight::Doubt, "gerber.unknown_word"),
+        };
+        self.tell_once(weight, code, block.place(offset), block.text);
+    }
+
+    /// Remarks something at a place.
+    pub(super) fn tell(&mut self, weight: Weight, code: &str, at: At, found: &[u8]) {
+        self.findings.at(weight, code, at.line, at.column, found);
+    }
+
+    /// Remarks something at a place, unless the same was said before.
+    pub(super) fn tell_once(&mut self, weight: Weight, code: &str, at: At, found: &[u8]) {
+        self.findings.once(weight, code, at.line, at.column, found);
     }
 
     fn select(&mut self, number: Decimal, block: &Block<'_>) {
         let code = u32::try_from(number.mantissa).ok();
         self.aperture = code.and_then(|code| self.codes.get(&code)).copied();
         if self.aperture.is_none() {
-            self.findings.once(Weight::Loss, "gerber.aperture_undefined", block.line, 1, block.text);
+            self.tell_once(Weight::Loss, "gerber.aperture_undefined", block.at, block.text);
         }
     }
 
@@ -240,40 +277,47 @@ impl Machine {
             10..=12 => {
                 self.motion = 1;
                 if code > 10 {
-                    self.findings.once(Weight::Loss, "gerber.scaled_lines", block.line, 1, block.text);
+                    self.tell_once(Weight::Loss, "gerber.scaled_lines", block.at, block.text);
                 }
             }
             36 => {
+                if self.region.is_some() {
+                    self.tell_once(Weight::Doubt, "gerber.region_open", block.at, block.text);
+                    self.end_contour(block.at);
+                }
                 self.region = Some(Path::default());
             }
             37 => {
-                self.end_contour(block.line);
+                if self.region.is_none() {
+                    self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text);
+                }
+                self.end_contour(block.at);
                 self.region = None;
             }
-            70 => self.set_units(Units::Inch, block.line),
-            71 => self.set_units(Units::Mm, block.line),
+            70 => self.set_units(Units::Inch, block.at),
+            71 => self.set_units(Units::Mm, block.at),
             74 => self.many_quadrants = Some(false),
             75 => self.many_quadrants = Some(true),
             90 => self.incremental = false,
             91 => self.incremental = true,
             0 | 54 | 55 => {}
-            _ => self.findings.once(Weight::Doubt, "gerber.unknown_word", block.line, 1, block.text),
+            _ => self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text),
         }
     }
 
     /// States the units. A second, other statement counts from there on.
-    pub(super) fn set_units(&mut self, units: Units, line: u32) {
+    pub(super) fn set_units(&mut self, units: Units, at: At) {
         let before = self.out.units.replace(units);
         if before.is_some_and(|before| before != units) {
-            self.findings.once(Weight::Doubt, "gerber.units_change", line, 1, units.name().as_bytes());
+            self.tell_once(Weight::Doubt, "gerber.units_change", at, units.name().as_bytes());
         }
         self.rescale();
     }
 
     /// Keeps an object.
-    pub(super) fn put(&mut self, shape: Shape, aperture: u32, line: u32) {
+    pub(super) fn put(&mut self, shape: Shape, aperture: u32, At { line, column }: At) {
         let (mount, tag) = (self.mount_now(), self.tag_now(matches!(shape, Shape::Contour(_))));
-        let object = Object { shape, clear: self.clear, aperture, mount, tag, line };
+        let object = Object { shape, clear: self.clear, aperture, mount, tag, line, column };
         self.keep(object);
     }
 
@@ -282,14 +326,21 @@ impl Machine {
             return index;
         }
         let mount = self.image.turned(self.held.mount());
-        let known = self.out.mounts.iter().rposition(|known| *known == mount);
-        let index = known.unwrap_or_else(|| {
+        let key = (mount.mirrored, mount.turn_deg.to_bits(), mount.scale.to_bits());
+        let next = self.out.mounts.len() as u32;
+        let index = *self.mounts.entry(key).or_insert(next);
+        if index == next {
             self.out.mounts.push(mount);
-            self.out.mounts.len() - 1
-        });
-        self.mount_index = Some(index as u32);
-        index as u32
+        }
+        self.mount_index = Some(index);
+        index
     }
+}
+
+/// Whether a block that starts so is a command of two letters; words that lack their number are none.
+fn is_command(first: u8, second: u8) -> bool {
+    let word = matches!(first, b'X' | b'Y' | b'D' | b'G' | b'N');
+    first.is_ascii_alphabetic() && second.is_ascii_alphabetic() && !word
 }
 
 /// Units stated anywhere near the start.
@@ -318,7 +369,42 @@ mod tests {
             ("X0Y0D03*", Some("gerber.no_end")),
             ("D11*X0Y0D03*M02*", Some("gerber.aperture_undefined")),
             ("Q1*M02*", Some("gerber.unknown_word")),
+            ("M99*M02*", Some("gerber.unknown_word")),
+            ("M01*M02*", Some("gerber.unknown_word")),
+            ("G37*M02*", Some("gerber.unknown_word")),
+            ("N5*D10*M02*", None),
+            ("X0Y0D03*X12", Some("gerber.cut_off")),
+            ("X0Y0D03*%ADD11C,0.", Some("gerber.cut_off")),
+            ("X0Y0D03*M02", None),
+            ("X0Y12\n34D03*M02*", Some("gerber.broken_word")),
+            ("XY0D03*M02*", Some("gerber.broken_word")),
+            ("X0Y0D*M02*", Some("gerber.broken_word")),
+            ("X0X1D03*M02*", Some("gerber.broken_word")),
+            ("x0y0d03*m02*", None),
             ("%ZZX*%M02*", Some("gerber.unknown_command")),
+            ("%MOXX*%M02*", Some("gerber.bad_units")),
+            ("%MOMMX*%M02*", Some("gerber.bad_units")),
+            ("%IPPOS*%M02*", None),
+            ("%IPPOSX*%M02*", Some("gerber.unknown_command")),
+            ("%ASAXBY*%M02*", None),
+            ("%ASBY*%M02*", Some("gerber.unknown_command")),
+            ("%AS*%M02*", Some("gerber.unknown_command")),
+            ("%ASAYBX*%M02*", Some("gerber.axes_swapped")),
+            ("%ICX*%M02*", Some("gerber.unknown_command")),
+            ("%IJQ*%M02*", Some("gerber.unknown_command")),
+            ("%LMXY*%M02*", None),
+            ("%LMQ*%M02*", Some("gerber.bad_mount")),
+            ("%LR45Q*%M02*", Some("gerber.bad_mount")),
+            ("%MIA2B0*%M02*", Some("gerber.image_place")),
+            ("%OFA1Q*%M02*", Some("gerber.image_place")),
+            ("%SFA1B1*%M02*", None),
+            ("%SRX2Y2I1J1Q*%%SR*%M02*", Some("gerber.bad_repeat")),
+            ("%ABD20Q*%%AB*%M02*", Some("gerber.bad_block")),
+            ("%FSLAX36Y36Q*%M02*", Some("gerber.bad_format")),
+            ("%FSQAX36Y36*%M02*", Some("gerber.bad_format")),
+            ("%FSLAN2X36Y36D2M2*%M02*", Some("gerber.format_again")),
+            ("%ADD12C,1X0.2X0.1X1*%M02*", Some("gerber.bad_aperture")),
+            ("G36*X0Y0D02*X1D01*Y1D01*X0Y0D01*G36*G37*M02*", Some("gerber.region_open")),
             ("%LPX*%X0Y0D03*M02*", Some("gerber.unknown_command")),
             ("%FSLAX24Y24*%X0Y0D03*M02*", Some("gerber.format_again")),
             ("%ADD12C,0.5X0.6*%M02*", Some("gerber.aperture_hole")),
@@ -337,6 +423,48 @@ mod tests {
             let (_, codes) = read_text(&format!("{head}{body}"));
             assert_eq!(codes.iter().map(String::as_str).next(), code, "{body}: {codes:?}");
         }
+    }
+
+    #[test]
+    fn remarks_stand_where_the_word_is() {
+        let text =
+            "%FSLAX36Y36*%%MOMM*%\n%ADD10C,0.1*%%ZZ1*%\nD10*X0Y0D03*D11*\n  X1\n Q1Y5D03* X2X3D03*\nM01*X5";
+        let (_, remarks) = read("t.gbr", text.as_bytes(), &Overrides::default());
+        let place = |remark: &Remark| remark.place.as_ref().map(|place| (place.line, place.column));
+        let found: Vec<_> =
+            remarks.iter().map(|remark| (remark.code.as_str(), place(remark).unwrap())).collect();
+        let wanted = [
+            ("gerber.unknown_command", (2, 15)),
+            ("gerber.aperture_undefined", (3, 13)),
+            ("gerber.unknown_word", (5, 2)),
+            ("gerber.no_aperture", (4, 3)),
+            ("gerber.broken_word", (5, 13)),
+            ("gerber.unknown_word", (6, 1)),
+            ("gerber.cut_off", (6, 5)),
+            ("gerber.no_end", (0, 0)),
+        ];
+        assert_eq!(found, wanted);
+    }
+
+    #[test]
+    fn a_layer_in_small_letters_is_the_same_layer() {
+        let text = "G04 Small letters: 100%*%FSLAX36Y36*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%\
+            %AMBox*$2=$1x2*21,1,$1,$2,0,0,0*%%ADD10C,0.1*%%ADD11Box,0.5*%%TO.N,Gnd*%\
+            D10*X0Y0D02*X1000000D01*G36*X0Y0D02*X1000D01*Y1000D01*X0Y0D01*G37*D11*X5Y5D03*M02*";
+        let (wanted, none) = read_text(text);
+        let small = text.to_ascii_lowercase().replace("g04 small", "g04 Small");
+        let (found, codes) = read_text(&small);
+        assert_eq!((codes, none), (Vec::new(), Vec::new()));
+        assert_eq!(found.counts, wanted.counts);
+        assert_eq!(found.objects, wanted.objects);
+        assert_eq!(found.file_function.as_deref(), Some("copper,l1,top"));
+        assert_eq!(found.tags[1].net.as_deref(), Some("gnd"));
+    }
+
+    #[test]
+    fn units_are_those_of_the_first_coordinate() {
+        let (gerber, _) = read_text("%FSLAX24Y24*%%MOIN*%%ADD10C,0.01*%D10*X0Y0D03*G71*X1Y1D03*M02*");
+        assert_eq!(gerber.units, Some(Units::Inch));
     }
 
     #[test]

@@ -23,6 +23,9 @@ use std::collections::BTreeMap;
 
 /// Bytes of macros that one layer may work through: every aperture that names a macro works through its text.
 pub(super) const FUEL: usize = 8_000_000;
+/// Bytes of text that a path, and every segment in it, count as.
+const PATH: usize = 64;
+const SEGMENT: usize = 16;
 /// Macros of one layer.
 const MOST_MACROS: usize = 10_000;
 /// Lines of one macro.
@@ -39,11 +42,11 @@ impl Machine {
     /// Reads `DONUT`, the `AM` taken off; its lines follow as blocks of their own.
     pub(super) fn macro_definition(&mut self, name: &[u8], block: &Block<'_>) {
         if self.macros.len() >= MOST_MACROS {
-            self.findings.once(Weight::Loss, "gerber.bad_macro", block.line, 1, block.text);
+            self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, block.text);
             return;
         }
         if self.macros.insert(name.to_vec(), Macro::new()).is_some() {
-            self.findings.once(Weight::Note, "gerber.macro_again", block.line, 1, block.text);
+            self.tell_once(Weight::Note, "gerber.macro_again", block.at, block.text);
         }
         self.macro_open = Some(name.to_vec());
     }
@@ -52,7 +55,7 @@ impl Machine {
     pub(super) fn macro_line(&mut self, block: &Block<'_>) {
         let lines = self.macro_open.as_ref().and_then(|name| self.macros.get_mut(name));
         let Some(lines) = lines.filter(|lines| lines.len() < MOST_LINES) else {
-            self.findings.once(Weight::Loss, "gerber.bad_macro", block.line, 1, block.text);
+            self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, block.text);
             return;
         };
         let comment = matches!(block.text, [b'0'] | [b'0', b' ' | b',' | b'\n' | b'\r' | b'\t', ..]);
@@ -74,13 +77,17 @@ impl Machine {
             (1..).zip(numbers.iter().map(|number| plain(*number))).collect();
         let (mut primitives, mut lost) = (Vec::new(), Vec::new());
         for line in lines {
+            if self.fuel == 0 {
+                lost.push(line.clone());
+                break;
+            }
             match work_out(line, &mut variables, units, &mut self.fuel) {
                 Some(made) => primitives.extend(made),
                 None => lost.push(line.clone()),
             }
         }
         for line in lost {
-            self.findings.once(Weight::Loss, "gerber.bad_macro", block.line, 1, &line);
+            self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, &line);
         }
         Some(Form::Macro { name: String::from_utf8_lossy(name).into_owned(), primitives })
     }
@@ -107,7 +114,12 @@ fn work_out(
     for field in line.split(|&byte| byte == b',').take(MOST_FIELDS) {
         fields.push(value(field, variables, fuel)?);
     }
-    primitive(&fields, units)
+    let made = primitive(&fields, units)?;
+    let paths = made.iter().flat_map(|(_, paths)| paths);
+    let cost = paths.map(|path| PATH + SEGMENT * path.segments.len()).sum();
+    let left = fuel.checked_sub(cost);
+    *fuel = left.unwrap_or(0);
+    left.map(|_| made)
 }
 
 #[cfg(test)]

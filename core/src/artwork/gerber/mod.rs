@@ -13,6 +13,7 @@
 
 mod aperture;
 mod attributes;
+mod coats;
 mod copies;
 mod crossing;
 mod draw;
@@ -38,4 +39,4 @@ pub use measure::{PaintedMeasures, painted_measures};
 pub use mount::Mount;
 pub use nets::{Nets, nets};
 pub use object::{Aperture, Form, Gerber, GerberObjects, Object, Opening, Shape, Tag, Track};
-pub use paint::painted;
+pub use paint::{TooMuch, painted};

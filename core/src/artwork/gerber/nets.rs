@@ -113,7 +113,7 @@ mod tests {
             %TO.N,A*%X0Y5000D03*%TO.N,B*%X500Y5000D03*%TD*%X0Y9000D03*\
             %TO.N,C*%G36*X0Y20000D02*X5000D01*Y22000D01*X0D01*Y20000D01*G37*M02*";
         let (gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
-        let found = nets(&gerber, &super::super::painted(&gerber));
+        let found = nets(&gerber, &super::super::painted(&gerber).unwrap());
         let mut names: Vec<_> = found.names.iter().map(|name| name.as_deref().unwrap_or("-")).collect();
         names.sort_unstable();
         assert_eq!(names, ["-", "A", "C", "GND"]);

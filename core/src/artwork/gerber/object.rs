@@ -89,6 +89,8 @@ pub struct Object {
     pub tag: u32,
     /// Line in the file, from 1.
     pub line: u32,
+    /// Column in it, from 1.
+    pub column: u32,
 }
 
 /// What the attributes in force say about an object (X2 `%TO`, and `%TA` for contours).
@@ -179,6 +181,8 @@ pub struct Aperture {
 /// A Gerber layer as written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gerber {
+    /// Bytes of text that it was read from.
+    pub size: usize,
     /// Units of the first coordinate.
     pub units: Option<Units>,
     /// Digits of coordinates.

@@ -11,31 +11,76 @@
 //!  contour   even-odd
 //! ```
 
+use super::coats::{Piece, coats};
 use super::forms::{hull, outlines};
 use super::mount::{Mount, Place};
 use super::object::{Form, Gerber, Object, Shape};
 use super::walk::{Seen, each};
-use crate::geometry::{Bounds, Coat, Path, Point, Region, Segment, chords, even_odd, settled, stroke};
+use crate::geometry::{
+    Bounds, Enclosing, Fuel, Path, Point, Region, Segment, chords, enclosed, paint_within, stroke,
+};
+use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
 /// How far a chord may be from its arc where an aperture that is not round is dragged, in mm.
 const CHORD_ERROR_MM: f64 = 0.001;
+/// What painting may cost for a text of [`SMALL`] bytes or fewer, in edges laid down (see [`Fuel`]).
+const STEPS: u64 = 2_500_000;
+/// Bytes of text that have no more fuel than fewer.
+const SMALL: u64 = 1_000_000;
+/// What it may cost more for every byte beyond, and at most.
+const STEPS_PER_BYTE: u64 = 6;
+const MOST_STEPS: u64 = 24_000_000;
+/// What the outline of a stroke costs beside its edges.
+const STROKE: u64 = 4;
 
-/// The dark area of a layer, as drawn.
-pub fn painted(layer: &Gerber) -> Region {
+/// A layer asks for more work than is done for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TooMuch {
+    /// Line of an object at which the work ran out.
+    pub line: u32,
+    /// Its column.
+    pub column: u32,
+}
+
+impl TooMuch {
+    /// The same in words, for a file.
+    pub fn remark(&self, file: &str) -> Remark {
+        Remark::new(Weight::Loss, "gerber.too_much_work").at(file, self.line, self.column)
+    }
+}
+
+/// The dark area of a layer, as drawn. An error where its objects are so many, or cross so often, that it is no board: counted,
+/// not timed.
+pub fn painted(layer: &Gerber) -> Result<Region, TooMuch> {
     let centre = middle(layer);
     let home = Place { mount: Mount::PLAIN, at: Point::new(-centre.x, -centre.y) };
-    let mut brush = Brush { layer, home, stamps: BTreeMap::new() };
-    let mut coats: Vec<Coat> = Vec::new();
+    let beyond = (layer.size as u64).saturating_sub(SMALL);
+    let steps = MOST_STEPS.min(STEPS + STEPS_PER_BYTE * beyond);
+    let mut brush =
+        Brush { layer, home, forms: BTreeMap::new(), stamps: BTreeMap::new(), fuel: Fuel::new(steps) };
+    let (mut pieces, mut places, mut stopped) = (Vec::new(), Vec::new(), None);
     each(layer, &mut |seen| {
-        let mut paths = brush.outlines(&seen);
-        match coats.last_mut() {
-            Some(coat) if coat.clear == seen.clear => coat.outlines.append(&mut paths),
-            _ => coats.push(Coat { clear: seen.clear, outlines: paths }),
+        if stopped.is_some() {
+            return;
+        }
+        let place = TooMuch { line: seen.object.line, column: seen.object.column };
+        match brush.outlines(&seen) {
+            Some(outlines) => {
+                pieces.push(Piece { clear: seen.clear, outlines });
+                places.push(place);
+            }
+            None => stopped = Some(place),
         }
     });
-    moved(crate::geometry::paint(&coats), centre)
+    if let Some(place) = stopped {
+        return Err(place);
+    }
+    let (coats, owners) = coats(pieces);
+    let place = |outline: usize| places.get(*owners.get(outline)?).copied();
+    let region = paint_within(&coats, &mut brush.fuel);
+    Ok(moved(region.map_err(|outline| place(outline).unwrap_or_default())?, centre))
 }
 
 /// What has to be taken off every place so that the layer can be painted: nothing, unless it lies far out.
@@ -72,50 +117,67 @@ type StampKey = (u32, bool, u64, u64);
 struct Brush<'a> {
     layer: &'a Gerber,
     home: Place,
+    /// The outlines of apertures as they are defined.
+    forms: BTreeMap<u32, Vec<Path>>,
     stamps: BTreeMap<StampKey, Vec<Path>>,
+    fuel: Fuel,
+}
+
+/// How many segments paths have.
+fn segments(paths: &[Path]) -> u64 {
+    paths.iter().map(|path| path.segments.len() as u64).sum()
 }
 
 impl Brush<'_> {
-    /// The outlines of an object, inside on the left.
-    fn outlines(&mut self, seen: &Seen<'_>) -> Vec<Path> {
+    /// The outlines of an object, inside on the left; none where that costs more than there is fuel.
+    fn outlines(&mut self, seen: &Seen<'_>) -> Option<Vec<Path>> {
         let place = self.home.inner(seen.place.mount, seen.place.at);
         let object = seen.object;
         match &object.shape {
             Shape::Flash { at } => self.stamp(object, seen.mount(self.layer), place.point(*at)),
-            Shape::Contour(path) => contour(&place.path(path)),
+            Shape::Contour(path) => {
+                self.fuel.spend(path.segments.len() as u64).then_some(())?;
+                enclosed(&place.path(path), Enclosing::Odd, &mut self.fuel)
+            }
             Shape::Stroke { from, segment } => {
                 let (from, segment) = (place.point(*from), place.segment(*segment));
                 let mount = seen.mount(self.layer);
                 match self.layer.aperture(object).map(|aperture| &aperture.form) {
                     Some(Form::Circle { diameter }) => {
+                        self.fuel.spend(STROKE).then_some(())?;
                         let width = Length::from_mm(diameter.mm() * mount.scale);
-                        stroke(&Path { start: from, segments: vec![segment] }, width)
+                        Some(stroke(&Path { start: from, segments: vec![segment] }, width))
                     }
                     Some(_) => self.dragged(object, mount, from, segment),
-                    None => Vec::new(),
+                    None => Some(Vec::new()),
                 }
             }
-            Shape::Repeat { .. } => Vec::new(),
+            Shape::Repeat { .. } => Some(Vec::new()),
         }
     }
 
     /// The aperture of an object put down at a place.
-    fn stamp(&mut self, object: &Object, mount: Mount, at: Point) -> Vec<Path> {
+    fn stamp(&mut self, object: &Object, mount: Mount, at: Point) -> Option<Vec<Path>> {
         let key = (object.aperture, mount.mirrored, mount.turn_deg.to_bits(), mount.scale.to_bits());
-        let layer = self.layer;
+        if !self.forms.contains_key(&object.aperture) {
+            let aperture = self.layer.aperture(object);
+            let made = aperture.map_or(Some(Vec::new()), |aperture| outlines(aperture, &mut self.fuel))?;
+            self.forms.insert(object.aperture, made);
+        }
+        let form = self.forms.get(&object.aperture)?;
+        self.fuel.spend(1 + segments(form)).then_some(())?;
         let stamp = self.stamps.entry(key).or_insert_with(|| {
             let about = Place { mount, at: Point::default() };
-            let paths = layer.aperture(object).map(outlines).unwrap_or_default();
-            paths.iter().map(|path| left(about.path(path).into_owned(), mount)).collect()
+            form.iter().map(|path| left(about.path(path).into_owned(), mount)).collect()
         });
         let there = Place { mount: Mount::PLAIN, at };
-        stamp.iter().map(|path| there.path(path).into_owned()).collect()
+        Some(stamp.iter().map(|path| there.path(path).into_owned()).collect())
     }
 
     /// An aperture that is not round, dragged along a segment.
-    fn dragged(&mut self, object: &Object, mount: Mount, from: Point, segment: Segment) -> Vec<Path> {
+    fn dragged(&mut self, object: &Object, mount: Mount, from: Point, segment: Segment) -> Option<Vec<Path>> {
         let form: Vec<Point> = self
-            .stamp(object, mount, Point::default())
+            .stamp(object, mount, Point::default())?
             .iter()
             .flat_map(|path| path.flattened(CHORD_ERROR_MM))
             .collect();
@@ -125,6 +187,7 @@ impl Brush<'_> {
                 chords::arc(from, to, centre, clockwise, CHORD_ERROR_MM)
             }
         };
+        self.fuel.spend((form.len() * stops.len()) as u64).then_some(())?;
         let mut last = from;
         let mut paths = Vec::new();
         for stop in stops {
@@ -133,22 +196,13 @@ impl Brush<'_> {
             paths.extend(hull(both));
             last = stop;
         }
-        paths
+        Some(paths)
     }
 }
 
 /// A path that a mirror may have turned round, inside on the left again.
 fn left(path: Path, mount: Mount) -> Path {
     if mount.mirrored { path.reversed() } else { path }
-}
-
-/// What an even-odd filled contour encloses. Most contours cross themselves nowhere and are their own outline.
-fn contour(path: &Path) -> Vec<Path> {
-    let [only] = settled(path).try_into().unwrap_or_else(|_| [Path::default()]);
-    if only.is_closed() && (only == *path || only == path.reversed()) {
-        return vec![only];
-    }
-    even_odd(std::slice::from_ref(path)).paths().cloned().collect()
 }
 
 #[cfg(test)]
@@ -165,7 +219,7 @@ mod tests {
         let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
         let others = remarks.iter().find(|remark| remark.code != "gerber.contour_crosses");
         assert_eq!(others, None, "{body}");
-        let region = painted(&gerber);
+        let region = painted(&gerber).unwrap();
         let holes = region.islands.iter().map(|island| island.holes.len()).sum();
         (area_mm2(&region), region.islands.len(), holes)
     }
@@ -203,7 +257,7 @@ mod tests {
     fn a_layer_far_out_is_painted_where_it_is() {
         let text = "%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*X5000000000Y0D03*M02*";
         let (gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
-        let bounds = painted(&gerber).bounds().unwrap();
+        let bounds = painted(&gerber).unwrap().bounds().unwrap();
         assert!(bounds.min.distance_mm(Point::from_mm(4_999.5, -0.5)) < 2e-3, "{bounds:?}");
     }
 }

@@ -11,6 +11,12 @@ use crate::units::Length;
 /// How far a chord may be from its arc, in mm.
 const CHORD_ERROR_MM: f64 = 0.005;
 
+/// Chords cut so finely in one layer; arcs behind that are cut at every quarter turn.
+const MOST_CHORDS: usize = 500_000;
+
+/// The error then.
+const COARSE_MM: f64 = 1e6;
+
 /// One object where it is drawn.
 pub(super) struct Seen<'a> {
     /// The object: a flash of an aperture that is no block, a stroke or a contour.
@@ -114,6 +120,7 @@ impl Gerber {
     /// All strokes with their half widths, arcs cut into chords.
     pub fn tracks(&self) -> Vec<Track> {
         let mut tracks = Vec::new();
+        let mut chords_made = 0;
         each(self, &mut |seen| {
             let Shape::Stroke { from, segment } = seen.object.shape else { return };
             let scale = seen.mount(self).scale;
@@ -123,9 +130,11 @@ impl Gerber {
             let stops = match segment {
                 Segment::Line { to } => vec![to],
                 Segment::Arc { to, centre, clockwise } => {
-                    chords::arc(from, to, centre, clockwise, CHORD_ERROR_MM)
+                    let error = if chords_made < MOST_CHORDS { CHORD_ERROR_MM } else { COARSE_MM };
+                    chords::arc(from, to, centre, clockwise, error)
                 }
             };
+            chords_made += stops.len();
             for to in stops {
                 tracks.push(Track { from, to, half_width });
                 from = to;

@@ -1,7 +1,7 @@
 //! A Gerber text cut into blocks at `*` and `%`.
 //!
 //! Comes in: bytes. Goes out: [`Block`]s with the line each starts in. Does not tell commands apart: what a block is shows
-//! in its first two bytes, so that a lost `%` loses nothing else.
+//! in its first two bytes, so that a lost `%` loses nothing else. A layer in small letters is put into capitals first.
 //!
 //! ```text
 //!  %FSLAX24Y24*%   G04 100% of it*   X100Y200D01*   %AMT*1,1,$1,0,0*%
@@ -9,14 +9,78 @@
 //! ```
 
 use crate::artwork::number::Decimal;
+use crate::artwork::text::front;
+use std::borrow::Cow;
+
+/// Bytes in which the first commands are looked for.
+const LOOKED_AT: usize = 64 * 1024;
+
+/// A place in a text: line and column, from 1; 0 for the text as a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct At {
+    pub(super) line: u32,
+    pub(super) column: u32,
+}
 
 /// One block, without the star behind it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a> {
     /// Its bytes; white space may stand inside.
     pub(super) text: &'a [u8],
-    /// The line it starts in, from 1.
-    pub(super) line: u32,
+    /// Where it starts.
+    pub(super) at: At,
+    /// Its first byte in the text.
+    start: usize,
+    /// Whether a star or a percent sign ends it, and not the file.
+    pub(super) ended: bool,
+}
+
+impl<'a> Block<'a> {
+    /// A block that stands in no text.
+    pub(super) const fn made(text: &'a [u8]) -> Self {
+        Self { text, at: At { line: 0, column: 0 }, start: 0, ended: true }
+    }
+
+    /// Whether it is one that may stand at the end of a file without a star: the end itself, or a comment.
+    pub(super) fn is_whole(&self) -> bool {
+        matches!(self.text.trim_ascii(), b"M02" | b"M00" | b"M2" | b"M0" | [b'G' | b'g', b'0', b'4', ..])
+    }
+
+    /// The place of one of its bytes.
+    pub(super) fn place(&self, offset: usize) -> At {
+        let before = front(self.text, offset);
+        let (lines, tail) = lines(before);
+        match lines {
+            0 => At { line: self.at.line, column: self.at.column + tail },
+            _ => At { line: self.at.line + lines, column: 1 + tail },
+        }
+    }
+}
+
+/// How many lines end in a text, and how many bytes stand behind the last end.
+fn lines(text: &[u8]) -> (u32, u32) {
+    let ends = text.iter().filter(|&&byte| byte == b'\n').count();
+    let tail = text.iter().rev().take_while(|&&byte| byte != b'\n').count();
+    (ends as u32, tail as u32)
+}
+
+/// A layer in small letters put into capitals; comments, names and attributes stay as they are. Others as they are.
+pub(super) fn raised(text: &[u8]) -> Cow<'_, [u8]> {
+    let small = [b"%fs", b"%mo", b"%ad", b"*fs", b"*mo"];
+    if !front(text, LOOKED_AT).windows(3).any(|window| small.iter().any(|mark| window == *mark)) {
+        return Cow::Borrowed(text);
+    }
+    let mut capitals = text.to_vec();
+    for block in blocks(text) {
+        let length = match block.text.to_ascii_uppercase().get(..3) {
+            Some(b"G04") => 3,
+            Some([b'T', b'F' | b'A' | b'O' | b'D', _] | [b'I' | b'L', b'N', _] | [b'I', b'F', _]) => 2,
+            _ => block.text.len(),
+        };
+        let end = block.start + length;
+        capitals.get_mut(block.start..end).unwrap_or_default().make_ascii_uppercase();
+    }
+    Cow::Owned(capitals)
 }
 
 /// The numbers of one block of words.
@@ -30,26 +94,33 @@ pub(super) struct Numbers {
 
 /// The blocks of a text.
 pub(super) fn blocks(text: &[u8]) -> impl Iterator<Item = Block<'_>> {
-    let (mut at, mut line) = (0_usize, 1_u32);
+    // The line that the next byte is in, and where that line starts.
+    let (mut at, mut line, mut first) = (0_usize, 1_u32, 0_usize);
     std::iter::from_fn(move || {
         while let Some(&byte) = text.get(at) {
             if byte == b'\n' {
-                line += 1;
+                (line, first) = (line + 1, at + 1);
             } else if byte != b'%' && byte != b'*' && !byte.is_ascii_whitespace() {
                 break;
             }
             at += 1;
         }
         let rest = text.get(at..).filter(|rest| !rest.is_empty())?;
-        let comment = matches!(rest, [b'G', b'0', b'4', ..] | [b'G', b'4', b' ', ..]);
+        let comment = matches!(rest, [b'G' | b'g', b'0', b'4', ..] | [b'G' | b'g', b'4', b' ', ..]);
         let length = if comment {
             rest.iter().position(|&byte| byte == b'*')
         } else {
             rest.iter().position(|&byte| byte == b'*' || byte == b'%')
         };
-        let block = Block { text: rest.get(..length.unwrap_or(rest.len()))?, line };
-        line += block.text.iter().filter(|&&byte| byte == b'\n').count() as u32;
-        at += block.text.len() + 1;
+        let inner = rest.get(..length.unwrap_or(rest.len()))?;
+        let place = At { line, column: (at - first) as u32 + 1 };
+        let block = Block { text: inner, at: place, start: at, ended: length.is_some() };
+        at += inner.len();
+        let (more, tail) = lines(inner);
+        if more > 0 {
+            (line, first) = (line + more, at - tail as usize);
+        }
+        at += 1;
         Some(block)
     })
 }
@@ -61,16 +132,20 @@ mod tests {
     #[test]
     fn blocks_know_their_lines() {
         let text = b"%FSLAX24Y24*\nMOIN*%\nG04 100% of\nit*X1\nY2D01*\n%AMT*\n1,1,$1,0,0*%M02";
-        let found: Vec<_> = blocks(text).map(|block| (block.line, block.text)).collect();
-        let want: [(u32, &[u8]); 7] = [
-            (1, b"FSLAX24Y24"),
-            (2, b"MOIN"),
-            (3, b"G04 100% of\nit"),
-            (4, b"X1\nY2D01"),
-            (6, b"AMT"),
-            (7, b"1,1,$1,0,0"),
-            (7, b"M02"),
+        let found: Vec<_> =
+            blocks(text).map(|block| (block.at.line, block.at.column, block.text, block.ended)).collect();
+        let want: [(u32, u32, &[u8], bool); 7] = [
+            (1, 2, b"FSLAX24Y24", true),
+            (2, 1, b"MOIN", true),
+            (3, 1, b"G04 100% of\nit", true),
+            (4, 4, b"X1\nY2D01", true),
+            (6, 2, b"AMT", true),
+            (7, 1, b"1,1,$1,0,0", true),
+            (7, 13, b"M02", false),
         ];
         assert_eq!(found, want);
+        let block = blocks(text).nth(3).unwrap();
+        let place = |offset| (block.place(offset).line, block.place(offset).column);
+        assert_eq!([0, 1, 3, 5].map(place), [(4, 4), (4, 5), (5, 1), (5, 3)]);
     }
 }

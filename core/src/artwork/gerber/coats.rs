@@ -1,0 +1,142 @@
+//! Dark and clear pieces sorted into as few coats as may be.
+//!
+//! ```text
+//!   file    ● ○ ● ○ ● ○        dark and clear by turns, but only the last two lie on others
+//!   coat    1 2 1 2 1 2 3      what lies on nothing of the other colour belongs to the coat below
+//! ```
+//!
+//! Comes in: pieces in the order of the file, with the boxes they lie in. Goes out: the same pieces by coat, each in
+//! the order of the file. Where two pieces may lie on each other, the later one is not in a lower coat than the earlier, and two of
+//! different colour never in one. Told by cells of a grid, which may say too often that they do. Does not paint.
+
+use crate::geometry::{Bounds, Coat, Path, path_bounds};
+use crate::units::Length;
+
+/// What is drawn by one object, its outlines with the inside on the left.
+pub(super) struct Piece {
+    /// Whether it takes away.
+    pub(super) clear: bool,
+    /// Its outlines.
+    pub(super) outlines: Vec<Path>,
+}
+
+/// Cells of the grid, about, from the finest: the first that is not too much work is taken.
+const SIZES: [f64; 5] = [65_536.0, 4_096.0, 256.0, 16.0, 1.0];
+/// Cells looked at for every piece, on average, at most.
+const CELLS_PER_PIECE: u64 = 24;
+
+/// Coats, and for every outline in them the number of the piece that it belongs to.
+pub(super) fn coats(pieces: Vec<Piece>) -> (Vec<Coat>, Vec<usize>) {
+    let heights = heights(&pieces);
+    let mut order: Vec<(u32, usize)> = heights.into_iter().zip(0..).collect();
+    order.sort_unstable();
+    let mut pieces: Vec<Option<Piece>> = pieces.into_iter().map(Some).collect();
+    let (mut coats, mut owners): (Vec<Coat>, Vec<usize>) = (Vec::new(), Vec::new());
+    let mut last = None;
+    for (height, number) in order {
+        let Some(mut piece) = pieces.get_mut(number).and_then(Option::take) else { continue };
+        owners.extend(std::iter::repeat_n(number, piece.outlines.len()));
+        match coats.last_mut().filter(|_| last == Some(height)) {
+            Some(coat) => coat.outlines.append(&mut piece.outlines),
+            None => coats.push(Coat { clear: piece.clear, outlines: piece.outlines }),
+        }
+        last = Some(height);
+    }
+    (coats, owners)
+}
+
+/// The coat of every piece: even numbers are dark, odd ones clear.
+fn heights(pieces: &[Piece]) -> Vec<u32> {
+    if pieces.iter().all(|piece| !piece.clear) {
+        return vec![0; pieces.len()];
+    }
+    let boxes: Vec<Option<Bounds>> = pieces.iter().map(bounds).collect();
+    let all = boxes.iter().flatten().copied().reduce(|one, other| one.with(other.min).with(other.max));
+    let Some(all) = all else { return vec![0; pieces.len()] };
+    let most = CELLS_PER_PIECE * pieces.len() as u64;
+    let work = |grid: &Grid| boxes.iter().flatten().map(|bounds| grid.cells(*bounds).1).sum::<u64>();
+    let mut grids = SIZES.into_iter().map(|count| Grid::over(all, count));
+    let grid = grids.find(|grid| work(grid) <= most).unwrap_or_else(|| Grid::over(all, 1.0));
+    let mut tops: Vec<u32> = vec![0; usize::try_from(grid.columns * grid.rows).unwrap_or(1)];
+    let mut heights = Vec::with_capacity(pieces.len());
+    for (piece, bounds) in pieces.iter().zip(&boxes) {
+        let odd = u32::from(piece.clear);
+        let Some(bounds) = *bounds else {
+            heights.push(odd);
+            continue;
+        };
+        let ([left, low, right, high], _) = grid.cells(bounds);
+        let columns = grid.columns;
+        let places =
+            || (low..=high).flat_map(move |row| (left..=right).map(move |column| row * columns + column));
+        let places = || places().filter_map(|place| usize::try_from(place).ok());
+        let top = places().filter_map(|place| tops.get(place)).max().copied().unwrap_or(0);
+        let height = if top % 2 == odd { top } else { top + 1 };
+        for place in places() {
+            tops.get_mut(place).into_iter().for_each(|slot| *slot = height);
+        }
+        heights.push(height);
+    }
+    heights
+}
+
+fn bounds(piece: &Piece) -> Option<Bounds> {
+    let boxes = piece.outlines.iter().map(path_bounds);
+    boxes.reduce(|one, other| one.with(other.min).with(other.max))
+}
+
+/// Square cells over everything.
+struct Grid {
+    all: Bounds,
+    /// The side of a cell in nm.
+    side: i64,
+    columns: i64,
+    rows: i64,
+}
+
+impl Grid {
+    /// About `count` cells.
+    fn over(all: Bounds, count: f64) -> Self {
+        let (width, height) = ((all.max.x - all.min.x).nm() + 1, (all.max.y - all.min.y).nm() + 1);
+        let side = libm::sqrt(width as f64 / count * height as f64).max(width.max(height) as f64 / count);
+        let side = libm::ceil(side) as i64;
+        Self { all, side, columns: width / side + 1, rows: height / side + 1 }
+    }
+
+    /// First column, first row, last column and last row that a box lies in, and how many cells they are.
+    fn cells(&self, bounds: Bounds) -> ([i64; 4], u64) {
+        let place = |value: Length, low: Length| (value - low).nm() / self.side;
+        let column = |x: Length| place(x, self.all.min.x).clamp(0, self.columns - 1);
+        let row = |y: Length| place(y, self.all.min.y).clamp(0, self.rows - 1);
+        let [left, low, right, high] =
+            [column(bounds.min.x), row(bounds.min.y), column(bounds.max.x), row(bounds.max.y)];
+        ([left, low, right, high], ((right - left + 1) * (high - low + 1)).unsigned_abs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Point, circle};
+
+    fn piece(clear: bool, x: f64) -> Piece {
+        Piece { clear, outlines: vec![circle(Point::from_mm(x, 0.0), Length::from_um(1_000))] }
+    }
+
+    #[test]
+    fn pieces_apart_share_their_coats() {
+        let row = |index: i32| piece(index % 2 == 1, f64::from(index) * 2.0);
+        let found = heights(&(0..1_000).map(row).collect::<Vec<_>>());
+        assert!(found.iter().zip(0..).all(|(&height, index)| height == index % 2), "{found:?}");
+        // All on one place: each in a coat of its own.
+        let pile: Vec<Piece> = (0..9).map(|index| piece(index % 2 == 1, 0.0)).collect();
+        assert_eq!(heights(&pile), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+        let (coats, owners) =
+            coats(vec![piece(false, 0.0), piece(true, 0.0), piece(false, 9.0), piece(false, 0.5)]);
+        assert_eq!(
+            coats.iter().map(|coat| (coat.clear, coat.outlines.len())).collect::<Vec<_>>(),
+            [(false, 2), (true, 1), (false, 1)]
+        );
+        assert_eq!(owners, [0, 2, 1, 3]);
+    }
+}

@@ -1,0 +1,299 @@
+//! What it will cost to lay outlines over each other, found out before it is done: edges, and how often they meet.
+//!
+//! ```text
+//!   ┌──┬──┬──┐    edges are sorted into cells, and in every cell each is held against the others:
+//!   │ ╲│╱ │  │    3,000 long edges at random meet some million times, and then become as many pieces
+//!   ├──╳──┼──┤
+//!   │ ╱│╲ │──│    an edge costs 1, a meeting 2, 24 pairs that were looked at 1; for every doubling of coats ⅛ more
+//!   └──┴──┴──┘
+//! ```
+//!
+//! Comes in: a pile, and the [`Fuel`] that there is. Goes out: less fuel, or the outline at which it ran out. Counted, not timed: the same everywhere. Does not lay anything over anything, and does not know whose fuel it is.
+
+use super::Path;
+use super::clusters::{NOTHING, with};
+use super::grid::Grid;
+use super::sheet::{Edge, Pile, Sheet};
+
+/// Edges for every cell, about.
+const EDGES_PER_CELL: f64 = 2.0;
+/// Rows or columns that an edge passes through, on average, about.
+const CELLS_PER_EDGE: f64 = 3.0;
+/// Cells are no smaller, in nm.
+const SMALLEST_CELL_NM: f64 = 2_000.0;
+/// So near to a cell, in nm, an edge counts as in it.
+const NEAR_NM: i64 = 1;
+/// Pairs looked at that cost as much as a pass over an edge.
+const PAIRS: u64 = 24;
+/// What an edge costs more for every doubling of the coats, in parts of a pass.
+const EIGHTHS: u32 = 8;
+/// A cell with more edges is swept from left to right.
+const FEW: usize = 12;
+
+/// Work that may still be done, in passes over an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fuel {
+    left: u64,
+}
+
+impl Fuel {
+    /// So much.
+    pub const fn new(steps: u64) -> Self {
+        Self { left: steps }
+    }
+
+    /// Takes some away; false, and all gone, where there is not enough.
+    pub const fn spend(&mut self, steps: u64) -> bool {
+        match self.left.checked_sub(steps) {
+            Some(left) => {
+                self.left = left;
+                true
+            }
+            None => {
+                self.left = 0;
+                false
+            }
+        }
+    }
+
+    /// What is left.
+    pub const fn left(&self) -> u64 {
+        self.left
+    }
+}
+
+/// Takes from `fuel` what it costs to lay a pile over itself so many times, less for every time after the first. Where there is
+/// not enough, the number of an outline at which it ran out.
+pub(super) fn afford(pile: &Pile, doublings: u32, fuel: &mut Fuel) -> Result<(), usize> {
+    // In eighths of what a pass over an edge costs.
+    let more = u64::from(EIGHTHS + doublings);
+    let cost = more * pile.edges.len() as u64 / u64::from(EIGHTHS);
+    let outline = |edge: usize| pile.ends.partition_point(|&end| end <= edge);
+    if !fuel.spend(cost) {
+        return Err(pile.ends.len().saturating_sub(1));
+    }
+    let each = 2 * more / u64::from(EIGHTHS);
+    meetings(&pile.edges, each, fuel).map(|_| ()).map_err(outline)
+}
+
+/// Whether a path neither meets itself nor comes by one place twice, so that it goes round its area once; none where
+/// finding out and laying it down, and what comes of it once more, costs more than there is fuel.
+pub(super) fn is_simple(path: &Path, fuel: &mut Fuel) -> Option<bool> {
+    let mut sheet = Sheet::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
+    sheet.path(path);
+    if sheet.is_full() {
+        return None;
+    }
+    let edges = sheet.take().edges;
+    fuel.spend(2 * edges.len() as u64).then_some(())?;
+    if meetings(&edges, 4, fuel).ok()? > 0 {
+        return Some(false);
+    }
+    let mut places: Vec<(i32, i32)> = edges.iter().map(|edge| (edge.a.x, edge.a.y)).collect();
+    places.sort_unstable();
+    Some(places.windows(2).all(|pair| pair.first() != pair.last()))
+}
+
+/// Edges by the cells that they pass through.
+struct Cells {
+    grid: Grid,
+    /// Where the edges of every cell start in `edges`.
+    starts: Vec<u32>,
+    edges: Vec<u32>,
+}
+
+impl Cells {
+    fn of(edges: &[Edge]) -> Self {
+        let ends = edges.iter().flat_map(|edge| [edge.a, edge.b]);
+        let extent = ends.fold(NOTHING, |extent, end| with(extent, end.x, end.y));
+        let [left, low, right, high] = extent.map(f64::from);
+        let count = edges.len() as f64;
+        let length: f64 =
+            edges.iter().map(|edge| f64::max(gap(edge.a.x, edge.b.x), gap(edge.a.y, edge.b.y))).sum();
+        let (width, height, wanted) = (right - left, high - low, f64::max(count / EDGES_PER_CELL, 1.0));
+        let side = libm::sqrt(width * height / wanted)
+            .max(width.max(height) / wanted)
+            .max(length / (count * CELLS_PER_EDGE))
+            .max(SMALLEST_CELL_NM);
+        let grid = Grid::over(extent, side, NEAR_NM);
+        let mut starts = vec![0_u32; usize::try_from(grid.columns * grid.rows).unwrap_or(0) + 1];
+        let places = |row: i64, from: i64, to: i64| {
+            (from..=to).filter_map(move |column| usize::try_from(row * grid.columns + column).ok())
+        };
+        for edge in edges {
+            grid.pass(edge, |row, from, to| {
+                places(row, from, to)
+                    .for_each(|place| starts.get_mut(place).into_iter().for_each(|slot| *slot += 1));
+            });
+        }
+        let mut sum = 0;
+        for slot in &mut starts {
+            sum += *slot;
+            *slot = sum;
+        }
+        // Filled from behind, so that what was the end of a cell's edges becomes their start.
+        let mut listed = vec![0_u32; sum as usize];
+        for (number, edge) in edges.iter().enumerate().rev() {
+            grid.pass(edge, |row, from, to| {
+                for place in places(row, from, to) {
+                    let Some(slot) = starts.get_mut(place) else { continue };
+                    *slot -= 1;
+                    if let Some(entry) = listed.get_mut(*slot as usize) {
+                        *entry = number as u32;
+                    }
+                }
+            });
+        }
+        Self { grid, starts, edges: listed }
+    }
+
+    /// The cell of a place.
+    fn at(&self, (x, y): (f64, f64)) -> usize {
+        let place = self.grid.row(y as i64) * self.grid.columns + self.grid.column(x as i64);
+        usize::try_from(place).unwrap_or(usize::MAX)
+    }
+}
+
+/// How often edges meet elsewhere than end to end; each time costs `each`. Otherwise an edge at which the fuel ran out.
+fn meetings(edges: &[Edge], each: u64, fuel: &mut Fuel) -> Result<u64, usize> {
+    if edges.is_empty() {
+        return Ok(0);
+    }
+    let cells = Cells::of(edges);
+    let (mut found, mut looked) = (0, 0);
+    let mut inside: Vec<(u32, &Edge)> = Vec::new();
+    for (cell, ends) in cells.starts.windows(2).enumerate() {
+        let &[start, end] = ends else { continue };
+        let listed = cells.edges.get(start as usize..end as usize).unwrap_or_default();
+        inside.clear();
+        inside.extend(listed.iter().filter_map(|&number| Some((number, edges.get(number as usize)?))));
+        if inside.len() > FEW {
+            inside.sort_unstable_by_key(|(number, edge)| (edge.a.x.min(edge.b.x), *number));
+        }
+        let swept = inside.len() > FEW;
+        for (index, &(number, one)) in inside.iter().enumerate() {
+            let right = one.a.x.max(one.b.x);
+            for (_, other) in inside.iter().skip(index + 1) {
+                if swept && other.a.x.min(other.b.x) > right {
+                    break;
+                }
+                looked += 1;
+                if meeting(one, other).is_some_and(|place| cells.at(place) == cell) {
+                    found += 1;
+                    if !fuel.spend(each) {
+                        return Err(number as usize);
+                    }
+                }
+            }
+            if looked >= PAIRS {
+                if !fuel.spend(looked / PAIRS) {
+                    return Err(number as usize);
+                }
+                looked %= PAIRS;
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn gap(one: i32, other: i32) -> f64 {
+    (f64::from(one) - f64::from(other)).abs()
+}
+
+/// Where two edges meet, if not end to end. Edges that lie on each other meet where one of them ends; equal ones are one.
+fn meeting(one: &Edge, other: &Edge) -> Option<(f64, f64)> {
+    let [p, q, r, s] = [one.a, one.b, other.a, other.b];
+    let apart = |p: i32, q: i32, r: i32, s: i32| p.max(q) < r.min(s) || r.max(s) < p.min(q);
+    if apart(p.x, q.x, r.x, s.x) || apart(p.y, q.y, r.y, s.y) {
+        return None;
+    }
+    let [p, q, r, s] = [p, q, r, s].map(|point| (f64::from(point.x), f64::from(point.y)));
+    let side =
+        |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+    let (at_p, at_q, at_r, at_s) = (side(r, s, p), side(r, s, q), side(p, q, r), side(p, q, s));
+    if at_p * at_q > 0.0 || at_r * at_s > 0.0 {
+        return None;
+    }
+    if at_p == 0.0 && at_q == 0.0 {
+        return lying(p, q, r, s);
+    }
+    let shared = p == r || p == s || q == r || q == s;
+    match (at_p == 0.0, at_q == 0.0) {
+        _ if shared => None,
+        (true, _) => Some(p),
+        (_, true) => Some(q),
+        _ => {
+            let share = at_p / (at_p - at_q);
+            Some((p.0 + (q.0 - p.0) * share, p.1 + (q.1 - p.1) * share))
+        }
+    }
+}
+
+/// An end of one of two edges on one line that lies within the other.
+fn lying(p: (f64, f64), q: (f64, f64), r: (f64, f64), s: (f64, f64)) -> Option<(f64, f64)> {
+    let dot =
+        |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.0 - a.0) + (b.1 - a.1) * (c.1 - a.1);
+    let within = |a, b, c| dot(c, a, b) < 0.0;
+    [(r, s, p), (r, s, q), (p, q, r), (p, q, s)]
+        .into_iter()
+        .find(|&(a, b, c)| within(a, b, c))
+        .map(|(_, _, c)| c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Point, Segment, circle};
+    use super::*;
+    use crate::units::Length;
+
+    fn polygon(corners: &[(f64, f64)]) -> Path {
+        let points: Vec<Point> = corners.iter().map(|&(x, y)| Point::from_mm(x, y)).collect();
+        let segments = points[1..].iter().chain([&points[0]]).map(|&to| Segment::Line { to }).collect();
+        Path { start: points[0], segments }
+    }
+
+    fn pile(outlines: &[Path]) -> Pile {
+        let mut sheet = Sheet::default();
+        outlines.iter().for_each(|outline| sheet.path(outline));
+        sheet.take()
+    }
+
+    fn found(outlines: &[Path]) -> u64 {
+        meetings(&pile(outlines).edges, 2, &mut Fuel::new(1_000_000)).unwrap()
+    }
+
+    #[test]
+    fn meetings_are_counted_once() {
+        let square = |x: f64, y: f64| polygon(&[(x, y), (x + 4.0, y), (x + 4.0, y + 4.0), (x, y + 4.0)]);
+        for (outlines, wanted) in [
+            (vec![square(0.0, 0.0)], 0),
+            (vec![square(0.0, 0.0), square(0.0, 0.0)], 0),
+            (vec![square(0.0, 0.0), square(9.0, 0.0)], 0),
+            (vec![square(0.0, 0.0), square(2.0, 2.0)], 2),
+            // One side lies on the other, and two sides end on it.
+            (vec![square(0.0, 0.0), polygon(&[(1.0, 4.0), (3.0, 4.0), (2.0, 6.0)])], 3),
+            (vec![polygon(&[(0.0, 0.0), (4.0, 4.0), (4.0, 0.0), (0.0, 4.0)])], 1),
+        ] {
+            assert_eq!(found(&outlines), wanted, "{outlines:?}");
+        }
+        // Rings of a hundred circles: every two meet twice.
+        let ring = (0..100)
+            .map(|index| circle(Point::from_mm(0.01 * f64::from(index), 0.0), Length::from_um(2_000)));
+        let count = found(&ring.collect::<Vec<_>>());
+        assert!((9_900..10_200).contains(&count), "{count}");
+    }
+
+    #[test]
+    fn fuel_runs_out_at_an_outline() {
+        let bar = |y: f64| polygon(&[(0.0, y), (100.0, y + 1.0), (0.0, y + 0.1)]);
+        let row: Vec<Path> = (0..50).map(|index| bar(2.0 * f64::from(index))).collect();
+        let mut fuel = Fuel::new(150 + 140);
+        assert_eq!(afford(&pile(&row), 0, &mut fuel), Ok(()));
+        assert!(fuel.left() < 150, "{fuel:?}");
+        assert_eq!(afford(&pile(&row), 0, &mut fuel), Err(49));
+        assert_eq!(afford(&pile(&row), 8, &mut Fuel::new(299)), Err(49));
+        let twice = [row.clone(), vec![polygon(&[(1.0, -1.0), (2.0, -1.0), (2.0, 99.0)])]].concat();
+        let stopped = afford(&pile(&twice), 0, &mut Fuel::new(153 + 20));
+        assert!(stopped.is_err_and(|outline| outline < 50 || outline == 50), "{stopped:?}");
+    }
+}
