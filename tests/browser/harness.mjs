@@ -202,14 +202,26 @@ export const tab = (page, name) => page.getByRole("navigation", { name: "Screens
 /** What the picture says of itself. */
 export const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
 
+/** Presses a button as soon as it may be pressed. A page that was silent for three seconds, as on a busy computer, has lost
+ * control: then it is taken back first, as a person would. */
+export async function press(page, button) {
+  const take = page.getByRole("button", { name: "Take control" });
+  await until(async () => {
+    if (await button.isEnabled().catch(() => false)) return true;
+    if ((await page.locator("dialog[open]").count()) === 0 && (await take.isVisible())) await take.click().catch(() => {});
+    return false;
+  }, "a button that may be pressed");
+  await button.click();
+}
+
 /** Initialises, sets the work zero and starts the planned job. */
 export async function startJob(page) {
   await tab(page, "Machine").click();
-  await page.getByRole("button", { name: "Initialise" }).click();
+  await press(page, page.getByRole("button", { name: "Initialise" }));
   await page.getByText("At rest, position known.").waitFor();
-  await page.getByRole("button", { name: /^Base/ }).click();
+  await press(page, page.getByRole("button", { name: /^Base/ }));
   await page.getByText(/Zero at/).waitFor();
-  await page.getByRole("button", { name: "Start…" }).click();
+  await press(page, page.getByRole("button", { name: "Start…" }));
   const dialog = page.getByRole("dialog", { name: "Before drilling" });
   const start = dialog.getByRole("button", { name: "Start drilling" });
   await until(async () => {

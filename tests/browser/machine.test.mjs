@@ -5,7 +5,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { data, drillOnly, openBrowser, openLinked, openPage, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { data, drillOnly, openBrowser, openLinked, openPage, press, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 /** A small window: few pixels to paint in software beside a machine that runs in real time. */
 const SMALL = { width: 1024, height: 768 };
@@ -50,14 +50,14 @@ test("pause holds between holes, nothing resumes by itself, resume goes on", asy
   const { page, context } = await openPage(browser, bridge.url, SMALL);
   try {
     await drilling(page);
-    await page.getByRole("button", { name: "Pause", exact: true }).click();
+    await press(page, page.getByRole("button", { name: "Pause", exact: true }));
     await page.getByRole("button", { name: "Resume", exact: true }).waitFor();
     const done = Number(await settled(() => data(page, "done"), "a picture that has followed the machine"));
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal(Number(await data(page, "done")), done, "a pause is a pause");
-    await page.getByRole("button", { name: "Resume", exact: true }).click();
+    await press(page, page.getByRole("button", { name: "Resume", exact: true }));
     await until(async () => Number(await data(page, "done")) > done, "more holes");
-    await page.getByRole("button", { name: "Stop after hole" }).click();
+    await press(page, page.getByRole("button", { name: "Stop after hole" }));
     await page.getByText(/Stopped after the hole/).waitFor();
   } finally {
     await context.close();

@@ -1,0 +1,129 @@
+// A job at the pace of a person: who reads, fetches a bit, closes the page and opens it again. Waiting has no clock.
+//
+// The tests of this file sleep most of the time, so they run beside each other.
+
+import assert from "node:assert/strict";
+import { describe, test } from "node:test";
+import { PATIENCE_MS, data, drillOnly, openBrowser, openPage, press, rounds, startBridge, startJob, until } from "./harness.mjs";
+
+/** How long a person takes. */
+const PERSON_MS = 30_000;
+/** A small window: few pixels to paint in software. */
+const SMALL = { width: 1024, height: 768 };
+
+/** A bridge, a browser and a page of one person. */
+async function begun(speed) {
+  const bridge = await startBridge({ speed });
+  const browser = await openBrowser();
+  const { page } = await openPage(browser, bridge.url, SMALL);
+  const end = async () => {
+    await browser.close();
+    await bridge.stop();
+  };
+  return { page, end };
+}
+
+const wait = (ms) => new Promise((later) => setTimeout(later, ms));
+const go_on = (page) => page.getByRole("button", { name: "Continue: the bit is in" });
+const alarms = (page) => page.locator(".alarm-bar").allInnerTexts();
+
+/** The sample, planned, of its job only the drilling, at the machine with the pre-flight ticked. */
+async function preflight(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await page.getByText(/^Planned .* m,/).waitFor();
+  await drillOnly(page);
+  const holes = Number(await data(page, "holes"));
+  const { start } = await startJob(page);
+  return { holes, start };
+}
+
+/** Loads the page again; its address says that it shows the machine. */
+async function again(page) {
+  await page.reload();
+  await page.locator("main[data-screen=machine]").waitFor();
+}
+
+/** Goes on with the new bit; a page that lost control meanwhile takes it back first. */
+async function bitIsIn(page) {
+  if (!(await go_on(page).isEnabled())) {
+    await page.getByRole("button", { name: "Not yet" }).click();
+    const take = page.getByRole("button", { name: "Take control" });
+    await until(async () => !(await take.isVisible()) || (await take.click(), false), "control of the machine");
+    await page.getByRole("button", { name: "Show", exact: true }).click();
+    await until(() => go_on(page).isEnabled(), "a page that may go on");
+  }
+  await go_on(page).click();
+}
+
+describe("a person", { concurrency: true }, () => {
+  test("takes half a minute at a bit change and loads the page again in between", async () => {
+    const { page, end } = await begun(60);
+    try {
+      const { holes, start } = await preflight(page);
+      await start.click();
+      let changes = 0;
+      const done = page.getByText(/The job is done/);
+      const step = async () => {
+        assert.deepEqual(await alarms(page), [], "no alarm");
+        if (await go_on(page).isVisible().catch(() => false)) {
+          changes += 1;
+          if (changes <= rounds(1, 100)) {
+            await wait(PERSON_MS / 2);
+            await again(page);
+            await go_on(page).waitFor();
+            await wait(PERSON_MS / 2);
+            assert.deepEqual(await alarms(page), [], "no alarm after half a minute");
+          }
+          await bitIsIn(page);
+          await until(async () => !(await go_on(page).isVisible()), "the bit taken");
+        }
+        return done.isVisible();
+      };
+      await until(step, "the end of the job", 2 * PATIENCE_MS);
+      assert.ok(changes >= 2, `${changes} bit changes`);
+      const said = await done.innerText();
+      assert.match(said, new RegExp(`Holes drilled: ${holes}\\b`), "every hole");
+    } finally {
+      await end();
+    }
+  });
+
+  test("stops in a bit change, and is told that it was her or him", async () => {
+    const { page, end } = await begun(60);
+    try {
+      const { start } = await preflight(page);
+      await start.click();
+      await go_on(page).waitFor();
+      await wait(5000);
+      await page.getByRole("alertdialog").getByRole("button", { name: "STOP", exact: true }).dispatchEvent("pointerdown");
+      await page.getByText(/^Stopped\. Holes drilled/).first().waitFor();
+      await wait(3000);
+      assert.deepEqual(await alarms(page), [], "a STOP is no alarm");
+    } finally {
+      await end();
+    }
+  });
+
+  test("reads the pre-flight for half a minute, and pauses for half a minute with the page closed", async () => {
+    const { page, end } = await begun(2);
+    try {
+      const { start } = await preflight(page);
+      await wait(PERSON_MS);
+      await start.click();
+      await go_on(page).click();
+      await until(async () => Number(await data(page, "done")) > 0, "the first hole");
+      await press(page, page.getByRole("button", { name: "Pause", exact: true }));
+      const resume = page.getByRole("button", { name: "Resume", exact: true });
+      await resume.waitFor();
+      await wait(PERSON_MS / 2);
+      await again(page);
+      await wait(PERSON_MS / 2);
+      const before = Number(await data(page, "done"));
+      await press(page, resume);
+      await until(async () => Number(await data(page, "done")) > before, "more holes");
+      assert.deepEqual(await alarms(page), [], "no alarm");
+    } finally {
+      await end();
+    }
+  });
+});
