@@ -3,7 +3,7 @@
 
 use super::vectors::{limits, near, number};
 use crate::desk::{OnTime, Orders};
-use crate::programs::{Chance, random_program};
+use crate::programs::{Chance, random_program, rounds};
 use crate::reference::vectors;
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
@@ -119,7 +119,7 @@ fn keeps_the_rules(cycle: &Cycle, before: Option<&Cycle>, rules: Rules, spindles
 #[test]
 fn a_million_random_cycles_keep_the_rules_as_formulas() {
     let mut done = 0;
-    for seed in 0..20_000 {
+    for seed in 0..rounds(20_000) {
         let mut chance = Chance(seed);
         let rules = Rules { settle_s: chance.between(0.0, 0.02), latency_s: chance.between(0.0, 2e-3) };
         let count = 1 + (chance.next() % 6) as usize;
@@ -135,7 +135,7 @@ fn a_million_random_cycles_keep_the_rules_as_formulas() {
             done += 1;
         }
     }
-    assert_eq!(done, 1_000_000);
+    assert_eq!(done, rounds(1_000_000));
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn overlapped() -> Vec<Machine> {
 #[test]
 fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
     let (mut stopped, mut held) = (0, 0);
-    for seed in 0..700_u64 {
+    for seed in 0..rounds(700) {
         for machine in overlapped() {
             let mut chance = Chance(seed);
             let program = random_program(&mut chance, &machine, 3);
@@ -202,18 +202,16 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
                         Outcome::Stopped => assert!(stop),
                         other => panic!("seed {seed}: {other:?}"),
                     }
-                    stopped += u32::from(outcome == Outcome::Stopped);
-                    held += u32::from(!stop);
+                    stopped += u64::from(outcome == Outcome::Stopped);
+                    held += u64::from(!stop);
                 }
                 before = segment.end;
             }
         }
     }
-    assert!(stopped > 1_000 && held > 1_000, "{stopped} stopped, {held} held");
+    let least = rounds(1_000);
+    assert!(stopped > least && held > least, "{stopped} stopped, {held} held");
 }
-
-/// Random cycles whose streams the checker sees: as many as fit into ten seconds of a development build.
-const CHECKED_CYCLES: u32 = 200_000;
 
 /// A random machine whose plane and spindles move together, coarse enough that its steps are soon counted.
 fn coarse(chance: &mut Chance) -> Machine {
@@ -226,8 +224,8 @@ fn coarse(chance: &mut Chance) -> Machine {
 }
 
 #[test]
-fn two_hundred_thousand_random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_a_bit() {
-    let (mut cycles, mut stopped, mut early) = (0, 0, 0);
+fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_a_bit() {
+    let (wanted, mut cycles, mut stopped, mut early) = (rounds(200_000), 0, 0, 0);
     for seed in 0.. {
         let mut chance = Chance(seed);
         let machine = coarse(&mut chance);
@@ -255,17 +253,17 @@ fn two_hundred_thousand_random_cycles_pass_the_checker_and_half_of_them_are_stop
                 assert_eq!(line.position, pins.position, "every step is counted");
                 assert!(matches!(outcome, Outcome::Stopped | Outcome::Completed), "seed {seed}: {outcome:?}");
                 stopped += 1;
-                early += u32::from(line.position != segment.end);
+                early += u64::from(line.position != segment.end);
             }
-            cycles += u32::from(segment.stage == Stage::Hop);
+            cycles += u64::from(segment.stage == Stage::Hop);
             before = segment.end;
         }
-        if cycles >= CHECKED_CYCLES {
+        if cycles >= wanted {
             break;
         }
     }
     println!("{cycles} cycles checked, {stopped} of them told to stop, {early} ended early");
-    assert!(stopped > CHECKED_CYCLES * 2 / 5 && early > stopped / 2, "{stopped} stopped, {early} early");
+    assert!(stopped > wanted * 2 / 5 && early > stopped / 2, "{stopped} stopped, {early} early");
 }
 
 #[test]

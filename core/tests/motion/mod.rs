@@ -19,7 +19,7 @@ mod profiles;
 mod streams;
 mod vectors;
 
-use crate::programs::{Chance, machines, random_program};
+use crate::programs::{Chance, machines, random_program, rounds};
 
 /// Replays a segment beside its plan: before and after every step the motor is within half a step of the plan, and
 /// as much more as the plan goes in 1 µs. Takts are where they are.
@@ -70,7 +70,7 @@ fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
 #[test]
 fn replay_stays_within_half_a_step_of_the_plan_and_ends_exactly() {
     let (mut moves, mut seed) = (0, 0);
-    while moves < 100_000 {
+    while moves < rounds(100_000) {
         seed += 1;
         for machine in machines() {
             let mut chance = Chance(seed);
@@ -81,7 +81,7 @@ fn replay_stays_within_half_a_step_of_the_plan_and_ends_exactly() {
             for (index, segment) in stream.segments.iter().enumerate() {
                 replay_keeps_to_the_plan(&plan, index, segment, seed);
             }
-            moves += plan.moves.len();
+            moves += plan.moves.len() as u64;
         }
     }
 }
@@ -126,7 +126,7 @@ fn random_machine(chance: &mut Chance) -> Machine {
 
 #[test]
 fn every_machine_gets_streams_that_keep_the_plan_and_pass_the_check() {
-    for seed in 0..3_000 {
+    for seed in 0..rounds(3_000) {
         let mut chance = Chance(seed);
         let machine = random_machine(&mut chance);
         let mut program = random_program(&mut chance, &machine, 2);
@@ -172,7 +172,7 @@ fn a_move_that_takes_too_long_is_refused_with_its_length() {
 
 #[test]
 fn any_program_gives_a_timeline_or_a_remark() {
-    for seed in 0..100_000 {
+    for seed in 0..rounds(100_000) {
         let mut chance = Chance(seed);
         let machines = machines();
         let machine = &machines[seed as usize % machines.len()];

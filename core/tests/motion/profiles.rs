@@ -1,6 +1,6 @@
 //! The laws of profiles, tried on millions of random moves. Every failure prints its seed.
 
-use crate::programs::Chance;
+use crate::programs::{Chance, rounds};
 use annulus_core::motion::profile::bounds::{fifteen_phases_s, least_duration_s};
 use annulus_core::motion::profile::{
     Limits, Profile, Ramp, Shape, Stroke, choose, plan, point_of_no_return_s, residual_mm, stopping_mm,
@@ -64,7 +64,7 @@ fn keeps_its_laws(plan: &Profile, limits: Limits, seed: u64) {
 
 #[test]
 fn profiles_keep_their_limits_and_end_exactly() {
-    for seed in 0..1_000_000 {
+    for seed in 0..rounds(1_000_000) {
         let mut chance = Chance(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let length = random_length(&mut chance, limits);
@@ -74,7 +74,7 @@ fn profiles_keep_their_limits_and_end_exactly() {
 
 #[test]
 fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
-    for seed in 0..1_000_000 {
+    for seed in 0..rounds(1_000_000) {
         let mut chance = Chance(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let length = random_length(&mut chance, limits);
@@ -112,7 +112,7 @@ fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
 #[test]
 fn closed_forms_are_each_other_s_derivatives() {
     let mut tried = 0;
-    for seed in 0..200_000 {
+    for seed in 0..rounds(200_000) {
         let mut chance = Chance(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let plan = plan(shape, random_length(&mut chance, limits), limits).unwrap();
@@ -137,7 +137,7 @@ fn closed_forms_are_each_other_s_derivatives() {
         let sharp = plan.jerk_mm_per_s3.max(a / total);
         close(plan.jerk(t), slope(&|t| plan.acceleration(t)), 10.0 * room * sharp, "jerk");
     }
-    assert!(tried > 50_000, "only {tried} moments");
+    assert!(tried > rounds(50_000), "only {tried} moments");
 }
 
 /// A stroke and what it was planned from, where one is possible.
@@ -155,7 +155,7 @@ fn random_stroke(chance: &mut Chance) -> Option<(Stroke, f64, Limits)> {
 #[test]
 fn strokes_keep_their_limits_and_arrive_with_the_feed() {
     let mut two = 0;
-    for seed in 0..400_000 {
+    for seed in 0..rounds(400_000) {
         let mut chance = Chance(seed);
         let Some((stroke, height, limits)) = random_stroke(&mut chance) else { continue };
         let (total, length) = (stroke.duration_s(), stroke.length_mm());
@@ -187,13 +187,13 @@ fn strokes_keep_their_limits_and_arrive_with_the_feed() {
             assert!(stroke.position_mm(0.5 * (t + total)) > height, "seed {seed}");
         }
     }
-    assert!(two > 100_000, "only {two} strokes with two speeds");
+    assert!(two > rounds(100_000), "only {two} strokes with two speeds");
 }
 
 /// The stop is the fall from the speed to rest: planned with the same limits, nothing may be left and nothing missing.
 #[test]
 fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
-    for seed in 0..200_000 {
+    for seed in 0..rounds(200_000) {
         let mut chance = Chance(seed);
         let Limits { acceleration, jerk, .. } = random_limits(&mut chance);
         let limits = Limits { speed: 1e9, acceleration, jerk };
@@ -222,7 +222,7 @@ fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
 
 #[test]
 fn before_the_point_of_no_return_every_stop_ends_over_the_gap() {
-    for seed in 0..20_000 {
+    for seed in 0..rounds(20_000) {
         let mut chance = Chance(seed);
         let Some((stroke, height, limits)) = random_stroke(&mut chance) else { continue };
         let gap = height * chance.between(0.0, 1.0);
@@ -244,7 +244,7 @@ fn before_the_point_of_no_return_every_stop_ends_over_the_gap() {
 
 #[test]
 fn the_choice_has_the_peaks_of_the_profiles() {
-    for seed in 0..300_000 {
+    for seed in 0..rounds(300_000) {
         let mut chance = Chance(seed);
         let limits = random_limits(&mut chance);
         let length = random_length(&mut chance, limits);
@@ -377,7 +377,7 @@ fn the_table_of_swinging_is_the_reference_s() {
 /// The closed form against the integral itself, summed over every phase.
 #[test]
 fn what_is_left_swinging_is_the_transform_of_the_acceleration() {
-    for seed in 0..2_000 {
+    for seed in 0..rounds(2_000) {
         let mut chance = Chance(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let profile = plan(shape, random_length(&mut chance, limits), limits).unwrap();

@@ -5,6 +5,13 @@ use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::{Machine, Overlap, presets, virtual_drill};
 use annulus_core::units::Length;
 
+/// How many rounds a test of chance goes: a tenth of `long` on every push, all of them when asked for with
+/// `cargo xtask test --long`.
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) fn rounds(long: u64) -> u64 {
+    if std::env::var_os("ANNULUS_LONG").is_some() { long } else { long / 10 }
+}
+
 /// Small, seeded, the same everywhere (SplitMix64).
 pub(crate) struct Chance(pub(crate) u64);
 

@@ -1,6 +1,6 @@
 //! Text of a queue: what is read, printed and refused.
 
-use crate::programs::Chance;
+use crate::programs::{Chance, rounds};
 use annulus_core::job::Input;
 use annulus_core::machine::{Machine, lab, virtual_drill};
 use annulus_core::queue::{
@@ -196,7 +196,7 @@ pub(crate) fn random_row(chance: &mut Chance) -> Row {
 
 #[test]
 fn random_queues_are_printed_and_read_back_the_same() {
-    for seed in 0..3_000 {
+    for seed in 0..rounds(3_000) {
         let mut chance = Chance(seed);
         let mut text = String::new();
         let mut open = 0;
@@ -241,7 +241,7 @@ fn no_text_panics() {
         .flat_map(|word| word.spellings())
         .chain(["*", ";", "-", "9", ",", ".", " ", "\n", "孔", "\u{0}"])
         .collect();
-    for seed in 0..20_000 {
+    for seed in 0..rounds(20_000) {
         let mut chance = Chance(seed);
         let mut text = String::new();
         for _ in 0..chance.next() % 12 {
