@@ -20,6 +20,9 @@ const LATEST: i64 = 1 << 40;
 /// `step-automaton/1`.
 pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
     let list = |key: &str| root.find(key).map_or(Ok(Vec::new()), |list| list.items());
+    for (_, table) in root.find("tables").map_or(Ok(Vec::new()), |tables| tables.members())? {
+        dynamics(&table)?;
+    }
     for case in list("cases")? {
         let tally = takts(checked, &root, &case)?;
         checked.done(tally, &case)?;

@@ -6,6 +6,11 @@
 use super::loss;
 use annulus_core::remark::Remark;
 use serde_json::Value;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
+/// Members that explain a file and are for people: they may stand anywhere.
+const NOTES: [&str; 4] = ["note", "units", "oracle", "id"];
 
 /// A parsed file.
 #[derive(Debug)]
@@ -13,10 +18,14 @@ pub(super) struct Document<'a> {
     name: &'a str,
     text: &'a str,
     value: Value,
+    /// The paths that somebody asked for, whether they are there or not.
+    asked: RefCell<BTreeSet<Vec<Step>>>,
+    /// The objects whose members were gone through: their names are the file's own.
+    named: RefCell<BTreeSet<Vec<Step>>>,
 }
 
 /// One step from a value to one inside it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Step {
     Key(String),
     Index(usize),
@@ -35,7 +44,7 @@ impl<'a> Document<'a> {
     pub(super) fn parse(name: &'a str, text: &'a str) -> Result<Self, Remark> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         match serde_json::from_str(text) {
-            Ok(value) => Ok(Self { name, text, value }),
+            Ok(value) => Ok(Self { name, text, value, asked: RefCell::default(), named: RefCell::default() }),
             Err(error) => {
                 let at = |number: usize| u32::try_from(number.max(1)).unwrap_or(u32::MAX);
                 // The parser puts line and column behind its words; they go into the place instead.
@@ -51,6 +60,38 @@ impl<'a> Document<'a> {
     pub(super) fn root(&'a self) -> Node<'a> {
         Node { document: self, value: &self.value, path: Vec::new() }
     }
+
+    /// The first member that nobody asked for in any place of its kind: places that differ only in the numbers of lists,
+    /// or in names that are the file's own, are of one kind. A misspelt expected value is such a member.
+    pub(super) fn unknown(&'a self) -> Option<Node<'a>> {
+        let named = self.named.borrow();
+        let known: BTreeSet<Vec<Step>> = self.asked.borrow().iter().map(|path| kind(path, &named)).collect();
+        let mut todo = vec![self.root()];
+        while let Some(node) = todo.pop() {
+            if let Some(items) = node.value.as_array() {
+                let inside = |(at, value)| node.inside(value, Step::Index(at));
+                todo.extend(items.iter().enumerate().rev().map(inside));
+            }
+            let members = node.value.as_object().into_iter().flatten();
+            for (key, value) in members.filter(|(key, _)| !NOTES.contains(&key.as_str())) {
+                let member = node.inside(value, Step::Key(key.clone()));
+                if !named.contains(&node.path) && !known.contains(&kind(&member.path, &named)) {
+                    return Some(member);
+                }
+                todo.push(member);
+            }
+        }
+        None
+    }
+}
+
+/// A path without the numbers of lists and without names that are the file's own.
+fn kind(path: &[Step], named: &BTreeSet<Vec<Step>>) -> Vec<Step> {
+    let any = |(at, step): (usize, &Step)| match step {
+        Step::Key(key) if !named.contains(&path[..at]) => Step::Key(key.clone()),
+        _ => Step::Index(0),
+    };
+    path.iter().enumerate().map(any).collect()
 }
 
 impl<'a> Node<'a> {
@@ -62,6 +103,9 @@ impl<'a> Node<'a> {
 
     /// The member `key`, if there is one. `null` is a member.
     pub(super) fn find(&self, key: &str) -> Option<Self> {
+        let mut path = self.path.clone();
+        path.push(Step::Key(key.to_owned()));
+        self.document.asked.borrow_mut().insert(path);
         self.value.get(key).map(|value| self.inside(value, Step::Key(key.to_owned())))
     }
 
@@ -118,6 +162,7 @@ impl<'a> Node<'a> {
     /// The members of an object, in the file's order.
     pub(super) fn members(&self) -> Result<Vec<(&'a str, Self)>, Remark> {
         let members = self.value.as_object().ok_or_else(|| self.unlike("an object"))?;
+        self.document.named.borrow_mut().insert(self.path.clone());
         let inside = |(key, value): (&'a String, &'a Value)| {
             (key.as_str(), self.inside(value, Step::Key(key.clone())))
         };

@@ -101,6 +101,9 @@ pub(crate) fn check(name: &str, text: &str) -> Result<Report, Remark> {
     if checked.cases.is_empty() {
         return Err(document.root().refuse("lab.nothing_expected"));
     }
+    if let Some(member) = document.unknown() {
+        return Err(member.refuse("lab.unknown_key"));
+    }
     Ok(Report { schema, cases: checked.cases })
 }
 

@@ -115,6 +115,53 @@ fn an_altered_number_of_any_kind_is_found() {
     }
 }
 
+/// A misspelt name of any kind, in all its places, is refused where it stands: nothing is silently not compared.
+#[test]
+fn a_misspelt_key_of_any_kind_is_refused() {
+    fn keys(value: &Value, out: &mut BTreeMap<String, u32>) {
+        for (key, value) in value.as_object().into_iter().flatten() {
+            *out.entry(key.clone()).or_default() += 1;
+            keys(value, out);
+        }
+        value.as_array().into_iter().flatten().for_each(|value| keys(value, out));
+    }
+    fn renamed(value: &mut Value, from: &str, to: &str) {
+        if let Some(members) = value.as_object_mut() {
+            if let Some(value) = members.remove(from) {
+                members.insert(to.to_owned(), value);
+            }
+            members.values_mut().for_each(|value| renamed(value, from, to));
+        }
+        value.as_array_mut().into_iter().flatten().for_each(|value| renamed(value, from, to));
+    }
+    // Names that are the file's own, and what is for people.
+    let own = "note units oracle id even classic arendt arendt_early custom 500 580";
+    for (name, file) in vectors() {
+        let mut found = BTreeMap::new();
+        keys(&file, &mut found);
+        let mut missed = Vec::new();
+        let own_here = |key: &str| {
+            own.split(' ').any(|word| word == key)
+                || ["xy", "z"].iter().any(|list| file[*list].get(key).is_some())
+        };
+        for key in found.keys().filter(|key| !own_here(key)) {
+            let mut changed = file.clone();
+            renamed(&mut changed, key, &format!("{key}_"));
+            if check(&name, &changed.to_string()).is_ok() {
+                missed.push(key.clone());
+            }
+        }
+        assert!(missed.is_empty(), "{name}: misspelt without anybody seeing it: {missed:?}");
+    }
+    let text = "{\"schema\": \"power11/1\", \"cases\": [{\"L\": 8, \"Vm\": 60, \"Am\": 1e4, \"Jm\": 1e6,
+        \"alpha\": 0.5, \"case\": \"VA\",
+        \"total_tim\": 7}]}";
+    let why = check("f", text).unwrap_err();
+    assert_eq!(why.code, "lab.unknown_key");
+    assert_eq!(why.place.as_ref().map(|place| place.line), Some(3));
+    assert!(why.message("en").contains("cases[0].total_tim"), "{}", why.message("en"));
+}
+
 #[test]
 fn hostile_files_are_refused_with_a_place() {
     let one = |cases: &str| format!(r#"{{"schema": "power11/1", "cases": [{cases}]}}"#);
