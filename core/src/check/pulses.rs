@@ -23,7 +23,8 @@ const SLACK_TICKS: f64 = 21.0;
 /// Steps over which the mean speed is taken.
 const SPEED_STEPS: usize = 8;
 
-/// Ticks over which a mean speed is taken to compare it with the one before: 5 ms.
+/// Most ticks over which a mean speed is taken to compare it with the one before: 5 ms. It is also taken over as many as
+/// tell most: what is forgiven counts less the longer they are, the acceleration allowed counts more.
 const ACCELERATION_TICKS: u64 = TICK_HZ / 200;
 
 /// Room for the arithmetic itself, as a share of a limit.
@@ -57,6 +58,8 @@ pub(super) struct Walker {
     /// axis jump by √(8·A·d), d being how far the machine may give way.
     corner: f64,
     jump: f64,
+    /// Whether the segment at hand mills. Its paths begin and end anywhere, half a step beside the motor at most.
+    milled: bool,
 }
 
 impl Walker {
@@ -93,6 +96,7 @@ impl Walker {
             acceleration: acceleration * steps_per_mm / hz / hz,
             corner: libm::sqrt(8.0 * acceleration.min(MOST) * machine.motion.corner_mm) * steps_per_mm / hz,
             jump: 0.0,
+            milled: false,
         }
     }
 
@@ -104,7 +108,8 @@ impl Walker {
         (duration, end, stage): (u64, i64, Stage),
     ) -> Result<(), Remark> {
         self.low_in_segment = self.at;
-        self.jump = if stage == Stage::Mill { self.corner } else { 0.0 };
+        self.milled = stage == Stage::Mill;
+        self.jump = if self.milled { self.corner } else { 0.0 };
         let verdict = self.runs(runs, now, duration).and_then(|()| {
             if self.at == end {
                 return Ok(());
@@ -124,7 +129,7 @@ impl Walker {
         now: u64,
         duration: u64,
     ) -> Result<(), Remark> {
-        let mut pace = Pace::new(now);
+        let mut pace = Pace::new(now, self.milled);
         let mut tick = i128::from(now);
         let mut any = false;
         for run in runs {
@@ -247,25 +252,39 @@ struct Pace {
     forward: bool,
     /// Place of the motor, counted from where the segment began.
     place: i64,
-    /// The stretch before: its length in ticks, its mean speed in steps per tick.
-    stretch: f64,
+    /// Stretches of 5 ms, and those that tell most: those of milled paths from the first step to the last only.
+    long: Stretch,
+    short: Stretch,
+    milled: bool,
+    /// Whether it has made a step.
+    stepped: bool,
+}
+
+/// Stretches of the way over which mean speeds are taken, one after the other.
+struct Stretch {
+    /// The one before: its length in ticks, its mean speed in steps per tick; whether there was one.
+    length: f64,
     speed: f64,
-    /// Where this stretch began: tick and twice the place.
+    known: bool,
+    /// Where this one began: tick and twice the place.
     since: u64,
     from_twice: i64,
+    /// How many ticks long a stretch should be at the speed of the one before, so that what is forgiven, speed·slack/length
+    /// at both ends, and what the acceleration allows, acceleration·length, are the least together.
+    telling: u64,
 }
 
 impl Pace {
-    fn new(now: u64) -> Self {
+    fn new(now: u64, milled: bool) -> Self {
         Self {
             ticks: [0; SPEED_STEPS + 1],
             count: 0,
             forward: true,
             place: 0,
-            stretch: 0.0,
-            speed: 0.0,
-            since: now,
-            from_twice: 0,
+            long: Stretch::new(now),
+            short: Stretch::new(now),
+            milled,
+            stepped: false,
         }
     }
 
@@ -287,31 +306,53 @@ impl Pace {
                 return Err(refuse("check.speed").with("percent", percent));
             }
         }
-        if tick - self.since >= ACCELERATION_TICKS {
-            self.stretch(tick, before + self.place, axis)?;
+        let twice = before + self.place;
+        if tick - self.long.since >= ACCELERATION_TICKS {
+            self.long.end(tick, twice, axis)?;
         }
-        Ok(())
-    }
-
-    /// Ends a stretch at `tick`, at half the place `twice`, and compares its mean speed with that of the one before.
-    /// Mean speeds of neighbouring stretches differ by no more than the acceleration times half their joint length.
-    fn stretch(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Remark> {
-        let length = (tick - self.since) as f64;
-        let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
-        let blur = |speed: f64, length: f64| speed.abs() * SLACK_TICKS / length.max(1.0);
-        let allowed = axis.jump + 0.5 * axis.acceleration * (self.stretch + length) * (1.0 + ROUNDING);
-        let blurred = blur(speed, length) + blur(self.speed, self.stretch);
-        let change = (speed - self.speed).abs();
-        if change > allowed + blurred {
-            return Err(refuse("check.acceleration").with("percent", libm::round(100.0 * change / allowed)));
+        if self.milled && !self.stepped {
+            self.short = Stretch { since: tick, from_twice: twice, known: false, ..self.short };
+        } else if tick - self.short.since >= self.short.telling {
+            self.short.end(tick, twice, axis)?;
         }
-        (self.stretch, self.speed, self.since, self.from_twice) = (length, speed, tick, twice);
+        self.stepped = true;
         Ok(())
     }
 
     /// The end of the segment, at rest.
     fn rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Remark> {
-        self.stretch(tick, 2 * self.place, axis)?;
-        self.stretch(tick, 2 * self.place, axis)
+        self.long.rest(tick, 2 * self.place, axis)?;
+        if self.milled { Ok(()) } else { self.short.rest(tick, 2 * self.place, axis) }
+    }
+}
+
+impl Stretch {
+    fn new(now: u64) -> Self {
+        Self { length: 0.0, speed: 0.0, known: true, since: now, from_twice: 0, telling: 0 }
+    }
+
+    /// Ends one at `tick`, from which on the axis rests.
+    fn rest(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Remark> {
+        self.end(tick, twice, axis)?;
+        self.end(tick, twice, axis)
+    }
+
+    /// Ends a stretch at `tick`, at half the place `twice`, and compares its mean speed with that of the one before.
+    /// Mean speeds of neighbouring stretches differ by no more than the acceleration times half their joint length.
+    fn end(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Remark> {
+        let length = (tick - self.since) as f64;
+        let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
+        let blur = |speed: f64, length: f64| speed.abs() * SLACK_TICKS / length.max(1.0);
+        let allowed = axis.jump + 0.5 * axis.acceleration * (self.length + length) * (1.0 + ROUNDING);
+        let blurred = blur(speed, length) + blur(self.speed, self.length);
+        let change = (speed - self.speed).abs();
+        if self.known && change > allowed + blurred {
+            return Err(refuse("check.acceleration").with("percent", libm::round(100.0 * change / allowed)));
+        }
+        (self.length, self.speed, self.since, self.from_twice) = (length, speed, tick, twice);
+        let telling = libm::sqrt(2.0 * SLACK_TICKS * speed.abs() / axis.acceleration);
+        self.known = true;
+        self.telling = (telling as u64).min(ACCELERATION_TICKS);
+        Ok(())
     }
 }
