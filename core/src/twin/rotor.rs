@@ -1,10 +1,10 @@
 //! One two-phase stepping motor: its rotor follows the field of its windings while it can.
 //!
 //! ```text
-//! rate │        ______ fastest: beyond it the rotor falls behind …
-//!      │      /        … and only shakes until the takts come slowly enough to start from rest
+//! rate │        ______ a tenth above its limit it only shakes, until the takts come slowly enough to start from rest
+//!      │      /‾‾‾‾‾‾‾ a little above its limit it loses a turn of the current now and then, and runs on
 //!      │    /  jump between two takts: at most what the motor's torque gives in that time, and its elasticity
-//!      └──────────▶ time
+//!      └──────────▶ time      the faster it turns, the less torque is left
 //!
 //! field   1 ──▶ 3 ──▶ 5 ──▶ 7 ──▶ 1      eighths of a turn of the current, four full steps a turn
 //! rotor   1     3     3     3     3      it missed two: the field is straight across, then nearer from behind …
@@ -26,6 +26,10 @@ const ELASTICITY: f64 = 0.15;
 
 /// Takts a second that any stepping motor makes at once from rest.
 const PULL_IN_HZ: f64 = 300.0;
+
+/// What a motor falls behind by above its limit, in takts a takt for each part of its rate that is too much: it stalls where
+/// it would fall behind by all of them.
+const BEHIND: f64 = 10.0;
 
 /// How far above its limit a motor is really pulled out, where pulses may come some time beside their time.
 const PULL_OUT: f64 = 1.03;
@@ -113,6 +117,8 @@ pub struct Rotor {
     /// Rate it turns at, signed.
     rate_hz: f64,
     last_tick: Option<u64>,
+    /// What it is behind by above its limit, in takts.
+    behind: f64,
     /// Why it does not follow the field, if it does not.
     stalled: Option<Cause>,
     /// Why it does not point where the field does, since it last did.
@@ -151,6 +157,7 @@ impl Rotor {
             start_hz,
             rate_hz: 0.0,
             last_tick: None,
+            behind: 0.0,
             stalled: None,
             cause: None,
         }
@@ -188,8 +195,9 @@ impl Rotor {
             (Ok(()), Some(pull)) => self.turn_by(pull),
         };
         self.cause = self.cause.or(missed);
-        if push.thrown {
-            self.cause = Some(Cause::Fault);
+        let slips = self.slips();
+        if push.thrown || slips {
+            self.cause = Some(if push.thrown { Cause::Fault } else { Cause::TooFast });
             self.angle -= if push.forward { 8 } else { -8 };
         }
         let lost = self.settle();
@@ -205,15 +213,31 @@ impl Rotor {
         let time_s = since.max(1) as f64 / TICK_HZ as f64;
         let asked = if push.forward { 1.0 } else { -1.0 } / time_s;
         let jump = (asked - self.rate_hz).abs();
-        let most = self.start_hz + self.hz_per_s * time_s + ELASTICITY * asked.abs();
+        let rate = asked.abs() / self.pull_out_hz;
+        // The back voltage grows with the rate: less current, less torque.
+        let torque = (1.0 - rate * rate).max(0.0);
+        let most = self.start_hz + self.hz_per_s * torque * time_s + ELASTICITY * asked.abs();
+        let missing = BEHIND * (rate - 1.0);
+        self.behind = if missing > 0.0 { self.behind + missing } else { 0.0 };
         self.stalled = match self.stalled {
             Some(_) if asked.abs() <= self.start_hz => None,
-            None if asked.abs() > self.pull_out_hz => Some(Cause::TooFast),
+            None if missing >= 1.0 => Some(Cause::TooFast),
             None if jump > most => Some(Cause::TooSteep),
             other => other,
         };
         self.rate_hz = if self.stalled.is_none() { asked } else { 0.0 };
         self.stalled.map_or(Ok(()), Err)
+    }
+
+    /// Whether it is so far behind that the field pulls it on only from the next turn of the current.
+    fn slips(&mut self) -> bool {
+        let (length, turns) = self.cycle;
+        let turn = length as f64 / turns.max(1) as f64;
+        let slips = self.stalled.is_none() && self.behind >= turn;
+        if slips {
+            self.behind -= turn;
+        }
+        slips
     }
 
     /// Turns, or says what is in the way.
