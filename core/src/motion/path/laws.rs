@@ -8,9 +8,10 @@
 //! a helix to the height. On an arc of radius r an axis sees at most |v|·(its greatest share) of the speed, √(a² + (v²/r)²)
 //! of the acceleration and √((j + v³/r²)² + (3va/r)²) of the jerk, with the greatest v, a, j of the span, of which the
 //! plane has its share where the arc is a helix. In a corner the speed of an axis jumps:
-//! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A.
+//! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A. There alone it may be braked or pulled at the end
+//! of a run.
 
-use super::plan::{OF_CORNERS, Rules, turn};
+use super::plan::{OF_CORNERS, Rules, pull, turn};
 use super::{Curve, Path, Place, Planned, Run};
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
@@ -47,8 +48,13 @@ pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark
         }
         (speed, now, counted) = (to, now + run.duration_s(), counted + pieces.len());
     }
-    if speed > SAME || counted != path.pieces.len() {
+    let first = path.runs.first().and_then(|run| run.spans.first()).map_or(0.0, |span| span.end_pulls().0);
+    let last = path.runs.last().and_then(|run| run.spans.last()).map_or(0.0, |span| span.end_pulls().1);
+    if speed > SAME || first != 0.0 || last != 0.0 || counted != path.pieces.len() {
         return Err(remark("motion.path_broken", path.pieces.last().map_or(0, |last| last.source)));
+    }
+    if let Some(source) = path.runs.windows(2).find_map(|pair| pulled(path, pair, axes)) {
+        return Err(remark("motion.path_broken", source));
     }
     let sharp =
         path.pieces.windows(2).find_map(|pair| Some((sharp(path, pair, axes, rules)?, pair[1].source)));
@@ -82,8 +88,12 @@ fn near(a: Place, b: Place) -> bool {
 /// Whether the spans of a run follow each other and go all the way of its pieces.
 fn whole(run: &Run, pieces: &[Planned], index: usize) -> bool {
     let (mut s, mut t, mut speed) = (0.0, 0.0, None);
-    for span in &run.spans {
-        let (from, to) = ends(span);
+    for (at, span) in run.spans.iter().enumerate() {
+        let (from, to) = span.end_speeds();
+        let pulls = span.end_pulls();
+        if (at > 0 && pulls.0 != 0.0) || (at + 1 < run.spans.len() && pulls.1 != 0.0) {
+            return false;
+        }
         let smooth = speed.is_none_or(|speed: f64| (from - speed).abs() <= ROUNDING * (from + speed) + SAME);
         if !smooth || span.start_mm != s || span.start_s != t {
             return false;
@@ -100,15 +110,20 @@ fn whole(run: &Run, pieces: &[Planned], index: usize) -> bool {
     (s - length).abs() <= SAME + SAME * s
 }
 
-/// Speeds at the ends of a span.
-fn ends(span: &Span) -> (f64, f64) {
-    let (low, high) = (span.low_mm_per_s, span.low_mm_per_s + span.ramp.rise_mm_per_s);
-    if span.falls { (high, low) } else { (low, high) }
+/// The piece before which the path is braked or pulled harder than the corner allows, if it is: not at all where it goes
+/// straight on.
+fn pulled(path: &Path, pair: &[Run], axes: &[Limits; 3]) -> Option<u32> {
+    let [before, after] = pair else { return None };
+    let (last, first) = (path.pieces_of(before).last()?, path.pieces_of(after).first()?);
+    let braked = -before.spans.last().map_or(0.0, |span| span.end_pulls().1);
+    let driven = after.spans.first().map_or(0.0, |span| span.end_pulls().0);
+    let most = pull(&last.curve, &first.curve, axes) * (1.0 + ROUNDING) + SAME;
+    ([braked, driven].iter().any(|pull| !(0.0..=most).contains(pull))).then_some(first.source)
 }
 
 fn end_speeds(run: &Run) -> (f64, f64) {
-    let first = run.spans.first().map_or(0.0, |span| ends(span).0);
-    (first, run.spans.last().map_or(0.0, |span| ends(span).1))
+    let first = run.spans.first().map_or(0.0, |span| span.end_speeds().0);
+    (first, run.spans.last().map_or(0.0, |span| span.end_speeds().1))
 }
 
 /// The axis that is turned too fast between two pieces, if one is.

@@ -20,6 +20,12 @@
 //! no axis of acceleration A ever changes its speed in a corner by more than √(8·A·d). Many small corners are a curve:
 //! in each of them no axis changes its speed by more than 0.6 of its acceleration does in the time of the shorter side.
 //!
+//! Runs end without acceleration, but for corners. There the axes change places anyway, and so they may keep some of their
+//! pull: one that is braked into a corner and speeds up again behind it may do both with up to P = min(1, |Δ|)·A/|t₁ + t₂|
+//! (t₁, t₂ the directions, Δ what they differ by; the least of all axes, and no more than the runs allow), so that no axis
+//! gets another acceleration at once by more than A. Where the path turns back P is all that the runs allow, and no axis
+//! feels anything: it goes on being pulled the same way.
+//!
 //! What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
 //! (`motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
 
@@ -165,27 +171,51 @@ pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rul
     let pieces: Vec<Limited> = curves.iter().map(limited).collect();
     let corners = corners(&pieces, &axes, rules);
     let groups = groups(&pieces, &corners);
-    let ends = groups.iter().map(|group| group.first + group.count);
-    let mut speeds: Vec<f64> = std::iter::once(0).chain(ends).map(|end| corners[end]).collect();
+    let ends: Vec<usize> =
+        std::iter::once(0).chain(groups.iter().map(|group| group.first + group.count)).collect();
+    let mut speeds: Vec<f64> = ends.iter().map(|end| corners[*end]).collect();
+    let pulls: Vec<f64> = ends.iter().map(|end| pull_at(&pieces, *end, &axes)).collect();
     for (index, group) in groups.iter().enumerate() {
         speeds[index] = speeds[index].min(group.limits.speed);
         speeds[index + 1] = speeds[index + 1].min(group.limits.speed);
     }
     for (index, group) in groups.iter().enumerate().rev() {
-        speeds[index] = speeds[index].min(reached(speeds[index + 1], &group.limits, group.length_mm));
+        let from = (speeds[index + 1], pulls[index + 1]);
+        speeds[index] = speeds[index].min(reached_pulled(from, &group.limits, group.length_mm));
     }
     for (index, group) in groups.iter().enumerate() {
-        speeds[index + 1] = speeds[index + 1].min(reached(speeds[index], &group.limits, group.length_mm));
+        let from = (speeds[index], pulls[index]);
+        speeds[index + 1] = speeds[index + 1].min(reached_pulled(from, &group.limits, group.length_mm));
     }
-    assemble(start, &pieces, &groups, &speeds)
+    let ends: Vec<(f64, f64)> = speeds.into_iter().zip(pulls).collect();
+    assemble(start, &pieces, &groups, &ends)
 }
 
-/// The path of pieces in groups with the given speeds at the ends of the groups.
-fn assemble(start: Place, pieces: &[Limited], groups: &[Group], speeds: &[f64]) -> Path {
+/// P at the corner before piece number `index`; nothing at the ends of the path.
+fn pull_at(pieces: &[Limited], index: usize, axes: &[Limits; 3]) -> f64 {
+    match (index.checked_sub(1).and_then(|before| pieces.get(before)), pieces.get(index)) {
+        (Some(before), Some(after)) => pull(&before.curve, &after.curve, axes),
+        _ => 0.0,
+    }
+}
+
+/// P: how hard a path may be braked into the corner between two curves, and pulled out of it.
+pub(super) fn pull(before: &Curve, after: &Curve, axes: &[Limits; 3]) -> f64 {
+    let change = turn(before, after);
+    let size = libm::sqrt(change.iter().map(|part| part * part).sum()).min(1.0);
+    let (from, to) = (before.tangent(before.length_mm()), after.tangent(0.0));
+    let of_axis = |(axis, own): (usize, &Limits)| {
+        size * own.acceleration / (from[axis] + to[axis]).abs().max(f64::MIN_POSITIVE)
+    };
+    if size == 0.0 { 0.0 } else { axes.iter().enumerate().map(of_axis).fold(f64::INFINITY, f64::min) }
+}
+
+/// The path of pieces in groups with the given speeds and pulls at the ends of the groups.
+fn assemble(start: Place, pieces: &[Limited], groups: &[Group], ends: &[(f64, f64)]) -> Path {
     let mut path =
         Path { start, pieces: Vec::with_capacity(pieces.len()), runs: Vec::with_capacity(groups.len()) };
     let (mut start_s, mut start_mm) = (0.0, 0.0);
-    for (index, (group, ends)) in groups.iter().zip(speeds.windows(2)).enumerate() {
+    for (index, (group, ends)) in groups.iter().zip(ends.windows(2)).enumerate() {
         let mut in_run_mm = 0.0;
         for piece in pieces.iter().skip(group.first).take(group.count) {
             let (source, curve) = (piece.source, piece.curve);
@@ -354,6 +384,24 @@ fn reached(speed: f64, limits: &Limits, length: f64) -> f64 {
     (speed + rise * (1.0 - 1e-12)).min(most)
 }
 
+/// The same where it begins with the acceleration `pull` already, as far as it may rise: halved in.
+fn reached_pulled((speed, pull): (f64, f64), limits: &Limits, length: f64) -> f64 {
+    let mut low = reached(speed, limits, length);
+    if pull <= 0.0 || low >= limits.speed {
+        return low;
+    }
+    let fits = |top: f64| Span::pulled(speed, top, pull, *limits).length_mm <= length;
+    if fits(limits.speed) {
+        return limits.speed;
+    }
+    let mut high = limits.speed;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if fits(middle) { low = middle } else { high = middle }
+    }
+    (speed + (low - speed) * (1.0 - 1e-12)).min(limits.speed)
+}
+
 /// Δ from x³ + 2·speed·x = y for x = √Δ. The left side rises and bends up, so Newton's steps fall onto the root from
 /// where one of its two parts alone would do.
 fn rise_by_jerk(speed: f64, y: f64) -> f64 {
@@ -372,10 +420,11 @@ fn rise_by_jerk(speed: f64, y: f64) -> f64 {
 }
 
 /// Rise, steady run and fall of a group between the speeds of its ends; those of no length are left out.
-fn spans(from: f64, to: f64, group: &Group) -> Vec<Span> {
+fn spans((from, pull_from): (f64, f64), (to, pull_to): (f64, f64), group: &Group) -> Vec<Span> {
     let (limits, length) = (group.limits, group.length_mm);
-    let change = |from, to| Span::change(Shape::SCurve, from, to, limits);
-    let needed = |top| change(from, top).length_mm + change(top, to).length_mm;
+    let rise = |top| Span::pulled(from, top, pull_from, limits);
+    let fall = |top| Span::pulled(top, to, pull_to, limits);
+    let needed = |top| rise(top).length_mm + fall(top).length_mm;
     let mut top = limits.speed.max(from).max(to);
     if needed(top) > length {
         let mut high = top;
@@ -389,7 +438,7 @@ fn spans(from: f64, to: f64, group: &Group) -> Vec<Span> {
             }
         }
     }
-    let (rise, fall) = (change(from, top), change(top, to));
+    let (rise, fall) = (rise(top), fall(top));
     let steady_mm = length - rise.length_mm - fall.length_mm;
     let steady = if steady_mm > 0.0 { Span::steady(top, steady_mm) } else { Span::default() };
     let mut spans: Vec<Span> = Vec::with_capacity(3);

@@ -8,11 +8,18 @@
 //!   +------------> t
 //! ```
 //!
+//! A rise may begin with an acceleration that is there already, as behind a corner: it is the rest of a rise that began
+//! earlier and slower (its base may even be below nothing), of which the first seconds are left out.
+//!
 //! Comes in: speeds in mm/s, limits. Goes out: way, speed, acceleration and jerk at any second of the stretch, and the
 //! second at any way. Does not know what lies before and behind it.
 
 use super::{Limits, Ramp, Shape};
 use serde::{Deserialize, Serialize};
+
+/// Most of Newton's steps and halvings, and the share of a time that does not matter any more.
+const MOST_STEPS: u32 = 60;
+const NEAR: f64 = 1e-15;
 
 /// A rise, a fall or a steady run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -25,10 +32,14 @@ pub struct Span {
     pub duration_s: f64,
     /// How far it goes, mm.
     pub length_mm: f64,
-    /// The lower of its two end speeds, mm/s.
+    /// The speed at which its rise begins, mm/s: the lower of its two end speeds where nothing of the rise is left out.
     pub low_mm_per_s: f64,
-    /// From the lower to the higher speed; no rise in a steady run.
+    /// From there to the higher speed; no rise in a steady run.
     pub ramp: Ramp,
+    /// Seconds at the beginning of the rise that are left out, and the way in them; their end has an acceleration.
+    pub skip_s: f64,
+    /// That way, mm.
+    pub skip_mm: f64,
     /// Whether the speed falls.
     pub falls: bool,
 }
@@ -46,6 +57,42 @@ impl Span {
             falls: to < from,
             ..Self::default()
         }
+    }
+
+    /// From one speed to another by a law of constant jerk, where the lower end may have the acceleration `pull` towards the
+    /// higher one already.
+    pub(in crate::motion) fn pulled(from: f64, to: f64, pull: f64, limits: Limits) -> Self {
+        let (low, rise) = (from.min(to), (to - from).abs());
+        let pull = pull.min(limits.acceleration).min(libm::sqrt(2.0 * limits.jerk * rise));
+        if pull <= 0.0 {
+            return Self::change(Shape::SCurve, from, to, limits);
+        }
+        let before = 0.5 * pull * pull / limits.jerk;
+        let ramp = Ramp::within(Shape::SCurve, rise + before, limits);
+        let (low_mm_per_s, skip_s) = (low - before, (pull / limits.jerk).min(ramp.jerk_time_s));
+        let skip_mm = low_mm_per_s * skip_s + ramp.position_mm(skip_s);
+        Self {
+            duration_s: ramp.duration_s() - skip_s,
+            length_mm: ramp.length_mm(low_mm_per_s) - skip_mm,
+            low_mm_per_s,
+            ramp,
+            skip_s,
+            skip_mm,
+            falls: to < from,
+            ..Self::default()
+        }
+    }
+
+    /// Speeds at its beginning and its end.
+    pub(in crate::motion) fn end_speeds(&self) -> (f64, f64) {
+        let (low, high) = (self.speed_at_rise(0.0), self.low_mm_per_s + self.ramp.rise_mm_per_s);
+        if self.falls { (high, low) } else { (low, high) }
+    }
+
+    /// How hard it is pulled at its beginning and at its end, with the sign of the acceleration.
+    pub(in crate::motion) fn end_pulls(&self) -> (f64, f64) {
+        let pull = self.ramp.jerk_mm_per_s3 * self.skip_s;
+        if self.falls { (0.0, -pull) } else { (pull, 0.0) }
     }
 
     /// `length_mm` at a steady speed greater than 0.
@@ -78,13 +125,27 @@ impl Span {
     /// Place at second `t`, mm.
     pub fn position_mm(&self, t: f64) -> f64 {
         let x = self.rise_s(t);
-        let way = self.low_mm_per_s * x + self.ramp_position_mm(x);
+        let way = self.way_mm(x);
         if self.falls { self.end_mm() - way } else { self.start_mm + way }
     }
 
     /// Speed at second `t`, mm/s.
     pub fn speed(&self, t: f64) -> f64 {
-        self.low_mm_per_s + if self.is_steady() { 0.0 } else { self.ramp.speed(self.rise_s(t)) }
+        self.speed_at_rise(self.rise_s(t))
+    }
+
+    /// Speed `x` seconds after the beginning of what is driven of the rise.
+    fn speed_at_rise(&self, x: f64) -> f64 {
+        self.low_mm_per_s + if self.is_steady() { 0.0 } else { self.ramp.speed(self.skip_s + x) }
+    }
+
+    /// Way of the first `x` seconds of what is driven of the rise.
+    fn way_mm(&self, x: f64) -> f64 {
+        if self.is_steady() {
+            return self.low_mm_per_s * x;
+        }
+        let since = self.skip_s + x;
+        self.low_mm_per_s * since + self.ramp.position_mm(since) - self.skip_mm
     }
 
     /// Acceleration at second `t`, mm/s²; negative where the speed falls.
@@ -92,13 +153,13 @@ impl Span {
         if self.is_steady() {
             return 0.0;
         }
-        let rising = self.ramp.acceleration(self.rise_s(t));
+        let rising = self.ramp.acceleration(self.skip_s + self.rise_s(t));
         if self.falls { -rising } else { rising }
     }
 
     /// Jerk at second `t`, mm/s³.
     pub fn jerk(&self, t: f64) -> f64 {
-        if self.is_steady() { 0.0 } else { self.ramp.jerk(self.rise_s(t)) }
+        if self.is_steady() { 0.0 } else { self.ramp.jerk(self.skip_s + self.rise_s(t)) }
     }
 
     /// The second at which the place `s_mm` of this stretch is reached.
@@ -110,6 +171,8 @@ impl Span {
         let way = way.clamp(0.0, self.length_mm);
         let x = if self.is_steady() {
             way / self.low_mm_per_s
+        } else if self.skip_s > 0.0 {
+            self.pulled_time(way)
         } else {
             self.ramp.time_at(self.low_mm_per_s, way)
         };
@@ -120,7 +183,30 @@ impl Span {
         self.ramp.rise_mm_per_s == 0.0
     }
 
-    fn ramp_position_mm(&self, x: f64) -> f64 {
-        if self.is_steady() { 0.0 } else { self.ramp.position_mm(x) }
+    /// The second of what is driven of the rise at which `way` is done: Newton's steps, halved where they leave the bounds
+    /// between which the root is known to lie. They start where the first edge alone would do.
+    fn pulled_time(&self, way: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.duration_s);
+        let speed = self.speed_at_rise(0.0);
+        let (jerk, pull) = (self.ramp.jerk_mm_per_s3, self.ramp.jerk_mm_per_s3 * self.skip_s);
+        let mut x = libm::cbrt(6.0 * way / jerk).min(libm::sqrt(2.0 * way / pull)).min(high);
+        if speed > 0.0 {
+            x = x.min(way / speed);
+        }
+        for _ in 0..MOST_STEPS {
+            let off = self.way_mm(x) - way;
+            if off < 0.0 {
+                low = x
+            } else {
+                high = x
+            }
+            let next = x - off / self.speed_at_rise(x);
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            if (next - x).abs() <= NEAR * high {
+                return next;
+            }
+            x = next;
+        }
+        x
     }
 }
