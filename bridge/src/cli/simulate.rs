@@ -44,7 +44,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         "holes_per_min_sequential": rounded(numbers.holes_per_min_sequential),
         "time_per_hole_s": { "median": rounded(numbers.median_hole_s), "max": rounded(numbers.longest_hole_s) },
         "steps": { "x": numbers.steps[0], "y": numbers.steps[1], "z": numbers.steps[2] },
-        "stream_bytes": steps::encoded_len(&stream),
+        "stream_bytes": steps::compact(&stream).len(),
         "stream_digest": digest,
         "holes": numbers.holes,
         "ways": numbers.ways,

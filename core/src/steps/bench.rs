@@ -15,7 +15,7 @@ pub struct Yield {
     pub steps: u64,
     /// Runs.
     pub runs: u64,
-    /// Bytes of the canonical encoding.
+    /// Bytes of the stream as it would be sent.
     pub bytes: u64,
     /// Furthest any step is from its planned time, in µs.
     pub worst_us: f64,
@@ -37,7 +37,7 @@ fn busiest(segment: &Segment) -> f64 {
 
 /// Counts steps and runs of `stream` and measures it against its plan.
 pub fn measure(plan: &Timeline, stream: &StepStream) -> Yield {
-    let mut sum = Yield { bytes: super::encoded_len(stream), ..Yield::default() };
+    let mut sum = Yield { bytes: super::compact(stream).len() as u64, ..Yield::default() };
     for (planned, segment) in plan.moves.iter().zip(&stream.segments) {
         sum.runs += segment.runs.len() as u64;
         sum.busiest_bytes_per_s = sum.busiest_bytes_per_s.max(busiest(segment));

@@ -14,7 +14,7 @@
 //!
 //! Comes in: times of the steps of one axis in one segment, in ticks. Goes out: runs. Knows no profiles.
 
-use super::stream::{PARTS, Run};
+use super::stream::{PARTS, Run, fineness, to_fineness};
 
 /// Greatest distance of a run from the time of a step, in ticks: 1 µs, less half a tick for the whole tick that the step
 /// comes in, and a little for rounding.
@@ -125,7 +125,8 @@ fn even(mut next: u64, last: u64, time_of: &impl Fn(u64) -> f64, pen: &mut Pen<'
         let count = (last - next + 1).min(LONGEST_EVEN);
         let (begin, end) = (time_of(next), time_of(next + count - 1));
         let base = pen.last_tick as f64;
-        let each = libm::round((end - base) / count as f64 * PARTS as f64);
+        let (interval_bits, _) = fineness(count as u32);
+        let each = to_fineness((end - base) / count as f64 * PARTS as f64, interval_bits);
         let interval = each.max(pen.least());
         let off = |steps: f64, time: f64| (base + steps * interval / PARTS as f64 - time).abs();
         // Both lie on lines: what lies between is no further off.
@@ -202,12 +203,14 @@ fn parabola(times: &[f64], base: f64, least: f64) -> (Found, f64) {
     let (parts, count, middle) = (PARTS as f64, times.len(), times.len() / 2);
     let (steps, half) = (count as f64, middle as f64);
     let (end, mid) = ((times[count - 1] - base) * parts, (times[middle - 1] - base) * parts);
-    let mut change = libm::round(2.0 * (end / steps - mid / half) / (steps - half));
-    let mut interval = libm::round(end / steps - 0.5 * change * (steps - 1.0));
+    let (interval_bits, change_bits) = fineness(count as u32);
+    let mut change = to_fineness(2.0 * (end / steps - mid / half) / (steps - half), change_bits);
+    let mut interval = to_fineness(end / steps - 0.5 * change * (steps - 1.0), interval_bits);
     let last = interval + change * (steps - 1.0);
     if interval < least || last < least {
         interval = interval.max(least);
-        change = libm::trunc((last.max(least) - interval) / (steps - 1.0));
+        let each = f64::from(1_u32 << change_bits);
+        change = libm::trunc((last.max(least) - interval) / (steps - 1.0) / each) * each;
     }
     let found = Found { interval, change, count: count as u32 };
     let sayable = interval < parts * f64::from(u32::MAX) && change.abs() < f64::from(i32::MAX);

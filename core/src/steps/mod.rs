@@ -3,12 +3,14 @@
 //! ```text
 //! Timeline ─ stream ─▶ StepStream ─┬─ replay ─▶ pulse, pulse, pulse …   (pins, sim)
 //!      fit: times → runs           ├─ digest ─▶ SHA-256                 (page = bridge?)
+//!                                  ├─ compact ─▶ bytes                   (as sent)
 //!                                  └─ check
 //! ```
 //!
 //! Comes in: a timeline. Goes out: a [`StepStream`]. Does not know why a move is made.
 
 pub mod bench;
+pub mod compact;
 pub mod digest;
 mod fit;
 mod make;
@@ -18,6 +20,7 @@ pub mod stream;
 pub use crate::job::{Effect, Stage};
 pub use crate::machine::{AXES, Steps};
 pub use crate::motion::automaton;
+pub use compact::{compact, expand};
 pub use digest::{digest, encoded_len, trace};
 pub use make::{segment, stream, stream_of};
 pub use replay::{Pulse, Replay, replay, replay_stream};

@@ -1,6 +1,6 @@
 //! The laws of paths of lines and arcs, tried on many random ones. Every failure prints its seed.
 
-use crate::programs::Chance;
+use crate::programs::{Chance, rounds};
 use annulus_core::motion::path::{
     Chain, Path, Piece, Place, Rules, To, laws, pace_change_per_s, plan, sweeps,
 };
@@ -131,15 +131,15 @@ fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules,
 #[test]
 fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
     let mut pieces = 0;
-    for seed in 0..60_000 {
+    for seed in 0..rounds(60_000) {
         let mut chance = Chance(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
         let rules = Rules { share: chance.between(0.3, 1.0), deviation_mm: chance.scale(1e-4, 1.0) };
         let path = plan(&chain, &axes, &rules).unwrap_or_else(|remark| panic!("seed {seed}: {remark:?}"));
         keeps_its_laws(&path, &chain, &axes, &rules, seed);
-        pieces += path.pieces.len();
+        pieces += path.pieces.len() as u64;
     }
-    assert!(pieces > 200_000, "only {pieces} pieces");
+    assert!(pieces > rounds(200_000), "only {pieces} pieces");
 }
 
 /// Speeds of the axes are the slopes of their places, accelerations those of the speeds, wherever both sides of a moment
@@ -147,7 +147,7 @@ fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
 #[test]
 fn places_speeds_and_accelerations_of_a_path_belong_together() {
     let mut tried = 0;
-    for seed in 0..20_000 {
+    for seed in 0..rounds(20_000) {
         let mut chance = Chance(seed);
         let (chain, axes) = (random_chain(&mut chance, 6), random_axes(&mut chance));
         let path = plan(&chain, &axes, &RULES).unwrap();
@@ -178,13 +178,13 @@ fn places_speeds_and_accelerations_of_a_path_belong_together() {
             assert!((a - slope).abs() <= room, "seed {seed}: axis {axis} pulls {a}, its slope {slope}");
         }
     }
-    assert!(tried > 10_000, "only {tried} moments");
+    assert!(tried > rounds(10_000), "only {tried} moments");
 }
 
 #[test]
 fn steps_of_a_path_are_made_half_way_and_end_where_it_ends() {
     let mut steps = 0;
-    for seed in 0..6_000 {
+    for seed in 0..rounds(6_000) {
         let mut chance = Chance(seed);
         let (chain, axes) = (random_chain(&mut chance, 8), random_axes(&mut chance));
         let path = plan(&chain, &axes, &RULES).unwrap();
@@ -218,7 +218,7 @@ fn steps_of_a_path_are_made_half_way_and_end_where_it_ends() {
             assert!(off.abs() <= 0.5 + 1e-6, "seed {seed}: axis {axis} ends {off} steps off");
         }
     }
-    assert!(steps > 1_000_000, "only {steps} steps");
+    assert!(steps > rounds(1_000_000), "only {steps} steps");
 }
 
 fn line(x: f64, y: f64) -> Piece {
@@ -284,7 +284,10 @@ fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
     assert!((fastest - libm::sqrt(0.64 * 1000.0 * 3.0)).abs() < 1e-9, "{fastest}");
     let there_and_back = planned(vec![line(5.0, 0.0), line(0.0, 0.0)], &axes);
     let one_way = planned(vec![line(5.0, 0.0)], &axes);
-    assert!((there_and_back.duration_s() - 2.0 * one_way.duration_s()).abs() < 1e-9);
+    // Where it turns back it stops, and is pulled the same way all the time: it never loses the 20 ms in which the acceleration
+    // would go and the 20 ms in which it would come.
+    let (both_s, each_s) = (there_and_back.duration_s(), one_way.duration_s());
+    assert!(both_s < 2.0 * each_s - 0.015 && both_s > 2.0 * each_s - 0.04, "{both_s} of twice {each_s}");
     let nothing = planned(vec![line(0.0, 0.0), line(0.0, 0.0)], &axes);
     assert!(
         nothing.duration_s() == 0.0
@@ -400,7 +403,7 @@ fn a_path_that_was_tampered_with_breaks_the_laws() {
 fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
     let window_s = 5e-3;
     let (mut worst, mut alike, mut runs) = (0.0_f64, 0, 0);
-    for seed in 0..3_000 {
+    for seed in 0..rounds(3_000) {
         let mut chance = Chance(seed);
         let short = chance.next().is_multiple_of(2);
         let chain = if short { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
@@ -433,7 +436,7 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
 /// A hold brings the pace from 1 to 0, an override to anything between: with what the plan has left for it.
 #[test]
 fn the_reserve_is_enough_for_every_change_of_pace() {
-    for seed in 0..10_000 {
+    for seed in 0..rounds(10_000) {
         let mut chance = Chance(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
         let rules = Rules { share: chance.between(0.3, 0.95), ..RULES };
@@ -453,4 +456,105 @@ fn the_reserve_is_enough_for_every_change_of_pace() {
             }
         }
     }
+}
+
+/// Place, speed, acceleration and jerk of an axis by nothing but its places at t, t + h, t + 2h, t + 3h.
+fn differentiated(path: &Path, axis: usize, t: f64, h: f64) -> [f64; 3] {
+    let [a, b, c, d] = [0.0, 1.0, 2.0, 3.0].map(|times| path.at(t + times * h)[axis]);
+    [(d - a) / (3.0 * h), (d - c - b + a) / (2.0 * h * h), (d - 3.0 * c + 3.0 * b - a) / (h * h * h)]
+}
+
+/// The moments at which pieces and spans of a path meet: between them everything goes evenly on.
+fn joints(path: &Path) -> Vec<f64> {
+    let pieces = (0..path.pieces.len()).map(|piece| path.start_of_piece_s(piece));
+    let spans = path.runs.iter().flat_map(|run| run.spans.iter().map(|span| run.start_s + span.end_s()));
+    let edges = path.runs.iter().flat_map(|run| {
+        run.spans.iter().flat_map(|span| {
+            let ramp = &span.ramp;
+            let rise = [ramp.jerk_time_s, ramp.jerk_time_s + ramp.hold_s].map(|at| at - span.skip_s);
+            rise.map(|at| run.start_s + span.start_s + if span.falls { span.duration_s - at } else { at })
+        })
+    });
+    let mut all: Vec<f64> = pieces.chain(spans).chain(edges).filter(|at| *at > 0.0).collect();
+    all.push(0.0);
+    all.push(path.duration_s());
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+/// A differentiator that knows only places: between the moments where pieces or spans meet every axis keeps its speed,
+/// acceleration and jerk; over every such moment its speed jumps by what a corner allows at most, and its acceleration by no
+/// more than it may have. Lines are kept to a nanometre, and the end is exact.
+#[test]
+fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept() {
+    let (mut even, mut over, mut pulled) = (0, 0, 0);
+    for seed in 0..rounds(4_000) {
+        let mut chance = Chance(seed);
+        let lines = chance.next().is_multiple_of(2);
+        let chain = if lines { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
+        let axes = random_axes(&mut chance);
+        let path = plan(&chain, &axes, &RULES).unwrap();
+        assert_eq!(path.at(path.duration_s() + 1.0), path.end(), "seed {seed}");
+        let joints = joints(&path);
+        for pair in joints.windows(2).filter(|pair| pair[1] - pair[0] > 1e-4) {
+            let h = (0.25 * (pair[1] - pair[0])).min(2e-3);
+            let t = pair[0] + chance.unit() * (pair[1] - pair[0] - 3.0 * h);
+            for axis in 0..3 {
+                let [v, a, j] = differentiated(&path, axis, t, h).map(f64::abs);
+                let own = axes[axis];
+                // Places are exact to about 1e-14 mm.
+                let noise = 1e-13 / h;
+                let most = RULES.share * own.acceleration;
+                assert!(v <= own.speed * (1.0 + 1e-9) + noise, "seed {seed}: axis {axis} goes {v} at {t}");
+                assert!(a <= most * (1.0 + 1e-9) + noise / h, "seed {seed}: axis {axis} pulls {a} at {t}");
+                assert!(
+                    j <= own.jerk * (1.0 + 1e-6) + noise / h / h,
+                    "seed {seed}: axis {axis} jerks {j} at {t}"
+                );
+            }
+            even += 1;
+            if lines {
+                let at = path.at(t);
+                let near = |to: &[Place]| {
+                    let way: Place = core::array::from_fn(|axis| to[1][axis] - to[0][axis]);
+                    let off: Place = core::array::from_fn(|axis| at[axis] - to[0][axis]);
+                    let squared: f64 = way.iter().map(|part| part * part).sum();
+                    let share = way.iter().zip(off).map(|(way, off)| way * off).sum::<f64>() / squared;
+                    let rest = |axis: usize| off[axis] - share.clamp(0.0, 1.0) * way[axis];
+                    libm::sqrt((0..3).map(|axis| rest(axis) * rest(axis)).sum())
+                };
+                let mut places = vec![chain.start];
+                places.extend(chain.pieces.iter().map(end_of));
+                let off = places
+                    .windows(2)
+                    .filter(|pair| pair[0] != pair[1])
+                    .map(near)
+                    .fold(f64::INFINITY, f64::min);
+                assert!(off <= 1e-6, "seed {seed}: {off} mm beside the path at {t}");
+            }
+        }
+        for trio in joints.windows(3).filter(|trio| trio[1] - trio[0] > 4e-4 && trio[2] - trio[1] > 4e-4) {
+            let h = 1e-4;
+            for axis in 0..3 {
+                let [_, before, _] = differentiated(&path, axis, trio[1] - 3.0 * h, h);
+                let [_, after, _] = differentiated(&path, axis, trio[1], h);
+                let own = axes[axis];
+                let pull = RULES.share * own.acceleration;
+                let room = 3.0 * own.jerk * h + 1e-13 / h / h;
+                // From line to line an axis gets another acceleration by no more than it may have; an arc pulls besides.
+                let most = if lines { pull } else { 2.0 * pull };
+                assert!((after - before).abs() <= most + room, "seed {seed}: axis {axis} at {}", trio[1]);
+                let tiny = 1e-6;
+                let speed = |t: f64| (path.at(t + tiny)[axis] - path.at(t)[axis]) / tiny;
+                let jump = (speed(trio[1]) - speed(trio[1] - tiny)).abs();
+                let corner = libm::sqrt(8.0 * pull * RULES.deviation_mm);
+                let most = corner * (1.0 + 1e-6) + 2.0 * pull * tiny + 1e-13 / tiny;
+                assert!(jump <= most, "seed {seed}: axis {axis} jumps by {jump} of {most} at {}", trio[1]);
+                over += 1;
+                pulled += u64::from(jump > 1e-3 * corner && after.abs() > 0.1 * pull);
+            }
+        }
+    }
+    println!("{even} even stretches, {over} joints of an axis, pulled over a corner {pulled} times");
+    assert!(even > rounds(20_000) && pulled > rounds(1_000), "{even} stretches, {pulled} pulled");
 }
