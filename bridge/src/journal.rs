@@ -8,7 +8,7 @@
 //! So at any moment at most one stroke is made and not yet on the disk: that one is made twice, none is left out.
 //!
 //! Comes in: records. Goes out: the interrupted job, if there is one. A journal that is damaged is moved aside, never
-//! overwritten. Does not know what a leg is.
+//! overwritten, and the new one remembers that until somebody has read it. Does not know what a leg is.
 
 use annulus_core::machine::Steps;
 use annulus_core::remark::{Remark, Weight};
@@ -84,6 +84,17 @@ pub(crate) struct Contents {
     pub(crate) job: Option<(JobRecord, Progress)>,
     /// Work zero in force.
     pub(crate) zero: Option<WorkZero>,
+    /// A journal before this one was damaged, and nobody has read that yet.
+    pub(crate) damage: Option<Damage>,
+}
+
+/// A journal that was damaged.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Damage {
+    /// Where it was moved to.
+    pub(crate) file: String,
+    /// The last job that could still be read in it.
+    pub(crate) job: Option<String>,
 }
 
 /// An open journal.
@@ -102,19 +113,61 @@ pub(crate) enum Trouble {
     Disk(String),
 }
 
-/// The journal at `path`, what it holds, and where a damaged one was moved to.
-pub(crate) fn open(path: &Path) -> Result<(Journal, Contents, Option<PathBuf>), Remark> {
+/// The journal at `path` and what it holds. A damaged one is moved aside.
+pub(crate) fn open(path: &Path) -> Result<(Journal, Contents), Remark> {
+    if !path.exists() {
+        create(path)?;
+    }
     match try_open(path) {
-        Ok((journal, contents)) => Ok((journal, contents, None)),
+        Ok(found) => Ok(found),
         Err(Trouble::Damaged(_)) => {
             let aside = free_name(path);
+            let damage = Damage { file: aside.display().to_string(), job: salvaged(path) };
             fs::rename(path, &aside)
                 .map_err(|error| cannot("journal.cannot_open", path, &error.to_string()))?;
-            let (journal, contents) = try_open(path).map_err(|trouble| refusal(path, trouble))?;
-            Ok((journal, contents, Some(aside)))
+            begin_anew(path, damage).inspect_err(|_| {
+                // Without a journal that remembers it, the damage must be found again.
+                let _ = fs::rename(&aside, path);
+            })
         }
         Err(trouble) => Err(refusal(path, trouble)),
     }
+}
+
+/// A journal without anything in it, there whole or not at all: half a one would be taken for a damaged one.
+fn create(path: &Path) -> Result<(), Remark> {
+    let beside = path.with_extension("new");
+    let cannot = |error: &dyn std::fmt::Display| cannot("journal.cannot_open", path, &error.to_string());
+    match fs::remove_file(&beside) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(cannot(&error)),
+        _ => {}
+    }
+    let journal = Journal { database: Database::create(&beside).map_err(|error| cannot(&error))? };
+    journal.write(&[], None, false).map_err(|error| cannot(&error))?;
+    drop(journal);
+    fs::rename(&beside, path).map_err(|error| cannot(&error))
+}
+
+/// A new journal at `path` that remembers what happened to the one before.
+fn begin_anew(path: &Path, damage: Damage) -> Result<(Journal, Contents), Remark> {
+    create(path)?;
+    let (journal, contents) = try_open(path).map_err(|trouble| refusal(path, trouble))?;
+    journal.write(&[("damage", Some(sealed(&damage)))], None, false).map_err(full)?;
+    Ok((journal, Contents { damage: Some(damage), ..contents }))
+}
+
+/// The name of the last job that a damaged journal still tells of: of the records whose digest is right.
+fn salvaged(path: &Path) -> Option<String> {
+    const BEGINS: &[u8] = br#"{"key":""#;
+    let bytes = fs::read(path).ok()?;
+    let places = bytes.windows(BEGINS.len()).enumerate().filter(|(_, window)| *window == BEGINS);
+    let job = |at: usize| {
+        let mut records = serde_json::Deserializer::from_slice(bytes.get(at..)?).into_iter::<JobRecord>();
+        records.next()?.ok()?;
+        let end = at + records.byte_offset();
+        unsealed::<JobRecord>(bytes.get(at.checked_sub(SEAL)?..end)?).ok()
+    };
+    places.filter_map(|(at, _)| job(at)).next_back().map(|job| job.name)
 }
 
 /// Whether the journal at `path` can be read; one that is not there yet can. Nothing is moved aside.
@@ -154,7 +207,7 @@ fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
         return Err(Trouble::Damaged("it is empty".to_owned()));
     }
     let opened = catch_unwind(AssertUnwindSafe(|| {
-        let database = Database::create(path).map_err(|error| match error {
+        let mut database = Database::create(path).map_err(|error| match error {
             DatabaseError::DatabaseAlreadyOpen => Trouble::InUse,
             DatabaseError::Storage(redb::StorageError::Io(error))
                 if !matches!(
@@ -166,6 +219,12 @@ fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
             }
             other => Trouble::Damaged(other.to_string()),
         })?;
+        // Every page by its checksum: a key that is not found must not be one that was changed.
+        match database.check_integrity() {
+            Ok(true) => {}
+            Ok(false) => return Err(Trouble::Damaged("its checksums do not match".to_owned())),
+            Err(error) => return Err(Trouble::Damaged(error.to_string())),
+        }
         let journal = Journal { database };
         let contents = journal.contents().map_err(Trouble::Damaged)?;
         Ok((journal, contents))
@@ -173,17 +232,20 @@ fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
     opened.unwrap_or_else(|_| Err(Trouble::Damaged("its structure is broken".to_owned())))
 }
 
+/// Length of the digest in front of a value.
+const SEAL: usize = 16;
+
 /// A value with the start of its digest in front, so that no damaged one is believed.
 fn sealed(value: &impl Serialize) -> Vec<u8> {
     let body = serde_json::to_vec(value).unwrap_or_default();
     let mut bytes = auth::sha256(&body).into_bytes();
-    bytes.truncate(16);
+    bytes.truncate(SEAL);
     bytes.extend(body);
     bytes
 }
 
 fn unsealed<T: for<'a> Deserialize<'a>>(bytes: &[u8]) -> Result<T, String> {
-    let (seal, body) = bytes.split_at_checked(16).ok_or("a record is too short")?;
+    let (seal, body) = bytes.split_at_checked(SEAL).ok_or("a record is too short")?;
     if !auth::sha256(body).as_bytes().starts_with(seal) {
         return Err("a record does not match its digest".to_owned());
     }
@@ -207,11 +269,12 @@ impl Journal {
             Err(error) => return Err(text(&error)),
         };
         let get = |key| table.get(key).map_err(|error| text(&error));
+        let damage = get("damage")?.map(|value| unsealed(value.value())).transpose()?;
         let zero = get("work_zero")?.map(|value| unsealed(value.value())).transpose()?;
         let job = get("job")?.map(|value| unsealed::<JobRecord>(value.value())).transpose()?;
         let progress = get("progress")?.map(|value| unsealed::<Progress>(value.value())).transpose()?;
         let job = job.map(|job| progress.map(|progress| (job, progress)).ok_or("the progress is missing"));
-        Ok(Contents { job: job.transpose()?, zero })
+        Ok(Contents { job: job.transpose()?, zero, damage })
     }
 
     fn write(
@@ -268,6 +331,11 @@ impl Journal {
     /// The work zero in force.
     pub(crate) fn keep_zero(&self, zero: Option<&WorkZero>) -> Result<(), Remark> {
         self.write(&[("work_zero", zero.map(sealed))], None, false).map_err(full)
+    }
+
+    /// Somebody has read that the journal before this one was damaged.
+    pub(crate) fn forget_damage(&self) -> Result<(), Remark> {
+        self.write(&[("damage", None)], None, false).map_err(full)
     }
 
     /// The program of the interrupted job.

@@ -41,6 +41,9 @@ fn a_board_is_drilled_from_its_file() {
     assert_eq!(object["stream_digest"].as_str().map(str::len), Some(64));
     let record = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
     assert_eq!(record.lines().count(), 4);
+    let clean =
+        serde_json::json!({ "missing": 0, "doubled": 0, "shifted": 0, "broken": 0, "slipped_steps": 0 });
+    assert_eq!(object["drilled"], clean);
 }
 
 /// The laboratory drill with so many interrupts a second, as a machine file.
@@ -83,6 +86,8 @@ fn the_laboratory_drill_runs_clean_at_500_hz_and_loses_steps_at_600_and_says_so(
             );
             assert_eq!(object["holes_done"], 3);
         } else {
+            let slipped = object["drilled"]["slipped_steps"].as_u64();
+            assert!(slipped > Some(0) && output.status.code() == Some(1), "{object}");
             assert!(!slips.is_empty() && slips.iter().all(|slip| slip["cause"] == "too_fast"), "{object}");
             assert!(said.contains("drive.interrupt_frequency is 600 Hz"), "{said}");
             assert!(said.contains("Lost steps: "), "{said}");
@@ -148,11 +153,13 @@ fn a_corrupted_machine_file_is_refused_with_its_place_and_kept() {
 }
 
 #[test]
-fn a_corrupted_journal_is_moved_aside_and_the_board_drilled() {
+fn a_corrupted_journal_is_moved_aside_and_the_board_drilled_with_a_word() {
     let folder = folder();
     fs::create_dir_all(folder.path().join("home")).unwrap();
     fs::write(folder.path().join("home/journal.redb"), [7_u8; 9_000]).unwrap();
     let output = annulus(folder.path(), "run board.drl --speed 2000 --json");
+    assert_eq!((output.status.code(), &json(&output)["error"]["code"]), (Some(1), &"journal.damaged".into()));
+    let output = annulus(folder.path(), "run board.drl --speed 2000 --json --accept journal.damaged");
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("journal was damaged"), "{said}");

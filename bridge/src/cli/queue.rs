@@ -184,8 +184,7 @@ impl Operator<'_> {
 
     async fn run(&mut self, step: bool, queue: &Queue, text: String) -> Result<(), Refusal> {
         if let Some(alarm) = self.stands().0.and_then(|status| status.alarm) {
-            super::say(format_args!("{} {}", alarm.message("en"), alarm.advice("en")));
-            self.ask(Ask::AcknowledgeAlarm)?;
+            return Err(Refusal::content(alarm));
         }
         self.ask(Ask::Home)?;
         self.settle(|status, _| at_rest(status)).await;

@@ -12,7 +12,7 @@ use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{Ask, SlipTold, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, DrilledTold, SlipTold, Status, Tell, Verdict, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
@@ -48,6 +48,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     if known.machine.output != Output::Virtual {
         return Err(Refusal::usage(remark("run.needs_page")));
     }
+    job::can_be_accepted(&args.job.accept)?;
     let job = job::open_for_machine(&args.job)?;
     for remark in &job.remarks {
         super::say(remark.message("en"));
@@ -62,7 +63,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     drill.keep_settings_in(known.path);
     let operator = Operator::new(&drill, signals, json, args.confirm_tools);
     let low = job::low_corner(&job.program);
-    let ran = runtime.block_on(operator.drill_all(&bytes, low, args.from_start));
+    let ran = runtime.block_on(operator.drill_all(&bytes, low, args));
     drill.shutdown();
     let mut answer = ran?;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
@@ -105,13 +106,21 @@ impl<'a> Operator<'a> {
         self.drill.greeting().into_iter().find_map(status_of)
     }
 
-    async fn drill_all(mut self, bytes: &[u8], low: Point, from_start: bool) -> Result<Answer, Refusal> {
+    /// An alarm that stands from before is for a person to read. Only with their word is it acknowledged here.
+    fn may_begin(&self, accept: &[String]) -> Result<(), Refusal> {
+        let Some(alarm) = self.status().and_then(|status| status.alarm) else { return Ok(()) };
+        if !accept.contains(&alarm.code) {
+            return Err(Refusal::content(alarm));
+        }
+        super::say(format_args!("{} {}", alarm.message("en"), alarm.advice("en")));
+        self.ask(Ask::AcknowledgeAlarm).map(drop)
+    }
+
+    async fn drill_all(mut self, bytes: &[u8], low: Point, args: &RunArgs) -> Result<Answer, Refusal> {
+        let (from_start, accept) = (args.from_start, &args.job.accept);
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
-        if let Some(alarm) = self.status().and_then(|status| status.alarm) {
-            super::say(format_args!("{} {}", alarm.message("en"), alarm.advice("en")));
-            self.ask(Ask::AcknowledgeAlarm)?;
-        }
+        self.may_begin(accept)?;
         let offer = self.drill.greeting().into_iter().find_map(|tell| match tell {
             Tell::Interrupted { job, next_leg, holes_done, ways_done, .. } if job == key => {
                 Some((next_leg, done(holes_done, ways_done)))
@@ -234,8 +243,9 @@ impl<'a> Operator<'a> {
     }
 
     fn answer(&self, ending: Ending, (holes, ways): (u32, u32), digest: &str, rested: &Status) -> Answer {
+        let drilled = rested.drilled.unwrap_or_default();
         let exit = match ending {
-            Ending::Done => Exit::Done,
+            Ending::Done if drilled == DrilledTold::default() => Exit::Done,
             _ if self.interrupted => Exit::Interrupted,
             _ => Exit::Content,
         };
@@ -246,6 +256,7 @@ impl<'a> Operator<'a> {
             "stream_digest": digest,
             "ways_done": ways,
             "slips": rested.slips,
+            "drilled": drilled,
         });
         let why = rested.alarm.clone().unwrap_or_else(|| remark("run.stopped"));
         let milled = if ways > 0 { format!(" {ways} ways milled.") } else { String::new() };

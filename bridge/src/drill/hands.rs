@@ -3,13 +3,14 @@
 //! Comes in: a machine. Goes out: an executor that is ready, and what its clock is worth where time is real. Does not know
 //! what it is given to do.
 
+use super::board::Board;
 use super::owner::Message;
 use crate::executor::{Executor, Heard, Shared, process};
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::Steady;
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{DrilledBoard, Faults, Slip, SlipWatch, Twin};
+use annulus_core::twin::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, Twin};
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
@@ -24,6 +25,8 @@ pub(super) struct Hands {
     pub(super) record: Arc<Mutex<DrilledBoard>>,
     /// Where the virtual drill lost steps since it was built.
     pub(super) slips: Arc<Mutex<Vec<Slip>>>,
+    /// The board since the last run began.
+    pub(super) board: Board,
     pub(super) messages: Sender<Message>,
 }
 
@@ -48,8 +51,11 @@ impl Hands {
                 process::start(machine, &self.folder.join(RECORD), measured, &shared, hear)?;
             return Ok((Executor::of(process, shared), Some(timing)));
         }
-        let record = Arc::clone(&self.record);
+        let (record, board) = (Arc::clone(&self.record), Arc::clone(&self.board));
         let drilled: DrilledBoard = Box::new(move |hole| {
+            if let Ok(mut board) = board.lock() {
+                board.holes.push(*hole);
+            }
             if let Ok(mut record) = record.lock() {
                 record(hole);
             }
@@ -65,8 +71,15 @@ impl Hands {
                 slips.extend_from_slice(all);
             }
         });
-        let twin = Steady::new(Twin::new(machine, seed, self.faults.clone(), drilled).watched(watch));
-        let executor = Executor::start(machine, Box::new(twin), speed, shared, hear)
+        let board = Arc::clone(&self.board);
+        let breaks: BreakWatch = Box::new(move |_| {
+            if let Ok(mut board) = board.lock() {
+                board.broken += 1;
+            }
+        });
+        let twin = Twin::new(machine, seed, self.faults.clone(), drilled).watched(watch);
+        let twin = Steady::new(twin.watched_for_breaks(breaks));
+        let executor = Executor::start(machine, Box::new(twin), (speed, self.faults.late_host), shared, hear)
             .map_err(|error| Remark::new(Weight::Loss, "control.no_thread").with("reason", error))?;
         Ok((executor, None))
     }

@@ -9,6 +9,8 @@
 //!
 //! Comes in: asks and uploaded programs. Goes out: tells. Does not know sockets, sessions or leases.
 
+mod arming;
+mod board;
 mod faster;
 mod hands;
 mod homing;
@@ -46,6 +48,9 @@ pub(crate) const RECORD: &str = "drilled.txt";
 
 /// Name of the journal in the drill's folder.
 pub(crate) const JOURNAL: &str = "journal.redb";
+
+/// Code of the alarm that a journal was damaged: it stands, from start to start, until somebody acknowledges it.
+const DAMAGED: &str = "journal.damaged";
 
 /// Tells that a slow listener may be behind before it misses some.
 const BACKLOG: usize = 256;
@@ -85,10 +90,14 @@ impl Drill {
             return Err(Refusal::usage(Remark::new(Weight::Loss, "control.speed_is_real")));
         }
         fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
-        let (journal, contents, aside) =
-            journal::open(&folder.join(JOURNAL)).map_err(Refusal::surroundings)?;
-        let damaged =
-            aside.map(|path| Remark::new(Weight::Loss, "journal.damaged").with("file", path.display()));
+        let (journal, contents) = journal::open(&folder.join(JOURNAL)).map_err(Refusal::surroundings)?;
+        let damaged = contents.damage.as_ref().map(|damage| {
+            let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
+            let holes = holes.iter().filter(|byte| **byte == b'\n').count();
+            let job = damage.job.as_deref().unwrap_or("?");
+            let why = Remark::new(Weight::Loss, DAMAGED).with("file", &damage.file);
+            why.with("job", job).with("holes", holes)
+        });
         Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
     }
 
@@ -99,8 +108,9 @@ impl Drill {
         faults: Faults,
         (journal, contents, alarm): (Journal, Contents, Option<Remark>),
     ) -> Result<Self, Refusal> {
-        let record = drilled_record(&folder.join(RECORD)).map_err(|error| unwritable(folder, &error))?;
         let (messages, inbox) = channel();
+        let record = drilled_record(&folder.join(RECORD), messages.clone())
+            .map_err(|error| unwritable(folder, &error))?;
         let (tells, _) = broadcast::channel(BACKLOG);
         let tickets = Arc::<Tickets>::default();
         let owner = Owner::new(owner::Parts {
@@ -271,14 +281,19 @@ fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
     Refusal::surroundings(why.with("reason", error))
 }
 
-/// The drilled-board record: a plain append a hole, the moment it is made. It knows nothing of the journal.
-fn drilled_record(path: &Path) -> std::io::Result<DrilledBoard> {
+/// The drilled-board record: a plain append a hole, the moment it is made. It knows nothing of the journal. What cannot be
+/// written stops the job: a record with a hole left out is worse than none.
+fn drilled_record(path: &Path, owner: Sender<Message>) -> std::io::Result<DrilledBoard> {
     let mut file = OpenOptions::new().create(true).append(true).open(path)?;
     Ok(Box::new(move |hole| {
         let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
         let line = format!("{:.4} {:.4} {:.4}{spindle}\n", hole.x_mm, hole.y_mm, hole.depth_mm);
+        let before = file.metadata().map(|file| file.len());
         if let Err(error) = file.write_all(line.as_bytes()) {
-            tracing::warn!("the drilled-board record cannot be written: {error}");
+            // No half line stays.
+            let _ = before.and_then(|before| file.set_len(before));
+            let why = Remark::new(Weight::Loss, "control.record_unwritable").with("reason", error);
+            let _ = owner.send(Message::CannotRecord(why));
         }
     }))
 }

@@ -30,6 +30,8 @@ pub(super) struct Work {
     pub(super) anew: Option<Arc<Prepared>>,
     /// The pace that is wanted, percent of the one it came with.
     pub(super) percent: u8,
+    /// The leg that this run began with.
+    pub(super) first: usize,
     /// The leg in work or to come.
     pub(super) leg: usize,
     /// The next segment of the stream.
@@ -56,7 +58,7 @@ impl Work {
         let asks = of_leg.unwrap_or_default().iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop) = (None, Instant::now(), None);
-        Self { job, anew, percent, leg, segment, holes, ways, started, bit, stop, confirm_bit }
+        Self { job, anew, percent, first: leg, leg, segment, holes, ways, started, bit, stop, confirm_bit }
     }
 
     pub(super) fn progress(&self) -> Progress {

@@ -3,6 +3,7 @@
 //! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
 //! what segments a move is made of.
 
+use super::board::Judged;
 use super::hands::Hands;
 use super::moves::{Doing, Work, ruler};
 use super::outputs::Bench;
@@ -108,6 +109,8 @@ pub(super) struct Owner {
     pub(super) lab: Option<Lab>,
     /// Outputs by hand.
     pub(super) bench: Bench,
+    /// The last run's board.
+    pub(super) judged: Judged,
     pub(super) task: u64,
     /// Machine steps at the last rest.
     pub(super) position: Steps,
@@ -121,11 +124,11 @@ pub(super) struct Owner {
 }
 
 /// The work zero of a job, where its steps still mean what they meant.
-fn zero_of(job: &JobRecord, machine: &Machine) -> Option<[i64; 2]> {
+pub(super) fn zero_of(job: &JobRecord, machine: &Machine) -> Option<[i64; 2]> {
     (job.ruler.as_ref() == Some(&ruler(machine))).then_some(job.zero)
 }
 
-fn remark(code: &str) -> Remark {
+pub(super) fn remark(code: &str) -> Remark {
     Remark::new(Weight::Loss, code)
 }
 
@@ -135,8 +138,9 @@ impl Owner {
         let Parts { messages, tells, tickets, .. } = parts;
         let record = Arc::new(Mutex::new(record));
         let shared = Arc::new(Shared::default());
-        let slips = Arc::default();
-        let hands = Hands { folder: folder.clone(), faults, record, slips, messages: messages.clone() };
+        let (slips, board) = (Arc::default(), Arc::default());
+        let hands =
+            Hands { folder: folder.clone(), faults, record, slips, board, messages: messages.clone() };
         let (executor, timing) = hands.executor(&machine, speed, None, Arc::clone(&shared))?;
         let interrupted = contents.job;
         if let Some((job, _)) =
@@ -171,6 +175,7 @@ impl Owner {
             in_spindle: None,
             lab: None,
             bench: Bench::default(),
+            judged: Judged::default(),
             task: 0,
             position: Steps::default(),
             down: 0,
@@ -278,7 +283,11 @@ impl Owner {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
                 }
+                let damaged = self.session.alarm.as_ref().is_some_and(|why| why.code == super::DAMAGED);
                 self.try_event(Event::Acknowledge)?;
+                if damaged {
+                    self.recorder.write(Record::DamageRead);
+                }
             }
             Ask::ForgetInterrupted => self.forget()?,
             Ask::Configure { changes } => self.configure(&changes)?,
@@ -348,7 +357,7 @@ impl Owner {
             Action::RestOfLeg => self.rest_of_leg(),
             Action::SpindleOn => self.spindle_on(),
             Action::MakeSafe { lift } => self.make_safe(lift),
-            Action::SpindleOff => self.executor.spindle(0),
+            Action::SpindleOff => self.executor.spindle_off()?,
             Action::Brake => self.executor.shared.stop(self.task),
             Action::KeepZero => {
                 self.prepared = None;
@@ -393,6 +402,7 @@ impl Owner {
         self.recorder.write(begin);
         answer.recv().unwrap_or_else(|_| Err(remark("control.shut_down")))?;
         self.interrupted = Some((record, work.progress()));
+        self.board_begins();
         self.work = Some(work);
         self.try_event(event)
     }
@@ -400,6 +410,7 @@ impl Owner {
     fn end(&mut self, ending: Ending) {
         let Some(work) = self.work.take() else { return };
         self.executor.shared.set_pace(work.percent.min(100));
+        self.board_ends(&work);
         self.prepared = None;
         self.session.armed = None;
         if ending == Ending::Done {
@@ -424,33 +435,6 @@ impl Owner {
         (self.interrupted, self.session.offer) = (None, None);
         self.recorder.write(Record::Finish);
         Ok(())
-    }
-
-    fn context(&self) -> Context {
-        let offer = self.interrupted.as_ref().filter(|_| self.work.is_none());
-        Context {
-            machine: self.machine.clone(),
-            zero: self.session.zero(),
-            state: self.session.state,
-            trust: self.session.trust,
-            safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
-            offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, zero_of(job, &self.machine))),
-        }
-    }
-
-    fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Remark> {
-        if self.context() != prepared.context {
-            return Err(remark("control.changed_meanwhile"));
-        }
-        let tell = prepared.tell();
-        let event = match prepared.refusal() {
-            None => Event::Armed(prepared.key.clone(), prepared.digest.clone()),
-            Some(_) => Event::Disarmed(false),
-        };
-        self.try_event(event)?;
-        self.prepared = Some(Arc::new(prepared));
-        self.tell(tell.clone());
-        Ok(vec![tell])
     }
 
     fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Remark> {

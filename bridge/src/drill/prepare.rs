@@ -4,7 +4,7 @@
 
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
-use annulus_core::job::{Bit, Cutter, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
@@ -184,6 +184,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
     checks.extend(machine::doubts(machine).into_iter().map(|doubt| row(Verdict::Warn, doubt)));
+    checks.extend(unknown_bit(program).map(|why| row(Verdict::Fail, why)));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
         let why = Remark::new(Weight::Doubt, "preflight.bit_not_in_rack").with("bits", missing.join(", "));
@@ -245,6 +246,18 @@ pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Remark> {
     }
     let anew = bare(plan, job.key.clone(), job.bytes.clone(), job.context.clone());
     Ok(Prepared { zero: job.zero, checks: job.checks.clone(), feed_percent: percent, ..anew })
+}
+
+/// A wait for a bit that the program does not have: nobody could put it in.
+fn unknown_bit(program: &Program) -> Option<Remark> {
+    let commands = program.legs.iter().flat_map(|leg| &leg.commands);
+    let mut waits = commands.filter_map(|command| match command {
+        Command::AwaitBit { bit } => Some(*bit),
+        _ => None,
+    });
+    let bit = waits.find(|bit| *bit as usize >= program.bits.len())?;
+    let why = Remark::new(Weight::Loss, "preflight.no_such_bit").with("bit", u64::from(bit) + 1);
+    Some(why.with("bits", program.bits.len()))
 }
 
 /// The rows about the drill itself.

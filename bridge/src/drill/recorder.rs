@@ -22,6 +22,8 @@ pub(super) enum Record {
     Finish,
     /// The work zero in force.
     Zero(Option<WorkZero>),
+    /// It was read that the journal before this one was damaged.
+    DamageRead,
 }
 
 /// The owner's end.
@@ -82,6 +84,7 @@ fn run(journal: &Journal, inbox: &Receiver<Record>, shared: &Shared, owner: &Sen
             }
             Record::Finish => journal.finish(),
             Record::Zero(zero) => journal.keep_zero(zero.as_ref()),
+            Record::DamageRead => journal.forget_damage(),
         };
         if let Err(why) = written {
             let _ = owner.send(Message::CannotRecord(why));

@@ -128,6 +128,7 @@ impl Owner {
             inputs: glimpse.inputs,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
+            drilled: self.judged.told,
             elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
             left_s: ticks as f64 / TICK_HZ as f64 / self.speed * 100.0
                 / f64::from(self.executor.shared.pace().max(1)),
@@ -146,7 +147,7 @@ impl Owner {
     }
 
     /// Where the virtual drill lost steps.
-    fn slips(&self) -> Vec<SlipTold> {
+    pub(super) fn slips(&self) -> Vec<SlipTold> {
         let Ok(slips) = self.hands.slips.lock() else { return Vec::new() };
         let told = slips.iter().map(|slip| SlipTold {
             axis: slip.axis as u8,

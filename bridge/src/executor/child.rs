@@ -2,14 +2,13 @@
 //!
 //! ```text
 //! standard input ── frames ──▶ this thread ── ring ──▶ executor thread ──▶ recorded pins ──▶ card
-//!       ends: ramp down                    ── stop, durable: two numbers ──▶  │
+//!       ends, or is silent: ramp down      ── stop, durable: two numbers ──▶  │
 //! standard output ◀── frames ── writer ◀── reports, latest place ─────────────┘
 //! ```
 //!
-//! Comes in: frames. Goes out: pulses, frames, the record. When the bridge dies, or the system asks this process to end,
-//! whatever moves comes to rest on its path, the tip is lifted where the position is trusted, forcing and spindle go off, and a
-//! line in the record says where. Does not know
-//! jobs.
+//! Comes in: frames. Goes out: pulses, frames, the record. When the bridge dies or stands still, or the system asks this process
+//! to end, whatever moves comes to rest on its path, the tip is lifted where the position is trusted, forcing and spindle go
+//! off, and a line in the record says where. Does not know jobs.
 
 use super::clock::{MEASURED, StepClock, measure};
 use super::frames::{self, Down, Up};
@@ -29,8 +28,17 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often the latest place is told.
+/// How often the latest place is told, or at least that this process lives.
 const GLIMPSES: Duration = Duration::from_millis(20);
+
+/// How often silence is looked for.
+const LOOK: Duration = Duration::from_millis(25);
+
+/// So long the bridge may say nothing. Counted in looks: time in which this process did not run either is not held against it.
+const SILENCE: Duration = Duration::from_millis(300);
+
+/// How long the last frames may take to leave.
+const LAST_FRAMES: Duration = Duration::from_millis(500);
 
 /// On an ordinary file nothing real moves: this then says how late the clock is to be taken for, in µs.
 const REHEARSED: &str = "ANNULUS_LATENESS_US";
@@ -58,6 +66,12 @@ impl Hands {
         }
     }
 
+    /// Whether the thread ended although nobody ended it.
+    fn died(&self) -> bool {
+        let Ok(thread) = self.thread.try_lock() else { return false };
+        thread.as_ref().is_some_and(|(_, thread)| thread.is_finished())
+    }
+
     fn say(&self, why: &'static str) {
         if let Ok(mut place) = self.why.lock()
             && *place == RUNNING
@@ -78,10 +92,9 @@ impl Hands {
 /// Nobody said yet why it ends.
 const RUNNING: &str = "finished";
 
-/// Runs until the bridge says so or is no more.
+/// Runs until the bridge says so, is no more, or stands still.
 pub(crate) fn run() -> io::Result<()> {
-    let mut pipe = io::stdin().lock();
-    let Some(Down::Start { settings, record, measured }) = frames::receive(&mut pipe)? else {
+    let Some(Down::Start { settings, record, measured }) = frames::receive(&mut io::stdin().lock())? else {
         return Err(io::ErrorKind::InvalidData.into());
     };
     let (up, frames_up) = channel();
@@ -94,19 +107,74 @@ pub(crate) fn run() -> io::Result<()> {
         Err(why) => return frames::send(&mut io::stdout().lock(), &Up::Refused(why)),
     };
     watch_signals(hands.clone());
+    let (body, frames_down) = channel();
+    std::thread::Builder::new().name("pipe".to_owned()).spawn(move || read(&body))?;
+    let (told, all_told) = channel();
     let writer = {
-        let hands = hands.clone();
-        std::thread::Builder::new()
-            .name("frames".to_owned())
-            .spawn(move || write(&frames_up, &hands, &trouble))
+        let (hands, trouble) = (hands.clone(), Arc::clone(&trouble));
+        move || {
+            write(&frames_up, &hands, &trouble);
+            let _ = told.send(());
+        }
     };
+    std::thread::Builder::new().name("frames".to_owned()).spawn(writer)?;
+    match obey(&frames_down, &hands, &offsets) {
+        End::Asked => hands.end(RUNNING, Message::Finish),
+        End::Gone => hands.end("bridge_gone", Message::Abandon),
+        End::Silent => {
+            hands.end("bridge_silent", Message::Abandon);
+            let _ = up.send(Up::Refused(Remark::new(Weight::Loss, "output.bridge_silent")));
+        }
+    }
+    drop(up);
+    // A bridge that stands still does not read: nobody waits for it.
+    let _ = all_told.recv_timeout(LAST_FRAMES);
+    if trouble.get().is_some() {
+        // Nothing was made safe: whoever started this process has to know.
+        std::process::exit(1);
+    }
+    Ok(())
+}
+
+/// Hands on what comes over the pipe until it ends, without a look into it: a large task must not look like silence.
+fn read(body: &Sender<Vec<u8>>) {
+    let mut pipe = io::stdin().lock();
+    while let Ok(Some(bytes)) = frames::receive_bytes(&mut pipe) {
+        if body.send(bytes).is_err() {
+            return;
+        }
+    }
+}
+
+/// Why the conversation is over.
+enum End {
+    /// The bridge asked for it.
+    Asked,
+    /// The bridge is no more, or is not understood: there is nothing to wait for either.
+    Gone,
+    /// The bridge is there and says nothing.
+    Silent,
+}
+
+/// Does what the frames say until the end.
+fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> End {
+    let mut silent = Duration::ZERO;
     loop {
-        match frames::receive(&mut pipe) {
-            Ok(Some(Down::Order(Message::Finish))) => {
-                hands.end(RUNNING, Message::Finish);
-                break;
+        let bytes = match frames_down.recv_timeout(LOOK) {
+            Ok(bytes) => bytes,
+            Err(RecvTimeoutError::Disconnected) => return End::Gone,
+            Err(RecvTimeoutError::Timeout) => {
+                silent += LOOK;
+                if silent >= SILENCE {
+                    return End::Silent;
+                }
+                continue;
             }
-            Ok(Some(Down::Order(message))) => {
+        };
+        silent = Duration::ZERO;
+        match serde_json::from_slice(&bytes) {
+            Ok(Down::Order(Message::Finish)) => return End::Asked,
+            Ok(Down::Order(message)) => {
                 if let Message::Correct(axis, steps) = &message
                     && let Some(offset) = offsets.get(*axis)
                 {
@@ -114,23 +182,15 @@ pub(crate) fn run() -> io::Result<()> {
                 }
                 hands.send(message);
             }
-            Ok(Some(Down::Stop(id))) => hands.shared.stop(id),
-            Ok(Some(Down::Durable(legs))) => hands.shared.set_durable(legs),
-            Ok(Some(Down::Pace(percent))) => hands.shared.set_pace(percent),
-            Ok(Some(Down::Grant)) => hands.shared.grant(),
-            Ok(Some(Down::Revoke)) => hands.shared.revoke(),
-            // A frame that is not understood leaves nothing to wait for either.
-            Ok(Some(Down::Start { .. }) | None) | Err(_) => {
-                hands.end("bridge_gone", Message::Abandon);
-                break;
-            }
+            Ok(Down::Stop(id)) => hands.shared.stop(id),
+            Ok(Down::Durable(legs)) => hands.shared.set_durable(legs),
+            Ok(Down::Pace(percent)) => hands.shared.set_pace(percent),
+            Ok(Down::Grant) => hands.shared.grant(),
+            Ok(Down::Revoke) => hands.shared.revoke(),
+            Ok(Down::Alive) => {}
+            Ok(Down::Start { .. }) | Err(_) => return End::Gone,
         }
     }
-    drop(up);
-    if let Ok(writer) = writer {
-        let _ = writer.join();
-    }
-    Ok(())
 }
 
 /// Takes the outputs, makes them safe and starts the thread that measures its clock first.
@@ -191,9 +251,15 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
                 told = latest;
                 frames::send(&mut pipe, &Up::Glimpse(latest))
             }
-            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Timeout) => frames::send(&mut pipe, &Up::Alive),
             Err(RecvTimeoutError::Disconnected) => return,
         };
+        if hands.died() {
+            // Without its thread this process can do nothing: the bridge makes the outputs safe.
+            let why = Remark::new(Weight::Loss, "output.executor_failed").with("reason", "its thread ended");
+            let _ = frames::send(&mut pipe, &Up::Refused(why));
+            std::process::exit(1);
+        }
         if let (Some(reason), false) = (trouble.get(), refused) {
             refused = true;
             hands.say("port_refused");

@@ -58,6 +58,22 @@ impl Clock for LumpClock {
     }
 }
 
+/// The same on a computer that is so late with everything, as a fault on demand.
+pub(super) struct LateClock {
+    pub(super) clock: LumpClock,
+    pub(super) ticks: u64,
+}
+
+impl Clock for LateClock {
+    fn now(&mut self) -> u64 {
+        self.clock.now()
+    }
+
+    fn wait_until(&mut self, tick: u64) -> u64 {
+        self.clock.wait_until(tick) + self.ticks
+    }
+}
+
 /// Life itself: every tick is waited for by itself, never ahead.
 pub(crate) struct StepClock {
     start: Instant,

@@ -5,6 +5,7 @@
 //!        ◀───────────── Ready ─  (or Refused)
 //!        ── Order, Stop … ────▶
 //!        ◀── Report, Glimpse ──
+//!        ── Alive ─▶ ◀─ Alive ─   50 ms apart at most: silence is a message too
 //! ```
 //!
 //! Comes in and goes out: messages over a pipe between two processes of the same program and version. A frame that is too
@@ -19,6 +20,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Longest frame, in bytes: a leg of a hundred thousand runs.
 const LIMIT: usize = 16 * 1024 * 1024;
@@ -40,6 +42,8 @@ pub(super) enum Down {
     Grant,
     /// It may not any more.
     Revoke,
+    /// The bridge lives. Nothing is to be done.
+    Alive,
 }
 
 /// Executor to bridge.
@@ -53,21 +57,39 @@ pub(super) enum Up {
     Report(Report),
     /// The latest place.
     Glimpse(Glimpse),
+    /// The executor lives, and nothing is new.
+    Alive,
 }
 
-/// Sends one frame.
-pub(super) fn send(pipe: &mut impl Write, frame: &impl Serialize) -> io::Result<()> {
+/// How often the bridge says that it lives.
+pub(super) const BEAT: Duration = Duration::from_millis(50);
+
+/// A frame as it goes over the pipe.
+pub(super) fn encode(frame: &impl Serialize) -> io::Result<Vec<u8>> {
     let body = serde_json::to_vec(frame)?;
     let length = u32::try_from(body.len()).ok().filter(|length| *length as usize <= LIMIT);
     let length = length.ok_or(io::ErrorKind::FileTooLarge)?;
     let mut bytes = length.to_le_bytes().to_vec();
     bytes.extend(body);
-    pipe.write_all(&bytes)?;
+    Ok(bytes)
+}
+
+/// Sends one frame.
+pub(super) fn send(pipe: &mut impl Write, frame: &impl Serialize) -> io::Result<()> {
+    pipe.write_all(&encode(frame)?)?;
     pipe.flush()
 }
 
 /// The next frame; none where the pipe ended between two frames.
 pub(super) fn receive<T: DeserializeOwned>(pipe: &mut impl Read) -> io::Result<Option<T>> {
+    Ok(match receive_bytes(pipe)? {
+        Some(body) => Some(serde_json::from_slice(&body)?),
+        None => None,
+    })
+}
+
+/// The same before anybody understands it.
+pub(super) fn receive_bytes(pipe: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     let mut length = [0; 4];
     match pipe.read(&mut length)? {
         0 => return Ok(None),
@@ -80,7 +102,7 @@ pub(super) fn receive<T: DeserializeOwned>(pipe: &mut impl Read) -> io::Result<O
     }
     let mut body = vec![0; length];
     pipe.read_exact(&mut body)?;
-    Ok(Some(serde_json::from_slice(&body)?))
+    Ok(Some(body))
 }
 
 #[cfg(test)]

@@ -9,6 +9,9 @@
 //!   └── latest place: lossy, never waited for
 //! ```
 //!
+//! Owner and process watch each other: the process comes to rest by itself when the owner says nothing for 300 ms; an owner
+//! whose process died, or says nothing for 500 ms, switches the outputs off itself.
+//!
 //! Comes in: tasks of segments. Goes out: calls on pins, one report a task. Does not know jobs; of the journal it knows one
 //! number: how many legs are durable. The tip does not go down before every earlier leg is.
 
@@ -22,8 +25,8 @@ mod record;
 mod thread;
 
 use annulus_core::job::{Bit, Gate, Input};
-use annulus_core::machine::{Machine, Steps};
-use annulus_core::pins::{AxisSet, Pins};
+use annulus_core::machine::{Machine, Output, Steps};
+use annulus_core::pins::{AxisSet, Clock, Pins};
 use annulus_core::remark::Remark;
 use annulus_core::steps::{Segment, Stage};
 use frames::Down;
@@ -204,17 +207,24 @@ enum Seat {
 }
 
 impl Executor {
-    /// A thread of this process, `speed` times as fast as life. `hear` is called from it once a task.
+    /// A thread of this process, `speed` times as fast as life, on a computer that is so `late` with every step, in ticks, where
+    /// that is to be judged. `hear` is called from it once a task.
     pub(crate) fn start(
         machine: &Machine,
         pins: Box<dyn Pins + Send>,
-        speed: f64,
+        (speed, late): (f64, Option<u64>),
         shared: Arc<Shared>,
         hear: impl Fn(Heard) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let clock = Box::new(clock::LumpClock::new(speed));
+        let clock = clock::LumpClock::new(speed);
         let report = move |report| hear(Heard::Report(report));
-        let (ring, thread) = thread::start(machine, pins, clock, Arc::clone(&shared), || {}, report)?;
+        let (clock, output): (Box<dyn Clock + Send>, _) = match late {
+            // Judged as where time is real.
+            Some(ticks) => (Box::new(clock::LateClock { clock, ticks }), Output::Card),
+            None => (Box::new(clock), machine.output),
+        };
+        let judged = Machine { output, ..machine.clone() };
+        let (ring, thread) = thread::start(&judged, pins, clock, Arc::clone(&shared), || {}, report)?;
         Ok(Self { seat: Seat::Thread(ring, Some(thread)), shared })
     }
 
@@ -238,6 +248,17 @@ impl Executor {
         self.send(thread::Message::Spindle(rpm));
     }
 
+    /// Spindle off at rest. Where nobody is left to do it, everything off at once.
+    pub(crate) fn spindle_off(&self) -> Result<(), Remark> {
+        match &self.seat {
+            Seat::Process(process) if process.is_gone() => process.make_safe(),
+            _ => {
+                self.spindle(0);
+                Ok(())
+            }
+        }
+    }
+
     /// Switches an output, by its place among the machine's names, at rest.
     pub(crate) fn output(&self, place: u8, on: bool) {
         self.send(thread::Message::Output(place, on));
@@ -251,7 +272,7 @@ impl Executor {
     /// Whether it died: nothing that is given will be reported.
     pub(crate) fn is_gone(&self) -> bool {
         match &self.seat {
-            Seat::Thread(..) => false,
+            Seat::Thread(_, thread) => thread.as_ref().is_none_or(JoinHandle::is_finished),
             Seat::Process(process) => process.is_gone(),
         }
     }

@@ -1,20 +1,27 @@
 //! The bridge's end of an executor in a process of its own.
 //!
+//! ```text
+//! orders ──┐                                    ┌─ the pipe ends, or nothing came for 500 ms:
+//! alive ───┴─▶ process ──▶ reports, glimpses ──▶┤  the process is ended, and what it left on is switched off here
+//! ```
+//!
 //! Comes in: orders, stops, the durable count. Goes out: frames to the process; from it reports, the latest place, and once
-//! what its clock is worth. The process is never killed: it comes to rest by itself when its pipe ends. Does not know pins.
+//! what its clock is worth. A process that lives comes to rest by itself when its pipe ends; it is killed only when it does not.
+//! Does not know pins.
 
-use super::frames::{self, Down, Up};
+use super::frames::{self, BEAT, Down, Up};
 use super::thread::Message;
 use super::{Heard, Shared};
+use crate::outputs;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::machine::{self, Machine};
 use annulus_core::remark::{Remark, Weight};
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -24,14 +31,34 @@ const READY: Duration = Duration::from_secs(30);
 /// How long it may take to come to rest and end.
 const END: Duration = Duration::from_secs(6);
 
+/// So long it may say nothing. Counted in beats: time in which the bridge did not run either is not held against it.
+const SILENCE: Duration = Duration::from_millis(500);
+
+/// How long a process that said its last word may take to end.
+const GRACE: Duration = Duration::from_secs(1);
+
 /// An executor process.
 pub(crate) struct Process {
-    child: Child,
+    link: Arc<Link>,
     orders: Option<Sender<Down>>,
-    /// It said that it cannot go on, or its pipe ended.
-    gone: Arc<AtomicBool>,
+}
+
+/// What the threads around the process share.
+struct Link {
+    machine: Machine,
+    child: Mutex<Child>,
+    /// None once there is nothing more to say.
+    pipe: Mutex<Option<ChildStdin>>,
+    /// Frames that came from it.
+    heard: AtomicU64,
+    /// Its outputs are ours: it took them and was ready.
+    begun: AtomicBool,
+    /// It said nothing for too long.
+    silent: AtomicBool,
+    /// It said that it cannot go on, or its pipe ended; what it left on is off.
+    gone: AtomicBool,
     /// It was told to end: that it does is no news.
-    finishing: Arc<AtomicBool>,
+    finishing: AtomicBool,
 }
 
 fn failed(error: impl std::fmt::Display) -> Remark {
@@ -48,51 +75,52 @@ pub(crate) fn start(
     hear: impl Fn(Heard) + Send + 'static,
 ) -> Result<(Process, Timing), Remark> {
     let mut child = spawn().map_err(failed)?;
-    let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
+    let (Some(mut stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
         return Err(failed("no pipe"));
     };
-    let (orders, frames_down) = channel();
     let settings = machine::read(machine);
+    // Before anything else, and before anybody says that the bridge lives.
+    frames::send(&mut stdin, &Down::Start { settings, record: record.to_owned(), measured })
+        .map_err(failed)?;
+    let (orders, frames_down) = channel();
     let (stopped, durable) = (&shared.stop_upto, &shared.durable);
     for frame in [
-        Down::Start { settings, record: record.to_owned(), measured },
         Down::Stop(stopped.load(Ordering::SeqCst)),
         Down::Durable(durable.load(Ordering::SeqCst)),
         Down::Pace(shared.pace()),
     ] {
         let _ = orders.send(frame);
     }
-    let (gone, finishing) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+    let link = Arc::new(Link {
+        machine: machine.clone(),
+        child: Mutex::new(child),
+        pipe: Mutex::new(Some(stdin)),
+        heard: AtomicU64::new(0),
+        begun: AtomicBool::new(false),
+        silent: AtomicBool::new(false),
+        gone: AtomicBool::new(false),
+        finishing: AtomicBool::new(false),
+    });
+    let mut process = Process { link: Arc::clone(&link), orders: Some(orders.clone()) };
     let (ready, answer) = channel();
-    let reader = Reader {
-        shared: Arc::clone(shared),
-        gone: Arc::clone(&gone),
-        finishing: Arc::clone(&finishing),
-        ready,
-    };
-    thread::Builder::new()
-        .name("orders".to_owned())
-        .spawn(move || write(stdin, &frames_down))
-        .and_then(|_| {
-            let read = move || reader.read(stdout, hear);
-            thread::Builder::new().name("reports".to_owned()).spawn(read)
-        })
+    let reader = Reader { shared: Arc::clone(shared), link: Arc::clone(&link), ready };
+    let (writer, watcher) = (Arc::clone(&link), link);
+    let named = |name: &str| thread::Builder::new().name(name.to_owned());
+    named("orders")
+        .spawn(move || writer.write_all(&frames_down))
+        .and_then(|_| named("heartbeat").spawn(move || watcher.watch()))
+        .and_then(|_| named("reports").spawn(move || reader.read(stdout, hear)))
         .map_err(failed)?;
-    let mut process = Process { child, orders: Some(orders.clone()), gone, finishing };
-    match answer.recv_timeout(READY) {
-        Ok(Ok(timing)) => {
+    let answer = answer.recv_timeout(READY).unwrap_or_else(|_| Err(failed("it does not answer")));
+    match answer {
+        Ok(timing) => {
             shared.set_courier(Some(orders));
             Ok((process, timing))
         }
-        Ok(Err(why)) => {
+        Err(why) => {
             drop(orders);
             process.finish();
             Err(why)
-        }
-        Err(_) => {
-            drop(orders);
-            process.finish();
-            Err(failed("it does not answer"))
         }
     }
 }
@@ -106,19 +134,82 @@ fn spawn() -> io::Result<Child> {
     command.spawn()
 }
 
-fn write(mut pipe: impl io::Write, frames_down: &Receiver<Down>) {
-    while let Ok(frame) = frames_down.recv() {
-        if frames::send(&mut pipe, &frame).is_err() {
-            return;
+impl Link {
+    /// Sends frames until there are no more, or nobody takes them.
+    fn write_all(&self, frames_down: &Receiver<Down>) {
+        while let Ok(frame) = frames_down.recv() {
+            let Ok(bytes) = frames::encode(&frame) else { break };
+            let mut pipe = self.pipe.lock().unwrap_or_else(PoisonError::into_inner);
+            if pipe.as_mut().is_none_or(|pipe| pipe.write_all(&bytes).is_err()) {
+                break;
+            }
         }
+        *self.pipe.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// Says that the bridge lives, and looks whether the process does. One that says nothing is killed: it cannot be told to
+    /// rest, and it must not wake up when its outputs were made safe.
+    fn watch(&self) {
+        let alive = frames::encode(&Down::Alive).unwrap_or_default();
+        let (mut before, mut silent) = (0, Duration::ZERO);
+        while !self.gone.load(Ordering::SeqCst) {
+            // A pipe in use carries a frame, which says as much.
+            if let Ok(mut pipe) = self.pipe.try_lock() {
+                match pipe.as_mut() {
+                    Some(pipe) => drop(pipe.write_all(&alive)),
+                    None => return,
+                }
+            }
+            thread::sleep(BEAT);
+            let heard = self.heard.load(Ordering::SeqCst);
+            silent = if heard == 0 || heard != before { Duration::ZERO } else { silent + BEAT };
+            before = heard;
+            if silent >= SILENCE {
+                self.silent.store(true, Ordering::SeqCst);
+                self.kill();
+                return;
+            }
+        }
+    }
+
+    fn kill(&self) {
+        let mut child = self.child.lock().unwrap_or_else(PoisonError::into_inner);
+        let _ = child.kill().and_then(|()| child.wait());
+    }
+
+    /// Waits until it ended, at most so long; after that it is killed. Whether it left the outputs safe.
+    fn await_end(&self, patience: Duration) -> bool {
+        let since = Instant::now();
+        loop {
+            let mut child = self.child.lock().unwrap_or_else(PoisonError::into_inner);
+            match child.try_wait() {
+                Ok(Some(status)) => return status.success(),
+                Ok(None) if since.elapsed() < patience => {}
+                _ => break,
+            }
+            drop(child);
+            thread::sleep(Duration::from_millis(2));
+        }
+        self.kill();
+        false
+    }
+
+    /// Switches off what a process that ended left on. What it never took may be another's.
+    fn make_safe(&self) -> Result<(), Remark> {
+        if !self.begun.load(Ordering::SeqCst) {
+            return Ok(());
+        }
+        outputs::make_safe(&self.machine).map_err(|why| {
+            tracing::error!("{}", why.message("en"));
+            Remark::new(Weight::Loss, "output.not_safe").with("reason", why.message("en"))
+        })
     }
 }
 
 /// What hears the process.
 struct Reader {
     shared: Arc<Shared>,
-    gone: Arc<AtomicBool>,
-    finishing: Arc<AtomicBool>,
+    link: Arc<Link>,
     ready: Sender<Result<Timing, Remark>>,
 }
 
@@ -126,31 +217,57 @@ impl Reader {
     fn read(self, mut pipe: impl io::Read, hear: impl Fn(Heard)) {
         let mut begun = false;
         let why = loop {
-            match frames::receive(&mut pipe) {
+            let frame = frames::receive(&mut pipe);
+            self.link.heard.fetch_add(1, Ordering::SeqCst);
+            match frame {
                 Ok(Some(Up::Ready(timing))) => {
                     begun = true;
+                    self.link.begun.store(true, Ordering::SeqCst);
                     let _ = self.ready.send(Ok(timing));
                 }
                 Ok(Some(Up::Report(report))) => hear(Heard::Report(report)),
                 Ok(Some(Up::Glimpse(glimpse))) => self.shared.set_glimpse(glimpse),
+                Ok(Some(Up::Alive)) => {}
                 Ok(Some(Up::Refused(why))) => break why,
-                Ok(None) => break Remark::new(Weight::Loss, "output.executor_gone"),
-                Err(error) => break failed(error),
+                Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => break failed(error),
+                Ok(None) | Err(_) => {
+                    let silent = self.link.silent.load(Ordering::SeqCst);
+                    let code = if silent { "output.executor_silent" } else { "output.executor_gone" };
+                    break Remark::new(Weight::Loss, code);
+                }
             }
         };
-        self.gone.store(true, Ordering::SeqCst);
+        let finishing = self.link.finishing.load(Ordering::SeqCst);
+        let why = if finishing { why } else { self.end(why) };
+        self.link.gone.store(true, Ordering::SeqCst);
         if !begun {
             let _ = self.ready.send(Err(why));
-        } else if !self.finishing.load(Ordering::SeqCst) {
+        } else if !finishing {
             hear(Heard::Gone(why));
         }
+    }
+
+    /// The process is no more, or ends: what it left on is switched off at once. Why, and worse where that failed.
+    fn end(&self, why: Remark) -> Remark {
+        if let Ok(mut pipe) = self.link.pipe.try_lock() {
+            *pipe = None;
+        }
+        if self.link.await_end(GRACE) {
+            return why;
+        }
+        self.link.make_safe().err().unwrap_or(why)
     }
 }
 
 impl Process {
     /// Whether it died or gave up.
     pub(crate) fn is_gone(&self) -> bool {
-        self.gone.load(Ordering::SeqCst)
+        self.link.gone.load(Ordering::SeqCst)
+    }
+
+    /// Switches everything off in the place of a process that is gone.
+    pub(super) fn make_safe(&self) -> Result<(), Remark> {
+        self.link.make_safe()
     }
 
     /// Whether it was not told to end yet.
@@ -160,13 +277,12 @@ impl Process {
 
     /// Lets it come to rest and end.
     pub(super) fn finish(&mut self) {
-        self.finishing.store(true, Ordering::SeqCst);
+        self.link.finishing.store(true, Ordering::SeqCst);
         if let Some(orders) = self.orders.take() {
             let _ = orders.send(Down::Order(Message::Finish));
         }
-        let since = Instant::now();
-        while matches!(self.child.try_wait(), Ok(None)) && since.elapsed() < END {
-            thread::sleep(Duration::from_millis(2));
+        if !self.is_gone() && !self.link.await_end(END) {
+            let _ = self.link.make_safe();
         }
     }
 }

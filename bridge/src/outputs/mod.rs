@@ -39,25 +39,39 @@ pub(crate) trait Port: Send {
 
 /// The pins of `machine`'s hardware, everything off.
 pub(crate) fn open(machine: &Machine) -> Result<Wires, Remark> {
-    let card = &machine.card;
-    let path = Path::new(&card.device);
-    let trouble = |error: io::Error| {
-        let code = match error.kind() {
-            io::ErrorKind::NotFound => "output.no_device",
-            io::ErrorKind::PermissionDenied => "output.no_rights",
-            io::ErrorKind::ResourceBusy => "output.in_use",
-            _ => "output.cannot_open",
-        };
-        Remark::new(Weight::Loss, code).with("device", path.display()).with("reason", error)
-    };
-    let file = OpenOptions::new().read(true).write(true).open(path).map_err(trouble)?;
-    take(&file).map_err(trouble)?;
+    let file = device(machine)?;
+    take(&file).map_err(|error| trouble(machine, error))?;
+    let port = port(machine, file)?;
+    Wires::new(machine, port).map_err(|error| trouble(machine, error))
+}
+
+/// Everything off, and nothing else: for when whoever drove the device is no more. Does not wait for anybody who holds it.
+pub(crate) fn make_safe(machine: &Machine) -> Result<(), Remark> {
+    let mut port = port(machine, device(machine)?)?;
+    wires::all_off(machine, &mut *port).map_err(|error| trouble(machine, error))
+}
+
+fn device(machine: &Machine) -> Result<File, Remark> {
+    let opened = OpenOptions::new().read(true).write(true).open(Path::new(&machine.card.device));
+    opened.map_err(|error| trouble(machine, error))
+}
+
+fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Remark> {
     let base = u64::from(machine.card_address);
-    let port: Box<dyn Port> = match machine.output {
-        Output::Parallel => parallel::open(file, base).map_err(trouble)?,
-        Output::Card | Output::Virtual => Box::new(registers::Registers::card(file, base, card)),
+    Ok(match machine.output {
+        Output::Parallel => parallel::open(file, base).map_err(|error| trouble(machine, error))?,
+        Output::Card | Output::Virtual => Box::new(registers::Registers::card(file, base, &machine.card)),
+    })
+}
+
+fn trouble(machine: &Machine, error: io::Error) -> Remark {
+    let code = match error.kind() {
+        io::ErrorKind::NotFound => "output.no_device",
+        io::ErrorKind::PermissionDenied => "output.no_rights",
+        io::ErrorKind::ResourceBusy => "output.in_use",
+        _ => "output.cannot_open",
     };
-    Wires::new(machine, port).map_err(trouble)
+    Remark::new(Weight::Loss, code).with("device", &machine.card.device).with("reason", error)
 }
 
 /// Whether the machine's device is an ordinary file, which nothing moves.

@@ -65,6 +65,22 @@ fn place(bit: i8) -> Option<u32> {
     u32::try_from(bit).ok().filter(|bit| *bit < 8 * BYTES as u32)
 }
 
+/// The output bytes that have a wire.
+fn wired_bytes(machine: &Machine) -> [bool; BYTES] {
+    let card = &machine.card;
+    let mut wired = [false; BYTES];
+    let bits = card.phases.iter().flatten().chain(&card.outputs).chain(std::iter::once(&card.spindle));
+    bits.filter_map(|bit| place(*bit)).for_each(|bit| wired[bit as usize / 8] = true);
+    wired
+}
+
+/// Turns every output that has a wire off: all of them, even where one is refused.
+pub(super) fn all_off(machine: &Machine, port: &mut dyn Port) -> io::Result<()> {
+    let wired = wired_bytes(machine);
+    let written = (0..BYTES).filter(|byte| wired[*byte]).map(|byte| port.write(byte, 0));
+    written.fold(Ok(()), |all, one| all.and(one))
+}
+
 impl Wires {
     /// The wires of `machine` at `port`. Every output that has a wire is turned off.
     pub(super) fn new(machine: &Machine, mut port: Box<dyn Port>) -> io::Result<Self> {
@@ -83,15 +99,9 @@ impl Wires {
             Some(Sensor { input: *input, byte: bit as usize / 8, mask: 1 << (bit % 8), low })
         };
         let sensors: Vec<_> = Input::ALL.iter().filter_map(wired).collect();
-        let mut shadow = [None; BYTES];
         let switched: Vec<_> = card.outputs.iter().filter_map(|bit| Some((place(*bit)?, false))).collect();
-        let wired = card.phases.iter().flatten().filter_map(|bit| place(*bit));
-        for bit in wired.chain(spindle).chain(switched.iter().map(|(bit, _)| *bit)) {
-            shadow[bit as usize / 8] = Some(0);
-        }
-        for byte in (0..BYTES).filter(|byte| shadow[*byte].is_some()) {
-            port.write(byte, 0)?;
-        }
+        all_off(machine, &mut *port)?;
+        let shadow = wired_bytes(machine).map(|wired| wired.then_some(0));
         let mut believed = [None; BYTES];
         for sensor in &sensors {
             believed[sensor.byte] = Some(port.read(sensor.byte)?);

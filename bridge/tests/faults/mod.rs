@@ -2,5 +2,9 @@
 
 mod flood;
 mod jog;
+#[cfg(unix)]
+mod journal;
 mod pause;
 mod waiting;
+#[cfg(target_os = "linux")]
+mod watchdog;

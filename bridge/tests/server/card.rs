@@ -88,13 +88,13 @@ fn machine_file(machine: &Machine) -> String {
 }
 
 /// A folder with the machine's file and its device.
-struct Shop {
-    machine: Machine,
-    device: PathBuf,
+pub(crate) struct Shop {
+    pub(crate) machine: Machine,
+    pub(crate) device: PathBuf,
 }
 
 impl Shop {
-    fn new(home: &TempDir) -> Self {
+    pub(crate) fn new(home: &TempDir) -> Self {
         let device = home.path().join("card.bin");
         // The sensor of Z is on at 0.
         fs::write(&device, [0, 0, 0, 0, 0b1_0000, 0, 0, 0]).unwrap();
@@ -103,21 +103,21 @@ impl Shop {
         Self { machine, device }
     }
 
-    fn bridge(home: TempDir, late_us: &str) -> Running {
+    pub(crate) fn bridge(home: TempDir, late_us: &str) -> Running {
         let file = home.path().join("card.toml").display().to_string();
         let mut command = annulus(&home, &["serve", "--port", "0", "--no-open", "--machine", &file]);
         command.env("ANNULUS_LATENESS_US", late_us);
         Running::of(command, home)
     }
 
-    fn outputs(&self) -> [u8; 4] {
+    pub(crate) fn outputs(&self) -> [u8; 4] {
         let mut bytes = [0; 4];
         File::open(&self.device).unwrap().read_exact_at(&mut bytes, 0).unwrap();
         bytes
     }
 
     /// Waits until no executor has the device any more.
-    fn until_let_go(&self) {
+    pub(crate) fn until_let_go(&self) {
         let since = Instant::now();
         let device = OpenOptions::new().read(true).write(true).open(&self.device).unwrap();
         while device.try_lock().is_err() {
@@ -133,13 +133,13 @@ fn column(byte: u8) -> Option<i64> {
 }
 
 /// Rotors that follow the phases, and end sensors that follow the rotors.
-struct Mechanics {
+pub(crate) struct Mechanics {
     ends: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Mechanics {
-    fn start(device: &Path) -> Self {
+    pub(crate) fn start(device: &Path) -> Self {
         let ends = Arc::new(AtomicBool::new(false));
         let device = OpenOptions::new().read(true).write(true).open(device).unwrap();
         let over = Arc::clone(&ends);
@@ -175,7 +175,7 @@ impl Drop for Mechanics {
 }
 
 /// Holes 30 mm apart along X: long ways in between.
-fn holes(machine: &Machine, count: u32) -> Program {
+pub(crate) fn holes(machine: &Machine, count: u32) -> Program {
     let process = &machine.process;
     let to = -(process.board_thickness + process.breakthrough);
     let mut legs = vec![Leg {
@@ -205,7 +205,7 @@ fn holes(machine: &Machine, count: u32) -> Program {
 }
 
 /// Arms `program`: its key, the digest, and the codes of the rows that failed.
-fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (String, String, Vec<String>) {
+pub(crate) fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (String, String, Vec<String>) {
     let bytes = program::encode(program);
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
@@ -217,7 +217,7 @@ fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (String, String,
 }
 
 /// The last line of the executor's record.
-fn last_record(home: &Path) -> serde_json::Value {
+pub(crate) fn last_record(home: &Path) -> serde_json::Value {
     let text = fs::read_to_string(home.join("executor.log")).unwrap();
     serde_json::from_str(text.lines().last().unwrap()).unwrap()
 }

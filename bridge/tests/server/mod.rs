@@ -1,6 +1,6 @@
 //! The local server as strangers, friends and broken programs meet it: the real binary, real sockets, its own home.
 
-mod card;
+pub(crate) mod card;
 pub(crate) mod client;
 mod commands;
 mod door;

@@ -4,7 +4,7 @@
 //! single pulses only where plane and spindles step in one segment.
 
 use crate::job::{Effect, Stage};
-use crate::machine::Machine;
+use crate::machine::{MOST_RPM, Machine};
 use crate::remark::{Remark, Weight};
 use crate::steps::replay;
 use crate::steps::stream::Segment;
@@ -59,16 +59,19 @@ impl Interlocks {
         let low_z = heights.low_z;
         let start_z = heights.starts.iter().copied().min().unwrap_or(0);
         let mut found = Vec::new();
-        let mut refuse = |broken: bool, code: &str| {
-            if broken {
-                found.push(Remark::new(Weight::Loss, code).with("height_steps", low_z));
-            }
-        };
         if let Effect::Spindle(rpm) = segment.effect
             && rpm != self.spindle_rpm
         {
             (self.spindle_rpm, self.spindle_since) = (rpm, now);
         }
+        let rpm = self.spindle_rpm;
+        let mut refuse = |broken: bool, code: &str| {
+            if broken {
+                let remark = Remark::new(Weight::Loss, code).with("height_steps", low_z);
+                found.push(remark.with("rpm", rpm).with("most", MOST_RPM));
+            }
+        };
+        refuse(self.spindle_rpm > MOST_RPM, "check.spindle_speed");
         let awaits = matches!(segment.effect, Effect::AwaitBit(_));
         refuse(awaits && (self.spindle_rpm > 0 || start_z < self.clearance), "check.await_bit");
         let in_plane = segment.runs.iter().any(|run| run.axes & 0b11 != 0);

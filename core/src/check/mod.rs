@@ -8,6 +8,7 @@
 //! | no pulse closer to the last than the drive allows, directions set up in time | `check.interval`, `check.direction_setup` |
 //! | mean speed over 8 steps, and its change over 5 ms, within the axis's limits; in milled paths the jump of a corner besides | `check.speed`, `check.acceleration` |
 //! | no XY step while any bit is below the clearance over the board, but for milling | `check.xy_in_board` |
+//! | no spindle is told a speed that no machine has | `check.spindle_speed` |
 //! | no bit below the surface before the spindle runs, and has had its time to spin up | `check.spindle_off`, `check.spin_up` |
 //! | a gate only where a single axis moves | `check.gate_not_alone` |
 //! | bits are changed with the spindle off and up | `check.await_bit` |

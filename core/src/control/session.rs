@@ -9,6 +9,8 @@
 //!   Alarm ◀── failed ── any     └────────── Stopping ◀── Stop, from anywhere
 //! ```
 //!
+//! Stop brakes, then the tip is lifted. Stop again while it rises holds it where it is, spindle off.
+//!
 //! A queue of work commands runs and holds in the states of a job; its rows may home, so it needs no trust to begin.
 //!
 //! Comes in: asks, and what the executor reports. Goes out: the next session and what to do. One thing moves at a time;
@@ -43,6 +45,10 @@ pub struct Session {
     wish: Wish,
     /// How the job in work is to end, once at rest.
     ending: Option<Ending>,
+    /// The tip is being lifted, and the spindle then turned off.
+    lifting: bool,
+    /// Stop came while it was: it stays where it comes to rest.
+    held: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +111,8 @@ pub enum Event {
     Failed(Alarm, Trust),
     /// The journal cannot keep up: nothing new may be begun.
     CannotRecord(Alarm),
+    /// A job is over, at rest, and its board is not as programmed; what is left of the trust.
+    BoardDiffers(Alarm, Trust),
 }
 
 /// Something to be done.
@@ -171,6 +179,8 @@ impl Default for Session {
             queue: false,
             wish: Wish::None,
             ending: None,
+            lifting: false,
+            held: false,
         }
     }
 }
@@ -201,6 +211,12 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
             next.failed(why, trust)
         }
         Event::CannotRecord(why) => next.cannot_record(why),
+        Event::BoardDiffers(why, trust) => {
+            // Nothing moves: a person has to know.
+            (next.state, next.trust) = (State::Alarm, worse(next.trust, trust));
+            next.alarm.get_or_insert(why);
+            Vec::new()
+        }
         Event::Counted(all) => {
             next.trust = if all { Trust::Trusted } else { Trust::Lost };
             Vec::new()
@@ -212,6 +228,9 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
         Event::Pause | Event::Resume | Event::StopAfterHole | Event::BitChanged => next.while_running(&event),
         ask => next.at_rest(ask),
     };
+    let lifts = actions.iter().any(|action| matches!(action, Action::MakeSafe { .. }));
+    next.lifting = lifts || (next.lifting && next.moving);
+    next.held &= next.lifting;
     next.moving |= actions.iter().any(Action::moves);
     (next, actions)
 }
@@ -360,7 +379,10 @@ impl Session {
             State::NotHomed | State::Ready => vec![Action::SpindleOff],
             State::Alarm => vec![Action::Brake, Action::SpindleOff],
             State::Paused | State::ToolChange => self.finish(Ending::Stopped),
-            State::Stopping => vec![Action::Brake],
+            State::Stopping => {
+                self.held = self.lifting;
+                vec![Action::Brake]
+            }
             State::Running | State::Pausing => {
                 (self.state, self.ending) = (State::Stopping, Some(Ending::Stopped));
                 vec![Action::Brake]
@@ -376,10 +398,9 @@ impl Session {
     fn reported(&mut self, report: &Event) -> Vec<Action> {
         match (self.state, report) {
             (State::Alarm, _) => Vec::new(),
-            (State::Stopping, Event::Safe) => {
-                self.queue = false;
-                self.state = if self.alarm.is_some() { State::Alarm } else { self.resting_state() };
-                self.ending.take().map(Action::End).into_iter().collect()
+            (State::Stopping, Event::Safe) => self.made_safe().into_iter().collect(),
+            (State::Stopping, Event::Rested) if self.held => {
+                std::iter::once(Action::SpindleOff).chain(self.made_safe()).collect()
             }
             // Homing that was just finished when Stop came still counts.
             (State::Stopping, Event::Homed) => {
@@ -430,18 +451,22 @@ impl Session {
         }
     }
 
+    /// Nothing more is to be done for safety: the job, if there was one, is over.
+    fn made_safe(&mut self) -> Option<Action> {
+        self.queue = false;
+        self.state = if self.alarm.is_some() { State::Alarm } else { self.resting_state() };
+        self.ending.take().map(Action::End)
+    }
+
     fn failed(&mut self, why: Alarm, trust: Trust) -> Vec<Action> {
-        let again = self.state == State::Alarm;
+        let again = self.state == State::Alarm || self.held;
         let had_job = self.has_job();
         self.queue = false;
         self.trust = worse(self.trust, trust);
         self.state = State::Alarm;
         self.alarm.get_or_insert(why);
         (self.wish, self.ending) = (Wish::None, None);
-        if again {
-            return vec![Action::SpindleOff];
-        }
-        let mut actions = vec![self.lift()];
+        let mut actions = vec![if again { Action::SpindleOff } else { self.lift() }];
         if had_job {
             actions.push(Action::End(Ending::Alarm));
         }
@@ -652,5 +677,45 @@ mod tests {
                 "round {round}: {after:?}"
             );
         }
+    }
+
+    /// A session that was stopped while it drilled, and is lifting its tip.
+    fn lifting() -> Session {
+        let running =
+            Session { state: State::Running, trust: Trust::Trusted, moving: true, ..Session::default() };
+        let (braking, actions) = step(&running, Event::Stop);
+        assert_eq!(actions, [Action::Brake]);
+        // Hammering does no harm before there is anything to hold.
+        let (braking, actions) = step(&braking, Event::Stop);
+        assert_eq!(actions, [Action::Brake]);
+        let (lifting, actions) = step(&braking, Event::Rested);
+        assert_eq!(actions, [Action::MakeSafe { lift: true }]);
+        lifting
+    }
+
+    #[test]
+    fn stop_again_holds_the_lift_and_ends_the_job_where_it_stands() {
+        for stops in 1..7 {
+            let mut session = lifting();
+            for _ in 0..stops {
+                let (held, actions) = step(&session, Event::Stop);
+                assert_eq!(actions, [Action::Brake]);
+                session = held;
+            }
+            let (held, actions) = step(&session, Event::Rested);
+            assert_eq!(actions, [Action::SpindleOff, Action::End(Ending::Stopped)]);
+            assert_eq!((held.state, held.moving, held.trust), (State::Ready, false, Trust::Trusted));
+        }
+        // The lift had just ended when Stop came, and one that nobody stopped.
+        for event in [Some(Event::Stop), None] {
+            let session = event.map_or_else(lifting, |stop| step(&lifting(), stop).0);
+            let (safe, actions) = step(&session, Event::Safe);
+            assert_eq!((safe.state, actions), (State::Ready, vec![Action::End(Ending::Stopped)]));
+        }
+        // What goes wrong while it is held lifts nothing either.
+        let (held, _) = step(&lifting(), Event::Stop);
+        let (alarm, actions) = step(&held, Event::Failed(self::alarm("x"), Trust::Suspect));
+        assert_eq!(actions, [Action::SpindleOff, Action::End(Ending::Alarm)]);
+        assert_eq!((alarm.state, alarm.moving), (State::Alarm, false));
     }
 }

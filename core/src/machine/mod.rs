@@ -19,7 +19,7 @@ pub use card::{Card, UNWIRED};
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use presets::{hobby_3018, lab, preset, presets, six_spindles, virtual_drill};
 pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
-pub use table::SECTIONS;
+pub use table::{MOST_RPM, SECTIONS};
 pub use takts::doubts;
 pub use validate::validate;
 

@@ -6,6 +6,9 @@ use super::settings::{Kind, Setting, Value};
 use super::{DriveKind, HomeEnd, Law, Output, ScaleUnit, StrokeEnd, ToolChange};
 use crate::units::Length;
 
+/// The fastest that any spindle turns, rpm.
+pub const MOST_RPM: u32 = 300_000;
+
 fn number(value: &Value) -> f64 {
     if let Value::Number(number) = value { *number } else { 0.0 }
 }
@@ -183,7 +186,7 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     (
         "spindle",
         &[
-            whole!("spindle.speed", "rpm", Kind::Whole(0.0, 300_000.0), true, process.spindle_rpm),
+            whole!("spindle.speed", "rpm", Kind::Whole(0.0, MOST_RPM as f64), true, process.spindle_rpm),
             plain!("spindle.spin_up", "ms", Kind::Number(0.0, 60_000.0), true, process.spin_up_ms),
         ],
     ),

@@ -19,10 +19,12 @@
 mod bit;
 mod rotor;
 mod switches;
+mod tally;
 
 pub use bit::{Bit, Breakage, Tip};
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
+pub use tally::{Tally, tally};
 
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};
@@ -33,7 +35,7 @@ use crate::units::Length;
 /// Way beyond the end sensors before an axis hits its hard stop.
 const OVERTRAVEL: Length = Length::from_um(8_000);
 
-/// Most slips that are remembered; later ones are only counted.
+/// Most slips that are remembered; what later ones lost is counted with the last.
 const MOST_SLIPS: usize = 64;
 
 /// Losses of one axis this close together are one slip, in ticks: 0.5 s.
@@ -80,6 +82,9 @@ pub struct Slip {
     pub until: u64,
 }
 
+/// Who is told that a bit broke, and why.
+pub type BreakWatch = Box<dyn FnMut(Breakage) + Send>;
+
 /// Who is told all slips whenever there is more to tell.
 pub type SlipWatch = Box<dyn FnMut(&[Slip]) + Send>;
 
@@ -103,6 +108,8 @@ pub struct Faults {
     pub dull_bit_hz: Option<f64>,
     /// Holes until a bit begins to cut slower; none for bits that stay sharp.
     pub bit_life: Option<u32>,
+    /// How late the computer is with every step, in ticks: judged as on a real machine. Otherwise the drill keeps its own time.
+    pub late_host: Option<u64>,
 }
 
 /// The virtual drill.
@@ -121,6 +128,7 @@ pub struct Twin {
     slips: Vec<Slip>,
     drilled: DrilledBoard,
     watch: Option<SlipWatch>,
+    breaks: Option<BreakWatch>,
 }
 
 /// An axis with play: it stands where its motor last pushed it.
@@ -197,6 +205,7 @@ impl Twin {
             slips: Vec::new(),
             drilled,
             watch: None,
+            breaks: None,
         }
     }
 
@@ -204,6 +213,13 @@ impl Twin {
     #[must_use]
     pub fn watched(mut self, watch: SlipWatch) -> Self {
         self.watch = Some(watch);
+        self
+    }
+
+    /// The same, with somebody who is told when a bit breaks.
+    #[must_use]
+    pub fn watched_for_breaks(mut self, watch: BreakWatch) -> Self {
+        self.breaks = Some(watch);
         self
     }
 
@@ -253,19 +269,30 @@ impl Twin {
         self.tables[axis].pushed(self.rotors[axis].at);
         if self.tables[axis].at != before {
             for spindle in 0..self.bits.len() {
-                let tip = self.tip(tick, spindle);
+                let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
                 self.bits[spindle].slid(tip);
+                self.broke(spindle, whole);
             }
         }
     }
 
     /// A spindle went up or down.
     fn stroked(&mut self, tick: u64, spindle: usize) {
-        let tip = self.tip(tick, spindle);
-        if let Some(depth) = self.bits[spindle].moved(tip) {
+        let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
+        let came_through = self.bits[spindle].moved(tip);
+        self.broke(spindle, whole);
+        if let Some(depth) = came_through {
             let depth_mm = depth as f64 / self.steps_per_mm[2];
             let [x_mm, y_mm, _] = tip.mm;
             (self.drilled)(&Drilled { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
+        }
+    }
+
+    /// Says so if a bit that was whole broke.
+    fn broke(&mut self, spindle: usize, was_whole: bool) {
+        let why = self.bits[spindle].broken.filter(|_| was_whole);
+        if let (Some(why), Some(watch)) = (why, &mut self.breaks) {
+            watch(why);
         }
     }
 
@@ -285,8 +312,9 @@ impl Twin {
             (known.lost, known.until) = (known.lost + slip.lost, slip.tick);
         } else if self.slips.len() < MOST_SLIPS {
             self.slips.push(slip);
-        } else {
-            return;
+        } else if let Some(last) = self.slips.last_mut() {
+            // No step is lost out of the count.
+            last.lost += slip.lost;
         }
         if let Some(watch) = &mut self.watch {
             watch(&self.slips);

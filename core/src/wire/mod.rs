@@ -384,6 +384,21 @@ pub struct SlipTold {
     pub cause: String,
 }
 
+/// How a board differs from its program, by the virtual drill's own record. All zero where it does not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DrilledTold {
+    /// Holes that are not there.
+    pub missing: u32,
+    /// Holes made again.
+    pub doubled: u32,
+    /// Holes where none should be.
+    pub shifted: u32,
+    /// Bits that broke.
+    pub broken: u32,
+    /// Steps that motors lost.
+    pub slipped_steps: u64,
+}
+
 /// How things stand with the machine (A10).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
@@ -444,6 +459,9 @@ pub struct Status {
     /// Where the virtual drill lost steps, since it was built.
     #[serde(default)]
     pub slips: Vec<SlipTold>,
+    /// How the board of the last run differs from its program, by the virtual drill's own record; none before one ended.
+    #[serde(default)]
+    pub drilled: Option<DrilledTold>,
     /// Time since Start, s.
     pub elapsed_s: f64,
     /// Time left, s.

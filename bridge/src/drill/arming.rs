@@ -1,0 +1,39 @@
+//! Arming, as the owner does it: how the drill stands goes out, a job that was checked for that comes back.
+//!
+//! Comes in: asks for the context, prepared jobs. Goes out: verdicts. Does not know how a job is checked.
+
+use super::owner::{Owner, remark, zero_of};
+use super::prepare::{Context, Prepared};
+use annulus_core::control::Event;
+use annulus_core::remark::Remark;
+use annulus_core::wire::Tell;
+use std::sync::Arc;
+
+impl Owner {
+    pub(super) fn context(&self) -> Context {
+        let offer = self.interrupted.as_ref().filter(|_| self.work.is_none());
+        Context {
+            machine: self.machine.clone(),
+            zero: self.session.zero(),
+            state: self.session.state,
+            trust: self.session.trust,
+            safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
+            offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, zero_of(job, &self.machine))),
+        }
+    }
+
+    pub(super) fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Remark> {
+        if self.context() != prepared.context {
+            return Err(remark("control.changed_meanwhile"));
+        }
+        let tell = prepared.tell();
+        let event = match prepared.refusal() {
+            None => Event::Armed(prepared.key.clone(), prepared.digest.clone()),
+            Some(_) => Event::Disarmed(false),
+        };
+        self.try_event(event)?;
+        self.prepared = Some(Arc::new(prepared));
+        self.tell(tell.clone());
+        Ok(vec![tell])
+    }
+}

@@ -1,0 +1,121 @@
+//! The board against the program, at the end of every run, and what is refused before one.
+
+use super::*;
+use annulus_core::wire::DrilledTold;
+
+/// Ten holes, the last five of them with a spindle that hardly turns.
+fn slow_spindle() -> Program {
+    let mut program = grid(&machine(), 10);
+    let slow = Leg {
+        mark: Mark::Prepare,
+        commands: vec![Command::Spindle { rpm: 100 }, Command::Dwell { us: 5_000_000 }],
+    };
+    program.legs.insert(7, slow);
+    program
+}
+
+#[test]
+fn a_broken_bit_ends_no_job_as_done_in_silence() {
+    let mut bench = Bench::new(&machine(), Faults::default());
+    bench.start(&slow_spindle());
+    assert_eq!(bench.ended(), (Ending::Done, 10), "no sensor of this machine tells");
+    assert_eq!(bench.record().len(), 5, "the board itself");
+    let status = bench.wait(|status| status.state == State::Alarm);
+    let told = DrilledTold { missing: 5, broken: 1, ..DrilledTold::default() };
+    assert_eq!((status.drilled, status.trust), (Some(told), Trust::Trusted));
+    let why = status.alarm.unwrap();
+    assert_eq!(why.code, "control.board_differs");
+    assert!(why.message("en").contains('5'), "{}", why.message("en"));
+    bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
+    assert_eq!(bench.status().state, State::Ready);
+    // With another bit the same place is clean again, and the run before counts no more.
+    bench.drill.ask(Ask::SetZero).unwrap();
+    bench.start_here(&grid(&machine(), 4));
+    assert_eq!(bench.ended(), (Ending::Done, 4));
+    let status = bench.wait(|status| status.state == State::Ready);
+    assert_eq!(status.drilled, Some(DrilledTold::default()));
+}
+
+#[test]
+fn a_hole_made_twice_or_beside_its_place_is_counted() {
+    let twice = {
+        let mut program = grid(&machine(), 3);
+        let again = program.legs[2].clone();
+        program.legs.insert(3, again);
+        program
+    };
+    let mut bench = Bench::new(&machine(), Faults::default());
+    bench.start(&twice);
+    bench.ended();
+    let status = bench.wait(|status| status.drilled.is_some());
+    assert_eq!(status.drilled, Some(DrilledTold::default()), "the program asks for it twice");
+    // Twelve steps of Y lost on the way to the second hole: it and the third are elsewhere.
+    let faults = Faults { lost_steps: vec![(1, 16_500), (1, 16_600), (1, 16_700)], ..Faults::default() };
+    let mut program = grid(&machine(), 3);
+    program.legs[3].commands[0] = Command::Rapid { to: Point::from_mm(10.0, 180.0) };
+    program.legs[4].commands[0] = Command::Rapid { to: Point::from_mm(12.5, 180.0) };
+    let mut bench = Bench::new(&machine(), faults);
+    bench.start(&program);
+    bench.ended();
+    let status = bench.wait(|status| status.state == State::Alarm);
+    let told = status.drilled.unwrap();
+    assert_eq!((told.missing, told.doubled, told.shifted, told.broken), (0, 0, 2, 0), "{told:?}");
+    assert!(told.slipped_steps >= 12 && status.trust == Trust::Suspect, "{status:?}");
+}
+
+#[test]
+fn a_speed_no_spindle_has_and_a_wait_for_a_bit_there_is_not_are_refused_when_armed() {
+    let bench = Bench::new(&machine(), Faults::default());
+    bench.home();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    let with = |place: [usize; 2], command: Command| {
+        let mut program = grid(&machine(), 2);
+        program.legs[place[0]].commands[place[1]] = command;
+        program
+    };
+    let rows = [
+        (with([1, 0], Command::Spindle { rpm: u32::MAX }), "check.spindle_speed"),
+        (with([1, 0], Command::Spindle { rpm: 300_001 }), "check.spindle_speed"),
+        (with([0, 0], Command::AwaitBit { bit: 9 }), "preflight.no_such_bit"),
+        (with([0, 0], Command::AwaitBit { bit: 1 }), "preflight.no_such_bit"),
+    ];
+    for (program, code) in rows {
+        let (job, stream_digest, checks) = bench.arm(&program);
+        let failed: Vec<_> = checks.iter().filter(|row| row.verdict == Verdict::Fail).collect();
+        assert!(failed.iter().any(|row| row.finding.code == code), "{code}: {failed:?}");
+        assert!(failed.iter().all(|row| !row.finding.message("en").contains('{')), "{failed:?}");
+        let refused = bench.drill.ask(Ask::Start { job, stream_digest, from_leg: 0 }).unwrap_err();
+        assert_eq!(refused.code, "control.not_armed");
+    }
+    let (.., checks) = bench.arm(&with([1, 0], Command::Spindle { rpm: 300_000 }));
+    assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+}
+
+#[test]
+fn stop_again_holds_the_tip_where_it_is_while_it_is_lifted() {
+    let folder = tempfile::tempdir().unwrap();
+    let drill = Drill::open_with(folder.path(), machine(), 5.0, Faults::default()).unwrap();
+    let tells = drill.watch();
+    let mut bench = Bench { drill, folder, tells };
+    bench.start(&grid(&machine(), 2));
+    bench.wait(|status| status.state == State::Running && status.spindle_rpm > 0);
+    // So slow that the lift takes seconds.
+    bench.drill.ask(Ask::Pace { percent: 10 }).unwrap();
+    bench.drill.ask(Ask::Stop).unwrap();
+    let low = bench.status().steps[2];
+    bench.wait(|status| status.state == State::Stopping && status.steps[2] > low + 40);
+    for _ in 0..5 {
+        bench.drill.ask(Ask::Stop).unwrap();
+    }
+    assert_eq!(bench.ended().0, Ending::Stopped);
+    let held = bench.wait(|status| status.state == State::Ready && status.spindle_rpm == 0);
+    let top = machine().z.scale.steps(machine().z.max - machine().z.home_offset);
+    assert!(held.steps[2] < top - 100, "it rose on: {} of {top}", held.steps[2]);
+    assert_eq!(held.trust, Trust::Trusted);
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(bench.status().steps, held.steps, "and it stays");
+    // The way up is by hand, and as ever after that.
+    bench.drill.ask(Ask::Pace { percent: 100 }).unwrap();
+    bench.drill.ask(Ask::Jog { axis: 2, distance_um: 1_000 }).unwrap();
+    bench.wait(|status| status.state == State::Ready && status.steps[2] > held.steps[2]);
+}

@@ -1,0 +1,172 @@
+//! What is written down, on disks that are full or broken (N16, N20). Judged by the drilled-board record alone.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+
+const HOLES: usize = 30;
+
+fn shop() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let places: String = (0..HOLES).map(|n| format!("X{}.0Y{}.0\n", n % 6 * 2, n / 6 * 2)).collect();
+    let board = format!("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\n{places}M30\n");
+    fs::write(folder.path().join("board.drl"), board).unwrap();
+    folder
+}
+
+/// `annulus run` through a shell, `before` being what it does first.
+fn run(folder: &Path, before: &str, arguments: &str) -> Command {
+    let line = format!("{before} exec {} run board.drl --json {arguments}", env!("CARGO_BIN_EXE_annulus"));
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &line]).current_dir(folder).env("ANNULUS_HOME", folder.join("home"));
+    shell.stdout(Stdio::piped()).stderr(Stdio::piped());
+    shell
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text} {output:?}"))
+}
+
+/// How often every place is in the record.
+fn places(home: &Path) -> BTreeMap<String, usize> {
+    let text = fs::read_to_string(home.join("drilled.txt")).unwrap_or_default();
+    let mut places = BTreeMap::new();
+    for line in text.lines() {
+        let words: Vec<&str> = line.split(' ').collect();
+        *places.entry(words[..2].join(" ")).or_default() += 1;
+    }
+    places
+}
+
+/// A run that was killed after some holes: the journal and the record it left.
+fn killed(folder: &Path) -> (Vec<u8>, Vec<u8>) {
+    let home = folder.join("home");
+    let mut child = run(folder, "", "--speed 60").spawn().unwrap();
+    while places(&home).len() < 8 {
+        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    (fs::read(home.join("journal.redb")).unwrap(), fs::read(home.join("drilled.txt")).unwrap())
+}
+
+fn next(seed: &mut u64, below: usize) -> usize {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+    (*seed >> 33) as usize % below
+}
+
+/// The journal broken in one of many ways.
+fn broken(good: &[u8], round: usize, seed: &mut u64) -> Vec<u8> {
+    let mut bytes = good.to_vec();
+    let used = bytes.iter().rposition(|byte| *byte != 0).unwrap_or(0) + 1;
+    match round % 5 {
+        0 => bytes.truncate(next(seed, good.len())),
+        1 => {
+            let at = next(seed, used);
+            bytes[at] ^= 1 << next(seed, 8);
+        }
+        2 => {
+            let (at, length) = (next(seed, used), 1 << next(seed, 13));
+            bytes.iter_mut().skip(at).take(length).for_each(|byte| *byte = 0);
+        }
+        3 => {
+            for _ in 0..1 << next(seed, 10) {
+                let at = next(seed, used);
+                bytes[at] = next(seed, 256) as u8;
+            }
+        }
+        _ => {
+            // A sector of another place.
+            let (from, to) = (next(seed, used) & !511, next(seed, used) & !511);
+            bytes.copy_within(from..(from + 512).min(good.len()), to.min(good.len() - 512));
+        }
+    }
+    bytes
+}
+
+#[test]
+fn a_broken_journal_drills_no_board_anew_in_silence() {
+    let rounds = if std::env::var_os("ANNULUS_LONG").is_some() { 100 } else { 15 };
+    let folder = shop();
+    let home = folder.path().join("home");
+    let (journal, record) = killed(folder.path());
+    let mut seed = 2_026_u64;
+    let (mut refused, mut went_on) = (0, 0);
+    for round in 0..rounds {
+        let _ = fs::remove_dir_all(&home);
+        fs::create_dir_all(&home).unwrap();
+        fs::write(home.join("journal.redb"), broken(&journal, round, &mut seed)).unwrap();
+        fs::write(home.join("drilled.txt"), &record).unwrap();
+        let before = places(&home);
+        let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+        let (object, after) = (json(&output), places(&home));
+        if output.status.code() == Some(0) {
+            // Believed: it went on where it was, perhaps one record earlier.
+            went_on += 1;
+            assert_eq!(after.len(), HOLES, "round {round}: {object}");
+            let again: usize = after.values().map(|count| count - 1).sum();
+            assert!(again <= 2, "round {round}: {again} holes of {} again", before.len());
+        } else {
+            refused += 1;
+            assert_eq!(object["error"]["code"], "journal.damaged", "round {round}: {object}");
+            assert_eq!(after, before, "round {round}: it moved");
+        }
+    }
+    println!("{refused} refused, {went_on} went on where they were");
+    assert!(refused > 0 && went_on > 0);
+}
+
+#[test]
+fn a_damaged_journal_asks_for_a_word_however_often_it_is_asked() {
+    let folder = shop();
+    let home = folder.path().join("home");
+    let (mut journal, _) = killed(folder.path());
+    // What is left of it is the name of its job.
+    journal.iter_mut().take(4096).for_each(|byte| *byte = 7);
+    fs::write(home.join("journal.redb"), &journal).unwrap();
+    let before = places(&home);
+    for _ in 0..3 {
+        let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+        let object = json(&output);
+        assert_eq!((output.status.code(), &object["error"]["code"]), (Some(1), &"journal.damaged".into()));
+        let said = object["error"]["message"].as_str().unwrap();
+        assert!(said.contains("journal.damaged-1") && said.contains("board"), "{said}");
+        assert!(said.contains(&before.values().sum::<usize>().to_string()), "{said}");
+        assert!(object["error"]["advice"].as_str().unwrap().contains("--accept journal.damaged"), "{object}");
+        assert_eq!(places(&home), before, "nothing moves");
+    }
+    let output = run(folder.path(), "", "--speed 2000 --accept journal.damaged").output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert_eq!(places(&home).len(), HOLES);
+    assert_eq!(fs::read(home.join("journal.damaged-1")).unwrap(), journal);
+    assert_eq!(run(folder.path(), "", "--speed 2000").output().unwrap().status.code(), Some(0), "read once");
+}
+
+#[test]
+fn a_record_that_cannot_be_written_stops_the_job_and_is_told() {
+    const BLOCKS: u64 = 40_000;
+    let folder = shop();
+    let home = folder.path().join("home");
+    fs::create_dir_all(&home).unwrap();
+    // Room for three holes below the longest file there may be.
+    let file = fs::File::create(home.join("drilled.txt")).unwrap();
+    let full = BLOCKS * 512;
+    let line = "6.0000 5.0000 2.0000\n".len() as u64;
+    file.set_len(full - 3 * line - line / 2).unwrap();
+    let limit = format!("trap '' XFSZ; ulimit -f {BLOCKS};");
+    let output = run(folder.path(), &limit, "--speed 2000").output().unwrap();
+    let object = json(&output);
+    assert_eq!((output.status.code(), &object["stopped_because"]), (Some(1), &"alarm".into()), "{object}");
+    assert_eq!(object["error"]["code"], "control.record_unwritable", "{object}");
+    assert!(object["holes_done"].as_u64().unwrap() < 8, "{object}");
+    let text = fs::read(home.join("drilled.txt")).unwrap();
+    assert!(text.ends_with(b"\n") && (text.len() as u64) < full, "no half line");
+    // With room again it goes on.
+    let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+    assert_eq!((output.status.code(), &json(&output)["holes_done"]), (Some(0), &HOLES.into()), "{output:?}");
+}
