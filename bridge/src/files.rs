@@ -65,9 +65,33 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
         |name: &str| beside.iter().any(|other| name == other || name.starts_with(&format!("{other}!/")));
     let listed: Vec<usize> =
         (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
+    let listed = of_board(&mut artwork, listed, reading.board.as_deref())?;
     asked_first(&mut artwork, &listed);
     let said = Said { numbers: Numbers::of(&overrides), aligned: reading.align, ..Said::default() };
     Ok(ReadFiles { artwork, listed, given: files.named, asked_for, said, job: None })
+}
+
+/// The files among `listed` that are of the board asked for, or of none in particular; all where none is asked for. What lies
+/// beside them of other boards is left out, and so is the rest.
+fn of_board(artwork: &mut Artwork, listed: Vec<usize>, asked: Option<&str>) -> Result<Vec<usize>, Refusal> {
+    let boards = artwork.boards(&listed);
+    if let Some(asked) =
+        asked.filter(|asked| !boards.iter().any(|(name, _)| name.eq_ignore_ascii_case(asked)))
+    {
+        let names: Vec<String> = boards.into_iter().map(|(name, _)| name).collect();
+        let why = Remark::new(Weight::Loss, "cli.unknown_board").with("found", asked);
+        return Err(Refusal::usage(why.with("names", names.join(", "))));
+    }
+    let wanted = |board: &str| match asked {
+        Some(asked) => board.eq_ignore_ascii_case(asked),
+        None => boards.iter().any(|(name, _)| name == board),
+    };
+    let others = artwork.files.iter().enumerate();
+    let others =
+        others.filter(|(_, file)| !file.board.is_empty() && !wanted(&file.board) && !boards.is_empty());
+    let others: Vec<usize> = others.map(|(index, _)| index).collect();
+    artwork.leave_out(&others);
+    Ok(listed.into_iter().filter(|index| !others.contains(index)).collect())
 }
 
 /// Layers that only lie beside those asked for are none of the board where one of these is for the same.
@@ -104,7 +128,8 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
     said.numbers = Numbers::of(&numbers);
     let mut artwork = artwork::read_set(&files, &numbers);
     said.say_roles(&mut artwork);
-    let listed = (0..artwork.files.len()).collect();
+    let all = (0..artwork.files.len()).collect();
+    let listed = of_board(&mut artwork, all, reading.board.as_deref())?;
     Ok(ReadFiles { artwork, listed, asked_for: files.len(), given: files, said, job })
 }
 

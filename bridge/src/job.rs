@@ -204,7 +204,7 @@ fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
     let mut losses = remarks.iter().filter(|remark| remark.is_unseen(accept));
     let Some(first) = losses.next() else { return Ok(()) };
     losses.for_each(|loss| cli::say(Refusal::content(loss.clone())));
-    Err(Refusal::content(first.clone()))
+    Err(Refusal::content(first.clone()).among(remarks.to_vec()))
 }
 
 fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Remark>) -> Result<Job, Refusal> {

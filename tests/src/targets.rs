@@ -101,10 +101,15 @@ pub fn job(bytes: &[u8]) {
     }
 }
 
-fn has_sentences(remark: &Remark) {
+/// A remark has both sentences (a reason has one), and every place in them is filled.
+pub fn has_sentences(remark: &Remark) {
     for part in ["message", "advice"] {
         let key = format!("{}.{part}", remark.code);
-        assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
+        let raw = locale::lookup("en", &key).unwrap_or_else(|| panic!("no sentence {key}"));
+        let names = raw.split('{').skip(1).filter_map(|part| part.split(['}', '|']).next());
+        for name in names {
+            assert!(remark.args.iter().any(|(argument, _)| argument == name), "{key} does not get {name}");
+        }
     }
 }
 

@@ -213,6 +213,27 @@ fn hostile_files_end_in_remarks_within_limits() {
 }
 
 #[test]
+fn every_sentence_about_the_corpus_is_filled() {
+    let Some(corpus) = corpus() else { return };
+    let mut count = 0;
+    for folder in
+        fs::read_dir(&corpus).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir())
+    {
+        if ["expected", "licenses", "tsplib"].iter().any(|name| folder.ends_with(name)) {
+            continue;
+        }
+        let artwork = read_folder(&folder);
+        let (_, of_board) = from_artwork(&artwork, &artwork.default_use());
+        let of_files = artwork.files.iter().flat_map(|file| file.remarks.iter().chain([&file.reason]));
+        for remark in of_files.chain(&of_board) {
+            annulus_tests::targets::has_sentences(remark);
+            count += 1;
+        }
+    }
+    assert!(count > 500, "{count} remarks");
+}
+
+#[test]
 fn zips_give_only_what_is_safe() {
     let Some(corpus) = corpus() else { return };
     let listed = |name: &str| -> Vec<(String, Kind)> {

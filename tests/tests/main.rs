@@ -3,10 +3,12 @@
 mod corpus_cam;
 mod corpus_drill;
 mod corpus_gerber;
+mod drill_everyday;
 mod drill_rows;
 mod faults;
 mod floor_plan;
 mod hostile_gerber;
 mod mutations;
 mod page_words;
+mod pairing;
 mod tours;

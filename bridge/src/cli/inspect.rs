@@ -31,10 +31,21 @@ pub(crate) struct InspectArgs {
 pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     let read = files::read(&args.paths, &args.reading)?;
     let listed: Vec<&FileRead> = read.listed.iter().map(|&index| &read.artwork.files[index]).collect();
+    let boards = read.artwork.boards(&read.listed);
+    let of_board = |(name, files): &(String, Vec<usize>)| {
+        let files = files.iter().map(|&index| read.artwork.files[index].name.as_str()).collect::<Vec<_>>();
+        json!({ "name": name, "files": files })
+    };
     // People read the structure; areas, which have to be painted, stand in the object alone.
     let rows = listed.iter().filter(|_| json).map(|file| file_object(file));
-    let object = json!({ "files": rows.collect::<Vec<_>>() });
-    let text = listed.iter().fold(String::new(), |text, file| text + &file_text(file));
+    let object = json!({
+        "files": rows.collect::<Vec<_>>(),
+        "boards": boards.iter().map(of_board).collect::<Vec<_>>(),
+    });
+    let mut text = listed.iter().fold(String::new(), |text, file| text + &file_text(file));
+    for (name, files) in boards.iter().filter(|_| boards.len() > 1) {
+        let _ = writeln!(text, "board {name}: {} files", files.len());
+    }
     Ok(Answer { object, text, exit: Exit::Done })
 }
 
@@ -211,6 +222,8 @@ fn drill_text(text: &mut String, file: &FileRead, drill: &DrillFile) {
     }
     if let Some(bounds) = drill.centre_bounds() {
         let (width, height) = ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
-        let _ = writeln!(text, "  {} holes within {width:.3} × {height:.3} mm", drill.hits.len());
+        let holes = drill.hits.len();
+        let word = if holes == 1 { "hole" } else { "holes" };
+        let _ = writeln!(text, "  {holes} {word} within {width:.3} × {height:.3} mm");
     }
 }

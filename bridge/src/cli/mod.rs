@@ -136,6 +136,9 @@ pub(crate) struct ReadingArgs {
     /// stays where its file puts it, and what lies apart is told.
     #[arg(long)]
     pub(crate) align: bool,
+    /// Of several boards the one that is meant, by the name that `inspect` gives it.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) board: Option<String>,
 }
 
 /// Units of coordinates.

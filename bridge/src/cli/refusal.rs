@@ -2,7 +2,7 @@
 //!
 //! Comes in: a remark or an I/O error. Goes out: sentence, object, exit code. Does not know the commands.
 
-use annulus_core::remark::Remark;
+use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::fmt;
 use std::process::ExitCode;
@@ -35,22 +35,33 @@ pub(crate) struct Refusal {
     pub(crate) why: Remark,
     /// How the process ends.
     pub(crate) exit: Exit,
+    /// Everything that was said of the files, this among it.
+    pub(crate) diagnostics: Vec<Remark>,
 }
 
 impl Refusal {
     /// A refusal for content.
     pub(crate) fn content(why: Remark) -> Self {
-        Self { why, exit: Exit::Content }
+        Self { why, exit: Exit::Content, diagnostics: Vec::new() }
     }
 
     /// A refusal of wrong usage.
     pub(crate) fn usage(why: Remark) -> Self {
-        Self { why, exit: Exit::Usage }
+        Self { why, exit: Exit::Usage, diagnostics: Vec::new() }
     }
 
     /// A refusal because of the surroundings.
     pub(crate) fn surroundings(why: Remark) -> Self {
-        Self { why, exit: Exit::Surroundings }
+        Self { why, exit: Exit::Surroundings, diagnostics: Vec::new() }
+    }
+
+    /// The same with everything else that was said, by file and line.
+    #[must_use]
+    pub(crate) fn among(mut self, mut remarks: Vec<Remark>) -> Self {
+        remarks.sort_by(|a, b| a.place.cmp(&b.place));
+        remarks.dedup();
+        self.diagnostics = remarks;
+        self
     }
 
     /// The object for scripts.
@@ -63,9 +74,29 @@ impl Refusal {
                 "message": self.why.message("en"),
                 "advice": self.why.advice("en"),
                 "place": place.map(|p| json!({ "file": p.file, "line": p.line, "column": p.column })),
+                "diagnostics": self.diagnostics.iter().map(diagnostic).collect::<Vec<_>>(),
             }
         })
     }
+}
+
+/// One diagnostic for scripts.
+fn diagnostic(remark: &Remark) -> Value {
+    let severity = match remark.weight {
+        Weight::Note => "note",
+        Weight::Doubt => "warning",
+        Weight::Loss => "error",
+    };
+    let place = remark.place.as_ref();
+    json!({
+        "severity": severity,
+        "code": remark.code,
+        "file": place.map(|place| place.file.as_str()),
+        "line": place.map_or(0, |place| place.line),
+        "column": place.map_or(0, |place| place.column),
+        "message": remark.message("en"),
+        "advice": remark.advice("en"),
+    })
 }
 
 impl fmt::Display for Refusal {

@@ -84,7 +84,9 @@ pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Rem
             return Err(refused("archive.damaged"));
         };
         at = next;
-        let name = shown(row.name);
+        // Some programs of one system write its own separator.
+        let given = shown(row.name);
+        let name = if given.as_bytes().get(1) == Some(&b':') { given } else { given.replace('\\', "/") };
         if ignored(&name) {
             continue;
         }
@@ -130,6 +132,9 @@ pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Remark> {
     if members.len() > MOST_MEMBERS {
         let why = Remark::new(Weight::Loss, "archive.too_many_members");
         return Err(why.with("count", members.len()).with("most", MOST_MEMBERS));
+    }
+    if let Some((name, _)) = members.iter().find(|(name, _)| name.contains('\\')) {
+        return Err(Remark::new(Weight::Loss, "archive.path_leads_out").at(name, 0, 0));
     }
     let (mut zip, mut directory) = (Vec::new(), Vec::new());
     for (name, bytes) in members {
@@ -184,7 +189,7 @@ fn shown(name: &[u8]) -> String {
 
 fn take(zip: &[u8], row: &Row<'_>, name: &str, budget: &mut Budget) -> Result<Vec<u8>, &'static str> {
     let drive = name.as_bytes().get(1) == Some(&b':');
-    if name.starts_with('/') || drive || name.contains('\\') || name.split('/').any(|part| part == "..") {
+    if name.starts_with('/') || drive || name.split('/').any(|part| part == "..") {
         return Err("archive.path_leads_out");
     }
     if row.encrypted {

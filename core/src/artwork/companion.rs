@@ -13,7 +13,7 @@ use super::excellon::Stated;
 use super::excellon::hints::{Hint, digits_in, format_words, plating};
 use super::number::{Decimal, decimal};
 use super::text::{holds, lines, starts};
-use super::{Units, Zeros};
+use super::{Digits, Units, Zeros};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 const MOST_ROWS: usize = 1_000;
 
 /// Words that tell a report.
-const MARKS: [&str; 9] = [
+const MARKS: [&str; 12] = [
     "EXCELLON DRILL FILE GENERATION",
     "NCDrill File Report",
     "INTEGER-PLACES",
@@ -31,6 +31,9 @@ const MARKS: [&str; 9] = [
     "GAPFile",
     "Tool table",
     "DRILL REPORT",
+    "Drill Station Info File",
+    "Photoplotter Info File",
+    "DRILL LIST  *****",
 ];
 
 /// A tool in a report.
@@ -91,8 +94,13 @@ pub(super) fn read(text: &[u8]) -> Companion {
             rows.push(found);
             continue;
         }
-        if holds(line, "format") || holds(line, "units") {
+        if holds(line, "format") || holds(line, "units") || starts(line, "unit") {
             found.format_line(line);
+        }
+        if starts(line, "zero suppress") {
+            let zeros = if holds(line, "lead") { Some(Zeros::Leading) } else { None };
+            found.stated.zeros =
+                zeros.or(holds(line, "trail").then_some(Zeros::Trailing)).or(found.stated.zeros);
         }
         let number =
             line.split(u8::is_ascii_whitespace).next_back().and_then(decimal).map(|(number, _)| number);
@@ -111,7 +119,7 @@ pub(super) fn read(text: &[u8]) -> Companion {
     let digit =
         |number: Option<Decimal>| number.and_then(|n| u8::try_from(n.mantissa).ok()).filter(|&n| n <= 9);
     if let (Some(integer), Some(decimal)) = (digit(integer), digit(dec)) {
-        found.stated.digits = Some(super::Digits { integer, decimal });
+        found.stated.digits = Some(Digits { integer, decimal });
     }
     for (code, size, row) in rows {
         let diameter = size.length(found.stated.units).filter(|&length| length > Length::ZERO);
@@ -130,7 +138,7 @@ impl Companion {
                 _ => {}
             }
         }
-        if let Some(digits) = digits_in(line) {
+        if let Some(digits) = digits_in(line).or_else(|| steps(line)) {
             self.stated.digits = Some(digits);
         }
     }
@@ -146,6 +154,21 @@ impl Companion {
             || front_stem(own) == front_stem(drill)
             || holds(text, base)
     }
+}
+
+/// Digits of a step such as `1/10000 Inch`, or of a picture such as `3V3`.
+fn steps(line: &[u8]) -> Option<Digits> {
+    let parts = || line.split(|&byte| b" \t,:=".contains(&byte));
+    let picture = parts().find_map(|part| match *part {
+        [before @ b'0'..=b'9', b'V' | b'v', behind @ b'0'..=b'9'] => {
+            Some(Digits { integer: before - b'0', decimal: behind - b'0' })
+        }
+        _ => None,
+    });
+    let step = parts().find_map(|part| part.strip_prefix(b"1/1"));
+    let zeros = step.filter(|zeros| (1..=6).contains(&zeros.len()) && zeros.iter().all(|byte| *byte == b'0'));
+    let integer = if holds(line, "inch") { 2 } else { 3 };
+    picture.or(zeros.map(|zeros| Digits { integer, decimal: zeros.len() as u8 }))
 }
 
 /// The folder part of a name, with the archive it is in.

@@ -8,26 +8,23 @@
 //! every reading ─▶ its holes (a sample) ─▶ share on copper ─▶ best allowed, best other
 //! ```
 
-use super::drill::DrillFile;
-use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
-use super::measure::oddity;
+use super::drill::{DrillFile, ToolEntry};
+use super::excellon::{self, Sensed, Survey, Task, ToolTable};
+use super::measure::{impossible_bit, oddity};
 use super::number::Reading;
+use super::rank::{Grounds, Ranked, agrees, rank, readings, sample};
 use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
-use super::registration::{Copper, FITS, Fit, SAMPLE, every};
+use super::registration::{FITS, same_place, same_size};
 use super::second_look::{Look, look};
-use super::text::front;
-use super::{Digits, Evidence, Overrides, Source, Units, Zeros, tool_units};
-use crate::geometry::Point;
+use super::{Evidence, Overrides, Source, Zeros, tool_units};
 use crate::remark::{Remark, Weight};
 
-/// Bytes of a program that are read under every reading.
-const SAMPLED_BYTES: usize = 96 * 1024;
 /// Readings closer than this cannot be told apart by copper.
 const CLOSE: f64 = 0.10;
 /// A reading that is this much better than what words say makes words doubtful.
 const MUCH_BETTER: f64 = 0.30;
-/// Below this, copper says nothing: it may belong to another board.
-const SAYS_NOTHING: f64 = 0.30;
+/// So many holes that lie beside all copper are no chance.
+const MANY: usize = 8;
 
 /// Reads a drill program. The error is the remark why nothing of it is kept.
 pub(super) fn program(
@@ -47,19 +44,16 @@ pub(super) fn program(
         sensed: &sensed,
         unplated: false,
         copper: neighbours.copper,
+        outline: neighbours.outline,
     };
     grounds.unplated = neighbours.copper.is_some() && unplated(&grounds);
-    let ranking = grounds.copper.and_then(|copper| rank(&grounds, copper));
+    let witnessed = grounds.copper.is_some() || grounds.outline.is_some();
+    let ranking = if witnessed { rank(&grounds) } else { None };
     let mut choice = choose(&grounds, ranking.as_deref());
     let task = Task { name, text, reading: choice.reading, survey: &survey, table: &table };
-    let on_copper = choice.evidence.score.is_some_and(|score| score >= FITS);
+    let settled = choice.evidence.source == Source::Copper;
     let (mut drill, mut remarks);
-    (choice.reading, drill, remarks) = if on_copper {
-        let (drill, remarks) = excellon::read(&task)?;
-        (choice.reading, drill, remarks)
-    } else {
-        measured(task, &sensed)?
-    };
+    (choice.reading, drill, remarks) = measured(task, &sensed, settled)?;
     let reading = choice.reading;
 
     let mut file = drill_program(name);
@@ -72,6 +66,7 @@ pub(super) fn program(
     remarks.extend(doubts(name, &sensed, &choice, &survey, !drill.hits.is_empty()));
     let units = tool_units::settle(&mut drill, reading.units, &survey.sizes);
     remarks.extend(units.map(|doubt| doubt.at(name, 0, 0)));
+    remarks.extend(impossible_bit(&drill).map(|tool| impossible(name, tool)));
     remarks.extend(choice.seen.into_iter().map(|doubt| doubt.at(name, 0, 0)));
     remarks.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
     file.evidence = Some(choice.evidence);
@@ -85,12 +80,16 @@ pub(super) fn program(
 
 /// Reads as `task` says; or, where that can hardly be a board, under a reading that is one and differs only in what nothing
 /// speaks for.
-fn measured(mut task: Task<'_>, sensed: &Sensed) -> Result<(Reading, DrillFile, Vec<Remark>), Remark> {
+fn measured(
+    mut task: Task<'_>,
+    sensed: &Sensed,
+    settled: bool,
+) -> Result<(Reading, DrillFile, Vec<Remark>), Remark> {
     let (mut drill, mut remarks) = excellon::read(&task)?;
     let Some(mut code) = oddity(&drill) else { return Ok((task.reading, drill, remarks)) };
     let first = task.reading;
     let open = |source| source == Source::Default;
-    let guessed = open(sensed.weakest());
+    let guessed = !settled && open(sensed.weakest());
     if guessed {
         let makes_a_board = |(drill, remarks): &(DrillFile, Vec<Remark>)| {
             oddity(drill).is_none() && !remarks.iter().any(|remark| remark.code == "drill.out_of_range")
@@ -107,13 +106,19 @@ fn measured(mut task: Task<'_>, sensed: &Sensed) -> Result<(Reading, DrillFile, 
             ((drill, remarks), task.reading, code) = (read, reading, "drill.read_by_measure");
         }
     }
-    let weight = if guessed { Weight::Loss } else { Weight::Doubt };
     let size = drill.centre_bounds().map_or(String::new(), |bounds| {
         format!("{:.1} × {:.1} mm", (bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm())
     });
-    let remark = Remark::new(weight, code).at(task.name, 0, 0).with("reading", shown(&task.reading));
+    let remark = Remark::new(Weight::Loss, code).at(task.name, 0, 0).with("reading", shown(&task.reading));
     remarks.push(remark.with("other", shown(&first)).with("size", size));
     Ok((task.reading, drill, remarks))
+}
+
+/// Says of a tool that no bit is as thin or as thick.
+fn impossible(name: &str, tool: &ToolEntry) -> Remark {
+    let size = tool.diameter.map_or(String::new(), |length| format!("{:.3}", length.mm()));
+    let remark = Remark::new(Weight::Loss, "drill.impossible_bit").at(name, tool.line, 1);
+    remark.with("tool", format!("T{}", tool.code)).with("size", size)
 }
 
 /// What companions that speak of this file say about numbers and tools.
@@ -140,36 +145,6 @@ fn companions<'a>(
     (stated, table, beside)
 }
 
-/// Whole lines from the front of a program.
-fn sample(text: &[u8]) -> Option<&[u8]> {
-    let text = front(text, SAMPLED_BYTES);
-    let end = text.iter().rposition(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len());
-    text.get(..end)
-}
-
-/// A reading and how its holes fit.
-struct Ranked {
-    reading: Reading,
-    fit: Fit,
-    holes: Vec<Point>,
-    /// Which tools drill those that are single holes.
-    tools: Vec<Option<u16>>,
-    /// Whether it agrees with every part that words settle.
-    allowed: bool,
-}
-
-/// What the choice of a reading goes by, copper apart.
-struct Grounds<'a> {
-    name: &'a str,
-    text: &'a [u8],
-    survey: &'a Survey,
-    table: &'a ToolTable,
-    sensed: &'a Sensed,
-    /// The file says that none of its holes is plated: they need not lie on copper.
-    unplated: bool,
-    copper: Option<&'a Copper>,
-}
-
 /// Whether the file says, by an attribute, by its sections or by its name, that none of its holes is plated.
 fn unplated(grounds: &Grounds<'_>) -> bool {
     let &Grounds { name, text, survey, table, sensed, .. } = grounds;
@@ -185,129 +160,98 @@ fn unplated(grounds: &Grounds<'_>) -> bool {
     plated_by_name(name) == Some(false)
 }
 
-/// Fits of all readings, best first; readings that give the same holes stand once. None if there are no holes.
-fn rank(grounds: &Grounds<'_>, copper: &Copper) -> Option<Vec<Ranked>> {
-    let &Grounds { name, survey, table, sensed, unplated, .. } = grounds;
-    let text = sample(grounds.text)?;
-    let mut all: Vec<Ranked> = Vec::new();
-    for reading in readings(sensed) {
-        let Ok((drill, _)) = excellon::read(&Task { name, text, reading, survey, table }) else { continue };
-        // Single holes come first.
-        let single = drill.hits.len();
-        let centres: Vec<(Point, Option<u16>)> = (0..)
-            .zip(drill.centres())
-            .map(|(at, (point, tool))| (point, (at < single).then_some(tool)))
-            .collect();
-        let (holes, tools): (Vec<Point>, Vec<Option<u16>>) =
-            every(centres.iter().copied(), centres.len(), SAMPLE).unzip();
-        if holes.len() < 3 || all.iter().any(|other| other.holes == holes) {
-            continue;
-        }
-        let allowed = agrees(&reading, sensed, Sensed::stated);
-        all.push(Ranked { reading, fit: copper.fit(&holes), holes, tools, allowed });
-    }
-    // Holes that need no copper fit somewhere by chance.
-    if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS) {
-        for ranked in &mut all {
-            let shifted = copper.fit_shifted(&ranked.holes);
-            if shifted.share >= FITS {
-                ranked.fit = shifted;
-            }
-        }
-    }
-    // The order of `readings` is custom; a stable sort keeps it among equals.
-    all.sort_by(|a, b| b.fit.share.total_cmp(&a.fit.share));
-    (!all.is_empty()).then_some(all)
-}
-
-/// Whether the reading is the sensed one in every part that is settled by its ground.
-fn agrees(reading: &Reading, sensed: &Sensed, settled: impl Fn(Source) -> bool) -> bool {
-    let (own, decimal) = (&sensed.reading, sensed.reading.zeros == Zeros::Decimal);
-    let units = !settled(sensed.units) || reading.units == own.units;
-    let digits = decimal || !settled(sensed.digits) || reading.digits == own.digits;
-    let zeros = decimal || !settled(sensed.zeros) || reading.zeros == own.zeros;
-    units && digits && zeros
-}
-
-/// Every plausible reading, the sensed one first.
-fn readings(sensed: &Sensed) -> Vec<Reading> {
-    const MM: [(u8, u8); 5] = [(3, 3), (4, 2), (3, 2), (4, 4), (4, 3)];
-    const INCH: [(u8, u8); 5] = [(2, 4), (2, 3), (3, 5), (2, 5), (3, 3)];
-    let mut all = vec![sensed.reading];
-    let zeros = match sensed.reading.zeros {
-        Zeros::Decimal => vec![Zeros::Decimal],
-        Zeros::Trailing => vec![Zeros::Trailing, Zeros::Leading],
-        own => vec![own, Zeros::Trailing],
-    };
-    for (units, formats) in [(Units::Inch, INCH), (Units::Mm, MM)] {
-        let formats = formats.map(|(integer, decimal)| Digits { integer, decimal });
-        for digits in [sensed.reading.digits, customary(units)].into_iter().chain(formats) {
-            all.extend(zeros.iter().map(|&zeros| Reading { units, digits, zeros }));
-        }
-    }
-    all
-}
-
 /// What is decided, and how sure.
 struct Choice {
     reading: Reading,
     evidence: Evidence,
-    /// A reading that words exclude and copper likes much better.
-    better: Option<Reading>,
-    /// Another reading that words allow and copper likes as well.
-    as_good: Option<Reading>,
+    /// What there is to say of it: weight, code, and the other reading that it is about.
+    said: Vec<(Weight, &'static str, Option<Reading>)>,
     /// What a second look at its holes says.
     seen: Vec<Remark>,
 }
 
+/// Chooses: what words settle stays; of the rest the copper decides where it votes, else the outline, else custom. What is
+/// chosen against custom is doubted.
 fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let sensed = grounds.sensed;
-    let plain = |score| Choice {
+    let mut choice = Choice {
         reading: sensed.reading,
-        evidence: Evidence {
-            source: sensed.weakest(),
-            score,
-            runner_up: None,
-            runner_up_reading: None,
-            shift_mm: None,
-        },
-        better: None,
-        as_good: None,
+        evidence: plain(sensed.weakest()),
+        said: Vec::new(),
         seen: Vec::new(),
     };
-    let Some(ranking) = ranking else { return plain(None) };
+    let Some(ranking) = ranking else { return choice };
     // Readings with the same holes stand once, under whichever came first: the sensed one does.
-    let Some(best) = ranking.iter().find(|ranked| ranked.allowed) else { return plain(None) };
-    let own = ranking.iter().find(|ranked| ranked.reading == sensed.reading).unwrap_or(best);
-    let copper_decides = best.fit.share >= SAYS_NOTHING && best.fit.share >= own.fit.share + CLOSE;
-    let chosen = if copper_decides { best } else { own };
-    let share = chosen.fit.share;
-    let rival = ranking.iter().find(|ranked| ranked.reading != chosen.reading);
+    let Some(own) = ranking.iter().find(|ranked| ranked.reading == sensed.reading) else { return choice };
+    let voting: Vec<&Ranked> = ranking.iter().filter(|ranked| grounds.copper_votes(ranked)).collect();
     let unsettled = !Sensed::stated(sensed.weakest());
-    let speaks = share >= SAYS_NOTHING;
-    let as_good = ranking.iter().find(|ranked| {
-        ranked.allowed && ranked.reading != chosen.reading && speaks && ranked.fit.share > share - CLOSE
+    let own_votes = voting.iter().any(|ranked| ranked.reading == own.reading);
+    let best = voting.iter().copied().find(|ranked| ranked.allowed);
+    let chosen = best.filter(|best| !own_votes || best.fit.share >= own.fit.share + CLOSE).unwrap_or(own);
+    let speaks = own_votes || chosen.reading != own.reading;
+    let as_good = voting.iter().find(|ranked| {
+        ranked.allowed
+            && speaks
+            && ranked.reading != chosen.reading
+            && ranked.fit.share > chosen.fit.share - CLOSE
     });
-    let source = if unsettled && speaks && as_good.is_none() { Source::Copper } else { sensed.weakest() };
-    let again = grounds.copper.filter(|_| !grounds.unplated);
-    let again = again.map(|copper| look(copper, &chosen.holes, &chosen.tools, chosen.fit));
-    let Look { fit, doubts } = again.unwrap_or_else(|| Look { fit: chosen.fit, doubts: Vec::new() });
-    let better = rival.filter(|rival| rival.fit.share >= fit.share + MUCH_BETTER).map(|rival| rival.reading);
-    let better = better.filter(|_| unsettled || !grounds.unplated);
-    let moved = fit.shift_mm != (0.0, 0.0);
-    Choice {
-        reading: chosen.reading,
-        evidence: Evidence {
-            source,
-            score: Some(fit.share),
-            runner_up: rival.map(|rival| rival.fit.share),
-            runner_up_reading: rival.map(|rival| shown(&rival.reading)),
-            shift_mm: moved.then_some(fit.shift_mm),
-        },
-        better,
-        as_good: as_good.filter(|_| unsettled).map(|ranked| ranked.reading),
-        seen: doubts,
+    let by_outline = if speaks { None } else { by_outline(grounds, own, ranking) };
+    let chosen = by_outline.filter(|ranked| ranked.allowed && unsettled).unwrap_or(chosen);
+    choice.reading = chosen.reading;
+    if unsettled && speaks && as_good.is_none() {
+        choice.evidence.source = Source::Copper;
     }
+    if grounds.copper.is_some() {
+        let rival = ranking.iter().find(|ranked| ranked.reading != chosen.reading);
+        choice.evidence.score = Some(chosen.fit.share);
+        choice.evidence.runner_up = rival.map(|rival| rival.fit.share);
+        choice.evidence.runner_up_reading = rival.map(|rival| shown(&rival.reading));
+        look_again(grounds, chosen, &mut choice);
+    }
+    let score = choice.evidence.score.unwrap_or_default();
+    let better =
+        voting.iter().find(|rival| rival.reading != chosen.reading && rival.fit.share >= score + MUCH_BETTER);
+    choice.said.extend(better.map(|rival| (Weight::Doubt, "drill.copper_disagrees", Some(rival.reading))));
+    let as_good = as_good.filter(|_| unsettled);
+    choice.said.extend(as_good.map(|rival| (Weight::Doubt, "drill.copper_undecided", Some(rival.reading))));
+    if let Some(other) = by_outline {
+        let taken = chosen.reading == other.reading;
+        let code = if taken { "drill.read_by_outline" } else { "drill.outline_disagrees" };
+        let about = if taken { own } else { other };
+        choice.said.push((Weight::Doubt, code, Some(about.reading)));
+    } else if chosen.reading != own.reading {
+        choice.said.push((Weight::Doubt, "drill.against_custom", Some(own.reading)));
+    } else if choice.evidence.source == Source::Copper {
+        choice.said.push((Weight::Note, "drill.read_by_copper", None));
+    }
+    choice
+}
+
+/// Looks again at the holes that were chosen, if they can be those of the copper.
+fn look_again(grounds: &Grounds<'_>, chosen: &Ranked, choice: &mut Choice) {
+    let Some(copper) = grounds.copper.filter(|_| !grounds.unplated) else { return };
+    if !chosen.as_large {
+        if chosen.fit.share < FITS && chosen.holes.len() >= MANY {
+            choice.said.push((Weight::Doubt, "drill.copper_of_another_size", None));
+        }
+        return;
+    }
+    let Look { fit, doubts } = look(copper, &chosen.holes, &chosen.tools, chosen.fit);
+    choice.seen = doubts;
+    choice.evidence.score = Some(fit.share);
+    choice.evidence.shift_mm = (fit.shift_mm != (0.0, 0.0)).then_some(fit.shift_mm);
+}
+
+/// A reading that lies within the outline, where that of words and custom is too large for it, or too small.
+fn by_outline<'a>(grounds: &Grounds<'_>, own: &Ranked, ranking: &'a [Ranked]) -> Option<&'a Ranked> {
+    let outline = grounds.outline_of(own).filter(|outline| !same_size(own.bounds, *outline))?;
+    let within = |ranked: &&Ranked| ranked.possible && same_place(ranked.bounds, outline);
+    let allowed = ranking.iter().find(|ranked| ranked.allowed && within(ranked));
+    allowed.or_else(|| ranking.iter().find(within))
+}
+
+fn plain(source: Source) -> Evidence {
+    Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None }
 }
 
 /// A reading for people: `inch 2.4 leading`.
@@ -331,19 +275,13 @@ fn doubts(name: &str, sensed: &Sensed, choice: &Choice, survey: &Survey, has_hit
     if sensed.companion_disagrees {
         say(Weight::Doubt, "drill.companion_disagrees", None);
     }
-    if let Some(better) = &choice.better {
-        say(Weight::Doubt, "drill.copper_disagrees", Some(better));
-    }
-    let by_copper = choice.evidence.source == Source::Copper;
-    if let Some(other) = &choice.as_good {
-        say(Weight::Doubt, "drill.copper_undecided", Some(other));
-    } else if by_copper {
-        say(Weight::Note, "drill.read_by_copper", None);
+    for (weight, code, other) in &choice.said {
+        say(*weight, code, other.as_ref());
     }
     if choice.evidence.shift_mm.is_some() {
         say(Weight::Note, "drill.shifted_from_copper", None);
     }
-    if by_copper || !has_hits {
+    if choice.evidence.source == Source::Copper || !has_hits {
         return out;
     }
     match sensed.units {
@@ -357,7 +295,7 @@ fn doubts(name: &str, sensed: &Sensed, choice: &Choice, survey: &Survey, has_hit
             Source::Shape => say(Weight::Note, "drill.format_by_shape", None),
             _ => {}
         }
-    } else if survey.shape.with_point < survey.shape.numbers {
+    } else if survey.shape.points_missing() {
         say(Weight::Doubt, "drill.points_missing", None);
     }
     out

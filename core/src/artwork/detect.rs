@@ -19,6 +19,10 @@ pub(super) enum What {
     Gerber,
     Report,
     Archive,
+    /// Another archive, by the name of its format: it is not opened.
+    Packed(&'static str),
+    /// Where components are placed.
+    Placement,
     /// Recognised as unreadable; the code of the remark that says why.
     Refused(&'static str),
     Unknown,
@@ -31,6 +35,9 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return What::Archive;
+    }
+    if let Some(format) = packed(bytes) {
+        return What::Packed(format);
     }
     let head = front(text, LOOKED_AT);
     if is_eia_tape(head) {
@@ -45,15 +52,49 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     let count = Counts::of(head);
     if let Some(gerber) = gerber(head, &count) {
         gerber
-    } else if companion::is_report(head) {
+    } else if drill_list::is_placement(head) {
+        What::Placement
+    } else if count.hits == 0 && companion::is_report(head) {
         What::Report
     } else if count.drill > 0 && count.drill * 2 >= count.all {
         What::Drill
     } else if drill_list::is_list(head) {
         What::List
+    } else if companion::is_report(head) {
+        What::Report
     } else {
         What::Unknown
     }
+}
+
+/// The format of an archive that is no zip, by its first bytes.
+fn packed(bytes: &[u8]) -> Option<&'static str> {
+    const MARKS: [(&[u8], &str); 5] = [
+        (b"\x1F\x8B\x08", "gzip (.gz, .tgz, .tar.gz)"),
+        (b"7z\xBC\xAF\x27\x1C", "7-Zip (.7z)"),
+        (b"Rar!\x1A\x07", "RAR (.rar)"),
+        (b"BZh", "bzip2 (.bz2)"),
+        (b"\xFD7zXZ\x00", "xz (.xz)"),
+    ];
+    let mark = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, format)| *format);
+    mark.or_else(|| (bytes.get(257..262) == Some(b"ustar")).then_some("tar (.tar)"))
+}
+
+/// How many lines of a text that is not read as holes look like coordinates, and the first of them.
+pub(super) fn coordinates(text: &[u8]) -> Option<(usize, u32)> {
+    let found = lines(front(text, LOOKED_AT)).filter(|line| is_hit(line.text.trim_ascii()));
+    let mut first = 0;
+    let count = found.inspect(|line| first = if first == 0 { line.number } else { first }).count();
+    (count > 0).then_some((count, first))
+}
+
+/// Whether a line is a place and nothing else: `X012700Y-8890`, `X 1.0 Y 2.0`.
+fn is_hit(text: &[u8]) -> bool {
+    let first = text.first().is_some_and(|letter| b"XYxy".contains(letter));
+    let rest = text.get(1..).unwrap_or_default().trim_ascii_start();
+    let number = rest.first().is_some_and(|byte| byte.is_ascii_digit() || b"+-.".contains(byte));
+    let allowed = |byte: &u8| byte.is_ascii_digit() || b"XYxy+-. \t".contains(byte);
+    first && number && text.iter().all(allowed) && text.iter().any(u8::is_ascii_digit)
 }
 
 /// EIA tape code punches an odd number of holes in every row and ends its blocks with 0x80.
@@ -73,12 +114,17 @@ struct Counts {
     all: usize,
     drill: usize,
     starred: usize,
+    /// Those that are places and nothing else.
+    hits: usize,
 }
 
 impl Counts {
     fn of(head: &[u8]) -> Self {
         let mut counts = Self::default();
-        for line in lines(head).take(LINES_LOOKED_AT) {
+        for line in lines(head) {
+            if counts.all >= LINES_LOOKED_AT {
+                break;
+            }
             let text = line.text.trim_ascii();
             let text = block_number(text);
             if text.is_empty() || text.starts_with(b";") {
@@ -86,7 +132,9 @@ impl Counts {
             }
             counts.all += 1;
             counts.starred += usize::from(text.ends_with(b"*") || text.ends_with(b"*%"));
-            counts.drill += usize::from(looks_like_drill(text));
+            let hit = is_hit(text);
+            counts.hits += usize::from(hit);
+            counts.drill += usize::from(hit || looks_like_drill(text));
         }
         counts
     }

@@ -3,95 +3,35 @@
 //! Comes in: text. Goes out: a [`DrillFile`] with tools made from the diameters, and remarks. Does not know Excellon.
 //!
 //! ```text
-//! X;Y;D               UNITS INCH
+//! X;Y;D               UNITS INCH          (see [`super::columns`])
 //! -5,080;0,000;0,8    DRILL 0.0320 COUNT 36
 //!                       -0.2000,0.0000
 //! ```
 
+use super::columns::{Columns, Row};
 use super::drill::{DrillFile, Hit, ToolEntry};
 use super::excellon::{MOST_HITS, units_by_sizes};
 use super::findings::Findings;
-use super::number::{Decimal, decimal};
-use super::text::{Line, holds, lines, starts};
+use super::number::Decimal;
+use super::text::{Line, lines, starts};
 use super::{Overrides, Source, Units};
 use crate::geometry::Point;
 use crate::remark::{Remark, Weight};
 use std::collections::BTreeMap;
 
+pub(super) use super::columns::is_placement;
+
 /// Different diameters taken from one list.
 const MOST_TOOLS: usize = 1_000;
 
-/// What a line of a list is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Row {
-    Blank,
-    /// Names of columns, units, a title.
-    Heading,
-    /// `DRILL 0.0320 COUNT 36`: the diameter of what follows.
-    Group(Decimal, Option<u32>),
-    /// Two or three numbers.
-    Numbers(Vec<Decimal>),
-    /// Something else.
-    Other,
-}
-
-/// Whether a text is a list: nothing but headings, groups and rows of two or three numbers.
+/// Whether a text is a list: nothing but headings, groups and rows of holes.
 pub(super) fn is_list(text: &[u8]) -> bool {
-    let comma = decimal_comma(text);
-    let mut all: Vec<Row> = lines(text).take(200).map(|line| row(line.text, comma)).collect();
+    let columns = Columns::of(text);
+    let mut all: Vec<Row> = lines(text).take(200).map(|line| columns.row(line.text)).collect();
     all.pop(); // the last line looked at may be cut
     let count = |want: fn(&Row) -> bool| all.iter().filter(|row| want(row)).count();
-    let numbers = count(|row| matches!(row, Row::Numbers(_)));
-    numbers > 0 && count(|row| matches!(row, Row::Other)) * 10 < numbers
-}
-
-/// A list with semicolons or tabs and no points uses decimal commas.
-fn decimal_comma(text: &[u8]) -> bool {
-    let numbers = || lines(text).take(200).filter(|line| line.text.iter().any(u8::is_ascii_digit));
-    numbers().any(|line| line.text.contains(&b';')) && !numbers().any(|line| line.text.contains(&b'.'))
-}
-
-fn row(line: &[u8], comma: bool) -> Row {
-    let line = line.trim_ascii();
-    if line.is_empty() {
-        return Row::Blank;
-    }
-    if line.first().is_some_and(|byte| b";#!/".contains(byte)) {
-        return Row::Heading;
-    }
-    let text: Vec<u8> = line.iter().map(|&byte| if comma && byte == b',' { b'.' } else { byte }).collect();
-    let parts: Vec<&[u8]> = text
-        .split(|&byte| byte == b';' || byte == b',' || byte.is_ascii_whitespace())
-        .filter(|part| !part.is_empty())
-        .take(8)
-        .collect();
-    let number =
-        |part: &&[u8]| decimal(part).filter(|(_, used)| *used == part.len()).map(|(number, _)| number);
-    let numbers: Vec<Decimal> = parts.iter().filter_map(number).collect();
-    if numbers.len() == parts.len() && (2..=3).contains(&numbers.len()) {
-        return Row::Numbers(numbers);
-    }
-    let grouping = ["DRILL", "DIA", "SIZE", "TOOL", "HOLE"].iter().any(|word| starts(line, word));
-    match (grouping, numbers.first()) {
-        (true, Some(&size)) => {
-            let count = numbers.get(1).and_then(|count| u32::try_from(count.mantissa).ok());
-            Row::Group(size, count.filter(|_| holds(line, "COUNT") || holds(line, "QTY")))
-        }
-        _ if heading(line) => Row::Heading,
-        _ => Row::Other,
-    }
-}
-
-fn heading(line: &[u8]) -> bool {
-    let words = ["DRILL", "UNIT", "HOLE", "END", "METRIC", "INCH", "MM", "LIST", "BOARD"];
-    let columns = line.split(|byte| !byte.is_ascii_alphabetic()).filter(|part| !part.is_empty());
-    words.iter().any(|word| starts(line, word)) || columns.take(2).eq([&b"X"[..], b"Y"]) || columns_xy(line)
-}
-
-fn columns_xy(line: &[u8]) -> bool {
-    let mut columns = line.split(|byte| !byte.is_ascii_alphabetic()).filter(|part| !part.is_empty());
-    let is = |part: Option<&[u8]>, name: &[u8]| part.is_some_and(|part| part.eq_ignore_ascii_case(name));
-    is(columns.next(), b"x") && is(columns.next(), b"y")
+    let holes = count(|row| matches!(row, Row::Hole(..)));
+    holes > 0 && count(|row| matches!(row, Row::Other)) * 10 < holes
 }
 
 /// A list read.
@@ -104,11 +44,11 @@ pub(super) struct List {
 
 /// Reads a list. The error is the remark why nothing of it is kept.
 pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, Remark> {
-    let comma = decimal_comma(text);
+    let columns = Columns::of(text);
     let (mut units, mut units_by) =
-        stated_units(text).map_or((Units::Mm, Source::Default), |u| (u, Source::Header));
+        stated_units(text, &columns).map_or((Units::Mm, Source::Default), |u| (u, Source::Header));
     if units_by == Source::Default
-        && let Some(shaped) = units_by_sizes(&sizes(text, comma))
+        && let Some(shaped) = units_by_sizes(&sizes(text, &columns))
     {
         (units, units_by) = (shaped, Source::Shape);
     }
@@ -124,25 +64,28 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
         group: None,
     };
     for line in lines(text) {
-        reader.line(line, comma)?;
+        reader.line(line, &columns)?;
     }
     reader.end_of_group();
     let mut findings = reader.findings;
+    if columns.unsure {
+        findings.whole(Remark::new(Weight::Doubt, "drill.columns_by_shape"));
+    }
     match units_by {
         Source::Shape => {
-            findings.whole(Remark::new(Weight::Doubt, "drill.units_by_sizes").with("units", units.name()));
+            findings.whole(Remark::new(Weight::Doubt, "drill.units_by_sizes").with("reading", units.name()));
         }
         Source::Default => {
-            findings.whole(Remark::new(Weight::Loss, "drill.units_unknown").with("units", units.name()));
+            findings.whole(Remark::new(Weight::Loss, "drill.units_unknown").with("reading", units.name()));
         }
         _ => {}
     }
     Ok(List { drill: reader.out, units, units_by, remarks: findings.finish() })
 }
 
-fn stated_units(text: &[u8]) -> Option<Units> {
+fn stated_units(text: &[u8], columns: &Columns) -> Option<Units> {
     lines(text).take(200).find_map(|line| {
-        let headed = matches!(row(line.text, false), Row::Heading | Row::Other);
+        let headed = matches!(columns.row(line.text), Row::Heading | Row::Other);
         let words = || line.text.split(|byte| !byte.is_ascii_alphabetic());
         let named = |name: &str| words().any(|word| starts(word, name));
         if !headed {
@@ -156,12 +99,12 @@ fn stated_units(text: &[u8]) -> Option<Units> {
     })
 }
 
-fn sizes(text: &[u8], comma: bool) -> Vec<Decimal> {
+fn sizes(text: &[u8], columns: &Columns) -> Vec<Decimal> {
     lines(text)
         .take(2_000)
-        .filter_map(|line| match row(line.text, comma) {
+        .filter_map(|line| match columns.row(line.text) {
             Row::Group(size, _) => Some(size),
-            Row::Numbers(numbers) => numbers.get(2).copied(),
+            Row::Hole(_, _, size) => size,
             _ => None,
         })
         .collect()
@@ -178,8 +121,8 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn line(&mut self, line: Line<'_>, comma: bool) -> Result<(), Remark> {
-        match row(line.text, comma) {
+    fn line(&mut self, line: Line<'_>, columns: &Columns) -> Result<(), Remark> {
+        match columns.row(line.text) {
             Row::Blank | Row::Heading => {}
             Row::Other => self.findings.at(Weight::Loss, "drill.list_row", line.number, 1, line.text),
             Row::Group(size, count) => {
@@ -187,15 +130,14 @@ impl Reader<'_> {
                 let tool = self.tool(Some(size), line)?;
                 self.group = Some((tool, line.number, count, self.out.hits.len()));
             }
-            Row::Numbers(numbers) => self.hole(&numbers, line)?,
+            Row::Hole(x, y, size) => self.hole([x, y], size, line)?,
         }
         Ok(())
     }
 
-    fn hole(&mut self, numbers: &[Decimal], line: Line<'_>) -> Result<(), Remark> {
-        let [x, y, rest @ ..] = numbers else { return Ok(()) };
-        let tool = match (rest.first(), self.group) {
-            (Some(&size), _) => self.tool(Some(size), line)?,
+    fn hole(&mut self, [x, y]: [Decimal; 2], size: Option<Decimal>, line: Line<'_>) -> Result<(), Remark> {
+        let tool = match (size, self.group) {
+            (Some(size), _) => self.tool(Some(size), line)?,
             (None, Some((tool, ..))) => tool,
             (None, None) => self.tool(None, line)?,
         };

@@ -8,7 +8,7 @@
 //!
 //! Comes in: a drill file, read. Goes out: why that can hardly be a board, if so. Knows no other reading.
 
-use super::drill::DrillFile;
+use super::drill::{Counts, DrillFile, ToolEntry};
 use crate::units::Length;
 
 /// Boards are smaller: no panel that a drill like this takes is as wide.
@@ -17,6 +17,11 @@ const LARGE_MM: f64 = 700.0;
 const SMALL_MM: f64 = 2.0;
 /// So few holes prove nothing.
 const MANY: usize = 10;
+/// So few holes may overlap: two make a slot.
+const FEW: usize = 3;
+/// Between these, in mm, bits are.
+const THINNEST_MM: f64 = 0.08;
+const THICKEST_MM: f64 = 20.0;
 /// Holes looked at, from the start of the file.
 const WINDOW: usize = 5_000;
 /// Neighbours of each that are looked at.
@@ -33,6 +38,15 @@ pub(super) fn oddity(drill: &DrillFile) -> Option<&'static str> {
     } else {
         most_overlap(drill).then_some("drill.holes_overlap")
     }
+}
+
+/// The first tool with work whose size no bit has.
+pub(super) fn impossible_bit(drill: &DrillFile) -> Option<&ToolEntry> {
+    let used = drill.tools.iter().zip(drill.counts()).filter(|(_, counts)| *counts != Counts::default());
+    let sized = |tool: &ToolEntry| {
+        tool.diameter.is_none_or(|length| (THINNEST_MM..=THICKEST_MM).contains(&length.mm()))
+    };
+    used.map(|(tool, _)| tool).find(|tool| !sized(tool))
 }
 
 /// Whether more than half of the holes cut into another one beside them. Holes drilled twice in one place do not count.
@@ -57,7 +71,7 @@ fn most_overlap(drill: &DrillFile) -> bool {
         }
     }
     let count = cut.iter().filter(|cut| **cut).count();
-    holes.len() >= MANY && 2 * count > holes.len()
+    count >= FEW && 2 * count > holes.len()
 }
 
 #[cfg(test)]
@@ -79,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_file_states_is_believed_and_doubted_where_it_makes_no_board() {
+    fn what_the_file_states_is_believed_and_a_loss_where_it_makes_no_board() {
         for (header, pitch, doubt) in [
             ("M48\nMETRIC,000.000\nT1C0.8\n%\n", 2_540, None),
             ("M48\nMETRIC,000.000\nT1C0.8\n%\n", 254_000, Some("drill.board_large")),
@@ -91,7 +105,7 @@ mod tests {
             let width = file.drill.as_ref().unwrap().centre_bounds().unwrap().max.x;
             assert_eq!(width.nm(), i64::from(pitch) * 4_000, "{pitch}");
             let odd = ["drill.board_large", "drill.board_small", "drill.holes_overlap"];
-            let found = codes(&file, Weight::Doubt).into_iter().find(|code| odd.contains(code));
+            let found = codes(&file, Weight::Loss).into_iter().find(|code| odd.contains(code));
             assert_eq!(found, doubt, "{pitch}: {:?}", file.remarks);
         }
     }

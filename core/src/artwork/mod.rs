@@ -14,6 +14,8 @@
 
 mod aperture_list;
 mod archive;
+mod boards;
+mod columns;
 mod companion;
 mod decide;
 mod detect;
@@ -27,6 +29,7 @@ mod measure;
 mod names;
 mod neighbours;
 mod number;
+mod rank;
 mod read;
 mod registration;
 mod role;
@@ -34,6 +37,8 @@ mod second_look;
 mod set;
 mod text;
 mod tool_units;
+mod witness;
+mod words;
 
 pub use archive::{lists, members, packed};
 pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};

@@ -4,18 +4,19 @@
 //! file it stands in.
 
 use super::archive::{Budget, Taken, unpack};
+use super::boards::{self, Item};
 use super::companion::{self, Companion, folder};
-use super::detect::{What, detect};
+use super::detect::{self, What, detect};
 use super::gerber::{self, Gerber};
 use super::neighbours;
 use super::registration::Copper;
 use super::text::{decode, holds};
 use super::{
     Counts, Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
-    drill_list, names, set,
+    drill_list, names, set, witness,
 };
+use crate::geometry::Bounds;
 use crate::remark::{Remark, Weight};
-use std::collections::BTreeMap;
 
 /// A set of files, read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,6 +58,8 @@ pub struct FileRead {
     pub remarks: Vec<Remark>,
     /// A number that equal contents share.
     pub fingerprint: u64,
+    /// The board it belongs to, by name; empty where it is of none.
+    pub board: String,
 }
 
 impl FileRead {
@@ -77,6 +80,7 @@ impl FileRead {
             gerber: None,
             remarks: Vec::new(),
             fingerprint: 0,
+            board: String::new(),
         }
     }
 
@@ -116,7 +120,9 @@ impl Artwork {
         for &index in files {
             let Some(file) = file(&index) else { continue };
             let layer = !programs && file.kind == Kind::Gerber && file.drill.is_some();
-            if (file.kind == Kind::Drill || layer) && !seen.contains(&file.fingerprint) {
+            if (file.kind == Kind::Drill && file.role == Role::Drill || layer)
+                && !seen.contains(&file.fingerprint)
+            {
                 seen.push(file.fingerprint);
                 used.push(index);
             }
@@ -130,6 +136,29 @@ impl Artwork {
         for file in layers {
             (file.role, file.side) = (role, side);
             file.reason = Remark::new(Weight::Note, "kind.person");
+        }
+    }
+
+    /// The boards that the files at `among` are of, each with its files, in the order of their first ones.
+    pub fn boards(&self, among: &[usize]) -> Vec<(String, Vec<usize>)> {
+        let mut boards: Vec<(String, Vec<usize>)> = Vec::new();
+        for &index in among {
+            let Some(file) = self.files.get(index).filter(|file| !file.board.is_empty()) else { continue };
+            match boards.iter_mut().find(|(name, _)| *name == file.board) {
+                Some((_, files)) => files.push(index),
+                None => boards.push((file.board.clone(), vec![index])),
+            }
+        }
+        boards
+    }
+
+    /// Leaves out the files at `others`: they are of another board than the one that is worked on.
+    pub fn leave_out(&mut self, others: &[usize]) {
+        for &index in others {
+            if let Some(file) = self.files.get_mut(index) {
+                (file.role, file.side) = (Role::Other, None);
+                file.reason = Remark::new(Weight::Note, "kind.other_board").with("board", &file.board);
+            }
         }
     }
 
@@ -181,7 +210,10 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
         })
         .collect();
     set::recognise(&mut layers);
-    let copper = copper_by_folder(&pending, &layers);
+    let of_board = boards_of(&pending, &layers);
+    let asking = pending.iter().zip(&of_board).filter(|(file, _)| file.what == What::Drill);
+    let witnesses =
+        witness::witnesses(&layers, &of_board, &asking.map(|(_, board)| board.as_str()).collect());
     let mut out = Vec::new();
     for ((index, file), layer) in pending.iter().enumerate().zip(&mut layers) {
         let mut read = match (&file.settled, layer.take(), file.what) {
@@ -193,13 +225,14 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
                         .iter()
                         .map(|(at, companion)| (pending[*at].name.as_str(), &*pending[*at].bytes, companion))
                         .collect(),
-                    copper: copper.get(folder(&file.name)),
+                    ..witnesses.of(&file.name, of_board.get(index))
                 };
                 drill_file(&file.name, &file.bytes, file.what, &neighbours, overrides)
             }
-            (_, _, what) => plain(&file.name, what),
+            (_, _, what) => plain(&file.name, what, &file.bytes),
         };
         read.fingerprint = fingerprint(&pending[index].bytes);
+        read.board = of_board.get(index).cloned().unwrap_or_default();
         out.push(read);
     }
     neighbours::settle(&mut out);
@@ -219,6 +252,8 @@ pub(super) struct Neighbours<'a> {
     /// Reports: name, bytes, content.
     pub(super) companions: Vec<(&'a str, &'a [u8], &'a Companion)>,
     pub(super) copper: Option<&'a Copper>,
+    /// The box of the outline of the same board.
+    pub(super) outline: Option<Bounds>,
 }
 
 fn collect<'a>(
@@ -268,28 +303,20 @@ fn collect<'a>(
     }
 }
 
-/// The copper of the folders in which drill programs lie.
-fn copper_by_folder(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> BTreeMap<String, Copper> {
-    let programs = files.iter().filter(|file| file.what == What::Drill);
-    let mut folders: BTreeMap<&str, Vec<&FileRead>> =
-        programs.map(|file| (folder(&file.name), Vec::new())).collect();
-    for layer in layers.iter().flatten() {
-        if let Some(beside) = folders.get_mut(folder(&layer.name)) {
-            beside.push(layer);
-        }
-    }
-    let of_role = |layers: &[&'_ FileRead], role| {
-        let ours = layers.iter().filter(|layer| layer.role == role);
-        Copper::new(ours.filter_map(|layer| Some((layer.name.as_str(), layer.gerber.as_ref()?))))
-    };
-    let mut found = BTreeMap::new();
-    for (folder, layers) in folders {
-        let copper = of_role(&layers, Role::Copper);
-        if let Some(copper) = copper.or_else(|| of_role(&layers, Role::Mask)) {
-            found.insert(folder.to_owned(), copper);
-        }
-    }
-    found
+/// The boards that files are of, by name.
+fn boards_of(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> Vec<String> {
+    let items: Vec<Item<'_>> = files
+        .iter()
+        .zip(layers)
+        .map(|(file, layer)| {
+            let drill = file.settled.is_none() && matches!(file.what, What::Drill | What::List);
+            let role = layer.as_ref().map(|layer| (layer.role, layer.side));
+            let role = role.or(drill.then_some((Role::Drill, None)));
+            let project = role.and_then(|_| boards::project(&file.bytes));
+            Item { name: &file.name, role, project, fingerprint: fingerprint(&file.bytes) }
+        })
+        .collect();
+    boards::boards(&items)
 }
 
 /// A layer; what it is for is found when all layers of its folder are known.
@@ -371,7 +398,19 @@ pub(super) fn plated_by_name(name: &str) -> Option<bool> {
     if not { Some(false) } else { (base.contains("pth") || base.contains("plated")).then_some(true) }
 }
 
-fn plain(name: &str, what: What) -> FileRead {
+/// A file that is neither layer nor drill file nor archive. What has coordinates is never left out without a word.
+fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
+    let mut file = plain_kind(name, what);
+    let text = decode(bytes);
+    let unread = matches!(what, What::Report | What::Unknown);
+    if let Some((count, line)) = unread.then(|| detect::coordinates(&text)).flatten() {
+        let doubt = Remark::new(Weight::Doubt, "file.coordinates_unread").at(name, line, 1);
+        file.remarks.push(doubt.with("count", count));
+    }
+    file
+}
+
+fn plain_kind(name: &str, what: What) -> FileRead {
     match what {
         What::Refused(code) => match names::foreign(companion::base(name), code) {
             Some(reason) => {
@@ -381,6 +420,16 @@ fn plain(name: &str, what: What) -> FileRead {
         },
         What::Report => {
             FileRead::new(name, Kind::Report, Role::Other, Remark::new(Weight::Note, "kind.report"))
+        }
+        What::Placement => {
+            FileRead::new(name, Kind::Unknown, Role::Other, Remark::new(Weight::Note, "kind.placement"))
+        }
+        What::Packed(format) => {
+            let reason = Remark::new(Weight::Note, "kind.packed").with("format", format);
+            let mut file = FileRead::new(name, Kind::Unknown, Role::Other, reason);
+            let doubt = Remark::new(Weight::Doubt, "archive.not_opened").at(name, 0, 0);
+            file.remarks.push(doubt.with("format", format));
+            file
         }
         _ => {
             let mut file =

@@ -10,10 +10,11 @@
 //! ```
 
 use super::gerber::{Gerber, Track};
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::units::Length;
 use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
+use std::collections::BTreeSet;
 
 /// A hole this close to a pad's centre, or to a track's edge, lies on it.
 const TOLERANCE_MM: f64 = 0.05;
@@ -26,6 +27,18 @@ const VOTING_PADS: usize = 3_000;
 const VOTE_CELL_MM: f64 = 0.1;
 /// Unshifted readings that fit this well need no shift.
 pub(super) const FITS: f64 = 0.5;
+/// Where holes are put to see how many lie on copper by chance, in mm: no multiple of any grid.
+const BESIDE_MM: [(f64, f64); 6] =
+    [(0.71, 0.43), (-0.59, 0.97), (1.13, -0.67), (-0.83, -1.09), (1.87, 0.79), (-1.61, 1.73)];
+/// A vote needs so many different pads and tracks under the holes.
+const VOTERS: usize = 8;
+/// And so large a share of the holes, chance taken off.
+const SPEAKS: f64 = 0.5;
+/// Holes may lie beyond the copper and the outline by so much, in mm and as a share of the board.
+const BEYOND_MM: f64 = 3.0;
+const BEYOND: f64 = 0.15;
+/// Holes that span less than this share of a board say nothing of its scale.
+const SPANS: f64 = 0.25;
 
 /// The copper of a folder, ready to be asked.
 pub(super) struct Copper {
@@ -39,6 +52,7 @@ pub(super) struct Layer {
     pads: RTree<[f64; 2]>,
     tracks: RTree<GeomWithData<Line<[f64; 2]>, f64>>,
     widest_mm: f64,
+    bounds: Bounds,
 }
 
 /// How well holes fit.
@@ -55,27 +69,39 @@ impl Layer {
     fn new(name: &str, layer: &Gerber) -> Option<Self> {
         let pads: Vec<[f64; 2]> = layer.pads().into_iter().map(mm).collect();
         let (mut tracks, mut widest_mm) = (Vec::new(), 0.0_f64);
-        for Track { from, to, half_width } in layer.tracks() {
+        let all = layer.tracks();
+        let ends = all.iter().flat_map(|track| [track.from, track.to]);
+        let bounds = Bounds::around(layer.pads().into_iter().chain(ends))?;
+        for Track { from, to, half_width } in all {
             widest_mm = widest_mm.max(half_width.mm());
             tracks.push(GeomWithData::new(Line::new(mm(from), mm(to)), half_width.mm()));
         }
-        (!pads.is_empty() || !tracks.is_empty()).then(|| Self {
+        Some(Self {
             name: name.to_owned(),
             pads: RTree::bulk_load(pads),
             tracks: RTree::bulk_load(tracks),
             widest_mm,
+            bounds,
         })
     }
 
-    fn on_copper(&self, [x, y]: [f64; 2]) -> bool {
-        let near_pad = self.pads.locate_within_distance([x, y], TOLERANCE_MM * TOLERANCE_MM).next().is_some();
+    fn on_copper(&self, at: [f64; 2]) -> bool {
+        self.pad_at(at).is_some() || self.track_at(at).is_some()
+    }
+
+    fn pad_at(&self, at: [f64; 2]) -> Option<[f64; 2]> {
+        self.pads.locate_within_distance(at, TOLERANCE_MM * TOLERANCE_MM).next().copied()
+    }
+
+    fn track_at(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         let reach = self.widest_mm + TOLERANCE_MM;
         let around = AABB::from_corners([x - reach, y - reach], [x + reach, y + reach]);
-        near_pad
-            || self.tracks.locate_in_envelope_intersecting(&around).any(|track| {
-                let within = track.data + TOLERANCE_MM;
-                rstar::PointDistance::distance_2(track.geom(), &[x, y]) <= within * within
-            })
+        let mut tracks = self.tracks.locate_in_envelope_intersecting(&around);
+        let track = tracks.find(|track| {
+            let within = track.data + TOLERANCE_MM;
+            rstar::PointDistance::distance_2(track.geom(), &[x, y]) <= within * within
+        });
+        track.map(|track| track.geom().from)
     }
 }
 
@@ -101,10 +127,51 @@ impl Copper {
         on_copper(&self.layers, hole, shift)
     }
 
+    /// Whether holes that fit as `fit` says speak for their reading: enough of them, on different pads, more than chance
+    /// puts there.
+    pub(super) fn votes(&self, holes: &[Point], fit: Fit) -> bool {
+        let place = |hole: &Point| [hole.x.mm() + fit.shift_mm.0, hole.y.mm() + fit.shift_mm.1];
+        let key = |[x, y]: [f64; 2]| ((x * 1e4) as i64, (y * 1e4) as i64);
+        let mut under: BTreeSet<(i64, i64)> = BTreeSet::new();
+        let mut on_pads = 0_usize;
+        for at in holes.iter().map(place) {
+            let pad = self.layers.iter().find_map(|layer| layer.pad_at(at));
+            on_pads += usize::from(pad.is_some());
+            let copper = pad.or_else(|| self.layers.iter().find_map(|layer| layer.track_at(at)));
+            under.extend(copper.map(key));
+        }
+        let all = holes.len().max(1) as f64;
+        let shifted = |(x, y): (f64, f64)| (fit.shift_mm.0 + x, fit.shift_mm.1 + y);
+        let chance: f64 = BESIDE_MM.iter().map(|by| share(&self.layers, holes, shifted(*by))).sum();
+        let more = fit.share - chance / BESIDE_MM.len() as f64;
+        under.len() >= VOTERS && more.max(on_pads as f64 / all) >= SPEAKS
+    }
+
+    /// The box of its pads and tracks.
+    pub(super) fn bounds(&self) -> Option<Bounds> {
+        let boxes = self.layers.iter().map(|layer| layer.bounds);
+        boxes.reduce(|a, b| a.with(b.min).with(b.max))
+    }
+
     /// The layers, each as copper of its own; none where there is only one.
     pub(super) fn apart(&self) -> &[Layer] {
         if self.layers.len() > 1 { &self.layers } else { &[] }
     }
+}
+
+/// Whether holes in the box `holes` may be those of a board in the box `board`, wherever that lies.
+pub(super) fn same_size(holes: Bounds, board: Bounds) -> bool {
+    let size = |bounds: Bounds| ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
+    let ((w, h), (width, height)) = (size(holes), size(board));
+    let fits = |own: f64, board: f64| own <= board * (1.0 + BEYOND) + BEYOND_MM;
+    fits(w, width) && fits(h, height) && w.max(h) >= SPANS * width.max(height)
+}
+
+/// The same, where it lies.
+pub(super) fn same_place(holes: Bounds, board: Bounds) -> bool {
+    let size = (board.max.x - board.min.x).mm().max((board.max.y - board.min.y).mm());
+    let around = board.grown(Length::from_mm(size * BEYOND + BEYOND_MM));
+    same_size(holes, board) && around.contains(holes.min) && around.contains(holes.max)
 }
 
 fn on_copper(layers: &[Layer], hole: Point, shift: (f64, f64)) -> bool {

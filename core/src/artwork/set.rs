@@ -13,6 +13,7 @@ use super::companion::{base, folder};
 use super::names::{Meaning, meanings};
 use super::role::{by_content, by_function, by_words};
 use super::text::holds;
+use super::words::stem_words;
 use super::{Evidence, FileRead, Gerber, Role, Side, Source, gerber};
 use crate::geometry::Bounds;
 use crate::remark::{Remark, Weight};
@@ -151,8 +152,15 @@ fn rivals(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
             (file.role == Role::Copper && file.side == Some(side)).then_some((index, ground))
         };
         let rows: Vec<(usize, Ground)> = grounds.iter().filter_map(of_side).collect();
-        let Some(best) = rows.iter().map(|row| row.1).max().filter(|_| rows.len() > 1) else { continue };
-        for (index, ground) in rows {
+        let stem = |index: usize| {
+            layers.get(index).and_then(Option::as_ref).map(|file| stem_words(base(&file.name)))
+        };
+        let stems: Vec<Vec<String>> = rows.iter().map(|row| stem(row.0).unwrap_or_default()).collect();
+        for (&(index, ground), own) in rows.iter().zip(&stems) {
+            // Layers of another board, by their names, are no rivals.
+            let related = |other: &&Vec<String>| own.iter().zip(*other).all(|(a, b)| a == b);
+            let kin = || rows.iter().zip(&stems).filter(|(_, other)| related(other)).map(|(row, _)| row.1);
+            let Some(best) = kin().max().filter(|_| kin().count() > 1) else { continue };
             let Some(file) = layers.get_mut(index).and_then(Option::as_mut) else { continue };
             let name = file.name.clone();
             if ground < best {

@@ -58,6 +58,7 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
         }
     }
     remarks.extend(rivals::drills(artwork, used));
+    remarks.extend(rivals::boards(artwork, used));
     board.slots.sort_by_key(|slot| (slot.source, slot.line));
     board.name = board.sources.first().map(|name| short(name)).unwrap_or_default();
     outline(&mut board, artwork, used, wanted, &mut remarks);

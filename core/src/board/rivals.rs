@@ -81,6 +81,20 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Remark> {
     remarks
 }
 
+/// Tells that what would be made is of several boards: the drill files among `used`, and copper.
+pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Remark> {
+    let made = |index: usize, file: &FileRead| match file.role {
+        Role::Drill => used.contains(&index) && file.drill.is_some(),
+        Role::Copper => true,
+        _ => false,
+    };
+    let all = artwork.files.iter().enumerate().filter(|(index, file)| made(*index, file));
+    let all: Vec<usize> = all.map(|(index, _)| index).collect();
+    let names: Vec<String> = artwork.boards(&all).into_iter().map(|(name, _)| name).collect();
+    let told = Remark::new(Weight::Loss, "board.several").with("count", names.len());
+    (names.len() > 1).then(|| told.with("names", names.join(", ")))
+}
+
 /// Where a file drills, in order, each place once.
 fn places(file: &FileRead) -> Option<Vec<Point>> {
     let mut places: Vec<Point> = file.drill.as_ref()?.centres().map(|(at, _)| at).collect();

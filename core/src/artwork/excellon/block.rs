@@ -31,6 +31,8 @@ impl Pair {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ToolWord {
     pub(super) code: u32,
+    /// How many digits it was written with.
+    pub(super) digits: u8,
     /// The size beside it: none if there is no `C`, or a `C` that holds no number.
     pub(super) size: Option<Option<Decimal>>,
     pub(super) column: u32,
@@ -94,7 +96,8 @@ pub(super) fn sort(words: &[Word]) -> Result<Block, Fault> {
                 if !sound || block.tool.is_some() {
                     return Err(fault("drill.tool_number"));
                 }
-                block.tool = Some(ToolWord { code: number.mantissa as u32, size: None, column: word.column });
+                let (code, digits) = (number.mantissa as u32, number.digits);
+                block.tool = Some(ToolWord { code, digits, size: None, column: word.column });
             }
             b'C' => match &mut block.tool {
                 Some(tool) => tool.size = Some(word.number),

@@ -22,11 +22,16 @@ pub(in crate::artwork) enum Hint {
     SectionPlated(bool),
     /// The next tool that is defined is plated or not.
     NextPlated(bool),
+    /// Tools from this number on are plated or not.
+    PlatedFrom(u32, bool),
     /// Everything in the file is plated or not.
     FilePlated(bool),
     /// The program that wrote the file.
     Generator(String),
 }
+
+/// What stands before the number of a tool from which on plating is said.
+const WORD_START: &[u8] = b"START AT T";
 
 /// The hints of a comment, without its `;`.
 pub(in crate::artwork) fn comment(text: &[u8]) -> Vec<Hint> {
@@ -39,6 +44,9 @@ pub(in crate::artwork) fn comment(text: &[u8]) -> Vec<Hint> {
     }
     if let Some(tool) = tool_size(text) {
         return vec![tool];
+    }
+    if let Some(from) = plated_from(text) {
+        return vec![from];
     }
     if let Some(rest) = after(text, "Contents") {
         return plating(rest).map(Hint::FilePlated).into_iter().collect();
@@ -125,6 +133,14 @@ pub(in crate::artwork) fn plating(text: &[u8]) -> Option<bool> {
     } else {
         (holds(text, "plated") || holds(text, "pth")).then_some(true)
     }
+}
+
+/// `NON-PLATED HOLES START AT T1`, `THROUGH (PLATED) HOLES START AT T100`.
+fn plated_from(text: &[u8]) -> Option<Hint> {
+    let at = text.windows(WORD_START.len()).position(|part| part.eq_ignore_ascii_case(WORD_START))?;
+    let (code, _) = decimal(text.get(at + WORD_START.len()..)?)?;
+    let code = u32::try_from(code.mantissa).ok().filter(|_| !code.point)?;
+    Some(Hint::PlatedFrom(code, plating(text)?))
 }
 
 /// X2 attributes in comments: `TA.AperFunction,NonPlated,NPTH,ComponentDrill`.
@@ -224,6 +240,8 @@ mod tests {
             (" units: INCH  format: 2.4", vec![Hint::Units(Units::Inch), digits(2, 4)]),
             ("T01 Holesize 1. = 8.000000 Tolerance = +3.0/-3.0 NON_PLATED MILS", vec![tool(203_200, false)]),
             ("T01 Holesize 1. = 0.125 PLATED INCHES", vec![tool(3_175_000, true)]),
+            (" NON-PLATED HOLES START AT T1", vec![Hint::PlatedFrom(1, false)]),
+            (" THROUGH (PLATED) HOLES START AT T100", vec![Hint::PlatedFrom(100, true)]),
             ("TYPE=NON_PLATED", vec![Hint::SectionPlated(false)]),
             (" #@! TA.AperFunction,NonPlated,NPTH,ComponentDrill", vec![Hint::NextPlated(false)]),
             (" #@! TF.FileFunction,MixedPlating,1,2", vec![]),

@@ -148,11 +148,26 @@ impl Reader<'_> {
         let good = self.go(step);
         let by = Point::new(shift.x + self.at.x, shift.y + self.at.y);
         (self.incremental, self.at, self.zero) = was;
-        if good && by.x.abs() <= Length::LIMIT && by.y.abs() <= Length::LIMIT {
+        if good && !self.stays(from, to, by) {
+            self.say(Weight::Loss, "drill.out_of_range", 1, b"");
+        } else if good {
             self.copy(from, to, by);
             self.pattern = Some(Pattern { from, to: Some(to), shift: by });
         }
         Ok(())
+    }
+
+    /// Whether everything of a pattern moved `by` lies within what a board can be.
+    fn stays(&self, from: [usize; 3], to: [usize; 3], by: Point) -> bool {
+        let far =
+            |point: Point| (point.x + by.x).abs() > Length::LIMIT || (point.y + by.y).abs() > Length::LIMIT;
+        let hits = self.out.hits.get(from[0]..to[0]).unwrap_or_default();
+        let slots = self.out.slots.get(from[1]..to[1]).unwrap_or_default();
+        let routes = self.out.routes.get(from[2]..to[2]).unwrap_or_default();
+        !far(Point::default())
+            && !hits.iter().any(|hit| far(hit.at))
+            && !slots.iter().any(|slot| far(slot.from) || far(slot.to))
+            && !routes.iter().any(|route| far(route.from) || route.segments.iter().any(|s| far(s.to())))
     }
 
     fn copy(&mut self, from: [usize; 3], to: [usize; 3], by: Point) {

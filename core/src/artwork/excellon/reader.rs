@@ -119,7 +119,10 @@ pub(in crate::artwork) fn read(task: &Task<'_>) -> Result<(DrillFile, Vec<Remark
 
 impl<'a> Reader<'a> {
     fn new(task: &'a Task<'a>) -> Self {
-        let first_units = task.survey.first_units.unwrap_or(task.reading.units);
+        let first_units = task
+            .survey
+            .first_units
+            .map_or(task.reading.units, |units| super::sense::in_trial(task.reading, task.survey, units));
         let reading = super::sense::after_switch(task.reading, first_units, None);
         let mut out = DrillFile::default();
         let mut codes = BTreeMap::new();

@@ -95,6 +95,13 @@ pub(super) fn after_switch(decided: Reading, units: Units, digits: Option<Digits
     }
 }
 
+/// The units that a statement of `units` means where the program is read as `decided`: the stated ones, unless a person or a
+/// trial takes the first coordinate in other ones.
+pub(super) fn in_trial(decided: Reading, survey: &Survey, units: Units) -> Units {
+    let other = if units == Units::Mm { Units::Inch } else { Units::Mm };
+    if survey.units.is_some_and(|(stated, _)| stated != decided.units) { other } else { units }
+}
+
 /// Drill bits are between a tenth of a millimetre and a few: that tells inches from millimetres.
 pub(in crate::artwork) fn units_by_sizes(sizes: &[Decimal]) -> Option<Units> {
     let share = |units| {

@@ -45,7 +45,9 @@ impl Reader<'_> {
         }
     }
 
+    /// A trial reads a program in other units than it states: then every statement of units means the other ones.
     fn switch_units(&mut self, units: Units, hints: &[Hint]) {
+        let units = super::sense::in_trial(self.task.reading, self.task.survey, units);
         let digits = hints.iter().find_map(|hint| match hint {
             Hint::Digits(digits) => Some(*digits),
             _ => None,
@@ -76,7 +78,12 @@ impl Reader<'_> {
     }
 
     /// `T01` chooses a tool, `T01C0.8` defines one, and outside the header chooses it too.
+    /// `T0101` is tool 1 with its compensation where there is a tool 1 and no tool 101.
     pub(super) fn tool_word(&mut self, word: ToolWord, with_coordinates: bool) {
+        let short = word.code / 100;
+        let doubled =
+            word.digits == 4 && word.size.is_none() && self.is_tool(short) && !self.is_tool(word.code);
+        let word = if doubled { ToolWord { code: short, ..word } } else { word };
         let known = self.codes.contains_key(&word.code);
         if word.code == 0 && word.size.is_none() && !known {
             self.tool_up();
@@ -104,8 +111,15 @@ impl Reader<'_> {
         }
     }
 
+    /// Whether a tool of this number is known, here or in another file.
+    fn is_tool(&self, code: u32) -> bool {
+        self.codes.contains_key(&code) || self.task.table.contains_key(&code)
+    }
+
     fn set_plating(&mut self, index: u16) {
-        let plated = self.next_plated.take().or(self.section_plated);
+        let code = self.out.tools.get(usize::from(index)).map_or(0, |tool| tool.code);
+        let plated =
+            self.next_plated.take().or(self.section_plated).or_else(|| self.task.survey.plated_from(code));
         if let (Some(tool), Some(plated)) = (self.out.tools.get_mut(usize::from(index)), plated) {
             tool.plated = Some(plated);
         }
@@ -171,7 +185,9 @@ impl Reader<'_> {
                     takes = true;
                     self.zero_set(block, line);
                 }
-                40 => {}
+                20 | 70 => self.switch_units(Units::Inch, &[]),
+                21 | 71 => self.switch_units(Units::Mm, &[]),
+                17..=19 | 40 | 43 | 44 | 49 | 50 | 53..=59 | 61 | 64 | 80 | 94..=99 => {}
                 4 => {
                     takes = true;
                     self.findings.once(Weight::Note, "drill.machine_word", self.line, column, b"G04");

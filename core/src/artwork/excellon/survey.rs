@@ -39,12 +39,19 @@ pub(in crate::artwork) struct Shape {
     /// Fewest and most digits behind the point.
     pub(in crate::artwork) fewest_decimals: u8,
     pub(in crate::artwork) most_decimals: u8,
+    /// A bare `0`: it is zero however it is read.
+    pub(in crate::artwork) bare_zeros: u32,
 }
 
 impl Shape {
     /// Whether points are written.
     pub(in crate::artwork) fn decimal(&self) -> bool {
-        self.with_point > 0 && self.with_point * 2 >= self.numbers
+        self.with_point > 0 && self.with_point * 2 >= self.numbers.saturating_sub(self.bare_zeros)
+    }
+
+    /// Whether some numbers have no point where others do.
+    pub(in crate::artwork) fn points_missing(&self) -> bool {
+        self.with_point + self.bare_zeros < self.numbers
     }
 
     fn look(&mut self, number: Decimal, text: &[u8]) {
@@ -55,7 +62,9 @@ impl Shape {
             self.fewest_decimals =
                 if first { number.decimals } else { self.fewest_decimals.min(number.decimals) };
             self.most_decimals = self.most_decimals.max(number.decimals);
-        } else if number.mantissa != 0 || number.digits > 1 {
+        } else if number.mantissa == 0 && number.digits == 1 {
+            self.bare_zeros += 1;
+        } else {
             let first = self.longest == 0;
             self.shortest = if first { number.digits } else { self.shortest.min(number.digits) };
             self.longest = self.longest.max(number.digits);
@@ -86,6 +95,8 @@ pub(in crate::artwork) struct Survey {
     pub(in crate::artwork) sizes: Vec<Decimal>,
     /// Whether it routes.
     pub(in crate::artwork) routes: bool,
+    /// From which tool number on tools are plated, or are not.
+    pub(in crate::artwork) plated_from: Vec<(u32, bool)>,
 }
 
 /// Looks over a program.
@@ -126,8 +137,19 @@ impl Survey {
             Hint::Generator(name) => {
                 self.generator.get_or_insert(name);
             }
+            Hint::PlatedFrom(code, plated) => {
+                if self.plated_from.len() < MOST_TOOLS {
+                    self.plated_from.push((code, plated));
+                }
+            }
             Hint::Digits(_) | Hint::Zeros(_) | Hint::SectionPlated(_) | Hint::NextPlated(_) => {}
         }
+    }
+
+    /// What a comment says of the tools from a number on that `code` is among.
+    pub(super) fn plated_from(&self, code: u32) -> Option<bool> {
+        let before = self.plated_from.iter().filter(|(from, _)| *from <= code);
+        before.max_by_key(|(from, _)| *from).map(|(_, plated)| *plated)
     }
 
     /// Units count while no coordinate was read in them; statements outweigh comments.
@@ -156,6 +178,8 @@ impl Survey {
             match (word.letter, number.mantissa) {
                 (b'M', 71) => self.set_units(Units::Mm, Source::Header),
                 (b'M', 72) => self.set_units(Units::Inch, Source::Header),
+                (b'G', 21 | 71) => self.set_units(Units::Mm, Source::Header),
+                (b'G', 20 | 70) => self.set_units(Units::Inch, Source::Header),
                 (b'M', 15) => self.routes = true,
                 (b'C', _) if self.sizes.len() < MOST_TOOLS => self.sizes.push(number),
                 (b'X' | b'Y', _) if words.first().is_some_and(|first| first.letter != b'R') => {

@@ -18,6 +18,9 @@ use nom::multi::many0_count;
 use nom::sequence::preceded;
 use nom::{IResult, Parser};
 
+/// What some programs put behind the end of a text (^Z).
+const END_OF_TEXT: u8 = 0x1A;
+
 /// More words than this on a line are not a program.
 const MOST_WORDS: usize = 64;
 
@@ -93,7 +96,7 @@ fn content<'a>(code: &'a [u8], rest: &'a [u8]) -> Content<'a> {
 
 /// Blanks and remarks in brackets, an unclosed one to the end of the line.
 fn gap(input: &[u8]) -> IResult<&[u8], ()> {
-    let blank = take_while1(|byte: u8| byte.is_ascii_whitespace() || byte == 0);
+    let blank = take_while1(|byte: u8| byte.is_ascii_whitespace() || byte == 0 || byte == END_OF_TEXT);
     let bracket = recognize((tag("("), take_till(|byte| byte == b')'), opt(tag(")"))));
     value((), many0_count(alt((blank, bracket)))).parse(input)
 }
@@ -122,8 +125,10 @@ fn words<'a>(rest: &[u8], start: usize) -> Content<'a> {
         match rest.get(at) {
             None => break,
             Some(letter) if letter.is_ascii_alphabetic() && found.len() < MOST_WORDS => {
-                let number = rest.get(at + 1..).and_then(decimal);
-                at += 1 + number.map_or(0, |(_, used)| used);
+                let behind = rest.get(at + 1..).unwrap_or_default();
+                let blanks = behind.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+                let number = behind.get(blanks..).and_then(decimal);
+                at += 1 + number.map_or(0, |(_, used)| blanks + used);
                 let number = number.map(|(number, _)| number);
                 found.push(Word { letter: letter.to_ascii_uppercase(), number, column });
             }
@@ -151,6 +156,8 @@ mod tests {
             ("X001Y03M30", "X1@1 Y3@5 M30@8"),
             ("X1.2.3Y4", "X12@1 garbled at 5"),
             ("X--5.0", "X?@1 garbled at 2"),
+            ("X 1.0 Y -2.0", "X10@1 Y-20@7"),
+            ("\x1A", "Blank"),
             ("/X1", "Optional"),
             ("N5 / (nothing)", "Blank"),
         ] {

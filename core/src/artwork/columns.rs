@@ -1,0 +1,328 @@
+//! The columns of a plain list: how its lines come apart, and which column holds what.
+//!
+//! Comes in: text. Goes out: rows of numbers in the order X, Y, diameter. Columns are known by their heading or else by their
+//! shape: a column that counts lines, a column of few small sizes in front. Does not know units.
+//!
+//! ```text
+//! No;X;Y;D                 "5,080","0,000","0,8"             0.8   -5.08  0.00
+//! 1;-5,080;0,000;0,8       quotes, with decimal commas       0.8    0.00  2.54    size first
+//! ```
+
+use super::excellon::units_by_sizes;
+use super::number::{Decimal, decimal};
+use super::text::{Line, holds, lines, starts};
+
+/// Lines looked at.
+const LOOKED_AT: usize = 400;
+/// Cells of one line.
+const MOST_CELLS: usize = 24;
+
+/// What a line of a list is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Row {
+    Blank,
+    /// Names of columns, units, a title.
+    Heading,
+    /// `DRILL 0.0320 COUNT 36`: the diameter of what follows.
+    Group(Decimal, Option<u32>),
+    /// X, Y and perhaps a diameter.
+    Hole(Decimal, Decimal, Option<Decimal>),
+    /// Something else.
+    Other,
+}
+
+/// How the lines of a list are written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Columns {
+    /// Decimal commas.
+    comma: bool,
+    /// Where X, Y and the diameter stand; none: in the order of the cells.
+    order: Option<(usize, usize, Option<usize>)>,
+    /// The diameter may stand first or last, and nothing says where.
+    pub(super) unsure: bool,
+}
+
+/// A cell of a line: text, and its number if it is one.
+struct Cell {
+    text: Vec<u8>,
+    number: Option<Decimal>,
+}
+
+impl Columns {
+    /// Looks at the lines of a text.
+    pub(super) fn of(text: &[u8]) -> Self {
+        let comma = decimal_comma(text);
+        let headed = lines(text).take(LOOKED_AT).find_map(|line| heading_order(&cells(line.text, comma)));
+        let (shaped, unsure) =
+            order_by_shape(text, comma).map_or((None, false), |(order, unsure)| (Some(order), unsure));
+        Self { comma, order: headed.or(shaped), unsure: unsure && headed.is_none() }
+    }
+
+    /// What a line is.
+    pub(super) fn row(&self, line: &[u8]) -> Row {
+        let line = line.trim_ascii();
+        if line.is_empty() {
+            return Row::Blank;
+        }
+        if line.first().is_some_and(|byte| b";#!/".contains(byte)) {
+            return Row::Heading;
+        }
+        let cells = cells(line, self.comma);
+        let numbers: Vec<Decimal> = cells.iter().filter_map(|cell| cell.number).collect();
+        if let Some((x, y, size)) = self.order {
+            let number = |at: usize| cells.get(at).and_then(|cell| cell.number);
+            if let (Some(x), Some(y)) = (number(x), number(y)) {
+                return Row::Hole(x, y, size.and_then(number));
+            }
+        } else if let (true, [x, y, rest @ ..]) = (numbers.len() == cells.len(), numbers.as_slice())
+            && rest.len() <= 1
+        {
+            return Row::Hole(*x, *y, rest.first().copied());
+        }
+        let grouping = ["DRILL", "DIA", "SIZE", "TOOL", "HOLE"].iter().any(|word| starts(line, word));
+        match (grouping, numbers.first()) {
+            (true, Some(&size)) => {
+                let count = numbers.get(1).and_then(|count| u32::try_from(count.mantissa).ok());
+                Row::Group(size, count.filter(|_| holds(line, "COUNT") || holds(line, "QTY")))
+            }
+            _ if is_heading(line) || heading_order(&cells).is_some() => Row::Heading,
+            _ => Row::Other,
+        }
+    }
+}
+
+/// Whether a text lists where components are placed: its columns name parts, sides and turns.
+pub(super) fn is_placement(text: &[u8]) -> bool {
+    const WORDS: [&str; 17] = [
+        "designator",
+        "refdes",
+        "ref",
+        "reference",
+        "footprint",
+        "package",
+        "rotation",
+        "rot",
+        "val",
+        "value",
+        "side",
+        "layer",
+        "midx",
+        "midy",
+        "posx",
+        "posy",
+        "device",
+    ];
+    lines(text).take(40).any(|line| {
+        let names = cells(line.text, false).into_iter().map(|cell| letters(&cell.text));
+        let names: Vec<String> = names.collect();
+        let known = WORDS.iter().filter(|word| names.iter().any(|name| name == *word)).count();
+        known >= 3
+    })
+}
+
+/// The letters of a text in lower case.
+fn letters(text: &[u8]) -> String {
+    text.iter()
+        .filter(|byte| byte.is_ascii_alphabetic())
+        .map(|byte| char::from(byte.to_ascii_lowercase()))
+        .collect()
+}
+
+/// A list with semicolons or tabs and no points uses decimal commas; so do quotes around commas.
+fn decimal_comma(text: &[u8]) -> bool {
+    let numbers = || lines(text).take(LOOKED_AT).filter(|line| line.text.iter().any(u8::is_ascii_digit));
+    let any = |byte: u8| numbers().any(|line| line.text.contains(&byte));
+    (any(b';') || any(b'\t')) && any(b',') && !numbers().any(|line| has_point(line))
+}
+
+/// Whether a line holds a number with a point.
+fn has_point(line: Line<'_>) -> bool {
+    line.text.windows(3).any(|three| matches!(three, [b'0'..=b'9', b'.', b'0'..=b'9']))
+}
+
+/// The cells of a line, quotes taken off.
+fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
+    let mut texts: Vec<(Vec<u8>, bool)> = Vec::new();
+    let (mut quoted, mut open) = (false, false);
+    // Blanks part cells only where nothing else does.
+    let marked = line.iter().any(|byte| b";\t".contains(byte) || !comma && *byte == b',');
+    for &byte in line.trim_ascii() {
+        let parts = !quoted
+            && (byte == b';'
+                || byte == b'\t'
+                || byte == b',' && !comma
+                || !marked && byte.is_ascii_whitespace());
+        if byte == b'"' {
+            quoted = !quoted;
+            if !open {
+                texts.push((Vec::new(), true));
+                open = true;
+            }
+        } else if parts {
+            // Marks side by side leave a cell empty; blanks do not.
+            if !open && !byte.is_ascii_whitespace() || !open && byte == b'\t' {
+                texts.push((Vec::new(), false));
+            }
+            open = false;
+        } else {
+            if !open {
+                texts.push((Vec::new(), quoted));
+                open = true;
+            }
+            if let Some((text, _)) = texts.last_mut() {
+                text.push(byte);
+            }
+        }
+    }
+    let cell = |(text, quoted): (Vec<u8>, bool)| {
+        let plain = text.trim_ascii().to_vec();
+        let points = |text: &[u8]| -> Vec<u8> {
+            text.iter().map(|&byte| if (comma || quoted) && byte == b',' { b'.' } else { byte }).collect()
+        };
+        let number = points(&plain);
+        let number = decimal(&number).filter(|(_, used)| *used == number.len()).map(|(number, _)| number);
+        Cell { text: plain, number }
+    };
+    texts.into_iter().take(MOST_CELLS).map(cell).collect()
+}
+
+/// Where X, Y and the diameter stand in a line that names its columns.
+fn heading_order(cells: &[Cell]) -> Option<(usize, usize, Option<usize>)> {
+    if cells.iter().any(|cell| cell.number.is_some()) {
+        return None;
+    }
+    let name = |cell: &Cell| {
+        let text = cell.text.split(|byte| b"([".contains(byte)).next().unwrap_or_default();
+        let name = letters(text);
+        ["mm", "inch", "in", "mil"].iter().fold(name.clone(), |name, unit| {
+            name.strip_suffix(unit).filter(|rest| !rest.is_empty()).map_or(name.clone(), str::to_owned)
+        })
+    };
+    let names: Vec<String> = cells.iter().map(name).collect();
+    let find = |words: &[&str]| names.iter().position(|name| words.contains(&name.as_str()));
+    let x = find(&["x", "xpos", "posx", "xcoord", "xcoordinate", "centerx", "xcenter", "xposition"])?;
+    let y = find(&["y", "ypos", "posy", "ycoord", "ycoordinate", "centery", "ycenter", "yposition"])?;
+    let size = find(&[
+        "d",
+        "dia",
+        "diam",
+        "diameter",
+        "drill",
+        "drillsize",
+        "size",
+        "holesize",
+        "hole",
+        "holediameter",
+        "drilldiameter",
+        "bohrung",
+        "durchmesser",
+        "bit",
+    ]);
+    Some((x, y, size))
+}
+
+/// Where X, Y and the diameter stand in lines of three or four numbers without names, and whether that is unsure.
+fn order_by_shape(text: &[u8], comma: bool) -> Option<((usize, usize, Option<usize>), bool)> {
+    let rows: Vec<Vec<Decimal>> = lines(text)
+        .take(LOOKED_AT)
+        .filter_map(|line| {
+            let cells = cells(line.text, comma);
+            let numbers: Vec<Decimal> = cells.iter().filter_map(|cell| cell.number).collect();
+            (numbers.len() == cells.len() && numbers.len() >= 3).then_some(numbers)
+        })
+        .collect();
+    let width = rows.iter().map(Vec::len).min().filter(|_| rows.len() >= 3)?;
+    let counts = rows.windows(2).all(|pair| match pair {
+        [a, b] => {
+            let whole =
+                |row: &[Decimal]| row.first().filter(|number| !number.point).map(|number| number.mantissa);
+            whole(a).zip(whole(b)).is_some_and(|(a, b)| b == a + 1)
+        }
+        _ => false,
+    });
+    let from = usize::from(counts);
+    let column = |at: usize| rows.iter().filter_map(move |row| row.get(at).copied());
+    let sizes = |at: usize| {
+        let all: Vec<Decimal> = column(at).collect();
+        let positive = all.iter().all(|size| size.mantissa > 0);
+        positive && units_by_sizes(&all).is_some()
+    };
+    let repeats = |at: usize| {
+        let mut different: Vec<_> = column(at).map(|size| (size.mantissa, size.decimals)).collect();
+        let all = different.len();
+        different.sort_unstable();
+        different.dedup();
+        different.len() < all
+    };
+    let first = sizes(from) && repeats(from);
+    match width - from {
+        // Places may count by themselves: then sizes stand last.
+        2 if counts && sizes(2) && repeats(2) => Some(((0, 1, Some(2)), true)),
+        2 if counts => Some(((1, 2, None), true)),
+        3 if first && !sizes(from + 2) => Some(((from + 1, from + 2, Some(from)), true)),
+        3 => Some(((from, from + 1, Some(from + 2)), first && !repeats(from + 2))),
+        _ => None,
+    }
+}
+
+fn is_heading(line: &[u8]) -> bool {
+    let words = ["DRILL", "UNIT", "HOLE", "END", "METRIC", "INCH", "MM", "LIST", "BOARD"];
+    words.iter().any(|word| starts(line, word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rows of a list as `x,y,d` in its own units.
+    fn shown(text: &str) -> String {
+        let columns = Columns::of(text.as_bytes());
+        let ten = |decimals: u8| (0..decimals).fold(1.0, |ten, _| ten * 10.0);
+        let number = |n: Decimal| (n.mantissa as f64 / ten(n.decimals)).to_string();
+        let rows = lines(text.as_bytes()).filter_map(|line| match columns.row(line.text) {
+            Row::Hole(x, y, size) => {
+                Some(format!("{},{},{}", number(x), number(y), size.map_or("-".to_owned(), number)))
+            }
+            Row::Other => Some("?".to_owned()),
+            _ => None,
+        });
+        rows.collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn columns_are_known_by_heading_or_shape() {
+        let want = "-5.08,0,0.8 2.54,1.27,0.8 7.62,3.5,0.8";
+        for text in [
+            "-5.08 0 0.8\n2.54 1.27 0.8\n7.62 3.5 0.8\n",
+            "-5,08\t0\t0,8\n2,54\t1,27\t0,8\n7,62\t3,5\t0,8\n",
+            "-5,08;0;0,8\n2,54;1,27;0,8\n7,62;3,5;0,8\n",
+            "X,Y,D\n-5.08,0,0.8\n2.54,1.27,0.8\n7.62,3.5,0.8\n",
+            "\"X\",\"Y\",\"Dia\"\n\"-5.08\",\"0\",\"0.8\"\n\"2.54\",\"1.27\",\"0.8\"\n\"7.62\",\"3.5\",\"0.8\"\n",
+            "\"-5,08\",\"0,00\",\"0,8\"\n\"2,54\",\"1,27\",\"0,8\"\n\"7,62\",\"3,5\",\"0,8\"\n",
+            "No;X;Y;D\n1;-5,08;0;0,8\n2;2,54;1,27;0,8\n3;7,62;3,5;0,8\n",
+            "1 -5.08 0 0.8\n2 2.54 1.27 0.8\n3 7.62 3.5 0.8\n",
+            "0.8 -5.08 0\n0.8 2.54 1.27\n0.8 7.62 3.5\n",
+            "1,0.8,-5.08,0\n2,0.8,2.54,1.27\n3,0.8,7.62,3.5\n",
+            "Diameter (mm);Type;X (mm);Y (mm)\n0.8;PTH;-5.08;0\n0.8;PTH;2.54;1.27\n0.8;;7.62;3.5\n",
+        ] {
+            assert_eq!(shown(text), want, "{text}");
+        }
+        assert_eq!(shown("1;5.08;0\n2;2.54;1\n3;1.27;7\n"), "5.08,0,- 2.54,1,- 1.27,7,-");
+        assert_eq!(shown("5.08 0\n2.54 1\n"), "5.08,0,- 2.54,1,-");
+    }
+
+    #[test]
+    fn lists_of_components_are_known() {
+        for (text, want) in [
+            ("Ref,Val,Package,PosX,PosY,Rot,Side\nR1,10k,0805,1.0,2.0,90,top\n", true),
+            ("\"Designator\",\"Footprint\",\"Mid X\",\"Mid Y\",\"Layer\",\"Rotation\"\n", true),
+            (
+                "# Ref     Val       Package    PosX       PosY       Rot  Side\nC1 100n C_0805 10.0 20.0 0.0 top\n",
+                true,
+            ),
+            ("X;Y;D\n1;2;0.8\n", false),
+        ] {
+            assert_eq!(is_placement(text.as_bytes()), want, "{text}");
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Every plausible reading of a drill program, tried: where its holes lie, whether they can be drilled, and what copper and
+//! outline of the same board say of them.
+//!
+//! Comes in: a program, what words settle of its numbers, what lies beside it. Goes out: the readings, the best first. Chooses
+//! none.
+
+use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
+use super::measure::{impossible_bit, oddity};
+use super::number::Reading;
+use super::registration::{Copper, FITS, Fit, SAMPLE, every, same_place, same_size};
+use super::text::front;
+use super::{Digits, Source, Units, Zeros};
+use crate::geometry::{Bounds, Point};
+
+/// Bytes of a program that are read under every reading.
+const SAMPLED_BYTES: usize = 192 * 1024;
+/// So many holes may speak of a scale.
+const FEWEST: usize = 8;
+
+/// What the choice of a reading goes by.
+pub(super) struct Grounds<'a> {
+    pub(super) name: &'a str,
+    pub(super) text: &'a [u8],
+    pub(super) survey: &'a Survey,
+    pub(super) table: &'a ToolTable,
+    pub(super) sensed: &'a Sensed,
+    /// The file says that none of its holes is plated: they need not lie on copper.
+    pub(super) unplated: bool,
+    pub(super) copper: Option<&'a Copper>,
+    /// The box of the outline of the same board.
+    pub(super) outline: Option<Bounds>,
+}
+
+/// A reading and how its holes fit.
+pub(super) struct Ranked {
+    pub(super) reading: Reading,
+    pub(super) fit: Fit,
+    pub(super) holes: Vec<Point>,
+    /// Which tools drill those that are single holes.
+    pub(super) tools: Vec<Option<u16>>,
+    /// Whether it agrees with every part that words settle.
+    pub(super) allowed: bool,
+    /// Whether holes and bits are such as can be.
+    pub(super) possible: bool,
+    /// The box of its holes.
+    pub(super) bounds: Bounds,
+    /// Whether the box is as large as that of the copper, or there is no copper.
+    pub(super) as_large: bool,
+}
+
+impl Grounds<'_> {
+    /// Whether the copper speaks for this reading: it is a board, as large as the copper and in its place, and enough of its
+    /// holes lie on pads.
+    pub(super) fn copper_votes(&self, ranked: &Ranked) -> bool {
+        let Some((copper, board)) = self.copper.and_then(|copper| Some((copper, copper.bounds()?))) else {
+            return false;
+        };
+        let board = self.outline.filter(|outline| same_place(board, *outline)).unwrap_or(board);
+        let moved = ranked.fit.shift_mm != (0.0, 0.0);
+        let agrees = if moved { same_size(ranked.bounds, board) } else { same_place(ranked.bounds, board) };
+        !self.unplated && ranked.possible && agrees && copper.votes(&ranked.holes, ranked.fit)
+    }
+
+    /// Whether the outline has a word to say of readings: there are holes enough.
+    pub(super) fn outline_of(&self, ranked: &Ranked) -> Option<Bounds> {
+        self.outline.filter(|_| ranked.holes.len() >= FEWEST)
+    }
+}
+
+/// Whole lines from the front of a program.
+pub(super) fn sample(text: &[u8]) -> Option<&[u8]> {
+    let text = front(text, SAMPLED_BYTES);
+    let end = text.iter().rposition(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len());
+    text.get(..end)
+}
+
+/// All readings, those that fit best first; readings that give the same holes stand once. None if there are no holes.
+pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
+    let &Grounds { name, survey, table, sensed, unplated, copper, .. } = grounds;
+    let text = sample(grounds.text)?;
+    let mut all: Vec<Ranked> = Vec::new();
+    for reading in readings(sensed) {
+        let Ok((drill, remarks)) = excellon::read(&Task { name, text, reading, survey, table }) else {
+            continue;
+        };
+        // Single holes come first.
+        let single = drill.hits.len();
+        let centres: Vec<(Point, Option<u16>)> = (0..)
+            .zip(drill.centres())
+            .map(|(at, (point, tool))| (point, (at < single).then_some(tool)))
+            .collect();
+        let (holes, tools): (Vec<Point>, Vec<Option<u16>>) =
+            every(centres.iter().copied(), centres.len(), SAMPLE).unzip();
+        let Some(bounds) = drill.centre_bounds().filter(|_| holes.len() >= 3) else { continue };
+        if all.iter().any(|other| other.holes == holes) {
+            continue;
+        }
+        let far = remarks.iter().any(|remark| remark.code == "drill.out_of_range");
+        let possible = !far && oddity(&drill).is_none() && impossible_bit(&drill).is_none();
+        let fit = copper.map_or(Fit::default(), |copper| copper.fit(&holes));
+        let board = copper.and_then(Copper::bounds);
+        let as_large = board.is_none_or(|board| same_size(bounds, board));
+        let allowed = agrees(&reading, sensed, Sensed::stated);
+        all.push(Ranked { reading, fit, holes, tools, allowed, possible, bounds, as_large });
+    }
+    // Holes that need no copper fit somewhere by chance.
+    if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS) {
+        for ranked in all.iter_mut().filter(|ranked| ranked.possible && ranked.as_large) {
+            let shifted = copper.map_or(Fit::default(), |copper| copper.fit_shifted(&ranked.holes));
+            if shifted.share >= FITS {
+                ranked.fit = shifted;
+            }
+        }
+    }
+    // The order of `readings` is custom; a stable sort keeps it among equals.
+    all.sort_by(|a, b| b.fit.share.total_cmp(&a.fit.share));
+    (!all.is_empty()).then_some(all)
+}
+
+/// Whether the reading is the sensed one in every part that is settled by its ground.
+pub(super) fn agrees(reading: &Reading, sensed: &Sensed, settled: impl Fn(Source) -> bool) -> bool {
+    let (own, decimal) = (&sensed.reading, sensed.reading.zeros == Zeros::Decimal);
+    let units = !settled(sensed.units) || reading.units == own.units;
+    let digits = decimal || !settled(sensed.digits) || reading.digits == own.digits;
+    let zeros = decimal || !settled(sensed.zeros) || reading.zeros == own.zeros;
+    units && digits && zeros
+}
+
+/// Every plausible reading, the sensed one first.
+pub(super) fn readings(sensed: &Sensed) -> Vec<Reading> {
+    const MM: [(u8, u8); 5] = [(3, 3), (4, 2), (3, 2), (4, 4), (4, 3)];
+    const INCH: [(u8, u8); 5] = [(2, 4), (2, 3), (3, 5), (2, 5), (3, 3)];
+    let mut all = vec![sensed.reading];
+    let zeros = match sensed.reading.zeros {
+        Zeros::Decimal => vec![Zeros::Decimal],
+        Zeros::Trailing => vec![Zeros::Trailing, Zeros::Leading],
+        own => vec![own, Zeros::Trailing],
+    };
+    for (units, formats) in [(Units::Inch, INCH), (Units::Mm, MM)] {
+        let formats = formats.map(|(integer, decimal)| Digits { integer, decimal });
+        for digits in [sensed.reading.digits, customary(units)].into_iter().chain(formats) {
+            all.extend(zeros.iter().map(|&zeros| Reading { units, digits, zeros }));
+        }
+    }
+    all
+}

@@ -1,0 +1,115 @@
+//! Drill files beside copper and outlines of other boards: what does not belong to them never changes a scale in silence.
+//!
+//! Every drill file of the corpus whose numbers have no points, with every copper or outline layer of every other board, once
+//! under their own names and once under names that say nothing. A reading is wrong when its box is not the expected one, and
+//! silent when no doubt and no loss goes with it.
+
+use annulus_core::artwork::{FileRead, Kind, Overrides, Role, read_set};
+use annulus_core::remark::Weight;
+use annulus_tests::{corpus, files_below};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// One pair of this many is read on a push; all of them with `ANNULUS_LONG`.
+const ONE_OF: u64 = 32;
+/// Expectations are rounded to 1 µm.
+const TOLERANCE_MM: f64 = 0.0011;
+
+/// A drill file of the corpus, and the box of its holes.
+struct Drill {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    bounds: Vec<f64>,
+}
+
+/// What the corpus expects of its files of a kind.
+fn expected(corpus: &Path, kind: &str) -> Vec<(PathBuf, Value)> {
+    let paths = files_below(&corpus.join("expected"));
+    let json = paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "json"));
+    let rows = json.map(|path| serde_json::from_slice::<Value>(&fs::read(path).unwrap()).unwrap());
+    let rows = rows.filter(|json| json["kind"].as_str() == Some(kind));
+    rows.map(|json| (corpus.join(json["file"].as_str().unwrap()), json["expected"].clone())).collect()
+}
+
+fn drills(corpus: &Path) -> Vec<Drill> {
+    let number = |value: &Value| value.as_f64().unwrap();
+    let rows = expected(corpus, "drill").into_iter().filter_map(|(path, expected)| {
+        let bounds: Vec<f64> = expected["bbox_centres_mm"].as_array()?.iter().map(number).collect();
+        let decimal = expected["zeros_suppressed"].as_str() == Some("decimal");
+        (!decimal).then(|| Drill { bytes: fs::read(&path).unwrap(), path, bounds })
+    });
+    rows.collect()
+}
+
+/// The copper and outline layers of the corpus.
+fn layers(corpus: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let all = expected(corpus, "gerber").into_iter().map(|(path, _)| (fs::read(&path).unwrap(), path));
+    let rows = all.filter_map(|(bytes, path)| {
+        let artwork = read_set(&[(path.display().to_string(), bytes.clone())], &Overrides::default());
+        let role = artwork.files[0].role;
+        matches!(role, Role::Copper | Role::Outline).then_some((path, bytes))
+    });
+    rows.collect()
+}
+
+/// Whether the pair is read today.
+fn chosen(at: u64) -> bool {
+    std::env::var_os("ANNULUS_LONG").is_some()
+        || (at.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32).is_multiple_of(ONE_OF)
+}
+
+fn is_right(file: &FileRead, bounds: &[f64]) -> bool {
+    let found = file.drill.as_ref().and_then(|drill| drill.centre_bounds());
+    found.is_some_and(|found| {
+        let found = [found.min.x, found.min.y, found.max.x, found.max.y].map(|length| length.mm());
+        found.iter().zip(bounds).all(|(found, wanted)| (found - wanted).abs() <= TOLERANCE_MM)
+    })
+}
+
+#[test]
+fn copper_of_another_board_never_changes_a_scale_in_silence() {
+    let Some(corpus) = corpus() else { return };
+    let (drills, layers) = (drills(&corpus), layers(&corpus));
+    assert!(drills.len() >= 25 && layers.len() >= 30, "{} and {}", drills.len(), layers.len());
+    let (mut pairs, mut silent, mut doubted, mut at) = (0, Vec::new(), Vec::new(), 0);
+    for drill in &drills {
+        for (path, layer) in layers.iter().filter(|(path, _)| path.parent() != drill.path.parent()) {
+            for plain in [false, true] {
+                at += 1;
+                if !chosen(at) {
+                    continue;
+                }
+                pairs += 1;
+                let name = |path: &Path| path.file_name().unwrap().display().to_string();
+                let ending =
+                    |path: &Path| path.extension().map_or("gbr".to_owned(), |e| e.display().to_string());
+                let names = if plain {
+                    ["drill.drl".to_owned(), format!("top.{}", ending(path))]
+                } else {
+                    [name(&drill.path), name(path)]
+                };
+                let files = [(names[0].clone(), drill.bytes.clone()), (names[1].clone(), layer.clone())];
+                let artwork = read_set(&files, &Overrides::default());
+                let file = &artwork.files[0];
+                if is_right(file, &drill.bounds) {
+                    continue;
+                }
+                let codes: Vec<_> =
+                    file.remarks.iter().map(|r| format!("{:?} {}", r.weight, r.code)).collect();
+                let row = format!(
+                    "{} with {} ({plain}): {codes:?} {:?}",
+                    drill.path.display(),
+                    name(path),
+                    file.evidence
+                );
+                let told = file.kind != Kind::Drill || file.remarks.iter().any(|r| r.weight >= Weight::Doubt);
+                if told { doubted.push(row) } else { silent.push(row) }
+            }
+        }
+    }
+    println!("{pairs} pairs, {} wrong and silent, {} wrong with a doubt", silent.len(), doubted.len());
+    println!("{}\n\n{}", silent.join("\n"), doubted.join("\n"));
+    assert!(pairs > 60, "{pairs} pairs");
+    assert!(silent.is_empty(), "wrong and silent:\n{}", silent.join("\n"));
+}
