@@ -1,4 +1,5 @@
-//! What the pre-flight says of the rack: drills are looked for in it, mills and V-bits are not.
+//! What is refused before a job starts, and what the pre-flight says of the rack: drills are looked for in it, mills and V-bits are
+//! not.
 
 use super::*;
 
@@ -21,4 +22,37 @@ fn only_drills_are_looked_for_in_the_rack() {
     let strange = bit(830, Cutter::Drill, "0.83 mm");
     let said = told([job, vec![strange]].concat());
     assert!(said.len() == 1 && said[0].contains("0.83 mm") && !said[0].contains("V 30"), "{said:?}");
+}
+
+#[test]
+fn what_must_not_start_does_not() {
+    let bench = Bench::new(&machine(), Faults::default());
+    let program = grid(&machine(), 3);
+    let (job, stream_digest, checks) = bench.arm(&program);
+    let failed: Vec<_> =
+        checks.iter().filter(|row| row.verdict == Verdict::Fail).map(|row| &row.finding.code).collect();
+    assert_eq!(failed, ["preflight.not_homed", "preflight.no_zero"]);
+    let start =
+        |digest: &str, from_leg| Ask::Start { job: job.clone(), stream_digest: digest.into(), from_leg };
+    assert_eq!(bench.drill.ask(start(&stream_digest, 0)).unwrap_err().code, "control.not_homed");
+    assert_eq!(bench.drill.ask(Ask::SetZero).unwrap_err().code, "control.not_homed");
+    bench.home();
+    assert_eq!(bench.drill.ask(start(&stream_digest, 0)).unwrap_err().code, "control.not_armed");
+    bench.drill.ask(Ask::SetZero).unwrap();
+    bench.arm(&program);
+    assert_eq!(bench.drill.ask(start("other", 0)).unwrap_err().code, "control.other_stream");
+    assert_eq!(bench.drill.ask(start(&stream_digest, 2)).unwrap_err().code, "control.leg_not_offered");
+    let faster = vec![("stroke.feed".to_owned(), Value::Number(9.0))];
+    bench.drill.ask(Ask::Configure { changes: faster }).unwrap();
+    assert_eq!(bench.drill.ask(start(&stream_digest, 0)).unwrap_err().code, "control.not_armed");
+    let (.., checks) = bench.arm(&program);
+    assert!(
+        checks
+            .iter()
+            .any(|row| row.finding.code == "preflight.other_machine" && row.verdict == Verdict::Fail)
+    );
+    assert_eq!(bench.drill.upload(&"0".repeat(64), b"junk").unwrap_err().code, "control.wrong_key");
+    let saved = bench.folder.path().join("machines/virtual.toml");
+    assert_eq!(crate::machine_file::load(&saved).unwrap().process.feed_mm_per_s, 9.0);
+    assert_eq!(bench.record().len(), 0, "nothing was drilled");
 }
