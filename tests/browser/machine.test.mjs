@@ -35,7 +35,7 @@ test("STOP stops at once, from the keyboard too, and the position stays known", 
   try {
     await drilling(page);
     await page.keyboard.press("Control+Shift+E");
-    await page.getByText(/^Stopped\. Holes drilled/).waitFor();
+    await page.getByText(/^You stopped it\. Holes drilled/).waitFor();
     const done = await settled(() => data(page, "done"), "a picture that has followed the machine");
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal(await data(page, "done"), done, "nothing was drilled after STOP");
@@ -83,7 +83,7 @@ test("a closed page leaves the job running; another page watches it and may stop
     const waits = second.page.getByText("Waiting for a person.");
     await until(async () => Number(await data(second.page, "done")) > seen || (await waits.isVisible()), "more holes");
     await second.page.getByRole("button", { name: /STOP/ }).first().dispatchEvent("pointerdown");
-    await second.page.getByText(/^Stopped\. Holes drilled/).waitFor();
+    await second.page.getByText(/^You stopped it\. Holes drilled/).waitFor();
   } finally {
     await second?.context.close();
     await bridge.stop();

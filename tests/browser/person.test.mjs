@@ -96,7 +96,7 @@ describe("a person", { concurrency: true }, () => {
       await go_on(page).waitFor();
       await wait(5000);
       await page.getByRole("alertdialog").getByRole("button", { name: "STOP", exact: true }).dispatchEvent("pointerdown");
-      await page.getByText(/^Stopped\. Holes drilled/).first().waitFor();
+      await page.getByText(/^You stopped it\. Holes drilled/).first().waitFor();
       await wait(3000);
       assert.deepEqual(await alarms(page), [], "a STOP is no alarm");
     } finally {

@@ -133,7 +133,7 @@ test("STOP is in the window and on top in a dialog, and stops from there", async
     const box = await (await pressed(page)).boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
-    await page.getByText(/^Stopped\. Holes drilled/).waitFor();
+    await page.getByText(/^You stopped it\. Holes drilled/).waitFor();
     await page.mouse.up();
   } finally {
     await context.close();

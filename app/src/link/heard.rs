@@ -6,6 +6,7 @@ use super::browser::{self, now_ms};
 use super::{Armed, Control, Ended, Freshness, Interrupted, Phase, Queue, link, noted, socket, stop};
 use crate::health;
 use crate::lab::log::Event;
+use annulus_core::control::Ending;
 use annulus_core::queue::{MOST_ROWS, RowResult};
 use annulus_core::wire::{QueueStatus, Tell};
 use leptos::prelude::*;
@@ -58,7 +59,8 @@ pub(super) fn heard(tell: Tell) {
         Tell::Ended { job, ending, holes_done, .. } => {
             line.interrupted.set(None);
             noted(Event::Ended(ending, holes_done));
-            line.ended.set(Some(Ended { job, ending, holes_done }));
+            let by_you = ending == Ending::Stopped && stop::pressed_here();
+            line.ended.set(Some(Ended { job, ending, holes_done, by_you }));
         }
         Tell::Interrupted { job, name, next_leg, holes_done, holes_total, .. } => {
             line.interrupted.set(Some(Interrupted { job, name, next_leg, holes_done, holes_total }));

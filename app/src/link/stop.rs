@@ -11,12 +11,22 @@ use leptos::prelude::*;
 use std::cell::Cell;
 use std::time::Duration;
 
+/// A job that ends so soon after STOP was pressed ended by it.
+const BY_THIS_MS: f64 = 60_000.0;
+
 thread_local! {
     static WAY: Cell<StopWay> = const { Cell::new(StopWay::Idle) };
+    static PRESSED_MS: Cell<f64> = const { Cell::new(f64::NEG_INFINITY) };
+}
+
+/// Whether STOP was pressed in this page just now.
+pub(super) fn pressed_here() -> bool {
+    now_ms() - PRESSED_MS.get() <= BY_THIS_MS
 }
 
 /// Stops the machine. With no link the wish is kept and goes out first on the next one.
 pub fn stop() {
+    PRESSED_MS.set(now_ms());
     if !socket::is_open() {
         WAY.set(StopWay::Latched);
         link().stop_unconfirmed.set(true);

@@ -124,7 +124,8 @@ pub(crate) fn answers() -> impl IntoView {
     };
     let ended = move || {
         line.ended.get().map(|ended| {
-            let word = words::ending(ended.ending);
+            let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
+            let word = by_you.unwrap_or_else(|| words::ending(ended.ending));
             let text = move || crate::i18n::text(word, &[("holes", ended.holes_done.to_string())]);
             div().class("notice tone-run").attr("role", "status").child((
                 icon(Icon::Check),
