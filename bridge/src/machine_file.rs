@@ -4,6 +4,7 @@
 //! read is never overwritten. Does not know what the settings mean; the table in `machine` does.
 
 use crate::cli::Refusal;
+use crate::own;
 use annulus_core::machine::{self, Kind, Machine, SECTIONS, Setting};
 use annulus_core::project::text;
 use annulus_core::remark::{Remark, Weight};
@@ -170,7 +171,7 @@ fn parse(file: &str, written: &str) -> Result<Machine, Remark> {
 
 /// Writes `machine` to `path`, whole or not at all.
 pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Remark> {
-    write_whole(path, text_of(machine).as_bytes()).map_err(|error| {
+    write_own(path, text_of(machine).as_bytes()).map_err(|error| {
         let file = path.display();
         Remark::new(Weight::Loss, "machine.file_not_saved").with("file", file).with("reason", error)
     })
@@ -178,10 +179,23 @@ pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Remark> {
 
 /// Writes a file so that after any interruption either the old or the new one is there.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write(path, bytes, |fresh| fs::File::create(fresh))
+}
+
+/// The same for a file that is this user's alone.
+pub(crate) fn write_own(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write(path, bytes, |fresh| {
+        // What a killed process left; whatever it is, it is not written to.
+        let _ = fs::remove_file(fresh);
+        own::open(fresh, fs::OpenOptions::new().write(true).create_new(true))
+    })
+}
+
+fn write(path: &Path, bytes: &[u8], make: impl Fn(&Path) -> io::Result<fs::File>) -> io::Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     fs::create_dir_all(folder)?;
     let fresh = path.with_extension(format!("new-{}", std::process::id()));
-    let written = fs::File::create(&fresh).and_then(|mut file| {
+    let written = make(&fresh).and_then(|mut file| {
         file.write_all(bytes)?;
         file.sync_all()
     });

@@ -13,6 +13,7 @@ mod journal;
 mod lab;
 mod machine_file;
 mod outputs;
+mod own;
 mod saving;
 mod server;
 

@@ -4,6 +4,7 @@
 
 use super::{Answer, Exit, Refusal, serve};
 use crate::executor::{clock, realtime};
+use crate::own;
 use crate::server::runtime;
 use crate::{browser, drill, journal, machine_file};
 use annulus_core::control::Lateness;
@@ -103,7 +104,7 @@ fn good(name: &'static str, code: &str) -> Check {
 /// Whether a file can be written in `folder`.
 fn folder(name: &'static str, folder: &Path) -> Check {
     let probe = folder.join(format!("doctor-{}", std::process::id()));
-    let tried = fs::create_dir_all(folder).and_then(|()| fs::write(&probe, b"annulus"));
+    let tried = own::root(folder).and_then(|()| fs::write(&probe, b"annulus"));
     let _ = fs::remove_file(&probe);
     match tried {
         Ok(()) => good(name, "doctor.folder").with("folder", folder.display()),

@@ -5,16 +5,26 @@
 
 use super::{Answer, Exit, Refusal};
 use crate::machine_file;
+use crate::outputs::rehearsal;
 use annulus_core::machine::{self, Machine, Output};
+use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `annulus machines`.
 #[derive(Debug, Default, clap::Args)]
-pub(crate) struct MachinesArgs {}
+pub(crate) struct MachinesArgs {
+    /// Make a file that may stand in for a card in rehearsals, and name it as card.device in a machine file.
+    #[arg(long, value_name = "FILE")]
+    rehearsal: Option<PathBuf>,
+}
 
 /// Runs the command.
-pub(crate) fn run(_: &MachinesArgs) -> Result<Answer, Refusal> {
+pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
+    if let Some(path) = &args.rehearsal {
+        return make_rehearsal(path);
+    }
     let mut names: Vec<String> = machine::presets().iter().map(|(name, _)| (*name).to_owned()).collect();
     names.extend(machine_file::names());
     names.sort();
@@ -36,6 +46,18 @@ pub(crate) fn run(_: &MachinesArgs) -> Result<Answer, Refusal> {
         }
     }
     Ok(Answer { object: json!({ "machines": rows }), text, exit: Exit::Done })
+}
+
+/// Makes a rehearsal file where nothing is yet.
+fn make_rehearsal(path: &Path) -> Result<Answer, Refusal> {
+    rehearsal::make(path).map_err(|error| {
+        let why = Remark::new(Weight::Loss, "output.rehearsal_not_made").with("file", path.display());
+        Refusal::surroundings(why.with("reason", error))
+    })?;
+    let file = path.display().to_string();
+    let made = Remark::new(Weight::Note, "output.rehearsal_made").with("file", &file);
+    let text = format!("{} {}\n", made.message("en"), made.advice("en"));
+    Ok(Answer { object: json!({ "rehearsal": file }), text, exit: Exit::Done })
 }
 
 fn row(name: &str, file: Option<&str>, machine: &Machine) -> Value {

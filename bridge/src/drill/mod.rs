@@ -28,6 +28,7 @@ mod ticket;
 
 use crate::cli::Refusal;
 use crate::journal::{self, Contents, Journal};
+use crate::own;
 use annulus_core::control::Timing;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::remark::{Remark, Weight};
@@ -89,8 +90,10 @@ impl Drill {
         if machine.output != Output::Virtual && speed != 1.0 {
             return Err(Refusal::usage(Remark::new(Weight::Loss, "control.speed_is_real")));
         }
-        fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+        let unwritable = |error: std::io::Error| unwritable(folder, &error);
+        own::root(folder).and_then(|()| own::mend(&folder.join(JOURNAL))).map_err(unwritable)?;
         let (journal, contents) = journal::open(&folder.join(JOURNAL)).map_err(Refusal::surroundings)?;
+        own::mend(&folder.join(JOURNAL)).map_err(unwritable)?;
         let damaged = contents.damage.as_ref().map(|damage| {
             let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
             let holes = holes.iter().filter(|byte| **byte == b'\n').count();
@@ -284,7 +287,7 @@ fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
 /// The drilled-board record: a plain append a hole, the moment it is made. It knows nothing of the journal. What cannot be
 /// written stops the job: a record with a hole left out is worse than none.
 fn drilled_record(path: &Path, owner: Sender<Message>) -> std::io::Result<DrilledBoard> {
-    let mut file = OpenOptions::new().create(true).append(true).open(path)?;
+    let mut file = own::open(path, OpenOptions::new().create(true).append(true))?;
     Ok(Box::new(move |hole| {
         let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
         let line = format!("{:.4} {:.4} {:.4}{spindle}\n", hole.x_mm, hole.y_mm, hole.depth_mm);

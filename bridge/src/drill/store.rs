@@ -2,10 +2,12 @@
 //!
 //! Comes in: keys and bytes. Goes out: bytes. A file is there whole or not at all. Does not know what is running.
 
-use crate::machine_file::write_whole;
+use crate::machine_file::write_own;
+use crate::own;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
-use std::fs;
+use std::fs::{self, OpenOptions};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -23,7 +25,8 @@ pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Remark>
         return Err(Remark::new(Weight::Loss, "control.wrong_key"));
     };
     program::decode(bytes)?;
-    write_whole(&path, bytes)
+    own::folder(&folder.join("jobs"))
+        .and_then(|()| write_own(&path, bytes))
         .map_err(|error| Remark::new(Weight::Loss, "control.job_not_kept").with("reason", error))?;
     prune(&folder.join("jobs"));
     Ok(())
@@ -31,7 +34,8 @@ pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Remark>
 
 /// The bytes kept under `key`, if they still are what was kept.
 pub(super) fn load(folder: &Path, key: &str) -> Option<Vec<u8>> {
-    let bytes = fs::read(path_of(folder, key)?).ok()?;
+    let mut bytes = Vec::new();
+    own::open(&path_of(folder, key)?, OpenOptions::new().read(true)).ok()?.read_to_end(&mut bytes).ok()?;
     (program::key(&bytes) == key).then_some(bytes)
 }
 

@@ -9,6 +9,7 @@
 //! Comes in: what is done to the pins. Goes out: the same to the pins behind, and a line at the end of a file. While
 //! something moves nothing is written: the last steps are kept in memory. Does not know who stopped it.
 
+use crate::own;
 use annulus_core::job::Bit;
 use annulus_core::machine::{AXES, Steps};
 use annulus_core::pins::{AxisSet, Pins};
@@ -48,11 +49,10 @@ impl<P: Pins> Recorded<P> {
     pub(super) fn new(pins: P, path: &Path, offsets: Offsets, why: Why) -> io::Result<Self> {
         let long = std::fs::metadata(path).is_ok_and(|file| file.len() > LONGEST);
         let mut options = OpenOptions::new();
-        let file = if long {
-            options.write(true).truncate(true).open(path)?
-        } else {
-            options.create(true).append(true).open(path)?
-        };
+        let file = own::open(
+            path,
+            if long { options.write(true).truncate(true) } else { options.create(true).append(true) },
+        )?;
         let steps = VecDeque::with_capacity(KEPT);
         let mut recorded = Self { pins, file, counted: Steps::default(), offsets, steps, why };
         recorded.write("started");

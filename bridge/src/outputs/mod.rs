@@ -7,19 +7,20 @@
 //! ```
 //!
 //! Comes in: a machine. Goes out: pins, made safe before anything else. Only one process drives a device at a time. Does
-//! not know tasks. A device that is an ordinary file moves nothing: the same code then writes the same bytes into it.
+//! not know tasks. A rehearsal file moves nothing: the same code then writes the same bytes into it.
 
 mod parallel;
 #[cfg(target_os = "linux")]
 mod ppdev;
 mod registers;
+pub(crate) mod rehearsal;
 mod wires;
 
 pub(crate) use wires::{Trouble, Wires};
 
 use annulus_core::machine::{Machine, Output};
-use annulus_core::remark::{Remark, Weight};
-use std::fs::{File, OpenOptions, TryLockError};
+use annulus_core::remark::Remark;
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
 use std::thread;
@@ -52,8 +53,8 @@ pub(crate) fn make_safe(machine: &Machine) -> Result<(), Remark> {
 }
 
 fn device(machine: &Machine) -> Result<File, Remark> {
-    let opened = OpenOptions::new().read(true).write(true).open(Path::new(&machine.card.device));
-    opened.map_err(|error| trouble(machine, error))
+    let path = Path::new(&machine.card.device);
+    rehearsal::open(path).map_err(|trouble| trouble.remark(path))
 }
 
 fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Remark> {
@@ -65,13 +66,7 @@ fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Remark> {
 }
 
 fn trouble(machine: &Machine, error: io::Error) -> Remark {
-    let code = match error.kind() {
-        io::ErrorKind::NotFound => "output.no_device",
-        io::ErrorKind::PermissionDenied => "output.no_rights",
-        io::ErrorKind::ResourceBusy => "output.in_use",
-        _ => "output.cannot_open",
-    };
-    Remark::new(Weight::Loss, code).with("device", &machine.card.device).with("reason", error)
+    rehearsal::Trouble::Io(error).remark(Path::new(&machine.card.device))
 }
 
 /// Whether the machine's device is an ordinary file, which nothing moves.

@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io;
 
 /// Major number of the driver's devices.
-const MAJOR: u32 = 99;
+pub(super) const MAJOR: u32 = 99;
 
 /// `PPCLAIM`, `_IO('p', 0x8b)`.
 const CLAIM: rustix::ioctl::Opcode = opcode::none(b'p', 0x8b);

@@ -8,11 +8,11 @@
 //! Comes in: the environment. Goes out: the claim, or what the running bridge left there. Does not know sessions.
 
 use crate::cli::Refusal;
-use crate::machine_file;
+use crate::{machine_file, own};
 use annulus_core::remark::{Remark, Weight};
 use serde::{Deserialize, Serialize};
 use std::env;
-use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
@@ -41,11 +41,7 @@ pub(crate) fn folder() -> PathBuf {
 
 /// Makes a folder that only this user can enter, if it is missing.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), Refusal> {
-    let mut builder = DirBuilder::new();
-    builder.recursive(true);
-    #[cfg(unix)]
-    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.create(folder).map_err(|error| trouble(folder, &error))
+    own::root(folder).map_err(|error| trouble(folder, &error))
 }
 
 impl Claim {
@@ -83,7 +79,7 @@ impl Drop for Claim {
 
 /// The note of the running bridge; none if no bridge runs.
 pub(crate) fn running(folder: &Path) -> Option<Note> {
-    let mut file = File::open(folder.join("bridge.json")).ok()?;
+    let mut file = own::open(&folder.join("bridge.json"), OpenOptions::new().read(true)).ok()?;
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => read(&mut file),
         _ => None,
@@ -97,14 +93,7 @@ fn read(file: &mut File) -> Option<Note> {
 }
 
 fn open(path: &Path) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.read(true).write(true).create(true).truncate(false);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let file = options.open(path)?;
-    #[cfg(unix)]
-    file.set_permissions(std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
-    Ok(file)
+    own::open(path, OpenOptions::new().read(true).write(true).create(true).truncate(false))
 }
 
 fn trouble(path: &Path, error: &io::Error) -> Refusal {

@@ -6,7 +6,7 @@
 //!                     4         inputs: end sensors            written by the mechanics below, which follows the phases
 //! ```
 
-use super::client::{PATIENCE, Page, Running, annulus};
+use super::client::{PATIENCE, Page, Running, annulus, output};
 use super::work::{home, jog, until_status};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
@@ -96,8 +96,10 @@ pub(crate) struct Shop {
 impl Shop {
     pub(crate) fn new(home: &TempDir) -> Self {
         let device = home.path().join("card.bin");
+        let made = output(home, &["machines", "--rehearsal", &device.display().to_string()]);
+        assert_eq!(made.0, 0, "{}", made.2);
         // The sensor of Z is on at 0.
-        fs::write(&device, [0, 0, 0, 0, 0b1_0000, 0, 0, 0]).unwrap();
+        OpenOptions::new().write(true).open(&device).unwrap().write_all_at(&[0b1_0000], 4).unwrap();
         let machine = machine(&device);
         fs::write(home.path().join("card.toml"), machine_file(&machine)).unwrap();
         Self { machine, device }
@@ -411,6 +413,13 @@ fn an_executor_that_dies_is_an_alarm_and_is_started_again() {
 fn a_device_that_cannot_be_used_is_a_sentence_before_anything_listens() {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);
+    // Somebody's own file in its place is not opened as a card.
+    fs::write(&shop.device, b"Dear Sir, I have the honour").unwrap();
+    let named = folder.path().join("card.toml").display().to_string();
+    let (code, object, _) =
+        output(&folder, &["serve", "--port", "0", "--no-open", "--machine", &named, "--json"]);
+    assert_eq!((code, object["error"]["code"].as_str()), (3, Some("output.not_a_rehearsal")), "{object}");
+    assert_eq!(fs::read(&shop.device).unwrap(), b"Dear Sir, I have the honour");
     fs::remove_file(&shop.device).unwrap();
     let file = folder.path().join("card.toml").display().to_string();
     let (code, object, _) =

@@ -1,0 +1,133 @@
+//! Which devices may be driven: the ports that are meant for it, and files that were made to stand in for them.
+//!
+//! ```text
+//! rehearsal file   65,536 bytes, one for every I/O port │ "annulus rehearsal 1\n"
+//! ```
+//!
+//! Whatever is opened is written to, so nothing else is: no document that somebody named by mistake, no disk, no memory.
+//! Comes in: a path. Goes out: an open device, or why not. Does not know what the bytes mean.
+
+use annulus_core::remark::{Remark, Weight};
+use std::fs::{self, File, Metadata, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+/// Ports that a computer has: so many bytes stand before the mark.
+const PORTS: u64 = 0x1_0000;
+
+/// What makes a file a rehearsal.
+const MARK: &[u8] = b"annulus rehearsal 1\n";
+
+/// Makes a rehearsal file where nothing is yet.
+pub(crate) fn make(path: &Path) -> io::Result<()> {
+    let mut file = crate::own::open(path, OpenOptions::new().write(true).create_new(true))?;
+    file.set_len(PORTS)?;
+    file.seek(SeekFrom::Start(PORTS))?;
+    file.write_all(MARK)?;
+    file.sync_all()
+}
+
+/// Opens the device at `path` to drive it. It is looked at before it is opened, because opening alone does something to some,
+/// and again afterwards, because what is looked at may be something else by then.
+pub(super) fn open(path: &Path) -> Result<File, Trouble> {
+    let before = fs::metadata(path).map_err(Trouble::Io)?;
+    if !before.is_file() && !is_port(&before) {
+        return Err(Trouble::Refused("output.not_a_port"));
+    }
+    let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(Trouble::Io)?;
+    let opened = file.metadata().map_err(Trouble::Io)?;
+    if is_port(&opened) {
+        return Ok(file);
+    }
+    if !opened.is_file() || !is_marked(&mut file, &opened) {
+        return Err(Trouble::Refused("output.not_a_rehearsal"));
+    }
+    crate::own::mend(path).map_err(Trouble::Io)?;
+    Ok(file)
+}
+
+/// Why a device is not driven.
+#[derive(Debug)]
+pub(super) enum Trouble {
+    /// The system refused.
+    Io(io::Error),
+    /// It is none, by this code.
+    Refused(&'static str),
+}
+
+impl Trouble {
+    /// The same about the device at `path`.
+    pub(super) fn remark(&self, path: &Path) -> Remark {
+        let code = match self {
+            Self::Refused(code) => *code,
+            Self::Io(error) => match error.kind() {
+                io::ErrorKind::NotFound => "output.no_device",
+                io::ErrorKind::PermissionDenied => "output.no_rights",
+                io::ErrorKind::ResourceBusy => "output.in_use",
+                _ => "output.cannot_open",
+            },
+        };
+        let why = Remark::new(Weight::Loss, code).with("device", path.display());
+        if let Self::Io(error) = self { why.with("reason", error) } else { why }
+    }
+}
+
+fn is_marked(file: &mut File, found: &Metadata) -> bool {
+    let mut mark = vec![0; MARK.len()];
+    let read = file.seek(SeekFrom::Start(PORTS)).and_then(|_| file.read_exact(&mut mark));
+    read.is_ok() && found.len() == PORTS + MARK.len() as u64 && mark == MARK
+}
+
+/// `/dev/port`, or a parallel port of the system's driver.
+#[cfg(target_os = "linux")]
+fn is_port(found: &Metadata) -> bool {
+    use rustix::fs::{major, minor};
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+    /// The memory devices, of which `/dev/port` is the fourth.
+    const MEMORY: (u32, u32) = (1, 4);
+    let device = found.rdev();
+    found.file_type().is_char_device()
+        && ((major(device), minor(device)) == MEMORY || major(device) == super::ppdev::MAJOR)
+}
+
+/// Elsewhere there is none that is known.
+#[cfg(not(target_os = "linux"))]
+fn is_port(_: &Metadata) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn code(path: &Path) -> Option<String> {
+        open(path).err().map(|trouble| trouble.remark(path).code)
+    }
+
+    #[test]
+    fn only_ports_and_files_made_for_it_are_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        make(&place("good")).unwrap();
+        assert_eq!(code(&place("good")), None);
+        assert!(make(&place("good")).is_err(), "nothing is written over");
+        let whole = fs::read(place("good")).unwrap();
+        assert_eq!(whole.len(), 65_556);
+        let rows: [(&str, &[u8]); 5] = [
+            ("a letter", b"Dear Sir,"),
+            ("empty", b""),
+            ("the mark alone", MARK),
+            ("too long", &[&whole[..], b"x"].concat()),
+            ("cut off", &whole[..whole.len() - 1]),
+        ];
+        for (name, bytes) in rows {
+            fs::write(place(name), bytes).unwrap();
+            assert_eq!(code(&place(name)).as_deref(), Some("output.not_a_rehearsal"), "{name}");
+            assert_eq!(fs::read(place(name)).unwrap(), bytes, "{name} was left alone");
+        }
+        for other in ["/dev/null", "/dev/zero", "/"] {
+            assert_eq!(code(Path::new(other)).as_deref(), Some("output.not_a_port"), "{other}");
+        }
+        assert_eq!(code(&place("nothing")).as_deref(), Some("output.no_device"));
+    }
+}
