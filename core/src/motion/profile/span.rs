@@ -196,9 +196,9 @@ impl Span {
         for _ in 0..MOST_STEPS {
             let off = self.way_mm(x) - way;
             if off < 0.0 {
-                low = x
+                low = x;
             } else {
-                high = x
+                high = x;
             }
             let next = x - off / self.speed_at_rise(x);
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
