@@ -322,7 +322,8 @@ mod tests {
 
     #[test]
     fn boards_that_lie_together_stay_apart() {
-        let rows: [(&[(&str, char)], &[&str]); 6] = [
+        type Named<'a> = &'a [(&'a str, char)];
+        let rows: [(Named<'_>, &[&str]); 6] = [
             (
                 &[
                     ("left-F_Cu.gbr", 't'),

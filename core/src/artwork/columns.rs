@@ -31,13 +31,16 @@ pub(super) enum Row {
     Other,
 }
 
+/// Where X, Y and the diameter stand.
+type Order = (usize, usize, Option<usize>);
+
 /// How the lines of a list are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Columns {
     /// Decimal commas.
     comma: bool,
     /// Where X, Y and the diameter stand; none: in the order of the cells.
-    order: Option<(usize, usize, Option<usize>)>,
+    order: Option<Order>,
     /// The diameter may stand first or last, and nothing says where.
     pub(super) unsure: bool,
 }
@@ -160,7 +163,7 @@ fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
             }
         } else if parts {
             // Marks side by side leave a cell empty; blanks do not.
-            if !open && !byte.is_ascii_whitespace() || !open && byte == b'\t' {
+            if !open && (byte == b'\t' || !byte.is_ascii_whitespace()) {
                 texts.push((Vec::new(), false));
             }
             open = false;
@@ -187,16 +190,16 @@ fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
 }
 
 /// Where X, Y and the diameter stand in a line that names its columns.
-fn heading_order(cells: &[Cell]) -> Option<(usize, usize, Option<usize>)> {
+fn heading_order(cells: &[Cell]) -> Option<Order> {
     if cells.iter().any(|cell| cell.number.is_some()) {
         return None;
     }
     let name = |cell: &Cell| {
         let text = cell.text.split(|byte| b"([".contains(byte)).next().unwrap_or_default();
         let name = letters(text);
-        ["mm", "inch", "in", "mil"].iter().fold(name.clone(), |name, unit| {
-            name.strip_suffix(unit).filter(|rest| !rest.is_empty()).map_or(name.clone(), str::to_owned)
-        })
+        let units = ["mm", "inch", "in", "mil"].iter();
+        let bare = units.filter_map(|unit| name.strip_suffix(unit)).find(|rest| !rest.is_empty());
+        bare.unwrap_or(&name).to_owned()
     };
     let names: Vec<String> = cells.iter().map(name).collect();
     let find = |words: &[&str]| names.iter().position(|name| words.contains(&name.as_str()));
@@ -222,7 +225,7 @@ fn heading_order(cells: &[Cell]) -> Option<(usize, usize, Option<usize>)> {
 }
 
 /// Where X, Y and the diameter stand in lines of three or four numbers without names, and whether that is unsure.
-fn order_by_shape(text: &[u8], comma: bool) -> Option<((usize, usize, Option<usize>), bool)> {
+fn order_by_shape(text: &[u8], comma: bool) -> Option<(Order, bool)> {
     let rows: Vec<Vec<Decimal>> = lines(text)
         .take(LOOKED_AT)
         .filter_map(|line| {
