@@ -101,9 +101,9 @@ fn what_a_zone_leaves_shorter_than_the_bit_is_wide_holds_nothing() {
 fn copies_without_a_gap_are_told() {
     let board = coupon();
     for (panel, missing) in [
-        ("setup.columns=2;setup.gap=0", Some("between 1 contours")),
+        ("setup.columns=2;setup.gap=0", Some("between 1 contour ")),
         ("setup.columns=3;setup.rows=2;setup.gap=0", Some("between 5 contours")),
-        ("setup.columns=2;setup.gap=1.4", Some("between 1 contours")),
+        ("setup.columns=2;setup.gap=1.4", Some("between 1 contour ")),
         ("setup.columns=3;setup.rows=2", None),
     ] {
         let all = told(&board, &cutting(&board, panel));
