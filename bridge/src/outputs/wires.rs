@@ -77,8 +77,12 @@ fn wired_bytes(machine: &Machine) -> [bool; BYTES] {
 /// Turns every output that has a wire off: all of them, even where one is refused.
 pub(super) fn all_off(machine: &Machine, port: &mut dyn Port) -> io::Result<()> {
     let wired = wired_bytes(machine);
-    let written = (0..BYTES).filter(|byte| wired[*byte]).map(|byte| port.write(byte, 0));
-    written.fold(Ok(()), |all, one| all.and(one))
+    let mut all = Ok(());
+    for byte in (0..BYTES).filter(|byte| wired[*byte]) {
+        let one = port.write(byte, 0);
+        all = all.and(one);
+    }
+    all
 }
 
 impl Wires {

@@ -35,7 +35,7 @@ fn lost_by_raster(lines: &[f64], half: f64) -> f64 {
         for column in 0..cells(12.0) {
             let (x, y) = ((column as f64 + 0.5) * step, (row as f64 + 0.5) * step);
             let copper = PADS.iter().any(|(px, py)| (x - px).abs() < 1.0 && (y - py).abs() < 1.0);
-            let hole = PADS.iter().any(|(px, py)| (x - px).hypot(y - py) < 0.41);
+            let hole = PADS.iter().any(|(px, py)| (x - px) * (x - px) + (y - py) * (y - py) < 0.41 * 0.41);
             count += u32::from(copper && !hole && lines.iter().any(|line| (x - line).abs() < half));
         }
     }
@@ -96,7 +96,8 @@ fn holes_missing_doubled_and_shifted_are_counted() {
         format!("G20 G90\nM3 S9000\nG0 Z0.2\nG99 G81 R0.04 Z-0.09 F5 {places}G80\nG0 Z0.2\nM5\nM30\n")
     };
     let [a, b, c] = PADS;
-    let rows: [(&[(f64, f64)], [u64; 3]); 5] = [
+    type Row<'a> = (&'a [(f64, f64)], [u64; 3]);
+    let rows: [Row<'_>; 5] = [
         (&[a, b, c], [0, 0, 0]),
         (&[a, c], [1, 0, 0]),
         (&[a, b, b, c], [0, 1, 0]),

@@ -53,9 +53,12 @@ impl Finding {
     }
 }
 
+/// What the findings of a group have in common: kind, whether it must be read, width.
+type Cause = (Kind, bool, Option<Length>);
+
 /// The findings by what they have in common.
 pub(super) fn groups(findings: &[Finding]) -> Vec<Group> {
-    let mut causes: Vec<((Kind, bool, Option<Length>), Vec<&Finding>)> = Vec::new();
+    let mut causes: Vec<(Cause, Vec<&Finding>)> = Vec::new();
     for finding in findings {
         let cause = finding.cause();
         match causes.iter_mut().find(|(known, _)| *known == cause) {

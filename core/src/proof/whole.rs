@@ -71,7 +71,7 @@ pub(super) fn whole(scene: &Scene<'_>, findings: &[Finding]) -> Option<Whole> {
     });
     let (tip, tip_opens) = tip(bit, narrowest, rest);
     let unopened = if shallower.is_some() { rest.len() } else { gaps.len() };
-    (!gaps.is_empty()).then(|| Whole {
+    (!gaps.is_empty()).then_some(Whole {
         gaps: gaps.len() as u32,
         shallower,
         rest: unopened as u32,

@@ -499,9 +499,8 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
         for pair in joints.windows(2).filter(|pair| pair[1] - pair[0] > 1e-4) {
             let h = (0.25 * (pair[1] - pair[0])).min(2e-3);
             let t = pair[0] + chance.unit() * (pair[1] - pair[0] - 3.0 * h);
-            for axis in 0..3 {
+            for (axis, own) in axes.iter().take(3).enumerate() {
                 let [v, a, j] = differentiated(&path, axis, t, h).map(f64::abs);
-                let own = axes[axis];
                 // Places are exact to about 1e-14 mm.
                 let noise = 1e-13 / h;
                 let most = RULES.share * own.acceleration;
@@ -535,10 +534,9 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
         }
         for trio in joints.windows(3).filter(|trio| trio[1] - trio[0] > 4e-4 && trio[2] - trio[1] > 4e-4) {
             let h = 1e-4;
-            for axis in 0..3 {
+            for (axis, own) in axes.iter().take(3).enumerate() {
                 let [_, before, _] = differentiated(&path, axis, trio[1] - 3.0 * h, h);
                 let [_, after, _] = differentiated(&path, axis, trio[1], h);
-                let own = axes[axis];
                 let pull = RULES.share * own.acceleration;
                 let room = 3.0 * own.jerk * h + 1e-13 / h / h;
                 // From line to line an axis gets another acceleration by no more than it may have; an arc pulls besides.

@@ -249,7 +249,7 @@ fn cured(
             continue;
         };
         if cure.with != Remedy::Centred {
-            let known = fitted.iter_mut().find(|(known, deep, _)| (&*known, *deep) == (&bit, depth));
+            let known = fitted.iter_mut().find(|(known, deep, _)| (known, *deep) == (&bit, depth));
             match known {
                 Some((_, _, necks)) if necks.contains(neck) => {}
                 Some((_, _, necks)) => necks.push(neck.clone()),
@@ -267,7 +267,7 @@ fn cured(
         };
         let said = Remark::new(weight, code).with("x", x).with("y", y);
         desk.say(said.with("lost", format!("{:.3}", lost.mm())));
-        match alike.iter_mut().find(|(known, deep, _)| (&*known, *deep) == (&bit, depth)) {
+        match alike.iter_mut().find(|(known, deep, _)| (known, *deep) == (&bit, depth)) {
             Some((_, _, known)) => known.extend(ways),
             None => alike.push((bit, depth, ways)),
         }

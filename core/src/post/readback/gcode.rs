@@ -74,7 +74,7 @@ impl Line<'_> {
 pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
     let changes_with_t = !text.lines().any(|line| {
         let bare = words::bare(line);
-        words::of(&bare).is_ok_and(|words| words.iter().any(|word| *word == Word::Letter('M', 6.0)))
+        words::of(&bare).is_ok_and(|words| words.contains(&Word::Letter('M', 6.0)))
     });
     let mut state = State {
         motion: Motion::Rapid,
@@ -130,7 +130,7 @@ impl State {
                 210 | 710 => self.scale = 1.0,
                 280 | 300 | 530 => to_reference = true,
                 730 | 810 | 820 | 830 | 850 | 860 | 890 => {
-                    (self.motion, starts_cycle) = (Motion::Drill, true)
+                    (self.motion, starts_cycle) = (Motion::Drill, true);
                 }
                 800 => self.motion = Motion::Rapid,
                 900 => self.absolute = true,

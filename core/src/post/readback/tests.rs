@@ -15,8 +15,11 @@ fn read(text: &str, rows: &[(u32, &str)]) -> Written {
         .unwrap_or_else(|why| panic!("{}: {:?}", why.message("en"), why.place))
 }
 
+/// A place in µm.
+type Place = (i64, i64, i64);
+
 /// Where and how deep holes are, and the corners of ways, in µm.
-fn done(program: &Program) -> Vec<(u32, &'static str, Vec<(i64, i64, i64)>)> {
+fn done(program: &Program) -> Vec<(u32, &'static str, Vec<Place>)> {
     let um = |length: Length| libm::round(length.mm() * 1e3) as i64;
     let (mut bit, mut at, mut out) = (0, Point::default(), Vec::new());
     for leg in &program.legs {
@@ -103,7 +106,7 @@ fn program() -> Program {
 }
 
 /// Which bit cuts which leg where to, and how far: arcs may have become lines.
-fn ends(program: &Program) -> Vec<((u32, &'static str, (i64, i64, i64)), f64)> {
+fn ends(program: &Program) -> Vec<((u32, &'static str, Place), f64)> {
     let milled = crate::job::milled_mm(program);
     let legs = program.legs.iter().zip(milled);
     let cuts = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Hole(_) | Mark::Way(_))).map(|(_, mm)| mm);
