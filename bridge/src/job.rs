@@ -50,7 +50,7 @@ pub(crate) struct Job {
 
 /// The job as it is to be used: a program file as it stands, anything else read and planned.
 pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
-    let machine = machine_file::named(&args.machine)?.machine;
+    let machine = machine_file::named(args.on.name())?.machine;
     match program_file(&args.job)? {
         Some(program) => Ok(Job { machine, program, plan: None, board: None, remarks: Vec::new() }),
         None => {
@@ -72,7 +72,7 @@ pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
 
 /// The job planned anew, even from a program file.
 pub(crate) fn plan(args: &JobArgs) -> Result<Job, Refusal> {
-    let machine = machine_file::named(&args.machine)?.machine;
+    let machine = machine_file::named(args.on.name())?.machine;
     let (board, remarks) = match program_file(&args.job)? {
         Some(program) => (board_of(&program), Vec::new()),
         None => read_board(args)?,

@@ -60,6 +60,7 @@ pub(crate) fn names() -> Vec<String> {
 
 /// The machine that `text` means: a name with a file, a preset's name, or the path of a machine file.
 pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
+    let text = machine::preset_name(text);
     let is_name = !text.is_empty() && text.chars().all(|c| c.is_alphanumeric() || c == '-' || c == '_');
     if is_name {
         let path = path_of(text);

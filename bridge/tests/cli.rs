@@ -103,7 +103,12 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
         assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{arguments}: {keys} in {there:?}");
     }
     let plan = answer(folder.path(), "plan board.drl");
-    let tool = serde_json::json!({ "n": 1, "file_diameter_mm": 0.8, "rack_diameter_mm": 0.8, "holes": 3 });
+    let drill = serde_json::json!({
+        "form": "drill", "diameter_mm": 0.8, "angle_deg": null, "tip_mm": null, "name": "drill 0.8"
+    });
+    let tool = serde_json::json!({
+        "n": 1, "file_diameter_mm": 0.8, "rack_diameter_mm": 0.8, "holes": 3, "tool": drill
+    });
     assert_eq!((&plan["tools"][0], plan["tools"].as_array().unwrap().len()), (&tool, 2));
     let simulated = answer(folder.path(), "simulate board.drl --digest-trace");
     assert_eq!((&simulated["tick_hz"], &simulated["holes"]), (&10_000_000.into(), &4.into()));
@@ -166,7 +171,8 @@ fn a_template_of_ones_own_is_checked_and_used() {
     answer(folder.path(), "export board.drl --to mine.toml -o a.nc");
     answer(folder.path(), "export board.drl --to grbl -o b.nc");
     let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
-    assert_eq!(text("a.nc"), text("b.nc"));
+    // They are called after the files.
+    assert_eq!(text("a.nc").replacen("job: a", "job: b", 1), text("b.nc"));
     save(&shipped.replace("X@X@ Y@Y@\nG0 Z@A@", "X@XX@ Y@Y\nG0 Z@A@"));
     let output = annulus(folder.path(), "templates mine.toml --json").output().unwrap();
     let told = json(&output);

@@ -318,11 +318,11 @@ fn golden_program() {
     assert_eq!((program.origin, program.machine.len()), (Point::from_mm(10.0, 20.0), 64));
     let expected = "\
 Prepare: spindle 0
-ChangeBit(0): spindle 0, rapid 0 0, await 0.8 mm, spindle 30000, dwell 1500000 µs
+ChangeBit(0): spindle 0, rapid 0 0, await drill 0.8, spindle 30000, dwell 1500000 µs
 Hole(3): rapid 1 0.5, plunge -2.286523 at 12000 µm/s, retract 2
 Hole(0): rapid 1 1, plunge -2.286523 at 12000 µm/s, retract 2
 Hole(2): rapid 3 0, plunge -2.286523 at 12000 µm/s, retract 2
-ChangeBit(1): spindle 0, rapid 0 0, await 1 mm, spindle 30000, dwell 1500000 µs
+ChangeBit(1): spindle 0, rapid 0 0, await drill 1, spindle 30000, dwell 1500000 µs
 Hole(1): rapid 0 0, plunge -2.333154 at 12000 µm/s, retract 2
 Finish: spindle 0, rapid 0 0
 ";

@@ -11,4 +11,5 @@ mod hostile_gerber;
 mod mutations;
 mod page_words;
 mod pairing;
+mod raster_sweep;
 mod tours;

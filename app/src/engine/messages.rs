@@ -7,7 +7,7 @@ use crate::view::Mesh;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::{Bounds, Point};
-use annulus_core::job::{Bit, Cleared};
+use annulus_core::job::{Bit, Briefing, Cleared};
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
 use annulus_core::project::saved::{Project, Said};
@@ -206,7 +206,7 @@ pub struct ToProve {
 }
 
 /// A program to be written in a controller's words.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToWrite {
     /// The program's bytes; none of them where there is no program yet.
     pub program: Vec<u8>,
@@ -216,8 +216,11 @@ pub struct ToWrite {
     pub text: Option<String>,
     /// Arcs become lines that are at most so far off, in mm.
     pub lines_only: Option<f64>,
-    /// How near to the board bits fall fast before they go on at their feed; none where nobody knows.
-    pub fall_to: Option<Length>,
+    /// The machine that it is for, where that is known: how near to the board bits fall fast, how high they are changed, how
+    /// long all of it takes.
+    pub machine: Option<Settings>,
+    /// What the job is, for heads of files and the run sheet; without it the program alone says what it can.
+    pub briefing: Option<Briefing>,
 }
 
 /// What is to be said of a dialect.
@@ -303,6 +306,8 @@ pub struct Planned {
     pub key: String,
     /// What was found in planning.
     pub remarks: Vec<Remark>,
+    /// What the person at the machine must know of it.
+    pub briefing: Briefing,
 }
 
 /// One bit of a plan.

@@ -13,9 +13,9 @@ use super::shelf::{Last, Shelf};
 use super::work::layers;
 use crate::picture;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam;
 use annulus_core::cam::ways::{self, Means, Part, Scene, Stroke};
 use annulus_core::cam::work::{Operation, Work};
+use annulus_core::cam::{self, briefing};
 use annulus_core::geometry::Point;
 use annulus_core::machine::Machine;
 use annulus_core::motion;
@@ -58,7 +58,10 @@ pub(super) fn plan(
         parts.push(part);
     }
     let (planned, remarks) = ways::assemble(scene, work, &machine, &means, parts)?;
-    let made = program::encode(&ways::lower_work(&planned, work, &machine));
+    let lowered = ways::lower_work(&planned, work, &machine);
+    let made = program::encode(&lowered);
+    let mut briefed = briefing::briefing(&planned.board.name, work, &machine);
+    briefing::add_side(&mut briefed, work.setup.face, work, (&planned, &lowered), &[]);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
     let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
@@ -77,6 +80,7 @@ pub(super) fn plan(
         key: key.clone(),
         program: made,
         remarks,
+        briefing: briefed,
         ..answer
     };
     shelf.keep_last(Last { planned, titles, program: key });

@@ -3,32 +3,62 @@
 //! Comes in: a program's bytes, the name of a dialect or its text. Goes out: files, faults, a preview. Does not know
 //! workers.
 
-use super::messages::{Checked, ToWrite};
-use annulus_core::post::{self, Dialect, OutputFile};
+use super::messages::{Checked, Settings, ToWrite};
+use annulus_core::job::{Briefing, Program};
+use annulus_core::post::{self, Dialect, Manner};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
+use annulus_core::{locale, motion, sim};
 
 /// The name of the person's own dialect in remarks.
 const OWN: &str = "template.toml";
 
-/// The files of the program.
+/// The name of the run sheet.
+const RUN_SHEET: &str = "run-sheet.html";
+
+/// The files of the program; with the briefing of its job, the run sheet behind them.
 pub(super) fn write(wanted: &ToWrite) -> Result<Vec<(String, String)>, Vec<Remark>> {
     let one = |remark| vec![remark];
     let program = program::decode(&wanted.program).map_err(one)?;
+    let manner = manner(wanted)?;
+    let briefing = briefed(wanted, &program)?;
     let written = match &wanted.text {
         Some(text) => Dialect::parse(OWN, text)
-            .map(|dialect| dialect.with_lines(wanted.lines_only).falling_to(wanted.fall_to))
-            .and_then(|dialect| post::write_with(&dialect, &program)),
-        None => {
-            post::write(&wanted.target, &program, wanted.lines_only, wanted.fall_to).unwrap_or_else(|| {
-                let nearest = post::nearest_target(&wanted.target);
-                let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &wanted.target);
-                Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
-            })
-        }
+            .and_then(|dialect| post::write_side(&dialect.in_manner(&manner), &program, &briefing, 0)),
+        None => post::write_for(&wanted.target, &program, &manner, &briefing, 0).unwrap_or_else(|| {
+            let nearest = post::nearest_target(&wanted.target);
+            let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &wanted.target);
+            Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
+        }),
     };
-    let pair = |file: OutputFile| (file.name, file.text);
-    written.map(|files| files.into_iter().map(pair).collect()).map_err(one)
+    let files = written.map_err(one)?;
+    let sheet = wanted.briefing.is_some();
+    let sheet = sheet.then(|| {
+        let text = post::run_sheet(locale::FALLBACK, &briefing, std::slice::from_ref(&files));
+        (RUN_SHEET.to_owned(), text)
+    });
+    Ok(files.into_iter().map(|file| (file.name, file.text)).chain(sheet).collect())
+}
+
+/// How the machine wants it written.
+fn manner(wanted: &ToWrite) -> Result<Manner, Vec<Remark>> {
+    let machine = wanted.machine.as_ref().map(Settings::machine).transpose()?;
+    let manner = machine.as_ref().map(Manner::on).unwrap_or_default();
+    Ok(Manner { lines_only: wanted.lines_only, ..manner })
+}
+
+/// What the files say of the job, with the times of its bits.
+fn briefed(wanted: &ToWrite, program: &Program) -> Result<Briefing, Vec<Remark>> {
+    let mut briefing = wanted.briefing.clone().unwrap_or_else(|| Briefing::of(program));
+    let machine = wanted.machine.as_ref().map(Settings::machine).transpose()?;
+    let timed = machine.filter(|_| wanted.briefing.is_some());
+    if let Some(timeline) = timed.and_then(|machine| motion::timeline(program, &machine).ok()) {
+        let tools = briefing.sides.iter_mut().flat_map(|side| &mut side.tools);
+        for (tool, time_s) in tools.zip(sim::time_by_bit_s(&timeline)) {
+            tool.time_s = Some(time_s);
+        }
+    }
+    Ok(briefing)
 }
 
 /// What is wrong with a dialect, and what it makes.
@@ -39,7 +69,9 @@ pub(super) fn check(wanted: &ToWrite) -> Checked {
     if faults.is_empty() {
         let parsed = Dialect::parse(OWN, text).map_err(|fault| vec![fault]);
         checked.doubts = parsed.as_ref().map(post::doubts).unwrap_or_default();
-        match parsed.and_then(|dialect| made(&dialect.falling_to(wanted.fall_to), wanted)) {
+        let made = manner(wanted)
+            .and_then(|manner| parsed.and_then(|dialect| made(&dialect.in_manner(&manner), wanted)));
+        match made {
             Ok((output, of_program)) => (checked.output, checked.of_program) = (output, of_program),
             Err(why) => faults = why,
         }
@@ -57,7 +89,8 @@ fn made(dialect: &Dialect, wanted: &ToWrite) -> Result<(String, bool), Vec<Remar
         return Ok((samples.into_iter().map(block).collect(), false));
     }
     let program = program::decode(&wanted.program).map_err(|why| vec![why])?;
-    let files = post::write_with(dialect, &program).map_err(|why| vec![why])?;
+    let briefing = briefed(wanted, &program)?;
+    let files = post::write_side(dialect, &program, &briefing, 0).map_err(|why| vec![why])?;
     Ok((files.into_iter().map(|file| file.text).collect::<Vec<_>>().join("\n"), true))
 }
 
@@ -65,7 +98,8 @@ fn made(dialect: &Dialect, wanted: &ToWrite) -> Result<(String, bool), Vec<Remar
 mod tests {
     use super::*;
     use annulus_core::geometry::Point;
-    use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+    use annulus_core::job::{Bit, Command, Cutter, Leg, Mark};
+    use annulus_core::machine::virtual_drill;
     use annulus_core::units::Length;
 
     fn grbl() -> String {
@@ -73,7 +107,7 @@ mod tests {
     }
 
     fn wanted(text: Option<String>) -> ToWrite {
-        ToWrite { program: Vec::new(), target: "grbl".to_owned(), text, lines_only: None, fall_to: None }
+        ToWrite { target: "grbl".to_owned(), text, ..ToWrite::default() }
     }
 
     #[test]
@@ -87,7 +121,7 @@ mod tests {
     #[test]
     fn a_dialect_that_lifts_no_tip_is_doubted_and_written_all_the_same() {
         assert_eq!(check(&wanted(Some(grbl()))).doubts, []);
-        let checked = check(&wanted(Some(grbl().replace("G0 Z@H@\n", ""))));
+        let checked = check(&wanted(Some(grbl().replace("G0 Z@HC@\n", ""))));
         assert_eq!((checked.faults.len(), checked.doubts.len()), (0, 4), "{:?}", checked.doubts);
         assert!(checked.doubts[0].message("en").starts_with("drill.change"));
         assert_ne!(checked.output, "");
@@ -127,13 +161,39 @@ mod tests {
         };
         for (lines_only, arcs) in [(None, true), (Some(0.005), false)] {
             let program = program::encode(&program);
-            let fall_to = Some(Length::from_um(300));
+            let machine = Some(Settings::of(&virtual_drill()));
             let target = "grbl".to_owned();
-            let files = write(&ToWrite { program, target, text: None, lines_only, fall_to }).unwrap();
-            assert!(files[0].1.contains("G0 Z0.300\nG1 Z-0.100"), "{}", files[0].1);
+            let wanted = ToWrite { program, target, lines_only, machine, ..ToWrite::default() };
+            let files = write(&wanted).unwrap();
+            assert_eq!(files.len(), 1, "no run sheet of a program alone");
+            assert!(files[0].1.contains("G0 Z0.3000\nG1 Z-0.1000"), "{}", files[0].1);
             let has_arcs = files[0].1.lines().any(|line| line.starts_with("G3") || line.starts_with("G2 "));
             assert_eq!(has_arcs, arcs, "{}", files[0].1);
         }
+    }
+
+    #[test]
+    fn a_job_has_a_run_sheet_behind_its_files() {
+        let bit = Bit { diameter: Length::from_um(800), name: String::new(), cutter: Cutter::Mill };
+        let program = Program {
+            name: "a & b".to_owned(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits: vec![bit],
+            spindles: 1,
+            safe_height: Length::from_um(2_000),
+            legs: vec![Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] }],
+            accepted: Vec::new(),
+        };
+        let wanted = ToWrite {
+            briefing: Some(Briefing::of(&program)),
+            machine: Some(Settings::of(&virtual_drill())),
+            program: program::encode(&program),
+            ..wanted(None)
+        };
+        let files = write(&wanted).unwrap();
+        assert_eq!((files.len(), files[1].0.as_str()), (2, RUN_SHEET));
+        assert!(files[1].1.contains("a &amp; b") && files[1].1.contains("end mill 0.8"), "{}", files[1].1);
     }
 
     #[test]

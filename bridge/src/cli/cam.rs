@@ -9,24 +9,25 @@
 //!
 //! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how ways are made.
 
+use super::cam_files::{self, Written};
 use super::cures::Curing;
 use super::export::{self, Target};
 use super::findings::{finding_lines, finding_object, groups_object, is_unread, whole_lines, whole_object};
-use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded};
+use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded, tool_object};
 use crate::job::{self, Whole};
 use crate::{machine_file, saving};
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::parameters;
 use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::{Operation, Work};
-use annulus_core::cam::{self, PlanOptions};
+use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Cutter, Mark, Program, milled_mm};
+use annulus_core::job::{Command, Mark, Program, milled_mm};
 use annulus_core::machine::Machine;
+use annulus_core::post::{Files, Manner};
 use annulus_core::proof::{self, Verdict};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
-use annulus_core::{locale, motion, project};
+use annulus_core::{locale, motion, project, sim};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -41,9 +42,8 @@ pub(crate) struct CamArgs {
     jobs: Vec<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
-    /// Machine: a preset's name or a machine file.
-    #[arg(long, default_value = "virtual")]
-    machine: String,
+    #[command(flatten)]
+    on: super::MachineArgs,
     /// Job file: setup, bits and operations as TOML.
     #[arg(long, value_name = "FILE")]
     job: Option<PathBuf>,
@@ -57,6 +57,9 @@ pub(crate) struct CamArgs {
     #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
           value_parser = export::chord_error)]
     lines_only: Option<f64>,
+    /// One file for each side, also for a controller that cannot change tools: it stops for each.
+    #[arg(long)]
+    one_file: bool,
     /// Folder for the output.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -88,18 +91,18 @@ struct Side {
     verdict: Verdict,
     curing: Curing,
     remarks: Vec<Remark>,
+    /// How long all of it takes and each of its bits, s; none where it cannot be said.
+    times_s: Option<(f64, Vec<f64>)>,
 }
-
-/// A file to be written: its name in the folder and its bytes.
-type Output = (String, Vec<u8>);
 
 /// Runs the command.
 pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let target = target(args)?;
-    let machine = machine_file::named(&args.machine)?.machine;
+    let machine = machine_file::named(args.on.name())?.machine;
     let whole = job::read_whole(&args.jobs, &args.reading, &args.accept)?;
     let Whole { board, remarks: mut read, given, job } = whole;
     read.extend(target.iter().flat_map(Target::doubts));
+    read.extend(args.on.assumed(&machine).filter(|_| target.is_some()));
     let mut work = chosen(args, &board, job.as_deref(), &machine)?;
     let mut sides = Vec::new();
     for face in work.faces() {
@@ -119,17 +122,27 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let findings = sides.iter().flat_map(|side| &side.verdict.findings);
     let unread = findings.filter(|finding| is_unread(finding, &args.accept)).count();
     let why = unready(args, &sides, unread);
-    let files = if why.is_none() { written(args, target.as_ref(), &sides, &machine)? } else { Vec::new() };
+    let written = match &why {
+        None => written(args, target.as_ref(), &sides, (&work, &machine))?,
+        Some(_) => Written::default(),
+    };
     let mut reports = Vec::new();
     let mut text = String::new();
     for (at, side) in sides.iter().enumerate() {
-        let files = files.get(at).map(Vec::as_slice).unwrap_or_default();
+        let files = written.files.get(at).map(Vec::as_slice).unwrap_or_default();
         text += &sentences(side, files, &args.accept);
-        reports.push(report(side, &machine, files, &args.accept));
+        reports.push(report(side, files, &args.accept));
+    }
+    if let Some(sheet) = &written.run_sheet {
+        text += &locale::text("en", "cam.report.run_sheet", &[("file".to_owned(), sheet.clone())]);
+        text.push('\n');
     }
     text += &remark_lines(&read);
     let object = json!({
         "to": args.to,
+        "machine": args.on.name(),
+        "files": written.files.concat(),
+        "run_sheet": written.run_sheet,
         "programs": reports,
         "findings_unread": unread,
         "losses_unseen": unseen(args, &sides).count(),
@@ -241,50 +254,32 @@ fn side(
         program.accepted.extend(seen.map(|finding| finding.kind.code().to_owned()));
         program.accepted.sort();
         program.accepted.dedup();
-        return Ok(Side { face, planned, program, verdict, curing, remarks });
+        let timed = motion::timeline(&program, machine);
+        let times_s = timed.as_ref().ok().map(|timed| (timed.total_s(), sim::time_by_bit_s(timed)));
+        let remarks = remarks.into_iter().chain(timed.err()).collect();
+        return Ok(Side { face, planned, program, verdict, curing, remarks, times_s });
     }
 }
 
-/// Writes the files of all sides, once all of them could be made; names, sizes and digests, side by side.
+/// Writes the files of all sides.
 fn written(
     args: &CamArgs,
     target: Option<&Target>,
     sides: &[Side],
-    machine: &Machine,
-) -> Result<Vec<Vec<Value>>, Refusal> {
-    let stem = job::stem(args.jobs.first().unwrap_or(&args.output));
-    let made = sides.iter().map(|side| {
-        let name = format!("{}-{}", stem.display(), side.face.name());
-        outputs(target, args.lines_only, (&side.program, machine), name)
-    });
-    let made = made.collect::<Result<Vec<_>, _>>()?;
-    std::fs::create_dir_all(&args.output).map_err(|error| {
-        let why = Remark::new(Weight::Loss, "job.not_written").with("file", args.output.display());
-        Refusal::surroundings(why.with("reason", error))
-    })?;
-    let write = |(name, bytes): Output| {
-        let path = args.output.join(name);
-        job::write_output(&path, &bytes)?;
-        Ok(
-            json!({ "file": path.display().to_string(), "bytes": bytes.len(), "sha256": program::key(&bytes) }),
-        )
-    };
-    made.into_iter().map(|files| files.into_iter().map(write).collect()).collect()
-}
-
-/// The files of `program`, which is then called `name`.
-fn outputs(
-    target: Option<&Target>,
-    lines_only: Option<f64>,
-    (program, machine): (&Program, &Machine),
-    name: String,
-) -> Result<Vec<Output>, Refusal> {
-    let Some(target) = target else {
-        return Ok(vec![(format!("{name}.program"), program::encode(program))]);
-    };
-    let program = Program { name, ..program.clone() };
-    let files = target.files(&program, lines_only, machine)?;
-    Ok(files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect())
+    (work, machine): (&Work, &Machine),
+) -> Result<Written, Refusal> {
+    let stem = job::stem(args.jobs.first().unwrap_or(&args.output)).display().to_string();
+    let name = sides.iter().map(|side| side.planned.board.name.as_str()).find(|name| !name.is_empty());
+    let mut briefed = briefing::briefing(name.unwrap_or(&stem), work, machine);
+    for side in sides {
+        let times_s = side.times_s.as_ref().map_or(&[][..], |(_, by_bit)| by_bit);
+        let planned = (&side.planned, &side.program);
+        briefing::add_side(&mut briefed, side.face, work, planned, times_s);
+    }
+    let programs: Vec<&Program> = sides.iter().map(|side| &side.program).collect();
+    let files = args.one_file.then_some(Files::Job);
+    let manner = Manner { lines_only: args.lines_only, files, ..Manner::on(machine) };
+    cam_files::write(target, &manner, (&args.output, &stem), &programs, &briefed)
 }
 
 /// Counts of a program.
@@ -313,19 +308,7 @@ fn counts(program: &Program) -> Counts {
     counts
 }
 
-/// Form of a bit for scripts: a word, and for a V-bit its tip and its angle.
-fn form(bit: &Bit) -> (&'static str, Option<f64>, Option<f64>) {
-    match bit.cutter {
-        Cutter::Drill => ("drill", None, None),
-        Cutter::Mill => ("mill", None, None),
-        Cutter::Vee { tip, angle_mdeg } => {
-            ("vee", Some(rounded(tip.mm())), Some(rounded(f64::from(angle_mdeg) / 1e3)))
-        }
-    }
-}
-
-fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) -> Value {
-    let timed = motion::timeline(&side.program, machine);
+fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
     let counts = counts(&side.program);
     let by_leg = milled_mm(&side.program);
     // Ways are legs of their own, in the order of the tasks.
@@ -335,22 +318,20 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
     let tools: Vec<Value> = tasks
         .map(|(part, task)| {
             let milled: f64 = by_way.by_ref().take(task.ways.len()).sum();
-            let (form, tip_mm, angle_deg) = form(&task.bit);
-            json!({ "operation": part.operation, "bit": task.bit.name, "form": form,
-                "diameter_mm": rounded(task.bit.diameter.mm()), "tip_mm": tip_mm, "angle_deg": angle_deg,
-                "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })
+            let tool = tool_object(&task.bit);
+            json!({ "operation": part.operation, "bit": task.bit.name, "form": tool["form"],
+                "diameter_mm": tool["diameter_mm"], "tip_mm": tool["tip_mm"], "angle_deg": tool["angle_deg"],
+                "tool": tool, "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })
         })
         .collect();
     let verdict = &side.verdict;
     let findings: Vec<Value> =
         verdict.findings.iter().map(|finding| finding_object(finding, accept)).collect();
-    let mut remarks = side.remarks.clone();
-    remarks.extend(timed.as_ref().err().cloned());
     json!({
         "face": side.face.name(),
         "files": files,
         "program_sha256": program::key(&program::encode(&side.program)),
-        "total_time_s": timed.map_or(Value::Null, |timeline| json!(rounded(timeline.total_s()))),
+        "total_time_s": side.times_s.as_ref().map(|(total_s, _)| rounded(*total_s)),
         "milled_mm": rounded(by_leg.iter().sum()),
         "travel_mm": rounded(counts.travel_mm),
         "plunges": counts.plunges,
@@ -364,7 +345,7 @@ fn report(side: &Side, machine: &Machine, files: &[Value], accept: &[String]) ->
         "cured": side.curing.object(),
         "findings": findings,
         "more": verdict.more,
-        "remarks": remark_objects(&remarks),
+        "remarks": remark_objects(&side.remarks),
     })
 }
 

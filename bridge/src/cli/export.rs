@@ -5,10 +5,10 @@
 
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects};
 use crate::job;
-use annulus_core::job::{Mark, Program};
+use annulus_core::job::{Briefing, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
-use annulus_core::post::{self, OutputFile};
+use annulus_core::post::{self, Files, Manner, OutputFile};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use serde_json::json;
@@ -62,7 +62,8 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         program.name = job::stem(&args.job.job).display().to_string();
     }
     let written = write(&args.target, &target, program.clone(), &job.machine)?;
-    let remarks = [job.remarks, target.doubts()].concat();
+    let assumed = args.job.on.assumed(&job.machine).into_iter().collect();
+    let remarks = [job.remarks, target.doubts(), assumed].concat();
     let name = written.names.join(", ");
     let (holes, ways) = (program.hole_count(), ways(&program));
     let words = [
@@ -73,6 +74,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     let said = locale::text("en", "post.report", &words) + "\n" + &remark_lines(&remarks);
     let object = json!({
         "to": args.target.to,
+        "machine": args.job.on.name(),
         "file": written.names.first(),
         "files": written.names,
         "bytes": written.bytes.len(),
@@ -126,22 +128,21 @@ impl Target {
         }
     }
 
-    /// The files of `program`, falling fast as near to the board as on `machine`; with `lines_only` arcs become lines that are
-    /// at most so far off, in mm.
+    /// The files of `program` in this manner; of a job, with its briefing and the side that the program is.
     pub(crate) fn files(
         &self,
         program: &Program,
-        lines_only: Option<f64>,
-        machine: &Machine,
+        manner: &Manner,
+        briefing: Option<(&Briefing, usize)>,
     ) -> Result<Vec<OutputFile>, Refusal> {
-        let fall_to = Some(machine.process.feed_height);
+        let alone = Briefing::of(program);
+        let (briefing, side) = briefing.unwrap_or((&alone, 0));
         let written = match self {
             Self::Shipped(name) => {
-                post::write(name, program, lines_only, fall_to).unwrap_or_else(|| Ok(Vec::new()))
+                post::write_for(name, program, manner, briefing, side).unwrap_or_else(|| Ok(Vec::new()))
             }
             Self::Own(dialect) => {
-                let dialect = dialect.as_ref().clone().with_lines(lines_only).falling_to(fall_to);
-                post::write_with(&dialect, program)
+                post::write_side(&dialect.as_ref().clone().in_manner(manner), program, briefing, side)
             }
         };
         written.map_err(Refusal::content)
@@ -178,7 +179,10 @@ pub(crate) fn write(
     if !folder && let Some(stem) = args.output.file_stem() {
         program.name = stem.to_string_lossy().into_owned();
     }
-    let files = target.files(&program, args.lines_only, machine)?;
+    // One file was named: everything goes into it.
+    let files = (!folder).then_some(Files::Job);
+    let manner = Manner { lines_only: args.lines_only, files, ..Manner::on(machine) };
+    let files = target.files(&program, &manner, None)?;
     if !folder && files.len() > 1 {
         let remark = Remark::new(Weight::Loss, "post.several_files").with("count", files.len());
         return Err(Refusal::usage(remark.with("file", args.output.display())));

@@ -4,6 +4,7 @@
 //! refusal. Does not know what the commands do.
 
 mod cam;
+mod cam_files;
 mod cures;
 mod doctor;
 mod executor;
@@ -28,6 +29,9 @@ mod templates;
 pub(crate) use refusal::{Exit, Refusal};
 pub(crate) use signals::Signals;
 
+use annulus_core::job::{Bit, Cutter};
+use annulus_core::locale;
+use annulus_core::machine::Machine;
 use annulus_core::remark::{Remark, Weight};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
@@ -91,9 +95,8 @@ pub(crate) struct JobArgs {
     pub(crate) job: PathBuf,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
-    /// Machine: a preset's name or a machine file.
-    #[arg(long, default_value = "virtual")]
-    pub(crate) machine: String,
+    #[command(flatten)]
+    pub(crate) on: MachineArgs,
     /// Order of the holes.
     #[arg(long, value_enum, default_value_t = Order::Shortest)]
     pub(crate) order: Order,
@@ -115,6 +118,27 @@ pub(crate) struct JobArgs {
     /// Bound of the search; without it, sized by the number of holes for about a second.
     #[arg(long)]
     pub(crate) iterations: Option<u64>,
+}
+
+/// The machine that a job is for.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct MachineArgs {
+    /// Machine: a preset's name (hobby is a small router) or a machine file [default: virtual].
+    #[arg(long, value_name = "NAME|FILE")]
+    machine: Option<String>,
+}
+
+impl MachineArgs {
+    /// The machine that was named, else the virtual drill.
+    pub(crate) fn name(&self) -> &str {
+        self.machine.as_deref().unwrap_or("virtual")
+    }
+
+    /// A note that `machine` was assumed, where nobody named one.
+    pub(crate) fn assumed(&self, machine: &Machine) -> Option<Remark> {
+        let note = Remark::new(Weight::Note, "cli.machine_assumed").with("machine", &machine.name);
+        self.machine.is_none().then_some(note)
+    }
 }
 
 /// Overrides of what a drill file says about its numbers.
@@ -203,6 +227,22 @@ impl Answer {
 /// To a millionth, as the contract says; never a negative zero.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
+}
+
+/// A tool for scripts: the word of its form and its sizes. Tip and angle are those of V-bits.
+fn tool_object(bit: &Bit) -> Value {
+    let (form, tip, angle_mdeg) = match bit.cutter {
+        Cutter::Drill => ("drill", None, None),
+        Cutter::Mill => ("mill", None, None),
+        Cutter::Vee { tip, angle_mdeg } => ("vee", Some(tip), Some(angle_mdeg)),
+    };
+    json!({
+        "form": form,
+        "diameter_mm": rounded(bit.diameter.mm()),
+        "angle_deg": angle_mdeg.map(|angle| rounded(f64::from(angle) / 1e3)),
+        "tip_mm": tip.map(|tip| rounded(tip.mm())),
+        "name": bit.title(locale::FALLBACK),
+    })
 }
 
 /// Remarks for scripts.

@@ -3,10 +3,10 @@
 //! Comes in: a JOB. Goes out: the keys of the contract, or a table for people; with `-o` a program file. Does not know
 //! how a plan is made.
 
-use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
+use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded, tool_object};
 use crate::job::{self, Job};
 use annulus_core::board::Board;
-use annulus_core::cam::Plan;
+use annulus_core::cam::{Plan, rack};
 use annulus_core::locale;
 use annulus_core::remark::Remark;
 use annulus_core::units::Length;
@@ -41,7 +41,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
         .iter()
         .map(|row| {
             json!({ "n": row.n, "file_diameter_mm": rounded(row.size.mm()),
-                "rack_diameter_mm": rounded(row.bit.mm()), "holes": row.holes })
+                "rack_diameter_mm": rounded(row.bit.mm()), "holes": row.holes,
+                "tool": tool_object(&rack::drill(row.bit)) })
         })
         .collect();
     let object = json!({
@@ -86,8 +87,11 @@ fn text(plan: &Plan, rows: &[Row], remarks: &[Remark]) -> String {
         say("plan.report.head", &[("holes", holes.to_string()), ("bits", plan.bits.len().to_string())]);
     out.push('\n');
     for row in rows {
-        let (n, bit, holes) =
-            (format!("{:>3}", row.n), format!("{:>7.3}", row.bit.mm()), format!("{:>6}", row.holes));
+        let (n, bit, holes) = (
+            format!("{:>3}", row.n),
+            format!("{:<10}", rack::drill(row.bit).title("en")),
+            format!("{:>6}", row.holes),
+        );
         let size = format!("{:.3}", row.size.mm());
         out += &say("plan.report.bit", &[("n", n), ("bit", bit), ("holes", holes), ("size", size)]);
         out.push('\n');

@@ -44,7 +44,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
-    let known = machine_file::named(&args.job.machine)?;
+    let known = machine_file::named(args.job.on.name())?;
     if known.machine.output != Output::Virtual {
         return Err(Refusal::usage(remark("run.needs_page")));
     }

@@ -5,6 +5,7 @@
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
+use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
@@ -191,7 +192,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         checks.push(row(Verdict::Warn, why));
     }
     if let Some(bit) = program.bits.first() {
-        checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", &bit.name)));
+        checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK))));
     }
     if !program.accepted.is_empty() {
         let codes = program.accepted.join(", ");

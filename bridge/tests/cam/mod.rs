@@ -2,6 +2,7 @@
 //! is planned, that nothing is written while a finding is unread, and that a saved job gives the same programs. Saved
 //! projects are tried in `projects`, the page beside the command line in `same`.
 
+mod files;
 mod projects;
 mod same;
 mod written;
@@ -76,7 +77,7 @@ fn an_unread_gap_keeps_every_program_from_being_written() {
     for word in [id, "gap", "proof.gap"] {
         let (exit, told) = answer(home, &format!("{CAM} --to grbl -o {word} --accept {word}"));
         assert_eq!((exit, &told["findings_unread"]), (0, &0.into()), "{word}");
-        assert!(home.join(word).join("sensor-top.nc").exists(), "{word}: {told}");
+        assert!(home.join(word).join("01-top-isolate-V30-0.1.nc").exists(), "{word}: {told}");
     }
 }
 
@@ -129,7 +130,7 @@ fn holes_that_nothing_fits_are_left_out_and_nothing_is_written_before_that_was_s
     assert!(!home.join("out").exists());
     let (exit, told) = answer(home, "cam vias.drl --alone --to grbl -o out --accept cam.holes_missing");
     assert_eq!((exit, &told["losses_unseen"]), (0, &0.into()), "{told}");
-    assert!(home.join("out/vias-top.nc").exists());
+    assert!(home.join("out/01-top-drill-0.8.nc").exists());
 }
 
 #[test]
@@ -142,8 +143,8 @@ fn copper_without_a_drill_file_is_milled_though_nothing_says_which_layer_it_is()
     let (exit, told) = answer(home, "cam lone --to grbl -o out");
     assert_eq!(exit, 0, "{told}");
     assert!(told["programs"][0]["milled_mm"].as_f64().unwrap() > 10.0, "{told}");
-    assert_eq!(codes(&told["remarks"]), ["set.only_copper", "board.no_holes"]);
-    assert!(home.join("out/lone-top.nc").exists());
+    assert_eq!(codes(&told["remarks"]), ["set.only_copper", "board.no_holes", "cli.machine_assumed"]);
+    assert!(home.join("out/01-top-isolate-V30-0.1.nc").exists());
     // Without copper there is nothing to do, and drilling alone needs a drill file.
     fs::create_dir(home.join("none")).unwrap();
     fs::write(home.join("none/read.me"), "hello\n").unwrap();
@@ -217,7 +218,7 @@ fn what_a_template_leaves_uncertain_is_told_with_what_it_writes() {
     let folder = folder();
     let home = folder.path();
     let (_, grbl) = annulus_core::post::shipped().find(|(name, _)| *name == "grbl").unwrap();
-    fs::write(home.join("own.toml"), grbl.replace("G0 Z@H@\n", "")).unwrap();
+    fs::write(home.join("own.toml"), grbl.replace("G0 Z@HC@\n", "")).unwrap();
     fs::write(home.join("same.toml"), grbl).unwrap();
     for (arguments, doubts) in [
         (format!("{CAM} --cure -o out --to own.toml"), 4),
@@ -266,7 +267,9 @@ fn arcs_become_lines_where_they_are_asked_to() {
     for (lines_only, arcs) in [("", true), ("--lines-only", false)] {
         let (exit, told) = answer(home, &format!("{CAM} --cure --to grbl -o out {lines_only}"));
         assert_eq!(exit, 0, "{told}");
-        let text = fs::read_to_string(home.join("out/sensor-top.nc")).unwrap();
+        let files = told["files"].as_array().unwrap().iter();
+        let read = |file: &Value| fs::read_to_string(home.join(file["file"].as_str().unwrap())).unwrap();
+        let text: String = files.map(read).collect();
         let is_arc =
             |line: &str| line.split_whitespace().any(|word| ["G2", "G3", "G02", "G03"].contains(&word));
         assert_eq!(text.lines().any(is_arc), arcs, "{lines_only}");

@@ -20,8 +20,8 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
     let wanted = ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept, laid: None };
     let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
     let target = target.to_owned();
-    let fall_to = Some(virtual_drill().process.feed_height);
-    let wanted = ToWrite { program: planned.program, target, text: None, lines_only: None, fall_to };
+    let (machine, briefing) = (Some(Settings::of(&virtual_drill())), Some(planned.briefing));
+    let wanted = ToWrite { program: planned.program, target, machine, briefing, ..ToWrite::default() };
     let Answer::Written(written) = ask(Request::Write(wanted)) else { panic!() };
     (written, reading.remarks.into_iter().map(|remark| remark.code).collect())
 }
@@ -79,9 +79,13 @@ fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() 
         assert_eq!(exit, 0, "{told}");
         let codes = codes(&told["remarks"]);
         assert_eq!(codes.contains(&"board.holes_shifted"), !aligned, "{codes:?}");
-        let written = fs::read_to_string(home.join(format!("out{aligned}/sensor-top.nc"))).unwrap();
         let (page, remarks) = page(&files, aligned, "grbl");
-        assert_eq!(page, [("sensor-top.nc".to_owned(), written.clone())]);
+        let out = home.join(format!("out{aligned}"));
+        assert_eq!(fs::read_dir(&out).unwrap().count(), page.len());
+        for (name, text) in &page {
+            assert!(fs::read_to_string(out.join(name)).unwrap() == *text, "{name}");
+        }
+        let written = page;
         let told = |code: &str| remarks.iter().any(|remark| remark == code);
         assert_eq!((told("board.holes_shifted"), told("board.moved")), (!aligned, aligned));
         both.push(written);

@@ -13,7 +13,7 @@ use super::usual::POINT_DEG;
 use super::{Plan, rack};
 use crate::board::Board;
 use crate::geometry::Point;
-use crate::job::{Bit, Command, Cutter, Gate, Input, Leg, Mark, Otherwise, Program};
+use crate::job::{Command, Gate, Input, Leg, Mark, Otherwise, Program};
 use crate::machine::{Machine, StrokeEnd};
 use crate::units::Length;
 
@@ -24,11 +24,7 @@ pub(super) fn micros(us: f64) -> u32 {
 
 /// The program of `plan` on `machine`.
 pub fn lower(board: &Board, plan: &Plan, machine: &Machine) -> Program {
-    let bits = plan.bits.iter().map(|b| Bit {
-        diameter: b.bit,
-        name: format!("{} mm", rack::size_text(b.bit)),
-        cutter: Cutter::Drill,
-    });
+    let bits = plan.bits.iter().map(|bit| rack::drill(bit.bit));
     // Every change of bits turns the spindle on again once the bit is in.
     let mut legs = vec![Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 0 }] }];
     for (index, bit) in (0..).zip(&plan.bits) {

@@ -8,6 +8,8 @@
 //! [`Program`](crate::job::Program). Does not know motion: how long a hop takes it is told.
 
 pub mod bench;
+pub mod briefing;
+mod limits;
 mod lower;
 mod order;
 pub mod parameters;

@@ -11,6 +11,8 @@
 
 use super::places::{Places, Twice};
 use crate::board::Board;
+use crate::job::{Bit, Cutter};
+use crate::locale;
 use crate::machine::{Machine, Process};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
@@ -31,6 +33,12 @@ pub struct BitUse {
 /// A size in millimetres as people write it: without trailing zeros.
 pub fn size_text(size: Length) -> String {
     format!("{}", size.mm())
+}
+
+/// The drill of this size; it is called what it is.
+pub fn drill(diameter: Length) -> Bit {
+    let unnamed = Bit { diameter, name: String::new(), cutter: Cutter::Drill };
+    Bit { name: unnamed.title(locale::FALLBACK), ..unnamed }
 }
 
 /// How deep the drill of `diameter` goes below the surface so that its whole width comes `below` under the board:

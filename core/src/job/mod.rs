@@ -11,9 +11,12 @@
 //! surface and positive upwards. A leg begins and ends at rest with Z at the safe height, so a job can be taken up
 //! at any leg. Does not know how fast anything can go.
 
+mod briefing;
 mod cleared;
 mod milled;
+mod tool;
 
+pub use briefing::{Briefing, Pins, SideBriefing, ToolBriefing, touched};
 pub use cleared::Cleared;
 pub use milled::milled_mm;
 

@@ -17,7 +17,7 @@ mod validate;
 
 pub use card::{Card, UNWIRED};
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
-pub use presets::{hobby_3018, lab, preset, presets, six_spindles, virtual_drill};
+pub use presets::{hobby_3018, lab, preset, preset_name, presets, six_spindles, virtual_drill};
 pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
 pub use takts::doubts;
@@ -233,6 +233,8 @@ pub struct Process {
     pub dwell_bottom_ms: f64,
     /// Spindle speed, rpm.
     pub spindle_rpm: u32,
+    /// The fastest that it turns, rpm; 0 where nobody said.
+    pub max_rpm: u32,
     /// Time for the spindle to reach it, in ms.
     pub spin_up_ms: f64,
     /// Height of the board's surface in machine coordinates (Z = 0 at the top sensor).

@@ -91,6 +91,7 @@ pub fn virtual_drill() -> Machine {
             feed_mm_per_s: 12.0,
             dwell_bottom_ms: 0.0,
             spindle_rpm: 30_000,
+            max_rpm: 60_000,
             spin_up_ms: 1_500.0,
             surface: mm(-30.0),
         },
@@ -167,6 +168,7 @@ pub fn lab() -> Machine {
             feed_mm_per_s: 2.0,
             dwell_bottom_ms: 0.0,
             spindle_rpm: 20_000,
+            max_rpm: 30_000,
             spin_up_ms: 1_000.0,
             surface: mm(-12.0),
         },
@@ -200,6 +202,7 @@ pub fn hobby_3018() -> Machine {
             feed_height: mm(0.2),
             feed_mm_per_s: 2.0,
             spindle_rpm: 10_000,
+            max_rpm: 10_000,
             ..base.process.clone()
         },
         ..base
@@ -244,6 +247,7 @@ pub fn six_spindles() -> Machine {
             feed_mm_per_s: 60.0,
             feed_height: mm(0.1),
             spindle_rpm: 120_000,
+            max_rpm: 200_000,
             spin_up_ms: 3_000.0,
             ..base.process.clone()
         },
@@ -268,7 +272,13 @@ pub fn presets() -> [(&'static str, Machine); 4] {
     [("virtual", virtual_drill()), ("lab", lab()), ("3018", hobby_3018()), ("six", six_spindles())]
 }
 
+/// The name of a preset for what people call it: a hobby mill is one of the 3018 class.
+pub fn preset_name(called: &str) -> &str {
+    if called == "hobby" { "3018" } else { called }
+}
+
 /// The preset called `name`.
 pub fn preset(name: &str) -> Option<Machine> {
+    let name = preset_name(name);
     presets().into_iter().find(|(known, _)| *known == name).map(|(_, machine)| machine)
 }

@@ -187,6 +187,7 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
         "spindle",
         &[
             whole!("spindle.speed", "rpm", Kind::Whole(0.0, MOST_RPM as f64), true, process.spindle_rpm),
+            whole!("spindle.max_speed", "rpm", Kind::Whole(0.0, MOST_RPM as f64), false, process.max_rpm),
             plain!("spindle.spin_up", "ms", Kind::Number(0.0, 60_000.0), true, process.spin_up_ms),
         ],
     ),

@@ -7,6 +7,7 @@ use super::names::{Block, Part, parameter};
 use super::number::Format;
 use super::template::Template;
 use crate::units::Length;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The words of one controller.
@@ -31,6 +32,8 @@ pub struct Dialect {
     /// How near to the board a bit falls fast before it goes on at its feed: the machine's height for that. None where nobody
     /// said: then it goes down at its feed all the way.
     pub fall_to: Option<Length>,
+    /// How high over the board a bit is changed; none where nobody said: then at the safe height.
+    pub change_at: Option<Length>,
     /// The template for drilling, if it has one.
     pub drill: Option<Templates>,
     /// The template for milling, if it has one.
@@ -38,7 +41,7 @@ pub struct Dialect {
 }
 
 /// When a new file begins.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Files {
     /// Never: the whole job in one.
     #[default]
@@ -105,6 +108,8 @@ pub struct Comments {
     pub close: String,
     /// Comments are left out.
     pub dropped: bool,
+    /// Words of people are written in capitals.
+    pub capitals: bool,
 }
 
 /// What is left out where it has not changed.
@@ -187,6 +192,20 @@ impl Dialect {
     #[must_use]
     pub fn falling_to(mut self, height: Option<Length>) -> Self {
         self.fall_to = height;
+        self
+    }
+
+    /// The same; bits are changed at `height` over the board.
+    #[must_use]
+    pub fn changing_at(mut self, height: Option<Length>) -> Self {
+        self.change_at = height;
+        self
+    }
+
+    /// The same; a new file begins when `files` says so, if it says anything.
+    #[must_use]
+    pub fn in_files(mut self, files: Option<Files>) -> Self {
+        self.files = files.unwrap_or(self.files);
         self
     }
 

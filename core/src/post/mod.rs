@@ -3,20 +3,23 @@
 //! ```text
 //!  dialects/grbl.toml ─ words ─ read ─▶ Dialect (templates) ─┐
 //!  names: blocks, parameters ──┘                             │
-//!                      Program ──────────────────────────────┴─ writer ─ arcs ─ values ─ sheet ─▶ files
+//!          Program, Briefing ─ head ────────────────────────────┴─ writer ─ arcs ─ values ─ sheet ─▶ files
 //!                      Program ─ excellon ──────────────────────────────────────────────────────▶ file
+//!                    Briefing ─ run_sheet ─────────────────────────────────────────────────────▶ a page to print
 //! ```
 //!
-//! Comes in: a [`Program`]. Goes out: text. Does not know boards, plans or motion.
+//! Comes in: a [`Program`], the [`Briefing`] of its job. Goes out: text. Does not know boards, plans or motion.
 
 mod arcs;
 mod dialect;
 mod excellon;
+mod head;
 mod names;
 mod number;
 mod preview;
 mod read;
 mod readback;
+mod run_sheet;
 mod sheet;
 mod template;
 mod values;
@@ -32,11 +35,14 @@ pub use number::{Format, Zeros};
 pub use preview::{Sample, preview};
 pub use read::check;
 pub use readback::{Written, read_back, titled};
-pub use writer::{OutputFile, write_with};
+pub use run_sheet::run_sheet;
+pub use writer::{OutputFile, write_side, write_with};
 
-use crate::job::Program;
+use crate::job::{Briefing, Program};
+use crate::machine::Machine;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
+use serde::{Deserialize, Serialize};
 
 /// What a program can be written for: `excellon`, and the dialects that ship.
 pub fn targets() -> Vec<&'static str> {
@@ -49,20 +55,64 @@ pub fn dialect(name: &str) -> Option<Result<Dialect, Remark>> {
     Some(Dialect::parse(&format!("{name}.toml"), text))
 }
 
-/// The program in the words of `target`; with `chord_error_mm` arcs become lines that are at most so far off, with `fall_to`
-/// bits fall fast to that height over the board before they go on at their feed. None for an unknown target.
-pub fn write(
+/// How a program is written, apart from the words of its controller.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Manner {
+    /// Arcs become lines that are at most so far off, in mm.
+    pub lines_only: Option<f64>,
+    /// How near to the board bits fall fast before they go on at their feed; none where nobody knows.
+    pub fall_to: Option<Length>,
+    /// How high over the board bits are changed; none for the safe height.
+    pub change_at: Option<Length>,
+    /// When a new file begins, where not as the dialect says.
+    pub files: Option<Files>,
+}
+
+/// The highest that a bit is lifted for a change: more is only a way.
+const HIGHEST_CHANGE: Length = Length::from_um(20_000);
+
+impl Manner {
+    /// What `machine` wants: bits fall fast as near to the board as it says, and are changed as high over it as it reaches, up
+    /// to 20 mm.
+    pub fn on(machine: &Machine) -> Self {
+        let process = &machine.process;
+        let room = machine.z.max - process.surface;
+        Self {
+            fall_to: Some(process.feed_height),
+            change_at: Some(room.min(HIGHEST_CHANGE).max(process.safe_height)),
+            ..Self::default()
+        }
+    }
+}
+
+impl Dialect {
+    /// The same in this manner.
+    #[must_use]
+    pub fn in_manner(self, manner: &Manner) -> Self {
+        let dialect = self.with_lines(manner.lines_only).falling_to(manner.fall_to);
+        dialect.changing_at(manner.change_at).in_files(manner.files)
+    }
+}
+
+/// The program in the words of `target`. None for an unknown target.
+pub fn write(target: &str, program: &Program, manner: &Manner) -> Option<Result<Vec<OutputFile>, Remark>> {
+    write_for(target, program, manner, &Briefing::of(program), 0)
+}
+
+/// The same of a program that is side `side` of a job.
+pub fn write_for(
     target: &str,
     program: &Program,
-    chord_error_mm: Option<f64>,
-    fall_to: Option<Length>,
+    manner: &Manner,
+    briefing: &Briefing,
+    side: usize,
 ) -> Option<Result<Vec<OutputFile>, Remark>> {
     if target == "excellon" {
-        let file = |text| vec![OutputFile { name: writer::file_name(program, "drl"), text }];
-        return Some(excellon(program, chord_error_mm).map(file));
+        let bits = (0..).zip(&program.bits).map(|(index, _)| index).collect();
+        let file = |text| vec![OutputFile { name: writer::file_name(program, "drl"), text, bits }];
+        return Some(excellon(program, manner.lines_only).map(file));
     }
-    let written =
-        |dialect: Dialect| write_with(&dialect.with_lines(chord_error_mm).falling_to(fall_to), program);
+    let written = |dialect: Dialect| write_side(&dialect.in_manner(manner), program, briefing, side);
     Some(dialect(target)?.and_then(written))
 }
 
@@ -79,7 +129,9 @@ pub fn doubts(dialect: &Dialect) -> Vec<Remark> {
                 Block::Start | Block::Change | Block::End => names(&["X", "Y"]),
                 _ => false,
             };
-            if goes && !names(&["Z", "H", "U", "B", "DZ", "AZ"]) {
+            // Z at its reference point is a height too.
+            let referred = ["G28", "G30", "G53"].iter().any(|word| template.says(word));
+            if goes && !referred && !names(&["Z", "H", "HC", "U", "B", "DZ", "AZ"]) {
                 let name = format!("{}.{}", part.key(), block.key());
                 doubts.push(Remark::new(Weight::Note, "post.no_height").with("name", name));
             }

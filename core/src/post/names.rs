@@ -33,6 +33,8 @@ pub enum Block {
     Start,
     /// Once for every bit.
     Change,
+    /// Once at the beginning of a file that is for one bit, in place of the change.
+    Load,
     /// When the spindle's speed changes in between.
     Spindle,
     /// Once for every hole of one stroke.
@@ -63,6 +65,7 @@ pub enum Block {
 const EVERY: &[Block] = &[
     Block::Start,
     Block::Change,
+    Block::Load,
     Block::Spindle,
     Block::Hole,
     Block::Peck,
@@ -79,15 +82,16 @@ const EVERY: &[Block] = &[
 /// The blocks that have a place, in an order in which those with something more in common stand side by side.
 ///
 /// ```text
-///  start change | hole peck approach line | arcs helices | leave | end
-///               |             |       └────── CURVES ───┘       |
-///               |             └────── MOVES (with line) ┘       |
-///               └──────────── FEEDS ────────────────────┘       |
-///               └──────────── HEIGHTS ──────────────────────────┘
+///  start change load | hole peck approach line | arcs helices | leave | end
+///                    |             |       └────── CURVES ───┘       |
+///                    |             └────── MOVES (with line) ┘       |
+///                    └──────────── FEEDS ────────────────────┘       |
+///                    └──────────── HEIGHTS ──────────────────────────┘
 /// ```
 const PLACES: &[Block] = &[
     Block::Start,
     Block::Change,
+    Block::Load,
     Block::Hole,
     Block::Peck,
     Block::Approach,
@@ -99,11 +103,11 @@ const PLACES: &[Block] = &[
     Block::Leave,
     Block::End,
 ];
-const HEIGHTS: &[Block] = places(2, 11);
-const FEEDS: &[Block] = places(2, 10);
-const MOVES: &[Block] = places(5, 10);
+const HEIGHTS: &[Block] = places(3, 12);
+const FEEDS: &[Block] = places(3, 11);
+const MOVES: &[Block] = places(6, 11);
 /// The blocks that go along an arc or a helix.
-pub(super) const CURVES: &[Block] = places(6, 10);
+pub(super) const CURVES: &[Block] = places(7, 11);
 
 /// Blocks `from` up to and without `to` of those with a place.
 const fn places(from: usize, to: usize) -> &'static [Block] {
@@ -111,9 +115,9 @@ const fn places(from: usize, to: usize) -> &'static [Block] {
 }
 
 /// The blocks that go down from over the board into it.
-const FALLS: &[Block] = places(2, 5);
+const FALLS: &[Block] = places(3, 6);
 const STROKES: &[Block] = &[Block::Hole, Block::Peck];
-const PAUSES: &[Block] = &[Block::Change, Block::Spindle, Block::Hole, Block::Peck, Block::Wait];
+const PAUSES: &[Block] = &[Block::Change, Block::Load, Block::Spindle, Block::Hole, Block::Peck, Block::Wait];
 
 impl Block {
     /// Its key in a dialect file.
@@ -121,6 +125,7 @@ impl Block {
         match self {
             Self::Start => "start",
             Self::Change => "change",
+            Self::Load => "load",
             Self::Spindle => "spindle",
             Self::Hole => "hole",
             Self::Peck => "peck",
@@ -156,12 +161,14 @@ const fn block(part: Part, block: Block, required: bool) -> BlockRow {
 pub const BLOCKS: &[BlockRow] = &[
     block(Part::Drill, Block::Start, true),
     block(Part::Drill, Block::Change, true),
+    block(Part::Drill, Block::Load, false),
     block(Part::Drill, Block::Spindle, false),
     block(Part::Drill, Block::Hole, true),
     block(Part::Drill, Block::Peck, false),
     block(Part::Drill, Block::End, true),
     block(Part::Engrave, Block::Start, true),
     block(Part::Engrave, Block::Change, false),
+    block(Part::Engrave, Block::Load, false),
     block(Part::Engrave, Block::Spindle, false),
     block(Part::Engrave, Block::Approach, true),
     block(Part::Engrave, Block::Line, true),
@@ -209,12 +216,16 @@ const fn word(name: &'static str, example: &'static str) -> Parameter {
     Parameter { name, unit: "", example, decimals: None, word: true, blocks: EVERY }
 }
 
+/// The parameter whose line is written once for every sentence of the head.
+pub(super) const HEAD: &str = "HEAD";
+
 /// Every parameter.
 pub const PARAMETERS: &[Parameter] = &[
     length("X", "12.700", PLACES),
     length("Y", "8.890", PLACES),
     length("Z", "-0.100", HEIGHTS),
     length("H", "2.000", EVERY),
+    length("HC", "20.000", EVERY),
     length("A", "0.300", FALLS),
     length("U", "2.000", STROKES),
     length("B", "0.500", STROKES),
@@ -240,9 +251,10 @@ pub const PARAMETERS: &[Parameter] = &[
     length("TR", "0.400", EVERY),
     number("N", "", "10", 0, EVERY),
     number("K", "", "17", 0, EVERY),
-    word("BIT", "0.8 mm"),
+    word("BIT", "drill 0.8"),
     word("JOB", "amplifier"),
     word("PROGRAM", "AMPLIFIER"),
+    word(HEAD, "tool 2: drill 0.8"),
 ];
 
 /// The parameter called `name`.

@@ -132,6 +132,7 @@ fn blank() -> Dialect {
         modal: Modal::default(),
         arcs: Arcs::default(),
         fall_to: None,
+        change_at: None,
         drill: None,
         engrave: None,
     }
@@ -232,8 +233,9 @@ fn comments<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> Comments {
         open: words.short(&mut table, "open", 8, visible).unwrap_or_default(),
         close: words.short(&mut table, "close", 8, visible).unwrap_or_default(),
         dropped: words.flag(&mut table, "dropped").unwrap_or(false),
+        capitals: words.flag(&mut table, "capitals").unwrap_or(false),
     };
-    words.unknown(&table, &["open", "close", "dropped"]);
+    words.unknown(&table, &["open", "close", "dropped", "capitals"]);
     comments
 }
 
@@ -301,7 +303,7 @@ fn templates<'a>(
         }
     }
     // Bits are changed and spindles turned alike in both, unless said otherwise.
-    for block in [Block::Change, Block::Spindle] {
+    for block in [Block::Change, Block::Load, Block::Spindle] {
         if let Some(same) = drill.and_then(|drill| drill.blocks.get(&block)) {
             blocks.entry(block).or_insert_with(|| same.clone());
         }

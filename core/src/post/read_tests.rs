@@ -34,7 +34,7 @@ fn what_ships_can_be_read_and_shown() {
 
 #[test]
 fn blocks_that_move_and_say_no_height_are_doubted() {
-    let lifts = "G0 Z@H@\n";
+    let lifts = "G0 Z@HC@\n";
     for (name, text) in shipped().filter(|(name, _)| *name == "grbl") {
         let dialect = Dialect::parse(name, &text.replace(lifts, "")).unwrap();
         let told: Vec<String> = doubts(&dialect).iter().map(|doubt| doubt.message("en")).collect();

@@ -8,7 +8,7 @@
 //! Comes in: templates and the values of their parameters. Goes out: text. Does not know programs.
 
 use super::dialect::Dialect;
-use super::names::{Block, CURVES, Part};
+use super::names::{Block, CURVES, HEAD, Part};
 use super::template::{Goes, Line, Piece, Template};
 use crate::remark::{Remark, Weight};
 use std::collections::BTreeMap;
@@ -25,6 +25,8 @@ pub(super) enum Value {
     /// Millionths.
     Number(i64),
     Word(String),
+    /// The line is written once for each.
+    Lines(Vec<String>),
 }
 
 /// A file being written.
@@ -95,19 +97,18 @@ impl<'a> Sheet<'a> {
         let mut points = 0;
         for line in &template.lines {
             let skipped = line.only_if.as_deref().is_some_and(|name| value(name) == Value::Number(0));
-            points += u64::from(line.to == Goes::End && uses_points(line));
-            match line.to {
+            points += u64::from(line.to == Goes::End && uses(line, "K"));
+            match lines_of(line, &value) {
                 _ if skipped => {}
-                Goes::PutsEnd => self.end_at = Some(self.out.len()),
-                Goes::End => {
-                    let filled = self.fill(line, &value);
-                    self.end.push_str(&filled.text);
-                    self.end.push_str(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
+                Some(sentences) => {
+                    for said in sentences {
+                        self.template_line(block, line, &|name| match name {
+                            HEAD => Value::Word(said.clone()),
+                            _ => value(name),
+                        });
+                    }
                 }
-                Goes::Here => {
-                    let filled = self.fill(line, &value);
-                    self.line(block, filled);
-                }
+                None => self.template_line(block, line, &value),
             }
         }
         self.points += points;
@@ -118,6 +119,21 @@ impl<'a> Sheet<'a> {
             return Err(Remark::new(Weight::Loss, "post.too_large"));
         }
         Ok(())
+    }
+
+    fn template_line(&mut self, block: Block, line: &Line, value: &impl Fn(&str) -> Value) {
+        match line.to {
+            Goes::PutsEnd => self.end_at = Some(self.out.len()),
+            Goes::End => {
+                let filled = self.fill(line, value);
+                self.end.push_str(&filled.text);
+                self.end.push_str(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
+            }
+            Goes::Here => {
+                let filled = self.fill(line, value);
+                self.line(block, filled);
+            }
+        }
     }
 
     /// The file.
@@ -151,7 +167,11 @@ impl<'a> Sheet<'a> {
                             format.decimals = field.decimals.unwrap_or(format.decimals);
                             out.text.push_str(&format.text(field.reckon(number)));
                         }
+                        Value::Word(word) if self.dialect.comments.capitals => {
+                            out.text.push_str(&word.to_ascii_uppercase());
+                        }
                         Value::Word(word) => out.text.push_str(&word),
+                        Value::Lines(lines) => out.text.push_str(&lines.join(" ")),
                     }
                     out.fields.push((start..out.text.len(), name));
                 }
@@ -293,8 +313,16 @@ fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-fn uses_points(line: &Line) -> bool {
-    line.pieces.iter().any(|piece| matches!(piece, Piece::Field(field) if field.name == "K"))
+fn uses(line: &Line, name: &str) -> bool {
+    line.pieces.iter().any(|piece| matches!(piece, Piece::Field(field) if field.name == name))
+}
+
+/// What a line with the head in it is written for, once for each; none for other lines.
+fn lines_of(line: &Line, value: &impl Fn(&str) -> Value) -> Option<Vec<String>> {
+    match uses(line, HEAD).then(|| value(HEAD))? {
+        Value::Lines(lines) => Some(lines),
+        _ => None,
+    }
 }
 
 fn millionths(count: u64) -> i64 {

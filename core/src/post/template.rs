@@ -122,6 +122,12 @@ impl Template {
             line.only_if.as_deref().into_iter().chain(fields)
         })
     }
+
+    /// Whether it says `word` in its own text.
+    pub(super) fn says(&self, word: &str) -> bool {
+        let mut pieces = self.lines.iter().flat_map(|line| &line.pieces);
+        pieces.any(|piece| matches!(piece, Piece::Text(text) if text.contains(word)))
+    }
 }
 
 fn line(body: &str, start: usize, known: &impl Fn(&str) -> Known, faults: &mut Vec<(Fault, usize)>) -> Line {

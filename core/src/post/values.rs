@@ -11,9 +11,11 @@
 
 use super::arcs::{Curve, Tip};
 use super::dialect::Numbers;
+use super::names::HEAD;
 use super::sheet::Value;
 use crate::geometry::Point;
 use crate::job::Program;
+use crate::locale;
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -46,6 +48,10 @@ pub(super) struct Frame<'a> {
     pub(super) shift: [Length; 2],
     /// How near to the board the bit falls fast; none where it goes down at feed all the way.
     pub(super) fall_to: Option<Length>,
+    /// Height at which bits are changed.
+    pub(super) change_at: Length,
+    /// What the head of the file says.
+    pub(super) head: &'a [String],
 }
 
 impl Frame<'_> {
@@ -63,6 +69,7 @@ impl Frame<'_> {
         let millionths = |count: u32| i64::from(count) * 1_000_000;
         let number = match name {
             "H" => self.program.safe_height.nm(),
+            "HC" => self.change_at.nm(),
             "A" => self.fallen(action).nm(),
             "U" => action.lift.nm(),
             "B" => action.from.height.nm(),
@@ -73,7 +80,10 @@ impl Frame<'_> {
             "T" => millionths(action.bit.saturating_add(1)),
             "D" => diameter.nm(),
             "TR" => diameter.nm() / 2,
-            "BIT" => return Value::Word(word(bit.map_or("", |bit| &bit.name))),
+            "BIT" => {
+                return Value::Word(word(&bit.map_or_else(String::new, |bit| bit.title(locale::FALLBACK))));
+            }
+            HEAD => return Value::Lines(self.head.iter().map(|line| word(line)).collect()),
             "JOB" => return Value::Word(word(&self.program.name)),
             "PROGRAM" => return Value::Word(self.name.to_owned()),
             _ => self.place(action, name),
@@ -124,8 +134,8 @@ impl Frame<'_> {
     }
 }
 
-/// A word that no controller stumbles over: letters, digits, and `-_.` and spaces.
+/// A word that no controller stumbles over: letters, digits, and `-_.,:+` and spaces.
 fn word(text: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_. ".contains(c) { c } else { '_' };
-    text.chars().take(LONGEST_WORD).map(plain).collect()
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.,:+ ".contains(c) { c } else { '_' };
+    text.replace('°', " deg").chars().take(LONGEST_WORD).map(plain).collect()
 }

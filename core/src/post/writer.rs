@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  leg  prepare            ┐
-//!  leg  change bit  ────────▶ start, change          a new file where the dialect wants one
+//!  leg  change bit  ────────▶ start, change or load  a new file where the dialect wants one
 //!  leg  hole        ────────▶ hole, or a peck for every stroke
 //!  leg  way  rapid, plunge ─▶ approach
 //!            mill ──────────▶ line
@@ -16,12 +16,13 @@
 
 use super::arcs::{Curve, Piece, Tip};
 use super::dialect::{Dialect, Files, NameStyle, Templates};
+use super::head::{self, FileOf};
 use super::names::{Block, Part};
 use super::preview::Sample;
 use super::sheet::Sheet;
 use super::values::{Action, Frame};
 use crate::geometry::Point;
-use crate::job::{Command, Leg, Mark, Program};
+use crate::job::{Briefing, Command, Leg, Mark, Program};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
@@ -37,12 +38,25 @@ pub struct OutputFile {
     pub name: String,
     /// What it says.
     pub text: String,
+    /// The bits that it is for, as indices into the program's bits.
+    pub bits: Vec<u32>,
 }
 
 /// The program in the words of `dialect`. Refused where the dialect has no template or block for what the program does, or
 /// where a template would fill the memory.
 pub fn write_with(dialect: &Dialect, program: &Program) -> Result<Vec<OutputFile>, Remark> {
-    let mut writer = Writer::new(dialect, program);
+    write_side(dialect, program, &Briefing::of(program), 0)
+}
+
+/// The same of a program that is side `side` of a job: its files are numbered behind those of the sides before it, and their
+/// heads say what the job's `briefing` knows.
+pub fn write_side(
+    dialect: &Dialect,
+    program: &Program,
+    briefing: &Briefing,
+    side: usize,
+) -> Result<Vec<OutputFile>, Remark> {
+    let mut writer = Writer::new(dialect, program, briefing, side);
     let parts = parts(program, dialect);
     for (leg, &part) in program.legs.iter().zip(&parts) {
         writer.leg(leg, part)?;
@@ -52,7 +66,7 @@ pub fn write_with(dialect: &Dialect, program: &Program) -> Result<Vec<OutputFile
 
 /// The program block by block: what `preview` shows.
 pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<Sample>, Remark> {
-    let mut writer = Writer::new(dialect, program);
+    let mut writer = Writer::new(dialect, program, &Briefing::of(program), 0);
     writer.trace = Some(Vec::new());
     let parts = parts(program, dialect);
     for (leg, &part) in program.legs.iter().zip(&parts) {
@@ -74,7 +88,7 @@ fn mills(leg: &Leg) -> bool {
 }
 
 /// The template for each leg: that of the work it does or leads to.
-fn parts(program: &Program, dialect: &Dialect) -> Vec<Part> {
+pub(super) fn parts(program: &Program, dialect: &Dialect) -> Vec<Part> {
     let own = |leg: &Leg| match leg.mark {
         _ if mills(leg) => Some(Part::Engrave),
         Mark::Hole(_) => Some(Part::Drill),
@@ -102,7 +116,7 @@ struct Writer<'a> {
     part: Part,
     done: Vec<(Part, String)>,
     /// How many files there will be is not known when a name is needed: they are counted first.
-    names: Vec<String>,
+    files: Vec<FileOf>,
     now: Action,
     /// Where a rapid move goes that was not written yet.
     over: Option<Point>,
@@ -115,7 +129,7 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    fn new(dialect: &'a Dialect, program: &'a Program) -> Self {
+    fn new(dialect: &'a Dialect, program: &'a Program, briefing: &Briefing, side: usize) -> Self {
         let start = Tip { at: Point::default(), height: program.safe_height };
         Self {
             dialect,
@@ -123,7 +137,7 @@ impl<'a> Writer<'a> {
             sheet: None,
             part: Part::Drill,
             done: Vec::new(),
-            names: names(dialect, program),
+            files: head::files(dialect, program, briefing, side),
             now: Action { from: start, to: start, lift: program.safe_height, ..Action::default() },
             over: None,
             bit: None,
@@ -149,12 +163,16 @@ impl<'a> Writer<'a> {
                 Ok(())
             }
             Mark::ChangeBit(bit) => {
-                if self.dialect.files == Files::Bit {
+                let apart = self.dialect.files == Files::Bit;
+                if apart {
                     self.close()?;
                 }
                 (self.bit, self.now.bit) = (Some(bit), bit);
                 self.open(part, false)?;
                 self.settings(leg);
+                if apart && self.templates(part)?.blocks.contains_key(&Block::Load) {
+                    return self.load();
+                }
                 self.change()
             }
             Mark::Hole(_) if !mills(leg) => {
@@ -227,19 +245,29 @@ impl<'a> Writer<'a> {
         self.close()?;
         let mut files = Vec::new();
         for (index, (part, text)) in std::mem::take(&mut self.done).into_iter().enumerate() {
-            let name = self.names.get(index).cloned().unwrap_or_default();
-            files.push(OutputFile { name: format!("{name}.{}", self.templates(part)?.extension), text });
+            let FileOf { name, bits, .. } = self.files.get(index).cloned().unwrap_or_default();
+            let name = format!("{name}.{}", self.templates(part)?.extension);
+            files.push(OutputFile { name, text, bits });
         }
         Ok(files)
     }
 
     /// What all actions of a file of this name share.
-    fn frame<'n>(&self, templates: &Templates, name: &'n str) -> Frame<'n>
+    fn frame<'n>(&self, templates: &Templates, file: Option<&'n FileOf>) -> Frame<'n>
     where
         'a: 'n,
     {
         let (numbers, fall_to) = (&self.dialect.numbers, self.dialect.fall_to);
-        Frame { program: self.program, name, numbers, shift: templates.shift, fall_to }
+        let safe = self.program.safe_height;
+        Frame {
+            program: self.program,
+            name: file.map_or("", |file| &file.name),
+            numbers,
+            shift: templates.shift,
+            fall_to,
+            change_at: self.dialect.change_at.unwrap_or(safe).max(safe),
+            head: file.map_or(&[], |file| &file.head),
+        }
     }
 
     /// Writes a block; afterwards the tip is where it goes.
@@ -249,8 +277,7 @@ impl<'a> Writer<'a> {
             let remark = Remark::new(Weight::Loss, "post.no_block").with("dialect", &self.dialect.name);
             remark.with("block", block.key()).with("template", self.part.key())
         })?;
-        let name = self.names.get(self.done.len()).map_or("", String::as_str);
-        let frame = self.frame(templates, name);
+        let frame = self.frame(templates, self.files.get(self.done.len()));
         if let Some(sheet) = &mut self.sheet {
             let before = sheet.written().len();
             sheet.write(block, template, |name| frame.value(&action, name))?;
@@ -268,6 +295,14 @@ impl<'a> Writer<'a> {
         let to = Tip { at, height: self.program.safe_height };
         self.said_rpm = self.now.rpm;
         self.write(Block::Change, Action { to, ..self.now })
+    }
+
+    /// The bit that the file is for is in: it need only turn.
+    fn load(&mut self) -> Result<(), Remark> {
+        self.over = None;
+        self.said_rpm = self.now.rpm;
+        let here = self.now.to;
+        self.write(Block::Load, Action { to: here, ..self.now })
     }
 
     /// The spindle turns as it should.
@@ -382,7 +417,7 @@ impl<'a> Writer<'a> {
 
     fn curve(&mut self, curve: Curve) -> Result<(), Remark> {
         let templates = self.templates(self.part)?;
-        let frame = self.frame(templates, "");
+        let frame = self.frame(templates, None);
         let arcs = &self.dialect.arcs;
         let own = !arcs.lines_only && arcs.helix == super::dialect::Helix::Blocks;
         for piece in curve.pieces(arcs, templates.centre(), |at| frame.written(at)) {
@@ -406,34 +441,8 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// The names of the files, without extension: one where there is one, else numbered with what they do.
-fn names(dialect: &Dialect, program: &Program) -> Vec<String> {
-    let parts = parts(program, dialect);
-    let works = program.legs.iter().zip(&parts);
-    let works = works.filter(|(leg, _)| !matches!(leg.mark, Mark::Prepare | Mark::Finish));
-    let ending = |part: Part| dialect.templates(part).map(|templates| templates.extension.as_str());
-    let mut files: Vec<Part> = Vec::new();
-    for (leg, &part) in works {
-        let turned = files.last().is_none_or(|last| {
-            *last != part && (dialect.files == Files::Operation || ending(*last) != ending(part))
-        });
-        let bit = dialect.files == Files::Bit && matches!(leg.mark, Mark::ChangeBit(_));
-        if turned || bit {
-            files.push(part);
-        }
-    }
-    if files.len() <= 1 {
-        return vec![name(dialect.program_name, program, "")];
-    }
-    let numbered = (1..).zip(&files).map(|(number, part)| match dialect.program_name {
-        Some(_) => format!("_{number}"),
-        None => format!("-{number}-{}", part.key()),
-    });
-    numbered.map(|suffix| name(dialect.program_name, program, &suffix)).collect()
-}
-
 /// The job's name with `suffix`, as the dialect allows it.
-fn name(style: Option<NameStyle>, program: &Program, suffix: &str) -> String {
+pub(super) fn name(style: Option<NameStyle>, program: &Program, suffix: &str) -> String {
     let base = program.name.rsplit(['/', '\\']).next().unwrap_or_default();
     let base = base.rsplit_once('.').map_or(base, |(stem, _)| if stem.is_empty() { base } else { stem });
     let NameStyle { longest, capitals } =

@@ -11,4 +11,4 @@ mod summary;
 pub use carve::{Stock, TILE, Tile};
 pub use cuts::{Cut, Shape, cuts, reach};
 pub use playback::{Drilled, LegStart, Milled, Moment, Playback};
-pub use summary::{Spent, Summary, summary};
+pub use summary::{Spent, Summary, summary, time_by_bit_s};

@@ -98,6 +98,24 @@ fn spent(timeline: &Timeline) -> Spent {
     spent
 }
 
+/// How long each bit of a program is in work, s, from its change on; what comes before the first counts to it.
+pub fn time_by_bit_s(timeline: &Timeline) -> Vec<f64> {
+    let mut times: Vec<f64> = Vec::new();
+    let mut now = 0;
+    for planned in &timeline.moves {
+        if let Mark::ChangeBit(bit) = planned.mark {
+            now = bit as usize;
+        }
+        if times.len() <= now {
+            times.resize(now + 1, 0.0);
+        }
+        if let Some(time) = times.get_mut(now) {
+            *time += planned.duration_ticks as f64 / TICK_HZ as f64;
+        }
+    }
+    times
+}
+
 fn ways(timeline: &Timeline) -> u32 {
     let moves = timeline.moves.iter().filter(|planned| matches!(planned.mark, Mark::Way(_)));
     let mut legs: Vec<u32> = moves.map(|planned| planned.leg).collect();

@@ -1,17 +1,17 @@
 //! One small board in every dialect, as files. `ANNULUS_BLESS=1` accepts a change.
 
 use super::{one, programs};
-use annulus_core::post;
-use annulus_core::units::Length;
+use annulus_core::machine::virtual_drill;
+use annulus_core::post::{self, Files, Manner};
 use std::fs;
 use std::path::Path;
 
 #[test]
 fn the_small_board_in_every_dialect() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/post");
+    let manner = Manner { files: Some(Files::Job), ..Manner::on(&virtual_drill()) };
     for name in post::targets() {
-        let file =
-            one(post::write(name, &programs::small(), None, Some(Length::from_um(300))).unwrap().unwrap());
+        let file = one(post::write(name, &programs::small(), &manner).unwrap().unwrap());
         let extension = file.name.rsplit_once('.').map_or("", |(_, extension)| extension);
         let path = folder.join(format!("{name}.{extension}"));
         if std::env::var_os("ANNULUS_BLESS").is_some() {

@@ -34,7 +34,16 @@ struct State {
     line_number: u64,
     seen: Vec<Seen>,
     ended: bool,
+    /// Z is not that of the tool that is in: its length is not counted.
+    no_length: bool,
+    /// Places count from where it stands.
+    incremental: bool,
+    /// Height of rapid moves over the board.
+    safe: f64,
 }
+
+/// Where the reference point of Z is, in mm over the board: higher than anything that is written.
+const REFERENCE: f64 = 100.0;
 
 /// A line taken apart into letters and numbers.
 fn words(line: &str) -> Result<Vec<(char, String)>, String> {
@@ -53,16 +62,16 @@ fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| format!("{text:?} is no number"))
 }
 
-/// What a comment or a message asks for: `bit 3`.
+/// What a message asks for: `put in tool 3`.
 fn bit_in(text: &str) -> Option<u32> {
     let lower = text.to_lowercase();
-    let behind = &lower[lower.find("bit ")? + 4..];
+    let behind = &lower[lower.find("put in tool ")? + 12..];
     behind.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
 /// Reads a program.
 pub(crate) fn read(text: &str, safe: f64, rules: &Rules) -> Result<Vec<Seen>, String> {
-    let mut state = State { at: [0.0, 0.0, safe], ..State::default() };
+    let mut state = State { at: [0.0, 0.0, safe], safe, ..State::default() };
     for line in text.lines() {
         if line.len() > rules.longest {
             return Err(format!("{line:?} is too long"));
@@ -106,7 +115,7 @@ impl State {
                 rest.replace_range(open..=close, "");
             }
         }
-        if let Some(message) = rest.strip_prefix("M0 ").map(str::to_owned) {
+        if let Some(message) = rest.strip_prefix("M117 ").map(str::to_owned) {
             self.seen.extend(bit_in(&message).map(Seen::Bit));
             return Ok(());
         }
@@ -187,6 +196,20 @@ impl State {
         }
         self.feed = value('F')?.or(self.feed);
         self.rpm = value('S')?.unwrap_or(self.rpm);
+        if has("G91") {
+            // Back to the reference point, from where it stands: the only thing that is said so.
+            let said: Vec<&str> = codes.iter().map(String::as_str).collect();
+            let z = value('Z')?.filter(|way| *way == 0.0 && words.len() == 3);
+            if said != ["G91", "G28"] || z.is_none() {
+                return Err("G91 without G28 Z0".to_owned());
+            }
+            self.incremental = true;
+            self.to([self.at[0], self.at[1], REFERENCE], None);
+            return Ok(());
+        }
+        self.incremental &= !has("G90");
+        self.no_length |= has("G49") || has("M6");
+        self.no_length &= !has("G43") && value('D')?.is_none();
         if has("M6") || (has("T") && !rules.codes.contains(&"M6")) {
             self.on = false;
         }
@@ -223,6 +246,12 @@ impl State {
         if !moves && centre.iter().all(Option::is_none) {
             return Ok(());
         }
+        if self.incremental {
+            return Err("a move under G91".to_owned());
+        }
+        if self.no_length && value('Z')?.is_some() {
+            return Err("Z goes somewhere without the tool's length".to_owned());
+        }
         match self.motion {
             0 => self.to(to, None),
             1 => self.to(to, Some(self.feed.ok_or("no feed")?)),
@@ -256,6 +285,9 @@ impl State {
     /// Drill, wait, rapid out to where Z was (G98).
     fn cycle(&mut self, to: [f64; 3], start: f64, pause: f64) -> Result<(), String> {
         let before = self.at[2];
+        if before > self.safe {
+            return Err("G98 goes up to where the tool was changed after every hole".to_owned());
+        }
         if before < start {
             return Err("the cycle begins under R".to_owned());
         }

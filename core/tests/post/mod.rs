@@ -2,11 +2,12 @@
 //! the program within a micrometre (S6 S7 S8 S9). Every failure prints its seed.
 
 use annulus_core::job::Program;
-use annulus_core::post::{self, Dialect, Helix, OutputFile};
+use annulus_core::post::{self, Dialect, Files, Helix, OutputFile};
 use annulus_core::units::Length;
 use seen::{Exactness, Seen, compare};
 
 mod excellon;
+mod files;
 mod golden;
 mod klartext;
 mod letters;
@@ -39,15 +40,15 @@ fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
             letters::read(&file.text, safe, &letters::Rules { codes: with(&["M0"]), longest: 80, ..iso })
         }
         "linuxcnc" => {
-            let codes = with(&["G40", "G49", "G64", "G80", "G82", "G98", "M6"]);
+            let codes = with(&["G40", "G43", "G49", "G64", "G80", "G82", "G98", "M6"]);
             letters::read(&file.text, safe, &letters::Rules { codes, ..iso })
         }
         "mach3" => {
-            let codes = with(&["G40", "G49", "G80", "M6", "M30"]);
+            let codes = with(&["G40", "G43", "G49", "G80", "M6", "M30"]);
             letters::read(&file.text, safe, &letters::Rules { codes, ..iso })
         }
         "marlin" => {
-            let codes = &["G0", "G1", "G2", "G3", "G4", "G21", "G90", "M0", "M3", "M5", "M400"];
+            let codes = &["G0", "G1", "G2", "G3", "G4", "G21", "G90", "M0", "M3", "M5", "M117", "M400"];
             let rules =
                 letters::Rules { codes, pause: ('S', 1.0), semicolon: true, feed_in_every_move: true, ..iso };
             letters::read(&file.text, safe, &rules)
@@ -59,7 +60,7 @@ fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
             letters::read(&file.text, safe, &rules)
         }
         "fanuc" => {
-            let codes = with(&["G40", "G43", "G49", "G80", "G82", "G98", "M6", "M30"]);
+            let codes = with(&["G28", "G40", "G43", "G49", "G80", "G82", "G91", "G98", "M6", "M30"]);
             let rules = letters::Rules {
                 codes,
                 pause: ('X', 1.0),
@@ -97,6 +98,7 @@ fn one(files: Vec<OutputFile>) -> OutputFile {
 }
 
 fn through(name: &str, dialect: &Dialect, program: &Program) -> Result<(), String> {
+    let dialect = &dialect.clone().in_files(Some(Files::Job));
     let file = one(post::write_with(dialect, program).map_err(|remark| remark.message("en"))?);
     let seen = read(name, &file, program.safe_height.mm())?;
     compare(&seen, program, exactness(name, dialect))
@@ -122,6 +124,7 @@ fn every_dialect_says_what_the_program_does() {
 fn every_dialect_can_do_without_arcs() {
     for (name, text) in post::shipped() {
         let dialect = Dialect::parse(name, text).unwrap().with_lines(Some(0.02));
+        let dialect = dialect.in_files(Some(Files::Job));
         for seed in 0..PROGRAMS / 10 {
             let program = programs::random_program(seed, None);
             let file = one(post::write_with(&dialect, &program).unwrap());
@@ -137,22 +140,22 @@ fn every_dialect_can_do_without_arcs() {
 #[test]
 fn a_wrong_word_is_found() {
     // The readers and the comparison would not let these through.
-    let dialect = post::dialect("grbl").unwrap().unwrap();
+    let dialect = post::dialect("grbl").unwrap().unwrap().in_files(Some(Files::Job));
     let program = programs::small();
     let file = one(post::write_with(&dialect, &program).unwrap());
     let rows = [
-        ("G2 X25.000", "G3 X25.000"),
-        ("I0.000 J5.000", "I0.000 J5.002"),
-        ("X20.000 Y10.000", "X20.002 Y10.000"),
+        ("G2 X25.0000", "G3 X25.0000"),
+        ("I0.0000 J5.0000", "I0.0000 J5.0020"),
+        ("X20.0000 Y10.0000", "X20.0001 Y10.0000"),
         ("F600.0", "F601.0"),
         ("G0 X12.700", "G1 X12.700"),
         ("M3 S24000", "M3 S2400"),
-        ("bit 2", "bit 1"),
+        ("put in tool 2", "put in tool 1"),
         ("G4 P0.100", "G4 P0.200"),
         ("G1 Z-2.100", "G81 Z-2.100"),
     ];
     let verdict = |text: String| {
-        let seen = read("grbl", &OutputFile { name: file.name.clone(), text }, 2.0)?;
+        let seen = read("grbl", &OutputFile { text, ..file.clone() }, 2.0)?;
         compare(&seen, &program, exactness("grbl", &dialect))
     };
     assert_eq!(verdict(file.text.clone()), Ok(()));

@@ -34,13 +34,16 @@ pub(crate) fn krl(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     if lines.next() != Some("&ACCESS RVP") || lines.next() != Some(format!("DEF {name}( )").as_str()) {
         return Err("another beginning".to_owned());
     }
-    let mut started = false;
+    let (mut ready, mut started) = (false, false);
     for line in lines {
         let feed = || speed.ok_or_else(|| "no $VEL.CP".to_owned());
         let argument = |call: &str| between(line, call, ")").ok();
         match line {
             "END" => return Ok(seen),
             "$BASE = BASE_DATA[1]" | "$TOOL = TOOL_DATA[1]" | "HALT" => {}
+            // Speeds, accelerations and advance as the controller needs them before it may move.
+            "BAS(#INITMOV,0)" => ready = true,
+            "PTP $AXIS_ACT" if !ready => return Err("a move before BAS(#INITMOV,0)".to_owned()),
             "PTP $AXIS_ACT" => started = true,
             _ if line.starts_with(';') => {}
             _ if !started && !line.starts_with("$VEL.CP = ") => {

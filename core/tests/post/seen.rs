@@ -8,6 +8,9 @@ use std::f64::consts::{PI, TAU};
 /// A millionth of a metre.
 pub(crate) const MICROMETRE: f64 = 1e-3;
 
+/// What the digits of a place may leave out, in mm: half of the fourth.
+const DIGITS: f64 = 0.5001e-4;
+
 /// Shorter moves go nowhere, in mm: the end of a helix by angle is no whole digit.
 const NOWHERE: f64 = 2e-4;
 
@@ -88,11 +91,17 @@ pub(crate) fn wanted(program: &Program, fall_to: Option<f64>) -> Vec<Seen> {
     out
 }
 
-/// Without moves that go nowhere and speeds that were said before.
+/// Without moves that go nowhere and speeds that were said before. How far over the safe height a tip goes does not matter.
 fn plain(list: &[Seen], start: [f64; 3]) -> Vec<Seen> {
     let (mut at, mut rpm) = (start, 0.0);
     let mut out = Vec::new();
     for &seen in list {
+        let seen = match seen {
+            Seen::Move { to, feed: None } => {
+                Seen::Move { to: [to[0], to[1], to[2].min(start[2])], feed: None }
+            }
+            other => other,
+        };
         match seen {
             Seen::Move { to, .. } if distance(to, at) < NOWHERE => continue,
             Seen::Spindle(speed) if speed == rpm => continue,
@@ -110,9 +119,9 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     libm::sqrt(x * x + y * y + z * z)
 }
 
-/// Within a micrometre along every axis.
+/// Within the digits along every axis.
 fn near(a: [f64; 3], b: [f64; 3]) -> bool {
-    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= MICROMETRE)
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= DIGITS)
 }
 
 /// Compares what was read with what is wanted.
@@ -229,7 +238,8 @@ fn follow(
             return Err(format!("height {} instead of {height}", end[2]));
         }
         if (done - whole).abs() <= slack {
-            return if near(end, to) { Ok((index + 1, end)) } else { Err("ends elsewhere".to_owned()) };
+            let there = end.iter().zip(to).all(|(a, b)| (a - b).abs() <= NOWHERE);
+            return if there { Ok((index + 1, end)) } else { Err("ends elsewhere".to_owned()) };
         }
         if done > whole {
             return Err("goes too far".to_owned());

@@ -39,7 +39,7 @@ fn shifts_numbers_and_counts() {
         peck = \"N@N@ Z@Z@ U@U@\"\nend = \"N@N@ X@X@\"\n";
     let mut program = small();
     program.legs.truncate(4);
-    let expected = "N5 H2.0@ small-board\nN7 T1 D0.8 TR0.4 S30.0 W1.5 (0.8 mm)\nN9 X122.7 Y-8.39 T1 F720.0 V12.0 W0.1 U2.0\n\
+    let expected = "N5 H2.0@ small-board\nN7 T1 D0.8 TR0.4 S30.0 W1.5 (drill 0.8)\nN9 X122.7 Y-8.39 T1 F720.0 V12.0 W0.1 U2.0\n\
         N11 Z-1.0 U0.5\nN13 Z-2.1 U2.0\nN15 X100.0\n";
     assert_eq!(written(text, &program), expected);
 }
@@ -278,7 +278,15 @@ fn files_begin_where_the_dialect_says() {
         row("small-board-2-engrave.tap", "engrave small-board-2-engrave T2|bit 2"),
     ];
     assert_eq!(names("files = 'operation'"), both);
-    assert_eq!(names("files = 'bit'"), both);
+    let numbered = [
+        row("01-drill-0.8.tap", "drill 01-drill-0.8 T1|bit 1"),
+        row("02-mill-1.tap", "engrave 02-mill-1 T2|bit 2"),
+    ];
+    assert_eq!(names("files = 'bit'"), numbered);
+    let loaded = format!("{}load = 'load @T@'\n", drill);
+    let written = post::write_with(&dialect(&format!("files = 'bit'\n{loaded}{mill}")), &small()).unwrap();
+    let second: Vec<_> = written.iter().map(|file| file.text.lines().nth(1).unwrap()).collect();
+    assert_eq!(second, ["load 1", "load 2"]);
     let short = names("files = 'bit'\n[program_name]\nlongest = 8\ncapitals = true");
     assert_eq!(short[1], row("SMAARD_2.tap", "engrave SMAARD_2 T2|bit 2"));
 }

@@ -12,7 +12,7 @@
 //! Comes in: a dialect that ships, or the person's file. Goes out: the person's own dialect, a saved file.
 
 use super::export::OWN;
-use crate::engine::messages::{Checked, ToWrite};
+use crate::engine::messages::{Checked, Settings, ToWrite};
 use crate::engine::{Engine, Stopped};
 use crate::i18n::{self, advice, message, say, t};
 use crate::state::state;
@@ -138,7 +138,8 @@ impl Sheet {
             target: OWN.to_owned(),
             text: Some(text),
             lines_only: None,
-            fall_to: Some(state().machine.with_untracked(|machine| machine.process.feed_height)),
+            machine: Some(state().machine.with_untracked(|machine| Settings::of(machine))),
+            briefing: None,
         };
         let found = WRITER.with(Clone::clone).check(wanted).await;
         if let Ok(checked) = found

@@ -5,7 +5,7 @@
 use super::editor::{Sheet, sheet};
 use crate::document::{self, desk};
 use crate::engine::Stopped;
-use crate::engine::messages::ToWrite;
+use crate::engine::messages::{Settings, ToWrite};
 use crate::i18n::{advice, message, t};
 use crate::state::state;
 use crate::widgets::{push, push_if, save_bytes, save_file};
@@ -101,12 +101,16 @@ async fn save(sheet: Sheet, lines_only: bool) -> Vec<Remark> {
         target: sheet.target.get_untracked(),
         text: sheet.own_text(),
         lines_only: lines_only.then_some(CHORD_ERROR_MM),
-        fall_to: Some(state().machine.with_untracked(|machine| machine.process.feed_height)),
+        machine: Some(state().machine.with_untracked(|machine| Settings::of(machine))),
+        briefing: desk().plan.with_untracked(|plan| {
+            plan.as_ref().filter(|plan| plan.key == job.key).map(|plan| plan.briefing.clone())
+        }),
     };
     match sheet.write(wanted).await {
         Ok(files) => {
             for (name, text) in files {
-                save_file(&name, "text/plain", &text);
+                let kind = if name.ends_with(".html") { "text/html" } else { "text/plain" };
+                save_file(&name, kind, &text);
             }
             Vec::new()
         }

@@ -2,7 +2,7 @@
 //!
 //! Comes in: the state and the program's bits. Goes out: `BitChanged`. The machine moves only after Continue.
 
-use crate::i18n::{say, t};
+use crate::i18n::{language, say, t};
 use crate::link::{self, Link};
 use crate::state::state;
 use crate::widgets::{Dialog, Icon, dialog, icon, push, push_if};
@@ -26,19 +26,19 @@ fn bits(program: &Program, leg: usize) -> (Option<u32>, Option<u32>) {
     (before, wanted)
 }
 
-fn change(line: Link) -> (Option<f64>, Option<f64>) {
+/// What the bit before and the one that is wanted are called.
+fn change(line: Link) -> (Option<String>, Option<String>) {
     let leg = line.status.with(|status| status.as_ref().and_then(|status| status.leg)).unwrap_or(0);
     state().shown_job.with(|job| {
         let Some(job) = job else { return (None, None) };
         let (before, wanted) = bits(&job.program, leg as usize);
-        let size = |bit: Option<u32>| Some(job.program.bits.get(bit? as usize)?.diameter.mm());
-        (size(before), size(wanted))
+        let name = |bit: Option<u32>| Some(job.program.bits.get(bit? as usize)?.title(&language()));
+        (name(before), name(wanted))
     })
 }
 
-fn size(mm: Option<f64>) -> String {
-    let unit = state().unit.get();
-    mm.map_or_else(|| say!("page.change.none"), |mm| format!("{} {}", unit.size(mm), state().unit_word()))
+fn named(tool: Option<String>) -> String {
+    tool.unwrap_or_else(|| say!("page.change.none"))
 }
 
 /// The dialog.
@@ -55,12 +55,12 @@ pub fn bit_change() -> impl IntoView {
         div().class("change").child((
             div().child((
                 span().class("quiet").child(t!("page.change.from")),
-                div().class("bit").child(move || size(change(line).0)),
+                div().class("bit").child(move || named(change(line).0)),
             )),
             icon(Icon::Arrow),
             div().child((
                 span().class("quiet").child(t!("page.change.to")),
-                div().class("bit").child(move || size(change(line).1)),
+                div().class("bit").child(move || named(change(line).1)),
             )),
         )),
         ol().child((

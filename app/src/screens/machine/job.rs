@@ -5,7 +5,7 @@
 use super::{preflight, words};
 use crate::document::desk;
 use crate::format::clock;
-use crate::i18n::{say, t};
+use crate::i18n::{language, say, t};
 use crate::link::{self, Link};
 use crate::screens::{cam, shown};
 use crate::state::state;
@@ -174,9 +174,11 @@ fn facts(line: Link) -> impl IntoView {
     let text =
         move |get: fn(&Status) -> Option<String>| move || from(line, get).unwrap_or_else(|| "–".to_owned());
     let bit = move || {
-        let unit = state().unit.get();
-        let mm = from(line, |status| status.bit_mm);
-        mm.map_or_else(|| "–".to_owned(), |mm| format!("{} {}", unit.size(mm), state().unit_word()))
+        let bit = from(line, |status| status.bit);
+        let name = state()
+            .shown_job
+            .with(|job| Some(job.as_ref()?.program.bits.get(bit? as usize)?.title(&language())));
+        name.unwrap_or_else(|| "–".to_owned())
     };
     let lowest = move || {
         let unit = state().unit.get();

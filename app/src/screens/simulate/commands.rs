@@ -3,7 +3,7 @@
 //! Comes in: the playback and the program. Goes out: the second on show, the hole chosen.
 
 use super::{Play, play};
-use crate::i18n::{say, t};
+use crate::i18n::{language, say, t};
 use crate::state::state;
 use crate::widgets::{ROW_PX, virtual_list};
 use annulus_core::job::{Command, Leg, Mark};
@@ -68,10 +68,8 @@ fn text(leg: LegStart) -> String {
             Mark::Prepare => say!("page.leg.prepare"),
             Mark::Finish => say!("page.leg.finish"),
             Mark::ChangeBit(bit) => {
-                let size = program
-                    .and_then(|program| program.bits.get(bit as usize))
-                    .map_or(0.0, |bit| bit.diameter.mm());
-                say!("page.leg.change", size = unit.size(size), unit = state().unit_word())
+                let tool = program.and_then(|program| program.bits.get(bit as usize));
+                say!("page.leg.change", tool = tool.map(|tool| tool.title(&language())).unwrap_or_default())
             }
             Mark::Hole(number) | Mark::Way(number) => {
                 let at = program.and_then(|program| place(program.legs.get(leg.leg as usize)?));

@@ -4,7 +4,7 @@
 
 use super::{Play, play, scrub};
 use crate::format::{clock, plain};
-use crate::i18n::{say, t};
+use crate::i18n::{language, say, t};
 use crate::keys::{Action, Stride};
 use crate::link::browser::now_ms;
 use crate::screens::machine::words;
@@ -110,9 +110,7 @@ fn facts() -> impl IntoView {
     };
     let tool = move || {
         let bit = play.now()?.bit?;
-        let unit = state().unit.get();
-        let mm = state().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.diameter.mm()))?;
-        Some(format!("{} {}", unit.size(mm), state().unit_word()))
+        state().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
     };
     let stage = move || play.now().map(|now| crate::i18n::text(words::stage(now.stage), &[]));
     let speed = move || {

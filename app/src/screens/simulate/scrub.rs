@@ -10,9 +10,10 @@
 use super::{Play, play};
 use crate::document::desk;
 use crate::format::clock;
-use crate::i18n::{say, t};
+use crate::i18n::{language, say, t};
 use crate::screens::board::swatch;
 use crate::state::state;
+use annulus_core::job::Cutter;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{div, input, label, span};
@@ -51,15 +52,17 @@ fn bands(play: Play) -> Vec<(Option<u32>, f64)> {
 }
 
 fn band(bit: Option<u32>, length_s: f64) -> impl IntoView {
-    let planned = desk().plan.with(|plan| {
-        let bit = plan.as_ref()?.bits.get(bit? as usize)?;
-        Some((bit.diameter, bit.sizes.first().copied()))
+    let tool = state().job.with(|job| job.as_ref()?.program.bits.get(bit? as usize).cloned());
+    // Drills have the colour of the holes that they make.
+    let drill = tool.as_ref().filter(|tool| tool.cutter == Cutter::Drill).map(|tool| tool.diameter);
+    let size: Option<Length> = desk().plan.with(|plan| {
+        let bit = plan.as_ref()?.bits.iter().find(|bit| Some(bit.diameter) == drill)?;
+        bit.sizes.first().copied()
     });
-    let size: Option<Length> = planned.map(|(diameter, _)| diameter);
-    let colour = desk().document.with(|document| {
-        document.as_ref().map(|document| swatch(&document.reading.board, planned.and_then(|(_, size)| size)))
-    });
-    let name = move || size.map(|size| state().unit.get().size(size.mm()));
+    let colour = desk()
+        .document
+        .with(|document| document.as_ref().map(|document| swatch(&document.reading.board, size)));
+    let name = move || tool.as_ref().map(|tool| tool.title(&language()));
     span()
         .style(("--span", format!("{length_s:.3}")))
         .style(("--swatch", colour.filter(|_| size.is_some()).unwrap_or_else(|| "transparent".to_owned())))

@@ -18,7 +18,6 @@ use super::super::usual::POINT_DEG;
 use super::super::work::{CutOut, CutSide};
 use super::closed::{Closed, closed, made};
 use super::cut::{self, Area};
-use super::drill;
 use super::hand_tabs;
 use super::isolate::turned;
 use super::narrow::{self, NEARER, half};
@@ -380,5 +379,5 @@ fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Optio
     let process = &desk.machine.process;
     let strokes = places.into_iter().map(|at| Stroke { at, hole: None }).collect();
     let depth = rack::through(process, process.breakthrough, diameter, POINT_DEG);
-    Some(Task { strokes, depth, ..Task::with(&drill::bit(diameter)) })
+    Some(Task { strokes, depth, ..Task::with(&rack::drill(diameter)) })
 }

@@ -14,7 +14,6 @@ use super::super::{default_iterations, order, rack};
 use super::beside::Beside;
 use super::{Desk, Part, Stroke, Task};
 use crate::geometry::Point;
-use crate::job::{Bit, Cutter};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -87,14 +86,9 @@ fn task(
     let order = order.ok_or_else(|| Remark::new(Weight::Loss, "plan.cancelled"))?;
     let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
     let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
-    let bit = bit(diameter);
+    let bit = rack::drill(diameter);
     let strokes = order.into_iter().map(stroke).collect();
     Ok(Task { strokes, depth: depth(desk, drill, diameter), peck: drill.peck, ..Task::with(&bit) })
-}
-
-/// A drill of the rack.
-pub(super) fn bit(diameter: Length) -> Bit {
-    Bit { diameter, name: format!("{} mm", rack::size_text(diameter)), cutter: Cutter::Drill }
 }
 
 /// How deep a drill goes: as the operation says, else through, and pins into the bed.

@@ -12,6 +12,7 @@
 //! Comes in: [`Planned`], its work and machine. Goes out: a [`Program`] in work coordinates. Does not know how fast anything
 //! goes.
 
+use super::super::limits;
 use super::super::lower::micros;
 use super::super::work::{Operation, Work};
 use super::cut::{self, Piece};
@@ -34,6 +35,7 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
     let mut strays = planned.board.holes.len() as u32;
     for part in &planned.parts {
         let Some(operation) = work.operations.get(part.operation as usize) else { continue };
+        let operation = &limits::within(operation, machine);
         for task in &part.tasks {
             writer.take(&task.bit, operation);
             for stroke in &task.strokes {

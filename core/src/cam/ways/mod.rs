@@ -41,7 +41,7 @@ pub use lower::lower_work;
 pub use scene::Scene;
 
 use super::work::{Action, Operation, Work};
-use super::{PlanOptions, Progress};
+use super::{PlanOptions, Progress, limits};
 use crate::board::Board;
 use crate::geometry::{Path, Point};
 use crate::job::{Bit, Cutter, Leg, Mark, Program};
@@ -236,6 +236,7 @@ pub fn plan_operation(
         Action::CutOut(cut_out) => cut_out::plan(&mut desk, cut_out),
     }?;
     held::depths(&mut desk, &part);
+    limits::bounded(operation, machine).into_iter().for_each(|note| desk.say(note));
     part.operation = index as u32;
     part.remarks = desk.remarks;
     Ok(part)

@@ -21,9 +21,12 @@ const LEAST_BETWEEN: Length = Length::from_um(50);
 /// How far a mouse-bite hole may be from its drill.
 pub(super) const BITE_TOLERANCE: Length = Length::from_um(200);
 
-/// Tells of tabs that hold nothing, which is a loss, and of those that are as high as the board, which are not cut at all.
+/// Tells of a board that comes loose for want of tabs, of tabs that hold nothing, which is a loss, and of those that are as high as the board, which are not cut at all.
 pub(super) fn tabs(desk: &mut Desk<'_>, cut_out: &CutOut) {
     if cut_out.tabs == 0 && cut_out.tab_at.is_empty() {
+        if desk.depth() >= desk.machine.process.board_thickness {
+            desk.say(Remark::new(Weight::Doubt, "cam.no_tabs"));
+        }
         return;
     }
     let mm = |length: Length| format!("{:.3}", length.mm());

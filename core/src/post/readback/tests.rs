@@ -119,7 +119,7 @@ fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
     let program = program();
     let known = tools(&[(1, "V-bit 30°, tip 0.1"), (2, "drill 0.8"), (3, "end mill 1")]);
     for (name, _) in post::shipped() {
-        let files = post::write(name, &program, None, None).unwrap().unwrap();
+        let files = post::write(name, &program, &post::Manner::default()).unwrap().unwrap();
         let mut found = Vec::new();
         for file in &files {
             let back = read_back(&file.name, &file.text, &known)
@@ -143,7 +143,7 @@ fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
 fn drill_files_read_back_where_holes_are() {
     let mut program = program();
     program.legs.retain(|leg| !matches!(leg.mark, Mark::Way(_) | Mark::ChangeBit(0 | 2)));
-    let files = post::write("excellon", &program, None, None).unwrap().unwrap();
+    let files = post::write("excellon", &program, &post::Manner::default()).unwrap().unwrap();
     let back = read_back(&files[0].name, &files[0].text, &BTreeMap::new()).unwrap();
     assert!(back.of_files);
     let holes: Vec<_> =

@@ -1,5 +1,9 @@
 MODULE small_board
-  ! small-board.drl
+  ! job: small-board.drl
+  ! tool 1: drill 0.8
+  ! tool 2: end mill 1
+  ! blank: at least 21.0 x 11.0 mm
+  ! from zero: X 9.5 to 30.5, Y 4.5 to 15.5
   PERS tooldata pcb_tool:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]];
   PERS wobjdata pcb_board:=[FALSE,TRUE,"",[[500,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
   CONST orient down:=[0,1,0,0];
@@ -10,8 +14,8 @@ MODULE small_board
     ConfL \Off;
     spindle 0;
     spindle 0;
-    MoveL [[0,0,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
-    TPWrite "Bit 1: 0.8 mm";
+    MoveL [[0,0,20],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
+    TPWrite "Put in tool 1: drill 0.8";
     bit 1;
     Stop;
     spindle 30000;
@@ -30,8 +34,8 @@ MODULE small_board
     MoveL [[15.24,8.89,-2.1],down,free,none],[12,100,100,100],fine,pcb_tool\WObj:=pcb_board;
     MoveL [[15.24,8.89,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     spindle 0;
-    MoveL [[0,0,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
-    TPWrite "Bit 2: 1.0 mm";
+    MoveL [[0,0,20],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
+    TPWrite "Put in tool 2: end mill 1";
     bit 2;
     Stop;
     spindle 24000;
@@ -72,7 +76,7 @@ MODULE small_board
     MoveL [[10,10,-0.3],down,free,none],[10,100,100,100],fine,pcb_tool\WObj:=pcb_board;
     MoveL [[10,10,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
     spindle 0;
-    MoveL [[0,0,2],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
+    MoveL [[0,0,20],down,free,none],quick,fine,pcb_tool\WObj:=pcb_board;
   ENDPROC
   PROC spindle(num rpm)
     ! your output for the spindle; its speed where it can be set

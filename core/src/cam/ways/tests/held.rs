@@ -144,7 +144,8 @@ fn more_tabs_than_there_is_room_for_are_a_loss() {
     let board = coupon();
     let all = told(&board, &cutting(&board, "cut_out.tabs=40"));
     assert_eq!(count(&all, "cam.no_room_for_tabs", Weight::Loss), 1, "{all:?}");
-    assert_eq!(told(&board, &cutting(&board, "cut_out.tabs=0")), Vec::new());
+    let none = told(&board, &cutting(&board, "cut_out.tabs=0"));
+    assert_eq!((count(&none, "cam.no_tabs", Weight::Doubt), none.len()), (1, 1), "{none:?}");
 }
 
 #[test]
@@ -203,7 +204,8 @@ fn tabs_that_hold_nothing_are_a_loss_and_odd_ones_are_told() {
         ("cut_out.tab_width=0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
         ("cut_out.tab_width=0.05;cut_out.tab_at=15,0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
         ("cut_out.tab_height=0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
-        ("cut_out.tab_width=0;cut_out.tabs=0", None),
+        ("cut_out.tab_width=0;cut_out.tabs=0", Some(("cam.no_tabs", Weight::Doubt))),
+        ("cut_out.depth=1.5;cut_out.tabs=0", Some(("cam.not_through", Weight::Doubt))),
         ("cut_out.tab_height=0;cut_out.bites=yes", None),
         ("cut_out.tab_height=1.7", Some(("cam.tabs_too_high", Weight::Doubt))),
         ("cut_out.tab_height=1.6", None),

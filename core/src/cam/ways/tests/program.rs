@@ -53,7 +53,7 @@ fn the_default_job_does_all_there_is_to_do() {
     let holes: Vec<_> = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).collect();
     assert_eq!(holes.len(), 3);
     let names: Vec<_> = program.bits.iter().map(|bit| bit.name.as_str()).collect();
-    assert_eq!(names, ["V 30°", "0.8 mm", "1 mm", "Mill 1.5 mm", "Mill 0.8 mm", "Mill 1.5 mm"]);
+    assert_eq!(names, ["V 30°", "drill 0.8", "drill 1", "Mill 1.5 mm", "Mill 0.8 mm", "Mill 1.5 mm"]);
     let ways = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count();
     assert_eq!(ways, planned.ways().count());
     // Every leg that goes down comes up again, and the last way is the outer contour.

@@ -1,0 +1,65 @@
+//! What a tool is called: by its form and its size, everywhere the same.
+//!
+//! ```text
+//!   title       V-bit 30°, tip 0.1      end mill 0.8      drill 0.8        for people, in their language
+//!   file_word   V30-0.1                 mill-0.8          drill-0.8        in names of files
+//! ```
+//!
+//! Comes in: a [`Bit`]. Goes out: text; sizes in mm. Does not know what the job calls it.
+
+use super::{Bit, Cutter};
+use crate::locale;
+
+impl Bit {
+    /// Its form and its size in the words of `language`.
+    pub fn title(&self, language: &str) -> String {
+        let size =
+            |key: &str| locale::text(language, key, &[("size".to_owned(), self.diameter.mm().to_string())]);
+        match self.cutter {
+            Cutter::Drill => size("tool.drill"),
+            Cutter::Mill => size("tool.mill"),
+            Cutter::Vee { tip, angle_mdeg } => {
+                let args =
+                    [("angle".to_owned(), degrees(angle_mdeg)), ("tip".to_owned(), tip.mm().to_string())];
+                locale::text(language, "tool.vee", &args)
+            }
+        }
+    }
+
+    /// The same as a word for names of files, where no language is.
+    pub fn file_word(&self) -> String {
+        match self.cutter {
+            Cutter::Drill => format!("drill-{}", self.diameter.mm()),
+            Cutter::Mill => format!("mill-{}", self.diameter.mm()),
+            Cutter::Vee { tip, angle_mdeg } => format!("V{}-{}", degrees(angle_mdeg), tip.mm()),
+        }
+    }
+}
+
+/// An angle as people write it: without trailing zeros.
+fn degrees(thousandths: u32) -> String {
+    (f64::from(thousandths) / 1e3).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Length;
+
+    #[test]
+    fn drill_and_mill_of_one_size_are_different_words() {
+        let um = Length::from_um;
+        let vee = |tip, angle_mdeg| Cutter::Vee { tip: um(tip), angle_mdeg };
+        let rows = [
+            (800, Cutter::Drill, "drill 0.8", "drill-0.8"),
+            (800, Cutter::Mill, "end mill 0.8", "mill-0.8"),
+            (3_175, vee(100, 30_000), "V-bit 30°, tip 0.1", "V30-0.1"),
+            (6_000, vee(0, 22_500), "V-bit 22.5°, tip 0", "V22.5-0"),
+            (1_000, Cutter::Mill, "end mill 1", "mill-1"),
+        ];
+        for (diameter, cutter, title, word) in rows {
+            let bit = Bit { diameter: um(diameter), name: "a name of its own".to_owned(), cutter };
+            assert_eq!((bit.title("en").as_str(), bit.file_word().as_str()), (title, word));
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The run sheet: one page to print and take to the machine.
+//!
+//! ```text
+//!   what the job needs   machine, zero, blank, board, pins, flip, time
+//!   what is run          number · file · side · what it does · tool · time, in order, with a box to tick
+//! ```
+//!
+//! Comes in: a job's briefing and the files that were written for each of its sides. Goes out: HTML that needs nothing else.
+//! Does not know who shows it.
+
+use super::OutputFile;
+use super::head::{tenths, time_text};
+use crate::job::{Briefing, Pins, SideBriefing, ToolBriefing};
+use crate::locale;
+use std::fmt::Write;
+
+/// Everything that the page looks like, on paper and on a screen.
+const STYLE: &str = "body{font:11pt/1.35 sans-serif;margin:12mm auto;max-width:186mm;padding:0 4mm;color:#111;background:#fff}\
+h1{font-size:16pt;margin:0 0 4mm}dl{display:grid;grid-template-columns:max-content 1fr;gap:1mm 5mm;margin:0 0 5mm}\
+dt{color:#555}dd{margin:0}table{border-collapse:collapse;width:100%}th,td{text-align:left;vertical-align:top;\
+border-bottom:.2mm solid #999;padding:1mm 2mm 1mm 0}td.n,th.n{text-align:right;white-space:nowrap}\
+td.box::before{content:'';display:inline-block;width:3.5mm;height:3.5mm;border:.3mm solid #111}\
+tr.flip td{background:#eee;font-weight:bold;padding-left:2mm}p{margin:4mm 0 0}@page{size:A4;margin:10mm}\
+@media print{body{margin:0;max-width:none}}";
+
+/// What is said, in one language.
+struct Words<'a> {
+    language: &'a str,
+}
+
+impl Words<'_> {
+    fn say(&self, key: &str, args: &[(&str, String)]) -> String {
+        let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        escaped(&locale::text(self.language, &format!("run_sheet.{key}"), &args))
+    }
+
+    /// The word of a side or of an operation.
+    fn word(&self, key: &str) -> String {
+        locale::text(self.language, &format!("page.cam.word.{key}"), &[])
+    }
+}
+
+/// The run sheet of a job in `language`; `files` are those of each side, in order.
+pub fn run_sheet(language: &str, briefing: &Briefing, files: &[Vec<OutputFile>]) -> String {
+    let words = Words { language };
+    let title = words.say("title", &[("job", briefing.job.clone())]);
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
+         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<dl>\n",
+        escaped(language)
+    );
+    for (name, value) in facts(&words, briefing) {
+        let _ = writeln!(out, "<dt>{name}</dt><dd>{value}</dd>");
+    }
+    let head = ["number", "file", "side", "does", "tool", "time", "done"];
+    out.push_str("</dl>\n<table>\n<thead><tr>");
+    for key in head {
+        let class = if matches!(key, "number" | "time") { " class=\"n\"" } else { "" };
+        let _ = write!(out, "<th scope=\"col\"{class}>{}</th>", words.say(key, &[]));
+    }
+    out.push_str("</tr></thead>\n<tbody>\n");
+    rows(&words, briefing, files, &mut out);
+    let _ = write!(out, "</tbody>\n</table>\n<p>{}</p>\n</body>\n</html>\n", words.say("every_tool", &[]));
+    out
+}
+
+fn facts(words: &Words<'_>, briefing: &Briefing) -> Vec<(String, String)> {
+    let mut facts = Vec::new();
+    let mut fact = |key: &str, value: String| facts.push((words.say(key, &[]), value));
+    if !briefing.machine.is_empty() {
+        fact("machine", escaped(&briefing.machine));
+    }
+    if let Some(zero) = &briefing.zero {
+        fact("zero", words.say(&format!("zero_{zero}"), &[]));
+    }
+    for side in &briefing.sides {
+        if let Some(blank) = blank(words, side) {
+            fact("blank", blank);
+        }
+    }
+    if let Some(thickness) = briefing.thickness {
+        fact("board", words.say("thick", &[("thickness", tenths(thickness))]));
+    }
+    fact("pins", briefing.pins.as_ref().map_or_else(|| words.say("no_pins", &[]), |some| pins(words, some)));
+    let flip = briefing.flip.as_ref();
+    fact(
+        "flip",
+        flip.map_or_else(|| words.say("no_flip", &[]), |flip| words.say(&format!("flip_{flip}"), &[])),
+    );
+    let tools = briefing.sides.iter().flat_map(|side| &side.tools);
+    let total: Option<f64> = tools.map(|tool| tool.time_s).sum();
+    if let Some(total) = total {
+        fact("total", words.say("total_time", &[("time", time_text(total))]));
+    }
+    facts
+}
+
+/// How large the blank must be for one side, and where it must reach.
+fn blank(words: &Words<'_>, side: &SideBriefing) -> Option<String> {
+    let blank = side.blank?;
+    let args = [
+        ("side", words.word(&side.side)),
+        ("width", tenths(blank.max.x - blank.min.x)),
+        ("height", tenths(blank.max.y - blank.min.y)),
+        ("left", tenths(blank.min.x)),
+        ("right", tenths(blank.max.x)),
+        ("near", tenths(blank.min.y)),
+        ("far", tenths(blank.max.y)),
+    ];
+    Some(words.say("blank_of", &args))
+}
+
+fn pins(words: &Words<'_>, pins: &Pins) -> String {
+    let places = pins.at.iter().map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
+    let args = [
+        ("count", pins.at.len().to_string()),
+        ("diameter", pins.diameter.mm().to_string()),
+        ("below", tenths(pins.below)),
+        ("places", places.collect::<Vec<_>>().join("; ")),
+    ];
+    words.say("pins_of", &args)
+}
+
+fn rows(words: &Words<'_>, briefing: &Briefing, files: &[Vec<OutputFile>], out: &mut String) {
+    let mut number = 0;
+    for (index, (side, files)) in briefing.sides.iter().zip(files).enumerate() {
+        if let Some(flip) = briefing.flip.as_ref().filter(|_| index > 0) {
+            let turn = words.say("turn_now", &[("how", words.say(&format!("flip_{flip}"), &[]))]);
+            let _ = writeln!(out, "<tr class=\"flip\"><td colspan=\"7\">{turn}</td></tr>");
+        }
+        for file in files {
+            number += 1;
+            let used = || file.bits.iter().filter_map(|bit| side.tools.get(*bit as usize));
+            let does = listed(used().map(|tool| operations(words, tool)));
+            let tools = listed(used().map(|tool| escaped(&tool.tool.title(words.language))));
+            let time: Option<f64> = used().map(|tool| tool.time_s).sum();
+            let cells = [
+                ("n", number.to_string()),
+                ("", escaped(&file.name)),
+                ("", if side.side.is_empty() { String::new() } else { escaped(&words.word(&side.side)) }),
+                ("", does),
+                ("", tools),
+                ("n", time.map(time_text).unwrap_or_default()),
+                ("box", String::new()),
+            ];
+            out.push_str("<tr>");
+            for (class, cell) in cells {
+                let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+                let _ = write!(out, "<td{class}>{cell}</td>");
+            }
+            out.push_str("</tr>\n");
+        }
+    }
+}
+
+fn operations(words: &Words<'_>, tool: &ToolBriefing) -> String {
+    let said: Vec<String> = tool.operations.iter().map(|word| escaped(&words.word(word))).collect();
+    said.join(", ")
+}
+
+/// One under the other, numbered where there are several.
+fn listed(items: impl Iterator<Item = String>) -> String {
+    let items: Vec<String> = items.collect();
+    match items.as_slice() {
+        [only] => only.clone(),
+        _ => {
+            let numbered = (1..).zip(&items).map(|(number, item)| format!("{number}. {item}"));
+            numbered.collect::<Vec<_>>().join("<br>")
+        }
+    }
+}
+
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            _ => out.push(letter),
+        }
+    }
+    out
+}

@@ -1,0 +1,242 @@
+//! Files that a person runs one after the other: a file for every tool, their names and heads, the run sheet; the height at
+//! which tools are changed, and that Z goes nowhere without a tool's length.
+
+use super::seen::{Seen, compare};
+use super::{exactness, one, programs, read};
+use annulus_core::geometry::{Bounds, Point};
+use annulus_core::job::{Bit, Briefing, Cutter, Pins, Program, SideBriefing, ToolBriefing};
+use annulus_core::machine::{Machine, hobby_3018, lab, six_spindles, virtual_drill};
+use annulus_core::post::{self, Dialect, Files, Manner, OutputFile};
+use annulus_core::units::Length;
+
+/// The controllers that cannot change tools.
+const NO_CHANGER: [&str; 2] = ["grbl", "marlin"];
+
+/// Which tool the head of a file is for.
+fn tool_in_head(text: &str) -> u32 {
+    let head = text.lines().find_map(|line| line.split_once("tool ").map(|(_, rest)| rest)).unwrap();
+    head.split(':').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn every_tool_has_a_file_of_its_own_where_none_can_be_changed() {
+    for name in NO_CHANGER {
+        let dialect = post::dialect(name).unwrap().unwrap().in_manner(&Manner::on(&virtual_drill()));
+        for seed in 0..60 {
+            let program = programs::random_program(seed, None);
+            let files = post::write_with(&dialect, &program).unwrap();
+            let mut seen = Vec::new();
+            for file in &files {
+                assert!(
+                    !file.text.contains("M0\n"),
+                    "{name}, seed {seed}: nothing to wait for: {}",
+                    file.text
+                );
+                assert_eq!(file.bits.len(), 1, "{name}, seed {seed}");
+                let tool = tool_in_head(&file.text);
+                assert_eq!(tool, file.bits[0] + 1);
+                // The person puts it in before the file begins.
+                seen.push(Seen::Bit(tool));
+                seen.extend(read(name, file, 2.0).unwrap_or_else(|why| panic!("{name}, seed {seed}: {why}")));
+            }
+            if let Err(why) = compare(&seen, &program, exactness(name, &dialect)) {
+                panic!("{name}, seed {seed}: {why}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_file_of_one_tool_begins_ends_and_changes_high_over_the_board() {
+    let rows: [(Machine, f64); 4] =
+        [(virtual_drill(), 20.0), (hobby_3018(), 20.0), (lab(), 12.25), (six_spindles(), 20.0)];
+    for (machine, height) in rows {
+        assert_eq!(Manner::on(&machine).change_at, Some(Length::from_mm(height)), "{}", machine.name);
+    }
+    let manner = Manner { files: Some(Files::Job), ..Manner::on(&virtual_drill()) };
+    for name in post::targets().into_iter().filter(|name| *name != "excellon") {
+        let file = one(post::write(name, &programs::small(), &manner).unwrap().unwrap());
+        // Before each of its two tools is asked for, the tip is 20 mm over the board, or at the reference point.
+        let high = |text: &str| {
+            ["Z20", "Z+20", "Z 20", "G28 Z0", ",20]", "Z = 20"].iter().any(|word| text.contains(word))
+        };
+        assert!(high(&file.text), "{name}: {}", file.text);
+        let seen = read(name, &file, 2.0).unwrap();
+        let mut z = 2.0;
+        let mut asked = 0;
+        for seen in seen {
+            match seen {
+                Seen::Move { to, .. } | Seen::Arc { to, .. } => z = to[2],
+                Seen::Bit(_) => {
+                    asked += 1;
+                    assert!(z >= 20.0, "{name}: tool {asked} is asked for at {z}");
+                }
+                _ => {}
+            }
+        }
+        assert_eq!(asked, 2, "{name}");
+    }
+}
+
+#[test]
+fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
+    let manner = Manner { files: Some(Files::Job), ..Manner::on(&virtual_drill()) };
+    // What was written before, and a reader that knows the controller's rule finds it.
+    let rows = [
+        ("fanuc", "G91 G28 Z0.\r\nN70 G90", "G0 Z2.0000\r\nN70 G90"),
+        ("fanuc", "G0 G43 Z20.0000 H1", "G0 Z20.0000"),
+        ("linuxcnc", "T1 M6\nG43", "T1 M6"),
+        ("linuxcnc", "G94\nG43", "G94 G49"),
+        ("sinumerik", "N140 M6\nN150 D1", "N140 M6\nN150"),
+        ("mach3", "M6 T1\r\nG43 H1", "M6 T1"),
+        ("kuka", "BAS(#INITMOV,0)\n", ""),
+    ];
+    for (name, from, to) in rows {
+        let file = one(post::write(name, &programs::small(), &manner).unwrap().unwrap());
+        assert!(read(name, &file, 2.0).is_ok(), "{name}: {:?}", read(name, &file, 2.0));
+        let from =
+            if name == "fanuc" && from.contains("N70") { numbered(&file.text) } else { from.to_owned() };
+        assert!(file.text.contains(&from), "{name} has no {from:?}: {}", file.text);
+        let to = if name == "fanuc" && to.contains("N70") {
+            from.replace("G91 G28 Z0.", "G0 Z2.0000")
+        } else {
+            to.to_owned()
+        };
+        let text = file.text.replacen(&from, &to, 1);
+        assert!(read(name, &OutputFile { text, ..file }, 2.0).is_err(), "{name}: {to:?}");
+    }
+}
+
+/// The first line that goes to the reference point, and the next, with their numbers.
+fn numbered(text: &str) -> String {
+    let lines: Vec<&str> = text.split("\r\n").collect();
+    let at = lines.iter().position(|line| line.ends_with("G91 G28 Z0.")).unwrap();
+    lines[at..at + 2].join("\r\n")
+}
+
+#[test]
+fn every_place_has_four_digits() {
+    for (name, text) in post::shipped() {
+        assert!(Dialect::parse(name, text).unwrap().numbers.base.decimals >= 4, "{name}");
+    }
+}
+
+fn bit(um: i64, cutter: Cutter) -> Bit {
+    Bit { diameter: Length::from_um(um), name: "whatever".to_owned(), cutter }
+}
+
+/// A job of two sides, and the program of either.
+fn two_sides() -> (Briefing, Vec<Program>) {
+    let vee = bit(3_175, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 });
+    let (drill, mill) = (bit(800, Cutter::Drill), bit(800, Cutter::Mill));
+    let tool = |tool: &Bit, words: &[&str], time_s| ToolBriefing {
+        tool: tool.clone(),
+        operations: words.iter().map(|word| (*word).to_owned()).collect(),
+        time_s: Some(time_s),
+    };
+    let blank = Bounds { min: Point::from_mm(-4.0, -1.0), max: Point::from_mm(54.0, 41.0) };
+    let side = |name: &str, tools| SideBriefing { side: name.to_owned(), blank: Some(blank), tools };
+    let briefing = Briefing {
+        job: "amplifier <2>".to_owned(),
+        machine: "3018 router".to_owned(),
+        zero: Some("board".to_owned()),
+        thickness: Some(Length::from_mm(1.6)),
+        pins: Some(Pins {
+            diameter: Length::from_mm(3.0),
+            below: Length::from_mm(6.0),
+            at: vec![Point::from_mm(-4.0, 20.0), Point::from_mm(54.0, 20.0)],
+        }),
+        flip: Some("left_right".to_owned()),
+        sides: vec![
+            side("bottom", vec![tool(&vee, &["isolate", "engrave"], 754.2)]),
+            side("top", vec![tool(&drill, &["drill"], 30.0), tool(&mill, &["bore", "cut_out"], 61.0)]),
+        ],
+    };
+    let named = |bits: Vec<Bit>, legs: usize| {
+        let mut program = programs::small();
+        program.bits = bits;
+        if legs == 1 {
+            program.legs.drain(1..4);
+            program.legs[1] = programs::change(0, 24_000, 0);
+        }
+        program
+    };
+    (briefing, vec![named(vec![vee], 1), named(vec![drill, mill], 2)])
+}
+
+#[test]
+fn names_read_in_the_order_of_running_and_heads_say_what_is_needed() {
+    let (briefing, programs) = two_sides();
+    let files: Vec<Vec<OutputFile>> = programs
+        .iter()
+        .enumerate()
+        .map(|(side, program)| {
+            post::write_for("grbl", program, &Manner::default(), &briefing, side).unwrap().unwrap()
+        })
+        .collect();
+    let names: Vec<&str> = files.iter().flatten().map(|file| file.name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["01-bottom-isolate-engrave-V30-0.1.nc", "02-top-drill-0.8.nc", "03-top-bore-cut-out-mill-0.8.nc"]
+    );
+    let head: Vec<&str> = files[1][1].text.lines().take_while(|line| line.starts_with('(')).collect();
+    assert_eq!(
+        head,
+        [
+            "(job: amplifier _2_)",
+            "(side: top)",
+            "(file 2 of 2 of this side)",
+            "(tool 2: end mill 0.8)",
+            "(zero: lower left corner of the board, Z on its surface)",
+            "(blank: at least 58.0 x 42.0 mm)",
+            "(from zero: X -4.0 to 54.0, Y -1.0 to 41.0)",
+            "(board: 1.6 mm thick)",
+            "(time: 61 s)"
+        ]
+    );
+    assert!(files[0][0].text.contains("(tool 1: V-bit 30 deg, tip 0.1)\n"), "{}", files[0][0].text);
+    assert!(files[0][0].text.contains("(time: 13 min)\n"), "{}", files[0][0].text);
+    // With a changer a side is one file.
+    let fanuc = post::write_for("fanuc", &programs[1], &Manner::default(), &briefing, 1).unwrap().unwrap();
+    let fanuc = one(fanuc);
+    assert!(
+        fanuc.text.contains("(TOOL 1: DRILL 0.8)") && fanuc.text.contains("(PUT IN TOOL 2: END MILL 0.8)")
+    );
+    assert_eq!(fanuc.bits, [0, 1]);
+}
+
+#[test]
+fn the_run_sheet_has_all_that_a_person_needs_in_order() {
+    let (briefing, programs) = two_sides();
+    let files: Vec<Vec<OutputFile>> = (0..2)
+        .map(|side| {
+            post::write_for("grbl", &programs[side], &Manner::default(), &briefing, side).unwrap().unwrap()
+        })
+        .collect();
+    let sheet = post::run_sheet("en", &briefing, &files);
+    let mut at = 0;
+    for needed in [
+        "amplifier &lt;2&gt;",
+        "3018 router",
+        "Lower left corner of the board",
+        "58.0 × 42.0 mm",
+        "1.6 mm thick",
+        "2 of 3 mm, holes 6.0 mm into the bed",
+        "X -4.00 Y 20.00; X 54.00 Y 20.00",
+        "left over right",
+        "15 min",
+        "01-bottom-isolate-engrave-V30-0.1.nc",
+        "V-bit 30°, tip 0.1",
+        "Turn the board over",
+        "02-top-drill-0.8.nc",
+        "drill 0.8",
+        "03-top-bore-cut-out-mill-0.8.nc",
+        "end mill 0.8",
+    ] {
+        let found = sheet[at..].find(needed);
+        assert!(found.is_some(), "{needed} behind byte {at}: {sheet}");
+        at += found.unwrap();
+    }
+    assert!(!sheet.contains('{') || !sheet[sheet.find("<body>").unwrap()..].contains('{'), "{sheet}");
+    assert!(!sheet.contains("src=") && !sheet.contains("href="), "it needs nothing else");
+}

@@ -1,0 +1,429 @@
+//! What written programs really do to a board, swept dot by dot by a checker that shares nothing with the product but the
+//! design: its own reader of G-code, its own raster (N8 N9 N10 S6).
+//!
+//! ```text
+//!   board ─ usual job ─ plan ─ post ─▶ files ─ reader ─ raster ─▶ cut away ─┬─ islands still joined?   told by the proof, or wrong
+//!   design ─────────────────────────────────── raster ─▶ wanted  ──────────┼─ copper lost?            told, or wrong
+//!                                                                          └─ zones, tabs, bites, panels
+//! ```
+
+mod raster;
+mod reader;
+
+use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
+use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
+use annulus_core::cam::work::{Action, CutOut, Work};
+use annulus_core::cam::{PlanOptions, briefing};
+use annulus_core::geometry::{Bounds, Path, Point, Region, Segment};
+use annulus_core::machine::{Machine, virtual_drill};
+use annulus_core::motion;
+use annulus_core::post::{self, Manner};
+use annulus_core::proof::{self, Finding, Kind};
+use annulus_core::units::Length;
+use annulus_tests::{corpus, read_folder, root, rounds};
+use raster::Raster;
+use reader::{Read, Tool};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The side of a dot, mm.
+const DOT: f64 = 0.02;
+/// Beyond the board so much is looked at, mm.
+const BEYOND: f64 = 4.0;
+/// Thickness of the copper, mm.
+const COPPER: f64 = 0.035;
+/// Larger boards are left out, mm².
+const LARGEST_MM2: f64 = 12_000.0;
+
+/// One side of a board: what is wanted, and the files that were written.
+struct Side {
+    planned: Planned,
+    files: Vec<Read>,
+    findings: Vec<Finding>,
+}
+
+fn planned_side(board: &Board, work: &Work, machine: &Machine) -> Side {
+    let options = PlanOptions::default();
+    let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let (planned, _) = plan_work(board, work, machine, &means, &mut |_| true).expect("a plan");
+    let program = lower_work(&planned, work, machine);
+    let mut briefed = briefing::briefing("sweep", work, machine);
+    briefing::add_side(&mut briefed, work.setup.face, work, (&planned, &program), &[]);
+    let files = post::write_for("grbl", &program, &Manner::on(machine), &briefed, 0).unwrap().expect("files");
+    let files = files
+        .iter()
+        .map(|file| reader::read(&file.text).unwrap_or_else(|why| panic!("{}: {why}", file.name)));
+    let files = files.collect();
+    let asked =
+        proof::Options { face: work.setup.face, owned: work.bits.clone(), ..proof::Options::default() };
+    let findings = proof::prove(&planned.board, std::slice::from_ref(&program), &asked).findings;
+    Side { planned, files, findings }
+}
+
+/// The places of a path, its arcs in chords, mm from the work zero.
+fn places(path: &Path, zero: Point) -> Vec<[f64; 2]> {
+    let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
+    let (mut from, mut out) = (mm(path.start), vec![mm(path.start)]);
+    for segment in &path.segments {
+        match *segment {
+            Segment::Line { to } => out.push(mm(to)),
+            Segment::Arc { to, centre, clockwise } => {
+                let (to, centre) = (mm(to), mm(centre));
+                let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
+                let angle = |at: [f64; 2]| (at[1] - centre[1]).atan2(at[0] - centre[0]);
+                let sense = if clockwise { -1.0 } else { 1.0 };
+                let mut turn = (angle(to) - angle(from)) * sense;
+                if turn <= 1e-9 {
+                    turn += std::f64::consts::TAU;
+                }
+                let count = (turn / (0.1 / radius.max(0.1)).min(0.2)).ceil().max(1.0) as u32;
+                out.extend((1..=count).map(|index| {
+                    let angle = angle(from) + sense * turn * f64::from(index) / f64::from(count);
+                    [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]
+                }));
+            }
+        }
+        from = *out.last().unwrap();
+    }
+    out
+}
+
+/// A picture that holds the board as it lies.
+fn sheet(side: &Side) -> Raster {
+    let zero = side.planned.origin;
+    let board = &side.planned.board;
+    let around = [board.outline.bounds(), board.bounds()].into_iter().flatten();
+    let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
+    let all = around.chain(copper).reduce(|all, next| all.with(next.min).with(next.max)).expect("a board");
+    let mm = |at: Point, by: f64| [(at.x - zero.x).mm() + by, (at.y - zero.y).mm() + by];
+    Raster::new(mm(all.min, -BEYOND), mm(all.max, BEYOND), DOT)
+}
+
+/// The islands of the copper, each with the number of its net from 1.
+fn design(side: &Side, face: Face) -> Raster {
+    let mut out = sheet(side);
+    let Some(copper) = side.planned.board.copper.iter().find(|copper| copper.face == face) else {
+        return out;
+    };
+    let mut nets: BTreeMap<String, u16> = BTreeMap::new();
+    for (index, island) in copper.region.islands.iter().enumerate() {
+        let own = (index + 1) as u16;
+        let named = copper.nets.get(index).cloned().flatten();
+        let net = named.map_or(own, |name| *nets.entry(name).or_insert(own));
+        let outlines: Vec<_> = island.paths().map(|path| places(path, side.planned.origin)).collect();
+        out.area(&outlines, net);
+    }
+    out
+}
+
+/// What all files take away at `height` and above.
+fn cut(side: &Side, height: f64, of: impl Fn(Tool) -> bool) -> Raster {
+    let mut out = sheet(side);
+    for file in side.files.iter().filter(|file| of(file.tool)) {
+        for &piece in &file.pieces {
+            out.sweep(file.tool, piece, height);
+        }
+    }
+    out
+}
+
+/// Where a finding is, mm from the work zero.
+fn near(side: &Side, finding: &Finding) -> Vec<[f64; 2]> {
+    let zero = side.planned.origin;
+    let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
+    let ends = finding.ends.into_iter().flat_map(|(a, b)| [a, b]);
+    std::iter::once(finding.at).chain(ends).map(mm).collect()
+}
+
+/// The net at a place, or next to it.
+fn net_near(wanted: &Raster, at: [f64; 2]) -> Option<u16> {
+    let steps = -4..=4_i32;
+    let around = steps.clone().flat_map(|row| steps.clone().map(move |column| (row, column)));
+    let mut nets: Vec<(i32, u16)> = around
+        .filter_map(|(row, column)| {
+            let place = [at[0] + f64::from(column) * DOT, at[1] + f64::from(row) * DOT];
+            let net = wanted.dots[wanted.dot_at(place)?];
+            (net != 0).then_some((row * row + column * column, net))
+        })
+        .collect();
+    nets.sort_unstable();
+    nets.first().map(|(_, net)| *net)
+}
+
+/// Nets that are told to be joined, put together: for each its group.
+fn told_groups(side: &Side, wanted: &Raster) -> BTreeMap<u16, u16> {
+    let mut group: BTreeMap<u16, u16> = BTreeMap::new();
+    for finding in side.findings.iter().filter(|finding| matches!(finding.kind, Kind::Short | Kind::Gap)) {
+        let nets: BTreeSet<u16> =
+            near(side, finding).into_iter().filter_map(|at| net_near(wanted, at)).collect();
+        let roots: Vec<u16> = nets.iter().map(|net| *group.entry(*net).or_insert(*net)).collect();
+        let Some(&root) = roots.iter().min() else { continue };
+        group.values_mut().filter(|own| roots.contains(own)).for_each(|own| *own = root);
+    }
+    group
+}
+
+/// What joins islands of different nets, and copper that is gone, of which the proof says nothing.
+fn untold(side: &Side, face: Face) -> Vec<String> {
+    let wanted = design(side, face);
+    let labels = cut(side, -COPPER, |_| true).pieces_of_nothing();
+    let mut joined: BTreeMap<u32, BTreeMap<u16, usize>> = BTreeMap::new();
+    for (dot, (&net, &piece)) in wanted.dots.iter().zip(&labels).enumerate() {
+        if net != 0 && piece != 0 {
+            joined.entry(piece).or_default().entry(net).or_insert(dot);
+        }
+    }
+    let told = told_groups(side, &wanted);
+    let mut wrong = Vec::new();
+    for nets in joined.values() {
+        let groups: BTreeSet<u16> = nets.keys().map(|net| told.get(net).copied().unwrap_or(*net)).collect();
+        if groups.len() > 1 {
+            let at: Vec<_> = nets.iter().take(3).map(|(net, dot)| (net, wanted.place(*dot))).collect();
+            wrong.push(format!("{} nets are joined that nobody tells: {at:?}", groups.len()));
+        }
+    }
+    // A cone is to leave the copper of the design where it is, within two dots of its edge.
+    let mut touched = cut(side, 0.0, |tool| matches!(tool, Tool::Cone { .. }));
+    let told = side.findings.iter().filter(|finding| !matches!(finding.kind, Kind::Gap));
+    for finding in told {
+        for at in near(side, finding) {
+            touched.stroke(at, at, finding.width.mm().abs() + 0.3, 0);
+        }
+    }
+    let inside = wanted.eroded(2);
+    let lost =
+        inside.dots.iter().zip(&touched.dots).enumerate().filter(|(_, (net, cut))| **net != 0 && **cut != 0);
+    let lost: Vec<usize> = lost.map(|(dot, _)| dot).collect();
+    if let Some(first) = lost.first() {
+        wrong.push(format!(
+            "{} dots of copper are lost, the first at {:?}",
+            lost.len(),
+            wanted.place(*first)
+        ));
+    }
+    wrong
+}
+
+/// The holes that no drill and no mill goes through, of those that nobody says are missing.
+fn missing_holes(side: &Side, machine: &Machine) -> Vec<[f64; 2]> {
+    let through = cut(side, -machine.process.board_thickness.mm(), |_| true);
+    let zero = side.planned.origin;
+    let made: BTreeSet<u32> = side.planned.parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
+    let holes = (0_u32..).zip(&side.planned.board.holes).filter(|(index, _)| made.contains(index));
+    let places = holes.map(|(_, hole)| [(hole.at.x - zero.x).mm(), (hole.at.y - zero.y).mm()]);
+    places.filter(|at| through.dot_at(*at).is_none_or(|dot| through.dots[dot] == 0)).collect()
+}
+
+/// The board of the sample.
+fn sample() -> Board {
+    let artwork = read_folder(&root().join("www/examples"));
+    from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0
+}
+
+/// The usual job of a board's first side that has copper, changed.
+fn worked(board: &Board, machine: &Machine, change: impl Fn(&mut Work)) -> (Work, Face) {
+    let mut work = Work::default_for(board, machine);
+    let face = board.copper.first().map_or(Face::Top, |copper| copper.face);
+    work.setup.face = face;
+    change(&mut work);
+    (work, face)
+}
+
+#[test]
+fn written_programs_do_what_the_proof_says() {
+    let machine = virtual_drill();
+    let mut boards = vec![("the sample".to_owned(), sample())];
+    let wanted = rounds(2, 21) as usize;
+    let folders = corpus().map(|corpus| folders(&corpus)).unwrap_or_default();
+    for folder in folders {
+        if boards.len() >= wanted {
+            break;
+        }
+        let artwork = read_folder(&folder);
+        let board =
+            from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0;
+        let size =
+            board.outline.bounds().map(|all| (all.max.x - all.min.x).mm() * (all.max.y - all.min.y).mm());
+        if size.is_some_and(|size| size < LARGEST_MM2) && !board.copper.is_empty() {
+            boards.push((folder.display().to_string(), board));
+        }
+    }
+    let mut wrong = Vec::new();
+    for (name, board) in &boards {
+        let (work, _) = worked(board, &machine, |_| {});
+        for face in work.faces() {
+            let mut work = work.clone();
+            work.setup.face = face;
+            let side = planned_side(board, &work, &machine);
+            let mut told = untold(&side, face);
+            told.extend(missing_holes(&side, &machine).iter().map(|at| format!("no hole at {at:?}")));
+            println!(
+                "{name}, {face:?}: {} files, {} findings, {} untold",
+                side.files.len(),
+                side.findings.len(),
+                told.len()
+            );
+            wrong.extend(told.into_iter().map(|why| format!("{name}, {face:?}: {why}")));
+        }
+    }
+    println!("{} boards swept", boards.len());
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Folders of the corpus with real boards, the small ones that come first on a push in front.
+fn folders(corpus: &std::path::Path) -> Vec<std::path::PathBuf> {
+    let first = [corpus.join("easyeda/easytrace-tht")];
+    let makers = [
+        "kicad",
+        "eagle",
+        "altium",
+        "cam350",
+        "diptrace",
+        "ekf-cam",
+        "fab3000",
+        "freepcb",
+        "fritzing",
+        "geda-pcb",
+        "horizon",
+        "librepcb",
+        "mentor-expedition",
+        "mentor-veribest",
+        "orcad",
+        "p-cad",
+        "pads",
+        "pcb-rnd",
+        "pcgerber",
+        "proteus",
+        "siemens-xpedition",
+        "target3001",
+        "ultiboard",
+        "upverter",
+        "visula",
+    ];
+    let below = makers.iter().flat_map(|maker| {
+        let entries = std::fs::read_dir(corpus.join(maker)).into_iter().flatten().flatten();
+        let mut folders: Vec<_> = entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
+        folders.sort();
+        folders
+    });
+    first.into_iter().chain(below).collect()
+}
+
+#[test]
+fn the_sweep_finds_a_missing_pass_and_a_cut_too_wide() {
+    // The checker itself: without the isolation all is joined, with a tip twice as wide copper is lost.
+    let machine = virtual_drill();
+    let board = sample();
+    let (work, face) = worked(&board, &machine, |_| {});
+    let mut side = planned_side(&board, &work, &machine);
+    side.findings.clear();
+    let whole = side.files.iter().position(|file| matches!(file.tool, Tool::Cone { .. })).unwrap();
+    let pieces = std::mem::take(&mut side.files[whole].pieces);
+    assert!(untold(&side, face).iter().any(|why| why.contains("joined")));
+    side.files[whole] = Read { tool: Tool::Cone { tip: 0.2, slope: 0.5 }, pieces };
+    assert!(untold(&side, face).iter().any(|why| why.contains("lost")));
+}
+
+#[test]
+fn no_tool_enters_a_zone() {
+    let machine = virtual_drill();
+    let board = sample();
+    let all = board.outline.bounds().unwrap();
+    let middle = Point::from_mm((all.min.x + all.max.x).mm() / 2.0, (all.min.y + all.max.y).mm() / 2.0);
+    let zone = Bounds::of(middle).grown(Length::from_mm(3.0));
+    let (work, _) = worked(&board, &machine, |work| work.setup.exclusions = vec![zone]);
+    let side = planned_side(&board, &work, &machine);
+    let taken = cut(&side, 0.0, |_| true);
+    let zero = side.planned.origin;
+    let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
+    let (low, high) = (mm(zone.min), mm(zone.max));
+    let inside = |at: [f64; 2]| (0..2).all(|axis| low[axis] + DOT < at[axis] && at[axis] < high[axis] - DOT);
+    let hit = (0..taken.dots.len()).filter(|dot| taken.dots[*dot] != 0 && inside(taken.place(*dot))).count();
+    assert_eq!(hit, 0, "dots in the zone");
+    assert!(taken.dots.iter().filter(|dot| **dot != 0).count() > 10_000, "something is cut");
+    // Without the zone something is cut there: the zone is not empty by chance.
+    let (work, _) = worked(&board, &machine, |_| {});
+    let free = cut(&planned_side(&board, &work, &machine), 0.0, |_| true);
+    assert!((0..free.dots.len()).any(|dot| free.dots[dot] != 0 && inside(free.place(dot))));
+}
+
+#[test]
+fn every_copy_of_a_panel_is_cut_alike() {
+    let machine = virtual_drill();
+    let board = sample();
+    // The copies are whole dots apart.
+    let all = board.outline.bounds().unwrap();
+    let across = (all.max.x - all.min.x).mm();
+    let gap = ((across + 3.0) / DOT).ceil() * DOT - across;
+    let (work, face) = worked(&board, &machine, |work| {
+        work.setup.panel.columns = 2;
+        work.setup.panel.gap = Length::from_mm(gap);
+    });
+    let side = planned_side(&board, &work, &machine);
+    assert_eq!(untold(&side, face), Vec::<String>::new());
+    let pitch = (all.max.x - all.min.x + work.setup.panel.gap).mm();
+    // Away from the cut-outs, whose tabs may lie elsewhere.
+    let taken = cut(&side, -COPPER, |tool| !matches!(tool, Tool::Round { drill: false, .. }));
+    let (width, height) = ((all.max.x - all.min.x).mm(), (all.max.y - all.min.y).mm());
+    let (mut cut_away, mut different) = (0_usize, 0_usize);
+    for dot in 0..taken.dots.len() {
+        let [x, y] = taken.place(dot);
+        if x < 0.5 || y < 0.5 || x > width - 0.5 || y > height - 0.5 {
+            continue;
+        }
+        let twin = taken.dot_at([x + pitch, y]).expect("the other copy is in the picture");
+        cut_away += usize::from(taken.dots[dot] != 0);
+        different += usize::from(taken.dots[dot] != taken.dots[twin]);
+    }
+    // A dot at an edge falls to either side.
+    assert!(cut_away > 10_000 && different * 50 < cut_away, "{different} of {cut_away}");
+}
+
+/// Whether the middle of the board and the blank around it hang together once all is cut through.
+fn hangs(board: &Board, machine: &Machine, change: impl Fn(&mut CutOut)) -> (bool, Side) {
+    let (work, _) = worked(board, machine, |work| {
+        for operation in &mut work.operations {
+            if let Action::CutOut(cut_out) = &mut operation.action {
+                change(cut_out);
+            }
+        }
+    });
+    let side = planned_side(board, &work, machine);
+    let through = cut(&side, -machine.process.board_thickness.mm(), |_| true);
+    let labels = through.pieces_of_nothing();
+    let mut body = sheet(&side);
+    let region: &Region = &side.planned.board.outline;
+    let outlines: Vec<_> = region.paths().map(|path| places(path, side.planned.origin)).collect();
+    body.area(&outlines, 1);
+    let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+    for (&inside, &piece) in body.dots.iter().zip(&labels) {
+        if inside != 0 && piece != 0 {
+            *counts.entry(piece).or_default() += 1;
+        }
+    }
+    let largest = counts.iter().max_by_key(|(_, count)| **count).map(|(piece, _)| *piece);
+    // The corner of the picture is blank.
+    (largest == Some(labels[0]), side)
+}
+
+#[test]
+fn tabs_and_mouse_bites_hold_the_board_and_nothing_else_does() {
+    let machine = virtual_drill();
+    let board = sample();
+    assert!(hangs(&board, &machine, |_| {}).0, "four tabs");
+    assert!(!hangs(&board, &machine, |cut_out| cut_out.tabs = 0).0, "no tabs: the board comes loose");
+    let (holds, side) = hangs(&board, &machine, |cut_out| cut_out.bites = true);
+    assert!(holds, "mouse-bites");
+    // On each of the four tabs there are holes, through the board.
+    let bites = side.files.iter().filter(|file| match file.tool {
+        Tool::Round { radius, drill } => drill && (radius - 0.25).abs() < 0.11,
+        Tool::Cone { .. } => false,
+    });
+    let thickness = machine.process.board_thickness.mm();
+    let deep: usize = bites
+        .map(|file| {
+            file.pieces.iter().filter(|piece| piece.to[2] <= -thickness && piece.from[2] > 0.0).count()
+        })
+        .sum();
+    assert!(deep >= 8, "{deep} holes");
+}
