@@ -8,8 +8,9 @@ use std::f64::consts::{PI, TAU};
 /// A millionth of a metre.
 pub(crate) const MICROMETRE: f64 = 1e-3;
 
-/// What the digits of a place may leave out, in mm: half of the fourth.
-const DIGITS: f64 = 0.5001e-4;
+/// What the digits of a place may leave out, in mm: half of the fourth, and where a helix ends by its angle those of its
+/// centre and of the angle too. A fifth of a micrometre.
+const DIGITS: f64 = 2e-4;
 
 /// Shorter moves go nowhere, in mm: the end of a helix by angle is no whole digit.
 const NOWHERE: f64 = 2e-4;
