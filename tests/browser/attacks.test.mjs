@@ -415,6 +415,10 @@ attack("of two pages that fight for control one has it, and the other moves noth
     const both = [own.open(session), own.open(session)];
     for (const line of both) await line.heard((tell) => tell.t === "welcome");
     for (let turn = 0; turn < 20; turn += 1) both[turn % 2].say({ t: "take_control", force: true });
+    // Two sockets are two lanes: the fight is over when the first is through, and then the second takes it once more.
+    both[0].say({ t: "ping", stamp: 6 });
+    await both[0].heard((tell) => tell.t === "pong");
+    both[1].say({ t: "take_control", force: true });
     both[1].say({ t: "ping", stamp: 7 });
     await both[1].heard((tell) => tell.t === "pong");
     both[0].say({ t: "home" });

@@ -283,7 +283,7 @@ fn files_begin_where_the_dialect_says() {
         row("02-mill-1.tap", "engrave 02-mill-1 T2|bit 2"),
     ];
     assert_eq!(names("files = 'bit'"), numbered);
-    let loaded = format!("{}load = 'load @T@'\n", drill);
+    let loaded = format!("{drill}load = 'load @T@'\n");
     let written = post::write_with(&dialect(&format!("files = 'bit'\n{loaded}{mill}")), &small()).unwrap();
     let second: Vec<_> = written.iter().map(|file| file.text.lines().nth(1).unwrap()).collect();
     assert_eq!(second, ["load 1", "load 2"]);
