@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The guess of an interval is what it would be had the run before of the same axes gone on. Both numbers are counted in the
-//! fineness that runs of so many steps are made with ([`fineness`]), those of other runs in parts of a tick (`exact`).
+//! fineness that runs of so many steps are made with (`fineness`), those of other runs in parts of a tick (`exact`).
 //!
 //! Comes in: a stream. Goes out: bytes, and the same stream from them. Does not know how runs are made.
 
