@@ -27,6 +27,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The side of a dot, mm.
 const DOT: f64 = 0.02;
+/// The same where only what is wider than a tool counts.
+const COARSE: f64 = 0.05;
 /// Beyond the board so much is looked at, mm.
 const BEYOND: f64 = 4.0;
 /// Thickness of the copper, mm.
@@ -89,19 +91,19 @@ fn places(path: &Path, zero: Point) -> Vec<[f64; 2]> {
 }
 
 /// A picture that holds the board as it lies.
-fn sheet(side: &Side) -> Raster {
+fn sheet(side: &Side, dot: f64) -> Raster {
     let zero = side.planned.origin;
     let board = &side.planned.board;
     let around = [board.outline.bounds(), board.bounds()].into_iter().flatten();
     let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
     let all = around.chain(copper).reduce(|all, next| all.with(next.min).with(next.max)).expect("a board");
     let mm = |at: Point, by: f64| [(at.x - zero.x).mm() + by, (at.y - zero.y).mm() + by];
-    Raster::new(mm(all.min, -BEYOND), mm(all.max, BEYOND), DOT)
+    Raster::new(mm(all.min, -BEYOND), mm(all.max, BEYOND), dot)
 }
 
 /// The islands of the copper, each with the number of its net from 1.
 fn design(side: &Side, face: Face) -> Raster {
-    let mut out = sheet(side);
+    let mut out = sheet(side, DOT);
     let Some(copper) = side.planned.board.copper.iter().find(|copper| copper.face == face) else {
         return out;
     };
@@ -117,8 +119,8 @@ fn design(side: &Side, face: Face) -> Raster {
 }
 
 /// What all files take away at `height` and above.
-fn cut(side: &Side, height: f64, of: impl Fn(Tool) -> bool) -> Raster {
-    let mut out = sheet(side);
+fn cut(side: &Side, height: f64, dot: f64, of: impl Fn(Tool) -> bool) -> Raster {
+    let mut out = sheet(side, dot);
     for file in side.files.iter().filter(|file| of(file.tool)) {
         for &piece in &file.pieces {
             out.sweep(file.tool, piece, height);
@@ -133,6 +135,17 @@ fn near(side: &Side, finding: &Finding) -> Vec<[f64; 2]> {
     let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
     let ends = finding.ends.into_iter().flat_map(|(a, b)| [a, b]);
     std::iter::once(finding.at).chain(ends).map(mm).collect()
+}
+
+/// Two dots behind either side of a gap, in the copper that it lies between.
+fn behind(side: &Side, finding: &Finding) -> Vec<[f64; 2]> {
+    let Some((a, b)) = finding.ends else { return Vec::new() };
+    let zero = side.planned.origin;
+    let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
+    let (a, b) = (mm(a), mm(b));
+    let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1e-9);
+    let by = [(b[0] - a[0]) / length * 2.0 * DOT, (b[1] - a[1]) / length * 2.0 * DOT];
+    vec![[a[0] - by[0], a[1] - by[1]], [b[0] + by[0], b[1] + by[1]]]
 }
 
 /// The net at a place, or next to it.
@@ -155,7 +168,7 @@ fn told_groups(side: &Side, wanted: &Raster) -> BTreeMap<u16, u16> {
     let mut group: BTreeMap<u16, u16> = BTreeMap::new();
     for finding in side.findings.iter().filter(|finding| matches!(finding.kind, Kind::Short | Kind::Gap)) {
         let nets: BTreeSet<u16> =
-            near(side, finding).into_iter().filter_map(|at| net_near(wanted, at)).collect();
+            behind(side, finding).into_iter().filter_map(|at| net_near(wanted, at)).collect();
         let roots: Vec<u16> = nets.iter().map(|net| *group.entry(*net).or_insert(*net)).collect();
         let Some(&root) = roots.iter().min() else { continue };
         group.values_mut().filter(|own| roots.contains(own)).for_each(|own| *own = root);
@@ -166,7 +179,7 @@ fn told_groups(side: &Side, wanted: &Raster) -> BTreeMap<u16, u16> {
 /// What joins islands of different nets, and copper that is gone, of which the proof says nothing.
 fn untold(side: &Side, face: Face) -> Vec<String> {
     let wanted = design(side, face);
-    let labels = cut(side, -COPPER, |_| true).pieces_of_nothing();
+    let labels = cut(side, -COPPER, DOT, |_| true).pieces_of_nothing();
     let mut joined: BTreeMap<u32, BTreeMap<u16, usize>> = BTreeMap::new();
     for (dot, (&net, &piece)) in wanted.dots.iter().zip(&labels).enumerate() {
         if net != 0 && piece != 0 {
@@ -183,7 +196,7 @@ fn untold(side: &Side, face: Face) -> Vec<String> {
         }
     }
     // A cone is to leave the copper of the design where it is, within two dots of its edge.
-    let mut touched = cut(side, 0.0, |tool| matches!(tool, Tool::Cone { .. }));
+    let mut touched = cut(side, 0.0, DOT, |tool| matches!(tool, Tool::Cone { .. }));
     let told = side.findings.iter().filter(|finding| !matches!(finding.kind, Kind::Gap));
     for finding in told {
         for at in near(side, finding) {
@@ -206,7 +219,7 @@ fn untold(side: &Side, face: Face) -> Vec<String> {
 
 /// The holes that no drill and no mill goes through, of those that nobody says are missing.
 fn missing_holes(side: &Side, machine: &Machine) -> Vec<[f64; 2]> {
-    let through = cut(side, -machine.process.board_thickness.mm(), |_| true);
+    let through = cut(side, -machine.process.board_thickness.mm(), COARSE, |_| true);
     let zero = side.planned.origin;
     let made: BTreeSet<u32> = side.planned.parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
     let holes = (0_u32..).zip(&side.planned.board.holes).filter(|(index, _)| made.contains(index));
@@ -242,8 +255,9 @@ fn written_programs_do_what_the_proof_says() {
         let artwork = read_folder(&folder);
         let board =
             from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0;
-        let size =
-            board.outline.bounds().map(|all| (all.max.x - all.min.x).mm() * (all.max.y - all.min.y).mm());
+        let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
+        let all = copper.chain(board.outline.bounds()).reduce(|all, next| all.with(next.min).with(next.max));
+        let size = all.map(|all| (all.max.x - all.min.x).mm() * (all.max.y - all.min.y).mm());
         if size.is_some_and(|size| size < LARGEST_MM2) && !board.copper.is_empty() {
             boards.push((folder.display().to_string(), board));
         }
@@ -333,17 +347,18 @@ fn no_tool_enters_a_zone() {
     let zone = Bounds::of(middle).grown(Length::from_mm(3.0));
     let (work, _) = worked(&board, &machine, |work| work.setup.exclusions = vec![zone]);
     let side = planned_side(&board, &work, &machine);
-    let taken = cut(&side, 0.0, |_| true);
+    let taken = cut(&side, 0.0, COARSE, |_| true);
     let zero = side.planned.origin;
     let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
     let (low, high) = (mm(zone.min), mm(zone.max));
-    let inside = |at: [f64; 2]| (0..2).all(|axis| low[axis] + DOT < at[axis] && at[axis] < high[axis] - DOT);
+    let inside =
+        |at: [f64; 2]| (0..2).all(|axis| low[axis] + COARSE < at[axis] && at[axis] < high[axis] - COARSE);
     let hit = (0..taken.dots.len()).filter(|dot| taken.dots[*dot] != 0 && inside(taken.place(*dot))).count();
     assert_eq!(hit, 0, "dots in the zone");
-    assert!(taken.dots.iter().filter(|dot| **dot != 0).count() > 10_000, "something is cut");
+    assert!(taken.dots.iter().filter(|dot| **dot != 0).count() > 2_000, "something is cut");
     // Without the zone something is cut there: the zone is not empty by chance.
     let (work, _) = worked(&board, &machine, |_| {});
-    let free = cut(&planned_side(&board, &work, &machine), 0.0, |_| true);
+    let free = cut(&planned_side(&board, &work, &machine), 0.0, COARSE, |_| true);
     assert!((0..free.dots.len()).any(|dot| free.dots[dot] != 0 && inside(free.place(dot))));
 }
 
@@ -363,7 +378,7 @@ fn every_copy_of_a_panel_is_cut_alike() {
     assert_eq!(untold(&side, face), Vec::<String>::new());
     let pitch = (all.max.x - all.min.x + work.setup.panel.gap).mm();
     // Away from the cut-outs, whose tabs may lie elsewhere.
-    let taken = cut(&side, -COPPER, |tool| !matches!(tool, Tool::Round { drill: false, .. }));
+    let taken = cut(&side, -COPPER, DOT, |tool| !matches!(tool, Tool::Round { drill: false, .. }));
     let (width, height) = ((all.max.x - all.min.x).mm(), (all.max.y - all.min.y).mm());
     let (mut cut_away, mut different) = (0_usize, 0_usize);
     for dot in 0..taken.dots.len() {
@@ -389,9 +404,9 @@ fn hangs(board: &Board, machine: &Machine, change: impl Fn(&mut CutOut)) -> (boo
         }
     });
     let side = planned_side(board, &work, machine);
-    let through = cut(&side, -machine.process.board_thickness.mm(), |_| true);
+    let through = cut(&side, -machine.process.board_thickness.mm(), COARSE, |_| true);
     let labels = through.pieces_of_nothing();
-    let mut body = sheet(&side);
+    let mut body = sheet(&side, COARSE);
     let region: &Region = &side.planned.board.outline;
     let outlines: Vec<_> = region.paths().map(|path| places(path, side.planned.origin)).collect();
     body.area(&outlines, 1);
