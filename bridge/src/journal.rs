@@ -10,13 +10,13 @@
 //! Comes in: records. Goes out: the interrupted job, if there is one. A journal that is damaged is moved aside, never
 //! overwritten, and the new one remembers that until somebody has read it. Does not know what a leg is.
 
+use crate::quiet;
 use annulus_core::machine::Steps;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::auth;
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 const TABLE: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("journal");
@@ -201,12 +201,12 @@ fn free_name(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.with_extension("damaged"))
 }
 
-/// Opens and reads. The library may panic on files that were tampered with; that counts as damaged.
+/// Opens and reads. The library may panic on files that were tampered with; that counts as damaged, and nobody sees it.
 fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
     if fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0) {
         return Err(Trouble::Damaged("it is empty".to_owned()));
     }
-    let opened = catch_unwind(AssertUnwindSafe(|| {
+    let opened = quiet::caught(|| {
         let mut database = Database::create(path).map_err(|error| match error {
             DatabaseError::DatabaseAlreadyOpen => Trouble::InUse,
             DatabaseError::Storage(redb::StorageError::Io(error))
@@ -228,8 +228,8 @@ fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
         let journal = Journal { database };
         let contents = journal.contents().map_err(Trouble::Damaged)?;
         Ok((journal, contents))
-    }));
-    opened.unwrap_or_else(|_| Err(Trouble::Damaged("its structure is broken".to_owned())))
+    });
+    opened.unwrap_or_else(|| Err(Trouble::Damaged("its structure is broken".to_owned())))
 }
 
 /// Length of the digest in front of a value.

@@ -14,6 +14,7 @@ mod lab;
 mod machine_file;
 mod outputs;
 mod own;
+mod quiet;
 mod saving;
 mod server;
 

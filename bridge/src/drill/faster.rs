@@ -70,12 +70,12 @@ impl Work {
     pub(super) fn take_over(&mut self) -> bool {
         let same = |anew: &Arc<Prepared>| {
             anew.zero == self.job.zero
-                && anew.legs.len() == self.job.legs.len()
+                && anew.stream.legs() == self.job.stream.legs()
                 && anew.before_leg(self.leg) == self.job.before_leg(self.leg)
         };
         let Some(anew) = self.anew.take_if(|anew| same(anew)) else { return false };
-        self.segment = anew.legs.get(self.leg).map_or(self.segment, |range| range.start);
         self.job = anew;
+        self.unpack();
         true
     }
 }

@@ -10,6 +10,7 @@
 //! Comes in: asks and uploaded programs. Goes out: tells. Does not know sockets, sessions or leases.
 
 mod arming;
+mod begin;
 mod board;
 mod faster;
 mod hands;

@@ -34,8 +34,9 @@ pub(super) struct Work {
     pub(super) first: usize,
     /// The leg in work or to come.
     pub(super) leg: usize,
-    /// The next segment of the stream.
-    pub(super) segment: usize,
+    /// Its segments, and how many of them were given.
+    segments: Vec<Segment>,
+    given: usize,
     /// Holes drilled.
     pub(super) holes: u32,
     /// Ways milled.
@@ -51,23 +52,43 @@ pub(super) struct Work {
 
 impl Work {
     pub(super) fn new(job: Arc<Prepared>, leg: usize, percent: u8) -> Self {
-        let segment = job.legs.get(leg).map_or(0, |range| range.start);
-        let (bit, _) = job.in_force(segment);
+        let (bit, _) = job.in_force(job.stream.range(leg).start);
         let (holes, ways) = job.done_before(leg);
-        let of_leg = job.legs.get(leg).and_then(|range| job.stream.segments.get(range.clone()));
-        let asks = of_leg.unwrap_or_default().iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
+        let segments = job.stream.leg(leg);
+        let asks = segments.iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
         let confirm_bit = bit.is_some() && !asks;
-        let (anew, started, stop) = (None, Instant::now(), None);
-        Self { job, anew, percent, first: leg, leg, segment, holes, ways, started, bit, stop, confirm_bit }
+        let (anew, started, stop, given, first) = (None, Instant::now(), None, 0, leg);
+        Self { job, anew, percent, first, leg, segments, given, holes, ways, started, bit, stop, confirm_bit }
+    }
+
+    /// It begins now, however long ago it was asked for.
+    pub(super) fn begins(&mut self) {
+        self.started = Instant::now();
+    }
+
+    /// Begins with the leg: its segments as the plan in force has them.
+    pub(super) fn unpack(&mut self) {
+        (self.segments, self.given) = (self.job.stream.leg(self.leg), 0);
+    }
+
+    /// The next segment of the leg.
+    fn next(&self) -> Option<&Segment> {
+        self.segments.get(self.given)
+    }
+
+    /// The bit that the next segment waits for.
+    fn awaited(&self) -> Option<u32> {
+        self.next().and_then(|next| if let Effect::AwaitBit(bit) = next.effect { Some(bit) } else { None })
+    }
+
+    /// The spindle speed that is in force before the next segment.
+    fn rpm(&self) -> u32 {
+        self.job.in_force(self.job.stream.range(self.leg).start + self.given).1
     }
 
     pub(super) fn progress(&self) -> Progress {
         let leg = u32::try_from(self.leg).unwrap_or(u32::MAX);
         Progress { done: leg, begun: leg, holes: self.holes, ways: self.ways }
-    }
-
-    fn leg_end(&self) -> usize {
-        self.job.legs.get(self.leg).map_or(self.segment, |range| range.end)
     }
 }
 
@@ -157,8 +178,7 @@ impl Owner {
     /// person has no clock.
     fn goes_on_low(&self) -> bool {
         let Some(work) = &self.work else { return false };
-        let next = work.job.stream.segments.get(work.segment).filter(|_| work.segment < work.leg_end());
-        match next {
+        match work.next() {
             Some(behind_gate) => !matches!(behind_gate.effect, Effect::AwaitBit(_)),
             None => work.job.begins_low(work.leg + 1),
         }
@@ -228,7 +248,7 @@ impl Owner {
     /// The spindle as it has to turn before the next segment, with time to get there.
     pub(super) fn spindle_up(&self) -> Vec<Segment> {
         let Some(work) = &self.work else { return Vec::new() };
-        let (_, rpm) = work.job.in_force(work.segment);
+        let rpm = work.rpm();
         let ticks = (self.machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
         let on = rest(Stage::Dwell, Effect::Spindle(rpm), ticks, self.position);
         if rpm == 0 { Vec::new() } else { vec![on] }
@@ -244,32 +264,31 @@ impl Owner {
         let unattended = self.machine.tool_change == ToolChange::Unattended;
         let Some(work) = &mut self.work else { return };
         let mut put_in = None;
-        let starts = work.job.legs.get(work.leg).is_some_and(|range| range.start == work.segment);
+        let starts = work.given == 0;
         if starts && work.take_over() {
             self.executor.shared.set_pace(work.slower());
         }
-        let end = work.leg_end();
         let up = self.position[2] >= work.job.zero[2];
         if starts && up && work.job.begins_low(work.leg) {
             match work.job.entry(&self.machine, work.leg) {
                 Ok(leg) => segments.extend(leg),
                 Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
             }
-            work.segment = end;
+            work.given = work.segments.len();
         }
-        while let Some(segment) = work.job.stream.segments.get(work.segment).filter(|_| work.segment < end) {
+        while let Some(segment) = work.segments.get(work.given) {
             if let Effect::AwaitBit(bit) = segment.effect {
                 if !unattended {
                     break;
                 }
                 work.bit = Some(bit);
-                work.segment += 1;
+                work.given += 1;
                 put_in = Some(bit);
                 continue;
             }
             let gated = segment.gate.is_some();
             segments.push(segment.clone());
-            work.segment += 1;
+            work.given += 1;
             if gated {
                 break;
             }
@@ -289,11 +308,9 @@ impl Owner {
             self.put_in(bit, true);
             return self.give(Doing::Approach, spindle);
         }
-        if let Some(Effect::AwaitBit(bit)) =
-            work.job.stream.segments.get(work.segment).map(|segment| segment.effect)
-        {
+        if let Some(bit) = work.awaited() {
             work.bit = Some(bit);
-            work.segment += 1;
+            work.given += 1;
             self.put_in(bit, true);
         }
         self.leg(spindle);
@@ -313,8 +330,8 @@ impl Owner {
     fn leg_ended(&mut self) {
         self.doing = Doing::Nothing;
         let Some(work) = &mut self.work else { return };
-        if work.segment < work.leg_end() {
-            let waits = matches!(work.job.stream.segments[work.segment].effect, Effect::AwaitBit(_));
+        if work.next().is_some() {
+            let waits = work.awaited().is_some();
             return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
         }
         let mark = work.job.program.legs.get(work.leg).map(|leg| leg.mark);
@@ -323,7 +340,8 @@ impl Owner {
         work.holes += u32::from(hole);
         work.ways += u32::from(way);
         work.leg += 1;
-        let last = work.leg >= work.job.legs.len();
+        work.unpack();
+        let last = work.leg >= work.job.stream.legs();
         self.recorder.write(Record::Advance(work.progress(), stop));
         // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
         if self.session.state == State::Pausing && work.job.begins_low(work.leg) {
@@ -338,11 +356,10 @@ impl Owner {
     /// A sensor ended a stroke early: what follows in the leg starts from there.
     fn rejoin(&mut self) -> Result<(), Remark> {
         let Some(work) = &mut self.work else { return Ok(()) };
-        let (end, zero) = (work.leg_end(), work.job.zero);
+        let zero = work.job.zero;
         let mut before = Vec::new();
-        while work.segment < end {
-            let segment = &work.job.stream.segments[work.segment];
-            work.segment += 1;
+        while let Some(segment) = work.segments.get(work.given) {
+            work.given += 1;
             if segment.runs.is_empty() {
                 before.push(segment.clone());
                 continue;
@@ -421,7 +438,7 @@ impl Owner {
                 }
             }
             (Doing::Leg, Ended::Completed) => {
-                let more = self.work.as_ref().is_some_and(|work| work.segment < work.leg_end());
+                let more = self.work.as_ref().is_some_and(|work| work.next().is_some());
                 if stopping && more { self.pending.push_back(Event::Rested) } else { self.leg_ended() }
             }
             (Doing::Approach, Ended::Completed) => {

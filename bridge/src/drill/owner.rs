@@ -3,6 +3,7 @@
 //! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
 //! what segments a move is made of.
 
+use super::begin::Starting;
 use super::board::Judged;
 use super::hands::Hands;
 use super::moves::{Doing, Work, ruler};
@@ -15,7 +16,7 @@ use super::ticket::{Ticket, Tickets};
 use crate::executor::{Executor, Report, Shared};
 use crate::journal::{Contents, JobRecord, Journal, Progress, WorkZero};
 use crate::machine_file;
-use annulus_core::control::{Action, Ending, Event, Session, State, Timing, Trust, step};
+use annulus_core::control::{Action, Event, Session, State, Timing, Trust, step};
 use annulus_core::job::Bit;
 use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
 use annulus_core::pins::AxisSet;
@@ -25,7 +26,7 @@ use annulus_core::twin::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Status, Tell};
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast;
@@ -64,6 +65,8 @@ pub(super) enum Message {
     InWork(Sender<Option<(Arc<Prepared>, u8)>>),
     /// The job in work at other feeds.
     Anew(Box<Prepared>),
+    /// The start of a job is in the journal, or cannot be.
+    Begun(Result<(), Remark>),
     Greeting(Sender<Vec<Tell>>),
     Report(Report),
     ExecutorGone(Remark),
@@ -100,6 +103,8 @@ pub(super) struct Owner {
     pub(super) recorder: Recorder,
     pub(super) prepared: Option<Arc<Prepared>>,
     pub(super) work: Option<Work>,
+    /// A job whose start is being written down.
+    pub(super) starting: Option<Starting>,
     /// A job that did not come to its end.
     pub(super) interrupted: Option<(JobRecord, Progress)>,
     pub(super) doing: Doing,
@@ -120,7 +125,7 @@ pub(super) struct Owner {
     pub(super) pending: VecDeque<Event>,
     pub(super) tells: broadcast::Sender<Tell>,
     pub(super) told: (Option<Status>, Instant),
-    tickets: Arc<Tickets>,
+    pub(super) tickets: Arc<Tickets>,
 }
 
 /// The work zero of a job, where its steps still mean what they meant.
@@ -170,6 +175,7 @@ impl Owner {
             recorder,
             prepared: None,
             work: None,
+            starting: None,
             interrupted,
             doing: Doing::Nothing,
             in_spindle: None,
@@ -219,12 +225,19 @@ impl Owner {
         self.tell_status();
     }
 
-    fn take(&mut self, message: Message) {
+    pub(super) fn take(&mut self, message: Message) {
+        let Some(message) = self.in_turn(message) else { return };
         match message {
             Message::Ask(ask, ticket, reply) => {
-                let good = ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket));
-                let _ = reply.send(good.and_then(|()| self.ask(ask)));
+                let asked = ticket.unwrap_or_else(|| self.tickets.now());
+                match (self.tickets.check(asked), ask) {
+                    (Ok(()), Ask::Start { job, stream_digest, from_leg }) => {
+                        self.begin(Event::Start(job, stream_digest, from_leg), asked, reply);
+                    }
+                    (good, ask) => drop(reply.send(good.and_then(|()| self.ask(ask)))),
+                }
             }
+            Message::Begun(written) => self.begun(written),
             Message::Stop => drop(self.ask(Ask::Stop)),
             Message::ControlChanged => {
                 self.executor.shared.revoke();
@@ -260,7 +273,6 @@ impl Owner {
             }
             Ask::JogOn if self.doing == Doing::Jog => self.executor.shared.grant(),
             Ask::JogOn => {}
-            Ask::Start { job, stream_digest, from_leg } => self.start(job, stream_digest, from_leg)?,
             Ask::Pause => {
                 self.try_event(Event::Pause)?;
                 self.queue_hold();
@@ -270,6 +282,7 @@ impl Owner {
             Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
             Ask::Pace { percent } => self.pace(percent)?,
             Ask::Stop => {
+                self.stop_start();
                 self.lock_outputs();
                 self.try_event(Event::Stop)?;
             }
@@ -292,6 +305,7 @@ impl Owner {
             Ask::ForgetInterrupted => self.forget()?,
             Ask::Configure { changes } => self.configure(&changes)?,
             Ask::Arm { .. }
+            | Ask::Start { .. }
             | Ask::Hello { .. }
             | Ask::Ping { .. }
             | Ask::TakeControl { .. }
@@ -371,69 +385,6 @@ impl Owner {
             }
             Action::Refuse(why) => return Err(why),
         }
-        Ok(())
-    }
-
-    fn start(&mut self, job: String, digest: String, from_leg: u32) -> Result<(), Remark> {
-        let event = Event::Start(job, digest, from_leg);
-        let (_, actions) = step(&self.session, event.clone());
-        if let [Action::Refuse(why)] = actions.as_slice() {
-            return Err(why.clone());
-        }
-        let prepared = self.prepared.clone().ok_or_else(|| remark("control.not_armed"))?;
-        let plane = [prepared.zero[0], prepared.zero[1]];
-        let begun = self.interrupted.as_ref().map(|(begun, _)| zero_of(begun, &self.machine));
-        if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
-            return Err(remark("control.zero_moved"));
-        }
-        let work = Work::new(Arc::clone(&prepared), from_leg as usize, self.executor.shared.pace());
-        let record = JobRecord {
-            key: prepared.key.clone(),
-            name: prepared.program.name.clone(),
-            fingerprint: self.machine.fingerprint(),
-            zero: plane,
-            ruler: Some(ruler(&self.machine)),
-            stream_digest: prepared.digest.clone(),
-            holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
-            ways_total: u32::try_from(prepared.program.way_count()).unwrap_or(u32::MAX),
-        };
-        let (reply, answer) = channel();
-        let begin = Record::Begin(Box::new(record.clone()), work.progress(), prepared.bytes.clone(), reply);
-        self.recorder.write(begin);
-        answer.recv().unwrap_or_else(|_| Err(remark("control.shut_down")))?;
-        self.interrupted = Some((record, work.progress()));
-        self.board_begins();
-        self.work = Some(work);
-        self.try_event(event)
-    }
-
-    fn end(&mut self, ending: Ending) {
-        let Some(work) = self.work.take() else { return };
-        self.executor.shared.set_pace(work.percent.min(100));
-        self.board_ends(&work);
-        self.prepared = None;
-        self.session.armed = None;
-        if ending == Ending::Done {
-            self.interrupted = None;
-            self.recorder.write(Record::Finish);
-        } else if let Some((_, progress)) = &mut self.interrupted {
-            *progress = work.progress();
-        }
-        self.session.offer =
-            self.interrupted.as_ref().map(|(job, progress)| (job.key.clone(), progress.done));
-        let (holes_done, ways_done) = (work.holes, work.ways);
-        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, ways_done });
-        if let Some(offer) = self.offer() {
-            self.tell(offer);
-        }
-    }
-
-    fn forget(&mut self) -> Result<(), Remark> {
-        if self.work.is_some() {
-            return Err(remark("control.busy"));
-        }
-        (self.interrupted, self.session.offer) = (None, None);
-        self.recorder.write(Record::Finish);
         Ok(())
     }
 

@@ -9,9 +9,9 @@ use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::steps::{self, Effect, Segment, StepStream, TICK_HZ};
+use annulus_core::steps::{self, Effect, Packed, Segment, TICK_HZ};
 use annulus_core::wire::{PreflightRow, Tell, Verdict, program};
-use std::ops::Range;
+use std::thread;
 
 /// How the drill stands when a job is prepared.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,10 +31,8 @@ pub(super) struct Prepared {
     pub(super) key: String,
     pub(super) bytes: Vec<u8>,
     pub(super) program: Program,
-    pub(super) stream: StepStream,
+    pub(super) stream: Packed,
     pub(super) digest: String,
-    /// The segments of every leg.
-    pub(super) legs: Vec<Range<usize>>,
     /// Stream time from the start of every leg to the end of the job, in ticks.
     pub(super) left_ticks: Vec<u64>,
     /// Work zero in machine steps, Z on the board's surface.
@@ -49,9 +47,7 @@ pub(super) struct Prepared {
 /// What a program becomes on a machine.
 struct Planned {
     program: Program,
-    stream: StepStream,
-    digest: String,
-    legs: Vec<Range<usize>>,
+    stream: Packed,
     left_ticks: Vec<u64>,
 }
 
@@ -70,7 +66,7 @@ impl Prepared {
     /// Where leg `leg` starts when it is begun from rest, in machine steps: all spindles up.
     pub(super) fn start_of_leg(&self, leg: usize) -> Steps {
         let from = self.before_leg(leg);
-        let up = self.stream.start;
+        let up = self.stream.start();
         std::array::from_fn(|axis| {
             self.zero[axis] + if axis < 2 { from[axis] } else { from[axis].max(up[axis]) }
         })
@@ -78,12 +74,17 @@ impl Prepared {
 
     /// Whether the motors of X and Y went down in their numbers last before leg `leg`: so their play is taken up.
     fn down_before(&self, leg: usize) -> [bool; 2] {
-        let first = self.legs.get(leg).map_or(self.stream.segments.len(), |range| range.start);
-        let before = self.stream.segments.get(..first).unwrap_or_default();
-        [0, 1].map(|axis: usize| {
-            let mut runs = before.iter().rev().flat_map(|segment| segment.runs.iter().rev());
-            runs.find(|run| run.axes >> axis & 1 == 1).is_some_and(|run| !run.forward)
-        })
+        let mut down = [None; 2];
+        for segment in (0..leg).rev().flat_map(|leg| self.stream.leg(leg).into_iter().rev()) {
+            for (axis, down) in down.iter_mut().enumerate() {
+                let last = segment.runs.iter().rev().find(|run| run.axes >> axis & 1 == 1);
+                *down = down.or(last.map(|run| !run.forward));
+            }
+            if down.iter().all(Option::is_some) {
+                break;
+            }
+        }
+        down.map(Option::unwrap_or_default)
     }
 
     /// Where the motors of X and Y go first, in machine steps, when leg `leg` is begun from anywhere: so that they come to its
@@ -101,13 +102,12 @@ impl Prepared {
 
     /// Where everything stands when leg `leg` follows the one before, in steps from the work zero.
     pub(super) fn before_leg(&self, leg: usize) -> Steps {
-        let first = self.legs.get(leg).map_or(self.stream.segments.len(), |range| range.start);
-        first.checked_sub(1).map_or(self.stream.start, |last| self.stream.segments[last].end)
+        self.stream.before(leg)
     }
 
     /// Whether leg `leg` goes on from the bottom of the hole before.
     pub(super) fn begins_low(&self, leg: usize) -> bool {
-        self.legs.get(leg).is_some_and(|range| !range.is_empty()) && self.before_leg(leg)[2] < 0
+        !self.stream.range(leg).is_empty() && self.before_leg(leg)[2] < 0
     }
 
     /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
@@ -128,8 +128,8 @@ impl Prepared {
     /// What is in force before segment `first`: bit and spindle speed.
     pub(super) fn in_force(&self, first: usize) -> (Option<u32>, u32) {
         let (mut bit, mut rpm) = (None, 0);
-        for segment in self.stream.segments.iter().take(first) {
-            match segment.effect {
+        for effect in self.stream.effects_before(first) {
+            match effect {
                 Effect::Spindle(speed) => rpm = speed,
                 Effect::AwaitBit(wanted) => bit = Some(wanted),
                 Effect::None => {}
@@ -162,7 +162,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     let machine = &context.machine;
     let program = program::decode(bytes)?;
     let plan = planned(program, machine)?;
-    let Planned { program, stream, digest: _, legs: _, left_ticks } = &plan;
+    let Planned { program, stream, left_ticks, .. } = &plan;
     let taken_up = context.offer.as_ref().filter(|(offered, ..)| offered == key);
     let plane = context.zero.or(taken_up.and_then(|(_, _, zero)| *zero));
     let mut zero = Steps::default();
@@ -177,11 +177,11 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     } else {
         row(Verdict::Fail, Remark::new(Weight::Loss, "preflight.other_machine"))
     });
-    if plane.is_some() {
-        match check::verify(stream, machine, zero) {
-            Ok(_) => checks.push(row(Verdict::Pass, note("preflight.stream_safe"))),
-            Err(reasons) => checks.extend(reasons.into_iter().take(20).map(|why| row(Verdict::Fail, why))),
-        }
+    let (digest, verdict) = judged(stream, machine, plane.map(|_| zero));
+    match verdict {
+        Some(Ok(())) => checks.push(row(Verdict::Pass, note("preflight.stream_safe"))),
+        Some(Err(reasons)) => checks.extend(reasons.into_iter().take(20).map(|why| row(Verdict::Fail, why))),
+        None => {}
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
     checks.extend(machine::doubts(machine).into_iter().map(|doubt| row(Verdict::Warn, doubt)));
@@ -210,7 +210,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         note(words).with("holes", holes).with("ways", program.way_count()).with("seconds", total_s.round()),
     ));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
-    Ok(Prepared { zero, checks, ..bare(plan, key, bytes, context.clone()) })
+    Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
 }
 
 /// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
@@ -220,17 +220,33 @@ fn missing_drills<'a>(program: &'a Program, machine: &Machine) -> Vec<&'a str> {
 }
 
 fn planned(program: Program, machine: &Machine) -> Result<Planned, Remark> {
-    let stream = steps::stream_of(&program, machine)?;
-    let legs = legs_of(&stream, program.legs.len());
-    let (digest, left_ticks) = (steps::digest(&stream), left_ticks(&stream, &legs));
-    Ok(Planned { program, stream, digest, legs, left_ticks })
+    let stream = Packed::of(&program, machine)?;
+    let left_ticks = left_ticks(&stream);
+    Ok(Planned { program, stream, left_ticks })
 }
 
-/// A plan with what it was made from, at the feeds it came with, not checked.
+/// The digest of a stream, and what the independent checker says of it where the work zero is known: side by side.
+fn judged(
+    stream: &Packed,
+    machine: &Machine,
+    zero: Option<Steps>,
+) -> (String, Option<Result<(), Vec<Remark>>>) {
+    let digest = || steps::digest_of(&stream.start(), stream.count(), stream.segments());
+    let check = |zero| check::verify_each(&stream.start(), || stream.segments(), machine, zero).map(drop);
+    thread::scope(|scope| {
+        let beside = thread::Builder::new().name("digest".to_owned()).spawn_scoped(scope, digest);
+        let verdict = zero.map(check);
+        // Where there is no second thread, or it failed, it is done here.
+        let found = beside.ok().and_then(|beside| beside.join().ok());
+        (found.unwrap_or_else(digest), verdict)
+    })
+}
+
+/// A plan with what it was made from, at the feeds it came with, not judged.
 fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepared {
-    let Planned { program, stream, digest, legs, left_ticks } = plan;
-    let (zero, checks, feed_percent) = (Steps::default(), Vec::new(), 100);
-    Prepared { key, bytes, program, stream, digest, legs, left_ticks, zero, checks, context, feed_percent }
+    let Planned { program, stream, left_ticks } = plan;
+    let (zero, checks, digest, feed_percent) = (Steps::default(), Vec::new(), String::new(), 100);
+    Prepared { key, bytes, program, stream, digest, left_ticks, zero, checks, context, feed_percent }
 }
 
 /// The job in work with its feeds at `percent` of those it came with: the same legs to the same places, planned and checked
@@ -238,15 +254,17 @@ fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepare
 pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Remark> {
     let machine = &job.context.machine;
     let plan = planned(program::decode(&job.bytes)?.at_feed(percent), machine)?;
-    check::verify(&plan.stream, machine, job.zero).map_err(|reasons| {
+    let (digest, verdict) = judged(&plan.stream, machine, Some(job.zero));
+    verdict.unwrap_or(Ok(())).map_err(|reasons| {
         reasons.into_iter().next().unwrap_or_else(|| Remark::new(Weight::Loss, "control.busy"))
     })?;
-    let segments = &plan.stream.segments;
-    if let Some(why) = job.context.safe_hz.and_then(|safe_hz| lateness::too_fast(segments, safe_hz)) {
+    let too_fast = |safe_hz| lateness::too_fast(plan.stream.segments(), safe_hz);
+    if let Some(why) = job.context.safe_hz.and_then(too_fast) {
         return Err(why);
     }
     let anew = bare(plan, job.key.clone(), job.bytes.clone(), job.context.clone());
-    Ok(Prepared { zero: job.zero, checks: job.checks.clone(), feed_percent: percent, ..anew })
+    let checks = job.checks.clone();
+    Ok(Prepared { zero: job.zero, checks, digest, feed_percent: percent, ..anew })
 }
 
 /// A wait for a bit that the program does not have: nobody could put it in.
@@ -281,37 +299,24 @@ fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
 }
 
 /// Whether this computer can step the stream in time.
-fn in_time(stream: &StepStream, safe_hz: f64) -> PreflightRow {
-    let fastest = lateness::fastest_rate(&stream.segments).map_or(0.0, |(hz, _)| hz);
-    match lateness::too_fast(&stream.segments, safe_hz) {
+fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
+    let fastest = lateness::fastest_rate(stream.segments());
+    match lateness::beyond(fastest, safe_hz) {
         Some(why) => row(Verdict::Fail, why),
         None => {
-            let finding = note("preflight.in_time").with("hz", fastest.ceil()).with("safe", safe_hz.floor());
+            let hz = fastest.map_or(0.0, |(hz, _)| hz);
+            let finding = note("preflight.in_time").with("hz", hz.ceil()).with("safe", safe_hz.floor());
             row(Verdict::Pass, finding)
         }
     }
 }
 
-fn legs_of(stream: &StepStream, count: usize) -> Vec<Range<usize>> {
-    let mut legs = Vec::with_capacity(count);
-    let mut at = 0;
-    for leg in 0..count {
-        let start = at;
-        while stream.segments.get(at).is_some_and(|segment| segment.leg as usize == leg) {
-            at += 1;
-        }
-        legs.push(start..at);
-    }
-    legs
-}
-
-fn left_ticks(stream: &StepStream, legs: &[Range<usize>]) -> Vec<u64> {
+fn left_ticks(stream: &Packed) -> Vec<u64> {
     let mut left = 0;
-    let mut rows: Vec<u64> = legs
-        .iter()
+    let mut rows: Vec<u64> = (0..stream.legs())
         .rev()
-        .map(|range| {
-            left += stream.segments[range.clone()].iter().map(|segment| segment.duration_ticks).sum::<u64>();
+        .map(|leg| {
+            left += stream.ticks(leg);
             left
         })
         .collect();

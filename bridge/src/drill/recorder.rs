@@ -7,15 +7,15 @@ use super::owner::Message;
 use crate::executor::Shared;
 use crate::journal::{JobRecord, Journal, Progress, WorkZero};
 use annulus_core::machine::Steps;
-use annulus_core::remark::Remark;
+use annulus_core::remark::{Remark, Weight};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
 /// What is to be written.
 pub(super) enum Record {
-    /// A job begins; answered when it is durable.
-    Begin(Box<JobRecord>, Progress, Vec<u8>, Sender<Result<(), Remark>>),
+    /// A job begins; the owner hears when it is durable.
+    Begin(Box<JobRecord>, Progress, Vec<u8>),
     /// A leg is done, the next begun.
     Advance(Progress, Option<(u32, Steps)>),
     /// The job is over or forgotten.
@@ -40,7 +40,10 @@ impl Recorder {
     ) -> std::io::Result<Self> {
         let (records, inbox) = channel();
         let builder = thread::Builder::new().name("journal".to_owned());
-        let thread = builder.spawn(move || run(&journal, &inbox, &shared, &owner))?;
+        let thread = builder.spawn(move || {
+            let over = Over(owner);
+            run(&journal, &inbox, &shared, &over.0);
+        })?;
         Ok(Self { records: Some(records), thread: Some(thread) })
     }
 
@@ -48,6 +51,20 @@ impl Recorder {
         if let Some(records) = &self.records {
             let _ = records.send(record);
         }
+    }
+
+    /// Whether what is written is read.
+    pub(super) fn lives(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+}
+
+/// When the thread ends, whatever ended it, a start that waits for it is answered.
+struct Over(Sender<Message>);
+
+impl Drop for Over {
+    fn drop(&mut self) {
+        let _ = self.0.send(Message::Begun(Err(Remark::new(Weight::Loss, "control.shut_down"))));
     }
 }
 
@@ -64,13 +81,13 @@ fn run(journal: &Journal, inbox: &Receiver<Record>, shared: &Shared, owner: &Sen
     let mut failed = false;
     while let Ok(record) = inbox.recv() {
         let written = match record {
-            Record::Begin(job, progress, program, reply) => {
+            Record::Begin(job, progress, program) => {
                 let begun = journal.begin(&job, progress, &program);
                 failed = begun.is_err();
                 if begun.is_ok() {
                     shared.set_durable(progress.done);
                 }
-                let _ = reply.send(begun);
+                let _ = owner.send(Message::Begun(begun));
                 Ok(())
             }
             Record::Advance(..) if failed => Ok(()),

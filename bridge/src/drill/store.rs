@@ -28,7 +28,7 @@ pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Remark>
     own::folder(&folder.join("jobs"))
         .and_then(|()| write_own(&path, bytes))
         .map_err(|error| Remark::new(Weight::Loss, "control.job_not_kept").with("reason", error))?;
-    prune(&folder.join("jobs"));
+    prune(&path);
     Ok(())
 }
 
@@ -39,13 +39,54 @@ pub(super) fn load(folder: &Path, key: &str) -> Option<Vec<u8>> {
     (program::key(&bytes) == key).then_some(bytes)
 }
 
-fn prune(folder: &Path) {
-    let files = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut aged: Vec<(SystemTime, PathBuf)> =
-        files.filter_map(|file| Some((file.metadata().ok()?.modified().ok()?, file.path()))).collect();
+/// Lets the oldest go, but never the one that just came: its time is that of a clock that may have been set back.
+fn prune(newest: &Path) {
+    let files = newest.parent().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();
+    let mut aged: Vec<(SystemTime, PathBuf)> = files
+        .filter(|file| file.path() != newest)
+        .filter_map(|file| Some((file.metadata().ok()?.modified().ok()?, file.path())))
+        .collect();
     aged.sort();
-    let surplus = aged.len().saturating_sub(MOST);
+    let surplus = (aged.len() + 1).saturating_sub(MOST);
     for (_, path) in aged.into_iter().take(surplus) {
         let _ = fs::remove_file(path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::geometry::Point;
+    use annulus_core::job::Program;
+    use annulus_core::units::Length;
+    use std::time::Duration;
+
+    #[test]
+    fn what_was_just_kept_is_there_also_when_the_clock_was_set_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let jobs = folder.path().join("jobs");
+        let mut newest = String::new();
+        for number in 0..=MOST + 3 {
+            let program = Program {
+                name: number.to_string(),
+                machine: String::new(),
+                origin: Point::default(),
+                bits: Vec::new(),
+                spindles: 1,
+                safe_height: Length::ZERO,
+                legs: Vec::new(),
+                accepted: Vec::new(),
+            };
+            let bytes = program::encode(&program);
+            newest = program::key(&bytes);
+            keep(folder.path(), &newest, &bytes).unwrap();
+            assert_eq!(load(folder.path(), &newest), Some(bytes), "{number}");
+            // All that were kept before are of a day to come.
+            let file =
+                fs::File::options().write(true).open(path_of(folder.path(), &newest).unwrap()).unwrap();
+            file.set_modified(SystemTime::now() + Duration::from_secs(86_400)).unwrap();
+        }
+        assert_eq!(fs::read_dir(jobs).unwrap().count(), MOST);
+        assert!(load(folder.path(), &newest).is_some());
     }
 }

@@ -7,6 +7,7 @@ mod milling;
 mod pace;
 mod play;
 mod rack;
+mod starting;
 mod zero;
 
 use super::*;

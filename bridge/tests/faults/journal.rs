@@ -103,8 +103,10 @@ fn a_broken_journal_drills_no_board_anew_in_silence() {
         fs::write(home.join("journal.redb"), broken(&journal, round, &mut seed)).unwrap();
         fs::write(home.join("drilled.txt"), &record).unwrap();
         let before = places(&home);
-        let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+        let output = run(folder.path(), "", "--speed 2000").env("RUST_BACKTRACE", "1").output().unwrap();
         let (object, after) = (json(&output), places(&home));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!said.contains("panicked") && !said.contains("backtrace"), "round {round}: {said}");
         if output.status.code() == Some(0) {
             // Believed: it went on where it was, perhaps one record earlier.
             went_on += 1;

@@ -1,46 +1,18 @@
 //! Bridge and executor watch each other (N15): a machine on an I/O card whose device is an ordinary file, the spindle on, and one
 //! of the two killed or made to stand still. What is judged is the file alone: the bytes on the outputs.
 
-use crate::server::card::{Mechanics, Shop, arm, holes, last_record};
-use crate::server::client::{PATIENCE, Page, Running};
-use crate::server::work::{home, jog, until_status};
+use crate::server::card::{Scene, last_record};
+use crate::server::client::PATIENCE;
+use crate::server::work::{jog, until_status};
 use annulus_core::control::{State, Trust};
-use annulus_core::job::Stage;
 use annulus_core::wire::{Ask, Status};
 use std::fs::{self, OpenOptions};
 use std::os::unix::fs::FileExt;
 use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
-
-/// A machine in the middle of its long way, the spindle on.
-struct Scene {
-    shop: Shop,
-    bridge: Running,
-    page: Page,
-    _mechanics: Mechanics,
-}
 
 impl Scene {
-    fn running() -> Self {
-        let folder = TempDir::new().unwrap();
-        let shop = Shop::new(&folder);
-        let bridge = Shop::bridge(folder, "100");
-        let mechanics = Mechanics::start(&shop.device);
-        let mut page = bridge.page();
-        home(&mut page);
-        let rested = until_status(&mut page, |status| status.stage.is_none());
-        page.ask(&Ask::SetZero);
-        let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
-        assert_eq!(failed, Vec::<String>::new());
-        page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
-        let from = rested.steps[0] + 60;
-        until_status(&mut page, |status| status.stage == Some(Stage::Travel) && status.steps[0] > from);
-        assert_eq!(shop.outputs()[3], 1, "the spindle turns");
-        Self { shop, bridge, page, _mechanics: mechanics }
-    }
-
     /// The executor is the bridge's only child.
     fn executor(&self) -> u32 {
         let tasks = fs::read_dir(format!("/proc/{}/task", self.bridge.child.id())).unwrap().flatten();
@@ -93,7 +65,7 @@ fn signal(pid: u32, name: &str) {
 fn a_killed_executor_leaves_nothing_on_and_stop_works() {
     let rounds = if std::env::var_os("ANNULUS_LONG").is_some() { 12 } else { 2 };
     for round in 0..rounds {
-        let mut scene = Scene::running();
+        let mut scene = Scene::on_its_way();
         thread::sleep(Duration::from_millis(37 * round));
         signal(scene.executor(), "-KILL");
         let took = scene.until(|bytes| bytes == [0; 4]);
@@ -106,7 +78,7 @@ fn a_killed_executor_leaves_nothing_on_and_stop_works() {
 
 #[test]
 fn an_executor_that_stands_still_is_ended_and_leaves_nothing_on() {
-    let mut scene = Scene::running();
+    let mut scene = Scene::on_its_way();
     signal(scene.executor(), "-STOP");
     let took = scene.until(|bytes| bytes == [0; 4]);
     println!("everything off after {took:?}");
@@ -117,7 +89,7 @@ fn an_executor_that_stands_still_is_ended_and_leaves_nothing_on() {
 
 #[test]
 fn a_bridge_that_stands_still_is_not_waited_for() {
-    let mut scene = Scene::running();
+    let mut scene = Scene::on_its_way();
     signal(scene.bridge.child.id(), "-STOP");
     let took = scene.until(|bytes| bytes[3] == 0);
     println!("the spindle is off after {took:?}");
@@ -143,7 +115,7 @@ fn a_bridge_that_stands_still_is_not_waited_for() {
 
 #[test]
 fn outputs_that_cannot_be_switched_off_are_told_as_that() {
-    let mut scene = Scene::running();
+    let mut scene = Scene::on_its_way();
     let aside = scene.shop.device.with_extension("aside");
     fs::rename(&scene.shop.device, aside).unwrap();
     signal(scene.executor(), "-KILL");

@@ -13,7 +13,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, Tell, Verdict, program};
+use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
@@ -218,6 +218,44 @@ pub(crate) fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (Stri
     (job, stream_digest, failed.map(|row| row.finding.code).collect())
 }
 
+/// A machine on a card that is homed and drills two holes.
+pub(crate) struct Scene {
+    pub(crate) shop: Shop,
+    pub(crate) bridge: Running,
+    pub(crate) page: Page,
+    pub(crate) mechanics: Mechanics,
+    /// How it stood, homed, before the job, and the windings that were on then.
+    pub(crate) rested: Status,
+    columns: [Option<i64>; 4],
+}
+
+impl Scene {
+    pub(crate) fn started() -> Self {
+        let folder = TempDir::new().unwrap();
+        let shop = Shop::new(&folder);
+        let bridge = Shop::bridge(folder, "100");
+        let mechanics = Mechanics::start(&shop.device);
+        let mut page = bridge.page();
+        home(&mut page);
+        let rested = until_status(&mut page, |status| status.stage.is_none());
+        let columns = shop.outputs().map(column);
+        page.ask(&Ask::SetZero);
+        let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
+        assert_eq!(failed, Vec::<String>::new());
+        page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+        Self { shop, bridge, page, mechanics, rested, columns }
+    }
+
+    /// In the middle of the long way to the second hole, at full speed, the spindle on.
+    pub(crate) fn on_its_way() -> Self {
+        let mut scene = Self::started();
+        let from = scene.rested.steps[0] + 60;
+        until_status(&mut scene.page, |status| status.stage == Some(Stage::Travel) && status.steps[0] > from);
+        assert_eq!(scene.shop.outputs()[3], 1, "the spindle turns");
+        scene
+    }
+}
+
 /// The last line of the executor's record.
 pub(crate) fn last_record(home: &Path) -> serde_json::Value {
     let text = fs::read_to_string(home.join("executor.log")).unwrap();
@@ -272,22 +310,8 @@ fn a_board_is_drilled_on_a_card_and_a_page_never_changes_the_wiring() {
 
 #[test]
 fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
-    let folder = TempDir::new().unwrap();
-    let shop = Shop::new(&folder);
-    let mut bridge = Shop::bridge(folder, "100");
-    let mechanics = Mechanics::start(&shop.device);
-    let mut page = bridge.page();
-    home(&mut page);
-    let rested = until_status(&mut page, |status| status.stage.is_none());
-    let columns = shop.outputs().map(column);
-    page.ask(&Ask::SetZero);
-    let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
-    assert_eq!(failed, Vec::<String>::new());
-    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
-    // In the middle of the long way to the second hole, at full speed.
-    let from = rested.steps[0] + 60;
-    until_status(&mut page, |status| status.stage == Some(Stage::Travel) && status.steps[0] > from);
-    assert_eq!(shop.outputs()[3], 1, "the spindle turns");
+    let scene = Scene::on_its_way();
+    let Scene { shop, mut bridge, mechanics, rested, columns, .. } = scene;
     bridge.child.kill().unwrap();
     bridge.child.wait().unwrap();
     shop.until_let_go();
@@ -328,17 +352,7 @@ fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
 
 #[test]
 fn a_bridge_killed_with_the_bit_in_the_board_leaves_it_lifted() {
-    let folder = TempDir::new().unwrap();
-    let shop = Shop::new(&folder);
-    let mut bridge = Shop::bridge(folder, "100");
-    let _mechanics = Mechanics::start(&shop.device);
-    let mut page = bridge.page();
-    home(&mut page);
-    until_status(&mut page, |status| status.stage.is_none());
-    page.ask(&Ask::SetZero);
-    let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
-    assert_eq!(failed, Vec::<String>::new());
-    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+    let Scene { shop, mut bridge, mut page, mechanics: _mechanics, .. } = Scene::started();
     until_status(&mut page, |status| status.work_mm[2] < 0.5);
     bridge.child.kill().unwrap();
     bridge.child.wait().unwrap();

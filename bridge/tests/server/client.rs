@@ -2,7 +2,8 @@
 
 use annulus_core::wire::{Ask, PROOF_HEADER, PROTOCOL, SESSION_HEADER, Tell, auth};
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
@@ -34,6 +35,8 @@ pub(crate) struct Running {
     pub(crate) home: Option<TempDir>,
     pub(crate) port: u16,
     pub(crate) token: String,
+    /// What it said for people, and its executor too: printed where the test fails.
+    said: File,
 }
 
 impl Running {
@@ -53,12 +56,14 @@ impl Running {
 
     /// The bridge that `command` starts in `home`.
     pub(crate) fn of(mut command: Command, home: TempDir) -> Self {
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let said = tempfile::tempfile().unwrap();
+        command.stdout(Stdio::piped()).stderr(said.try_clone().unwrap());
+        let mut child = command.spawn().unwrap();
         let mut out = BufReader::new(child.stdout.take().unwrap());
         let mut line = String::new();
         out.read_line(&mut line).unwrap();
         let (port, token) = take_apart(line.trim_end());
-        Self { child, home: Some(home), port, token }
+        Self { child, home: Some(home), port, token, said }
     }
 
     /// Our own origin.
@@ -165,8 +170,14 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
+        let ended = self.child.try_wait();
         let _ = self.child.kill();
         let _ = self.child.wait();
+        if std::thread::panicking() {
+            let mut text = String::new();
+            let _ = self.said.rewind().and_then(|()| self.said.read_to_string(&mut text));
+            println!("the bridge on port {} had ended: {ended:?}; it said:\n{text}", self.port);
+        }
     }
 }
 
@@ -255,15 +266,20 @@ impl Page {
 
     /// The next tell; none when the bridge ended the conversation.
     pub(crate) fn next(&mut self) -> Option<Tell> {
+        self.hear().ok()
+    }
+
+    /// The next tell, or how the bridge ended the conversation.
+    fn hear(&mut self) -> Result<Tell, String> {
         loop {
             match self.socket.read() {
-                Ok(Message::Text(text)) => return Some(serde_json::from_str(&text).unwrap()),
-                Ok(Message::Close(_)) => return None,
+                Ok(Message::Text(text)) => return Ok(serde_json::from_str(&text).unwrap()),
+                Ok(Message::Close(frame)) => return Err(format!("by {frame:?}")),
                 Ok(_) => {}
                 Err(tungstenite::Error::Io(error)) if error.kind() == std::io::ErrorKind::WouldBlock => {
                     panic!("nothing came in {PATIENCE:?}");
                 }
-                Err(_) => return None,
+                Err(error) => return Err(format!("by {error}")),
             }
         }
     }
@@ -272,12 +288,12 @@ impl Page {
     pub(crate) fn until(&mut self, wanted: impl Fn(&Tell) -> bool) -> Tell {
         let mut seen = Vec::new();
         for _ in 0..2_000 {
-            match self.next() {
-                Some(tell) if wanted(&tell) => return tell,
-                Some(Tell::Status(_)) => self.ask(&Ask::Ping { stamp: 0.0 }),
-                Some(Tell::Pong { .. }) => {}
-                Some(tell) => seen.push(tell),
-                None => panic!("closed after {seen:?}"),
+            match self.hear() {
+                Ok(tell) if wanted(&tell) => return tell,
+                Ok(Tell::Status(_)) => self.ask(&Ask::Ping { stamp: 0.0 }),
+                Ok(Tell::Pong { .. }) => {}
+                Ok(tell) => seen.push(tell),
+                Err(how) => panic!("closed {how} after {seen:?}"),
             }
         }
         panic!("not among {seen:?}");

@@ -28,6 +28,7 @@ use crate::steps::stream::{Segment, StepStream};
 use crate::units::Length;
 use interlocks::{Heights, Interlocks};
 use pulses::Walker;
+use std::borrow::Borrow;
 
 /// The longest stream: ten days, in ticks.
 const MOST_TICKS: u64 = 10 * 24 * 3600 * crate::units::TICK_HZ;
@@ -84,9 +85,19 @@ fn axes_present(machine: &Machine) -> usize {
 
 /// Looks through `stream`. `zero_steps` is the work zero in machine coordinates, Z on the board's surface.
 pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Result<CheckReport, Vec<Remark>> {
-    let mut report = measure(stream)?;
+    verify_each(&stream.start, || stream.segments.iter(), machine, zero_steps)
+}
+
+/// The same of a stream that is not there as a whole: from `start`, the `segments`, which are asked for twice.
+pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
+    start: &Steps,
+    segments: impl Fn() -> I,
+    machine: &Machine,
+    zero_steps: Steps,
+) -> Result<CheckReport, Vec<Remark>> {
+    let mut report = measure(segments())?;
     let mut walkers: [Walker; AXES] =
-        std::array::from_fn(|axis| Walker::new(machine, axis, zero_steps[axis], stream.start[axis]));
+        std::array::from_fn(|axis| Walker::new(machine, axis, zero_steps[axis], start[axis]));
     let present = axes_present(machine);
     let mut interlocks = Interlocks::new(machine);
     let mut remarks = Vec::new();
@@ -94,9 +105,10 @@ pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Resu
         let outside = walker.within_range(walker.at).err();
         remarks.extend(outside.map(|remark| remark.with("axis", axis_name(axis)).with("leg", 0)));
     }
-    let mut now = 0;
-    for (index, segment) in stream.segments.iter().enumerate() {
-        let next = stream.segments.get(index + 1);
+    let (mut now, mut index) = (0, 0);
+    let mut segments = segments().peekable();
+    while let Some(segment) = segments.next() {
+        let (segment, next) = (segment.borrow(), segments.peek().map(Borrow::borrow));
         let starts = walkers.each_ref().map(|walker| walker.at);
         for found in walk(segment, &mut walkers, now, present) {
             remarks.push(found.with("leg", segment.leg).with("segment", index));
@@ -110,6 +122,7 @@ pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Resu
             break;
         }
         now += segment.duration_ticks;
+        index += 1;
     }
     if remarks.is_empty() && interlocks.spindle_runs() {
         remarks.push(Remark::new(Weight::Loss, "check.spindle_left_on"));
@@ -124,10 +137,12 @@ pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Resu
 }
 
 /// Counts everything without looking at any single step, so that what is too large is refused at once.
-fn measure(stream: &StepStream) -> Result<CheckReport, Vec<Remark>> {
-    let mut report = CheckReport { segments: stream.segments.len(), ..CheckReport::default() };
+fn measure(segments: impl Iterator<Item: Borrow<Segment>>) -> Result<CheckReport, Vec<Remark>> {
+    let mut report = CheckReport::default();
     let mut last_hole = None;
-    for segment in &stream.segments {
+    for segment in segments {
+        let segment = segment.borrow();
+        report.segments += 1;
         report.total_ticks = report.total_ticks.saturating_add(segment.duration_ticks);
         report.runs += segment.runs.len();
         for run in &segment.runs {

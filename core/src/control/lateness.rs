@@ -15,6 +15,7 @@ use crate::machine::{AXES, axis_name};
 use crate::remark::{Remark, Weight};
 use crate::steps::{PARTS, Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
+use std::borrow::Borrow;
 
 /// Upper edges of the histogram's bars, µs. What is later is in the last bar, which ends at the worst.
 pub const EDGES_US: [u32; 16] =
@@ -108,11 +109,11 @@ pub fn safe_rate(lateness: &Lateness, start_stop_hz: f64) -> f64 {
 
 /// The shortest interval between two steps of one axis in `segments`, less than a tick too short where it is no whole one: its
 /// rate in steps per second, and the axis. None where no axis makes two steps.
-pub fn fastest_rate(segments: &[Segment]) -> Option<(f64, usize)> {
+pub fn fastest_rate(segments: impl IntoIterator<Item: Borrow<Segment>>) -> Option<(f64, usize)> {
     let mut shortest: Option<(i128, usize)> = None;
     for segment in segments {
         let mut seen = [false; AXES];
-        for run in &segment.runs {
+        for run in &segment.borrow().runs {
             // Axes that step together have the same intervals.
             let Some(axis) = (0..AXES).find(|axis| run.axes >> axis & 1 == 1) else { continue };
             let seen = &mut seen[axis];
@@ -134,8 +135,13 @@ pub fn fastest_rate(segments: &[Segment]) -> Option<(f64, usize)> {
 }
 
 /// Why `segments` must not be played on a computer whose highest safe rate is `safe_hz`, if they must not.
-pub fn too_fast(segments: &[Segment], safe_hz: f64) -> Option<Remark> {
-    let (hz, axis) = fastest_rate(segments).filter(|(hz, _)| *hz > safe_hz)?;
+pub fn too_fast(segments: impl IntoIterator<Item: Borrow<Segment>>, safe_hz: f64) -> Option<Remark> {
+    beyond(fastest_rate(segments), safe_hz)
+}
+
+/// The same of what [`fastest_rate`] found.
+pub fn beyond(fastest: Option<(f64, usize)>, safe_hz: f64) -> Option<Remark> {
+    let (hz, axis) = fastest.filter(|(hz, _)| *hz > safe_hz)?;
     let why = Remark::new(Weight::Loss, "control.faster_than_clock").with("axis", axis_name(axis));
     Some(why.with("hz", libm::ceil(hz)).with("safe", libm::floor(safe_hz)))
 }

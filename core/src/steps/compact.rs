@@ -53,15 +53,19 @@ impl Guess {
 pub fn compact(stream: &StepStream) -> Vec<u8> {
     let mut bytes = postcard::to_allocvec(&(stream.start, stream.segments.len() as u64)).unwrap_or_default();
     for segment in &stream.segments {
-        let bare = bare(segment);
-        bytes.extend(postcard::to_allocvec(&bare).unwrap_or_default());
-        put(segment.runs.len() as u64, &mut bytes);
-        let mut guess = Guess::default();
-        for run in &segment.runs {
-            put_run(run, &mut guess, &mut bytes);
-        }
+        put_segment(segment, &mut bytes);
     }
     bytes
+}
+
+/// Appends the bytes of a segment.
+pub(super) fn put_segment(segment: &Segment, bytes: &mut Vec<u8>) {
+    bytes.extend(postcard::to_allocvec(&bare(segment)).unwrap_or_default());
+    put(segment.runs.len() as u64, bytes);
+    let mut guess = Guess::default();
+    for run in &segment.runs {
+        put_run(run, &mut guess, bytes);
+    }
 }
 
 /// A segment without its runs.
@@ -75,16 +79,23 @@ pub fn expand(bytes: &[u8]) -> Option<StepStream> {
     let ((start, count), mut bytes): ((_, u64), &[u8]) = postcard::take_from_bytes(bytes).ok()?;
     let mut stream = StepStream { start, segments: Vec::new() };
     for _ in 0..count {
-        let (mut segment, rest): (Segment, &[u8]) = postcard::take_from_bytes(bytes).ok()?;
-        bytes = rest;
-        let runs = take(&mut bytes)?;
-        let mut guess = Guess::default();
-        for _ in 0..runs {
-            segment.runs.push(take_run(&mut guess, &mut bytes)?);
-        }
-        stream.segments.push(segment);
+        stream.segments.push(take_segment(&mut bytes)?);
     }
     bytes.is_empty().then_some(stream)
+}
+
+/// Takes a segment off the front of `bytes`; none where they do not begin with one.
+pub(super) fn take_segment(bytes: &mut &[u8]) -> Option<Segment> {
+    let (mut segment, rest): (Segment, &[u8]) = postcard::take_from_bytes(bytes).ok()?;
+    *bytes = rest;
+    let runs = take(bytes)?;
+    let mut guess = Guess::default();
+    // A run has two bytes at least.
+    segment.runs.reserve_exact(usize::try_from(runs).unwrap_or(usize::MAX).min(bytes.len() / 2));
+    for _ in 0..runs {
+        segment.runs.push(take_run(&mut guess, bytes)?);
+    }
+    Some(segment)
 }
 
 fn put_run(run: &Run, guess: &mut Guess, bytes: &mut Vec<u8>) {

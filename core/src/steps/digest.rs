@@ -16,6 +16,7 @@ use super::stream::{PARTS, Run, Segment, StepStream};
 use crate::job::{Effect, Gate, Mark, Otherwise, Stage};
 use crate::machine::{Steps, axis_name};
 use sha2::{Digest, Sha256};
+use std::borrow::Borrow;
 use std::fmt::Write;
 
 const HEADER: &[u8; 16] = b"annulus stream 3";
@@ -40,34 +41,38 @@ impl Sink for u64 {
 
 /// SHA-256 of the canonical encoding, in hexadecimal.
 pub fn digest(stream: &StepStream) -> String {
+    digest_of(&stream.start, stream.segments.len(), &stream.segments)
+}
+
+/// The same of a stream that is not there as a whole: `count` segments, one after the other.
+pub fn digest_of(start: &Steps, count: usize, segments: impl IntoIterator<Item: Borrow<Segment>>) -> String {
     let mut hash = Sha256::new();
-    encode(stream, &mut hash);
+    put_head(start, count, &mut hash);
+    segments.into_iter().for_each(|segment| put_segment(segment.borrow(), &mut hash));
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// How many bytes the canonical encoding has.
 pub fn encoded_len(stream: &StepStream) -> u64 {
     let mut length = 0_u64;
-    encode(stream, &mut length);
+    put_head(&stream.start, stream.segments.len(), &mut length);
+    stream.segments.iter().for_each(|segment| put_segment(segment, &mut length));
     length
 }
 
-fn encode(stream: &StepStream, sink: &mut impl Sink) {
+fn put_head(start: &Steps, count: usize, sink: &mut dyn Sink) {
     sink.put(HEADER);
-    put_steps(&stream.start, sink);
-    sink.put(&(stream.segments.len() as u64).to_le_bytes());
-    for segment in &stream.segments {
-        put_segment(segment, sink);
-    }
+    put_steps(start, sink);
+    sink.put(&(count as u64).to_le_bytes());
 }
 
-fn put_steps(steps: &Steps, sink: &mut impl Sink) {
+fn put_steps(steps: &Steps, sink: &mut dyn Sink) {
     for step in steps {
         sink.put(&step.to_le_bytes());
     }
 }
 
-fn put_segment(segment: &Segment, sink: &mut impl Sink) {
+fn put_segment(segment: &Segment, sink: &mut dyn Sink) {
     sink.put(&segment.leg.to_le_bytes());
     let (tag, value) = match segment.mark {
         Mark::Prepare => (0_u8, 0),
@@ -95,7 +100,7 @@ fn put_segment(segment: &Segment, sink: &mut impl Sink) {
     }
 }
 
-fn put_gate(gate: Option<Gate>, sink: &mut impl Sink) {
+fn put_gate(gate: Option<Gate>, sink: &mut dyn Sink) {
     let Some(gate) = gate else { return sink.put(&[0]) };
     sink.put(&[1, gate.input as u8]);
     sink.put(&gate.deadline_us.to_le_bytes());

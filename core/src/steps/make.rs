@@ -17,7 +17,7 @@
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::job::Program;
-use crate::machine::{AXES, Machine};
+use crate::machine::{AXES, Machine, Steps};
 use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
 use crate::motion::{Motion, Move, Part, Route, Takts, Timeline, each_leg};
@@ -42,6 +42,22 @@ pub fn stream_of(program: &Program, machine: &Machine) -> Result<StepStream, Rem
     let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
     let start = each_leg(program, machine, |moves| pile.take(moves))?;
     Ok(StepStream { start, segments: pile.segments })
+}
+
+/// A program as segments, leg by leg: `take` is given those of each, which are forgotten afterwards. Gives where all axes stand
+/// before the first.
+pub(super) fn leg_by_leg(
+    program: &Program,
+    machine: &Machine,
+    mut take: impl FnMut(&[Segment]),
+) -> Result<Steps, Remark> {
+    let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
+    each_leg(program, machine, |moves| {
+        pile.segments.clear();
+        pile.take(moves)?;
+        take(&pile.segments);
+        Ok(())
+    })
 }
 
 /// Segments, as they are made.

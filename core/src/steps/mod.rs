@@ -3,7 +3,7 @@
 //! ```text
 //! Timeline ─ stream ─▶ StepStream ─┬─ replay ─▶ pulse, pulse, pulse …   (pins, sim)
 //!      fit: times → runs           ├─ digest ─▶ SHA-256                 (page = bridge?)
-//!                                  ├─ compact ─▶ bytes                   (as sent)
+//!                                  ├─ compact ─▶ bytes                   (as sent; packed: as kept)
 //!                                  └─ check
 //! ```
 //!
@@ -14,6 +14,7 @@ pub mod compact;
 pub mod digest;
 mod fit;
 mod make;
+mod packed;
 pub mod replay;
 pub mod stream;
 
@@ -21,7 +22,8 @@ pub use crate::job::{Effect, Stage};
 pub use crate::machine::{AXES, Steps};
 pub use crate::motion::automaton;
 pub use compact::{compact, expand};
-pub use digest::{digest, encoded_len, trace};
+pub use digest::{digest, digest_of, encoded_len, trace};
 pub use make::{segment, stream, stream_of};
+pub use packed::Packed;
 pub use replay::{Pulse, Replay, replay, replay_stream};
 pub use stream::{PARTS, Run, Segment, StepStream, TICK_HZ};

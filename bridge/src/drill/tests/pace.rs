@@ -1,6 +1,7 @@
 //! The pace of a job, as a person orders it.
 
 use super::*;
+use annulus_core::steps::Effect;
 
 #[test]
 fn the_pace_is_ordered_within_its_bounds_and_told() {
@@ -85,6 +86,19 @@ fn a_stream_made_leg_by_leg_is_the_same() {
         let timeline = annulus_core::motion::timeline(&program, &machine).unwrap();
         let whole = annulus_core::steps::stream(&timeline, &machine).unwrap();
         assert_eq!(annulus_core::steps::stream_of(&program, &machine).unwrap(), whole);
+        let packed = annulus_core::steps::Packed::of(&program, &machine).unwrap();
+        assert!(packed.start() == whole.start && packed.segments().eq(whole.segments.iter().cloned()));
+        let mut before = (0, whole.start);
+        for leg in 0..=program.legs.len() {
+            let segments = packed.leg(leg);
+            let range = before.0..before.0 + segments.len();
+            assert_eq!((packed.range(leg), packed.before(leg)), (range.clone(), before.1), "leg {leg}");
+            assert_eq!(segments, whole.segments[range.clone()]);
+            assert_eq!(packed.ticks(leg), segments.iter().map(|segment| segment.duration_ticks).sum::<u64>());
+            let switched = whole.segments[..range.start].iter().map(|segment| segment.effect);
+            assert!(packed.effects_before(range.start).eq(switched.filter(|effect| *effect != Effect::None)));
+            before = (range.end, segments.last().map_or(before.1, |last| last.end));
+        }
     }
 }
 

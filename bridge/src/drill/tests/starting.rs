@@ -1,0 +1,104 @@
+//! A start waits for the disk, and nobody waits for the start (N15).
+
+use super::*;
+use annulus_core::wire::Ask;
+use std::sync::{Condvar, Mutex};
+
+/// A disk that takes its time: what is to be durable waits while it is `held`.
+#[derive(Debug)]
+struct SlowDisk(InMemoryBackend, Arc<(Mutex<bool>, Condvar)>);
+
+impl StorageBackend for SlowDisk {
+    fn len(&self) -> std::io::Result<u64> {
+        self.0.len()
+    }
+    fn read(&self, offset: u64, out: &mut [u8]) -> std::io::Result<()> {
+        self.0.read(offset, out)
+    }
+    fn set_len(&self, len: u64) -> std::io::Result<()> {
+        self.0.set_len(len)
+    }
+    fn sync_data(&self) -> std::io::Result<()> {
+        let (held, changed) = &*self.1;
+        drop(changed.wait_while(held.lock().unwrap(), |held| *held).unwrap());
+        self.0.sync_data()
+    }
+    fn write(&self, offset: u64, data: &[u8]) -> std::io::Result<()> {
+        self.0.write(offset, data)
+    }
+}
+
+/// A drill whose job was asked to start while the disk stands still; and what lets the disk go on.
+fn starting() -> (Bench, String, Begun, impl Fn()) {
+    let disk = Arc::new((Mutex::new(false), Condvar::new()));
+    let hold = |held: bool, disk: &(Mutex<bool>, Condvar)| {
+        *disk.0.lock().unwrap() = held;
+        disk.1.notify_all();
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let journal = Journal::on(SlowDisk(InMemoryBackend::new(), Arc::clone(&disk))).unwrap();
+    let parts = (journal, Contents::default(), None);
+    let drill = Drill::assemble(folder.path(), machine(), SPEED, Faults::default(), parts).unwrap();
+    let tells = drill.watch();
+    let bench = Bench { drill, folder, tells };
+    bench.home();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    let (job, stream_digest, _) = bench.arm(&grid(&machine(), 6));
+    hold(true, &disk);
+    let start = Ask::Start { job: job.clone(), stream_digest, from_leg: 0 };
+    let begun = bench.drill.begin(start, Some(bench.drill.ticket()));
+    // The owner goes on meanwhile.
+    assert_eq!(bench.status().state, State::Ready);
+    (bench, job, begun, move || hold(false, &disk))
+}
+
+#[test]
+fn stop_is_heard_while_the_disk_takes_its_time_and_nothing_moves() {
+    for by_ticket in [true, false] {
+        let (bench, job, begun, go_on) = starting();
+        if by_ticket {
+            bench.drill.stop();
+        } else {
+            bench.drill.ask(Ask::Stop).unwrap_or_default();
+        }
+        let before = bench.status().steps;
+        go_on();
+        assert_eq!(begun.finish().unwrap_err().code, "socket.stopped_meanwhile");
+        let status = bench.status();
+        assert_eq!((status.state, status.job, status.steps), (State::Ready, None, before));
+        let offered = bench.drill.greeting().into_iter().any(
+            |tell| matches!(tell, Tell::Interrupted { job: key, next_leg: 0, holes_done: 0, .. } if key == job),
+        );
+        assert!(offered, "it is what the journal says");
+        assert!(bench.record().is_empty());
+        // It can be started all the same.
+        let mut bench = bench;
+        bench.start_here(&grid(&machine(), 6));
+        assert_eq!(bench.ended(), (Ending::Done, 6));
+    }
+}
+
+#[test]
+fn whoever_lost_control_meanwhile_starts_nothing() {
+    let (bench, _, begun, go_on) = starting();
+    bench.drill.control_changed();
+    go_on();
+    assert_eq!(begun.finish().unwrap_err().code, "control.needed");
+    assert_eq!(bench.status().job, None);
+}
+
+#[test]
+fn what_is_asked_after_a_start_is_done_after_it() {
+    let (mut bench, job, begun, go_on) = starting();
+    let ask = |ask| bench.drill.begin(ask, Some(bench.drill.ticket()));
+    let (jog, pace) = (ask(Ask::Jog { axis: 0, distance_um: 1_000 }), ask(Ask::Pace { percent: 50 }));
+    let forget = ask(Ask::ForgetInterrupted);
+    go_on();
+    begun.finish().unwrap();
+    assert_eq!(jog.finish().unwrap_err().code, "control.busy", "the job runs");
+    assert_eq!(forget.finish().unwrap_err().code, "control.busy");
+    pace.finish().unwrap();
+    let status = bench.wait(|status| status.job == Some(job.clone()));
+    assert_eq!(status.pace_percent, 50);
+    assert_eq!(bench.ended(), (Ending::Done, 6));
+}
