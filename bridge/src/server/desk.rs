@@ -152,7 +152,8 @@ impl Desk {
 
     fn note(&mut self, status: &Status) {
         if self.state != Some(status.state) {
-            tracing::info!(state = ?status.state, job = status.job.as_deref().unwrap_or("-"), "state");
+            let alarm = status.alarm.as_ref().map_or("-", |why| &why.code);
+            tracing::info!(state = ?status.state, job = status.job.as_deref().unwrap_or("-"), alarm, "state");
             self.state = Some(status.state);
         }
     }

@@ -18,7 +18,8 @@ fn drilling(bridge: &Running, holes: u32) -> Page {
     let asked = Instant::now();
     page.ask(&Ask::Arm { job: job.clone() });
     let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
-    println!("{holes} holes armed in {:.2} s", asked.elapsed().as_secs_f64());
+    let (took_s, busy_s) = (asked.elapsed().as_secs_f64(), busy_s(bridge));
+    println!("{holes} holes armed in {took_s:.2} s, {busy_s:.2} s of a processor since the bridge began");
     let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
     assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
@@ -33,6 +34,14 @@ fn most_mb(bridge: &Running) -> u64 {
     let text = std::fs::read_to_string(format!("/proc/{}/status", bridge.child.id())).unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0) / 1024
+}
+
+/// How long processors worked for the bridge, s; 0 where the system does not say.
+fn busy_s(bridge: &Running) -> f64 {
+    const TICKS_A_SECOND: f64 = 100.0;
+    let text = std::fs::read_to_string(format!("/proc/{}/stat", bridge.child.id())).unwrap_or_default();
+    let numbers = text.rsplit(") ").next().unwrap_or_default().split(' ').skip(11).take(2);
+    numbers.filter_map(|number| number.parse::<f64>().ok()).sum::<f64>() / TICKS_A_SECOND
 }
 
 #[test]

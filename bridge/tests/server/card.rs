@@ -6,7 +6,7 @@
 //!                     4         inputs: end sensors            written by the mechanics below, which follows the phases
 //! ```
 
-use super::client::{PATIENCE, Page, Running, annulus, output};
+use super::client::{PATIENCE, Page, Running, annulus, in_peace, output};
 use super::work::{home, jog, until_status};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
@@ -230,29 +230,38 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    pub(crate) fn started() -> Self {
-        let folder = TempDir::new().unwrap();
-        let shop = Shop::new(&folder);
-        let bridge = Shop::bridge(folder, "100");
-        let mechanics = Mechanics::start(&shop.device);
-        let mut page = bridge.page();
-        home(&mut page);
-        let rested = until_status(&mut page, |status| status.stage.is_none());
-        let columns = shop.outputs().map(column);
-        page.ask(&Ask::SetZero);
-        let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
-        assert_eq!(failed, Vec::<String>::new());
-        page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
-        Self { shop, bridge, page, mechanics, rested, columns }
+    /// As soon as a status is `wanted`, given how it stood before the job.
+    fn when(wanted: impl Fn(&Status, &Status) -> bool) -> Self {
+        in_peace(|| {
+            let folder = TempDir::new().unwrap();
+            let shop = Shop::new(&folder);
+            let bridge = Shop::bridge(folder, "100");
+            let mechanics = Mechanics::start(&shop.device);
+            let mut page = bridge.page();
+            home(&mut page);
+            let rested = until_status(&mut page, |status| status.stage.is_none());
+            let columns = shop.outputs().map(column);
+            page.ask(&Ask::SetZero);
+            let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
+            assert_eq!(failed, Vec::<String>::new());
+            page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+            until_status(&mut page, |status| wanted(&rested, status));
+            Self { shop, bridge, page, mechanics, rested, columns }
+        })
     }
 
     /// In the middle of the long way to the second hole, at full speed, the spindle on.
     pub(crate) fn on_its_way() -> Self {
-        let mut scene = Self::started();
-        let from = scene.rested.steps[0] + 60;
-        until_status(&mut scene.page, |status| status.stage == Some(Stage::Travel) && status.steps[0] > from);
+        let scene = Self::when(|rested, status| {
+            status.stage == Some(Stage::Travel) && status.steps[0] > rested.steps[0] + 60
+        });
         assert_eq!(scene.shop.outputs()[3], 1, "the spindle turns");
         scene
+    }
+
+    /// With the bit in the board, or about to be.
+    fn with_the_bit_down() -> Self {
+        Self::when(|_, status| status.state == State::Running && status.work_mm[2] < 0.5)
     }
 }
 
@@ -264,6 +273,10 @@ pub(crate) fn last_record(home: &Path) -> serde_json::Value {
 
 #[test]
 fn a_board_is_drilled_on_a_card_and_a_page_never_changes_the_wiring() {
+    in_peace(a_board_is_drilled_on_a_card);
+}
+
+fn a_board_is_drilled_on_a_card() {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);
     let home_path = folder.path().to_owned();
@@ -352,8 +365,7 @@ fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
 
 #[test]
 fn a_bridge_killed_with_the_bit_in_the_board_leaves_it_lifted() {
-    let Scene { shop, mut bridge, mut page, mechanics: _mechanics, .. } = Scene::started();
-    until_status(&mut page, |status| status.work_mm[2] < 0.5);
+    let Scene { shop, mut bridge, mechanics: _mechanics, .. } = Scene::with_the_bit_down();
     bridge.child.kill().unwrap();
     bridge.child.wait().unwrap();
     shop.until_let_go();

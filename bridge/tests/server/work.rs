@@ -1,6 +1,6 @@
 //! Work that goes on, and moves that do not, when the page that began them is gone (N15).
 
-use super::client::{Page, Running};
+use super::client::{Page, Running, had_time};
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
@@ -60,6 +60,7 @@ pub(crate) fn jog(page: &mut Page, axis: u8, distance_um: i32, wanted: impl Fn(&
         page.ask(&Ask::JogOn);
         match page.until(|tell| matches!(tell, Tell::Status(_))) {
             Tell::Status(status) if wanted(&status) => return *status,
+            Tell::Status(status) => had_time(&status),
             _ => {}
         }
     }
