@@ -9,7 +9,8 @@
 //! Comes in: names and bytes, choices of the person. Goes out: signals. Does not know how it is shown.
 
 use crate::engine::messages::{
-    Laid, LayerRow, Planned, Proved, Reading, Settings, Timed, ToOpen, ToPlan, ToProve, ToRead, ToTime,
+    Exported, Laid, LayerRow, Planned, Proved, Reading, Settings, Timed, ToExport, ToOpen, ToPlan, ToProve,
+    ToRead, ToTime,
 };
 use crate::engine::{Engine, Stopped};
 use crate::i18n::{key, say};
@@ -41,6 +42,8 @@ pub struct Document {
     pub reading: Reading,
     /// The triangles of each of its layers.
     pub meshes: Vec<Arc<Mesh>>,
+    /// The same of each board to choose from.
+    pub boards: Vec<Arc<Mesh>>,
 }
 
 impl Document {
@@ -158,20 +161,24 @@ pub fn begin() {
     };
     DESK.set(Some(desk));
     Effect::new(move |_| {
-        let document = desk.document.get().zip(bench().work.get());
-        let wanted = document.filter(|_| !desk.reviewing.get()).map(|(document, work)| ToPlan {
-            board_key: document.reading.board_key,
-            machine: Settings::of(&state().machine.get()),
-            work: (*work).clone(),
-            loaded: desk.loaded.get(),
-            accept: desk.accepted.get().into_iter().collect(),
-            laid: None,
-        });
-        if let Some(wanted) = wanted {
+        if let Some(wanted) = to_plan(desk).filter(|_| !desk.reviewing.get()) {
             bench().stale.set(true);
             leptos::task::spawn_local(make_plan(desk, wanted));
         }
     });
+}
+
+/// What there is to plan: the open board, its job, and what goes with them.
+fn to_plan(desk: Desk) -> Option<ToPlan> {
+    let (document, work) = desk.document.get().zip(bench().work.get())?;
+    Some(ToPlan {
+        board_key: document.reading.board_key,
+        machine: Settings::of(&state().machine.get()),
+        work: (*work).clone(),
+        loaded: desk.loaded.get(),
+        accept: desk.accepted.get().into_iter().collect(),
+        laid: None,
+    })
 }
 
 fn next_wish() -> u32 {
@@ -256,6 +263,9 @@ async fn read(files: Vec<(String, Vec<u8>)>, said: Said, job: Option<String>, ag
     state().task.set(None);
     match answer {
         Ok(reading) => {
+            let other = desk
+                .document
+                .with_untracked(|open| open.as_ref().is_some_and(|open| open.said.board != said.board));
             let document = document_of(files, said, job, reading);
             desk.accepted.set(BTreeSet::new());
             clear_plan(desk);
@@ -264,7 +274,7 @@ async fn read(files: Vec<(String, Vec<u8>)>, said: Said, job: Option<String>, ag
             if !again {
                 desk.reviewing.set(doubtful);
             }
-            if !again || !bench().edited() {
+            if !again || other || !bench().edited() {
                 bench().open(document.reading.work.clone());
             }
             JUST_OPENED.set(!doubtful && !again);
@@ -293,7 +303,8 @@ fn document_of(
     mut reading: Reading,
 ) -> Document {
     let meshes = take_meshes(&mut reading.layers);
-    Document { files, said, job, reading, meshes }
+    let boards = reading.boards.iter_mut().map(|board| Arc::new(std::mem::take(&mut board.mesh))).collect();
+    Document { files, said, job, reading, meshes, boards }
 }
 
 fn show_review() {
@@ -327,13 +338,14 @@ async fn make_plan(desk: Desk, wanted: ToPlan) {
     PLANNING.set(false);
 }
 
-/// Plans; a worker that does not have the board is given the files first.
-async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result<Planned, Stopped> {
-    let answer = engine().plan(wanted.clone(), progress).await;
-    let gone = |why: &[Remark]| why.iter().any(|remark| remark.code == "engine.board_gone");
-    match answer {
-        Err(Stopped::Refused(why)) if gone(&why) => {
-            let Some(document) = desk().document.get_untracked() else { return Err(Stopped::Cancelled) };
+/// Asks; a worker that does not have the board is given the files first.
+async fn with_board<T, F: Future<Output = Result<T, Stopped>>>(
+    wanted: &ToPlan,
+    ask: impl Fn() -> F,
+) -> Result<T, Stopped> {
+    match ask().await {
+        Err(Stopped::Refused(why)) if why.iter().any(|remark| remark.code == "engine.board_gone") => {
+            let document = desk().document.get_untracked().ok_or(Stopped::Cancelled)?;
             let again = ToRead {
                 board_key: wanted.board_key,
                 files: document.files.clone(),
@@ -342,10 +354,19 @@ async fn plan(wanted: ToPlan, progress: impl Fn(f64) + Copy + 'static) -> Result
                 machine: Some(wanted.machine.clone()),
             };
             engine().read(again).await?;
-            engine().plan(wanted, progress).await
+            ask().await
         }
         answer => answer,
     }
+}
+
+/// Writes all sides of the job as `wanted` makes it of what there is to plan.
+pub async fn export(wanted: impl FnOnce(ToPlan) -> ToExport) -> Result<Exported, Stopped> {
+    let wanted = wanted(untrack(|| to_plan(desk())).ok_or(Stopped::Cancelled)?);
+    let progress = |share| state().task.set(Some(Task { word: key!("page.task.writing"), share }));
+    let answer = with_board(&wanted.plan, || async { engine().export(wanted.clone(), progress).await }).await;
+    state().task.set(None);
+    answer
 }
 
 async fn plan_and_time(desk: Desk, wanted: ToPlan) {
@@ -353,16 +374,14 @@ async fn plan_and_time(desk: Desk, wanted: ToPlan) {
     let known = desk.laid.with_untracked(|laid| laid.as_ref().map(|laid| laid.key.clone()));
     let wanted = ToPlan { laid: known, ..wanted };
     let machine = wanted.machine.clone();
-    let (board_key, face, bits) = (wanted.board_key, wanted.work.setup.face, wanted.work.bits.clone());
-    let (agreed, cleared) = (wanted.work.agreed(face), wanted.work.cleared(face));
-    let isolates = wanted.work.isolates(face);
+    let (board_key, work) = (wanted.board_key, wanted.work.clone());
     let progress = move |share| {
         if wish == WISH.get() {
             state().task.set(Some(Task { word: key!("page.task.planning"), share }));
         }
     };
     progress(0.0);
-    let answer = plan(wanted, progress).await;
+    let answer = with_board(&wanted, || async { engine().plan(wanted.clone(), progress).await }).await;
     if wish != WISH.get() {
         return;
     }
@@ -395,8 +414,7 @@ async fn plan_and_time(desk: Desk, wanted: ToPlan) {
     }
     state().task.set(Some(Task { word: key!("page.task.proving"), share: 0.7 }));
     let program = planned.program.clone();
-    let proof = ToProve { board_key, program, face, bits, agreed, cleared, isolates };
-    let proved = engine().prove(proof).await;
+    let proved = engine().prove(ToProve { board_key, program, work }).await;
     if overtaken(wish) {
         return;
     }

@@ -50,6 +50,26 @@ pub fn ousted(before: bool, yours: bool, taken: bool, released: bool) -> Option<
     (before && !yours && !released).then_some(if taken { Ousted::Taken } else { Ousted::Silent })
 }
 
+/// Whether this page holds on to control: it had it, and neither gave it back nor lost it to another page. Then it asks for
+/// it again as soon as nobody has it: after a silence of its own, or when its own earlier connection has lapsed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Claim {
+    /// It had control.
+    pub had: bool,
+}
+
+impl Claim {
+    /// The bridge says who has control, this page had it until now or not (`before`). Whether to ask for it.
+    pub fn told(&mut self, before: bool, yours: bool, taken: bool) -> bool {
+        if yours {
+            self.had = true;
+        } else if before && taken {
+            self.had = false;
+        }
+        self.had && !yours && !taken
+    }
+}
+
 /// Why the machine does not take a wish for motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blocked {
@@ -160,6 +180,30 @@ mod tests {
         ];
         for ((before, yours, taken, released), expected) in rows {
             assert_eq!(ousted(before, yours, taken, released), expected);
+        }
+    }
+
+    #[test]
+    fn control_that_was_not_given_away_is_asked_for_again_once_nobody_has_it() {
+        // what the bridge says, one after the other: (before, yours, taken) and whether to ask
+        type Told = ((bool, bool, bool), bool);
+        let rows: [&[Told]; 5] = [
+            // silent for three seconds
+            &[((false, true, true), false), ((true, false, false), true), ((false, true, true), false)],
+            // the link broke; the bridge still holds the earlier connection for this page's
+            &[((false, true, true), false), ((false, false, true), false), ((false, false, false), true)],
+            // another page took it, and gave it back
+            &[((false, true, true), false), ((true, false, true), false), ((false, false, false), false)],
+            // never had it
+            &[((false, false, true), false), ((false, false, false), false)],
+            // has it
+            &[((false, true, true), false), ((true, true, true), false)],
+        ];
+        for row in rows {
+            let mut claim = Claim::default();
+            for ((before, yours, taken), asks) in row {
+                assert_eq!(claim.told(*before, *yours, *taken), *asks, "{row:?}");
+            }
         }
     }
 

@@ -104,6 +104,8 @@ pub enum Action {
     Faster(bool),
     /// Pause the job.
     Pause,
+    /// Let keys move the machine by hand, or no longer.
+    ArmKeys,
     /// Read the position out.
     Speak,
     /// Back by an edit of the Lab, or on again.
@@ -191,7 +193,7 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
             _ => None,
         };
     }
-    on_screen(press, key, tab).or_else(|| anywhere(press, key))
+    on_screen(press, key, tab).or_else(|| anywhere(press, key, tab))
 }
 
 /// The Lab has one undo for all its fields.
@@ -244,7 +246,7 @@ fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
     }
 }
 
-fn anywhere(press: &Press, key: &str) -> Option<Action> {
+fn anywhere(press: &Press, key: &str, tab: Tab) -> Option<Action> {
     if press.shift {
         return match (key, press.code.as_str()) {
             (_, "Digit1") => Some(Action::Fit),
@@ -253,6 +255,9 @@ fn anywhere(press: &Press, key: &str) -> Option<Action> {
             ("W" | "w", _) => Some(Action::Speak),
             _ => None,
         };
+    }
+    if tab == Tab::Machine && key == "j" {
+        return (!press.repeat).then_some(Action::ArmKeys);
     }
     if matches!(key, "f" | "F") {
         return Some(Action::Flip);
@@ -324,6 +329,9 @@ mod tests {
             ("9", Tab::Board, None),
             ("Ctrl+Alt+u", Tab::Board, None),
             ("Enter", Tab::Machine, None),
+            ("j", Tab::Machine, Some(Action::ArmKeys)),
+            ("text+j", Tab::Machine, None),
+            ("j", Tab::Board, None),
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");

@@ -127,6 +127,9 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
     said.aligned |= reading.align;
     said.numbers = Numbers::of(&numbers);
     let mut artwork = artwork::read_set(&files, &numbers);
+    if reading.board.is_none() {
+        said.choose_board(&mut artwork);
+    }
     said.say_roles(&mut artwork);
     let all = (0..artwork.files.len()).collect();
     let listed = of_board(&mut artwork, all, reading.board.as_deref())?;

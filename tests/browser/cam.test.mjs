@@ -6,7 +6,7 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { atRest, corpus, data, findings, openBrowser, openLinked, picture, planned, program, root, startBridge, until } from "./harness.mjs";
+import { atRest, corpus, data, downloaded, findings, openBrowser, openLinked, picture, planned, program, root, startBridge, until } from "./harness.mjs";
 
 
 let browser;
@@ -92,11 +92,14 @@ test("problems are shown and seen before anything is exported", async () => {
       await seen.click();
     }
     await until(() => save.isEnabled(), "an export that is allowed");
-    const download = page.waitForEvent("download");
-    await save.click();
-    const text = readFileSync(await (await download).path(), "utf8");
-    assert.match(text, /^G21/m);
-    assert.match(text, /^M2$/m);
+    const files = await downloaded(page, save);
+    assert.ok(files.delete("run-sheet.html"), "a file for every tool, and the run sheet with them");
+    assert.ok(files.size > 1, `${[...files.keys()]}`);
+    for (const [name, text] of files) {
+      assert.match(name, /^\d\d-top-/);
+      assert.match(text.toString("utf8"), /^G21/m);
+      assert.match(text.toString("utf8"), /^M2$/m);
+    }
   } finally {
     await context.close();
   }
@@ -129,15 +132,14 @@ test("what the page exports is what the command line writes", async () => {
     for (const target of ["grbl", "fanuc"]) {
       await page.getByRole("combobox", { name: "Controller" }).selectOption(target);
       await until(() => save.isEnabled(), "an export that is allowed");
-      const download = page.waitForEvent("download");
-      await save.click();
-      const exported = readFileSync(await (await download).path());
+      const exported = await downloaded(page, save);
       const out = join(folder, target);
       const flags = ["--to", target, "-o", out, "--accept", "proof.gap,proof.sliver,proof.lost"];
       const cam = spawnSync(program, ["cam", ...files, ...flags], { encoding: "utf8" });
       assert.equal(cam.status, 0, cam.stdout + cam.stderr);
-      const [name] = readdirSync(out).filter((name) => !name.endsWith(".html")).sort();
-      assert.equal(exported.toString("utf8"), readFileSync(join(out, name), "utf8"), target);
+      const written = readdirSync(out).filter((name) => exported.size > 1 || !name.endsWith(".html"));
+      assert.deepEqual([...exported.keys()].sort(), written.sort(), target);
+      for (const [name, text] of exported) assert.equal(text.toString("utf8"), readFileSync(join(out, name), "utf8"), name);
     }
   } finally {
     await context.close();

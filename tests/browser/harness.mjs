@@ -9,6 +9,7 @@ import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
+import { inflateRawSync } from "node:zlib";
 import { chromium } from "playwright-core";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -187,6 +188,29 @@ export async function settled(look, what, still_ms = 1000) {
     return Date.now() - since >= still_ms;
   }, what);
   return last;
+}
+
+/** Names and contents of the members of a zip. */
+export function unzipped(bytes) {
+  const found = new Map();
+  for (let at = 0; bytes.readUInt32LE(at) === 0x04034b50; ) {
+    const [method, packed, name, more] = [bytes.readUInt16LE(at + 8), bytes.readUInt32LE(at + 18), bytes.readUInt16LE(at + 26), bytes.readUInt16LE(at + 28)];
+    const data = at + 30 + name + more;
+    const own = bytes.subarray(data, data + packed);
+    found.set(bytes.toString("utf8", at + 30, at + 30 + name), method === 8 ? inflateRawSync(own) : own);
+    at = data + packed;
+  }
+  return found;
+}
+
+/** What a press of `button` downloads: the names of the files in it with what they say. */
+export async function downloaded(page, button) {
+  const download = page.waitForEvent("download");
+  await button.click();
+  const file = await download;
+  const bytes = readFileSync(await file.path());
+  const name = file.suggestedFilename();
+  return name.endsWith(".zip") ? unzipped(bytes) : new Map([[name, bytes]]);
 }
 
 /** Where screenshots go. */

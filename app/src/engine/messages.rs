@@ -7,11 +7,11 @@ use crate::view::Mesh;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::{Bounds, Point};
-use annulus_core::job::{Bit, Briefing, Cleared};
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
+use annulus_core::post::RunSheet;
 use annulus_core::project::saved::{Project, Said};
-use annulus_core::proof::{Finding, Whole};
+use annulus_core::proof::{Finding, Group, Whole};
 use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
@@ -38,8 +38,8 @@ pub enum Request {
     Plan(ToPlan),
     /// Look at what copper a program leaves.
     Prove(ToProve),
-    /// Write a program in a controller's words.
-    Write(ToWrite),
+    /// Write all sides of a job in a controller's words.
+    Export(ToExport),
     /// Look for faults in a dialect, and at what it makes.
     Check(ToWrite),
     /// Turn a program into moves and steps.
@@ -77,6 +77,8 @@ pub struct Reading {
     pub files: Vec<FileRow>,
     /// Which of them the board was made of.
     pub used: Vec<u32>,
+    /// The boards that they are of, where that is more than one.
+    pub boards: Vec<BoardRow>,
     /// The board without its copper.
     pub board: Board,
     /// The number by which the worker knows the whole board.
@@ -89,6 +91,19 @@ pub struct Reading {
     pub work: Work,
     /// What was found in making it.
     pub remarks: Vec<Remark>,
+}
+
+/// One of several boards, to be chosen from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BoardRow {
+    /// Its name.
+    pub name: String,
+    /// Its rows in [`Reading::files`].
+    pub files: Vec<u32>,
+    /// The row of the layer that stands for it in the picture.
+    pub picture_of: Option<u32>,
+    /// The triangles of that layer, in mm.
+    pub mesh: Mesh,
 }
 
 /// One layer as the picture shows it.
@@ -193,34 +208,48 @@ pub struct ToProve {
     pub board_key: u32,
     /// The program's bytes.
     pub program: Vec<u8>,
-    /// The side that is up.
-    pub face: Face,
-    /// The bits of the job, for cures.
-    pub bits: Vec<Bit>,
-    /// The gaps that the person has a pass made through that is too wide for them.
-    pub agreed: Vec<(Point, Point)>,
-    /// What the job says it clears.
-    pub cleared: Vec<Cleared>,
-    /// Whether the job isolates anything on this side.
-    pub isolates: bool,
+    /// The job, for the side that is up, the bits for cures, and what was agreed to.
+    pub work: Work,
 }
 
-/// A program to be written in a controller's words.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ToWrite {
-    /// The program's bytes; none of them where there is no program yet.
-    pub program: Vec<u8>,
+/// A job to be written in a controller's words: all of its sides, once nothing in them is unread.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToExport {
+    /// The job and what it is planned with, whatever side is up in it.
+    pub plan: ToPlan,
+    /// Names of findings that were read.
+    pub read: Vec<String>,
     /// What it is written for: a name that ships.
     pub target: String,
     /// The text of a dialect of the person's own, which goes before the name.
     pub text: Option<String>,
     /// Arcs become lines that are at most so far off, in mm.
     pub lines_only: Option<f64>,
+    /// The language of the run sheet.
+    pub language: String,
+}
+
+/// A job that was written; nothing is, while something in it is unread.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Exported {
+    /// Names and texts of the programs, in the order of running.
+    pub files: Vec<(String, String)>,
+    /// What the person takes to the machine.
+    pub sheet: RunSheet,
+    /// What nobody has read yet, side by side: findings of the proof and losses of the plan.
+    pub unread: Vec<(Face, u32)>,
+}
+
+/// A program to be written in a controller's words, while its template is edited.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ToWrite {
+    /// The program's bytes; none of them where there is no program yet.
+    pub program: Vec<u8>,
+    /// The text of the dialect.
+    pub text: String,
     /// The machine that it is for, where that is known: how near to the board bits fall fast, how high they are changed, how
     /// long all of it takes.
     pub machine: Option<Settings>,
-    /// What the job is, for heads of files and the run sheet; without it the program alone says what it can.
-    pub briefing: Option<Briefing>,
 }
 
 /// What is to be said of a dialect.
@@ -244,6 +273,8 @@ pub struct Proved {
     pub findings: Vec<Finding>,
     /// How many more there are.
     pub more: u32,
+    /// All of them by what they have in common, in the same order.
+    pub groups: Vec<Group>,
     /// What a change of the whole job opens, where gaps are not open.
     pub whole: Option<Whole>,
     /// Islands of copper that shall stay.
@@ -306,8 +337,6 @@ pub struct Planned {
     pub key: String,
     /// What was found in planning.
     pub remarks: Vec<Remark>,
-    /// What the person at the machine must know of it.
-    pub briefing: Briefing,
 }
 
 /// One bit of a plan.
@@ -410,8 +439,8 @@ pub enum Answer {
     Planned(Box<Planned>),
     /// To [`Request::Prove`].
     Proved(Proved),
-    /// To [`Request::Write`]: names and texts of files.
-    Written(Vec<(String, String)>),
+    /// To [`Request::Export`].
+    Exported(Box<Exported>),
     /// To [`Request::Check`].
     Checked(Checked),
     /// To [`Request::Time`].

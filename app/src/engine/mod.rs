@@ -7,9 +7,11 @@
 //! Comes in: files, boards, programs. Goes out: futures of what became of them; remarks where it is refused. Does not know
 //! what the page shows.
 
+mod exporting;
 mod mesh;
 pub mod messages;
 mod planning;
+mod proving;
 mod shelf;
 mod work;
 mod writing;
@@ -41,8 +43,8 @@ pub use handle::Engine;
 #[cfg(target_arch = "wasm32")]
 mod handle {
     use super::messages::{
-        Answer, Checked, Planned, Proved, Reading, Request, Timed, ToOpen, ToPlan, ToProve, ToRead, ToTime,
-        ToWrite,
+        Answer, Checked, Exported, Planned, Proved, Reading, Request, Timed, ToExport, ToOpen, ToPlan,
+        ToProve, ToRead, ToTime, ToWrite,
     };
     use super::{Stopped, desk};
     use annulus_core::project::saved::Project;
@@ -104,10 +106,14 @@ mod handle {
             }
         }
 
-        /// Writes a program in a controller's words.
-        pub async fn write(&self, wanted: ToWrite) -> Result<Vec<(String, String)>, Stopped> {
-            match desk::ask(&self.0, Request::Write(wanted), Box::new(|_| {})).await? {
-                Answer::Written(files) => Ok(files),
+        /// Writes all sides of a job in a controller's words; `progress` is told shares from 0 to 1.
+        pub async fn export(
+            &self,
+            wanted: ToExport,
+            progress: impl FnMut(f64) + 'static,
+        ) -> Result<Exported, Stopped> {
+            match desk::ask(&self.0, Request::Export(wanted), Box::new(progress)).await? {
+                Answer::Exported(exported) => Ok(*exported),
                 _ => Err(Stopped::Cancelled),
             }
         }

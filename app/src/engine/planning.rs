@@ -13,10 +13,11 @@ use super::shelf::{Last, Shelf};
 use super::work::layers;
 use crate::picture;
 use annulus_core::board::{Board, Face};
+use annulus_core::cam;
 use annulus_core::cam::ways::{self, Means, Part, Scene, Stroke};
 use annulus_core::cam::work::{Operation, Work};
-use annulus_core::cam::{self, briefing};
 use annulus_core::geometry::Point;
+use annulus_core::job::Program;
 use annulus_core::machine::Machine;
 use annulus_core::motion;
 use annulus_core::remark::Remark;
@@ -24,12 +25,19 @@ use annulus_core::units::Length;
 use annulus_core::wire::program;
 use std::collections::BTreeSet;
 
-/// Plans what is `wanted`.
-pub(super) fn plan(
+/// One side of a job.
+pub(super) struct Side {
+    pub(super) planned: ways::Planned,
+    pub(super) program: Program,
+    pub(super) remarks: Vec<Remark>,
+}
+
+/// Plans the side that is up in what is `wanted`.
+pub(super) fn side(
     wanted: &ToPlan,
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Planned, Vec<Remark>> {
+) -> Result<Side, Vec<Remark>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
     let scene = Scene::of(shelf.board(wanted.board_key)?, work);
@@ -58,10 +66,20 @@ pub(super) fn plan(
         parts.push(part);
     }
     let (planned, remarks) = ways::assemble(scene, work, &machine, &means, parts)?;
-    let lowered = ways::lower_work(&planned, work, &machine);
-    let made = program::encode(&lowered);
-    let mut briefed = briefing::briefing(&planned.board.name, work, &machine);
-    briefing::add_side(&mut briefed, work.setup.face, work, (&planned, &lowered), &[]);
+    let program = ways::lower_work(&planned, work, &machine);
+    Ok(Side { planned, program, remarks })
+}
+
+/// Plans what is `wanted`, as the page shows it.
+pub(super) fn plan(
+    wanted: &ToPlan,
+    shelf: &mut Shelf,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Planned, Vec<Remark>> {
+    let machine = wanted.machine.machine()?;
+    let work = &wanted.work;
+    let Side { planned, program, remarks } = side(wanted, shelf, progress)?;
+    let made = program::encode(&program);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
     let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
@@ -80,7 +98,6 @@ pub(super) fn plan(
         key: key.clone(),
         program: made,
         remarks,
-        briefing: briefed,
         ..answer
     };
     shelf.keep_last(Last { planned, titles, program: key });

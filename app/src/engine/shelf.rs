@@ -12,6 +12,9 @@ use std::collections::VecDeque;
 /// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
 const MORE_PARTS: usize = 16;
 
+/// Proofs whose outcome is kept.
+const MOST_PROOFS: usize = 8;
+
 /// The last plan, and what became of it.
 #[derive(Debug)]
 pub(super) struct Last {
@@ -31,6 +34,8 @@ pub struct Shelf {
     last: Option<Last>,
     /// The latest last.
     parts: VecDeque<(String, Part)>,
+    /// What must be read of programs that were proved, by the key of the program. The latest last.
+    proofs: VecDeque<(String, Vec<String>)>,
 }
 
 impl Shelf {
@@ -54,6 +59,20 @@ impl Shelf {
     pub(super) fn last(&self, key: u32) -> Result<&Last, Vec<Remark>> {
         self.board(key)?;
         self.last.as_ref().ok_or_else(gone)
+    }
+
+    /// What must be read of the program with this key, if it was proved.
+    pub(super) fn proof(&self, key: &str) -> Option<Vec<String>> {
+        self.proofs.iter().find(|(kept, _)| kept == key).map(|(_, names)| names.clone())
+    }
+
+    /// Keeps what must be read of a program.
+    pub(super) fn keep_proof(&mut self, key: String, names: Vec<String>) {
+        self.proofs.retain(|(kept, _)| *kept != key);
+        self.proofs.push_back((key, names));
+        while self.proofs.len() > MOST_PROOFS {
+            self.proofs.pop_front();
+        }
     }
 
     /// The part that was planned under `key`.

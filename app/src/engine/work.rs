@@ -4,10 +4,10 @@
 
 use super::mesh::mesh;
 use super::messages::{
-    Answer, DrillRow, FileRow, LayerRow, Proved, Reading, Request, Timed, ToProve, ToRead, ToTime, ToolRow,
+    Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
 };
 use super::shelf::Shelf;
-use super::{planning, writing};
+use super::{exporting, planning, proving, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
 use annulus_core::cam::work::Work;
@@ -17,10 +17,13 @@ use annulus_core::project::{self, saved};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
-use annulus_core::{board, motion, proof, steps};
+use annulus_core::{board, motion, steps};
 
 /// The most layers painted for the picture beside the copper.
 const MOST_LAYERS: usize = 24;
+
+/// The most boards of which there is a picture to choose from.
+const MOST_PICTURES: usize = 12;
 
 /// Does what is asked, with what `shelf` keeps. `progress` is told what is done and how much there is.
 pub fn perform(
@@ -36,8 +39,10 @@ pub fn perform(
         Request::Plan(wanted) => {
             planning::plan(&wanted, shelf, progress).map(|planned| Answer::Planned(Box::new(planned)))
         }
-        Request::Prove(wanted) => prove(&wanted, shelf).map(Answer::Proved),
-        Request::Write(wanted) => writing::write(&wanted).map(Answer::Written),
+        Request::Prove(wanted) => proving::prove(&wanted, shelf).map(Answer::Proved),
+        Request::Export(wanted) => {
+            exporting::export(&wanted, shelf, progress).map(|exported| Answer::Exported(Box::new(exported)))
+        }
         Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
     }
@@ -46,6 +51,8 @@ pub fn perform(
 fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     let said = &wanted.said;
     let mut artwork = artwork::read_set(&wanted.files, &said.numbers.overrides());
+    let boards = several(&artwork);
+    said.choose_board(&mut artwork);
     said.say_roles(&mut artwork);
     let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
     let asked = board::Wanted { copper: true, aligned: said.aligned };
@@ -60,6 +67,7 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     Reading {
         files: artwork.files.iter().map(file_row).collect(),
         used: used.iter().map(|row| *row as u32).collect(),
+        boards,
         board,
         board_key: wanted.board_key,
         body,
@@ -67,6 +75,33 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
         work,
         remarks,
     }
+}
+
+/// The boards whose copper or holes are in `artwork`, where they are several.
+fn several(artwork: &Artwork) -> Vec<BoardRow> {
+    let made =
+        |file: &FileRead| file.role == Role::Copper || file.role == Role::Drill && file.drill.is_some();
+    let rows = artwork.files.iter().enumerate();
+    let made: Vec<usize> = rows.filter(|(_, file)| made(file)).map(|(row, _)| row).collect();
+    let names: Vec<String> = artwork.boards(&made).into_iter().map(|(name, _)| name).collect();
+    if names.len() < 2 {
+        return Vec::new();
+    }
+    let all: Vec<usize> = (0..artwork.files.len()).collect();
+    let boards = artwork.boards(&all).into_iter().filter(|(name, _)| names.contains(name));
+    let row = |(at, (name, files)): (usize, (String, Vec<usize>))| {
+        let layer = |row: &&usize| artwork.files.get(**row).is_some_and(|file| file.role == Role::Copper);
+        let is_top = |row: &usize| artwork.files.get(*row).is_some_and(|file| file.side == Some(Side::Top));
+        let layer = files.iter().filter(layer).max_by_key(|row| (is_top(row), std::cmp::Reverse(**row)));
+        let layer = layer.copied().filter(|_| at < MOST_PICTURES);
+        let gerber = layer.and_then(|row| artwork.files.get(row)?.gerber.as_ref());
+        let region = gerber.and_then(|gerber| artwork::painted(gerber).ok());
+        let picture_of = layer.filter(|_| region.is_some()).map(|row| row as u32);
+        let mesh = region.map(|region| mesh(&region, picture::origin(region.bounds()))).unwrap_or_default();
+        let files = files.into_iter().map(|row| row as u32).collect();
+        BoardRow { name, files, picture_of, mesh }
+    };
+    boards.enumerate().map(row).collect()
 }
 
 /// The job that the board opens with: the saved one where there is one that can be read.
@@ -174,33 +209,6 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
     }
 }
 
-/// What copper the program leaves, against the board as it lies.
-fn prove(wanted: &ToProve, shelf: &Shelf) -> Result<Proved, Vec<Remark>> {
-    let last = shelf.last(wanted.board_key)?;
-    let program = program::decode(&wanted.program).map_err(|remark| vec![remark])?;
-    let options = proof::Options {
-        face: wanted.face,
-        owned: wanted.bits.clone(),
-        agreed: wanted.agreed.clone(),
-        cleared: wanted.cleared.clone(),
-        isolates: Some(wanted.isolates),
-        ..proof::Options::default()
-    };
-    let mut verdict = proof::prove(&last.planned.board, std::slice::from_ref(&program), &options);
-    let ours = last.program == program::key(&wanted.program);
-    for finding in verdict.findings.iter_mut().filter(|_| ours) {
-        let index = finding.leg.and_then(|(_, leg)| last.planned.operation_at(&program, leg));
-        finding.operation = index.and_then(|index| last.titles.get(index as usize).cloned());
-    }
-    Ok(Proved {
-        findings: verdict.findings,
-        more: verdict.more,
-        whole: verdict.whole,
-        islands: verdict.islands,
-        nets: verdict.nets,
-    })
-}
-
 fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
     let one = |remark| vec![remark];
     let machine = wanted.machine.machine()?;
@@ -220,12 +228,16 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::messages::{Envelope, Planned, Settings, ToOpen, ToPlan};
+    use super::super::messages::{
+        Envelope, Exported, Planned, Proved, Settings, ToExport, ToOpen, ToPlan, ToProve,
+    };
     use super::*;
     use annulus_core::cam;
     use annulus_core::cam::work::Action;
     use annulus_core::geometry::{Island, Path, Point, Region};
+    use annulus_core::post::SheetRow;
     use annulus_core::project::saved::{Numbers, Project, Said};
+    use annulus_core::proof;
     use annulus_core::units::Length;
 
     const DRILL: &[u8] =
@@ -402,22 +414,126 @@ mod tests {
         let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
         let mut work = reading.work;
         work.operations.iter_mut().for_each(|operation| operation.spindle_rpm = 0);
-        let face = work.setup.face;
-        let wanted = ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None };
-        let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
-        let prove = ToProve {
+        let wanted = ToPlan {
             board_key: 0,
-            program: planned.program,
-            face,
-            bits: vec![],
-            agreed: vec![],
-            cleared: vec![],
-            isolates: true,
+            machine,
+            work: work.clone(),
+            loaded: None,
+            accept: Vec::new(),
+            laid: None,
         };
+        let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
+        let prove = ToProve { board_key: 0, program: planned.program, work };
         let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
         let said: Vec<String> =
             proved.findings.iter().map(|finding| finding.remark().message("en")).collect();
         assert!(said.iter().any(|said| said.starts_with("Isolate cuts 0.080 mm deep")), "{said:?}");
+    }
+
+    /// A board with copper on both sides and holes, read.
+    fn two_sided(ask: &mut dyn FnMut(Request) -> Answer) -> ToPlan {
+        let copper = |side: &str| {
+            let text = format!(
+                "%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,{side}*%%ADD10C,2*%D10*X1000Y1000D03*X9000Y1000D03*M02*"
+            );
+            (format!("b-{side}.gbr"), text.into_bytes())
+        };
+        let drill = "M48\nMETRIC\nT1C0.800\n%\nG90\nT1\nX1.0Y1.0\nX9.0Y1.0\nM30\n";
+        let files = vec![copper("L1,Top"), copper("L2,Bot"), ("b.drl".to_owned(), drill.into())];
+        let machine = Settings::of(&virtual_drill());
+        let wanted = ToRead { files, machine: Some(machine.clone()), ..ToRead::default() };
+        let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
+        let work = reading.work;
+        ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None }
+    }
+
+    #[test]
+    fn files_of_both_sides_are_numbered_in_the_order_of_running_and_wait_for_what_is_unread() {
+        let mut shelf = Shelf::default();
+        let mut ask = |request| super::perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+        let plan = two_sided(&mut ask);
+        assert_eq!(plan.work.faces().len(), 2);
+        let mut export = |read: Vec<String>, target: &str, lines_only| -> Exported {
+            let (target, language) = (target.to_owned(), "en".to_owned());
+            let wanted = ToExport { plan: plan.clone(), read, target, text: None, lines_only, language };
+            let Answer::Exported(exported) = ask(Request::Export(wanted)) else { panic!() };
+            *exported
+        };
+        let first = export(Vec::new(), "grbl", None);
+        assert_eq!(first.unread, [], "two pads far apart leave nothing to be read");
+        let names: Vec<&str> = first.files.iter().map(|(name, _)| name.as_str()).collect();
+        assert!(names.len() > 3, "{names:?}");
+        for (number, name) in (1..).zip(&names) {
+            assert!(name.starts_with(&format!("{number:02}-")), "{names:?}");
+        }
+        let sides: Vec<bool> = names.iter().map(|name| name.contains("-bottom-")).collect();
+        assert!(sides.contains(&true) && sides.contains(&false), "{names:?}");
+        let listed: Vec<&str> = first
+            .sheet
+            .rows
+            .iter()
+            .filter_map(|row| if let SheetRow::File(cells) = row { Some(cells[1][0].as_str()) } else { None })
+            .collect();
+        assert_eq!(listed, names, "the run sheet has the same in the same order");
+        assert!(first.sheet.rows.iter().any(|row| matches!(row, SheetRow::Turn(_))), "and where to turn");
+        let arcs = |exported: &Exported| {
+            exported
+                .files
+                .iter()
+                .any(|(_, text)| text.lines().any(|line| line.starts_with("G3") || line.starts_with("G2 ")))
+        };
+        assert!(arcs(&first) && !arcs(&export(Vec::new(), "grbl", Some(0.005))));
+        let own: Vec<String> =
+            export(Vec::new(), "fanuc", None).files.into_iter().map(|(name, _)| name).collect();
+        assert_eq!(own.len(), 2, "a changer needs one file a side: {own:?}");
+        assert_ne!(own[0], own[1]);
+    }
+
+    #[test]
+    fn nothing_is_written_while_the_side_that_is_down_has_something_unread() {
+        let mut shelf = Shelf::default();
+        let mut ask = |request| super::perform(request, &mut shelf, &mut |_, _| {});
+        let mut plan = two_sided(&mut |request| ask(request).unwrap());
+        let up = plan.work.setup.face;
+        for operation in &mut plan.work.operations {
+            if operation.face != up {
+                operation.spindle_rpm = 0;
+            }
+        }
+        let (target, language) = ("grbl".to_owned(), "en".to_owned());
+        let wanted = ToExport { plan, read: Vec::new(), target, text: None, lines_only: None, language };
+        let Answer::Exported(exported) = ask(Request::Export(wanted.clone())).unwrap() else { panic!() };
+        assert!(exported.files.is_empty() && exported.unread.len() == 1, "{:?}", exported.unread);
+        assert_ne!(exported.unread[0].0, up);
+        let target = "nobody".to_owned();
+        let why = ask(Request::Export(ToExport { target, ..wanted })).unwrap();
+        assert!(matches!(why, Answer::Exported(exported) if exported.files.is_empty()), "unread goes first");
+    }
+
+    #[test]
+    fn of_several_boards_one_is_chosen() {
+        let copper = |board: &str| {
+            let text =
+                "%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%ADD10C,2*%D10*X1000Y1000D03*M02*";
+            (format!("{board}-F_Cu.gbr"), text.as_bytes().to_vec())
+        };
+        let drill = |board: &str| (format!("{board}.drl"), DRILL.to_vec());
+        let files = vec![copper("left"), copper("right"), drill("left"), drill("right")];
+        let wanted = |board: Option<&str>| ToRead {
+            files: files.clone(),
+            said: Said { board: board.map(str::to_owned), ..Said::default() },
+            ..ToRead::default()
+        };
+        let both = read(&wanted(None), &mut Shelf::default());
+        let names: Vec<_> =
+            both.boards.iter().map(|board| (board.name.as_str(), board.files.len())).collect();
+        assert_eq!(names, [("left", 2), ("right", 2)]);
+        assert!(both.boards.iter().all(|board| !board.mesh.triangles.is_empty()), "each with a picture");
+        assert!(both.remarks.iter().any(|remark| remark.code == "board.several"), "{:?}", both.remarks);
+        let right = read(&wanted(Some("right")), &mut Shelf::default());
+        assert_eq!(right.used, [3]);
+        assert!(right.remarks.iter().all(|remark| remark.code != "board.several"), "{:?}", right.remarks);
+        assert_eq!(right.boards.len(), 2, "the other one can still be chosen");
     }
 
     #[test]
@@ -444,7 +560,17 @@ mod tests {
             slight: false,
         };
         let whole = proof::Whole { gaps: 3, shallower: None, rest: 3, tip: None, tip_opens: 0 };
-        let proved = Proved { findings: vec![finding], more: 1, whole: Some(whole), islands: 2, nets: 3 };
+        let groups = vec![proof::Group {
+            kind: proof::Kind::Shallow,
+            must_be_read: false,
+            tool: None,
+            count: 2,
+            least: Length::from_um(5),
+            most: Length::from_um(9),
+            pairs: vec![proof::Pair { nets: vec![], least: Length::from_um(5), ids: vec!["0".to_owned()] }],
+        }];
+        let findings = vec![finding];
+        let proved = Proved { findings, more: 1, groups, whole: Some(whole), islands: 2, nets: 3 };
         let bytes = postcard::to_allocvec(&Answer::Proved(proved.clone())).unwrap();
         assert_eq!(postcard::from_bytes::<Answer>(&bytes).unwrap(), Answer::Proved(proved));
     }

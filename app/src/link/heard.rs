@@ -52,6 +52,7 @@ pub(super) fn heard(tell: Tell) {
                 line.ousted.set(why);
             }
             line.control.set(Control { yours, taken, viewers });
+            socket::control_told(before.yours, yours, taken);
         }
         Tell::Armed { job, stream_digest, checks } => {
             line.armed.set(Some(Armed { job, stream_digest, checks }));

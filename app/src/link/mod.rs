@@ -18,7 +18,7 @@ mod stop;
 pub use crate::health::{Freshness, Ousted};
 use crate::lab::log::{Event, Log};
 pub use jobs::{fetch, upload};
-pub use jog::jog;
+pub use jog::{hold, jog, let_go};
 pub use socket::{ask, reconnect_now};
 pub use stop::stop;
 

@@ -11,6 +11,8 @@ use super::browser::{request, tab_storage, window};
 use annulus_core::wire::{Pair, Paired};
 
 const KEPT_AS: &str = "annulus.session";
+/// Stands there while this tab holds on to control.
+const CONTROL: &str = "annulus.control";
 
 /// Takes the token out of the address and clears it there before anything else happens.
 pub(super) fn token_from_address() -> Option<String> {
@@ -45,6 +47,18 @@ fn keep(paired: &Paired) {
 pub(super) fn kept() -> Option<Paired> {
     let text = tab_storage()?.get_item(KEPT_AS).ok()??;
     serde_json::from_str(&text).ok()
+}
+
+/// Whether this tab had control when it was loaded last, and did not give it away.
+pub(super) fn had_control() -> bool {
+    tab_storage().and_then(|storage| storage.get_item(CONTROL).ok().flatten()).is_some()
+}
+
+/// Keeps that this tab has control, or had it and did not give it away.
+pub(super) fn keep_control(had: bool) {
+    if let Some(storage) = tab_storage() {
+        let _ = if had { storage.set_item(CONTROL, "1") } else { storage.remove_item(CONTROL) };
+    }
 }
 
 /// Forgets it: the bridge does not know it any more.

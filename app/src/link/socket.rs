@@ -5,8 +5,8 @@
 use super::browser::{now_ms, window};
 use super::heard::heard;
 use super::session;
-use super::{Phase, link, noted, stop};
-use crate::health::{freshness, retry_ms};
+use super::{Control, Phase, link, noted, stop};
+use crate::health::{Claim, freshness, retry_ms};
 use crate::lab::log::Event;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Paired, auth};
 use leptos::prelude::*;
@@ -37,6 +37,8 @@ thread_local! {
     static PINGED_MS: Cell<f64> = const { Cell::new(0.0) };
     /// The bridge said that it does not know this page.
     static UNKNOWN: Cell<bool> = const { Cell::new(false) };
+    /// Whether this page holds on to control.
+    static CLAIM: Cell<Claim> = const { Cell::new(Claim { had: false }) };
     /// Of asking for control and giving it back, the last was giving it back.
     static RELEASED: Cell<bool> = const { Cell::new(false) };
 }
@@ -47,6 +49,7 @@ const PING_EVERY_MS: f64 = 800.0;
 /// Pairs if the address says so, else takes up the session of this tab; then connects and keeps connected.
 pub(super) fn begin() {
     set_interval(tick, TICK);
+    CLAIM.set(Claim { had: session::had_control() });
     let token = session::token_from_address();
     if let Some(kept) = session::kept().filter(|_| token.is_none()) {
         SESSION.set(Some(kept));
@@ -154,7 +157,10 @@ pub fn ask(wish: &Ask) {
         }
     });
     match wish {
-        Ask::ReleaseControl => RELEASED.set(true),
+        Ask::ReleaseControl => {
+            RELEASED.set(true);
+            claim(Claim::default());
+        }
         Ask::TakeControl { .. } => RELEASED.set(false),
         _ => {}
     }
@@ -162,6 +168,23 @@ pub fn ask(wish: &Ask) {
         && let Some(name) = text.split('"').nth(3)
     {
         noted(Event::Asked(name.to_owned()));
+    }
+}
+
+/// The bridge said who has control. What this page had and did not give away it asks for again, once nobody has it.
+pub(super) fn control_told(before: bool, yours: bool, taken: bool) {
+    let mut now = CLAIM.get();
+    let wants = now.told(before, yours, taken);
+    claim(now);
+    if wants {
+        ask(&Ask::TakeControl { force: false });
+    }
+}
+
+/// Keeps the claim, over a reload too.
+fn claim(now: Claim) {
+    if CLAIM.replace(now) != now {
+        session::keep_control(now.had);
     }
 }
 
@@ -182,6 +205,8 @@ fn closed() {
     let line = link();
     let was_open = line.phase.get_untracked() == Phase::Open;
     stop::broke();
+    // Whoever has control from now on, it is not this connection.
+    line.control.set(Control::default());
     if was_open {
         noted(Event::Link(false));
     }

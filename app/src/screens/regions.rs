@@ -7,7 +7,7 @@ use crate::i18n::say;
 use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Sheet;
 use crate::link;
-use crate::screens::{cam, lab, opening, simulate, stage};
+use crate::screens::{cam, lab, machine, opening, simulate, stage};
 use crate::state::state;
 use crate::widgets::toast;
 use annulus_core::control::State;
@@ -88,6 +88,7 @@ pub(crate) fn act(action: Action) {
         Action::Stop => link::stop(),
         Action::Escape => escape(),
         Action::Pause => pause(),
+        Action::ArmKeys => machine::arm_keys(),
         Action::Show(tab) => state().tab.set(tab),
         Action::Open => opening::choose(),
         Action::Units => state().unit.update(|unit| {

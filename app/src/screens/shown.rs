@@ -86,6 +86,23 @@ pub(crate) struct Moment {
     pub head_mm: Option<[f64; 2]>,
 }
 
+/// The holes that the last run left out, by the drill's own record.
+pub(crate) fn missing_holes() -> Memo<Vec<u32>> {
+    let line = link::link();
+    let told =
+        Memo::new(move |_| line.status.with(|status| status.as_ref().and_then(|one| one.missing.clone())));
+    Memo::new(move |_| {
+        let Some(told) = told.get() else { return Vec::new() };
+        let own = |job: &Option<Arc<Job>>| job.clone().filter(|job| job.key == told.job);
+        let Some(job) = state().job.with(own).or_else(|| state().fetched.with(own)) else {
+            return Vec::new();
+        };
+        let runs = told.legs.iter().flat_map(|(from, to)| *from as usize..*to as usize);
+        let marks = runs.filter_map(|leg| job.program.legs.get(leg)).map(|leg| leg.mark);
+        marks.filter_map(|mark| if let Mark::Hole(hole) = mark { Some(hole) } else { None }).collect()
+    })
+}
+
 /// The board in the picture.
 pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
     let desk = desk();

@@ -9,7 +9,7 @@
 //! Comes in: what the screen shows. Goes out: the picture, hole under the pointer, hole pressed. Knows no GPU.
 
 use super::layers;
-use super::shown::{Shown, moment, shown};
+use super::shown::{Shown, missing_holes, moment, shown};
 use crate::document::desk;
 use crate::i18n::{key, say, t};
 use crate::keys::{Action, Tab};
@@ -172,6 +172,7 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
 
 /// Whatever changes goes to the picture, each in its own effect so that little is written.
 fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
+    let missing = missing_holes();
     Effect::new(move |before: Option<Option<usize>>| {
         if !ready.get() {
             return None;
@@ -206,8 +207,12 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
     });
     Effect::new(move |_| {
         let (ready, shown) = (ready.get(), shown.get());
-        let disc = state().selected.get().and_then(|hole| shown.as_ref()?.disc_of_hole(hole));
-        let chosen: Vec<usize> = disc.into_iter().collect();
+        let mut holes: Vec<u32> = state().selected.get().into_iter().collect();
+        if state().tab.get() == Tab::Machine {
+            holes.extend(missing.get());
+        }
+        let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
+        let chosen: Vec<usize> = holes.iter().filter_map(disc).collect();
         if ready {
             with_view(|view| view.set_selected(&chosen));
         }

@@ -27,6 +27,8 @@ pub struct Bench {
     pub read: RwSignal<BTreeSet<String>>,
     /// The finding that is marked in the picture.
     pub marked: RwSignal<Option<usize>>,
+    /// Groups of findings that the person opened or closed, by name.
+    pub turned: RwSignal<BTreeSet<String>>,
 }
 
 thread_local! {
@@ -51,6 +53,7 @@ pub fn begin() {
         stale: RwSignal::new(false),
         read: RwSignal::new(BTreeSet::new()),
         marked: RwSignal::new(None),
+        turned: RwSignal::new(BTreeSet::new()),
     }));
 }
 
@@ -62,6 +65,7 @@ impl Bench {
         self.history.set(Some(History::new(work)));
         self.chosen.set(first);
         self.read.set(BTreeSet::new());
+        self.turned.set(BTreeSet::new());
         self.marked.set(None);
     }
 

@@ -4,7 +4,7 @@
 //! Comes in: a [`Work`] and a change. Goes out: the changed one. Knows no screens.
 
 use crate::format::typed;
-use annulus_core::board::Face;
+use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::cam::work::{Action, Operation, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
@@ -149,6 +149,36 @@ pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
     work
 }
 
+/// With a V-bit of this `tip` in place of the finest that isolates this side, only as deep as the copper needs. A bit that is
+/// among those of the job is taken; else there is one more.
+pub fn finer_tip(work: &Work, tip: Length) -> Work {
+    let mut work = work.clone();
+    let (face, least) = (work.setup.face, COPPER_THICKNESS + DEPTH_MARGIN);
+    let isolates = |operation: &&Operation| {
+        matches!(operation.action, Action::Isolate(_)) && operation.on && operation.face == face
+    };
+    let used = work.operations.iter().filter(isolates).filter_map(|operation| work.bit(&operation.bit));
+    let vees = used.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. }));
+    let Some(before) = vees.min_by_key(|bit| (bit.width_at(least), bit.name.clone())).cloned() else {
+        return work;
+    };
+    let Cutter::Vee { angle_mdeg, .. } = before.cutter else { return work };
+    let cutter = Cutter::Vee { tip, angle_mdeg };
+    let known = work.bits.iter().find(|bit| bit.cutter == cutter).map(|bit| bit.name.clone());
+    let name = known.unwrap_or_else(|| {
+        let mut bit = Bit { name: String::new(), cutter, ..before.clone() };
+        bit.name = bit.file_word();
+        work.bits.push(bit.clone());
+        bit.name
+    });
+    let changed = work.operations.iter_mut().filter(|operation| isolates(&&**operation));
+    for operation in changed.filter(|operation| operation.bit == before.name) {
+        operation.bit.clone_from(&name);
+        operation.depth = operation.depth.min(least);
+    }
+    work
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -227,6 +257,21 @@ mod tests {
         let depths: Vec<Length> =
             shallower(&before, &offer).operations.iter().map(|operation| operation.depth).collect();
         assert_eq!(depths, [um(50), before.operations[1].depth, before.operations[2].depth]);
+    }
+
+    #[test]
+    fn a_finer_tip_of_the_whole_is_a_bit_of_the_job() {
+        let mut before = work(&["isolate", "isolate", "cut_out"]);
+        before.operations[1].face = Face::Bottom;
+        let tip = Length::from_um(80);
+        let after = finer_tip(&before, tip);
+        let bit = after.bit(&after.operations[0].bit).unwrap();
+        assert!(matches!(bit.cutter, Cutter::Vee { tip: found, .. } if found == tip), "{bit:?}");
+        assert_eq!(after.bits.len(), before.bits.len() + 1);
+        assert_eq!(after.operations[0].depth, COPPER_THICKNESS + DEPTH_MARGIN);
+        assert_eq!(after.operations[1..], before.operations[1..], "the other side stays as it is");
+        let again = finer_tip(&after, tip);
+        assert_eq!(again, after, "and one bit is enough");
     }
 
     #[test]

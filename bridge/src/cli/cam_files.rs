@@ -77,7 +77,7 @@ pub(super) fn write(
     }
     if target.is_some() {
         let path = folder.join(RUN_SHEET);
-        let sheet = post::run_sheet(locale::FALLBACK, briefing, &posted);
+        let sheet = post::run_sheet(locale::FALLBACK, briefing, &posted).html();
         job::write_output(&path, sheet.as_bytes())?;
         written.run_sheet = Some(path.display().to_string());
     }

@@ -8,9 +8,12 @@ use super::owner::Owner;
 use annulus_core::control::{Event, Trust};
 use annulus_core::machine::Output;
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{Drilled, tally};
-use annulus_core::wire::DrilledTold;
+use annulus_core::twin::{Drilled, missing_legs, tally};
+use annulus_core::wire::{DrilledTold, MissingTold};
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// More runs of legs than this are not told: what is missing then is half the board, and the job is run anew.
+const MOST_RUNS: usize = 200;
 
 /// What happened to the board since the run began.
 #[derive(Default)]
@@ -28,6 +31,7 @@ pub(super) struct Judged {
     /// Steps that were lost before it began.
     slipped_before: u64,
     pub(super) told: Option<DrilledTold>,
+    pub(super) missing: Option<MissingTold>,
 }
 
 impl Owner {
@@ -38,7 +42,7 @@ impl Owner {
     /// A run begins.
     pub(super) fn board_begins(&mut self) {
         *self.hands.board.lock().unwrap_or_else(PoisonError::into_inner) = Log::default();
-        self.judged = Judged { slipped_before: self.slipped(), told: None };
+        self.judged = Judged { slipped_before: self.slipped(), ..Judged::default() };
     }
 
     /// A run ended at rest.
@@ -48,7 +52,11 @@ impl Owner {
         }
         let log = std::mem::take(&mut *self.hands.board.lock().unwrap_or_else(PoisonError::into_inner));
         let mm = |axis: usize| self.machine.axis(axis).scale.length(work.job.zero[axis]).mm();
-        let found = tally(&work.job.program, &self.machine, work.first..work.leg, [mm(0), mm(1)], &log.holes);
+        let (program, run, zero_mm) = (&work.job.program, work.first..work.leg, [mm(0), mm(1)]);
+        let found = tally(program, &self.machine, run.clone(), zero_mm, &log.holes);
+        let legs = runs(&missing_legs(program, &self.machine, run, zero_mm, &log.holes));
+        let told = !legs.is_empty() && legs.len() <= MOST_RUNS;
+        self.judged.missing = told.then(|| MissingTold { job: work.job.key.clone(), legs });
         let told = DrilledTold {
             missing: found.missing,
             doubled: found.doubled,
@@ -68,4 +76,16 @@ impl Owner {
             self.pending.push_back(Event::BoardDiffers(why, left));
         }
     }
+}
+
+/// Numbers in their order as runs: the first and the one behind the last.
+fn runs(legs: &[usize]) -> Vec<(u32, u32)> {
+    let mut runs: Vec<(u32, u32)> = Vec::new();
+    for leg in legs.iter().filter_map(|leg| u32::try_from(*leg).ok()) {
+        match runs.last_mut() {
+            Some((_, end)) if *end == leg => *end = leg + 1,
+            _ => runs.push((leg, leg + 1)),
+        }
+    }
+    runs
 }

@@ -129,6 +129,7 @@ impl Owner {
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
             drilled: self.judged.told,
+            missing: self.judged.missing.clone(),
             elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
             left_s: ticks as f64 / TICK_HZ as f64 / self.speed * 100.0
                 / f64::from(self.executor.shared.pace().max(1)),

@@ -11,6 +11,7 @@
 //! surface and positive upwards. A leg begins and ends at rest with Z at the safe height, so a job can be taken up
 //! at any leg. Does not know how fast anything can go.
 
+mod again;
 mod briefing;
 mod cleared;
 mod milled;

@@ -35,7 +35,7 @@ pub use number::{Format, Zeros};
 pub use preview::{Sample, preview};
 pub use read::check;
 pub use readback::{Written, read_back, titled};
-pub use run_sheet::run_sheet;
+pub use run_sheet::{RunSheet, SheetRow, run_sheet};
 pub use writer::{OutputFile, write_side, write_with};
 
 use crate::job::{Briefing, Program};

@@ -5,13 +5,14 @@
 //!   what is run          number · file · side · what it does · tool · time, in order, with a box to tick
 //! ```
 //!
-//! Comes in: a job's briefing and the files that were written for each of its sides. Goes out: HTML that needs nothing else.
-//! Does not know who shows it.
+//! Comes in: a job's briefing and the files that were written for each of its sides. Goes out: the sheet as text in its places
+//! ([`RunSheet`]), and as HTML that needs nothing else. Does not know who shows it.
 
 use super::OutputFile;
 use super::head::{tenths, time_text};
 use crate::job::{Briefing, Pins, SideBriefing, ToolBriefing};
 use crate::locale;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 /// Everything that the page looks like, on paper and on a screen.
@@ -23,6 +24,42 @@ td.box::before{content:'';display:inline-block;width:3.5mm;height:3.5mm;border:.
 tr.flip td{background:#eee;font-weight:bold;padding-left:2mm}p{margin:4mm 0 0}@page{size:A4;margin:10mm}\
 @media print{body{margin:0;max-width:none}}";
 
+/// What stands on the sheet, in one language. Nothing is escaped.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunSheet {
+    /// The language, for whoever reads it out.
+    pub language: String,
+    /// Its heading.
+    pub title: String,
+    /// What the job needs: names and values.
+    pub facts: Vec<(String, String)>,
+    /// The heads of the table.
+    pub heads: Vec<String>,
+    /// What is run, in order.
+    pub rows: Vec<SheetRow>,
+    /// What is to be done before every file.
+    pub foot: String,
+}
+
+/// A row of the table.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SheetRow {
+    /// The board is turned over, as it says.
+    Turn(String),
+    /// A file: under each head but the last the lines that stand there; under the last one the person ticks.
+    File(Vec<Vec<String>>),
+}
+
+impl SheetRow {
+    /// Whether column `at` is one of numbers.
+    pub fn is_number(at: usize) -> bool {
+        HEADS.get(at).is_some_and(|key| matches!(*key, "number" | "time"))
+    }
+}
+
+/// The heads of the table: keys of `run_sheet`.
+const HEADS: [&str; 7] = ["number", "file", "side", "does", "tool", "time", "done"];
+
 /// What is said, in one language.
 struct Words<'a> {
     language: &'a str,
@@ -31,7 +68,7 @@ struct Words<'a> {
 impl Words<'_> {
     fn say(&self, key: &str, args: &[(&str, String)]) -> String {
         let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-        escaped(&locale::text(self.language, &format!("run_sheet.{key}"), &args))
+        locale::text(self.language, &format!("run_sheet.{key}"), &args)
     }
 
     /// The word of a side or of an operation.
@@ -41,34 +78,64 @@ impl Words<'_> {
 }
 
 /// The run sheet of a job in `language`; `files` are those of each side, in order.
-pub fn run_sheet(language: &str, briefing: &Briefing, files: &[Vec<OutputFile>]) -> String {
+pub fn run_sheet(language: &str, briefing: &Briefing, files: &[Vec<OutputFile>]) -> RunSheet {
     let words = Words { language };
-    let title = words.say("title", &[("job", briefing.job.clone())]);
-    let mut out = format!(
-        "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<dl>\n",
-        escaped(language)
-    );
-    for (name, value) in facts(&words, briefing) {
-        let _ = writeln!(out, "<dt>{name}</dt><dd>{value}</dd>");
+    RunSheet {
+        language: language.to_owned(),
+        title: words.say("title", &[("job", briefing.job.clone())]),
+        facts: facts(&words, briefing),
+        heads: HEADS.iter().map(|key| words.say(key, &[])).collect(),
+        rows: rows(&words, briefing, files),
+        foot: words.say("every_tool", &[]),
     }
-    let head = ["number", "file", "side", "does", "tool", "time", "done"];
-    out.push_str("</dl>\n<table>\n<thead><tr>");
-    for key in head {
-        let class = if matches!(key, "number" | "time") { " class=\"n\"" } else { "" };
-        let _ = write!(out, "<th scope=\"col\"{class}>{}</th>", words.say(key, &[]));
+}
+
+impl RunSheet {
+    /// The sheet as a page of its own.
+    pub fn html(&self) -> String {
+        let title = escaped(&self.title);
+        let mut out = format!(
+            "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<dl>\n",
+            escaped(&self.language)
+        );
+        for (name, value) in &self.facts {
+            let _ = writeln!(out, "<dt>{}</dt><dd>{}</dd>", escaped(name), escaped(value));
+        }
+        out.push_str("</dl>\n<table>\n<thead><tr>");
+        for (at, head) in self.heads.iter().enumerate() {
+            let class = if SheetRow::is_number(at) { " class=\"n\"" } else { "" };
+            let _ = write!(out, "<th scope=\"col\"{class}>{}</th>", escaped(head));
+        }
+        out.push_str("</tr></thead>\n<tbody>\n");
+        for row in &self.rows {
+            match row {
+                SheetRow::Turn(how) => {
+                    let _ = writeln!(out, "<tr class=\"flip\"><td colspan=\"7\">{}</td></tr>", escaped(how));
+                }
+                SheetRow::File(cells) => file_row(cells, &mut out),
+            }
+        }
+        let _ = write!(out, "</tbody>\n</table>\n<p>{}</p>\n</body>\n</html>\n", escaped(&self.foot));
+        out
     }
-    out.push_str("</tr></thead>\n<tbody>\n");
-    rows(&words, briefing, files, &mut out);
-    let _ = write!(out, "</tbody>\n</table>\n<p>{}</p>\n</body>\n</html>\n", words.say("every_tool", &[]));
-    out
+}
+
+fn file_row(cells: &[Vec<String>], out: &mut String) {
+    out.push_str("<tr>");
+    for (at, lines) in cells.iter().enumerate() {
+        let class = if SheetRow::is_number(at) { " class=\"n\"" } else { "" };
+        let lines: Vec<String> = lines.iter().map(|line| escaped(line)).collect();
+        let _ = write!(out, "<td{class}>{}</td>", lines.join("<br>"));
+    }
+    out.push_str("<td class=\"box\"></td></tr>\n");
 }
 
 fn facts(words: &Words<'_>, briefing: &Briefing) -> Vec<(String, String)> {
     let mut facts = Vec::new();
     let mut fact = |key: &str, value: String| facts.push((words.say(key, &[]), value));
     if !briefing.machine.is_empty() {
-        fact("machine", escaped(&briefing.machine));
+        fact("machine", briefing.machine.clone());
     }
     if let Some(zero) = &briefing.zero {
         fact("zero", words.say(&format!("zero_{zero}"), &[]));
@@ -121,53 +188,44 @@ fn pins(words: &Words<'_>, pins: &Pins) -> String {
     words.say("pins_of", &args)
 }
 
-fn rows(words: &Words<'_>, briefing: &Briefing, files: &[Vec<OutputFile>], out: &mut String) {
+fn rows(words: &Words<'_>, briefing: &Briefing, files: &[Vec<OutputFile>]) -> Vec<SheetRow> {
+    let mut rows = Vec::new();
     let mut number = 0;
     for (index, (side, files)) in briefing.sides.iter().zip(files).enumerate() {
         if let Some(flip) = briefing.flip.as_ref().filter(|_| index > 0) {
-            let turn = words.say("turn_now", &[("how", words.say(&format!("flip_{flip}"), &[]))]);
-            let _ = writeln!(out, "<tr class=\"flip\"><td colspan=\"7\">{turn}</td></tr>");
+            let how = words.say(&format!("flip_{flip}"), &[]);
+            rows.push(SheetRow::Turn(words.say("turn_now", &[("how", how)])));
         }
         for file in files {
             number += 1;
             let used = || file.bits.iter().filter_map(|bit| side.tools.get(*bit as usize));
-            let does = listed(used().map(|tool| operations(words, tool)));
-            let tools = listed(used().map(|tool| escaped(&tool.tool.title(words.language))));
             let time: Option<f64> = used().map(|tool| tool.time_s).sum();
-            let cells = [
-                ("n", number.to_string()),
-                ("", escaped(&file.name)),
-                ("", if side.side.is_empty() { String::new() } else { escaped(&words.word(&side.side)) }),
-                ("", does),
-                ("", tools),
-                ("n", time.map(time_text).unwrap_or_default()),
-                ("box", String::new()),
-            ];
-            out.push_str("<tr>");
-            for (class, cell) in cells {
-                let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
-                let _ = write!(out, "<td{class}>{cell}</td>");
-            }
-            out.push_str("</tr>\n");
+            let own_side = (!side.side.is_empty()).then(|| words.word(&side.side));
+            rows.push(SheetRow::File(vec![
+                vec![number.to_string()],
+                vec![file.name.clone()],
+                own_side.into_iter().collect(),
+                listed(used().map(|tool| operations(words, tool))),
+                listed(used().map(|tool| tool.tool.title(words.language))),
+                time.map(time_text).into_iter().collect(),
+            ]));
         }
     }
+    rows
 }
 
 fn operations(words: &Words<'_>, tool: &ToolBriefing) -> String {
-    let said: Vec<String> = tool.operations.iter().map(|word| escaped(&words.word(word))).collect();
+    let said: Vec<String> = tool.operations.iter().map(|word| words.word(word)).collect();
     said.join(", ")
 }
 
 /// One under the other, numbered where there are several.
-fn listed(items: impl Iterator<Item = String>) -> String {
+fn listed(items: impl Iterator<Item = String>) -> Vec<String> {
     let items: Vec<String> = items.collect();
-    match items.as_slice() {
-        [only] => only.clone(),
-        _ => {
-            let numbered = (1..).zip(&items).map(|(number, item)| format!("{number}. {item}"));
-            numbered.collect::<Vec<_>>().join("<br>")
-        }
+    if items.len() < 2 {
+        return items;
     }
+    (1..).zip(items).map(|(number, item)| format!("{number}. {item}")).collect()
 }
 
 fn escaped(text: &str) -> String {

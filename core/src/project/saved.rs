@@ -38,6 +38,8 @@ pub struct Project {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Said {
+    /// Of several boards, the one that is meant, by its name.
+    pub board: Option<String>,
     /// How numbers of drill files are written.
     pub numbers: Numbers,
     /// The files whose holes make the board; none leaves it to the reader.
@@ -89,6 +91,18 @@ impl Numbers {
 }
 
 impl Said {
+    /// Leaves out what is of other boards than the one that is meant, where one is and it is there.
+    pub fn choose_board(&self, artwork: &mut Artwork) {
+        let Some(board) = &self.board else { return };
+        if !artwork.files.iter().any(|file| file.board == *board) {
+            return;
+        }
+        let rows = artwork.files.iter().enumerate();
+        let others = rows.filter(|(_, file)| !file.board.is_empty() && file.board != *board);
+        let others: Vec<usize> = others.map(|(index, _)| index).collect();
+        artwork.leave_out(&others);
+    }
+
     /// Roles and sides of layers as said.
     pub fn say_roles(&self, artwork: &mut Artwork) {
         for (name, role, side) in &self.roles {
@@ -169,6 +183,7 @@ mod tests {
 
     fn project() -> Project {
         let said = Said {
+            board: Some("a".into()),
             numbers: Numbers { units: Some("inch".into()), digits: Some((2, 4)), zeros: None },
             used: Some(vec!["b/a.drl".into()]),
             roles: vec![("b/a.gbr".into(), "copper".into(), Some("bottom".into()))],

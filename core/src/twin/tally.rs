@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Comes in: a program, a machine, which legs were run, and the holes that the virtual drill wrote down. Goes out: how many are
-//! missing, doubled or elsewhere. Does not know the executor's count, nor the journal.
+//! missing, doubled or elsewhere, and which legs did not make theirs. Does not know the executor's count, nor the journal.
 
 use super::Drilled;
 use crate::geometry::Point;
@@ -51,6 +51,8 @@ struct Wanted {
     x_mm: f64,
     y_mm: f64,
     spindle: u8,
+    /// The leg that makes it.
+    leg: usize,
     /// Its leg came to its end: it has to be there.
     certain: bool,
 }
@@ -64,6 +66,38 @@ pub fn tally(
     zero_mm: [f64; 2],
     drilled: &[Drilled],
 ) -> Tally {
+    let (wanted, made, shifted) = matched(program, machine, done, zero_mm, drilled);
+    let missing = wanted.iter().zip(&made).filter(|(hole, made)| hole.certain && **made == 0).count();
+    // A hole that lies elsewhere is not missing besides.
+    let missing = u32::try_from(missing).unwrap_or(u32::MAX).saturating_sub(shifted);
+    let doubled = made.iter().map(|made| made.saturating_sub(1)).sum();
+    Tally { missing, doubled, shifted, broken: 0, slipped_steps: 0 }
+}
+
+/// The legs of the same that have a hole missing, in their order; none where holes lie elsewhere, because then nobody can say
+/// which is which.
+pub fn missing_legs(
+    program: &Program,
+    machine: &Machine,
+    done: Range<usize>,
+    zero_mm: [f64; 2],
+    drilled: &[Drilled],
+) -> Vec<usize> {
+    let (wanted, made, shifted) = matched(program, machine, done, zero_mm, drilled);
+    let missing = wanted.iter().zip(&made).filter(|(hole, made)| hole.certain && **made == 0);
+    let mut legs: Vec<usize> = missing.map(|(hole, _)| hole.leg).collect();
+    legs.dedup();
+    if shifted > 0 { Vec::new() } else { legs }
+}
+
+/// The holes that are wanted, how often each was made, and how many were made elsewhere.
+fn matched(
+    program: &Program,
+    machine: &Machine,
+    done: Range<usize>,
+    zero_mm: [f64; 2],
+    drilled: &[Drilled],
+) -> (Vec<Wanted>, Vec<u32>, u32) {
     let mut wanted = wanted(program, machine, done);
     wanted
         .iter_mut()
@@ -79,11 +113,7 @@ pub fn tally(
             None => shifted += 1,
         }
     }
-    let missing = wanted.iter().zip(&made).filter(|(hole, made)| hole.certain && **made == 0).count();
-    // A hole that lies elsewhere is not missing besides.
-    let missing = u32::try_from(missing).unwrap_or(u32::MAX).saturating_sub(shifted);
-    let doubled = made.iter().map(|made| made.saturating_sub(1)).sum();
-    Tally { missing, doubled, shifted, broken: 0, slipped_steps: 0 }
+    (wanted, made, shifted)
 }
 
 /// The holes of the legs `done`, and of the one after them.
@@ -97,9 +127,14 @@ fn wanted(program: &Program, machine: &Machine, done: Range<usize>) -> Vec<Wante
     let mut at = Point::default();
     for (index, leg) in program.legs.iter().enumerate().take(done.end.saturating_add(1)) {
         for place in straight_down(leg, &mut at, &through) {
-            let certain = index < done.end;
-            let hole =
-                |spindle: &u8| Wanted { x_mm: place.x.mm(), y_mm: place.y.mm(), spindle: *spindle, certain };
+            let (leg, certain) = (index, index < done.end);
+            let hole = |spindle: &u8| Wanted {
+                x_mm: place.x.mm(),
+                y_mm: place.y.mm(),
+                spindle: *spindle,
+                leg,
+                certain,
+            };
             if index >= done.start {
                 wanted.extend(in_use.iter().map(hole));
             }
@@ -253,6 +288,18 @@ mod tests {
         assert_eq!(found(0..4, &too_many), [0, 0, 1]);
         let other_spindle = Drilled { spindle: 1, ..good[0] };
         assert_eq!(found(0..4, &[other_spindle, good[1], good[2], good[3]]), [0, 0, 1]);
+    }
+
+    #[test]
+    fn the_legs_whose_holes_are_missing_are_named_unless_holes_lie_elsewhere() {
+        let machine = virtual_drill();
+        let legs =
+            |drilled: &[Drilled]| missing_legs(&program(&machine), &machine, 0..4, [5.0, 7.0], drilled);
+        let good = [at(1.0, 1.0), at(2.0, 1.0), at(20.0, 9.0), at(3.0, 1.0)];
+        assert_eq!(legs(&good), [0_usize; 0]);
+        assert_eq!(legs(&good[..1]), [1, 2, 3]);
+        assert_eq!(legs(&[good[0], good[2]]), [1, 3]);
+        assert_eq!(legs(&[good[0], at(8.0, 8.0)]), [0_usize; 0]);
     }
 
     #[test]

@@ -399,6 +399,15 @@ pub struct DrilledTold {
     pub slipped_steps: u64,
 }
 
+/// Legs of the last run whose holes are not in the board, by the virtual drill's own record.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MissingTold {
+    /// SHA-256 of the program's bytes.
+    pub job: String,
+    /// The first leg and the one behind the last, run by run.
+    pub legs: Vec<(u32, u32)>,
+}
+
 /// How things stand with the machine (A10).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
@@ -462,6 +471,9 @@ pub struct Status {
     /// How the board of the last run differs from its program, by the virtual drill's own record; none before one ended.
     #[serde(default)]
     pub drilled: Option<DrilledTold>,
+    /// What of it is missing, where that can be said.
+    #[serde(default)]
+    pub missing: Option<MissingTold>,
     /// Time since Start, s.
     pub elapsed_s: f64,
     /// Time left, s.

@@ -213,7 +213,7 @@ fn the_run_sheet_has_all_that_a_person_needs_in_order() {
             post::write_for("grbl", &programs[side], &Manner::default(), &briefing, side).unwrap().unwrap()
         })
         .collect();
-    let sheet = post::run_sheet("en", &briefing, &files);
+    let sheet = post::run_sheet("en", &briefing, &files).html();
     let mut at = 0;
     for needed in [
         "amplifier &lt;2&gt;",

@@ -12,8 +12,8 @@
 //! Comes in: a dialect that ships, or the person's file. Goes out: the person's own dialect, a saved file.
 
 use super::export::OWN;
+use crate::engine::Engine;
 use crate::engine::messages::{Checked, Settings, ToWrite};
-use crate::engine::{Engine, Stopped};
 use crate::i18n::{self, advice, message, say, t};
 use crate::state::state;
 use crate::widgets::{push, save_file};
@@ -125,21 +125,13 @@ impl Sheet {
         self.target.set(OWN.to_owned());
     }
 
-    /// The program in the words of the target.
-    pub(super) async fn write(self, wanted: ToWrite) -> Result<Vec<(String, String)>, Stopped> {
-        WRITER.with(Clone::clone).write(wanted).await
-    }
-
     async fn look(self, change: u32) {
         let text = self.text.get_untracked().unwrap_or_default();
         let program = state().job.with_untracked(|job| job.as_ref().map(|job| job.bytes.clone()));
         let wanted = ToWrite {
             program: program.unwrap_or_default(),
-            target: OWN.to_owned(),
-            text: Some(text),
-            lines_only: None,
+            text,
             machine: Some(state().machine.with_untracked(|machine| Settings::of(machine))),
-            briefing: None,
         };
         let found = WRITER.with(Clone::clone).check(wanted).await;
         if let Ok(checked) = found

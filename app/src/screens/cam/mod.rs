@@ -12,8 +12,10 @@
 mod editor;
 mod entry;
 mod export;
+mod groups;
 mod job;
 mod problems;
+mod run_sheet;
 mod values;
 
 use crate::keys::CamKey;
@@ -42,6 +44,7 @@ pub(crate) fn begin() {
     });
     WAYS.set(Some(ways));
     editor::begin();
+    run_sheet::begin();
 }
 
 /// What the planned program does. Made by [`begin`].
@@ -77,6 +80,7 @@ pub(crate) fn cam() -> impl IntoView {
         problems::problems(),
         div().class("panel right cam-values").child((values::values(), export::export())),
         move || editor::sheet().open.get().then(editor::editor),
+        run_sheet::run_sheet(),
     )
 }
 

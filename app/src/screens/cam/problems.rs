@@ -1,19 +1,27 @@
-//! What the plan leaves out, and what the proof found: each with a tick that it was seen, findings with Show and what would
-//! cure them. Nothing is exported or sent while one is unread.
+//! What the plan leaves out, what the proof found, and what cures all of it at once. Nothing is exported or sent while one is
+//! unread.
 //!
-//! Comes in: losses and findings of the plan on show. Goes out: the finding marked in the picture, cures put into the job, ticks.
+//! ```text
+//! what the plan leaves out      each with a tick that it was seen
+//! the cure of the whole board   one button, before those of single places
+//! groups of findings
+//! ```
+//!
+//! Comes in: losses and findings of the plan on show. Goes out: the finding marked in the picture, the cure of the whole put into
+//! the job, ticks.
 
+use super::groups;
 use crate::document::desk;
 use crate::i18n::{advice, message, say, t};
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if};
 use crate::workbench::{Bench, bench, edit};
-use annulus_core::proof::{Cure, Finding, Whole};
+use annulus_core::proof::Whole;
 use annulus_core::remark::{Remark, Weight};
 use leptos::ev;
 use leptos::html::{div, h2, header, input, label, li, p, section, span, strong, ul};
 use leptos::prelude::*;
 
-/// The most findings listed; all of them are marked in the picture.
+/// The most losses listed.
 const MOST_LISTED: usize = 200;
 
 /// Losses of the plan on show: what of the board it leaves out.
@@ -32,7 +40,11 @@ pub(super) fn is_unseen(loss: &Remark) -> bool {
 /// The block under the picture.
 pub(super) fn problems() -> impl IntoView {
     let (bench, desk) = (bench(), desk());
-    let found = move || desk.proved.with(|proved| proved.as_ref().map_or(0, |proved| proved.findings.len()));
+    let found = move || {
+        let all = |group: &annulus_core::proof::Group| group.count as usize;
+        desk.proved
+            .with(|proved| proved.as_ref().map_or(0, |proved| proved.groups.iter().map(all).sum::<usize>()))
+    };
     let any = move || found() > 0;
     let count = move || missing().len() + found();
     let unread = move || super::unread();
@@ -45,14 +57,7 @@ pub(super) fn problems() -> impl IntoView {
         Some(proved) if proved.findings.is_empty() => {
             p().class("quiet").child(t!("page.cam.proved")).into_any()
         }
-        Some(proved) => {
-            let lines = proved.findings.iter().take(MOST_LISTED).cloned().enumerate();
-            let lines: Vec<AnyView> =
-                lines.map(|(at, finding)| line(bench, at, finding).into_any()).collect();
-            let more = proved.findings.len().saturating_sub(MOST_LISTED) + proved.more as usize;
-            let more = (more > 0).then(|| p().class("quiet").child(t!("page.cam.more", count = more)));
-            (ul().class("findings").child(lines), more).into_any()
-        }
+        Some(proved) => groups::groups(bench, &proved).into_any(),
     };
     let whole = move || {
         let whole = desk.proved.with(|proved| proved.as_ref().and_then(|proved| proved.whole.clone()));
@@ -94,20 +99,26 @@ pub(super) fn problems() -> impl IntoView {
         ))
 }
 
-/// What a change of the whole job opens, and the one that can be made here.
+/// What one change of the whole job opens, and the button that makes it: the lesser depth, else the finer tip.
 fn whole_line(bench: Bench, whole: Whole) -> impl IntoView {
     let said: Vec<AnyView> =
         whole.remarks().into_iter().map(|told| strong().child(move || message(&told)).into_any()).collect();
-    let offer = whole.shallower.map(|offer| {
-        let depth = format!("{:.3}", offer.depth.mm());
-        push(
-            "button small",
-            move || say!("page.cam.whole_depth", depth = depth),
-            move |_| bench.change(None, |work| edit::shallower(work, &offer)),
-        )
-    });
-    li().class("finding tone-quiet").child((
-        icon(Icon::Warning),
+    let offer = match (whole.shallower, whole.tip) {
+        (Some(offer), _) => {
+            let depth = format!("{:.3}", offer.depth.mm());
+            let text = t!("page.cam.whole_depth", depth = depth);
+            let act = move |_| bench.change(None, |work| edit::shallower(work, &offer));
+            Some(push("button small primary", text, act).into_any())
+        }
+        (None, Some(tip)) => {
+            let text = t!("page.cam.whole_tip", tip = format!("{:.2}", tip.mm()));
+            let act = move |_| bench.change(None, |work| edit::finer_tip(work, tip));
+            Some(push("button small primary", text, act).into_any())
+        }
+        (None, None) => None,
+    };
+    li().class("finding whole-cure tone-run").child((
+        icon(Icon::Check),
         div().class("grow").child(said),
         div().class("row").child(offer),
     ))
@@ -132,84 +143,24 @@ fn missing_line(loss: Remark) -> impl IntoView {
     ))
 }
 
-/// The next finding, or the one before, is shown; after the last comes the first.
+/// The next place in the list, or the one before, is shown and brought into view; after the last comes the first.
 pub(super) fn walk(on: bool) {
-    let count = desk().proved.with_untracked(|proved| proved.as_ref().map_or(0, |one| one.findings.len()));
-    if count == 0 {
-        return;
-    }
-    let next = match bench().marked.get_untracked() {
-        None => {
-            if on {
-                0
-            } else {
-                count - 1
-            }
+    let bench = bench();
+    let Some(proved) = desk().proved.get_untracked() else { return };
+    let order = groups::order(&proved);
+    let count = order.len();
+    let here = bench.marked.get_untracked().and_then(|marked| order.iter().position(|at| *at == marked));
+    let next = match here {
+        Some(here) => (here + if on { 1 } else { count - 1 }) % count,
+        None if on => 0,
+        None => count.saturating_sub(1),
+    };
+    let Some(&at) = order.get(next) else { return };
+    bench.marked.set(Some(at));
+    groups::open_for(bench, &proved, at);
+    request_animation_frame(move || {
+        if let Some(line) = document().get_element_by_id(&groups::line_id(at)) {
+            line.scroll_into_view_with_bool(false);
         }
-        Some(at) => (at + if on { 1 } else { count - 1 }) % count,
-    };
-    bench().marked.set(Some(next));
-}
-
-fn cure_text(cure: &Cure) -> String {
-    let mm = |length: annulus_core::units::Length| format!("{:.3}", length.mm());
-    match cure {
-        Cure::Shallower { depth, .. } => say!("page.cam.cure_shallower", depth = mm(*depth)),
-        Cure::OtherBit { bit, .. } => say!("page.cam.cure_other_bit", bit = bit),
-        Cure::Centred { lost, .. } => say!("page.cam.cure_centred", lost = mm(*lost)),
-        Cure::Deeper { depth, .. } => say!("page.cam.cure_deeper", depth = mm(*depth)),
-    }
-}
-
-/// The cure goes into the chosen operation where that isolates, else into the first that does.
-fn apply(bench: Bench, finding: &Finding, cure: &Cure) {
-    let chosen = bench.chosen.get_untracked();
-    bench.change(None, |work| edit::cured(work, chosen, finding, cure));
-}
-
-fn line(bench: Bench, at: usize, finding: Finding) -> impl IntoView {
-    let remark = finding.remark();
-    let (what, meaning) = (remark.clone(), remark);
-    let (class, sign) = match finding.weight() {
-        Weight::Loss => ("finding tone-alarm", Icon::Alarm),
-        Weight::Doubt => ("finding tone-pause", Icon::Warning),
-        Weight::Note => ("finding tone-quiet", Icon::Check),
-    };
-    let marked = move || bench.marked.get() == Some(at);
-    let agreed = finding.agreed;
-    let (id, flip) = (finding.id.clone(), finding.id.clone());
-    let cures: Vec<AnyView> = finding
-        .cures
-        .iter()
-        .cloned()
-        .map(|cure| {
-            let (text, finding) = (cure.clone(), finding.clone());
-            push("button small", move || cure_text(&text), move |_| apply(bench, &finding, &cure)).into_any()
-        })
-        .collect();
-    li().class(class).attr("aria-current", move || marked().then_some("true")).child((
-        icon(sign),
-        div().class("grow").child((
-            strong().child(move || message(&what)),
-            span().class("quiet").child(move || advice(&meaning)),
-            agreed.then(|| span().class("quiet").child(t!("page.cam.agreed"))),
-        )),
-        div().class("row").child((
-            push("button small", t!("page.cam.show"), move |_| bench.marked.set(Some(at))),
-            cures,
-            label().class("tick").child((
-                input()
-                    .attr("type", "checkbox")
-                    .prop("checked", move || bench.read.with(|read| read.contains(&id)))
-                    .on(ev::change, move |_| {
-                        bench.read.update(|read| {
-                            if !read.remove(&flip) {
-                                read.insert(flip.clone());
-                            }
-                        });
-                    }),
-                span().child(t!("page.cam.seen")),
-            )),
-        )),
-    ))
+    });
 }

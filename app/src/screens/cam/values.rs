@@ -35,7 +35,10 @@ pub(super) fn values() -> impl IntoView {
     // the fields are made anew only for another operation, so that the one in use keeps its focus
     let which = Memo::new(move |_| {
         let at = bench.chosen.get();
-        bench.operation().map(|operation| (at, operation.action.word()))
+        let up = bench.work.with(|work| work.as_ref().map(|work| work.setup.face));
+        // Of a side without operations there is nothing to show.
+        let operation = bench.operation().filter(|operation| Some(operation.face) == up);
+        operation.map(|operation| (at, operation.action.word()))
     });
     let body = move || match which.get() {
         Some((at, _)) => {

@@ -2,7 +2,7 @@
 //!
 //! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging, forgetting.
 
-use super::{preflight, words};
+use super::{ended, preflight, words};
 use crate::i18n::{advice, key, message, say, t};
 use crate::link::{self, Freshness, Link, Ousted, Phase};
 use crate::widgets::{Icon, icon, push, push_if};
@@ -122,18 +122,6 @@ pub(crate) fn answers() -> impl IntoView {
             ))
         })
     };
-    let ended = move || {
-        line.ended.get().map(|ended| {
-            let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
-            let word = by_you.unwrap_or_else(|| words::ending(ended.ending));
-            let text = move || crate::i18n::text(word, &[("holes", ended.holes_done.to_string())]);
-            div().class("notice tone-run").attr("role", "status").child((
-                icon(Icon::Check),
-                span().class("grow").child(text),
-                push("button small quiet", t!("page.close"), move |_| line.ended.set(None)),
-            ))
-        })
-    };
     let ousted = move || {
         line.ousted.get().map(|why| {
             let (what, cure) = match why {
@@ -148,5 +136,5 @@ pub(crate) fn answers() -> impl IntoView {
             ))
         })
     };
-    (ousted, refused, ended)
+    (ousted, refused, ended::ended())
 }

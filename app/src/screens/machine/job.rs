@@ -2,7 +2,7 @@
 //!
 //! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
 
-use super::{preflight, words};
+use super::{ended, preflight, words};
 use crate::document::desk;
 use crate::format::clock;
 use crate::i18n::{language, say, t};
@@ -40,8 +40,15 @@ pub(crate) fn job() -> impl IntoView {
 fn progress(line: Link) -> impl IntoView {
     let planned =
         move || state().shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count() as u32));
+    // Of a board that is not as programmed: the holes that are where they should be, and those that were to be made.
+    let there = Memo::new(move |_| {
+        let told = ended::differs(line)?;
+        let run = line.ended.with(|ended| ended.as_ref().map(|ended| ended.holes_done));
+        let run = run.unwrap_or_else(planned);
+        Some((run.saturating_sub(told.missing.saturating_add(told.shifted)), run))
+    });
     let counts = Memo::new(move |_| match from(line, |status| (status.holes_done, status.holes_total)) {
-        (_, 0) => (shown::moment().progress.discs, planned()),
+        (_, 0) => there.get().unwrap_or_else(|| (shown::moment().progress.discs, planned())),
         counts => counts,
     });
     let percent = move || {
@@ -50,6 +57,9 @@ fn progress(line: Link) -> impl IntoView {
     };
     let holes = move || {
         let (done, total) = counts.get();
+        if there.get().is_some() {
+            return say!("page.job.there", done = done, total = total);
+        }
         say!("page.job.holes", done = done, total = total)
     };
     let times = move || {

@@ -10,7 +10,9 @@
 mod banner;
 mod bit_change;
 mod connect;
+mod ended;
 mod job;
+mod jog;
 pub mod preflight;
 mod readouts;
 mod sensors;
@@ -19,6 +21,7 @@ pub mod words;
 
 pub use banner::alarm;
 pub use bit_change::bit_change;
+pub(crate) use jog::arm_keys;
 
 use crate::link;
 use leptos::html::div;
@@ -31,7 +34,7 @@ pub fn machine() -> impl IntoView {
     let sides = move || {
         met.get().then(|| {
             (
-                div().class("panel left set-up").child((set_up::set_up(), set_up::jog())),
+                div().class("panel left set-up").child((set_up::set_up(), jog::jog())),
                 div().class("panel right job").child((job::job(), sensors::sensors())),
             )
         })

@@ -47,7 +47,8 @@ pub fn resume(offer: &link::Interrupted) {
     });
 }
 
-fn show(job: Arc<Job>, from_leg: u32) {
+/// Opens the pre-flight of `job`, to begin at `from_leg`.
+pub(super) fn show(job: Arc<Job>, from_leg: u32) {
     let line = link::link();
     line.armed.set(None);
     line.refused.set(None);

@@ -1,12 +1,12 @@
-//! Getting ready: initialise, base, and moving by hand.
+//! Getting ready: initialise and base.
 //!
-//! Comes in: what the machine allows now. Goes out: `Home`, `SetZero`, `UndoZero`, `Jog`. Nothing here starts a job.
+//! Comes in: what the machine allows now. Goes out: `Home`, `SetZero`, `UndoZero`. Nothing here starts a job.
 
 use crate::health::{Blocked, blocked};
 use crate::i18n::{key, t};
 use crate::link::{self, Link, Phase};
 use crate::state::state;
-use crate::widgets::{Icon, choice, icon, push_if};
+use crate::widgets::{Icon, icon, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
 use leptos::ev;
@@ -72,52 +72,5 @@ pub(crate) fn set_up() -> impl IntoView {
                 |_| link::ask(&Ask::UndoZero),
             ),
         )),
-    ))
-}
-
-/// Steps of the jog pad, in µm; they stay millimetres whatever unit is shown.
-const STEPS_UM: [i32; 4] = [10, 100, 1_000, 10_000];
-
-fn jog_button(
-    line: Link,
-    step_um: RwSignal<i32>,
-    (axis, sign): (u8, i32),
-    word: &'static str,
-    name: &'static str,
-) -> impl IntoView {
-    let place = format!(
-        "button jog-{}{}",
-        ["x", "y", "z"][usize::from(axis)],
-        if sign > 0 { "-plus" } else { "-minus" }
-    );
-    button()
-        .attr("type", "button")
-        .class(place)
-        .attr("aria-label", move || crate::i18n::text(name, &[]))
-        .prop("disabled", move || !ready(line))
-        .on(ev::click, move |_| link::jog(axis, sign * step_um.get_untracked()))
-        .child(word)
-}
-
-/// The jog pad. No diagonals, and Initialise is not among its keys.
-pub(crate) fn jog() -> impl IntoView {
-    let line = link::link();
-    let step_um = RwSignal::new(1_000);
-    let steps = STEPS_UM.map(|um| {
-        let mm = crate::format::plain(f64::from(um) / 1000.0);
-        choice(move || step_um.get() == um, move || mm.clone(), move |_| step_um.set(um))
-    });
-    let pad = div().class("jog").attr("role", "group").attr("aria-label", t!("page.jog.title")).child((
-        jog_button(line, step_um, (1, 1), "Y+", key!("page.jog.y_plus")),
-        jog_button(line, step_um, (0, -1), "X−", key!("page.jog.x_minus")),
-        jog_button(line, step_um, (0, 1), "X+", key!("page.jog.x_plus")),
-        jog_button(line, step_um, (1, -1), "Y−", key!("page.jog.y_minus")),
-        jog_button(line, step_um, (2, 1), "Z+", key!("page.jog.z_plus")),
-        jog_button(line, step_um, (2, -1), "Z−", key!("page.jog.z_minus")),
-    ));
-    section().class("block").attr("aria-label", t!("page.jog.title")).child((
-        header().child((h2().child(t!("page.jog.title")), span().class("quiet").child(t!("page.jog.step")))),
-        div().class("segmented").child(Vec::from(steps)),
-        pad,
     ))
 }

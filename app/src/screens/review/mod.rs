@@ -2,6 +2,7 @@
 //!
 //! Comes in: what was read. Goes out: which files are used, how numbers are read, losses ticked as seen (N4, N5).
 
+mod boards;
 mod finding;
 mod format;
 mod preview;
@@ -55,6 +56,7 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
         (0..).zip(&document.reading.files).map(|(index, file)| line(document, index, file).into_any());
     let board = document.board_remarks().map(|remark| finding(remark.clone()).into_any());
     (
+        boards::boards(document),
         table()
             .child((thead().child(tr().child(Vec::from(heads))), tbody().child(lines.collect::<Vec<_>>()))),
         alignment(document),

@@ -20,6 +20,11 @@ const MOST: usize = 60_000;
 
 /// The picture of file `index`, if there is one.
 pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> Option<AnyView> {
+    let colour = Kind::of(&file.role, file.side.as_deref()).colour(&Palette::DARK);
+    let boards = document.reading.boards.iter().zip(&document.boards);
+    if let Some((_, mesh)) = boards.filter(|(board, _)| board.picture_of == Some(index)).next() {
+        return Some(picture(mesh.clone(), colour));
+    }
     let rows = &document.reading.layers;
     let own = rows.iter().position(|row| row.file == Some(index));
     let copper = || {
@@ -29,11 +34,15 @@ pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> O
     };
     let at = own.or_else(copper)?;
     let mesh = document.meshes.get(at)?.clone();
-    let colour = Kind::of(&file.role, file.side.as_deref()).colour(&Palette::DARK);
+    Some(picture(mesh, colour))
+}
+
+/// Triangles as a small picture.
+pub(super) fn picture(mesh: Arc<Mesh>, colour: Colour) -> AnyView {
     let element = NodeRef::<html::Canvas>::new();
     element.on_load(move |element| draw(&element, &mesh, colour));
     let made = canvas().node_ref(element).attr("width", WIDTH).attr("height", HEIGHT);
-    Some(made.class("preview").attr("aria-hidden", "true").into_any())
+    made.class("preview").attr("aria-hidden", "true").into_any()
 }
 
 fn draw(element: &HtmlCanvasElement, mesh: &Mesh, colour: Colour) {

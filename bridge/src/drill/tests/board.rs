@@ -23,6 +23,9 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
     let status = bench.wait(|status| status.state == State::Alarm);
     let told = DrilledTold { missing: 5, broken: 1, ..DrilledTold::default() };
     assert_eq!((status.drilled, status.trust), (Some(told), Trust::Trusted));
+    let missing = status.missing.unwrap();
+    let again = slow_spindle().only(|leg| missing.legs.iter().any(|(a, b)| (*a..*b).contains(&(leg as u32))));
+    assert_eq!(again.hole_count(), 5, "what is missing is named leg by leg: {missing:?}");
     let why = status.alarm.unwrap();
     assert_eq!(why.code, "control.board_differs");
     assert!(why.message("en").contains('5'), "{}", why.message("en"));
@@ -33,7 +36,7 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
     bench.start_here(&grid(&machine(), 4));
     assert_eq!(bench.ended(), (Ending::Done, 4));
     let status = bench.wait(|status| status.state == State::Ready);
-    assert_eq!(status.drilled, Some(DrilledTold::default()));
+    assert_eq!((status.drilled, status.missing), (Some(DrilledTold::default()), None));
 }
 
 #[test]

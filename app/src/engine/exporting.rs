@@ -1,0 +1,102 @@
+//! All sides of a job in a controller's words, numbered in the order of running, and the run sheet.
+//!
+//! ```text
+//!  job ─ side by side: plan ─▶ program ─ proof ─┬─ something unread on any side: nothing is written
+//!                                               └─▶ 01-bottom-… 02-bottom-… 03-top-…  run sheet
+//! ```
+//!
+//! Comes in: the job, what was read of its findings, a dialect. Goes out: [`Exported`]. Does not know workers, nor downloads.
+
+use super::messages::{Exported, ToExport, ToPlan};
+use super::planning::{self, Side};
+use super::proving;
+use super::shelf::Shelf;
+use annulus_core::board::Face;
+use annulus_core::cam::briefing;
+use annulus_core::job::{Briefing, Program};
+use annulus_core::machine::Machine;
+use annulus_core::post::{self, Dialect, Manner, OutputFile};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::{motion, sim};
+
+/// The name of the person's own dialect in remarks.
+pub(super) const OWN: &str = "template.toml";
+
+/// What a board is called that has no name.
+const NAMELESS: &str = "board";
+
+/// Writes what is `wanted`, or says what nobody has read of it.
+pub(super) fn export(
+    wanted: &ToExport,
+    shelf: &mut Shelf,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Exported, Vec<Remark>> {
+    let machine = wanted.plan.machine.machine()?;
+    let faces = wanted.plan.work.faces();
+    let mut sides: Vec<(Face, Side)> = Vec::new();
+    let mut unread = Vec::new();
+    for (done, &face) in (0..).zip(&faces) {
+        let mut plan: ToPlan = wanted.plan.clone();
+        plan.work.setup.face = face;
+        let mut share = |part, parts| progress(done * parts + part, faces.len() as u64 * parts);
+        let side = planning::side(&plan, shelf, &mut share)?;
+        let names = proving::to_be_read(&side.planned.board, &side.program, &plan.work, shelf);
+        let findings = names.iter().filter(|name| !wanted.read.contains(name)).count();
+        let losses = side.remarks.iter().filter(|remark| remark.is_unseen(&plan.accept)).count();
+        if findings + losses > 0 {
+            unread.push((face, u32::try_from(findings + losses).unwrap_or(u32::MAX)));
+        }
+        sides.push((face, side));
+    }
+    if sides.is_empty() {
+        return Err(vec![Remark::new(Weight::Loss, "cam.nothing_to_do")]);
+    }
+    if !unread.is_empty() {
+        return Ok(Exported { unread, ..Exported::default() });
+    }
+    let briefing = briefed(&sides, wanted, &machine);
+    let dialect = dialect(wanted, &Manner { lines_only: wanted.lines_only, ..Manner::on(&machine) })?;
+    let mut files: Vec<Vec<OutputFile>> = Vec::new();
+    for (index, (face, side)) in sides.into_iter().enumerate() {
+        let name = format!("{}-{}", briefing.job, face.name());
+        let program = Program { name, ..side.program };
+        files.push(dialect(&program, &briefing, index).map_err(|why| vec![why])?);
+    }
+    let sheet = post::run_sheet(&wanted.language, &briefing, &files);
+    let files = files.into_iter().flatten().map(|file| (file.name, file.text));
+    Ok(Exported { files: files.collect(), sheet, unread })
+}
+
+/// What the files say of the job, with the times of its bits.
+fn briefed(sides: &[(Face, Side)], wanted: &ToExport, machine: &Machine) -> Briefing {
+    let work = &wanted.plan.work;
+    let name = sides.iter().map(|(_, side)| side.planned.board.name.as_str()).find(|name| !name.is_empty());
+    let mut briefed = briefing::briefing(name.unwrap_or(NAMELESS), work, machine);
+    for (face, side) in sides {
+        let timeline = motion::timeline(&side.program, machine);
+        let times_s = timeline.map(|timeline| sim::time_by_bit_s(&timeline)).unwrap_or_default();
+        briefing::add_side(&mut briefed, *face, work, (&side.planned, &side.program), &times_s);
+    }
+    briefed
+}
+
+/// What writes one side of a job.
+type Writer = Box<dyn Fn(&Program, &Briefing, usize) -> Result<Vec<OutputFile>, Remark>>;
+
+/// What writes in the words that are `wanted`.
+fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Remark>> {
+    if let Some(text) = &wanted.text {
+        let dialect = Dialect::parse(OWN, text).map_err(|why| vec![why])?.in_manner(manner);
+        return Ok(Box::new(move |program, briefing, side| {
+            post::write_side(&dialect, program, briefing, side)
+        }));
+    }
+    let (target, manner) = (wanted.target.clone(), manner.clone());
+    Ok(Box::new(move |program, briefing, side| {
+        post::write_for(&target, program, &manner, briefing, side).unwrap_or_else(|| {
+            let nearest = post::nearest_target(&target);
+            let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &target);
+            Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
+        })
+    }))
+}

@@ -1,0 +1,62 @@
+//! The proof of a planned side, and what of it must be read before anything is made of it.
+//!
+//! Comes in: a board as it lies, its program, the job. Goes out: [`Proved`]; names of findings. Does not know workers.
+
+use super::messages::{Proved, ToProve};
+use super::shelf::Shelf;
+use annulus_core::board::Board;
+use annulus_core::cam::work::Work;
+use annulus_core::job::Program;
+use annulus_core::proof::{self, Finding, Verdict};
+use annulus_core::remark::Remark;
+use annulus_core::wire::program;
+
+/// What copper the program leaves, against the board as it lies.
+pub(super) fn prove(wanted: &ToProve, shelf: &mut Shelf) -> Result<Proved, Vec<Remark>> {
+    let last = shelf.last(wanted.board_key)?;
+    let program = program::decode(&wanted.program).map_err(|remark| vec![remark])?;
+    let key = program::key(&wanted.program);
+    let mut verdict = verdict(&last.planned.board, &program, &wanted.work);
+    let ours = last.program == key;
+    for finding in verdict.findings.iter_mut().filter(|_| ours) {
+        let index = finding.leg.and_then(|(_, leg)| last.planned.operation_at(&program, leg));
+        finding.operation = index.and_then(|index| last.titles.get(index as usize).cloned());
+    }
+    shelf.keep_proof(key, must_be_read(&verdict.findings));
+    Ok(Proved {
+        findings: verdict.findings,
+        more: verdict.more,
+        groups: verdict.groups,
+        whole: verdict.whole,
+        islands: verdict.islands,
+        nets: verdict.nets,
+    })
+}
+
+/// Names of the findings of `program` on `board` that a person must have read. A program that was proved is not proved again.
+pub(super) fn to_be_read(board: &Board, program: &Program, work: &Work, shelf: &mut Shelf) -> Vec<String> {
+    let key = program::key(&program::encode(program));
+    if let Some(known) = shelf.proof(&key) {
+        return known;
+    }
+    let names = must_be_read(&verdict(board, program, work).findings);
+    shelf.keep_proof(key, names.clone());
+    names
+}
+
+fn verdict(board: &Board, program: &Program, work: &Work) -> Verdict {
+    let face = work.setup.face;
+    let options = proof::Options {
+        face,
+        owned: work.bits.clone(),
+        agreed: work.agreed(face),
+        cleared: work.cleared(face),
+        isolates: Some(work.isolates(face)),
+        ..proof::Options::default()
+    };
+    proof::prove(board, std::slice::from_ref(program), &options)
+}
+
+fn must_be_read(findings: &[Finding]) -> Vec<String> {
+    findings.iter().filter(|finding| finding.must_be_read()).map(|finding| finding.id.clone()).collect()
+}

@@ -1,0 +1,255 @@
+//! Findings in groups: what they have in common is said once; an open group lists its places, and a place that is pressed is
+//! shown on the board.
+//!
+//! ```text
+//! ! 1,955 gaps are narrower than your cut of 0.143 mm      [Cure each] [Places] [ ] Seen
+//!      GND · VCC: 0.118 mm at X 12.30 Y 4.56               [Cut it 0.05 mm deep there]  [ ] Seen
+//! ```
+//!
+//! Comes in: groups and findings of the plan on show. Goes out: the finding marked in the picture, cures put into the job, ticks.
+
+use crate::engine::messages::Proved;
+use crate::i18n::{advice, message, say, t};
+use crate::widgets::{Icon, icon, push};
+use crate::workbench::{Bench, edit};
+use annulus_core::proof::{Cure, Finding, Group, Kind};
+use annulus_core::remark::Weight;
+use annulus_core::units::Length;
+use leptos::ev;
+use leptos::html::{button, div, input, label, li, p, span, strong, ul};
+use leptos::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The most places of one group that are listed; all of them are marked in the picture.
+const MOST_LISTED: usize = 100;
+/// A group of so few places is open unless somebody closes it.
+const FEW: usize = 3;
+
+/// The places of a group, the narrowest nets first, as indices into the findings that are listed.
+fn members(group: &Group, by_name: &BTreeMap<&str, usize>) -> Vec<usize> {
+    let names = group.pairs.iter().flat_map(|pair| &pair.ids);
+    names.filter_map(|name| by_name.get(name.as_str()).copied()).collect()
+}
+
+fn by_name(proved: &Proved) -> BTreeMap<&str, usize> {
+    proved.findings.iter().enumerate().map(|(at, finding)| (finding.id.as_str(), at)).collect()
+}
+
+/// All places in the order in which they are listed.
+pub(super) fn order(proved: &Proved) -> Vec<usize> {
+    let by_name = by_name(proved);
+    proved.groups.iter().flat_map(|group| members(group, &by_name)).collect()
+}
+
+/// The name under which it is known whether a group is open: the same while widths change.
+fn name_of(group: &Group) -> String {
+    format!("{} {}", group.kind.code(), group.must_be_read)
+}
+
+fn is_open(bench: Bench, group: &Group) -> bool {
+    bench.turned.with(|turned| turned.contains(&name_of(group))) != (group.count as usize <= FEW)
+}
+
+fn turn(bench: Bench, group: &Group) {
+    let name = name_of(group);
+    bench.turned.update(|turned| {
+        if !turned.remove(&name) {
+            turned.insert(name);
+        }
+    });
+}
+
+/// Opens the group that finding `at` is in.
+pub(super) fn open_for(bench: Bench, proved: &Proved, at: usize) {
+    let Some(finding) = proved.findings.get(at) else { return };
+    let own = |group: &&Group| (group.kind, group.must_be_read, group.tool) == finding.cause();
+    if let Some(group) = proved.groups.iter().find(own)
+        && !untrack(|| is_open(bench, group))
+    {
+        turn(bench, group);
+    }
+}
+
+/// The list.
+pub(super) fn groups(bench: Bench, proved: &Arc<Proved>) -> impl IntoView + use<> {
+    let by_name = by_name(proved);
+    let lines = proved.groups.iter().map(|group| {
+        let members = members(group, &by_name);
+        line(bench, proved.clone(), group.clone(), members).into_any()
+    });
+    ul().class("findings").child(lines.collect::<Vec<_>>())
+}
+
+fn look(weight: Weight) -> (&'static str, Icon) {
+    match weight {
+        Weight::Loss => ("finding tone-alarm", Icon::Alarm),
+        Weight::Doubt => ("finding tone-pause", Icon::Warning),
+        Weight::Note => ("finding tone-quiet", Icon::Check),
+    }
+}
+
+fn line(bench: Bench, proved: Arc<Proved>, group: Group, members: Vec<usize>) -> impl IntoView {
+    let weight = if group.must_be_read { group.kind.weight() } else { Weight::Note };
+    let (class, sign) = look(weight);
+    let remark = group.remark();
+    let (what, meaning) = (remark.clone(), remark);
+    let names: Arc<Vec<String>> =
+        Arc::new(group.pairs.iter().flat_map(|pair| pair.ids.iter().cloned()).collect());
+    let seen = group.must_be_read.then(|| tick(bench, names));
+    let open = {
+        let group = group.clone();
+        Memo::new(move |_| is_open(bench, &group))
+    };
+    let count = group.count as usize;
+    let cure_all = cure_all(bench, &proved, &members);
+    let name = format!("places-{}-{}", group.kind.code().replace('.', "-"), group.must_be_read);
+    let places = {
+        let name = name.clone();
+        move || {
+            open.get().then(|| {
+                let marked = bench.marked.get_untracked();
+                let reach = members.iter().position(|at| Some(*at) == marked).map_or(0, |place| place + 1);
+                let listed = members.iter().take(MOST_LISTED.max(reach));
+                let lines: Vec<AnyView> = listed
+                    .filter_map(|&at| Some(place(bench, at, proved.findings.get(at)?).into_any()))
+                    .collect();
+                let more = count.saturating_sub(lines.len());
+                let more = (more > 0).then(|| p().class("quiet").child(t!("page.cam.more", count = more)));
+                div()
+                    .class("places")
+                    .attr("id", name.clone())
+                    .child((ul().attr("aria-label", t!("page.cam.places")).child(lines), more))
+            })
+        }
+    };
+    let toggle = button()
+        .attr("type", "button")
+        .class("button small")
+        .attr("aria-expanded", move || if open.get() { "true" } else { "false" })
+        .attr("aria-controls", move || open.get().then(|| name.clone()))
+        .on(ev::click, move |_| turn(bench, &group))
+        .child(move || {
+            if open.get() {
+                say!("page.cam.hide_places")
+            } else {
+                say!("page.cam.show_places", count = count)
+            }
+        });
+    li().child((
+        div().class(class).child((
+            icon(sign),
+            div().class("grow").child((
+                strong().child(move || message(&what)),
+                span().class("quiet").child(move || advice(&meaning)),
+            )),
+            div().class("row").child((cure_all, toggle, seen)),
+        )),
+        places,
+    ))
+}
+
+/// A tick that says of all `names` that they were seen.
+fn tick(bench: Bench, names: Arc<Vec<String>>) -> impl IntoView {
+    let all = names.clone();
+    let every = Memo::new(move |_| bench.read.with(|read| all.iter().all(|name| read.contains(name))));
+    label().class("tick").child((
+        input().attr("type", "checkbox").prop("checked", move || every.get()).on(ev::change, move |event| {
+            let on = event_target_checked(&event);
+            bench.read.update(|read| {
+                for name in names.iter() {
+                    if on {
+                        read.insert(name.clone());
+                    } else {
+                        read.remove(name);
+                    }
+                }
+            });
+        }),
+        span().child(t!("page.cam.seen")),
+    ))
+}
+
+/// The gentlest cure of every place of a group, where several have one.
+fn cure_all(bench: Bench, proved: &Arc<Proved>, members: &[usize]) -> Option<impl IntoView + use<>> {
+    let curable = |at: &&usize| proved.findings.get(**at).is_some_and(|finding| !finding.cures.is_empty());
+    let curable: Vec<usize> = members.iter().filter(curable).copied().collect();
+    let (count, proved) = (curable.len(), proved.clone());
+    (count > 1).then(|| {
+        push("button small", t!("page.cam.cure_all", count = count), move |_| {
+            let chosen = bench.chosen.get_untracked();
+            let cures = curable.iter().filter_map(|at| {
+                let finding = proved.findings.get(*at)?;
+                Some((finding, finding.cures.first()?))
+            });
+            bench.change(None, |work| {
+                cures.fold(work.clone(), |work, (finding, cure)| edit::cured(&work, chosen, finding, cure))
+            });
+        })
+    })
+}
+
+fn cure_text(cure: &Cure) -> String {
+    let mm = |length: Length| format!("{:.3}", length.mm());
+    match cure {
+        Cure::Shallower { depth, .. } => say!("page.cam.cure_shallower", depth = mm(*depth)),
+        Cure::OtherBit { bit, .. } => say!("page.cam.cure_other_bit", bit = bit),
+        Cure::Centred { lost, .. } => say!("page.cam.cure_centred", lost = mm(*lost)),
+        Cure::Deeper { depth, .. } => say!("page.cam.cure_deeper", depth = mm(*depth)),
+    }
+}
+
+/// The cure goes into the chosen operation where that isolates, else into the first that does.
+fn apply(bench: Bench, finding: &Finding, cure: &Cure) {
+    let chosen = bench.chosen.get_untracked();
+    bench.change(None, |work| edit::cured(work, chosen, finding, cure));
+}
+
+/// What a place says of itself, where its group has said the rest.
+fn text(finding: &Finding) -> String {
+    let alone = matches!(
+        finding.kind,
+        Kind::Still | Kind::NoBit | Kind::NotIsolated | Kind::Break | Kind::Gone | Kind::Shallow
+    );
+    if alone {
+        return message(&finding.remark());
+    }
+    let at = |length: Length| format!("{:.2}", length.mm());
+    let (width, x, y) = (format!("{:.3}", finding.width.mm()), at(finding.at.x), at(finding.at.y));
+    if finding.nets.is_empty() {
+        return say!("page.cam.place", width = width, x = x, y = y);
+    }
+    say!("page.cam.place_of", nets = finding.nets.join(" · "), width = width, x = x, y = y)
+}
+
+/// The id of the line of finding `at`, for whoever brings it into view.
+pub(super) fn line_id(at: usize) -> String {
+    format!("finding-{at}")
+}
+
+fn place(bench: Bench, at: usize, finding: &Finding) -> impl IntoView + use<> {
+    let marked = move || bench.marked.get() == Some(at);
+    let told = finding.clone();
+    let cures: Vec<AnyView> = finding
+        .cures
+        .iter()
+        .cloned()
+        .map(|cure| {
+            let (text, finding) = (cure.clone(), finding.clone());
+            push("button small", move || cure_text(&text), move |_| apply(bench, &finding, &cure)).into_any()
+        })
+        .collect();
+    let seen = finding.must_be_read().then(|| tick(bench, Arc::new(vec![finding.id.clone()])));
+    let agreed = finding.agreed.then(|| span().class("quiet").child(t!("page.cam.agreed")));
+    li().class("place")
+        .attr("id", line_id(at))
+        .attr("aria-current", move || marked().then_some("true"))
+        .child((
+            button()
+                .attr("type", "button")
+                .attr("title", t!("page.cam.show"))
+                .on(ev::click, move |_| bench.marked.set(Some(at)))
+                .child((span().child(move || text(&told)), agreed)),
+            div().class("row").child((cures, seen)),
+        ))
+}

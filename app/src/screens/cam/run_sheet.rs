@@ -1,0 +1,88 @@
+//! The run sheet on show: what the job needs and what is run, in order; it is printed from here, or saved.
+//!
+//! Comes in: a sheet. Goes out: the browser's print, which shows the sheet alone; a file.
+
+use crate::i18n::t;
+use crate::widgets::{Dialog, dialog, push, save_file};
+use annulus_core::post::{RunSheet, SheetRow};
+use leptos::html::{br, dd, div, dl, dt, h3, p, table, tbody, td, th, thead, tr};
+use leptos::prelude::*;
+use std::cell::Cell;
+
+/// The name of the run sheet as a file.
+pub(super) const FILE: &str = "run-sheet.html";
+
+thread_local! {
+    static SHOWN: Cell<Option<RwSignal<Option<RunSheet>>>> = const { Cell::new(None) };
+}
+
+/// The sheet on show. Made by [`begin`].
+pub(super) fn shown() -> RwSignal<Option<RunSheet>> {
+    SHOWN.get().expect("the sheet is made before the first screen")
+}
+
+/// Makes it in the root of the page.
+pub(super) fn begin() {
+    SHOWN.set(Some(RwSignal::new(None)));
+}
+
+/// The dialog.
+pub(super) fn run_sheet() -> impl IntoView {
+    let shown = shown();
+    let close = move || shown.set(None);
+    let foot = (
+        push("button", t!("page.close"), move |_| close()),
+        push("button", t!("page.sheet.save"), move |_| {
+            if let Some(sheet) = shown.get_untracked() {
+                save_file(FILE, "text/html", &sheet.html());
+            }
+        }),
+        push("button primary", t!("page.sheet.print"), |_| {
+            let _ = window().print();
+        }),
+    );
+    dialog(
+        Signal::derive(move || shown.with(Option::is_some)),
+        close,
+        Dialog {
+            name: "run-sheet",
+            role: "dialog",
+            title: Box::new(t!("page.sheet.title")),
+            body: (move || shown.get().map(sheet)).into_any(),
+            foot: foot.into_any(),
+        },
+    )
+}
+
+fn sheet(sheet: RunSheet) -> impl IntoView {
+    let facts = sheet.facts.into_iter().map(|(name, value)| (dt().child(name), dd().child(value)).into_any());
+    let heads = sheet.heads.into_iter().map(|head| th().attr("scope", "col").child(head).into_any());
+    let rows = sheet.rows.into_iter().map(row);
+    div().class("sheet-page").child((
+        h3().child(sheet.title),
+        dl().child(facts.collect::<Vec<_>>()),
+        div().class("wide-table").child(table().child((
+            thead().child(tr().child(heads.collect::<Vec<_>>())),
+            tbody().child(rows.collect::<Vec<_>>()),
+        ))),
+        p().child(sheet.foot),
+    ))
+}
+
+fn row(row: SheetRow) -> AnyView {
+    match row {
+        SheetRow::Turn(how) => tr().class("turn").child(td().attr("colspan", "7").child(how)).into_any(),
+        SheetRow::File(cells) => {
+            let cell = |(at, lines): (usize, Vec<String>)| {
+                let lines: Vec<AnyView> = lines
+                    .into_iter()
+                    .enumerate()
+                    .map(|(index, line)| ((index > 0).then(br), line).into_any())
+                    .collect();
+                td().class(if SheetRow::is_number(at) { "number" } else { "" }).child(lines).into_any()
+            };
+            let cells: Vec<AnyView> = cells.into_iter().enumerate().map(cell).collect();
+            tr().child((cells, td().class("box"))).into_any()
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! How the last job ended, and what of it is really in the board: the bridge counts strokes, the virtual drill knows the holes.
+//!
+//! Comes in: the end of a job, the drill's own record. Goes out: a notice that stays until somebody closes it; the pre-flight of
+//! a program with what is missing. Nothing moves before that.
+
+use super::{preflight, words};
+use crate::document;
+use crate::i18n::{key, say, t};
+use crate::link::{self, Ended, Link};
+use crate::state::{self, Job, state};
+use crate::widgets::{Icon, icon, push, push_if};
+use annulus_core::control::{Ending, State};
+use annulus_core::wire::{DrilledTold, MissingTold, Status, program};
+use leptos::html::{div, li, p, span, strong, ul};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+/// The alarm that says the same until it is acknowledged.
+const ALARM: &str = "control.board_differs";
+
+/// What of the board is not as programmed; none where nothing is, or where a job is in work.
+pub(super) fn differs(line: Link) -> Option<DrilledTold> {
+    let told = line.status.with(|status| status.as_ref().and_then(|status| status.drilled));
+    told.filter(|told| *told != DrilledTold::default() && !line.busy())
+}
+
+/// The notice.
+pub(super) fn ended() -> impl IntoView {
+    let line = link::link();
+    let differs = Memo::new(move |_| differs(line));
+    let closed = RwSignal::new(None::<DrilledTold>);
+    let in_alarm = Memo::new(move |_| {
+        let code = |status: &Status| status.alarm.as_ref().is_some_and(|alarm| alarm.code == ALARM);
+        line.status.with(|status| status.as_deref().is_some_and(code))
+    });
+    move || match (differs.get(), line.ended.get()) {
+        _ if in_alarm.get() => None,
+        (Some(told), ended) if closed.get() != Some(told) => {
+            Some(not_as_programmed(line, told, ended.as_ref(), closed).into_any())
+        }
+        (Some(_), _) | (None, None) => None,
+        (None, Some(ended)) => Some(as_told(line, ended).into_any()),
+    }
+}
+
+fn as_told(line: Link, ended: Ended) -> impl IntoView {
+    let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
+    let word = by_you.unwrap_or_else(|| words::ending(ended.ending));
+    let text = move || crate::i18n::text(word, &[("holes", ended.holes_done.to_string())]);
+    let (class, sign) = match ended.ending {
+        Ending::Done => ("notice tone-run", Icon::Check),
+        Ending::StoppedAfterHole | Ending::Stopped => ("notice tone-pause", Icon::Pause),
+        Ending::Alarm => ("notice tone-alarm", Icon::Alarm),
+    };
+    div().class(class).attr("role", "status").child((
+        icon(sign),
+        span().class("grow").child(text),
+        push("button small quiet", t!("page.close"), move |_| line.ended.set(None)),
+    ))
+}
+
+fn not_as_programmed(
+    line: Link,
+    told: DrilledTold,
+    ended: Option<&Ended>,
+    closed: RwSignal<Option<DrilledTold>>,
+) -> impl IntoView + use<> {
+    let run = ended.map(|ended| ended.holes_done);
+    let title = move || match run {
+        Some(run) => {
+            let there = run.saturating_sub(told.missing.saturating_add(told.shifted));
+            say!("page.ended.differs_of", there = there, run = run)
+        }
+        None => say!("page.ended.differs"),
+    };
+    let rows = [
+        (u64::from(told.missing), key!("page.ended.missing")),
+        (u64::from(told.shifted), key!("page.ended.shifted")),
+        (u64::from(told.doubled), key!("page.ended.doubled")),
+        (u64::from(told.broken), key!("page.ended.broken")),
+        (told.slipped_steps, key!("page.ended.slipped")),
+    ];
+    let rows = rows.into_iter().filter(|(count, _)| *count > 0).map(|(count, key)| {
+        li().child(move || crate::i18n::text(key, &[("count", count.to_string())])).into_any()
+    });
+    let uncertain = told.slipped_steps > 0 || told.shifted > 0;
+    let advice = move || {
+        if uncertain { say!("page.ended.differs_lost") } else { say!("page.ended.differs_do") }
+    };
+    let missing =
+        Memo::new(move |_| line.status.with(|status| status.as_ref().and_then(|one| one.missing.clone())));
+    let again = move || {
+        missing.get().map(|missing| {
+            let ready = move || line.may_act() && line.state() == Some(State::Ready);
+            push_if("button", ready, t!("page.ended.again", count = told.missing), move |_| {
+                leptos::task::spawn_local(drill_again(missing.clone()));
+            })
+        })
+    };
+    div().class("notice tone-alarm").attr("role", "alert").child((
+        icon(Icon::Alarm),
+        div().class("grow").child((
+            strong().child(title),
+            ul().class("differs").child(rows.collect::<Vec<_>>()),
+            p().child(advice),
+        )),
+        again,
+        push("button small quiet", t!("page.close"), move |_| {
+            closed.set(Some(told));
+            line.ended.set(None);
+        }),
+    ))
+}
+
+/// Opens the pre-flight of a program with what is missing.
+async fn drill_again(missing: MissingTold) {
+    let Some(job) = state::job_by_key(&missing.job).await else { return };
+    let wanted =
+        |leg: usize| missing.legs.iter().any(|(from, to)| (*from as usize..*to as usize).contains(&leg));
+    let mut program = job.program.only(wanted);
+    program.name = say!("page.ended.again_name", name = program.name);
+    let bytes = program::encode(&program);
+    let stream_digest = document::digest(bytes.clone()).await.unwrap_or_default();
+    let job = Arc::new(Job { program, key: program::key(&bytes), bytes, stream_digest });
+    state().fetched.set(Some(job.clone()));
+    preflight::show(job, 0);
+}

@@ -1,0 +1,70 @@
+//! The boards that the files are of, where they are several: one is chosen, the files of the others are left out.
+//!
+//! Comes in: what was read. Goes out: the board that is meant.
+
+use super::preview;
+use crate::document::{self, Document};
+use crate::i18n::{say, t};
+use crate::layers::Kind;
+use crate::view::Palette;
+use leptos::ev;
+use leptos::html::{button, div, h3, p, section, small, strong};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+/// Names of files shown of one board.
+const MOST_NAMES: usize = 4;
+
+/// The chooser, where there is something to choose.
+pub(super) fn boards(document: &Arc<Document>) -> Option<AnyView> {
+    let boards = &document.reading.boards;
+    if boards.len() < 2 {
+        return None;
+    }
+    let chosen = document.said.board.clone();
+    let choices = boards.iter().zip(&document.boards).map(|(board, mesh)| {
+        let is_chosen = chosen.as_ref() == Some(&board.name);
+        let (name, count) = (board.name.clone(), board.files.len());
+        let rows = board.files.iter().take(MOST_NAMES);
+        let names: Vec<&str> = rows
+            .filter_map(|row| document.reading.files.get(*row as usize))
+            .map(|file| file.name.rsplit(['/', '\\']).next().unwrap_or(&file.name))
+            .collect();
+        let more = if count > names.len() { " …" } else { "" };
+        let names = format!("{}{more}", names.join(", "));
+        let picture = preview::picture(mesh.clone(), Kind::CopperTop.colour(&Palette::DARK));
+        button()
+            .attr("type", "button")
+            .class("board-choice")
+            .attr("aria-pressed", if is_chosen { "true" } else { "false" })
+            .on(ev::click, move |_| choose(name.clone()))
+            .child((
+                picture,
+                div().child((
+                    strong().child(board.name.clone()),
+                    small().child(move || say!("page.review.board_files", count = count)),
+                    small().class("quiet").child(names),
+                )),
+            ))
+            .into_any()
+    });
+    let choices: Vec<AnyView> = choices.collect();
+    let count = choices.len();
+    Some(
+        section()
+            .attr("aria-label", t!("page.review.boards"))
+            .child((
+                h3().child(t!("page.review.several", count = count)),
+                p().class("quiet").child(t!("page.review.choose_board")),
+                div().class("boards").child(choices),
+            ))
+            .into_any(),
+    )
+}
+
+fn choose(name: String) {
+    leptos::task::spawn_local(document::say(move |said| {
+        said.board = Some(name);
+        said.used = None;
+    }));
+}

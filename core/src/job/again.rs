@@ -1,0 +1,130 @@
+//! A part of a program once more: the legs that did not do what they should have done.
+//!
+//! ```text
+//!   bit 1  spindle on, hole, hole*, hole   bit 2  hole, hole          * is to be done again
+//!   bit 1  spindle on, hole*
+//! ```
+//!
+//! Comes in: a [`Program`] and which of its legs. Goes out: a program with these, their bits and their spindle speeds. Does not
+//! know why they are done again.
+
+use super::{Command, Leg, Mark, Program};
+
+impl Program {
+    /// The holes and ways whose legs `again` names, in their order. Bits that nothing is done with are not asked for; the spindle
+    /// turns as it did there.
+    pub fn only(&self, again: impl Fn(usize) -> bool) -> Self {
+        let mut legs: Vec<Leg> = Vec::new();
+        // A change of the bit waits until something is done with it, and so does the speed that a leg left out would have set.
+        let mut change: Option<&Leg> = None;
+        let mut speed: Vec<Command> = Vec::new();
+        for (index, leg) in self.legs.iter().enumerate() {
+            match leg.mark {
+                Mark::ChangeBit(_) => {
+                    change = Some(leg);
+                    speed.clear();
+                }
+                Mark::Prepare | Mark::Finish => legs.push(leg.clone()),
+                Mark::Hole(_) | Mark::Way(_) if again(index) => {
+                    legs.extend(change.take().cloned());
+                    let mut commands = std::mem::take(&mut speed);
+                    commands.extend(leg.commands.iter().copied());
+                    legs.push(Leg { mark: leg.mark, commands });
+                }
+                Mark::Hole(_) | Mark::Way(_) => {
+                    if let Some(at) =
+                        leg.commands.iter().position(|one| matches!(one, Command::Spindle { .. }))
+                    {
+                        let turns =
+                            |one: &&Command| matches!(one, Command::Spindle { .. } | Command::Dwell { .. });
+                        speed = leg.commands.iter().skip(at).take_while(turns).copied().collect();
+                    }
+                }
+            }
+        }
+        Self { legs, ..self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::units::Length;
+
+    fn hole(number: u32, rpm: Option<u32>) -> Leg {
+        let turns = rpm.map(|rpm| [Command::Spindle { rpm }, Command::Dwell { us: 5 }]);
+        let there = [
+            Command::Rapid { to: Point::from_mm(f64::from(number), 0.0) },
+            Command::Plunge { to: Length::from_mm(-2.0), feed_um_per_s: 1, gate: None },
+            Command::Retract { to: Length::from_mm(2.0) },
+        ];
+        Leg { mark: Mark::Hole(number), commands: turns.into_iter().flatten().chain(there).collect() }
+    }
+
+    fn change(bit: u32) -> Leg {
+        Leg {
+            mark: Mark::ChangeBit(bit),
+            commands: vec![Command::Spindle { rpm: 0 }, Command::AwaitBit { bit }],
+        }
+    }
+
+    #[test]
+    fn what_is_done_again_has_its_bit_and_its_speed_and_nothing_else() {
+        let ends = |mark| Leg { mark, commands: vec![Command::Spindle { rpm: 0 }] };
+        let legs = vec![
+            ends(Mark::Prepare),
+            change(0),
+            hole(0, Some(900)),
+            hole(1, None),
+            change(1),
+            hole(2, Some(700)),
+            hole(3, None),
+            hole(4, Some(500)),
+            ends(Mark::Finish),
+        ];
+        let program = Program {
+            name: "a board".to_owned(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits: Vec::new(),
+            spindles: 1,
+            safe_height: Length::from_mm(2.0),
+            legs,
+            accepted: Vec::new(),
+        };
+        type Row<'a> = (&'a [usize], &'a [(Mark, Option<u32>)]);
+        let (prepare, finish) = ((Mark::Prepare, Some(0)), (Mark::Finish, Some(0)));
+        let rows: [Row<'_>; 4] = [
+            (&[], &[prepare, finish]),
+            (&[3], &[prepare, (Mark::ChangeBit(0), Some(0)), (Mark::Hole(1), Some(900)), finish]),
+            (&[6], &[prepare, (Mark::ChangeBit(1), Some(0)), (Mark::Hole(3), Some(700)), finish]),
+            (
+                &[2, 3, 7],
+                &[
+                    prepare,
+                    (Mark::ChangeBit(0), Some(0)),
+                    (Mark::Hole(0), Some(900)),
+                    (Mark::Hole(1), None),
+                    (Mark::ChangeBit(1), Some(0)),
+                    (Mark::Hole(4), Some(500)),
+                    finish,
+                ],
+            ),
+        ];
+        for (again, expected) in rows {
+            let part = program.only(|leg| again.contains(&leg));
+            let speed = |leg: &Leg| {
+                let speeds = leg.commands.iter().filter_map(|one| match one {
+                    Command::Spindle { rpm } => Some(*rpm),
+                    _ => None,
+                });
+                speeds.last()
+            };
+            let found: Vec<_> = part.legs.iter().map(|leg| (leg.mark, speed(leg))).collect();
+            assert_eq!(found, expected, "{again:?}");
+        }
+        let all = program.only(|_| true);
+        assert_eq!(all, program);
+    }
+}

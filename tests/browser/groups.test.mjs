@@ -1,0 +1,187 @@
+// What the proof found, in groups with the cure of the whole before those of single places; the files of both sides in one zip with
+// the run sheet; and the choice among several boards.
+
+import assert from "node:assert/strict";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { atRest, data, downloaded, findings, openBrowser, openLinked, picture, planned, startBridge, until } from "./harness.mjs";
+
+let browser;
+let bridge;
+let folder;
+before(async () => {
+  browser = await openBrowser();
+  bridge = await startBridge({ speed: 50 });
+  folder = mkdtempSync(join(tmpdir(), "annulus-groups-"));
+});
+after(async () => {
+  await browser?.close();
+  await bridge?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+const um = (mm) => Math.round(mm * 1000);
+
+/** Square pads of 1 mm at the given places, as a layer. */
+function layer(name, side, places) {
+  const flashes = places.map(([x, y]) => `X${um(x)}Y${um(y)}D03*`).join("\n");
+  const text = `%FSLAX33Y33*%\n%MOMM*%\n%TF.FileFunction,Copper,${side}*%\n%ADD10R,1X1*%\nD10*\n${flashes}\nM02*\n`;
+  writeFileSync(join(folder, name), text);
+  return join(folder, name);
+}
+
+function drill(name, places) {
+  const text = `M48\nMETRIC\nT1C0.500\n%\nG90\nT1\n${places.map(([x, y]) => `X${x.toFixed(3)}Y${y.toFixed(3)}`).join("\n")}\nM30\n`;
+  writeFileSync(join(folder, name), text);
+  return join(folder, name);
+}
+
+/** Pads in a row with these gaps between them, mm. */
+function row(y, gaps) {
+  let x = 1;
+  return [[x, y], ...gaps.map((gap) => [(x += 1 + gap), y])];
+}
+
+async function opened(page, files) {
+  const chooser = page.waitForEvent("filechooser");
+  await page.getByRole("button", { name: "Open files…" }).click();
+  await (await chooser).setFiles(files);
+  await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture");
+  await atRest(page);
+  const use = page.getByRole("button", { name: "Use this board" });
+  if (await use.isVisible()) await use.click();
+}
+
+async function toJob(page) {
+  await page.keyboard.press("2");
+  await page.getByRole("heading", { name: "Operations" }).waitFor();
+  await planned(page);
+  await page.getByText(/Problems \(\d+\)/).waitFor();
+}
+
+test("gaps are told as one group, and one button cures the whole before single places are", async () => {
+  const { page, problems, context } = await openLinked(browser, bridge);
+  try {
+    // The cut is 0.143 mm wide; 0.127 at the least depth.
+    const places = [...row(2, Array(8).fill(0.135)), ...row(5, [0.11, 0.11, 0.11, 0.11])];
+    await opened(page, [layer("gaps-F_Cu.gbr", "L1,Top", places), drill("gaps.drl", [places[0], places[9]])]);
+    await toJob(page);
+    const list = page.getByRole("region", { name: "Problems" });
+    const group = list.getByText(/Your cut is 0\.143 mm wide; narrower gaps that stay closed: 12\./);
+    await group.waitFor();
+    const places_ = list.getByRole("button", { name: "12 places" });
+    assert.equal(await places_.getAttribute("aria-expanded"), "false");
+    assert.equal(await list.getByRole("button", { name: /mm at X/ }).count(), 0, "a group of many is closed");
+    await places_.click();
+    assert.equal(await list.getByRole("button", { name: /mm at X/ }).count(), 12);
+    assert.deepEqual(await findings(page), [], "accessible");
+    await page.screenshot({ path: picture("cam-groups-1440") });
+    const zoom = await data(page, "zoom");
+    await list.getByRole("button", { name: /0\.110 mm at X/ }).first().click();
+    await until(async () => (await data(page, "zoom")) !== zoom, "the place close by");
+    assert.equal(await list.locator(".place[aria-current=true]").count(), 1);
+    await page.keyboard.press("F8");
+    await until(async () => (await list.locator(".place[aria-current=true]").count()) === 1, "the next place");
+    // The whole first: a lesser depth opens eight, a finer tip the rest.
+    const whole = list.locator(".whole-cure").getByRole("button");
+    assert.equal(await whole.count(), 1, "one choice");
+    await list.getByText(/opens 8 of 12 gaps/).waitFor();
+    await whole.click();
+    await planned(page);
+    await until(async () => /tip/.test(await whole.textContent()), "the next choice");
+    await whole.click();
+    await planned(page);
+    await until(async () => (await list.getByText(/gaps that stay closed/).count()) === 0, "no gap left");
+    assert.equal(await whole.count(), 0);
+    await page.getByRole("button", { name: "Take back" }).click();
+    await planned(page);
+    await list.getByText(/gaps that stay closed: 4\./).waitFor();
+    // Seen as a group.
+    await list.getByRole("checkbox", { name: "Seen" }).first().check();
+    await until(async () => page.getByRole("button", { name: "Export files" }).isEnabled(), "an export that is allowed");
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await context.close();
+  }
+});
+
+test("both sides come in one zip, numbered in the order of running, with a run sheet to print", async () => {
+  const { page, context } = await openLinked(browser, bridge);
+  try {
+    const places = row(2, [4, 4]);
+    const layers = [layer("both-F_Cu.gbr", "L1,Top", places), layer("both-B_Cu.gbr", "L2,Bot", places)];
+    await opened(page, [...layers, drill("both.drl", places)]);
+    await toJob(page);
+    const save = page.getByRole("button", { name: "Export files" });
+    const seen = page.getByRole("button", { name: "All seen" });
+    if (await seen.isEnabled()) await seen.click();
+    await until(() => save.isEnabled(), "an export that is allowed");
+    const files = await downloaded(page, save);
+    const names = [...files.keys()];
+    assert.equal(names.at(-1), "run-sheet.html");
+    const programs = names.slice(0, -1);
+    programs.forEach((name, at) => assert.ok(name.startsWith(`${String(at + 1).padStart(2, "0")}-`), `${programs}`));
+    assert.ok(programs.some((name) => /-top-/.test(name)) && programs.some((name) => /-bottom-/.test(name)), `${programs}`);
+    await page.getByText("Saved, in the order of running:").waitFor();
+    await page.getByRole("button", { name: "Run sheet…" }).click();
+    const sheet = page.getByRole("dialog", { name: "Run sheet" });
+    for (const name of programs) await sheet.getByText(name, { exact: true }).waitFor();
+    await sheet.getByText(/Turn the board over/).waitFor();
+    assert.ok(await sheet.getByRole("button", { name: /STOP/ }).isVisible(), "STOP is in the dialog");
+    assert.deepEqual(await findings(page), [], "accessible");
+    await page.screenshot({ path: picture("run-sheet-1440") });
+    await page.emulateMedia({ media: "print" });
+    const shown = (words) => page.getByText(words).first().isVisible();
+    assert.ok(await sheet.getByText(programs[0], { exact: true }).isVisible(), "the sheet is printed");
+    assert.equal(await shown("Operations"), false, "and nothing else");
+    await page.emulateMedia({ media: null });
+    // A side that is down and has something unread keeps all of it back.
+    await sheet.getByRole("button", { name: "Close" }).click();
+    await page.getByRole("group", { name: "Side that is up" }).getByRole("button", { name: /Bottom/ }).click();
+    await planned(page);
+    await page.getByRole("button", { name: /\d Isolate/ }).click();
+    const speed = page.getByRole("textbox", { name: /^Spindle/ });
+    await speed.fill("0");
+    await speed.press("Enter");
+    await planned(page);
+    await page.getByRole("group", { name: "Side that is up" }).getByRole("button", { name: /Top/ }).click();
+    await planned(page);
+    if (await seen.isEnabled()) await seen.click();
+    await until(() => save.isEnabled(), "a top that is read");
+    await save.click();
+    await page.getByText(/Bottom: \d+ problems? that nobody has seen yet/).waitFor();
+    await page.getByRole("button", { name: "Show Bottom" }).click();
+    await until(async () => (await page.getByText(/spindle stands/).count()) > 0, "the problem of the other side");
+  } finally {
+    await context.close();
+  }
+});
+
+test("of several boards the person chooses one", async () => {
+  const { page, context } = await openLinked(browser, bridge);
+  try {
+    const places = row(2, [4, 4]);
+    const files = ["left", "right"].flatMap((name, at) => [
+      layer(`${name}-F_Cu.gbr`, "L1,Top", places.slice(at)),
+      drill(`${name}.drl`, places.slice(at)),
+    ]);
+    const chooser = page.waitForEvent("filechooser");
+    await page.getByRole("button", { name: "Open files…" }).click();
+    await (await chooser).setFiles(files);
+    await page.getByText("These files are of 2 boards", { exact: true }).waitFor();
+    const use = page.getByRole("button", { name: "Use this board" });
+    assert.equal(await use.isEnabled(), false, "not before one is chosen");
+    assert.deepEqual(await findings(page), [], "accessible");
+    await page.screenshot({ path: picture("boards-1440") });
+    const right = page.getByRole("button", { name: /^right/ });
+    await right.click();
+    await until(async () => (await right.getAttribute("aria-pressed")) === "true", "the board that was chosen");
+    await until(() => use.isEnabled(), "one board");
+    await use.click();
+    await until(async () => Number(await data(page, "holes")) === 2, "the holes of one board");
+  } finally {
+    await context.close();
+  }
+});

@@ -1,0 +1,159 @@
+// The hand at the machine: a click is one step, a hold goes on until it is let go; control comes back by itself; what the board
+// lacks is said and can be drilled.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { atRest, drillOnly, openBrowser, openLinked, picture, press, planned, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+
+let browser;
+before(async () => (browser = await openBrowser()));
+after(async () => browser?.close());
+
+const SMALL = { width: 1024, height: 768 };
+const digits = async (page, axis) => Number(await page.locator(`.digits[data-axis=${axis}]`).innerText());
+const still = (page, axis) => settled(() => digits(page, axis), `${axis} at rest`, 700);
+
+/** At the machine, initialised. */
+async function homed(page) {
+  await tab(page, "Machine").click();
+  await press(page, page.getByRole("button", { name: "Initialise" }));
+  await page.getByText("At rest, position known.").waitFor();
+}
+
+async function middle(button) {
+  const box = await button.boundingBox();
+  return [box.x + box.width / 2, box.y + box.height / 2];
+}
+
+test("a click is one step, a hold goes on until it is let go, by mouse, finger and armed keys", async () => {
+  const bridge = await startBridge({ speed: 1 });
+  const { page, context } = await openLinked(browser, bridge, { ...SMALL, hasTouch: true });
+  try {
+    await homed(page);
+    const x = page.getByRole("button", { name: "Move X to the right" });
+    const start = await still(page, "X");
+    await press(page, x);
+    await until(async () => (await digits(page, "X")) !== start, "a step");
+    const one = await still(page, "X");
+    assert.ok(Math.abs(one - start - 1) < 0.02, `one click, one step of 1 mm: ${start} to ${one}`);
+
+    const holds = async (begin, end, what) => {
+      const from = await still(page, "X");
+      await begin();
+      await until(async () => (await digits(page, "X")) > from + 2.5, `${what}: more than a step or two`);
+      await end();
+      const let_go = await digits(page, "X");
+      const rest = await still(page, "X");
+      assert.ok(rest - let_go < 25, `${what}: it comes to rest, ${let_go} to ${rest}`);
+      await page.getByText("At rest, position known.").waitFor();
+    };
+    const [at, up] = await middle(x);
+    await page.mouse.move(at, up);
+    await holds(() => page.mouse.down(), () => page.mouse.up(), "mouse");
+    await page.mouse.move(at, up);
+    await holds(() => page.mouse.down(), () => page.mouse.move(at, up - 300), "off the button");
+    await page.mouse.up();
+    const session = await context.newCDPSession(page);
+    const touch = (type, points) => session.send("Input.dispatchTouchEvent", { type, touchPoints: points });
+    await holds(() => touch("touchStart", [{ x: at, y: up }]), () => touch("touchEnd", []), "finger");
+    await holds(
+      () => touch("touchStart", [{ x: at, y: up }]),
+      () => touch("touchStart", [{ x: at, y: up }, { x: 500, y: 500 }]),
+      "a second finger",
+    );
+    await touch("touchEnd", []);
+
+    // Keys move nothing before they are armed.
+    const before = await still(page, "X");
+    await page.locator("#jog-pad").focus();
+    await page.keyboard.press("ArrowRight");
+    await page.waitForTimeout(600);
+    assert.equal(await digits(page, "X"), before, "keys that are not armed move nothing");
+    await page.keyboard.press("j");
+    await page.getByRole("button", { name: "Keys move the machine" }).waitFor();
+    await page.keyboard.press("ArrowRight");
+    await until(async () => (await digits(page, "X")) !== before, "a step");
+    assert.ok(Math.abs((await still(page, "X")) - before - 1) < 0.02, "one press, one step");
+    await holds(() => page.keyboard.down("ArrowRight"), () => page.keyboard.up("ArrowRight"), "key");
+    await holds(() => page.keyboard.down("ArrowRight"), () => page.evaluate(() => dispatchEvent(new Event("blur"))), "lost focus");
+    await page.keyboard.up("ArrowRight");
+    await page.getByRole("button", { name: "Move with the keys" }).waitFor();
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("a page that was stuck for seconds has control again by itself, and so has one that was loaded anew", async () => {
+  const bridge = await startBridge({ speed: 50 });
+  const { page, context } = await openLinked(browser, bridge, SMALL);
+  try {
+    await tab(page, "Machine").click();
+    const has = page.getByRole("button", { name: "Release control" });
+    await has.waitFor();
+    for (let round = 0; round < 2; round += 1) {
+      await page.evaluate(() => {
+        for (const end = Date.now() + 4500; Date.now() < end; );
+      });
+      await until(() => has.isVisible(), "control again");
+      await until(() => page.getByRole("button", { name: "Initialise" }).isEnabled(), "a page that may move the machine");
+    }
+    await page.reload();
+    await has.waitFor();
+    // What was given back is not asked for again.
+    await has.click();
+    const take = page.getByRole("button", { name: "Take control" });
+    await take.waitFor();
+    await page.waitForTimeout(1500);
+    assert.ok(await take.isVisible());
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("a board that lacks holes is not told as done, and what is missing can be drilled", async () => {
+  const bridge = await startBridge({ speed: 60 });
+  const { page, context } = await openLinked(browser, bridge, SMALL);
+  try {
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await drillOnly(page);
+    // A spindle that hardly turns breaks the bit.
+    await tab(page, "CAM").click();
+    await page.getByRole("button", { name: /Drill/ }).first().click();
+    const speed = page.getByRole("textbox", { name: /^Spindle/ });
+    await speed.fill("300");
+    await speed.press("Enter");
+    await planned(page);
+    const seen = page.getByRole("button", { name: "All seen" });
+    if (await seen.isEnabled()) await seen.click();
+    const { start } = await startJob(page);
+    await start.click();
+    const go_on = page.getByRole("button", { name: "Continue: the bit is in" });
+    const alarm = page.getByRole("alert").getByText(/the board is not as programmed/);
+    await until(async () => {
+      if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
+      return alarm.isVisible();
+    }, "the end of the job");
+    assert.equal(await page.getByText(/The job is done/).count(), 0, "done is not said");
+    await page.getByRole("button", { name: "Acknowledge" }).click();
+    await page.getByText(/The board is not as programmed: \d+ of \d+/).waitFor();
+    await page.getByText(/\d+ of \d+ holes are there/).waitFor();
+    const missing = Number((await page.getByText(/holes? (is|are) missing\./).textContent()).match(/\d+/)[0]);
+    assert.ok(missing > 0);
+    await atRest(page);
+    await page.screenshot({ path: picture("missing-1024") });
+    const again = page.getByRole("button", { name: `Drill the missing ${missing}…` });
+    await press(page, again);
+    const dialog = page.getByRole("dialog", { name: "Before drilling" });
+    await dialog.waitFor();
+    await until(async () => (await dialog.getByText(/computed the same steps/).count()) === 1, "the bridge's verdict");
+    // After a reload it is still said.
+    await page.reload();
+    await page.getByText("The board of the last job is not as programmed.").waitFor();
+    await again.waitFor();
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
