@@ -142,9 +142,9 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     await page.getByRole("group", { name: "Side that is up" }).getByRole("button", { name: /Bottom/ }).click();
     await planned(page);
     await page.getByRole("button", { name: /\d Isolate/ }).click();
-    const speed = page.getByRole("textbox", { name: /^Spindle/ });
-    await speed.fill("0");
-    await speed.press("Enter");
+    const depth = page.getByRole("textbox", { name: /^Depth/ }).first();
+    await depth.fill("0.02");
+    await depth.press("Enter");
     await planned(page);
     await page.getByRole("group", { name: "Side that is up" }).getByRole("button", { name: /Top/ }).click();
     await planned(page);
@@ -153,7 +153,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     await save.click();
     await page.getByText(/Bottom: \d+ problems? that nobody has seen yet/).waitFor();
     await page.getByRole("button", { name: "Show Bottom" }).click();
-    await until(async () => (await page.getByText(/spindle stands/).count()) > 0, "the problem of the other side");
+    await until(async () => (await page.getByText(/do not go through the copper/).count()) > 0, "the problem of the other side");
   } finally {
     await context.close();
   }

@@ -2,8 +2,12 @@
 // lacks is said and can be drilled.
 
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { atRest, drillOnly, openBrowser, openLinked, picture, press, planned, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { atRest, drillOnly, openBrowser, openLinked, picture, planned, press, program, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -155,5 +159,41 @@ test("a board that lacks holes is not told as done, and what is missing can be d
   } finally {
     await context.close();
     await bridge.stop();
+  }
+});
+
+test("an executor that died is one clear alarm, STOP is still answered, and it starts again", async (t) => {
+  if (!existsSync("/proc/self/task")) return t.skip("no /proc");
+  const folder = mkdtempSync(join(tmpdir(), "annulus-card-"));
+  const device = join(folder, "card.bin");
+  assert.equal(spawnSync(program, ["machines", "--rehearsal", device]).status, 0);
+  const file = join(folder, "card.toml");
+  const card = `inputs_at = 4\nsensors = [0, -1, 2, -1, 4, -1, -1]\nsensors_low = [0, 0, 0, 0, 1, 0, 0]\nstart_stop_rate = 60`;
+  const machine = `name = "Rehearsal"\noutput = "card"\ncard_address = 0`;
+  writeFileSync(file, `schema = 1\n[machine]\n${machine}\n[card]\ndevice = ${JSON.stringify(device)}\n${card}\n`);
+  const bridge = await startBridge({ speed: 1, args: ["--machine", file] });
+  const { page, context } = await openLinked(browser, bridge, SMALL);
+  try {
+    await tab(page, "Machine").click();
+    await page.getByRole("button", { name: "Release control" }).waitFor();
+    const threads = () => readdirSync(`/proc/${bridge.pid}/task`);
+    const of_thread = (thread) => readFileSync(`/proc/${bridge.pid}/task/${thread}/children`, "utf8").trim().split(/\s+/);
+    const children = () => threads().flatMap(of_thread);
+    const executors = () => children().filter((pid) => pid && /executor/.test(readFileSync(`/proc/${pid}/cmdline`, "utf8")));
+    const all = await until(() => (executors().length > 0 ? executors() : null), "the executor's process");
+    for (const pid of all) process.kill(Number(pid), "SIGKILL");
+    const alarm = page.getByRole("alert").filter({ hasText: "The process that makes the pulses has ended" });
+    await alarm.waitFor();
+    assert.equal(await page.getByRole("alert").count(), 1, "one banner");
+    await page.getByRole("button", { name: /STOP/ }).first().dispatchEvent("pointerdown");
+    await page.waitForTimeout(1000);
+    assert.equal(await page.locator(".not-confirmed").count(), 0, "STOP was answered");
+    await press(page, page.getByRole("button", { name: "Acknowledge" }));
+    await until(async () => (await alarm.count()) === 0, "a machine that can be initialised again");
+    await page.getByText("The position is not known. Initialise first.").waitFor();
+  } finally {
+    await context.close();
+    await bridge.stop();
+    rmSync(folder, { recursive: true, force: true });
   }
 });

@@ -87,6 +87,7 @@ export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}
     url,
     origin: new URL(url).origin,
     home: own,
+    pid: child.pid,
     errors: () => errors,
     /** Holds the whole program, or lets it go on. */
     freeze: (held) => child.kill(held ? "SIGSTOP" : "SIGCONT"),
