@@ -41,7 +41,6 @@ pub(super) fn export() -> impl IntoView {
             option().attr("value", OWN).prop("selected", move || sheet.target.get() == OWN).child(name)
         })
     };
-    let ready = move || state().job.with(Option::is_some) && super::cleared();
     let why = move || {
         refused
             .get()
@@ -70,31 +69,46 @@ pub(super) fn export() -> impl IntoView {
                 .on(ev::change, move |event| lines_only.set(event_target_checked(&event))),
             span().child(t!("page.cam.lines_only", error = CHORD_ERROR_MM)),
         )),
-        div().class("buttons").child((
-            push("button", t!("page.cam.template"), move |_| sheet.open_for_target()),
-            push_if("button", ready, t!("page.cam.run_sheet"), move |_| {
-                leptos::task::spawn_local(async move {
-                    outcome(write(sheet, lines_only.get_untracked()).await, said, refused, &|exported| {
-                        run_sheet::shown().set(Some(exported.sheet.clone()));
-                        None
-                    });
-                });
-            }),
-            push("button", t!("page.cam.save_project"), move |_| {
-                leptos::task::spawn_local(async move { refused.set(save_project().await) });
-            }),
-            push_if("button primary wide", ready, t!("page.cam.save_files"), move |_| {
-                leptos::task::spawn_local(async move {
-                    let target = sheet.target.get_untracked();
-                    outcome(write(sheet, lines_only.get_untracked()).await, said, refused, &|exported| {
-                        Some(save(exported, &target))
-                    });
-                });
-            }),
-        )),
+        buttons(sheet, lines_only, said, refused),
         move || (super::unread() > 0).then(|| p().class("quiet").child(t!("page.cam.unread_first"))),
         why,
         move || said.get().map(told),
+    ))
+}
+
+/// Whether anything may be written.
+fn ready() -> bool {
+    state().job.with(Option::is_some) && super::cleared()
+}
+
+/// The template editor, the run sheet, the project and the programs.
+fn buttons(
+    sheet: Sheet,
+    lines_only: RwSignal<bool>,
+    said: RwSignal<Option<Said>>,
+    refused: RwSignal<Vec<Remark>>,
+) -> impl IntoView {
+    div().class("buttons").child((
+        push("button", t!("page.cam.template"), move |_| sheet.open_for_target()),
+        push_if("button", ready, t!("page.cam.run_sheet"), move |_| {
+            leptos::task::spawn_local(async move {
+                outcome(write(sheet, lines_only.get_untracked()).await, said, refused, &|exported| {
+                    run_sheet::shown().set(Some(exported.sheet.clone()));
+                    None
+                });
+            });
+        }),
+        push("button", t!("page.cam.save_project"), move |_| {
+            leptos::task::spawn_local(async move { refused.set(save_project().await) });
+        }),
+        push_if("button primary wide", ready, t!("page.cam.save_files"), move |_| {
+            leptos::task::spawn_local(async move {
+                let target = sheet.target.get_untracked();
+                outcome(write(sheet, lines_only.get_untracked()).await, said, refused, &|exported| {
+                    Some(save(exported, &target))
+                });
+            });
+        }),
     ))
 }
 

@@ -21,8 +21,8 @@ const MOST: usize = 60_000;
 /// The picture of file `index`, if there is one.
 pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> Option<AnyView> {
     let colour = Kind::of(&file.role, file.side.as_deref()).colour(&Palette::DARK);
-    let boards = document.reading.boards.iter().zip(&document.boards);
-    if let Some((_, mesh)) = boards.filter(|(board, _)| board.picture_of == Some(index)).next() {
+    let mut boards = document.reading.boards.iter().zip(&document.boards);
+    if let Some((_, mesh)) = boards.find(|(board, _)| board.picture_of == Some(index)) {
         return Some(picture(mesh.clone(), colour));
     }
     let rows = &document.reading.layers;
