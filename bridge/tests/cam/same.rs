@@ -1,7 +1,7 @@
-//! Page and command line side by side, on real boards and on layers that lie apart (N24), and what lies beside a board (N5).
+//! Page and command line side by side, all sides of real boards and on layers that lie apart (N24), and what lies beside a board (N5).
 
 use super::{BOARD, CAM, answer, codes, folder};
-use annulus_app::engine::messages::{Answer, Request, Settings, ToPlan, ToRead, ToWrite};
+use annulus_app::engine::messages::{Answer, Request, Settings, ToExport, ToPlan, ToProve, ToRead};
 use annulus_app::engine::{Shelf, perform};
 use annulus_core::machine::virtual_drill;
 use annulus_core::project::saved::Said;
@@ -17,12 +17,22 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
     let wanted = ToRead { files: files.to_vec(), said, machine: Some(machine.clone()), ..ToRead::default() };
     let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
     let accept = vec!["plan.no_bit".to_owned()];
-    let wanted = ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept, laid: None };
-    let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
-    let target = target.to_owned();
-    let (machine, briefing) = (Some(Settings::of(&virtual_drill())), Some(planned.briefing));
-    let wanted = ToWrite { program: planned.program, target, machine, briefing, ..ToWrite::default() };
-    let Answer::Written(written) = ask(Request::Write(wanted)) else { panic!() };
+    let plan = ToPlan { board_key: 0, machine, work: reading.work, loaded: None, accept, laid: None };
+    let mut read = Vec::new();
+    for face in plan.work.faces() {
+        let mut own = plan.clone();
+        own.work.setup.face = face;
+        let Answer::Planned(planned) = ask(Request::Plan(own.clone())) else { panic!() };
+        let prove = ToProve { board_key: 0, program: planned.program, work: own.work };
+        let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
+        read.extend(proved.findings.into_iter().map(|finding| finding.id));
+    }
+    let (target, language) = (target.to_owned(), "en".to_owned());
+    let wanted = ToExport { plan, read, target, text: None, lines_only: None, language };
+    let Answer::Exported(exported) = ask(Request::Export(wanted)) else { panic!() };
+    assert_eq!(exported.unread, [], "all of it was read");
+    let mut written = exported.files;
+    written.push(("run-sheet.html".to_owned(), exported.sheet.html()));
     (written, reading.remarks.into_iter().map(|remark| remark.code).collect())
 }
 
@@ -50,10 +60,13 @@ fn real_boards_give_the_same_bytes_in_page_and_command_line() {
             names.iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect();
         let (exit, told) = answer(out.path(), &format!("cam {} {take} -o out", folder.display()));
         assert_eq!(exit, 0, "{name}: {told}");
-        let side = &told["programs"].as_array().unwrap().last().unwrap()["files"][0]["file"];
-        let written = fs::read_to_string(out.path().join(side.as_str().unwrap())).unwrap();
         let (page, _) = page(&files, false, "grbl");
-        assert!(page[0].1 == written, "{name}: {} {}", page[0].1.len(), written.len());
+        assert_eq!(page.len(), told["files"].as_array().unwrap().len() + 1, "{name}");
+        for (file, text) in &page {
+            let written = fs::read_to_string(out.path().join("out").join(file)).unwrap();
+            assert!(*text == written, "{name}: {file}: {} {}", text.len(), written.len());
+        }
+        fs::remove_dir_all(out.path().join("out")).unwrap();
     }
 }
 
