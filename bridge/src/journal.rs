@@ -99,8 +99,13 @@ pub(crate) struct Damage {
 
 /// An open journal.
 pub(crate) struct Journal {
-    database: Database,
+    /// None while it cannot be opened again.
+    database: Option<Database>,
+    opens: Opener,
 }
+
+/// Opens the journal again.
+type Opener = Box<dyn Fn() -> Result<Database, String> + Send>;
 
 /// Why there is no journal.
 #[derive(Debug)]
@@ -142,7 +147,8 @@ fn create(path: &Path) -> Result<(), Remark> {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(cannot(&error)),
         _ => {}
     }
-    let journal = Journal { database: Database::create(&beside).map_err(|error| cannot(&error))? };
+    let database = Some(Database::create(&beside).map_err(|error| cannot(&error))?);
+    let journal = Journal { database, opens: Box::new(|| Err(String::new())) };
     journal.write(&[], None, false).map_err(|error| cannot(&error))?;
     drop(journal);
     fs::rename(&beside, path).map_err(|error| cannot(&error))
@@ -207,29 +213,44 @@ fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
         return Err(Trouble::Damaged("it is empty".to_owned()));
     }
     let opened = quiet::caught(|| {
-        let mut database = Database::create(path).map_err(|error| match error {
-            DatabaseError::DatabaseAlreadyOpen => Trouble::InUse,
-            DatabaseError::Storage(redb::StorageError::Io(error))
-                if !matches!(
-                    error.kind(),
-                    std::io::ErrorKind::InvalidData | std::io::ErrorKind::UnexpectedEof
-                ) =>
-            {
-                Trouble::Disk(error.to_string())
-            }
-            other => Trouble::Damaged(other.to_string()),
-        })?;
-        // Every page by its checksum: a key that is not found must not be one that was changed.
-        match database.check_integrity() {
-            Ok(true) => {}
-            Ok(false) => return Err(Trouble::Damaged("its checksums do not match".to_owned())),
-            Err(error) => return Err(Trouble::Damaged(error.to_string())),
-        }
-        let journal = Journal { database };
+        let again = path.to_owned();
+        let opens = Box::new(move || open_database(&again).map_err(Trouble::why));
+        let journal = Journal { database: Some(open_database(path)?), opens };
         let contents = journal.contents().map_err(Trouble::Damaged)?;
         Ok((journal, contents))
     });
     opened.unwrap_or_else(|| Err(Trouble::Damaged("its structure is broken".to_owned())))
+}
+
+/// The database at `path`, every page of it looked at.
+fn open_database(path: &Path) -> Result<Database, Trouble> {
+    let mut database = Database::create(path).map_err(|error| match error {
+        DatabaseError::DatabaseAlreadyOpen => Trouble::InUse,
+        DatabaseError::Storage(redb::StorageError::Io(error))
+            if !matches!(
+                error.kind(),
+                std::io::ErrorKind::InvalidData | std::io::ErrorKind::UnexpectedEof
+            ) =>
+        {
+            Trouble::Disk(error.to_string())
+        }
+        other => Trouble::Damaged(other.to_string()),
+    })?;
+    // Every page by its checksum: a key that is not found must not be one that was changed.
+    match database.check_integrity() {
+        Ok(true) => Ok(database),
+        Ok(false) => Err(Trouble::Damaged("its checksums do not match".to_owned())),
+        Err(error) => Err(Trouble::Damaged(error.to_string())),
+    }
+}
+
+impl Trouble {
+    fn why(self) -> String {
+        match self {
+            Self::InUse => "another program has it".to_owned(),
+            Self::Damaged(why) | Self::Disk(why) => why,
+        }
+    }
 }
 
 /// Length of the digest in front of a value.
@@ -255,14 +276,33 @@ fn unsealed<T: for<'a> Deserialize<'a>>(bytes: &[u8]) -> Result<T, String> {
 impl Journal {
     /// On a backend of the caller's, to see what a failing disk does.
     #[cfg(test)]
-    pub(crate) fn on(backend: impl redb::StorageBackend) -> Result<Self, String> {
-        let database = Database::builder().create_with_backend(backend).map_err(|error| error.to_string())?;
-        Ok(Self { database })
+    pub(crate) fn on<B: redb::StorageBackend>(
+        backend: impl Fn() -> B + Send + 'static,
+    ) -> Result<Self, String> {
+        let opens =
+            move || Database::builder().create_with_backend(backend()).map_err(|error| error.to_string());
+        Ok(Self { database: Some(opens()?), opens: Box::new(opens) })
+    }
+
+    /// Closes and opens it: once the disk refused something, nothing else can be written.
+    pub(crate) fn again(&mut self) -> Result<(), Remark> {
+        let closed = self.database.take();
+        let opened = quiet::caught(|| {
+            drop(closed);
+            (self.opens)()
+        });
+        self.database =
+            Some(opened.unwrap_or_else(|| Err("its structure is broken".to_owned())).map_err(full)?);
+        Ok(())
+    }
+
+    fn database(&self) -> Result<&Database, String> {
+        self.database.as_ref().ok_or_else(|| "it is closed".to_owned())
     }
 
     fn contents(&self) -> Result<Contents, String> {
         let text = |error: &dyn std::fmt::Display| error.to_string();
-        let read = self.database.begin_read().map_err(|error| text(&error))?;
+        let read = self.database()?.begin_read().map_err(|error| text(&error))?;
         let table = match read.open_table(TABLE) {
             Ok(table) => table,
             Err(redb::TableError::TableDoesNotExist(_)) => return Ok(Contents::default()),
@@ -283,8 +323,9 @@ impl Journal {
         stop: Option<(u32, Steps)>,
         fresh: bool,
     ) -> Result<(), String> {
+        let database = self.database()?;
         let written = || -> Result<(), redb::Error> {
-            let mut transaction = self.database.begin_write()?;
+            let mut transaction = database.begin_write()?;
             transaction.set_durability(Durability::Immediate)?;
             if fresh {
                 transaction.delete_table(STOPS)?;
@@ -340,7 +381,7 @@ impl Journal {
 
     /// The program of the interrupted job.
     pub(crate) fn program(&self) -> Option<Vec<u8>> {
-        let read = self.database.begin_read().ok()?;
+        let read = self.database().ok()?.begin_read().ok()?;
         let value = read.open_table(TABLE).ok()?.get("program").ok()??;
         Some(value.value().to_vec())
     }

@@ -1,7 +1,7 @@
 //! The journal's thread: writes records in order and says how many legs are durable.
 //!
 //! Comes in: records. Goes out: the number that lets the next stroke start, or a remark when the disk refuses. After a
-//! refusal it writes no further leg: what the journal says stays true. Does not know the executor.
+//! refusal it writes no further leg: what the journal says stays true; what else comes is tried anew. Does not know the executor.
 
 use super::owner::Message;
 use crate::executor::Shared;
@@ -42,7 +42,7 @@ impl Recorder {
         let builder = thread::Builder::new().name("journal".to_owned());
         let thread = builder.spawn(move || {
             let over = Over(owner);
-            run(&journal, &inbox, &shared, &over.0);
+            run(journal, &inbox, &shared, &over.0);
         })?;
         Ok(Self { records: Some(records), thread: Some(thread) })
     }
@@ -77,13 +77,17 @@ impl Drop for Recorder {
     }
 }
 
-fn run(journal: &Journal, inbox: &Receiver<Record>, shared: &Shared, owner: &Sender<Message>) {
-    let mut failed = false;
+fn run(mut journal: Journal, inbox: &Receiver<Record>, shared: &Shared, owner: &Sender<Message>) {
+    let (mut failed, mut refused) = (false, false);
     while let Ok(record) = inbox.recv() {
+        if refused && !matches!(record, Record::Advance(..)) {
+            refused = journal.again().is_err();
+        }
         let written = match record {
             Record::Begin(job, progress, program) => {
                 let begun = journal.begin(&job, progress, &program);
                 failed = begun.is_err();
+                refused |= failed;
                 if begun.is_ok() {
                     shared.set_durable(progress.done);
                 }
@@ -104,6 +108,7 @@ fn run(journal: &Journal, inbox: &Receiver<Record>, shared: &Shared, owner: &Sen
             Record::DamageRead => journal.forget_damage(),
         };
         if let Err(why) = written {
+            refused = true;
             let _ = owner.send(Message::CannotRecord(why));
         }
     }

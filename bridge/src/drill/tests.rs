@@ -378,7 +378,7 @@ fn a_dull_bit_raises_the_time_alarm_and_the_hole_stays_open() {
 
 /// A disk that fills up: once told so, nothing new is written.
 #[derive(Debug)]
-struct FullDisk(InMemoryBackend, Arc<AtomicBool>);
+struct FullDisk(Arc<InMemoryBackend>, Arc<AtomicBool>);
 
 impl FullDisk {
     fn room(&self) -> std::io::Result<()> {
@@ -408,7 +408,8 @@ impl StorageBackend for FullDisk {
 fn a_full_disk_stops_the_job_after_a_whole_hole() {
     let is_full = Arc::new(AtomicBool::new(false));
     let folder = tempfile::tempdir().unwrap();
-    let journal = Journal::on(FullDisk(InMemoryBackend::new(), Arc::clone(&is_full))).unwrap();
+    let (disk, full) = (Arc::new(InMemoryBackend::new()), Arc::clone(&is_full));
+    let journal = Journal::on(move || FullDisk(Arc::clone(&disk), Arc::clone(&full))).unwrap();
     let parts = (journal, Contents::default(), None);
     let drill = Drill::assemble(folder.path(), machine(), SPEED, Faults::default(), parts).unwrap();
     let tells = drill.watch();
@@ -427,6 +428,16 @@ fn a_full_disk_stops_the_job_after_a_whole_hole() {
         "no hole was begun that the journal may not know: {counts:?}"
     );
     assert!(counts.iter().all(|count| *count <= 1) && done < 60);
+    // With room again it goes on where it was, and nobody has to start the bridge anew.
+    is_full.store(false, Ordering::SeqCst);
+    bench.drill.ask(Ask::AcknowledgeAlarm).unwrap();
+    let offered = bench.drill.greeting().into_iter().find_map(|tell| match tell {
+        Tell::Interrupted { next_leg, .. } => Some(next_leg),
+        _ => None,
+    });
+    let (job, stream_digest, _) = bench.arm(&grid(&machine(), 60));
+    bench.drill.ask(Ask::Start { job, stream_digest, from_leg: offered.unwrap() }).unwrap();
+    assert_eq!(bench.ended(), (Ending::Done, 60));
 }
 
 #[test]

@@ -37,7 +37,7 @@ impl StorageBackend for SlowDisk {
 fn a_late_disk_makes_the_virtual_drill_wait_and_lose_nothing() {
     for (speed, holes) in [(SPEED, 100), (200.0, 60), (20.0, 12)] {
         let folder = tempfile::tempdir().unwrap();
-        let disk = SlowDisk(InMemoryBackend::new(), AtomicU64::new(77));
+        let disk = || SlowDisk(InMemoryBackend::new(), AtomicU64::new(77));
         let parts = (Journal::on(disk).unwrap(), Contents::default(), None);
         let drill = Drill::assemble(folder.path(), machine(), speed, Faults::default(), parts).unwrap();
         let tells = drill.watch();

@@ -6,7 +6,7 @@ use std::sync::{Condvar, Mutex};
 
 /// A disk that takes its time: what is to be durable waits while it is `held`.
 #[derive(Debug)]
-struct SlowDisk(InMemoryBackend, Arc<(Mutex<bool>, Condvar)>);
+struct SlowDisk(Arc<InMemoryBackend>, Arc<(Mutex<bool>, Condvar)>);
 
 impl StorageBackend for SlowDisk {
     fn len(&self) -> std::io::Result<u64> {
@@ -36,7 +36,8 @@ fn starting() -> (Bench, String, Begun, impl Fn()) {
         disk.1.notify_all();
     };
     let folder = tempfile::tempdir().unwrap();
-    let journal = Journal::on(SlowDisk(InMemoryBackend::new(), Arc::clone(&disk))).unwrap();
+    let (memory, slow) = (Arc::new(InMemoryBackend::new()), Arc::clone(&disk));
+    let journal = Journal::on(move || SlowDisk(Arc::clone(&memory), Arc::clone(&slow))).unwrap();
     let parts = (journal, Contents::default(), None);
     let drill = Drill::assemble(folder.path(), machine(), SPEED, Faults::default(), parts).unwrap();
     let tells = drill.watch();
