@@ -17,7 +17,7 @@ use annulus_core::job::{Briefing, Program};
 use annulus_core::machine::Machine;
 use annulus_core::post::{self, Dialect, Manner, OutputFile};
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::{motion, sim};
+use annulus_core::{motion, proof, sim};
 
 /// The name of the person's own dialect in remarks.
 pub(super) const OWN: &str = "template.toml";
@@ -88,15 +88,30 @@ fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Remark>> {
     if let Some(text) = &wanted.text {
         let dialect = Dialect::parse(OWN, text).map_err(|why| vec![why])?.in_manner(manner);
         return Ok(Box::new(move |program, briefing, side| {
-            post::write_side(&dialect, program, briefing, side)
+            proved((Some(&dialect), true), program, post::write_side(&dialect, program, briefing, side)?)
         }));
     }
     let (target, manner) = (wanted.target.clone(), manner.clone());
+    let dialect = post::dialect(&target).and_then(Result::ok).map(|dialect| dialect.in_manner(&manner));
     Ok(Box::new(move |program, briefing, side| {
-        post::write_for(&target, program, &manner, briefing, side).unwrap_or_else(|| {
+        let files = post::write_for(&target, program, &manner, briefing, side).unwrap_or_else(|| {
             let nearest = post::nearest_target(&target);
             let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &target);
             Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
-        })
+        });
+        proved((dialect.as_ref(), false), program, files?)
     }))
+}
+
+/// The files, once they are read back and do what their program does.
+fn proved(
+    dialect: (Option<&Dialect>, bool),
+    program: &Program,
+    files: Vec<OutputFile>,
+) -> Result<Vec<OutputFile>, Remark> {
+    let told = post::proved(dialect, program, &files, &proof::differences);
+    match told.into_iter().find(|remark| remark.weight == Weight::Loss) {
+        Some(loss) => Err(loss),
+        None => Ok(files),
+    }
 }

@@ -17,7 +17,7 @@ use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, ro
 use crate::job::{self, Whole};
 use crate::{machine_file, saving};
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
+use annulus_core::cam::ways::{self, Means, Part, Planned, Scene, lower_work};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::geometry::Point;
@@ -29,6 +29,7 @@ use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use annulus_core::{locale, motion, project, sim};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The target that is Annulus' own form of a program.
@@ -126,6 +127,8 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         None => written(args, target.as_ref(), &sides, (&work, &machine))?,
         Some(_) => Written::default(),
     };
+    let why = why.or_else(|| written.why.clone());
+    read.extend(written.remarks.iter().cloned());
     let mut reports = Vec::new();
     let mut text = String::new();
     for (at, side) in sides.iter().enumerate() {
@@ -223,9 +226,9 @@ fn side(
     };
     let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
     let means = Means { options: &options, hop_time: &hop_time };
-    let mut curing = Curing::default();
+    let (mut curing, mut known) = (Curing::default(), BTreeMap::new());
     loop {
-        let planned = plan_work(board, work, machine, &means, &mut |_| true);
+        let planned = planned(board, work, machine, &means, &mut known);
         let (planned, remarks) = planned.map_err(|losses| {
             let first = losses.first().cloned();
             losses.into_iter().skip(1).for_each(|loss| super::say(Refusal::content(loss)));
@@ -238,6 +241,7 @@ fn side(
             agreed: work.agreed(face),
             cleared: work.cleared(face),
             isolates: Some(work.isolates(face)),
+            most: if args.cure { usize::MAX } else { proof::Options::default().most },
             ..proof::Options::default()
         };
         let mut verdict = proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
@@ -256,9 +260,30 @@ fn side(
         program.accepted.dedup();
         let timed = motion::timeline(&program, machine);
         let times_s = timed.as_ref().ok().map(|timed| (timed.total_s(), sim::time_by_bit_s(timed)));
-        let remarks = remarks.into_iter().chain(timed.err()).collect();
+        let remarks = remarks.into_iter().chain(curing.left(&verdict)).chain(timed.err()).collect();
         return Ok(Side { face, planned, program, verdict, curing, remarks, times_s });
     }
+}
+
+/// Plans all operations of the side that is up; those that a cure did not change are taken from `known`.
+fn planned(
+    board: &Board,
+    work: &Work,
+    machine: &Machine,
+    means: &Means<'_>,
+    known: &mut BTreeMap<String, Part>,
+) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
+    let scene = Scene::of(board, work);
+    let mut parts = Vec::new();
+    for (index, _) in ways::planned_operations(work) {
+        let key = ways::key(work, index, machine);
+        if !known.contains_key(&key) {
+            let part = ways::plan_operation(&scene, work, index, machine, means, &mut || true);
+            known.insert(key.clone(), part.map_err(|why| vec![why])?);
+        }
+        parts.extend(known.get(&key).cloned());
+    }
+    ways::assemble(scene, work, machine, means, parts)
 }
 
 /// Writes the files of all sides.
@@ -279,7 +304,7 @@ fn written(
     let programs: Vec<&Program> = sides.iter().map(|side| &side.program).collect();
     let files = args.one_file.then_some(Files::Job);
     let manner = Manner { lines_only: args.lines_only, files, ..Manner::on(machine) };
-    cam_files::write(target, &manner, (&args.output, &stem), &programs, &briefed)
+    cam_files::write(target, &manner, (&args.output, &stem), &programs, (&briefed, &args.accept))
 }
 
 /// Counts of a program.

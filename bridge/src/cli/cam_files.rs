@@ -31,17 +31,23 @@ pub(super) struct Written {
     pub(super) files: Vec<Vec<Value>>,
     /// Where the run sheet is, if one was written.
     pub(super) run_sheet: Option<String>,
+    /// What the proof of the files says.
+    pub(super) remarks: Vec<Remark>,
+    /// Why nothing was written: the files would not do what their programs do.
+    pub(super) why: Option<Remark>,
 }
 
-/// Writes the files of all sides into `folder`, once all of them could be made. `programs` are the sides of the `briefing`;
+/// Writes the files of all sides into `folder`, once all of them could be made and do what their programs do, but for what is
+/// in `accept`. `programs` are the sides of the `briefing`;
 /// without a target they are written in Annulus' own form, without a run sheet. Single files are called `stem` and the side.
 pub(super) fn write(
     target: Option<&Target>,
     manner: &Manner,
     (folder, stem): (&Path, &str),
     programs: &[&Program],
-    briefing: &Briefing,
+    (briefing, accept): (&Briefing, &[String]),
 ) -> Result<Written, Refusal> {
+    let mut written = Written::default();
     let mut made = Vec::new();
     let mut posted = Vec::new();
     for (index, (program, side)) in programs.iter().zip(&briefing.sides).enumerate() {
@@ -57,14 +63,18 @@ pub(super) fn write(
         };
         let program = Program { name, ..(*program).clone() };
         let files = target.files(&program, manner, Some((briefing, index)))?;
+        written.remarks.extend(target.proved(&program, manner, &files));
         made.push(files.iter().map(output).collect());
         posted.push(files);
+    }
+    written.why = written.remarks.iter().find(|remark| remark.is_unseen(accept)).cloned();
+    if written.why.is_some() {
+        return Ok(written);
     }
     std::fs::create_dir_all(folder).map_err(|error| {
         let why = Remark::new(Weight::Loss, "job.not_written").with("file", folder.display());
         Refusal::surroundings(why.with("reason", error))
     })?;
-    let mut written = Written::default();
     for (index, files) in made.into_iter().enumerate() {
         let tools = briefing.sides.get(index).map_or(&[][..], |side| &side.tools);
         let objects = files.into_iter().map(|file| {

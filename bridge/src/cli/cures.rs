@@ -8,17 +8,18 @@
 //!     └─────────────────────────────────────────────────────────────────────────────────────────────────────┘
 //! ```
 //!
-//! Comes in: a job and what its proof said. Goes out: the job changed, and whether it was. Does not plan or prove.
+//! Comes in: a job and what its proof said. Goes out: the job changed, and whether it was; what stays closed at the end. Does not plan or prove.
 
 use annulus_core::board::Face;
 use annulus_core::cam::work::{Action, Isolate, Operation, Remedy, Work};
 use annulus_core::geometry::Point;
 use annulus_core::proof::{self, Finding, Kind, Verdict};
+use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 
-/// More often than this a job is not planned and proved again.
-const MOST_ROUNDS: usize = 40;
+/// More often than this a job is not planned and proved again: what is left then is told.
+const MOST_ROUNDS: usize = 12;
 /// Findings about the same nets that are nearer than this, in mm, are about the same gap.
 const SAME_GAP_MM: f64 = 0.3;
 /// Depths of cures go in steps of this, so that gaps nearly alike are cut together.
@@ -57,6 +58,15 @@ impl Curing {
         let joined = verdict.findings.iter().filter(|finding| is_joined(finding));
         let changed: Vec<bool> = joined.map(|finding| self.gap(work, face, finding)).collect();
         changed.contains(&true)
+    }
+
+    /// What stays closed though everything was tried, or there were rounds enough: how much, and how narrow it is.
+    pub(super) fn left(&self, verdict: &Verdict) -> Option<Remark> {
+        let joined = || verdict.findings.iter().filter(|finding| is_joined(finding));
+        let narrowest = joined().map(|finding| finding.width).min().filter(|_| self.rounds > 0)?;
+        let said = Remark::new(Weight::Doubt, "cam.cures_left").with("count", joined().count());
+        let said = said.with("rounds", self.rounds.min(MOST_ROUNDS));
+        Some(said.with("width", format!("{:.3}", narrowest.mm())))
     }
 
     /// For scripts: what was done to the whole, and to how many gaps by themselves.

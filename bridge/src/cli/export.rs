@@ -9,6 +9,7 @@ use annulus_core::job::{Briefing, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
 use annulus_core::post::{self, Files, Manner, OutputFile};
+use annulus_core::proof;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use serde_json::json;
@@ -49,6 +50,8 @@ pub(super) fn chord_error(text: &str) -> Result<f64, String> {
 pub(crate) struct Written {
     /// Names of the files.
     pub(crate) names: Vec<String>,
+    /// What their proof says; no loss.
+    pub(crate) remarks: Vec<Remark>,
     /// Their bytes, one behind the other.
     pub(crate) bytes: Vec<u8>,
 }
@@ -63,7 +66,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     }
     let written = write(&args.target, &target, program.clone(), &job.machine)?;
     let assumed = args.job.on.assumed(&job.machine).into_iter().collect();
-    let remarks = [job.remarks, target.doubts(), assumed].concat();
+    let remarks = [job.remarks, target.doubts(), written.remarks, assumed].concat();
     let name = written.names.join(", ");
     let (holes, ways) = (program.hole_count(), ways(&program));
     let words = [
@@ -147,6 +150,17 @@ impl Target {
         };
         written.map_err(Refusal::content)
     }
+
+    /// What `files` do otherwise than the `program` that they were written from in this manner, and what else there is to say of
+    /// them: losses are what must not be run.
+    pub(crate) fn proved(&self, program: &Program, manner: &Manner, files: &[OutputFile]) -> Vec<Remark> {
+        let (dialect, own) = match self {
+            Self::Shipped(name) => (post::dialect(name).and_then(Result::ok), false),
+            Self::Own(dialect) => (Some(dialect.as_ref().clone()), true),
+        };
+        let dialect = dialect.map(|dialect| dialect.in_manner(manner));
+        post::proved((dialect.as_ref(), own), program, files, &proof::differences)
+    }
 }
 
 /// That the dialect file `name` has `faults`: a single one as it is, of several the first and how many there are.
@@ -187,7 +201,11 @@ pub(crate) fn write(
         let remark = Remark::new(Weight::Loss, "post.several_files").with("count", files.len());
         return Err(Refusal::usage(remark.with("file", args.output.display())));
     }
-    let mut written = Written { names: Vec::new(), bytes: Vec::new() };
+    let remarks = target.proved(&program, &manner, &files);
+    if let Some(loss) = remarks.iter().find(|remark| remark.weight == Weight::Loss) {
+        return Err(Refusal { diagnostics: remarks.clone(), ..Refusal::content(loss.clone()) });
+    }
+    let mut written = Written { names: Vec::new(), remarks, bytes: Vec::new() };
     for file in files {
         let path = if folder { args.output.join(&file.name) } else { args.output.clone() };
         job::write_output(&path, file.text.as_bytes())?;

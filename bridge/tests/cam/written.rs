@@ -148,3 +148,38 @@ fn cures_begin_with_the_whole_and_end_when_nothing_more_opens() {
     assert!(side["cured"]["depth_mm"].as_f64().is_some_and(|depth| depth < 0.08), "{side}");
     assert_eq!(side["cured"]["places"], 1, "{side}");
 }
+
+#[test]
+fn files_that_do_otherwise_than_their_program_are_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let home = folder.path();
+    board(home, &PADS, 2.0);
+    let text = annulus_core::post::shipped().find(|(name, _)| *name == "grbl").unwrap().1;
+    let rows = [
+        ("GRBL\"", "GRBL of mine\"", None),
+        // Where the machine's zero is, a person may say: it is told, and written.
+        ("shift_mm = [0.0, 0.0]", "shift_mm = [0.05, 0.0]", None),
+        ("X@X@", "X@X+0.05@", Some("written.shifted")),
+        ("G1 X@X@ Y@Y@ Z@Z@", "G1 X@X@ Z@Z@", Some("written.unread")),
+        ("M3 S@S@\n", "", Some("written.still")),
+        ("G21", "G20", Some("written.missing")),
+    ];
+    for (from, to, wanted) in rows {
+        fs::write(home.join("own.toml"), text.replace(from, to)).unwrap();
+        let _ = fs::remove_dir_all(home.join("out"));
+        let (exit, told) = answer(home, "cam board --to own.toml -o out");
+        assert_eq!(told["error"]["code"].as_str(), wanted, "{from} → {to}: {told}");
+        assert_eq!(
+            (exit, home.join("out").exists()),
+            (i32::from(wanted.is_some()), wanted.is_none()),
+            "{from}"
+        );
+        let moved = codes(&told["remarks"]).contains(&"written.moved");
+        assert_eq!(moved, from.starts_with("shift"), "{told}");
+        if let Some(code) = wanted.filter(|code| *code != "written.missing") {
+            let (exit, told) =
+                super::answer_of(home, &["cam", "board", "--to", "own.toml", "-o", "out", "--accept", code]);
+            assert_eq!(exit, 0, "{told}");
+        }
+    }
+}

@@ -27,6 +27,8 @@ pub(super) const DUST_WIDTH_NM: f64 = 20.0;
 const DUST_AREA_NM2: f64 = 1e6;
 /// Farther than this, in nm, a corner is not moved to where its neighbours truly cross.
 const SNAP_NM: f64 = 8.0 * CHORD_ERROR_NM;
+/// An arc with a chord shorter than this, in nm, between other pieces is no circle: the neck of one would be longer.
+const TINY_NM: f64 = 1_000.0;
 /// At most so many corners are swallowed by one line at once.
 const LONGEST_LOOK: usize = 256;
 
@@ -351,6 +353,15 @@ fn whole(circle: Circle, clockwise: bool) -> Path {
     Path { start, segments: vec![Segment::Arc { to: start, centre, clockwise }] }
 }
 
+/// Whether a tiny arc, its ends rounded, would go round the other way: a whole circle instead of next to nothing.
+fn is_reversed((from, to): (Point, Point), circle: Circle, clockwise: bool) -> bool {
+    let spot = |point: Point| (point.x.nm() as f64, point.y.nm() as f64);
+    let chord = sub(spot(to), spot(from));
+    let side = cross(chord, sub(circle.centre, spot(from)));
+    let back = if clockwise { side >= 0.0 } else { side <= 0.0 };
+    dot(chord, chord) < TINY_NM * TINY_NM && back
+}
+
 /// The path of a ring, starting at its leftmost, then lowest corner.
 fn path_of(nodes: &[Node]) -> Option<Path> {
     if let [Node { kind: Kind::Arc { circle, clockwise }, .. }] = *nodes {
@@ -364,8 +375,13 @@ fn path_of(nodes: &[Node]) -> Option<Path> {
     let segments: Vec<Segment> = kinds
         .zip(starts.zip(ends))
         .filter(|(node, (from, to))| from != to || matches!(node.kind, Kind::Arc { .. }) && nodes.len() == 1)
-        .map(|(node, (_, &to))| match node.kind {
+        .map(|(node, (&from, &to))| match node.kind {
             Kind::Line => Segment::Line { to },
+            Kind::Arc { circle, clockwise }
+                if nodes.len() > 2 && is_reversed((from, to), circle, clockwise) =>
+            {
+                Segment::Line { to }
+            }
             Kind::Arc { circle, clockwise } => Segment::Arc { to, centre: point(circle.centre), clockwise },
         })
         .collect();

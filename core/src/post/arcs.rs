@@ -74,7 +74,11 @@ impl Curve {
         // Ends that are written alike mean a full circle to a controller.
         let nothing = !full && turn < PI && written(self.from.at) == written(self.to.at);
         let speck = written(self.centre) == written(self.from.at);
-        if nothing || speck {
+        // A tiny arc whose digits lie the other way round would become a whole circle.
+        let digits =
+            chords::turn(written(self.from.at), written(self.to.at), written(self.centre), !self.ccw);
+        let reversed = !full && turn < PI && digits > turn + PI;
+        if nothing || speck || reversed {
             return vec![Piece::Line(self.to)];
         }
         let helix = self.from.height != self.to.height;
@@ -190,5 +194,22 @@ mod tests {
         let mut tiny = curve(90.0, true, 0.0);
         tiny.to.at = Point::new(tiny.from.at.x, Length::from_nm(200));
         assert_eq!(tiny.pieces(&Arcs::default(), Centre::Said, rounded), [Piece::Line(tiny.to)]);
+        // Its digits lie the other way round: by them it is nearly a whole circle.
+        let at = |x: i64, y: i64| Tip {
+            at: Point::new(Length::from_nm(x), Length::from_nm(y)),
+            height: Length::ZERO,
+        };
+        let backwards =
+            Curve { from: at(62_749, 62_499), to: at(62_400, 62_849), centre: Point::default(), ccw: true };
+        let mirrored = |at: Point| {
+            if at == backwards.from.at {
+                backwards.to.at
+            } else if at == backwards.to.at {
+                backwards.from.at
+            } else {
+                at
+            }
+        };
+        assert_eq!(backwards.pieces(&Arcs::default(), Centre::Said, mirrored), [Piece::Line(backwards.to)]);
     }
 }

@@ -28,6 +28,9 @@ const CIRCLES: Arcs = Arcs {
     helix: super::dialect::Helix::Arcs,
 };
 
+/// How deep what has no depth goes: through every board.
+pub(super) const THROUGH: Length = Length::from_um(2_000);
+
 /// A length in mm: three digits after the point, or six where three would not be exact.
 fn number(length: Length) -> String {
     let decimals = if length.nm() % 1_000 == 0 { 3 } else { 6 };
@@ -60,6 +63,51 @@ pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String
     }
     out.push_str("T0\nM30\n");
     Ok(out)
+}
+
+/// What of a program a drill file says: holes and ways at its lowest height, through the board, each with a tool of which only the
+/// diameter is known.
+pub(super) fn said(program: &Program) -> Program {
+    let floor = Router::new(program, None).floor;
+    let mut said = program.clone();
+    for bit in &mut said.bits {
+        bit.cutter = Cutter::Drill;
+    }
+    let down = Command::Plunge { to: -THROUGH, feed_um_per_s: 1, gate: None };
+    let up = Command::Retract { to: program.safe_height };
+    for leg in &mut said.legs {
+        let routes = leg.commands.iter().any(mills);
+        let (mut height, mut cutting, mut commands) = (program.safe_height, false, Vec::new());
+        for &command in &leg.commands {
+            let before = height;
+            match command {
+                Command::Plunge { to, .. } | Command::Retract { to } => height = to,
+                Command::Mill { height: to, .. } | Command::MillArc { height: to, .. } => height = to,
+                _ => {}
+            }
+            let cuts = match command {
+                Command::Plunge { .. } => !routes,
+                _ => mills(&command) && before == floor && height == floor,
+            };
+            commands.extend((cuts && !cutting).then_some(down));
+            commands.extend((cutting && !cuts).then_some(up));
+            cutting = cuts;
+            commands.push(match command {
+                Command::Plunge { .. } | Command::Retract { .. } => continue,
+                Command::Mill { to, feed_um_per_s, .. } if cuts => {
+                    Command::Mill { to, height: -THROUGH, feed_um_per_s }
+                }
+                Command::MillArc { to, center, ccw, feed_um_per_s, .. } if cuts => {
+                    Command::MillArc { to, height: -THROUGH, center, ccw, feed_um_per_s }
+                }
+                Command::Mill { to, .. } | Command::MillArc { to, .. } => Command::Rapid { to },
+                other => other,
+            });
+        }
+        commands.extend(cutting.then_some(up));
+        leg.commands = commands;
+    }
+    said
 }
 
 fn mills(command: &Command) -> bool {

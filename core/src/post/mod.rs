@@ -5,11 +5,13 @@
 //!  names: blocks, parameters ──┘                             │
 //!          Program, Briefing ─ head ────────────────────────────┴─ writer ─ arcs ─ values ─ sheet ─▶ files
 //!                      Program ─ excellon ──────────────────────────────────────────────────────▶ file
+//!              files ─ readback ─ again ───────────────────────────────────────────────────────▶ what they do, to be compared
 //!                    Briefing ─ run_sheet ─────────────────────────────────────────────────────▶ a page to print
 //! ```
 //!
 //! Comes in: a [`Program`], the [`Briefing`] of its job. Goes out: text. Does not know boards, plans or motion.
 
+mod again;
 mod arcs;
 mod dialect;
 mod excellon;
@@ -26,6 +28,7 @@ mod values;
 mod words;
 mod writer;
 
+pub use again::{Differences, proved};
 pub use dialect::{
     Arcs, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Templates, shipped,
 };

@@ -10,14 +10,14 @@
 //! Comes in: the scene. Goes out: findings. What lies in a hole or slot of the board is meant to go and is not told.
 
 use super::cures;
-use super::edges::{Edge, Spot, around, between, spots};
+use super::edges::{Edge, Edges, Spot, around, between, spots};
 use super::finding::{Finding, Kind};
 use super::replay::Cut;
 use super::scene::Scene;
 use crate::geometry::{Path, Rule, area_mm2, circle, combine, stroke, union};
 use crate::job::Mark;
 use crate::units::Length;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Stretches of a bite that are nearer to each other than this, in mm along the way, are one.
 const SAME_BITE_MM: f64 = 0.5;
@@ -70,23 +70,37 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
 
 /// Marks what a pass through the middle of an agreed gap takes, as long as it is no more than the pass is too wide.
 fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
+    if scene.options.agreed.is_empty() || findings.is_empty() {
+        return;
+    }
+    // The ways of all cuts that go through, each with its leg in the place of the island.
+    let (mut legs, mut ways): (Vec<(u32, u32)>, Vec<Edge>) = (Vec::new(), Vec::new());
+    for cut in scene.cuts.iter().filter(|cut| cut.through.is_some()) {
+        let spots = spots(&cut.path);
+        let pairs = spots.iter().zip(spots.iter().skip(1));
+        let island = legs.len() as u32;
+        ways.extend(pairs.map(|(&from, &to)| Edge { from, to, island, ring: 0, along: 0.0 }));
+        legs.push((cut.program, cut.leg));
+    }
+    let ways = Edges::gridded(ways, Vec::new());
+    let mut by_leg: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
+    for (index, finding) in findings.iter().enumerate() {
+        if let Some(leg) = finding.leg {
+            by_leg.entry(leg).or_default().push(index);
+        }
+    }
     for (from, to) in &scene.options.agreed {
         let middle = Spot::of(*from).towards(Spot::of(*to), 0.5);
-        let through = |cut: &&Cut| {
-            let spots = spots(&cut.path);
-            let mut pairs = spots.iter().zip(spots.iter().skip(1));
-            cut.through.is_some()
-                && pairs.any(|(&from, &to)| {
-                    let edge = Edge { from, to, island: 0, ring: 0, along: 0.0 };
-                    edge.near(middle).distance(middle) <= MIDDLE_MM
-                })
-        };
-        let legs: Vec<(u32, u32)> =
-            scene.cuts.iter().filter(through).map(|cut| (cut.program, cut.leg)).collect();
+        let (low, high) = around(middle, middle, MIDDLE_MM);
+        let mut here: BTreeSet<(u32, u32)> = BTreeSet::new();
+        ways.in_box(low, high, &mut |_, edge| {
+            if edge.near(middle).distance(middle) <= MIDDLE_MM {
+                here.extend(legs.get(edge.island as usize));
+            }
+        });
         let gap = from.distance_mm(*to);
-        for finding in
-            findings.iter_mut().filter(|finding| finding.leg.is_some_and(|leg| legs.contains(&leg)))
-        {
+        for index in here.iter().filter_map(|leg| by_leg.get(leg)).flatten() {
+            let Some(finding) = findings.get_mut(*index) else { continue };
             let tool = finding.tool.map_or(0.0, Length::mm);
             let costs = ((tool - gap) / 2.0).max(0.0) + scene.options.tolerance.mm();
             finding.agreed |= finding.width.mm() <= costs;

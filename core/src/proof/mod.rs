@@ -27,6 +27,7 @@ mod shorts;
 mod slivers;
 mod strokes;
 mod whole;
+mod written;
 
 pub use cures::Cure;
 pub use drilled::{Drilled, drilled};
@@ -34,6 +35,7 @@ pub use finding::{Finding, Kind};
 pub use groups::{Group, Pair};
 pub use replay::{Cut, Replay, Still, replay};
 pub use whole::{Shallower, Whole};
+pub use written::differences;
 
 use crate::board::{Board, COPPER_THICKNESS, DEPTH_MARGIN, Face, THINNEST};
 use crate::geometry::{Point, Region};

@@ -253,11 +253,13 @@ impl Bridge<'_> {
     }
 
     fn sees(&self, from: Spot, to: Spot, sight: Sight) -> bool {
-        let middle = from.towards(to, 0.5);
-        if sight == Sight::Copper && from.distance(to) >= self.tool {
-            return self.all.island_at(middle) == Some(self.number) && !self.all.cross(from, to, TOUCH_MM);
+        let (middle, width) = (from.towards(to, 0.5), from.distance(to));
+        // A gap that is cut already is seen across, and joins nothing.
+        let here = || self.all.island_at(middle) == Some(self.number);
+        if sight == Sight::Copper && width >= self.tool {
+            return here() && !self.all.cross(from, to, TOUCH_MM);
         }
-        free(self.scene, from, to)
+        (sight != Sight::Copper || width <= 2.0 * TOUCH_MM || here()) && free(self.scene, from, to)
     }
 
     /// How wide a bit may be at this gap, in mm: where its sides do not see each other, as wide as the bridge at most.

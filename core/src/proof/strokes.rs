@@ -9,11 +9,13 @@
 //! Comes in: a way and a width. Goes out: closed outlines whose union is the area. Does not know what is cut.
 
 use super::edges::Spot;
-use crate::geometry::{Path, Point, Segment, stroke};
+use crate::geometry::{Path, Point, Segment, chords, stroke};
 use crate::units::Length;
 
 /// Pieces whose directions differ by less than this, in radians, go on.
 const SMOOTH: f64 = 1e-3;
+/// An outline goes round by at most this, in radians: beyond that the next one begins, so that none lies over itself.
+const ROUND: f64 = 4.5;
 /// Arcs tighter than so many half widths are swept by themselves.
 const TIGHT: f64 = 1.05;
 
@@ -21,7 +23,7 @@ const TIGHT: f64 = 1.05;
 pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
     let half = width.mm() / 2.0;
     let mut outlines = Vec::new();
-    let mut chain: Vec<(Point, Segment)> = Vec::new();
+    let (mut chain, mut round): (Vec<(Point, Segment)>, f64) = (Vec::new(), 0.0);
     for (from, segment) in path.pieces().filter(|piece| is_long(*piece)) {
         let alone = is_tight(from, segment, half);
         let smooth = chain.last().is_none_or(|&last| {
@@ -29,9 +31,11 @@ pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
             let turn = before.x * after.y - before.y * after.x;
             before.dot(after) > 0.0 && libm::fabs(turn) < SMOOTH
         });
-        if alone || !smooth {
+        round += turn(from, segment);
+        if alone || !smooth || libm::fabs(round) > ROUND {
             outlines.extend(about(&chain, half));
             chain.clear();
+            round = turn(from, segment);
         }
         if alone {
             outlines.extend(stroke(&Path { start: from, segments: vec![segment] }, width));
@@ -41,6 +45,16 @@ pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
     }
     outlines.extend(about(&chain, half));
     if outlines.is_empty() { stroke(path, width) } else { outlines }
+}
+
+/// By how much a piece goes round, to the left above zero, in radians.
+fn turn(from: Point, segment: Segment) -> f64 {
+    match segment {
+        Segment::Line { .. } => 0.0,
+        Segment::Arc { to, centre, clockwise } => {
+            chords::turn(from, to, centre, clockwise) * if clockwise { -1.0 } else { 1.0 }
+        }
+    }
 }
 
 fn is_long((from, segment): (Point, Segment)) -> bool {
@@ -138,8 +152,21 @@ mod tests {
         let back = vec![line(2.0, 0.0), arc(2.2, 0.0, at(2.1, 0.0), true), arc(4.2, 0.0, at(3.2, 0.0), true)];
         let round = vec![arc(1.0, 0.0, at(0.0, 0.0), false)];
         let loop_ = vec![arc(1.0, 0.0, at(0.0, 0.0), false), line(1.0, 2.0)];
+        // As robots write a circle and its overlap: three arcs by places of four digits, each with a centre of its own.
+        let robot = vec![
+            arc(-0.9708, 0.0, Point::new(Length::from_nm(-200), Length::from_nm(0)), true),
+            arc(0.9704, 0.0, Point::new(Length::from_nm(-200), Length::from_nm(0)), true),
+            arc(0.8445, -0.4782, Point::new(Length::from_nm(40), Length::from_nm(25)), true),
+        ];
         let start = |segments: Vec<Segment>, x: f64| Path { start: at(x, 0.0), segments };
-        vec![start(bent, 0.0), start(back, 0.0), start(round, 1.0), start(loop_, 1.0), start(Vec::new(), 1.0)]
+        vec![
+            start(bent, 0.0),
+            start(back, 0.0),
+            start(round, 1.0),
+            start(loop_, 1.0),
+            start(robot, 0.9704),
+            start(Vec::new(), 1.0),
+        ]
     }
 
     #[test]

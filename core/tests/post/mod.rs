@@ -6,6 +6,7 @@ use annulus_core::post::{self, Dialect, Files, Helix, OutputFile};
 use annulus_core::units::Length;
 use seen::{Exactness, Seen, compare};
 
+mod again;
 mod excellon;
 mod files;
 mod golden;

@@ -14,7 +14,7 @@
 
 use super::super::work::{Cure, Direction, Isolate, Remedy};
 use super::cut::{self, Area};
-use super::narrow::{self, NEARER, half};
+use super::narrow::{self, NEARER, Necks, half};
 use super::route::{Rules, arranged};
 use super::{Desk, Part, Task};
 use super::{shared, slivers};
@@ -23,6 +23,8 @@ use crate::geometry::{Island, Path, Region, grow, rectangle, union, watershed};
 use crate::job::{Bit, Cutter};
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 /// Links stay this much nearer to the copper than ways, to allow for rounding.
 const LINK_SLACK: Length = Length::from_um(4);
@@ -77,25 +79,15 @@ fn cut_width(desk: &mut Desk<'_>, bit: &Bit, depth: Length) -> Length {
 pub(super) struct Groove<'a> {
     copper: &'a Region,
     islands: Option<Area>,
-    narrow: Vec<(Length, Vec<Island>)>,
+    /// Grown by what the ways of cuts of these widths keep.
+    grown: BTreeMap<Length, Region>,
     /// By the width of the wider cut and of the thinner.
-    necks: Vec<((Length, Length), Vec<Island>)>,
+    necks: BTreeMap<(Length, Length), Rc<Necks>>,
 }
 
 impl<'a> Groove<'a> {
     pub(super) fn of(copper: &'a Region) -> Self {
-        Self { copper, islands: None, narrow: Vec::new(), necks: Vec::new() }
-    }
-
-    /// The places where a cut of `width` does not fit.
-    fn narrow(&mut self, width: Length) -> Vec<Island> {
-        if let Some((_, places)) = self.narrow.iter().find(|(known, _)| *known == width) {
-            return places.clone();
-        }
-        let copper = self.copper;
-        let places = narrow::narrow(copper, self.islands(), width);
-        self.narrow.push((width, places.clone()));
-        places
+        Self { copper, islands: None, grown: BTreeMap::new(), necks: BTreeMap::new() }
     }
 
     /// The islands, to be looked up.
@@ -104,19 +96,17 @@ impl<'a> Groove<'a> {
     }
 
     /// The places where a cut of `width` goes on from where one of width `wider` had to turn.
-    fn necks(&mut self, wider: Length, width: Length) -> &[Island] {
-        let known = self.necks.iter().position(|(known, _)| *known == (wider, width));
-        let at = known.unwrap_or_else(|| {
-            self.necks.push(((wider, width), narrow::necks(self.copper, wider, width)));
-            self.necks.len() - 1
-        });
-        self.necks.get(at).map(|(_, necks)| necks.as_slice()).unwrap_or_default()
+    fn necks(&mut self, wider: Length, width: Length) -> Rc<Necks> {
+        let copper = self.copper;
+        let grown = self.grown.entry(wider).or_insert_with(|| grow(copper, narrow::kept(wider)));
+        let necks = self.necks.entry((wider, width));
+        Rc::clone(necks.or_insert_with(|| Rc::new(Necks::of((copper, grown), wider, width))))
     }
 
     /// The ways of a cut of `width` where one of width `wider` did not fit.
     pub(super) fn rest(&mut self, wider: Length, width: Length) -> Vec<Path> {
-        let places = self.narrow(wider);
-        narrow::ways_through(self.copper, &places, width)
+        let necks = self.necks(wider, width).of_a_bit(self.islands(), (wider, width));
+        narrow::ways_in(self.copper, &necks, width)
     }
 }
 
@@ -238,27 +228,25 @@ fn cured(
 ) -> Result<Vec<Task>, Remark> {
     let wider = bits.0.width_at(desk.depth());
     let mut alike: Vec<(Bit, Length, Vec<Path>)> = Vec::new();
-    let mut fitted: Vec<(Bit, Length, Vec<Island>)> = Vec::new();
+    let mut fitted: Vec<(Bit, Length, BTreeSet<Island>)> = Vec::new();
     for cure in &isolate.cures {
         desk.go_on()?;
         let Some(Remedied { cure, bit, depth, fits }) = remedied(desk, bits, cure) else { continue };
         let necks = groove.necks(wider, fits);
         let (x, y) = narrow::middle_text(cure);
-        let Some(neck) = narrow::place_of(cure, necks) else {
+        let Some(neck) = necks.at(cure) else {
             desk.say(Remark::new(Weight::Doubt, "cam.cure_without_gap").with("x", x).with("y", y));
             continue;
         };
         if cure.with != Remedy::Centred {
             let known = fitted.iter_mut().find(|(known, deep, _)| (known, *deep) == (&bit, depth));
             match known {
-                Some((_, _, necks)) if necks.contains(neck) => {}
-                Some((_, _, necks)) => necks.push(neck.clone()),
-                None => fitted.push((bit, depth, vec![neck.clone()])),
+                Some((_, _, necks)) => drop(necks.insert(neck.clone())),
+                None => fitted.push((bit, depth, BTreeSet::from([neck.clone()]))),
             }
             continue;
         }
-        let neck = neck.clone();
-        let ways = narrow::centred(groove.copper, groove.islands(), &neck, cure);
+        let ways = narrow::centred(groove.copper, groove.islands(), neck, cure);
         let gap = Length::from_mm(cure.from.distance_mm(cure.to));
         let lost = (half(bit.width_at(depth)) - half(gap)).max(Length::ZERO);
         let (code, weight) = match ways.is_empty() {
@@ -273,6 +261,7 @@ fn cured(
         }
     }
     let fitted = fitted.into_iter().map(|(bit, depth, necks)| {
+        let necks: Vec<Island> = necks.into_iter().collect();
         let ways = narrow::ways_in(groove.copper, &necks, bit.width_at(depth));
         (bit, depth, ways)
     });

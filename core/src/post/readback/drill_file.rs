@@ -6,10 +6,9 @@
 use super::hand::{Hand, Tip};
 use super::titles::titled;
 use super::words::{Word, bare, of};
+use crate::post::excellon::THROUGH;
 use crate::remark::Remark;
 
-/// How deep what has no depth goes, in mm: through every board.
-const THROUGH_MM: f64 = 2.0;
 /// How high over the board moves go, in mm.
 const OVER_MM: f64 = 2.0;
 
@@ -51,7 +50,7 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
         match letter('M').map(|code| code as u32) {
             Some(15) => {
                 down = true;
-                hand.line_to(Tip { z: -THROUGH_MM, ..hand.tip }, false)?;
+                hand.line_to(Tip { z: -THROUGH.mm(), ..hand.tip }, false)?;
             }
             Some(16 | 17) => {
                 down = false;
@@ -65,7 +64,7 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
             code = word;
         }
         let (Some(x), Some(y)) = (letter('X'), letter('Y')) else { continue };
-        let to = Tip { x, y, z: if down { -THROUGH_MM } else { OVER_MM } };
+        let to = Tip { x, y, z: if down { -THROUGH.mm() } else { OVER_MM } };
         match (routing, code) {
             (true, 2 | 3) if down => {
                 let centre =
@@ -75,7 +74,7 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
             (true, _) => hand.line_to(to, !down)?,
             (false, _) => {
                 hand.line_to(to, true)?;
-                hand.line_to(Tip { z: -THROUGH_MM, ..to }, false)?;
+                hand.line_to(Tip { z: -THROUGH.mm(), ..to }, false)?;
                 hand.line_to(to, true)?;
             }
         }

@@ -1,0 +1,114 @@
+//! Written files read again, beside what they are to say (N8, C6).
+//!
+//! ```text
+//!   program ─ shifted as the template says; for a drill file, what one can say ─▶ meant   ┐
+//!   files ─── read back ─────────────────────────────────────────────────────▶ written ┴─▶ to be compared
+//! ```
+//!
+//! Comes in: a program, the dialect that it was written in (none for Excellon), its files, a function that compares. Goes out:
+//! remarks. Lengths in mm. Does not know what a difference is.
+
+use super::dialect::{Dialect, Helix};
+use super::names::Part;
+use super::writer::{OutputFile, parts};
+use super::{excellon, read_back};
+use crate::geometry::Point;
+use crate::job::{Bit, Command, Program};
+use crate::locale;
+use crate::remark::{Remark, Weight};
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// Arcs through places that were rounded may be off by so many units of the last digit.
+const UNITS: f64 = 4.0;
+/// What is off beside the digits, in mm: whole nanometres, chords of the comparison.
+const ROUNDING_MM: f64 = 0.002;
+/// Digits of a drill file that writes six where three are not exact.
+const DRILL_DECIMALS: u32 = 6;
+
+/// Says what files do otherwise than the program, the first one given, where places and heights may be off by so many mm:
+/// the floor `proof` knows that.
+pub type Differences<'a> = &'a dyn Fn(&Program, &[Program], (f64, f64)) -> Vec<Remark>;
+
+/// What `files` do otherwise than the `program` that was written in this dialect, none for Excellon; and what else there is to say of
+/// them. A loss is what must not be run. The words of a template of a person's `own` may be none that are followed: that is a doubt.
+pub fn proved(
+    (dialect, own): (Option<&Dialect>, bool),
+    program: &Program,
+    files: &[OutputFile],
+    differences: Differences<'_>,
+) -> Vec<Remark> {
+    let numbered: BTreeMap<u32, Bit> = (1..).zip(program.bits.iter().cloned()).collect();
+    let (meant, mut remarks) = match dialect {
+        Some(dialect) => shifted(program, dialect),
+        None => (excellon::said(program), Vec::new()),
+    };
+    let mut written = Vec::new();
+    for file in files {
+        // A file that names no tool leaves it to the table of the controller: that has the numbers of the program.
+        let back = match read_back(&file.name, &file.text, &BTreeMap::new()) {
+            Err(why) if why.code == "readback.no_tool" => read_back(&file.name, &file.text, &numbered),
+            back => back,
+        };
+        match back {
+            Ok(back) => {
+                remarks.extend(back.remarks);
+                let origin = if back.of_files { Point::default() } else { program.origin };
+                written.push(Program { origin, ..back.program });
+            }
+            Err(why) => {
+                let weight = if own && is_foreign(&why) { Weight::Doubt } else { Weight::Loss };
+                let said = Remark::new(weight, "written.unread").with("why", why.message(locale::FALLBACK));
+                remarks.push(Remark { place: why.place, ..said });
+                return remarks;
+            }
+        }
+    }
+    remarks.extend(differences(&meant, &written, slack(dialect)));
+    remarks
+}
+
+/// Whether words are of a kind that is not followed, and not wrong.
+fn is_foreign(why: &Remark) -> bool {
+    ["readback.unknown", "readback.unknown_word", "readback.changes_place"].contains(&why.code.as_str())
+}
+
+/// How far places and heights may be off.
+fn slack(dialect: Option<&Dialect>) -> (f64, f64) {
+    let unit = |decimals: u32| libm::pow(10.0, -f64::from(decimals.min(6)));
+    let Some(dialect) = dialect else { return (UNITS * unit(DRILL_DECIMALS) + ROUNDING_MM, ROUNDING_MM) };
+    let coarsest = ["X", "Y", "I", "J", "R", "CX", "CY", "AX", "AY"]
+        .into_iter()
+        .map(|name| dialect.numbers.of(name).decimals)
+        .min();
+    let arcs = &dialect.arcs;
+    let lines =
+        arcs.lines_only || arcs.shortest_deg > 0.0 || arcs.smallest_mm > 0.0 || arcs.helix == Helix::Lines;
+    let chords = if lines { arcs.chord_error_mm } else { 0.0 };
+    let depth = unit(dialect.numbers.of("Z").decimals);
+    (chords + UNITS * unit(coarsest.unwrap_or_default()) + ROUNDING_MM, depth + ROUNDING_MM)
+}
+
+/// The program, moved as the templates of the dialect say; and that they do.
+fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Remark>) {
+    let mut moved = program.clone();
+    let shift = |part: Part| dialect.templates(part).map_or([Length::ZERO; 2], |templates| templates.shift);
+    for (leg, part) in moved.legs.iter_mut().zip(parts(program, dialect)) {
+        let [x, y] = shift(part);
+        let by = |at: &mut Point| *at = Point::new(at.x + x, at.y + y);
+        for command in &mut leg.commands {
+            match command {
+                Command::Rapid { to } | Command::Mill { to, .. } => by(to),
+                Command::MillArc { to, center, .. } => {
+                    by(to);
+                    by(center);
+                }
+                _ => {}
+            }
+        }
+    }
+    let said = Part::ALL.map(shift).into_iter().find(|shift| *shift != [Length::ZERO; 2]);
+    let said =
+        said.map(|[x, y]| Remark::new(Weight::Doubt, "written.moved").with("x", x.mm()).with("y", y.mm()));
+    (moved, said.into_iter().collect())
+}
