@@ -40,7 +40,7 @@ fn run(automaton: &mut Automaton, most: u64) -> Vec<(u64, i64, i32)> {
 
 #[test]
 fn every_event_is_that_of_the_reference() {
-    let Some(file) = vectors("step_automaton.json") else { return };
+    let file = vectors("step_automaton.json");
     let mut events = 0;
     for case in file["cases"].as_array().unwrap() {
         let id = &case["id"];
@@ -71,7 +71,7 @@ fn every_event_is_that_of_the_reference() {
 
 #[test]
 fn totals_and_table_conditions_are_those_of_the_reference() {
-    let Some(file) = vectors("step_automaton.json") else { return };
+    let file = vectors("step_automaton.json");
     let arendt = Dynamics::arendt();
     for case in file["totals"].as_array().unwrap() {
         let interrupts = total(&arendt, case["n"].as_u64().unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! The closed loop against reference numbers computed elsewhere; they lie beside the repository, not in it (M2).
+//! The closed loop against reference numbers computed elsewhere (M2).
 
 use annulus_core::motion::profile::{Limits, Profile, Shape, plan};
 use annulus_core::servo::{
@@ -6,17 +6,9 @@ use annulus_core::servo::{
     load_metrics, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
 };
 use serde_json::Value;
-use std::path::Path;
 
-/// The vectors, or none when they are not there (which fails where CI says so).
-fn vectors() -> Option<Value> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/vectors/fuzzy_pid.json");
-    let Ok(text) = std::fs::read_to_string(file) else {
-        assert!(std::env::var("CI").as_deref() != Ok("true"), "no reference vectors");
-        println!("skipped: no reference vectors");
-        return None;
-    };
-    Some(serde_json::from_str(&text).unwrap())
+fn vectors() -> Value {
+    crate::reference::vectors("fuzzy_pid.json")
 }
 
 fn number(row: &Value, key: &str) -> f64 {
@@ -47,7 +39,7 @@ fn controller(row: &Value) -> Controller {
 
 #[test]
 fn rules_and_inference_agree_with_the_reference() {
-    let Some(file) = vectors() else { return };
+    let file = vectors();
     for rules in [Rules::Even, Rules::Classic] {
         let tables = rules.tables();
         for (name, table) in [("Kp", &tables.kp), ("Ki", &tables.ki), ("Kd", &tables.kd)] {
@@ -66,7 +58,7 @@ fn rules_and_inference_agree_with_the_reference() {
 
 #[test]
 fn closed_loops_agree_with_the_reference() {
-    let Some(file) = vectors() else { return };
+    let file = vectors();
     let cases = file["steps"].as_array().unwrap();
     assert!(cases.len() > 10);
     for case in cases {
@@ -132,7 +124,7 @@ fn moment(profile: &Profile, t: f64) -> Moment {
 
 #[test]
 fn whole_strokes_agree_with_the_reference() {
-    let Some(file) = vectors() else { return };
+    let file = vectors();
     let cases = file["strokes"].as_array().unwrap();
     assert!(cases.len() > 3);
     for case in cases {

@@ -19,23 +19,44 @@ pub fn root() -> PathBuf {
         .to_owned()
 }
 
-/// A folder shared beside the repository, for example `corpus`: from the variable if it is set, else
-/// `../shared/NAME`. Without it the test is skipped with a line that says so; in continuous integration
-/// (`CI=true`) that is a failure.
-pub fn shared(name: &str, variable: &str) -> Option<PathBuf> {
-    let beside = || root().join("../shared").join(name);
-    let folder = std::env::var_os(variable).map_or_else(beside, PathBuf::from);
+/// The tests' own data: `synthetic` files with what is `expected` of them, laid out as a corpus is.
+pub fn data() -> PathBuf {
+    root().join("tests/data")
+}
+
+/// The corpus of other people's boards, beside the repository or where `ANNULUS_CORPUS` says. Without it the test is skipped
+/// with a line that says so; where `ANNULUS_NOTHING_SKIPPED` is set that is a failure.
+pub fn corpus() -> Option<PathBuf> {
+    let beside = || root().join("../shared/corpus");
+    let folder = std::env::var_os("ANNULUS_CORPUS").map_or_else(beside, PathBuf::from);
     if folder.is_dir() {
         return Some(folder);
     }
-    assert!(std::env::var("CI").as_deref() != Ok("true"), "no {name} at {}", folder.display());
-    println!("skipped: no {name}");
+    assert!(std::env::var_os("ANNULUS_NOTHING_SKIPPED").is_none(), "no corpus at {}", folder.display());
+    println!("skipped: no corpus");
     None
 }
 
-/// The corpus of real and synthetic boards.
-pub fn corpus() -> Option<PathBuf> {
-    shared("corpus", "ANNULUS_CORPUS")
+/// What is expected of files: for every JSON below `expected` of a corpus, the file's path and the JSON. Our own files always;
+/// other people's where their corpus is.
+pub fn expectations() -> Vec<(PathBuf, serde_json::Value)> {
+    let mut found = Vec::new();
+    for root in [Some(data()), corpus()].into_iter().flatten() {
+        let own = root == data();
+        for path in files_below(&root.join("expected")) {
+            if path.extension().is_none_or(|ending| ending != "json") {
+                continue;
+            }
+            let text = fs::read(&path).expect("a file that can be read");
+            let value: serde_json::Value = serde_json::from_slice(&text).expect("an expectation is JSON");
+            let name = value["file"].as_str().map(str::to_owned);
+            // Our own files may lie in the corpus as well: they are looked at once.
+            if let Some(name) = name.filter(|name| own || !name.starts_with("synthetic/")) {
+                found.push((root.join(name), value));
+            }
+        }
+    }
+    found
 }
 
 /// All files below a folder, in order.

@@ -5,28 +5,14 @@ use annulus_core::artwork::{FileRead, Kind, Overrides, Role, Side, painted, pain
 use annulus_core::board::{Face, Wanted, from_artwork, from_artwork_with};
 use annulus_core::geometry::Bounds;
 use annulus_core::remark::Weight;
-use annulus_tests::{corpus, files_below, read_folder};
+use annulus_tests::{corpus, data, expectations, read_folder};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Bounds are compared to this, in mm.
 const BOUNDS_MM: f64 = 0.002;
-
-/// All expectations of a kind: the file's path in the corpus, and what is said about it.
-fn expectations(corpus: &Path, kind: &str) -> BTreeMap<String, Value> {
-    let paths = files_below(&corpus.join("expected"));
-    let mut found = BTreeMap::new();
-    for path in paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "json")) {
-        let value: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
-        let name = path.strip_prefix(corpus.join("expected")).unwrap().display().to_string();
-        if value["kind"] == kind {
-            found.insert(name.trim_end_matches(".json").to_owned(), value);
-        }
-    }
-    found
-}
 
 /// Where the expectation counts other holes than are found, while islands, area and box agree. A third count, of round
 /// sweeps united as polygons of 256, 1,024 and (the second) 4,096 sides, gives 12,145 and 47: the expectation's own way of
@@ -104,18 +90,17 @@ fn differences(file: &FileRead, row: &Value) -> Vec<String> {
 
 #[test]
 fn every_layer_meets_its_expectation() {
-    let Some(corpus) = corpus() else { return };
-    let mut folders: BTreeMap<PathBuf, Vec<(String, Value)>> = BTreeMap::new();
-    for (name, value) in expectations(&corpus, "gerber") {
-        let path = corpus.join(&name);
-        folders.entry(path.parent().unwrap().to_owned()).or_default().push((name, value));
+    let Some(_) = corpus() else { return };
+    let mut folders: BTreeMap<PathBuf, Vec<(PathBuf, Value)>> = BTreeMap::new();
+    for (path, value) in expectations().into_iter().filter(|(_, value)| value["kind"] == "gerber") {
+        folders.entry(path.parent().unwrap().to_owned()).or_default().push((path, value));
     }
     let (mut wrong, mut count) = (Vec::new(), 0);
     for (folder, rows) in folders {
         let artwork = read_folder(&folder);
-        for (name, value) in rows {
-            let path = corpus.join(&name).display().to_string();
-            let file = artwork.files.iter().find(|file| file.name == path).unwrap();
+        for (path, value) in rows {
+            let name = path.display().to_string();
+            let file = artwork.files.iter().find(|file| file.name == name).unwrap();
             let found = differences(file, &value);
             count += 1;
             if !found.is_empty() {
@@ -263,9 +248,8 @@ fn copper_has_the_nets_that_x2_says() {
 
 #[test]
 fn hostile_layers_stay_within_their_limits() {
-    let Some(corpus) = corpus() else { return };
     let mut count = 0;
-    for entry in fs::read_dir(corpus.join("synthetic")).unwrap() {
+    for entry in fs::read_dir(data().join("synthetic")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if !name.starts_with("x2") {

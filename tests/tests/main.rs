@@ -16,4 +16,5 @@ mod pairing;
     reason = "a checker apart from the product computes with what the platform has"
 )]
 mod raster_sweep;
+mod rows;
 mod tours;

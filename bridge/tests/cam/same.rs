@@ -43,7 +43,7 @@ fn real_boards_give_the_same_bytes_in_page_and_command_line() {
         std::path::PathBuf::from,
     );
     if !corpus.is_dir() {
-        assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "no corpus");
+        assert!(std::env::var_os("ANNULUS_NOTHING_SKIPPED").is_none(), "no corpus");
         println!("skipped: no corpus");
         return;
     }

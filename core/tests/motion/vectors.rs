@@ -68,7 +68,7 @@ fn agrees(profile: &Profile, limits: Limits, expected: &Value, tolerance: &Value
 
 #[test]
 fn linear_and_s_curves_agree_with_the_reference() {
-    let Some(file) = vectors("trapezoid_scurve.json") else { return };
+    let file = vectors("trapezoid_scurve.json");
     let mut samples = 0;
     for case in file["cases"].as_array().unwrap() {
         let limits = limits(case, ["v", "a", "J"]);
@@ -83,7 +83,7 @@ fn linear_and_s_curves_agree_with_the_reference() {
 
 #[test]
 fn power_laws_agree_with_the_reference() {
-    let Some(file) = vectors("power11.json") else { return };
+    let file = vectors("power11.json");
     let mut samples = 0;
     for case in file["cases"].as_array().unwrap() {
         let (limits, length) = (limits(case, ["Vm", "Am", "Jm"]), number(case, "L"));
@@ -103,7 +103,7 @@ fn power_laws_agree_with_the_reference() {
 
 #[test]
 fn the_choice_agrees_with_the_reference() {
-    let Some(file) = vectors("trapezoid_scurve.json") else { return };
+    let file = vectors("trapezoid_scurve.json");
     let law = |shape: Shape| if shape == Shape::SCurve { "S" } else { "T" };
     let profiles = file["cases"].as_array().unwrap().iter().map(|case| (case, &case["selection"]));
     let rows: Vec<_> =
@@ -132,7 +132,7 @@ fn the_choice_agrees_with_the_reference() {
 
 #[test]
 fn move_times_agree_with_an_independent_generator() {
-    let Some(file) = vectors("oracle_durations.json") else { return };
+    let file = vectors("oracle_durations.json");
     let cases = file["cases"].as_array().unwrap();
     assert!(!cases.is_empty());
     for case in cases {
@@ -169,7 +169,7 @@ fn down(row: &Value, height: f64, depth: f64) -> Stroke {
 
 #[test]
 fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
-    let Some(file) = vectors("throughput.json") else { return };
+    let file = vectors("throughput.json");
     let rel = number(&file["tolerance"], "rel");
     for (name, class) in file["z"].as_object().unwrap() {
         let (height, depth, clear) = (number(class, "H"), number(class, "D"), number(class, "c"));
@@ -219,7 +219,7 @@ fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
 
 #[test]
 fn the_last_moment_to_stop_agrees_with_the_reference() {
-    let Some(file) = vectors("xyz_timeline.json") else { return };
+    let file = vectors("xyz_timeline.json");
     let mut spindles = 0;
     for z in file["cases"].as_array().unwrap().iter().flat_map(|case| case["z"].as_array().unwrap()) {
         let limits = limits(&z["down"], ["Vm", "Am", "Jm"]);
