@@ -43,7 +43,8 @@ pub fn island_area_mm2(island: &Island) -> f64 {
 
 /// The area of a region in mm².
 pub fn area_mm2(region: &Region) -> f64 {
-    region.islands.iter().map(island_area_mm2).sum()
+    // The sum of nothing is −0.
+    region.islands.iter().map(island_area_mm2).sum::<f64>() + 0.0
 }
 
 /// The box around one piece of a path, arcs bulging included, to the nanometre.

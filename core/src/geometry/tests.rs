@@ -340,3 +340,8 @@ fn strips_run_midway_between_edges_that_face_each_other() {
     assert_eq!(strips(&region, mm(0.31), mm(0.35)), []);
     assert_eq!(strips(&region, mm(0.25), mm(0.29)), []);
 }
+
+#[test]
+fn nothing_has_no_area_and_no_sign() {
+    assert!(area_mm2(&Region::default()).is_sign_positive());
+}

@@ -460,7 +460,8 @@ pub(super) fn name(style: Option<NameStyle>, program: &Program, suffix: &str) ->
     // Names of one job differ at their ends (sides of a board), so the middle is what goes.
     let room = longest.saturating_sub(suffix.len()).max(1);
     if text.len() > room {
-        let tail = (room / 2).min(4);
+        let word = text.rfind(['_', '-']).map_or(4, |at| text.len() - at);
+        let tail = word.min(room / 2);
         let end = text.split_off(text.len() - tail);
         text.truncate(room - tail);
         text.push_str(&end);

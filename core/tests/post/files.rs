@@ -240,3 +240,20 @@ fn the_run_sheet_has_all_that_a_person_needs_in_order() {
     assert!(!sheet.contains('{') || !sheet[sheet.find("<body>").unwrap()..].contains('{'), "{sheet}");
     assert!(!sheet.contains("src=") && !sheet.contains("href="), "it needs nothing else");
 }
+
+#[test]
+fn names_that_are_too_long_keep_their_last_word_whole() {
+    for (job, name) in [
+        ("4.0-multivibrator.bottom", "P4_0_MULTIVIBRATOR.NC"),
+        ("4_0-multivibrator_bottom", "P4_0_MULTIVIBRATO_BOTTOM"),
+        ("a_word_that_is_longer_than_half", "A_WORD_THAT_IS_LONG_HALF"),
+        ("x_abcdefghijklmnopqrstuvwxyz0123", "X_ABCDEFGHIJSTUVWXYZ0123"),
+    ] {
+        let mut program = programs::small();
+        program.name = job.to_owned();
+        let files = post::write("fanuc", &program, &Manner::default()).unwrap().unwrap();
+        let found = files[0].name.to_ascii_uppercase();
+        assert!(found.starts_with(name.trim_end_matches(".NC")), "{job}: {found}");
+        assert!(found.split('.').next().unwrap().len() <= 24, "{found}");
+    }
+}
