@@ -100,7 +100,7 @@ pub struct DownLimits {
     pub max_jerk_mm_per_s3: f64,
 }
 
-/// How Z and the plane move together (reference part C2).
+/// How Z and the plane move together (`docs/motion-profiles.md` C2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
     /// Whether they do. Else one waits for the other.

@@ -12,7 +12,7 @@
 //! target in any moment. Each situation of the window is walked to its end once.
 //!
 //! Comes in: a [`Dynamics`]. Goes out: the next state; remarks. Distances in takts, times in interrupts. Source: R. Arendt's
-//! laboratory drill; reference part A.3 to A.6. Does not know lengths.
+//! laboratory drill; `docs/motion-profiles.md` A.3 to A.6. Does not know lengths.
 
 use super::Dynamics;
 use crate::remark::{Remark, Weight};
@@ -43,7 +43,7 @@ pub fn state_within(dynamics: &Dynamics, interrupt_hz: f64, most_hz: f64) -> usi
     (0..=top(dynamics)).rev().find(|state| rate_hz(state) <= most_hz).unwrap_or(0)
 }
 
-/// The state after a step that left `distance` takts to go, signed like the direction of counting (reference part A.4).
+/// The state after a step that left `distance` takts to go, signed like the direction of counting (`docs/motion-profiles.md` A.4).
 /// Total: also for tables that [`check`] refuses.
 pub fn next_state(dynamics: &Dynamics, state: i32, distance: i64) -> i32 {
     let side = if state != 0 { i64::from(state.signum()) } else { distance.signum() };

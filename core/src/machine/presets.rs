@@ -176,7 +176,7 @@ pub fn lab() -> Machine {
 }
 
 /// A small desktop router of the 3018 class: lead screws of 2 mm, 1/8 steps, linear ramps as its usual firmware makes them
-/// (reference part D: 1000 mm/min and 30 mm/s² in the plane, 10 mm/s and 30 mm/s² in Z, plunge at 2 mm/s).
+/// (`docs/motion-profiles.md` D: 1000 mm/min and 30 mm/s² in the plane, 10 mm/s and 30 mm/s² in Z, plunge at 2 mm/s).
 pub fn hobby_3018() -> Machine {
     let base = virtual_drill();
     let slow = |axis: Axis, speed: f64| Axis {

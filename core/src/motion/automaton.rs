@@ -12,7 +12,7 @@
 //! [`check`] accepts ends every move exactly at its target, in state 0.
 //!
 //! Comes in: a table, targets in takts, interrupts. Goes out: takts, with the numbers of their interrupts counted from the
-//! command, which is given before interrupt 1. Source: R. Arendt's laboratory drill; reference part A.4 and A.5. Does not know
+//! command, which is given before interrupt 1. Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5. Does not know
 //! frequencies or lengths.
 
 use crate::machine::Dynamics;

@@ -13,7 +13,7 @@
 //! Comes in: times of the hops and of each spindle's stored strokes, in s. Goes out: the instants of every cycle. Does not
 //! know places; the times are those of profiles computed elsewhere, and one set serves all holes of a bit.
 //!
-//! Maths: `motion-profiles.md` C2 (release, trigger and start rules); the trigger rule is the patent's, the six spindles are
+//! Maths: `docs/motion-profiles.md` C2 (release, trigger and start rules); the trigger rule is the patent's, the six spindles are
 //! Leetro's.
 
 use super::profile::Stroke;

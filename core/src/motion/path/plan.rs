@@ -27,7 +27,7 @@
 //! feels anything: it goes on being pulled the same way.
 //!
 //! What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
-//! (`motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
+//! (`docs/motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
 
 use super::curve::{self, Curve, Place};
 use super::{Path, Planned, Run};

@@ -2,7 +2,7 @@
 //!
 //! Comes in: length in mm, limits in mm/s … mm/s⁴. Goes out: seconds. Does not plan moves.
 //!
-//! Maths: `motion-profiles.md` D.1 (bounds; anchor after Lambrechts et al., Trajectory planning and feedforward design
+//! Maths: `docs/motion-profiles.md` D.1 (bounds; anchor after Lambrechts et al., Trajectory planning and feedforward design
 //! for electromechanical motion systems, 2005).
 
 use super::{GREATEST, LEAST_LIMIT, Limits, Shape, wrong};

@@ -9,7 +9,7 @@
 //!
 //! Comes in: length in mm, limits. Goes out: a [`Choice`]. Does not plan the move.
 //!
-//! Maths: `motion-profiles.md` B.1–B.2 (Ma and You; thresholds and peak speeds reconstructed there).
+//! Maths: `docs/motion-profiles.md` B.1–B.2 (Ma and You; thresholds and peak speeds reconstructed there).
 
 use super::{GREATEST, Limits, Shape, wrong};
 use crate::remark::Remark;

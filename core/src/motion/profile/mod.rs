@@ -16,7 +16,7 @@
 //!
 //! The second ramp is the first one turned around, so only the first half is ever computed.
 //!
-//! Maths: `motion-profiles.md` B.1–B.3 (linear and S-curve; Ma and You) and C.1–C.4 (seven and eleven phases; patent on
+//! Maths: `docs/motion-profiles.md` B.1–B.3 (linear and S-curve; Ma and You) and C.1–C.4 (seven and eleven phases; patent on
 //! PCB drilling control, its power law reconstructed there).
 
 pub mod bounds;

@@ -11,7 +11,7 @@
 //! Comes in: a rise in mm/s, limits in mm/s² and mm/s³. Goes out: a [`Ramp`], from which way, speed, acceleration and
 //! jerk at any second follow. Does not know where it begins: it counts speed and way from nothing.
 //!
-//! Maths: `motion-profiles.md` B.3 (times), C.1 (S-curve), C.2–C.4 (power law, equivalent jerk). The way a ramp loses
+//! Maths: `docs/motion-profiles.md` B.3 (times), C.1 (S-curve), C.2–C.4 (power law, equivalent jerk). The way a ramp loses
 //! against full speed is the way it gained from rest, in reverse; so the last edge is the first one turned around.
 
 use super::{GREATEST, Limits, Shape, wrong};

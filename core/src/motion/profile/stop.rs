@@ -12,7 +12,7 @@
 //! Comes in: speed in mm/s, acceleration in mm/s², limits of the stop. Goes out: millimetres and seconds. Does not know
 //! why it stops.
 //!
-//! Maths: `motion-profiles.md` C2.3.
+//! Maths: `docs/motion-profiles.md` C2.3.
 
 use super::stroke::Stroke;
 use super::{GREATEST, Limits, Shape, wrong};

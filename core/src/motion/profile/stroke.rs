@@ -12,7 +12,7 @@
 //! Comes in: height over the board and depth in mm, limits, feed in mm/s. Goes out: a [`Stroke`] from rest to rest, from
 //! which place, speed, acceleration and jerk at any second follow, and the second at any place. Does not know X and Y.
 //!
-//! Maths: `motion-profiles.md` C2.5.
+//! Maths: `docs/motion-profiles.md` C2.5.
 
 use super::{GREATEST, LEAST_LIMIT, Limits, Profile, Shape, Span, wrong};
 use crate::remark::Remark;

@@ -11,7 +11,7 @@
 //! Comes in: a profile, the frequency in Hz of something that swings without damping. Goes out: millimetres. Does not
 //! know what swings.
 //!
-//! Maths: `motion-profiles.md` D.2. The amplitude is |∫a(t)·e^(−i2πft)dt|/(2πf), and the acceleration is the shape of an
+//! Maths: `docs/motion-profiles.md` D.2. The amplitude is |∫a(t)·e^(−i2πft)dt|/(2πf), and the acceleration is the shape of an
 //! edge's jerk run over a box of an edge and a hold, once up and once down: the product of their transforms.
 
 use super::{GREATEST, Profile, Shape, wrong};
