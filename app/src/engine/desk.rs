@@ -12,9 +12,9 @@
 
 use super::Stopped;
 use super::messages::{Answer, Envelope, Report, Request};
-use super::oneshot::{Bringer, oneshot};
 use crate::trusted;
 use annulus_core::remark::{Remark, Weight};
+use futures_channel::oneshot;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -25,7 +25,7 @@ use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
 const SCRIPT: &str = "worker.js";
 
 struct Pending {
-    answer: Bringer<Result<Answer, Stopped>>,
+    answer: oneshot::Sender<Result<Answer, Stopped>>,
     progress: Box<dyn FnMut(f64)>,
 }
 
@@ -50,8 +50,8 @@ pub(super) async fn ask(
     request: Request,
     progress: Box<dyn FnMut(f64)>,
 ) -> Result<Answer, Stopped> {
-    let (bringer, coming) = oneshot();
-    if let Err(reason) = hand_over(desk, request, Pending { answer: bringer, progress }) {
+    let (answer, coming) = oneshot::channel();
+    if let Err(reason) = hand_over(desk, request, Pending { answer, progress }) {
         let remark = Remark::new(Weight::Loss, "engine.cannot_start").with("reason", reason);
         return Err(Stopped::Refused(vec![remark]));
     }
@@ -135,7 +135,7 @@ fn hear(desk: &Rc<RefCell<Desk>>, data: &JsValue) {
         Ok(Report::Done { id, answer }) => {
             let pending = desk.borrow_mut().pending.remove(&id);
             if let Some(pending) = pending {
-                pending.answer.bring(answer.map_err(Stopped::Refused));
+                let _ = pending.answer.send(answer.map_err(Stopped::Refused));
             }
         }
         Ok(Report::Panicked(words)) => desk.borrow_mut().last_words = Some(words),
@@ -171,7 +171,7 @@ fn fell_over(desk: &Rc<RefCell<Desk>>, reason: &str) {
     };
     for (_, pending) in pending {
         let remark = Remark::new(Weight::Loss, "engine.fell_over").with("reason", &words);
-        pending.answer.bring(Err(Stopped::Refused(vec![remark])));
+        let _ = pending.answer.send(Err(Stopped::Refused(vec![remark])));
     }
 }
 

@@ -18,8 +18,6 @@ mod writing;
 
 #[cfg(target_arch = "wasm32")]
 mod desk;
-#[cfg(any(test, target_arch = "wasm32"))]
-mod oneshot;
 #[cfg(target_arch = "wasm32")]
 pub mod worker;
 
