@@ -8,10 +8,11 @@
 //! a helix to the height. On an arc of radius r an axis sees at most |v|·(its greatest share) of the speed, √(a² + (v²/r)²)
 //! of the acceleration and √((j + v³/r²)² + (3va/r)²) of the jerk, with the greatest v, a, j of the span, of which the
 //! plane has its share where the arc is a helix. In a corner the speed of an axis jumps:
-//! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A. There alone it may be braked or pulled at the end
-//! of a run.
+//! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A. There, and where
+//! a line goes over into an arc, alone it may be braked or pulled at the end of a run.
 
-use super::plan::{OF_CORNERS, Rules, pull, turn};
+use super::bounds::{OF_CORNERS, pulls, turn};
+use super::plan::Rules;
 use super::{Curve, Path, Place, Planned, Run};
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
@@ -117,8 +118,10 @@ fn pulled(path: &Path, pair: &[Run], axes: &[Limits; 3]) -> Option<u32> {
     let (last, first) = (path.pieces_of(before).last()?, path.pieces_of(after).first()?);
     let braked = -before.spans.last().map_or(0.0, |span| span.end_pulls().1);
     let driven = after.spans.first().map_or(0.0, |span| span.end_pulls().0);
-    let most = pull(&last.curve, &first.curve, axes) * (1.0 + ROUNDING) + SAME;
-    ([braked, driven].iter().any(|pull| !(0.0..=most).contains(pull))).then_some(first.source)
+    let speed = path.speed(after.start_s);
+    let most = pulls(&last.curve, &first.curve, speed, axes);
+    let broken = |pull: f64, most: f64| !(0.0..=most * (1.0 + ROUNDING) + SAME).contains(&pull);
+    (broken(braked, most.before) || broken(driven, most.after)).then_some(first.source)
 }
 
 fn end_speeds(run: &Run) -> (f64, f64) {

@@ -12,6 +12,7 @@
 //! speed and acceleration of every axis at any second follow in closed form, the second at any length, and for every
 //! axis the seconds at which it is half-way between two steps. Does not know programs, nor how steps are stored.
 
+mod bounds;
 mod crossings;
 mod curve;
 mod laws;

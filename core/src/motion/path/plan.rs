@@ -9,26 +9,10 @@
 //!
 //! Comes in: a [`Chain`], limits of X, Y and Z, [`Rules`]. Goes out: a [`Path`]. Does not know time before it is done.
 //!
-//! Maths. A piece is limited by its axes' shares of it. On an arc of radius r the pull to the centre v²/r and the
-//! acceleration along it a add up at right angles: v²/r is kept to 0.8 of what the axes may do, a to what is then
-//! left. In the same way jerk along (with v³/r²) and across (3va/r) the arc share the axes' jerk. Of a helix this holds
-//! for what is seen from above; its height has its share, as on a line.
-//!
-//! A corner that turns by φ is taken as if an arc touched both sides and passed the corner in the distance d: its radius
-//! is R = d·cos(φ/2)/(1 − cos(φ/2)), from R/cos(φ/2) − R = d; the pull to its centre v²/R must stay within what the axes
-//! may do in the direction of the change. (The corner is still driven sharp: d is how far the machine may give way.) So
-//! no axis of acceleration A ever changes its speed in a corner by more than √(8·A·d). Many small corners are a curve:
-//! in each of them no axis changes its speed by more than 0.6 of its acceleration does in the time of the shorter side.
-//!
-//! Runs end without acceleration, but for corners. There the axes change places anyway, and so they may keep some of their
-//! pull: one that is braked into a corner and speeds up again behind it may do both with up to P = min(1, |Δ|)·A/|t₁ + t₂|
-//! (t₁, t₂ the directions, Δ what they differ by; the least of all axes, and no more than the runs allow), so that no axis
-//! gets another acceleration at once by more than A. Where the path turns back P is all that the runs allow, and no axis
-//! feels anything: it goes on being pulled the same way.
-//!
-//! What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
+//! Maths. What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
 //! (`docs/motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
 
+use super::bounds::{Pulls, along, corner, pulls, turn};
 use super::curve::{self, Curve, Place};
 use super::{Path, Planned, Run};
 use crate::machine::Machine;
@@ -44,20 +28,8 @@ const LEAST_FEED: f64 = 1e-6;
 /// Coordinates beyond this cannot be meant.
 const FARTHEST_MM: f64 = 1e9;
 
-/// Share of the acceleration that may pull to the centre of an arc.
-const ACROSS: f64 = 0.8;
-
-/// Share of the jerk of an arc that turning the pull may take, and that changing it may take; what is left of the one
-/// that points along the arc is for changing the acceleration.
-const JERK_OF_TURNING: f64 = 0.5;
-const JERK_OF_PULL: f64 = 0.6;
-const JERK_ALONG: f64 = 0.3;
-
-/// Share of the acceleration with which many small corners may change the direction.
-pub(super) const OF_CORNERS: f64 = 0.6;
-
-/// Parts of directions that differ by less than this are the same.
-const STRAIGHT: f64 = 1e-12;
+/// Shares of its greatest speed that an arc with a slow end is tried at, besides the whole.
+const SLOWER: [f64; 4] = [0.85, 0.7, 0.6, 0.5];
 
 /// Pieces are driven as one while their common speed is at least this share of what one of them could do alone.
 const ALIKE: f64 = 0.8;
@@ -166,52 +138,71 @@ pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rul
     let limited = |fed: &Fed| Limited {
         source: fed.source,
         curve: fed.curve,
-        limits: along(&fed.curve, fed.feed_mm_per_s, &axes),
+        limits: along(&fed.curve, fed.feed_mm_per_s, &axes, 1.0),
     };
-    let pieces: Vec<Limited> = curves.iter().map(limited).collect();
+    let mut pieces: Vec<Limited> = curves.iter().map(limited).collect();
+    slow_down(&mut pieces, curves, &axes, rules);
     let corners = corners(&pieces, &axes, rules);
     let groups = groups(&pieces, &corners);
     let ends: Vec<usize> =
         std::iter::once(0).chain(groups.iter().map(|group| group.first + group.count)).collect();
     let mut speeds: Vec<f64> = ends.iter().map(|end| corners[*end]).collect();
-    let pulls: Vec<f64> = ends.iter().map(|end| pull_at(&pieces, *end, &axes)).collect();
+    let pulls = |end: usize, speed: f64| pulls_at(&pieces, ends[end], speed, &axes);
     for (index, group) in groups.iter().enumerate() {
         speeds[index] = speeds[index].min(group.limits.speed);
         speeds[index + 1] = speeds[index + 1].min(group.limits.speed);
     }
     for (index, group) in groups.iter().enumerate().rev() {
-        let from = (speeds[index + 1], pulls[index + 1]);
+        let from = (speeds[index + 1], pulls(index + 1, speeds[index + 1]).before);
         speeds[index] = speeds[index].min(reached_pulled(from, &group.limits, group.length_mm));
     }
     for (index, group) in groups.iter().enumerate() {
-        let from = (speeds[index], pulls[index]);
+        let from = (speeds[index], pulls(index, speeds[index]).after);
         speeds[index + 1] = speeds[index + 1].min(reached_pulled(from, &group.limits, group.length_mm));
     }
-    let ends: Vec<(f64, f64)> = speeds.into_iter().zip(pulls).collect();
+    let ends: Vec<(f64, Pulls)> =
+        speeds.into_iter().enumerate().map(|(end, speed)| (speed, pulls(end, speed))).collect();
     assemble(start, &pieces, &groups, &ends)
 }
 
-/// P at the corner before piece number `index`; nothing at the ends of the path.
-fn pull_at(pieces: &[Limited], index: usize, axes: &[Limits; 3]) -> f64 {
-    match (index.checked_sub(1).and_then(|before| pieces.get(before)), pieces.get(index)) {
-        (Some(before), Some(after)) => pull(&before.curve, &after.curve, axes),
-        _ => 0.0,
+/// Gives every arc with a slow end the speed, of a few, at which it is done first.
+fn slow_down(pieces: &mut [Limited], curves: &[Fed], axes: &[Limits; 3], rules: &Rules) {
+    let fastest = corners(pieces, axes, rules);
+    for (index, (piece, fed)) in pieces.iter_mut().zip(curves).enumerate() {
+        let (from, to) = (fastest[index], fastest[index + 1]);
+        let Limits { speed, .. } = piece.limits;
+        if matches!(piece.curve, Curve::Line { .. }) || from.min(to) >= speed {
+            continue;
+        }
+        let length_mm = piece.curve.length_mm();
+        let takes_s = |limits: Limits| {
+            let (from, to) = (from.min(limits.speed), to.min(limits.speed));
+            let (from, to) =
+                (from.min(reached(to, &limits, length_mm)), to.min(reached(from, &limits, length_mm)));
+            let group = Group { first: index, count: 1, length_mm, limits, best: 0.0 };
+            spans((from, 0.0), (to, 0.0), &group).iter().map(|span| span.duration_s).sum::<f64>()
+        };
+        let mut best = takes_s(piece.limits);
+        for share in SLOWER {
+            let limits = along(&fed.curve, fed.feed_mm_per_s, axes, share);
+            let taken_s = takes_s(limits);
+            if taken_s < best {
+                (best, piece.limits) = (taken_s, limits);
+            }
+        }
     }
 }
 
-/// P: how hard a path may be braked into the corner between two curves, and pulled out of it.
-pub(super) fn pull(before: &Curve, after: &Curve, axes: &[Limits; 3]) -> f64 {
-    let change = turn(before, after);
-    let size = libm::sqrt(change.iter().map(|part| part * part).sum()).min(1.0);
-    let (from, to) = (before.tangent(before.length_mm()), after.tangent(0.0));
-    let of_axis = |(axis, own): (usize, &Limits)| {
-        size * own.acceleration / (from[axis] + to[axis]).abs().max(f64::MIN_POSITIVE)
-    };
-    if size == 0.0 { 0.0 } else { axes.iter().enumerate().map(of_axis).fold(f64::INFINITY, f64::min) }
+/// How hard the path may be braked and sped up before piece number `index`, at `speed` there; not at all at its ends.
+fn pulls_at(pieces: &[Limited], index: usize, speed: f64, axes: &[Limits; 3]) -> Pulls {
+    match (index.checked_sub(1).and_then(|before| pieces.get(before)), pieces.get(index)) {
+        (Some(before), Some(after)) => pulls(&before.curve, &after.curve, speed, axes),
+        _ => Pulls::default(),
+    }
 }
 
 /// The path of pieces in groups with the given speeds and pulls at the ends of the groups.
-fn assemble(start: Place, pieces: &[Limited], groups: &[Group], ends: &[(f64, f64)]) -> Path {
+fn assemble(start: Place, pieces: &[Limited], groups: &[Group], ends: &[(f64, Pulls)]) -> Path {
     let mut path =
         Path { start, pieces: Vec::with_capacity(pieces.len()), runs: Vec::with_capacity(groups.len()) };
     let (mut start_s, mut start_mm) = (0.0, 0.0);
@@ -222,7 +213,7 @@ fn assemble(start: Place, pieces: &[Limited], groups: &[Group], ends: &[(f64, f6
             path.pieces.push(Planned { source, curve, run: index as u32, start_mm: in_run_mm });
             in_run_mm += curve.length_mm();
         }
-        let spans = spans(ends[0], ends[1], group);
+        let spans = spans((ends[0].0, ends[0].1.after), (ends[1].0, ends[1].1.before), group);
         let run = Run { start_s, start_mm, first: group.first as u32, count: group.count as u32, spans };
         start_s += run.duration_s();
         start_mm += run.length_mm();
@@ -300,36 +291,6 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<
     Ok(())
 }
 
-/// The limits along a piece.
-fn along(curve: &Curve, feed: f64, axes: &[Limits; 3]) -> Limits {
-    let mut limits = Limits { speed: feed, acceleration: f64::INFINITY, jerk: f64::INFINITY };
-    for (axis, own) in axes.iter().enumerate() {
-        let share = curve.greatest_share(axis);
-        if share > 0.0 {
-            limits.speed = limits.speed.min(own.speed / share);
-        }
-        if share > 0.0 && (axis > 1 || matches!(curve, Curve::Line { .. })) {
-            limits.acceleration = limits.acceleration.min(own.acceleration / share);
-            limits.jerk = limits.jerk.min(own.jerk / share);
-        }
-    }
-    let Curve::Arc { radius_mm, .. } = *curve else { return limits };
-    // As seen from above, then along the way.
-    let level = curve.level_share();
-    let (a, j) = (axes[0].acceleration.min(axes[1].acceleration), axes[0].jerk.min(axes[1].jerk));
-    let by_pull = libm::sqrt(ACROSS * a * radius_mm);
-    let by_turning = libm::cbrt(JERK_OF_TURNING * j * radius_mm * radius_mm);
-    let speed = (limits.speed * level).min(by_pull).min(by_turning);
-    let pull = speed * speed / radius_mm;
-    let left = libm::sqrt((a - pull) * (a + pull));
-    let by_change = JERK_OF_PULL * j * radius_mm / (3.0 * speed);
-    Limits {
-        speed: speed / level,
-        acceleration: limits.acceleration.min(left.min(by_change) / level),
-        jerk: limits.jerk.min(JERK_ALONG * j / level),
-    }
-}
-
 /// The greatest speed at every corner, with rest at both ends: one more than there are pieces.
 fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &Rules) -> Vec<f64> {
     let mut speeds = vec![0.0; pieces.len() + 1];
@@ -340,30 +301,6 @@ fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &Rules) -> Vec<f64> {
         *speed = cornering.min(pair[0].limits.speed).min(pair[1].limits.speed);
     }
     speeds
-}
-
-/// How the direction changes from one curve to the next: nothing where it is less than rounding.
-pub(super) fn turn(before: &Curve, after: &Curve) -> Place {
-    let (from, to) = (before.tangent(before.length_mm()), after.tangent(0.0));
-    let change: Place = core::array::from_fn(|axis| to[axis] - from[axis]);
-    if change.iter().all(|part| part.abs() < STRAIGHT) { [0.0; 3] } else { change }
-}
-
-/// The greatest speed in a corner with the given change of direction and the shorter side.
-fn corner(change: Place, shorter_mm: f64, axes: &[Limits; 3], rules: &Rules) -> f64 {
-    let size = libm::sqrt(change.iter().map(|part| part * part).sum());
-    if size == 0.0 {
-        return f64::INFINITY;
-    }
-    let half_sine = (0.5 * size).min(1.0);
-    let cosine = libm::sqrt((1.0 - half_sine) * (1.0 + half_sine));
-    let radius_mm = rules.deviation_mm * cosine * (1.0 + cosine) / (half_sine * half_sine);
-    let (mut pull, mut curve) = (f64::INFINITY, f64::INFINITY);
-    for (part, axis) in change.iter().map(|part| part.abs()).zip(axes).filter(|(part, _)| *part > 0.0) {
-        pull = pull.min(axis.acceleration * size / part);
-        curve = curve.min(OF_CORNERS * axis.acceleration * shorter_mm / part);
-    }
-    libm::sqrt((pull * radius_mm).min(curve))
 }
 
 /// The greatest speed at the other end of `length` mm that begin with `speed`.
