@@ -115,11 +115,11 @@ mod tests {
         for (again, expected) in rows {
             let part = program.only(|leg| again.contains(&leg));
             let speed = |leg: &Leg| {
-                let speeds = leg.commands.iter().filter_map(|one| match one {
+                let mut speeds = leg.commands.iter().filter_map(|one| match one {
                     Command::Spindle { rpm } => Some(*rpm),
                     _ => None,
                 });
-                speeds.last()
+                speeds.next_back()
             };
             let found: Vec<_> = part.legs.iter().map(|leg| (leg.mark, speed(leg))).collect();
             assert_eq!(found, expected, "{again:?}");
