@@ -306,10 +306,12 @@ fn key_up(event: &KeyboardEvent) {
     let own = PRESS.with_borrow(|press| {
         press.as_ref().is_some_and(|press| press.pointer.is_none() && Some(press.way) == released)
     });
-    if own {
-        event.prevent_default();
-        end(true);
-    } else if event.key() == "Shift" {
-        end(false);
+    match event.key().as_str() {
+        _ if own => {
+            event.prevent_default();
+            end(true);
+        }
+        "Shift" => end(false),
+        _ => {}
     }
 }
