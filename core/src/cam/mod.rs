@@ -175,8 +175,10 @@ pub fn plan(
     let losses = told.iter().filter(|remark| remark.weight == Weight::Loss);
     let accepted = losses.map(|loss| loss.code.clone()).collect();
     let mut remarks = told;
-    if options.group == Group::LoadedFirst {
-        remarks.extend(loaded_first(&mut bits, options.loaded, machine.rack_tolerance));
+    let sizes: Vec<Length> = bits.iter().map(|bit| bit.bit).collect();
+    match loaded_first(&sizes, options, machine.rack_tolerance) {
+        Ok(first) => bits[..=first].rotate_right(1),
+        Err(why) => remarks.extend(why),
     }
     let total_holes: usize = bits.iter().map(|bit| bit.holes.len()).sum();
     let total = match options.order {
@@ -239,16 +241,19 @@ fn plan_bit(
     true
 }
 
-/// Moves the bit nearest to the loaded one to the front; a remark when no bit of the job is it.
-fn loaded_first(bits: &mut [BitUse], loaded: Option<Length>, tolerance: Length) -> Option<Remark> {
-    let Some(loaded) = loaded else { return Some(Remark::new(Weight::Doubt, "plan.loaded_not_said")) };
-    let sizes: Vec<Length> = bits.iter().map(|bit| bit.bit).collect();
-    let found = rack::nearest(&sizes, loaded, tolerance);
-    let Some(index) = found.and_then(|bit| sizes.iter().position(|&size| size == bit)) else {
-        return Some(Remark::new(Weight::Note, "plan.loaded_not_used").with("size", rack::size_text(loaded)));
+/// The place among `sizes`, those of the bits in their order, of the bit that is to go first because it is loaded. An error,
+/// with a remark if one was wanted, where they stay as they are.
+fn loaded_first(sizes: &[Length], options: &PlanOptions, tolerance: Length) -> Result<usize, Option<Remark>> {
+    if options.group != Group::LoadedFirst || sizes.is_empty() {
+        return Err(None);
+    }
+    let Some(loaded) = options.loaded else {
+        return Err(Some(Remark::new(Weight::Doubt, "plan.loaded_not_said")));
     };
-    bits[..=index].rotate_right(1);
-    None
+    let found = rack::nearest(sizes, loaded, tolerance);
+    found.and_then(|bit| sizes.iter().position(|&size| size == bit)).ok_or_else(|| {
+        Some(Remark::new(Weight::Note, "plan.loaded_not_used").with("size", rack::size_text(loaded)))
+    })
 }
 
 /// The lower left corner of the outline's box if there is an outline, else of the holes' box, else of the copper's.

@@ -6,11 +6,11 @@
 //!                        tolerance
 //! ```
 //!
-//! Comes in: holes, the rack, an operation. Goes out: one task for each bit. Does not know slots.
+//! Comes in: holes, the rack, an operation, the bit that is loaded. Goes out: one task for each bit. Does not know slots.
 
 use super::super::tour::Effort;
 use super::super::work::{Drill, Holes};
-use super::super::{default_iterations, order, rack};
+use super::super::{default_iterations, loaded_first, order, rack};
 use super::beside::Beside;
 use super::{Desk, Part, Stroke, Task};
 use crate::geometry::Point;
@@ -60,13 +60,27 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
     if total == 0 {
         desk.say(Remark::new(Weight::Note, "cam.no_holes"));
     }
-    for (diameter, holes) in by_bit {
+    for (diameter, holes) in in_order(desk, drill, by_bit) {
         desk.go_on()?;
         part.holes.extend(holes.iter().map(|(index, _)| *index));
         part.tasks.push(task(desk, drill, diameter, &holes, total)?);
     }
     part.holes.sort_unstable();
     Ok(part)
+}
+
+/// The bits in order of use: ascending, or the loaded one first where that is wanted.
+fn in_order<T>(desk: &mut Desk<'_>, drill: &Drill, by_bit: BTreeMap<Length, T>) -> Vec<(Length, T)> {
+    let sizes: Vec<Length> = by_bit.keys().copied().collect();
+    let mut bits: Vec<_> = by_bit.into_iter().collect();
+    if drill.holes == Holes::Alignment {
+        return bits;
+    }
+    match loaded_first(&sizes, desk.means.options, drill.tolerance) {
+        Ok(first) => bits[..=first].rotate_right(1),
+        Err(why) => why.into_iter().for_each(|remark| desk.say(remark)),
+    }
+    bits
 }
 
 /// What one bit drills, in order.

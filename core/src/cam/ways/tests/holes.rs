@@ -1,6 +1,7 @@
 //! Holes that must not be made without a word: those beside the board.
 
 use super::*;
+use crate::cam::Group;
 
 fn said<'a>(remarks: &'a [Remark], code: &str) -> Vec<&'a Remark> {
     remarks.iter().filter(|remark| remark.code == code).collect()
@@ -159,4 +160,32 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
     assert_eq!(ways(&planned.parts[0]), 0, "{remarks:?}");
     assert_ne!(ways(&planned.parts[1]), 0, "{remarks:?}");
     assert!(said(&remarks, "cam.holes_twice").is_empty(), "{remarks:?}");
+}
+
+#[test]
+fn the_loaded_bit_goes_first_where_that_is_wanted() {
+    let board = coupon();
+    let work = only(&board, "drill", |_| {});
+    // Order of bits, loaded, the bits in order of use, what is said.
+    let rows: [(Group, Option<f64>, [f64; 2], Option<&str>); 5] = [
+        (Group::Ascending, Some(1.0), [0.8, 1.0], None),
+        (Group::LoadedFirst, Some(1.0), [1.0, 0.8], None),
+        (Group::LoadedFirst, Some(0.8), [0.8, 1.0], None),
+        (Group::LoadedFirst, Some(3.2), [0.8, 1.0], Some("plan.loaded_not_used")),
+        (Group::LoadedFirst, None, [0.8, 1.0], Some("plan.loaded_not_said")),
+    ];
+    for (group, loaded, expected, code) in rows {
+        let loaded = loaded.map(mm);
+        let options = PlanOptions { group, loaded, iterations: Some(20), ..PlanOptions::default() };
+        let hop_time = |a: Point, b: Point| a.distance_mm(b);
+        let means = Means { options: &options, hop_time: &hop_time };
+        let (planned, remarks) =
+            plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).expect("a plan");
+        let bits: Vec<Length> =
+            planned.parts.iter().flat_map(|part| &part.tasks).map(|task| task.bit.diameter).collect();
+        assert_eq!(bits, expected.map(mm), "{group:?} {loaded:?}");
+        let told: Vec<_> = remarks.iter().filter(|one| one.code.starts_with("plan.loaded")).collect();
+        assert_eq!(told.first().map(|one| one.code.as_str()), code, "{group:?} {loaded:?}");
+        assert!(told.len() < 2);
+    }
 }
