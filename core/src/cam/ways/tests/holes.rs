@@ -164,10 +164,11 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
 
 #[test]
 fn the_loaded_bit_goes_first_where_that_is_wanted() {
+    /// Order of bits, the loaded one, the bits in order of use, what is said.
+    type Row = (Group, Option<f64>, [f64; 2], Option<&'static str>);
     let board = coupon();
     let work = only(&board, "drill", |_| {});
-    // Order of bits, loaded, the bits in order of use, what is said.
-    let rows: [(Group, Option<f64>, [f64; 2], Option<&str>); 5] = [
+    let rows: [Row; 5] = [
         (Group::Ascending, Some(1.0), [0.8, 1.0], None),
         (Group::LoadedFirst, Some(1.0), [1.0, 0.8], None),
         (Group::LoadedFirst, Some(0.8), [0.8, 1.0], None),
