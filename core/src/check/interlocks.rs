@@ -1,13 +1,13 @@
 //! The rules between axes, spindle, gates and legs.
 //!
 //! Comes in: segments, the heights of the spindles in them, and where they stand in time. Goes out: rules broken. Looks at
-//! single pulses only where plane and spindles step in one segment.
+//! single pulses only where plane and spindles step at the same time.
 
 use crate::job::{Effect, Stage};
 use crate::machine::{MOST_RPM, Machine};
 use crate::remark::{Remark, Weight};
 use crate::steps::replay;
-use crate::steps::stream::Segment;
+use crate::steps::stream::{Run, Segment, rounded};
 use crate::units::{Length, TICK_HZ};
 
 /// The tip must be this far over the surface before X or Y may step, or at the safe height where that is lower. Where plane
@@ -100,8 +100,56 @@ fn begins_upwards(segment: &Segment) -> bool {
     spindles.peek().is_some() && spindles.all(|first| first.forward)
 }
 
-/// Whether the plane steps while any spindle is below the clearance: pulse by pulse.
+/// Whether the plane steps while any spindle is below the clearance. Mostly the ticks at which spindles pass it tell: the plane
+/// begins after they rose and ends before they go down. Where they do not, it is looked at pulse by pulse.
 fn drags(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
+    let Some((first, last)) = plane_ticks(segment) else { return false };
+    let meets = |low: Low| low.from <= last && low.until.is_none_or(|until| until > first);
+    let spindles = starts.iter().enumerate();
+    let mut all = spindles.flat_map(|(spindle, start)| lows(segment, spindle + 2, *start, clearance));
+    all.any(meets) && drags_by_pulses(segment, starts, clearance)
+}
+
+/// A time in which a spindle is below the clearance: ticks from the start of the segment, the last not included.
+struct Low {
+    from: i128,
+    until: Option<i128>,
+}
+
+/// The ticks of the first and the last step of X and Y.
+fn plane_ticks(segment: &Segment) -> Option<(i128, i128)> {
+    let sets = segment.runs.chunk_by(|a, b| a.axes == b.axes).filter(|runs| runs[0].axes & 0b11 != 0);
+    let ends =
+        sets.map(|runs| (rounded(runs[0].parts_before(0)), runs.iter().map(|run| run.ticks()).sum::<i128>()));
+    ends.reduce(|all, set| (all.0.min(set.0), all.1.max(set.1)))
+}
+
+/// When `axis`, which stands at `start`, is below the clearance.
+fn lows(segment: &Segment, axis: usize, start: i64, clearance: i64) -> Vec<Low> {
+    let mut lows = Vec::new();
+    let (mut height, mut tick) = (start, 0);
+    if height < clearance {
+        lows.push(Low { from: 0, until: None });
+    }
+    for run in segment.runs.iter().filter(|run| run.axes >> axis & 1 == 1) {
+        let count = i64::from(run.count);
+        let end = height + if run.forward { count } else { -count };
+        if (height < clearance) != (end < clearance) {
+            let steps = if run.forward { clearance - height } else { height - clearance + 1 };
+            let passes = Run { count: u32::try_from(steps).unwrap_or(u32::MAX), ..*run };
+            let at = tick + passes.ticks();
+            match lows.last_mut() {
+                Some(low) if run.forward => low.until = Some(at),
+                _ => lows.push(Low { from: at, until: None }),
+            }
+        }
+        (height, tick) = (end, tick + run.ticks());
+    }
+    lows
+}
+
+/// The same, pulse by pulse.
+fn drags_by_pulses(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
     let mut heights = starts.to_vec();
     replay(segment).any(|pulse| {
         for (spindle, height) in heights.iter_mut().enumerate() {
@@ -111,4 +159,51 @@ fn drags(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
         }
         pulse.axes & 0b11 != 0 && heights.iter().any(|height| *height < clearance)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::Mark;
+    use crate::machine::Steps;
+
+    #[test]
+    fn what_the_ticks_tell_is_what_the_pulses_tell() {
+        let seed = 20_261_123_u64;
+        println!("seed {seed}");
+        let mut chance = seed;
+        let mut next = |below: u64| {
+            chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (chance >> 33) % below
+        };
+        let mut found = [0; 2];
+        for round in 0..20_000 {
+            let mut runs = Vec::new();
+            for axes in [1, 2, 4] {
+                let mut forward = next(2) == 0;
+                for _ in 0..next(4) {
+                    let count = 1 + next(12) as u32;
+                    let change = next(3) as i32 * 40_000 - 40_000;
+                    let interval = 20 + next(if axes == 4 { 200 } else { 60 }) as u32;
+                    runs.push(Run { axes, forward, interval, fraction: next(65_536) as u16, count, change });
+                    forward ^= next(3) == 0;
+                }
+            }
+            let segment = Segment {
+                leg: 0,
+                mark: Mark::Finish,
+                stage: Stage::Hop,
+                duration_ticks: 0,
+                runs,
+                effect: Effect::None,
+                gate: None,
+                end: Steps::default(),
+            };
+            let (starts, clearance) = ([next(20) as i64 - 10], 3);
+            let drags = drags(&segment, &starts, clearance);
+            assert_eq!(drags, drags_by_pulses(&segment, &starts, clearance), "round {round}: {segment:?}");
+            found[usize::from(drags)] += 1;
+        }
+        assert!(found.iter().all(|count| *count > 1_000), "{found:?}");
+    }
 }

@@ -23,6 +23,9 @@ const SLACK_TICKS: f64 = 21.0;
 /// Steps over which the mean speed is taken.
 const SPEED_STEPS: usize = 8;
 
+/// Ticks of the latest steps that are kept: more than that, and a power of two.
+const RING: usize = 16;
+
 /// Most ticks over which a mean speed is taken to compare it with the one before: 5 ms. It is also taken over as many as
 /// tell most: what is forgiven counts less the longer they are, the acceleration allowed counts more.
 const ACCELERATION_TICKS: u64 = TICK_HZ / 200;
@@ -50,8 +53,9 @@ pub(super) struct Walker {
     last: Option<(u64, bool)>,
     least_interval: u64,
     direction_setup: u64,
-    /// Ticks of a step at the greatest speed.
+    /// Ticks of a step at the greatest speed, and the fewest that so many steps may take.
     least_period: f64,
+    least_span: u64,
     /// Greatest acceleration in steps per tick².
     acceleration: f64,
     /// Jump of speed allowed in a corner of a milled path, and in the segment at hand; steps per tick. The planner lets an
@@ -93,6 +97,7 @@ impl Walker {
             least_interval: TICK_HZ.div_ceil(u64::from(machine.pulse_hz().max(1))),
             direction_setup: u64::from(machine.direction_setup_us) * (TICK_HZ / 1_000_000),
             least_period: hz / (speed * steps_per_mm),
+            least_span: least_span(hz / (speed * steps_per_mm)),
             acceleration: acceleration * steps_per_mm / hz / hz,
             corner: libm::sqrt(8.0 * acceleration.min(MOST) * machine.motion.corner_mm) * steps_per_mm / hz,
             jump: 0.0,
@@ -240,6 +245,11 @@ impl Narrow {
     }
 }
 
+/// The fewest whole ticks in which an axis may make [`SPEED_STEPS`] steps, whose shortest lasts `period` ticks.
+fn least_span(period: f64) -> u64 {
+    libm::ceil(SPEED_STEPS as f64 * period * (1.0 - ROUNDING) - SLACK_TICKS) as u64
+}
+
 fn refuse(code: &str) -> Remark {
     Remark::new(Weight::Loss, code)
 }
@@ -247,7 +257,7 @@ fn refuse(code: &str) -> Remark {
 /// The pace of one axis within one segment, which begins and ends at rest.
 struct Pace {
     /// Ticks of the latest steps in one direction, as a ring.
-    ticks: [u64; SPEED_STEPS + 1],
+    ticks: [u64; RING],
     count: usize,
     forward: bool,
     /// Place of the motor, counted from where the segment began.
@@ -277,7 +287,7 @@ struct Stretch {
 impl Pace {
     fn new(now: u64, milled: bool) -> Self {
         Self {
-            ticks: [0; SPEED_STEPS + 1],
+            ticks: [0; RING],
             count: 0,
             forward: true,
             place: 0,
@@ -294,18 +304,16 @@ impl Pace {
         if forward != self.forward {
             (self.forward, self.count) = (forward, 0);
         }
-        let slot = self.count % (SPEED_STEPS + 1);
-        self.ticks[slot] = tick;
-        self.count += 1;
-        if self.count > SPEED_STEPS {
-            let first = self.ticks[self.count % (SPEED_STEPS + 1)];
-            let span = (tick - first) as f64;
-            let least = SPEED_STEPS as f64 * axis.least_period;
-            if span + SLACK_TICKS < least * (1.0 - ROUNDING) {
-                let percent = libm::round(100.0 * least / span.max(1.0));
+        self.ticks[self.count % RING] = tick;
+        if self.count >= SPEED_STEPS {
+            let span = tick - self.ticks[(self.count - SPEED_STEPS) % RING];
+            if span < axis.least_span {
+                let least = SPEED_STEPS as f64 * axis.least_period;
+                let percent = libm::round(100.0 * least / (span as f64).max(1.0));
                 return Err(refuse("check.speed").with("percent", percent));
             }
         }
+        self.count += 1;
         let twice = before + self.place;
         if tick - self.long.since >= ACCELERATION_TICKS {
             self.long.end(tick, twice, axis)?;
