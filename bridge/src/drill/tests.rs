@@ -404,8 +404,8 @@ impl StorageBackend for FullDisk {
     }
 }
 
-#[test]
-fn a_full_disk_stops_the_job_after_a_whole_hole() {
+/// A drill whose disk is full as soon as the flag says so.
+fn on_a_disk_that_fills_up() -> (Bench, Arc<AtomicBool>) {
     let is_full = Arc::new(AtomicBool::new(false));
     let folder = tempfile::tempdir().unwrap();
     let (disk, full) = (Arc::new(InMemoryBackend::new()), Arc::clone(&is_full));
@@ -413,7 +413,28 @@ fn a_full_disk_stops_the_job_after_a_whole_hole() {
     let parts = (journal, Contents::default(), None);
     let drill = Drill::assemble(folder.path(), machine(), SPEED, Faults::default(), parts).unwrap();
     let tells = drill.watch();
-    let mut bench = Bench { drill, folder, tells };
+    (Bench { drill, folder, tells }, is_full)
+}
+
+#[test]
+fn a_work_zero_that_cannot_be_kept_is_told_also_where_no_job_runs() {
+    let (bench, is_full) = on_a_disk_that_fills_up();
+    bench.home();
+    is_full.store(true, Ordering::SeqCst);
+    bench.drill.ask(Ask::SetZero).unwrap();
+    let status = bench.wait(|status| status.state == State::Alarm);
+    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("journal.cannot_write", Trust::Trusted));
+    is_full.store(false, Ordering::SeqCst);
+    bench.drill.ask(Ask::AcknowledgeAlarm).unwrap();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    let status = bench.status();
+    assert_eq!((status.state, status.alarm), (State::Ready, None));
+    assert!(status.zero_mm.is_some());
+}
+
+#[test]
+fn a_full_disk_stops_the_job_after_a_whole_hole() {
+    let (mut bench, is_full) = on_a_disk_that_fills_up();
     bench.start(&grid(&machine(), 60));
     bench.wait(|status| status.holes_done >= 5);
     is_full.store(true, Ordering::SeqCst);

@@ -475,7 +475,7 @@ impl Session {
 
     /// Nothing more may be begun; what moves comes to rest first and then reports.
     fn cannot_record(&mut self, why: Alarm) -> Vec<Action> {
-        if !self.has_job() {
+        if self.state == State::Alarm {
             return Vec::new();
         }
         if self.moving {
