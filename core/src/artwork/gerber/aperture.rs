@@ -2,14 +2,15 @@
 //!
 //! Comes in: what stands behind `AD`. Goes out: an [`Aperture`], in millimetres whatever the file's units. Does not draw.
 
-use super::extended::plain;
-use super::machine::Machine;
+use super::macros::Macros;
 use super::object::{Aperture, Form, Opening};
-use super::words::Block;
+use super::reader::Reader;
+use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::{Decimal, decimal};
 use crate::remark::Weight;
 use crate::units::Length;
+use std::collections::BTreeMap;
 
 /// Apertures of one layer.
 const MOST_APERTURES: usize = 10_000;
@@ -24,7 +25,24 @@ const MOST_PARAMETERS: usize = 1_000;
 /// An aperture cannot be larger than this.
 const LARGEST: Length = Length::from_um(2_000_000);
 
-impl Machine {
+/// What D-codes mean, and what apertures can be made of.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Apertures {
+    /// Indices of apertures by D-code.
+    codes: BTreeMap<u32, u32>,
+    pub(super) macros: Macros,
+}
+
+impl Reader {
+    /// `D10`: selects an aperture.
+    pub(super) fn select(&mut self, number: Decimal, block: &Block<'_>) {
+        let code = u32::try_from(number.mantissa).ok();
+        self.graphics.aperture = code.and_then(|code| self.apertures.codes.get(&code)).copied();
+        if self.graphics.aperture.is_none() {
+            self.tell_once(Weight::Loss, "gerber.aperture_undefined", block.at, block.text);
+        }
+    }
+
     /// Reads `D10C,0.8`, the `AD` taken off.
     pub(super) fn aperture_definition(&mut self, rest: &[u8], block: &Block<'_>) {
         let code = rest.strip_prefix(b"D").and_then(decimal);
@@ -42,7 +60,7 @@ impl Machine {
         let fields: Vec<Option<Decimal>> =
             fields.filter(|field| !field.is_empty()).take(MOST_PARAMETERS).map(size).collect();
         let numbers: Option<Vec<Decimal>> = fields.into_iter().collect();
-        let units = self.size_units();
+        let units = self.format.size_units();
         let name = name.trim_ascii();
         let made = match (name, &numbers) {
             (b"C" | b"R" | b"O" | b"P", Some(numbers)) => standard(name, numbers, units),
@@ -75,7 +93,7 @@ impl Machine {
     /// Makes an aperture known.
     pub(super) fn define(&mut self, aperture: Aperture, block: &Block<'_>) {
         let index = self.out.apertures.len() as u32;
-        if self.codes.insert(aperture.code, index).is_some() {
+        if self.apertures.codes.insert(aperture.code, index).is_some() {
             self.tell_once(Weight::Note, "gerber.aperture_again", block.at, block.text);
         }
         self.out.apertures.push(aperture);

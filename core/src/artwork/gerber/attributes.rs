@@ -3,11 +3,12 @@
 //! Comes in: `%TF.FileFunction,Copper,L1,Top*%`, `%TO.N,GND*%`, the same behind `G04 #@!`, and plain comments of the CADs.
 //! Goes out: what is in force for the next object, and the layer's own attributes. Does not judge them.
 
-use super::machine::Machine;
 use super::object::Tag;
-use super::words::At;
+use super::reader::Reader;
+use super::words::{At, Block};
 use crate::artwork::text::holds;
 use crate::remark::Weight;
+use std::collections::BTreeMap;
 
 /// Text of one attribute, in letters.
 const LONGEST: usize = 200;
@@ -22,33 +23,79 @@ const COMMENTS_LOOKED_AT: u32 = 200;
 const NAMES: [&[u8]; 7] =
     [b".FileFunction", b".FilePolarity", b".GenerationSoftware", b".AperFunction", b".N", b".C", b".P"];
 
-/// Attributes in force.
-#[derive(Clone, Debug, Default)]
+/// Attributes in force, and the tags that objects got of them.
+#[derive(Clone, Debug)]
 pub(super) struct Attributes {
-    function: Option<String>,
-    net: Option<String>,
-    component: Option<String>,
-    pin: Option<String>,
+    /// Those in force; the function is that of apertures and contours.
+    now: Tag,
+    /// Plain comments read.
     comments: u32,
+    /// Indices of tags.
+    tags: BTreeMap<Tag, u32>,
+    /// Index of the tag in force for flashes and strokes, and for contours, if it is known.
+    index: [Option<u32>; 2],
 }
 
 impl Attributes {
+    /// None in force: the first tag is the empty one.
+    pub(super) fn new() -> Self {
+        Self {
+            now: Tag::default(),
+            comments: 0,
+            tags: BTreeMap::from([(Tag::default(), 0)]),
+            index: [Some(0); 2],
+        }
+    }
+
     /// What an aperture defined now is for.
     pub(super) fn aperture_function(&self) -> Option<String> {
-        self.function.clone()
+        self.now.function.clone()
+    }
+
+    /// `.N,GND` behind `TO`.
+    pub(super) fn of_objects(&mut self, text: &[u8]) {
+        let (name, value) = named(text);
+        let mut fields = value.split(|&byte| byte == b',').map(shown);
+        match name {
+            b".N" => self.now.net = fields.next(),
+            b".C" => self.now.component = fields.next(),
+            b".P" => (self.now.component, self.now.pin) = (fields.next(), fields.next()),
+            _ => return,
+        }
+        self.index = [None; 2];
+    }
+
+    /// Index among `all` of the tag that an object drawn now carries.
+    pub(super) fn tag_now(&mut self, contour: bool, all: &mut Vec<Tag>) -> u32 {
+        let [other, of_contour] = &mut self.index;
+        let known = if contour { of_contour } else { other };
+        *known.get_or_insert_with(|| {
+            let function = self.now.function.clone().filter(|_| contour);
+            let tag = Tag { function, ..self.now.clone() };
+            match self.tags.get(&tag) {
+                Some(&index) => index,
+                None if all.len() >= MOST_TAGS => 0,
+                None => {
+                    let index = all.len() as u32;
+                    all.push(tag.clone());
+                    self.tags.insert(tag, index);
+                    index
+                }
+            }
+        })
     }
 }
 
-impl Machine {
+impl Reader {
     /// What stands behind `G04`.
-    pub(super) fn comment(&mut self, text: &[u8], place: At) {
+    pub(super) fn comment(&mut self, text: &[u8], block: &Block<'_>) {
         let text = text.trim_ascii();
         if let Some(rest) = text.strip_prefix(b"#@!") {
             // Some CADs leave the percent signs in.
             let rest = rest.trim_ascii();
             let rest = rest.strip_prefix(b"%").unwrap_or(rest);
             if let Some((&[b'T', code @ (b'F' | b'A' | b'O' | b'D')], rest)) = rest.split_first_chunk::<2>() {
-                self.attribute([b'T', code], rest, place);
+                self.command([b'T', code], rest, block);
             }
             return;
         }
@@ -56,40 +103,20 @@ impl Machine {
         if self.attributes.comments > COMMENTS_LOOKED_AT {
             return;
         }
+        let says = |words: &[&str]| words.iter().any(|word| holds(text, word));
         if let Some(rest) = text.strip_prefix(b"TF.") {
-            self.attribute(*b"TF", [b".", rest].concat().as_slice(), place);
-        } else if ["created by", "Creator:", "generated", "ULTIpost", "EasyEDA", "DipTrace"]
-            .iter()
-            .any(|word| holds(text, word))
-        {
+            self.file_attribute(&[b".", rest].concat());
+        } else if says(&["created by", "Creator:", "generated", "ULTIpost", "EasyEDA", "DipTrace"]) {
             self.out.generator.get_or_insert_with(|| shown(text));
-        } else if ["layer", "Title", "Film Name"].iter().any(|word| holds(text, word)) {
+        } else if says(&["layer", "Title", "Film Name"]) {
             self.out.layer_name.get_or_insert_with(|| shown(text));
         }
     }
 
-    /// `.FileFunction,Copper,L1,Top` behind `TF`; the same of TA, TO and TD.
-    pub(super) fn attribute(&mut self, code: [u8; 2], rest: &[u8], place: At) {
-        let text = rest.trim_ascii();
-        let (name, value) = match text.iter().position(|&byte| byte == b',') {
-            Some(at) => (text.get(..at).unwrap_or_default(), text.get(at + 1..).unwrap_or_default()),
-            None => (text, [].as_slice()),
-        };
-        let name = NAMES.into_iter().find(|known| known.eq_ignore_ascii_case(name)).unwrap_or(name);
-        match &code {
-            b"TF" => self.file_attribute(name, shown(value)),
-            b"TA" => {
-                if name == b".AperFunction" {
-                    self.attributes.function = Some(shown(value));
-                    self.tag_index = [None; 2];
-                }
-            }
-            b"TO" => self.object_attribute(name, value),
-            _ => self.forget(name, place),
-        }
-    }
-
-    fn file_attribute(&mut self, name: &[u8], value: String) {
+    /// `.FileFunction,Copper,L1,Top` behind `TF`.
+    pub(super) fn file_attribute(&mut self, text: &[u8]) {
+        let (name, value) = named(text);
+        let value = shown(value);
         match name {
             b".FileFunction" => self.out.file_function = Some(value.clone()),
             b".FilePolarity" => self.out.file_polarity = Some(value.clone()),
@@ -102,24 +129,20 @@ impl Machine {
         }
     }
 
-    fn object_attribute(&mut self, name: &[u8], value: &[u8]) {
-        let mut fields = value.split(|&byte| byte == b',').map(shown);
-        match name {
-            b".N" => self.attributes.net = fields.next(),
-            b".C" => self.attributes.component = fields.next(),
-            b".P" => {
-                self.attributes.component = fields.next();
-                self.attributes.pin = fields.next();
-            }
-            _ => return,
+    /// `.AperFunction,ComponentPad` behind `TA`.
+    pub(super) fn aperture_attribute(&mut self, text: &[u8]) {
+        if let (b".AperFunction", value) = named(text) {
+            self.attributes.now.function = Some(shown(value));
+            self.attributes.index = [None; 2];
         }
-        self.tag_index = [None; 2];
     }
 
-    fn forget(&mut self, name: &[u8], place: At) {
-        let now = &mut self.attributes;
+    /// A name, or none for all, behind `TD`.
+    pub(super) fn forget(&mut self, text: &[u8], place: At) {
+        let (name, _) = named(text);
+        let now = &mut self.attributes.now;
         match name {
-            b"" => (now.function, now.net, now.component, now.pin) = (None, None, None, None),
+            b"" => *now = Tag::default(),
             b".AperFunction" => now.function = None,
             b".N" => now.net = None,
             b".C" => now.component = None,
@@ -128,31 +151,18 @@ impl Machine {
             [first, ..] if first.is_ascii_alphabetic() || *first == b'_' || *first == b'$' => {}
             _ => self.tell_once(Weight::Doubt, "gerber.unknown_command", place, name),
         }
-        self.tag_index = [None; 2];
+        self.attributes.index = [None; 2];
     }
+}
 
-    /// Index of the tag that an object drawn now carries.
-    pub(super) fn tag_now(&mut self, contour: bool) -> u32 {
-        let [other, of_contour] = &mut self.tag_index;
-        let known = if contour { of_contour } else { other };
-        if let Some(index) = *known {
-            return index;
-        }
-        let Attributes { net, component, pin, function, .. } = self.attributes.clone();
-        let tag = Tag { net, component, pin, function: function.filter(|_| contour) };
-        let index = match self.tags.get(&tag) {
-            Some(&index) => index,
-            None if self.out.tags.len() >= MOST_TAGS => 0,
-            None => {
-                let index = self.out.tags.len() as u32;
-                self.out.tags.push(tag.clone());
-                self.tags.insert(tag, index);
-                index
-            }
-        };
-        *known = Some(index);
-        index
-    }
+/// Name and value of an attribute, the name as it is written in the specification.
+fn named(text: &[u8]) -> (&[u8], &[u8]) {
+    let text = text.trim_ascii();
+    let (name, value) = match text.iter().position(|&byte| byte == b',') {
+        Some(at) => (text.get(..at).unwrap_or_default(), text.get(at + 1..).unwrap_or_default()),
+        None => (text, [].as_slice()),
+    };
+    (NAMES.into_iter().find(|known| known.eq_ignore_ascii_case(name)).unwrap_or(name), value)
 }
 
 /// Text fit to show and to compare: `\u00E4` made a letter, no control characters, not too long.

@@ -9,10 +9,9 @@
 //!  %SRX3Y2I5J4*% … %SR*%  ⠿  rows first, then columns
 //! ```
 
-use super::extended::fields;
-use super::machine::Machine;
 use super::object::{Aperture, Form, Object, Shape};
-use super::words::{At, Block};
+use super::reader::Reader;
+use super::words::{At, Block, fields};
 use crate::artwork::number::Decimal;
 use crate::geometry::Point;
 use crate::remark::Weight;
@@ -25,8 +24,19 @@ const CORNERS: u64 = 8;
 /// Blocks within blocks.
 const DEEPEST: u32 = 16;
 
+/// Where objects go, and how many there are.
+#[derive(Default)]
+pub(super) struct Copies {
+    /// Blocks and repeats that are being written.
+    open: Vec<Open>,
+    /// Objects kept, blocks included; segments of contours too.
+    pub(super) kept: usize,
+    /// Objects there are when all copies are made.
+    made: u64,
+}
+
 /// A block or repeat that is being written.
-pub(super) struct Open {
+struct Open {
     what: What,
     objects: Vec<Object>,
     /// Objects one copy of it makes, itself included.
@@ -41,7 +51,7 @@ enum What {
     Repeat { columns: u32, rows: u32, step: Point },
 }
 
-impl Machine {
+impl Reader {
     /// Keeps an object where objects go now, unless it makes too many copies or holds blocks too deep.
     pub(super) fn keep(&mut self, object: Object) {
         let aperture = match object.shape {
@@ -50,7 +60,7 @@ impl Machine {
         };
         // A contour that is copied counts by its corners.
         let corners = match &object.shape {
-            Shape::Contour(path) if !self.open.is_empty() => path.segments.len() as u64 / CORNERS,
+            Shape::Contour(path) if !self.copies.open.is_empty() => path.segments.len() as u64 / CORNERS,
             _ => 0,
         };
         let (copies, depth) = aperture.map_or((1 + corners, 0), |aperture| (aperture.copies, aperture.depth));
@@ -58,7 +68,7 @@ impl Machine {
     }
 
     fn keep_copies(&mut self, object: Object, copies: u64, depth: u32) {
-        let total = self.copies.saturating_add(copies);
+        let total = self.copies.made.saturating_add(copies);
         if copies > 1 && total > MOST_COPIES || depth > DEEPEST {
             self.tell_once(
                 Weight::Loss,
@@ -68,15 +78,15 @@ impl Machine {
             );
             return;
         }
-        self.kept += 1;
-        match self.open.last_mut() {
+        self.copies.kept += 1;
+        match self.copies.open.last_mut() {
             Some(open) => {
                 open.copies = open.copies.saturating_add(copies);
                 open.depth = open.depth.max(depth);
                 open.objects.push(object);
             }
             None => {
-                self.copies = total;
+                self.copies.made = total;
                 self.out.objects.push(object);
             }
         }
@@ -86,7 +96,7 @@ impl Machine {
     pub(super) fn block_aperture(&mut self, rest: &[u8], block: &Block<'_>) {
         if rest.is_empty() {
             self.close_repeat();
-            if self.open.is_empty() {
+            if self.copies.open.is_empty() {
                 self.tell(Weight::Doubt, "gerber.unknown_command", block.at, block.text);
             }
             self.close(block);
@@ -94,20 +104,20 @@ impl Machine {
         }
         let code = fields(rest, *b"D").and_then(|[code]| Some(code?.mantissa));
         let code = code.and_then(|code| u32::try_from(code).ok());
-        if code.is_none() || self.open.len() >= DEEPEST as usize {
+        if code.is_none() || self.copies.open.len() >= DEEPEST as usize {
             self.tell_once(Weight::Loss, "gerber.bad_block", block.at, block.text);
         }
         // Opened in any case, so that its end closes it and nothing else. Without a code nothing can flash it.
-        if self.open.len() < 2 * DEEPEST as usize {
+        if self.copies.open.len() < 2 * DEEPEST as usize {
             let what = What::Block { code: code.unwrap_or(0) };
-            self.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 1, at: block.at });
+            self.copies.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 1, at: block.at });
         }
     }
 
     /// `SRX3Y2I5J4` opens and closes the one before, `SR` and `SRX1Y1` only close.
     pub(super) fn step_and_repeat(&mut self, rest: &[u8], block: &Block<'_>) {
         self.close_repeat();
-        let units = self.size_units();
+        let units = self.format.size_units();
         let count = |field: Option<Decimal>| field.map_or(Some(1), |n| u32::try_from(n.mantissa).ok());
         let step = |field: Option<Decimal>| field.map_or(Some(Length::ZERO), |n| n.length(units));
         let known = fields(rest, *b"XYIJ")
@@ -120,16 +130,16 @@ impl Machine {
         });
         match known {
             Some(((1, 1), _)) => {}
-            Some(((columns, rows), (x, y))) if self.open.len() < 2 * DEEPEST as usize => {
+            Some(((columns, rows), (x, y))) if self.copies.open.len() < 2 * DEEPEST as usize => {
                 let what = What::Repeat { columns, rows, step: Point::new(x, y) };
-                self.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 0, at: block.at });
+                self.copies.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 0, at: block.at });
             }
             _ => self.tell(Weight::Loss, "gerber.bad_repeat", block.at, block.text),
         }
     }
 
     fn close_repeat(&mut self) {
-        if matches!(self.open.last(), Some(Open { what: What::Repeat { .. }, .. })) {
+        if matches!(self.copies.open.last(), Some(Open { what: What::Repeat { .. }, .. })) {
             self.close(&Block::made(b"SR"));
         }
     }
@@ -137,16 +147,16 @@ impl Machine {
     /// Closes what is open at the end of the file.
     pub(super) fn close_all(&mut self) {
         self.close_repeat();
-        if let Some(at) = self.open.last().map(|open| open.at) {
+        if let Some(at) = self.copies.open.last().map(|open| open.at) {
             self.tell(Weight::Doubt, "gerber.block_open", at, b"");
         }
-        while !self.open.is_empty() {
+        while !self.copies.open.is_empty() {
             self.close(&Block::made(b"AB"));
         }
     }
 
     fn close(&mut self, block: &Block<'_>) {
-        let Some(Open { what, objects, copies, depth, at }) = self.open.pop() else { return };
+        let Some(Open { what, objects, copies, depth, at }) = self.copies.open.pop() else { return };
         match what {
             What::Block { code } => {
                 let function = self.attributes.aperture_function();
@@ -156,7 +166,7 @@ impl Machine {
             }
             What::Repeat { columns, rows, step } if !objects.is_empty() => {
                 let all = copies.saturating_mul(u64::from(columns)).saturating_mul(u64::from(rows));
-                let too_many = self.copies.saturating_add(all) > MOST_COPIES;
+                let too_many = self.copies.made.saturating_add(all) > MOST_COPIES;
                 let (columns, rows) = if too_many { (1, 1) } else { (columns, rows) };
                 if too_many {
                     self.tell(Weight::Loss, "gerber.too_many_copies", at, b"");

@@ -10,8 +10,9 @@
 //! ```
 
 use super::crossing::crosses_itself;
-use super::machine::Machine;
+use super::graphics::{Action, Quadrants, Way};
 use super::object::Shape;
+use super::reader::Reader;
 use super::words::{At, Numbers};
 use crate::artwork::number::Decimal;
 use crate::geometry::{Point, Segment, chords};
@@ -25,49 +26,54 @@ const RECENTRED_MM: f64 = 0.02;
 /// A quarter turn with room for rounding, in radians.
 const QUARTER: f64 = 1.6;
 
-impl Machine {
-    /// Acts on the numbers of a block. `acted` is the D-code in it, if there is one.
-    pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<u32>, place: At) {
+impl Reader {
+    /// Acts on the numbers of a block. `acted` is what its D-code says, if there is one.
+    pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<Action>, place: At) {
         let moved = numbers.x.is_some() || numbers.y.is_some();
-        let circle = acted == Some(1) && self.motion != 1 && (numbers.i.is_some() || numbers.j.is_some());
+        let circle = acted == Some(Action::Draw)
+            && self.graphics.way != Way::Straight
+            && (numbers.i.is_some() || numbers.j.is_some());
         // A D-code alone sets what coordinates do from here on; in a region it is a point of the contour.
-        if !moved && !circle && acted != Some(3) && (acted.is_none() || self.region.is_none()) {
+        if !moved
+            && !circle
+            && acted != Some(Action::Flash)
+            && (acted.is_none() || self.graphics.region.is_none())
+        {
             return;
         }
-        let Some(scale) = self.scale else {
+        let Some(scale) = self.format.scale_here() else {
             self.tell_once(Weight::Loss, "gerber.no_format", place, b"");
             return;
         };
-        self.first_units = self.first_units.or(Some(self.size_units()));
         let length = |number: Option<Decimal>| number.map_or(Some(Length::ZERO), |n| scale.length(n));
         let axis = |at: Length, number: Option<Decimal>| {
             let value = number.map(|number| scale.length(number));
             match value {
-                Some(Some(value)) if self.incremental => Some(at + value),
+                Some(Some(value)) if self.format.incremental => Some(at + value),
                 Some(value) => value,
                 None => Some(at),
             }
         };
-        let to = axis(self.at.x, numbers.x).zip(axis(self.at.y, numbers.y));
+        let to = axis(self.graphics.at.x, numbers.x).zip(axis(self.graphics.at.y, numbers.y));
         let to = to.filter(|(x, y)| x.abs() <= Length::LIMIT && y.abs() <= Length::LIMIT);
         let offset = length(numbers.i).zip(length(numbers.j));
         let (Some((x, y)), Some(offset)) = (to, offset) else {
             self.tell_once(Weight::Loss, "gerber.too_far", place, b"");
             return;
         };
-        let (from, to) = (self.at, Point::new(x, y));
-        self.at = to;
-        match self.action {
-            1 => {
+        let to = Point::new(x, y);
+        let from = std::mem::replace(&mut self.graphics.at, to);
+        match self.graphics.action {
+            Action::Draw => {
                 let segment = self.segment(from, to, offset, place);
                 self.stroke(from, segment, place);
             }
-            3 if self.region.is_none() => self.flash(to, place),
-            3 => self.tell_once(Weight::Doubt, "gerber.flash_in_region", place, b""),
-            _ => {
+            Action::Flash if self.graphics.region.is_none() => self.flash(to, place),
+            Action::Flash => self.tell_once(Weight::Doubt, "gerber.flash_in_region", place, b""),
+            Action::Move => {
                 self.end_contour(place);
-                if let Some(path) = &mut self.region {
-                    path.start = self.image.point(to);
+                if let Some(path) = &mut self.graphics.region {
+                    path.start = self.graphics.image.point(to);
                 }
             }
         }
@@ -75,15 +81,15 @@ impl Machine {
 
     fn flash(&mut self, at: Point, place: At) {
         self.out.counts.flashes += 1;
-        let at = self.image.point(at);
-        match self.aperture {
+        let at = self.graphics.image.point(at);
+        match self.graphics.aperture {
             Some(aperture) => self.put(Shape::Flash { at }, aperture, place),
             None => self.tell_once(Weight::Loss, "gerber.no_aperture", place, b""),
         }
     }
 
     fn stroke(&mut self, from: Point, segment: Segment, place: At) {
-        let image = self.image;
+        let image = self.graphics.image;
         let segment = match segment {
             Segment::Line { to } => Segment::Line { to: image.point(to) },
             Segment::Arc { to, centre, clockwise } => Segment::Arc {
@@ -93,19 +99,19 @@ impl Machine {
             },
         };
         let from = image.point(from);
-        if let Some(path) = &mut self.region {
+        if let Some(path) = &mut self.graphics.region {
             if path.segments.is_empty() {
                 path.start = from;
             }
             path.segments.push(segment);
-            self.kept += 1;
+            self.copies.kept += 1;
             return;
         }
         match segment {
             Segment::Line { .. } => self.out.counts.lines += 1,
             Segment::Arc { .. } => self.out.counts.arcs += 1,
         }
-        match self.aperture {
+        match self.graphics.aperture {
             Some(aperture) => self.put(Shape::Stroke { from, segment }, aperture, place),
             None => self.tell_once(Weight::Loss, "gerber.no_aperture", place, b""),
         }
@@ -113,14 +119,16 @@ impl Machine {
 
     /// Ends the contour so far, if there is one, and closes it where the file did not.
     pub(super) fn end_contour(&mut self, place: At) {
-        let Some(path) = self.region.as_mut().filter(|path| !path.segments.is_empty()) else { return };
+        let Some(path) = self.graphics.region.as_mut().filter(|path| !path.segments.is_empty()) else {
+            return;
+        };
         let mut path = std::mem::take(path);
         self.out.counts.regions += 1;
         if !path.is_closed() {
             self.tell_once(Weight::Doubt, "gerber.contour_open", place, b"");
             path.segments.push(Segment::Line { to: path.start });
         }
-        if crosses_itself(&path, &mut self.pairs) {
+        if crosses_itself(&path, &mut self.pairs_left) {
             self.tell_once(Weight::Doubt, "gerber.contour_crosses", place, b"");
         }
         self.put(Shape::Contour(path), 0, place);
@@ -128,16 +136,18 @@ impl Machine {
 
     /// The segment from here to there in the motion in force.
     fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> Segment {
-        if self.motion == 1 {
+        if self.graphics.way == Way::Straight {
             return Segment::Line { to };
         }
-        let clockwise = self.motion == 2;
+        let clockwise = self.graphics.way == Way::Clockwise;
         let signed = Point::new(from.x + offset.0, from.y + offset.1);
-        let many = self.many_quadrants.unwrap_or_else(|| {
-            let negative = offset.0 < Length::ZERO || offset.1 < Length::ZERO;
-            self.tell_once(Weight::Doubt, "gerber.quadrant_missing", place, b"");
-            negative
-        });
+        let many = match self.graphics.quadrants {
+            Some(quadrants) => quadrants == Quadrants::Many,
+            None => {
+                self.tell_once(Weight::Doubt, "gerber.quadrant_missing", place, b"");
+                offset.0 < Length::ZERO || offset.1 < Length::ZERO
+            }
+        };
         let centre = if many { signed } else { quarter_centre(from, to, offset, clockwise) };
         let (first, last) = (from.distance_mm(centre), to.distance_mm(centre));
         if from == to && !many {

@@ -11,18 +11,17 @@
 //! ```
 
 use super::expression::value;
-use super::extended::plain;
-use super::machine::Machine;
 use super::object::Form;
 use super::primitives::{Primitive, primitive};
-use super::words::Block;
+use super::reader::Reader;
+use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::Decimal;
 use crate::remark::Weight;
 use std::collections::BTreeMap;
 
 /// Bytes of macros that one layer may work through: every aperture that names a macro works through its text.
-pub(super) const FUEL: usize = 8_000_000;
+const FUEL: usize = 8_000_000;
 /// Bytes of text that a path, and every segment in it, count as.
 const PATH: usize = 64;
 const SEGMENT: usize = 16;
@@ -36,24 +35,54 @@ const MOST_VARIABLES: usize = 1_000;
 const MOST_FIELDS: usize = 20_005;
 
 /// The lines of a macro, comments left out.
-pub(super) type Macro = Vec<Vec<u8>>;
+type Macro = Vec<Vec<u8>>;
 
-impl Machine {
+/// The macros of a layer.
+#[derive(Clone, Debug)]
+pub(super) struct Macros {
+    by_name: BTreeMap<Vec<u8>, Macro>,
+    /// The one whose lines are being read.
+    open: Option<Vec<u8>>,
+    /// Bytes that may still be worked through.
+    fuel: usize,
+}
+
+impl Default for Macros {
+    fn default() -> Self {
+        Self { by_name: BTreeMap::new(), open: None, fuel: FUEL }
+    }
+}
+
+impl Macros {
+    /// Whether lines of one are being read.
+    pub(super) fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// What comes is no line of one.
+    pub(super) fn close(&mut self) {
+        self.open = None;
+    }
+}
+
+impl Reader {
     /// Reads `DONUT`, the `AM` taken off; its lines follow as blocks of their own.
     pub(super) fn macro_definition(&mut self, name: &[u8], block: &Block<'_>) {
-        if self.macros.len() >= MOST_MACROS {
+        let macros = &mut self.apertures.macros;
+        if macros.by_name.len() >= MOST_MACROS {
             self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, block.text);
             return;
         }
-        if self.macros.insert(name.to_vec(), Macro::new()).is_some() {
+        macros.open = Some(name.to_vec());
+        if macros.by_name.insert(name.to_vec(), Macro::new()).is_some() {
             self.tell_once(Weight::Note, "gerber.macro_again", block.at, block.text);
         }
-        self.macro_open = Some(name.to_vec());
     }
 
     /// A line of the macro that is open.
     pub(super) fn macro_line(&mut self, block: &Block<'_>) {
-        let lines = self.macro_open.as_ref().and_then(|name| self.macros.get_mut(name));
+        let macros = &mut self.apertures.macros;
+        let lines = macros.open.as_ref().and_then(|name| macros.by_name.get_mut(name));
         let Some(lines) = lines.filter(|lines| lines.len() < MOST_LINES) else {
             self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, block.text);
             return;
@@ -72,16 +101,17 @@ impl Machine {
         units: Units,
         block: &Block<'_>,
     ) -> Option<Form> {
-        let lines = self.macros.get(name)?;
+        let Macros { by_name, fuel, .. } = &mut self.apertures.macros;
+        let lines = by_name.get(name)?;
         let mut variables: BTreeMap<u32, f64> =
             (1..).zip(numbers.iter().map(|number| plain(*number))).collect();
         let (mut primitives, mut lost) = (Vec::new(), Vec::new());
         for line in lines {
-            if self.fuel == 0 {
+            if *fuel == 0 {
                 lost.push(line.clone());
                 break;
             }
-            match work_out(line, &mut variables, units, &mut self.fuel) {
+            match work_out(line, &mut variables, units, fuel) {
                 Some(made) => primitives.extend(made),
                 None => lost.push(line.clone()),
             }

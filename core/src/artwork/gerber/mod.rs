@@ -4,25 +4,27 @@
 //! painted on demand. Does not know drill programs or boards.
 //!
 //! ```text
-//! text ─ words ─▶ machine ─▶ objects ─┬─ walk ─▶ pads, tracks, contours (places holes, finds outlines)
-//!                  │ extended         ├─ holes ─▶ DrillFile (of layers that say they are drill layers)
-//!                  │                  └─ paint ─▶ Region ─ nets
+//! text ─ words ─▶ reader ─▶ objects ─┬─ walk ─▶ pads, tracks, contours (places holes, finds outlines)
+//!                  │ commands        ├─ holes ─▶ DrillFile (of layers that say they are drill layers)
+//!                  │                 └─ paint ─▶ Region ─ nets
+//!                  │ format · graphics · image · mount · draw
 //!                  │ aperture · macros · expression · primitives
-//!                  │ attributes · copies · draw · image
+//!                  │ attributes · copies
 //! ```
 
 mod aperture;
 mod attributes;
 mod coats;
+mod commands;
 mod copies;
 mod crossing;
 mod draw;
 mod expression;
-mod extended;
+mod format;
 mod forms;
+mod graphics;
 mod holes;
 mod image;
-mod machine;
 mod macros;
 mod measure;
 mod mount;
@@ -30,13 +32,14 @@ mod nets;
 mod object;
 mod paint;
 mod primitives;
+mod reader;
 mod walk;
 mod words;
 
 pub(super) use holes::{holes, says_holes};
-pub(super) use machine::read;
 pub use measure::{PaintedMeasures, painted_measures};
 pub use mount::Mount;
 pub use nets::{Nets, nets};
 pub use object::{Aperture, Form, Gerber, GerberObjects, Object, Opening, Shape, Tag, Track};
 pub use paint::{TooMuch, painted};
+pub(super) use reader::read;

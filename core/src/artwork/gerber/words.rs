@@ -1,14 +1,15 @@
 //! A Gerber text cut into blocks at `*` and `%`.
 //!
 //! Comes in: bytes. Goes out: [`Block`]s with the line each starts in. Does not tell commands apart: what a block is shows
-//! in its first two bytes, so that a lost `%` loses nothing else. A layer in small letters is put into capitals first.
+//! in its first two bytes, so that a lost `%` loses nothing else. A layer in small letters is put into capitals first. Numbers
+//! behind letters are read here for all commands.
 //!
 //! ```text
 //!  %FSLAX24Y24*%   G04 100% of it*   X100Y200D01*   %AMT*1,1,$1,0,0*%
 //!  ╰───block──╯    ╰───block────╯    ╰──block──╯    ╰─╯ ╰──block──╯
 //! ```
 
-use crate::artwork::number::Decimal;
+use crate::artwork::number::{Decimal, decimal};
 use crate::artwork::text::front;
 use std::borrow::Cow;
 
@@ -123,6 +124,34 @@ pub(super) fn blocks(text: &[u8]) -> impl Iterator<Item = Block<'_>> {
         at += 1;
         Some(block)
     })
+}
+
+/// A number as it stands, and nothing else.
+pub(super) fn number(text: &[u8]) -> Option<f64> {
+    decimal(text).filter(|(_, used)| *used == text.len()).map(|(number, _)| plain(number))
+}
+
+/// The numbers behind letters, each letter at most once and nothing else; none where there is anything else.
+pub(super) fn fields<const COUNT: usize>(
+    text: &[u8],
+    letters: [u8; COUNT],
+) -> Option<[Option<Decimal>; COUNT]> {
+    let mut found = [None; COUNT];
+    let mut rest = text.trim_ascii();
+    while let Some((letter, behind)) = rest.split_first() {
+        let slot = found.get_mut(letters.iter().position(|known| known == letter)?)?;
+        let (number, used) = decimal(behind)?;
+        if slot.replace(number).is_some() {
+            return None;
+        }
+        rest = behind.get(used..)?.trim_ascii_start();
+    }
+    Some(found)
+}
+
+/// The value of a number as it stands.
+pub(super) fn plain(number: Decimal) -> f64 {
+    number.mantissa as f64 / libm::pow(10.0, f64::from(number.decimals))
 }
 
 #[cfg(test)]

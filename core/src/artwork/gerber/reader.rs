@@ -4,84 +4,46 @@
 //!
 //! ```text
 //!  block ─┬─ G04 …           comment, or attribute in a comment      attributes
-//!         ├─ two letters      %FS %MO %AD %AM %AB %SR %LP %TF …       extended, copies
+//!         ├─ two letters      %FS %MO %AD %AM %AB %SR %LP %TF …       commands ─▶ the stores
 //!         ├─ in a macro       its lines                               macros
-//!         └─ words            G X Y I J D M                           here ─▶ draw
+//!         └─ words            G                                       commands
+//!                             X Y I J D M                             here ─▶ draw
+//!
+//!  stores: format · apertures · graphics · attributes · copies
 //! ```
 
+use super::aperture::Apertures;
 use super::attributes::Attributes;
-use super::copies::Open;
+use super::copies::Copies;
 use super::crossing;
-use super::image::Image;
-use super::macros::{self, Macro};
-use super::mount::{Held, Mount};
-use super::object::Tag;
-use super::object::{Gerber, Object, Shape};
+use super::format::Format;
+use super::graphics::{Action, Graphics};
+use super::mount::Mount;
+use super::object::{Gerber, Tag};
 use super::paint::is_too_wide;
 use super::words::{At, Block, Numbers, blocks, raised};
+use crate::artwork::Overrides;
 use crate::artwork::findings::Findings;
-use crate::artwork::number::{Decimal, Reading, Scale, decimal};
-use crate::artwork::text::{front, holds};
-use crate::artwork::{Overrides, Units, Zeros};
-use crate::geometry::{Path, Point};
+use crate::artwork::number::decimal;
+use crate::artwork::text::front;
 use crate::remark::{Remark, Weight};
-use std::collections::BTreeMap;
 
 /// Objects kept of one layer, blocks included.
 const MOST_OBJECTS: usize = 1_000_000;
 /// Bytes looked through for units that stand behind the first aperture.
 const LOOKED_AT: usize = 64 * 1024;
 
-/// What the walk knows so far.
-pub(super) struct Machine {
+/// What the reading knows so far: a store for each thought.
+pub(super) struct Reader {
     pub(super) findings: Findings,
     pub(super) out: Gerber,
-    /// What the coordinates mean, once format and units are known.
-    pub(super) scale: Option<Scale>,
-    /// Units before any were stated: those stated further down, else inches.
-    pub(super) units_ahead: Option<Units>,
-    /// Units of the first coordinate, once there was one.
-    pub(super) first_units: Option<Units>,
-    /// Apertures by D-code.
-    pub(super) codes: BTreeMap<u32, u32>,
-    pub(super) macros: BTreeMap<Vec<u8>, Macro>,
-    /// The macro whose lines are being read.
-    pub(super) macro_open: Option<Vec<u8>>,
-    /// Bytes of macros that may still be worked through.
-    pub(super) fuel: usize,
-    pub(super) aperture: Option<u32>,
-    /// Current point as written, before the image is placed.
-    pub(super) at: Point,
-    /// 1 draw, 2 move, 3 flash.
-    pub(super) action: u32,
-    /// 1 straight, 2 clockwise, 3 counter-clockwise.
-    pub(super) motion: u32,
-    /// Whether arcs may be longer than a quarter (G75), once stated.
-    pub(super) many_quadrants: Option<bool>,
-    /// The format was stated.
-    pub(super) formatted: bool,
-    pub(super) incremental: bool,
-    /// Pairs of edges that may still be looked at for crossings.
-    pub(super) pairs: u32,
-    /// Inside G36 … G37: the contour so far.
-    pub(super) region: Option<Path>,
-    pub(super) clear: bool,
-    pub(super) held: Held,
-    /// Index of the mount with the image's turn, if it is known.
-    pub(super) mount_index: Option<u32>,
-    /// Indices of mounts, by mirror, turn and scale.
-    pub(super) mounts: BTreeMap<(bool, u64, u64), u32>,
-    pub(super) image: Image,
+    pub(super) format: Format,
+    pub(super) apertures: Apertures,
+    pub(super) graphics: Graphics,
     pub(super) attributes: Attributes,
-    pub(super) tags: BTreeMap<Tag, u32>,
-    /// Index of the tag in force for flashes and strokes, and for contours, if it is known.
-    pub(super) tag_index: [Option<u32>; 2],
-    /// Blocks and repeats that are being written.
-    pub(super) open: Vec<Open>,
-    /// Objects kept.
-    pub(super) kept: usize,
-    /// Objects there are when all copies are made.
-    pub(super) copies: u64,
+    pub(super) copies: Copies,
+    /// Pairs of edges that may still be looked at for crossings.
+    pub(super) pairs_left: u32,
     /// Whether a level (`%LN`) has named the layer.
     pub(super) level_named: bool,
     ended: bool,
@@ -90,14 +52,13 @@ pub(super) struct Machine {
 /// Reads a layer. What a person says about its numbers counts where the layer says nothing.
 pub(in crate::artwork) fn read(name: &str, text: &[u8], person: &Overrides) -> (Gerber, Vec<Remark>) {
     let text = &*raised(text);
-    let mut machine = Machine::new(name, text);
-    machine.overrule(person);
-    machine.run(text);
-    machine.finish()
+    let mut reader = Reader::new(name, text, person);
+    reader.run(text);
+    reader.finish()
 }
 
-impl Machine {
-    pub(super) fn new(name: &str, text: &[u8]) -> Self {
+impl Reader {
+    fn new(name: &str, text: &[u8], person: &Overrides) -> Self {
         Self {
             findings: Findings::new(name),
             out: Gerber {
@@ -106,45 +67,18 @@ impl Machine {
                 tags: vec![Tag::default()],
                 ..Gerber::default()
             },
-            scale: None,
-            units_ahead: units_ahead(front(text, LOOKED_AT)),
-            first_units: None,
-            codes: BTreeMap::new(),
-            macros: BTreeMap::new(),
-            macro_open: None,
-            fuel: macros::FUEL,
-            aperture: None,
-            at: Point::default(),
-            action: 2,
-            motion: 1,
-            many_quadrants: None,
-            formatted: false,
-            incremental: false,
-            pairs: crossing::FUEL,
-            region: None,
-            clear: false,
-            held: Held::PLAIN,
-            mount_index: Some(0),
-            mounts: BTreeMap::new(),
-            image: Image::default(),
-            attributes: Attributes::default(),
-            tags: BTreeMap::from([(Tag::default(), 0)]),
-            tag_index: [Some(0); 2],
-            open: Vec::new(),
-            kept: 0,
-            copies: 0,
+            format: Format::new(front(text, LOOKED_AT), person),
+            apertures: Apertures::default(),
+            graphics: Graphics::new(),
+            attributes: Attributes::new(),
+            copies: Copies::default(),
+            pairs_left: crossing::FUEL,
             level_named: false,
             ended: false,
         }
     }
 
-    fn overrule(&mut self, person: &Overrides) {
-        (self.out.digits, self.out.zeros) = (person.digits, person.zeros);
-        self.units_ahead = person.units.or(self.units_ahead);
-        self.rescale();
-    }
-
-    pub(super) fn run(&mut self, text: &[u8]) {
+    fn run(&mut self, text: &[u8]) {
         for block in blocks(text) {
             if self.ended {
                 self.tell(Weight::Note, "gerber.after_end", block.at, block.text);
@@ -155,7 +89,7 @@ impl Machine {
             } else {
                 self.tell(Weight::Loss, "gerber.cut_off", block.at, block.text);
             }
-            if self.kept >= MOST_OBJECTS {
+            if self.copies.kept >= MOST_OBJECTS {
                 self.tell(Weight::Loss, "gerber.too_many_objects", block.at, b"");
                 break;
             }
@@ -165,23 +99,23 @@ impl Machine {
     fn block(&mut self, block: &Block<'_>) {
         match block.text {
             [b'G' | b'g', b'0', b'4', rest @ ..] | [b'G' | b'g', b'4', b' ', rest @ ..] => {
-                self.comment(rest, block.at);
+                self.comment(rest, block);
             }
             [b'G', b'4'] => {}
-            [b'0'..=b'9' | b'$', ..] if self.macro_open.is_some() => self.macro_line(block),
-            [first, second, ..] if is_command(*first, *second) => {
-                self.macro_open = None;
-                self.extended(block);
+            [b'0'..=b'9' | b'$', ..] if self.apertures.macros.is_open() => self.macro_line(block),
+            [first, second, rest @ ..] if is_command(*first, *second) => {
+                self.apertures.macros.close();
+                self.command([*first, *second], rest, block);
             }
             _ => {
-                self.macro_open = None;
+                self.apertures.macros.close();
                 self.words(block);
             }
         }
     }
 
-    pub(super) fn finish(mut self) -> (Gerber, Vec<Remark>) {
-        if self.region.is_some() {
+    fn finish(mut self) -> (Gerber, Vec<Remark>) {
+        if self.graphics.region.is_some() {
             self.findings.at(Weight::Doubt, "gerber.region_open", 0, 0, b"");
             self.end_contour(At::default());
         }
@@ -189,24 +123,14 @@ impl Machine {
         if self.out.centre_bounds().is_some_and(is_too_wide) {
             self.findings.at(Weight::Loss, "gerber.out_of_reach", 0, 0, b"");
         }
-        self.out.units = self.first_units.or(self.out.units).or(self.units_ahead);
+        (self.out.digits, self.out.zeros) = (self.format.digits, self.format.zeros);
+        self.out.units = self.format.layer_units();
         if self.out.units.is_none() || self.out.digits.is_none() {
             self.findings.at(Weight::Doubt, "gerber.format_missing", 0, 0, b"");
         } else if !self.ended {
             self.findings.at(Weight::Doubt, "gerber.no_end", 0, 0, b"");
         }
         (self.out, self.findings.finish())
-    }
-
-    pub(super) fn rescale(&mut self) {
-        let units = self.out.units.or(self.units_ahead).unwrap_or(Units::Inch);
-        let zeros = self.out.zeros.unwrap_or(Zeros::Leading);
-        self.scale = self.out.digits.map(|digits| Scale::new(Reading { units, digits, zeros }));
-    }
-
-    /// Units of sizes that stand here.
-    pub(super) fn size_units(&self) -> Units {
-        self.out.units.or(self.units_ahead).unwrap_or(Units::Inch)
     }
 
     fn words(&mut self, block: &Block<'_>) {
@@ -225,9 +149,11 @@ impl Machine {
                 b'Y' if numbers.y.is_none() => numbers.y = Some(number),
                 b'I' if numbers.i.is_none() => numbers.i = Some(number),
                 b'J' if numbers.j.is_none() => numbers.j = Some(number),
-                b'G' => self.g_code(number.mantissa, block),
+                b'G' => self.code(number.mantissa, block),
                 b'D' if number.mantissa >= 10 => self.select(number, block),
-                b'D' if (1..=3).contains(&number.mantissa) => acted = Some(number.mantissa as u32),
+                b'D' if number.mantissa == 1 => acted = Some(Action::Draw),
+                b'D' if number.mantissa == 2 => acted = Some(Action::Move),
+                b'D' if number.mantissa == 3 => acted = Some(Action::Flash),
                 b'M' if number.mantissa == 0 || number.mantissa == 2 => self.ended = true,
                 b'N' => {}
                 b'X' | b'Y' | b'I' | b'J' | b'0'..=b'9' | b'.' | b'+' | b'-' => {
@@ -239,7 +165,7 @@ impl Machine {
                 }
             }
         }
-        self.action = acted.unwrap_or(self.action);
+        self.graphics.action = acted.unwrap_or(self.graphics.action);
         self.go(&numbers, acted, block.at);
     }
 
@@ -262,79 +188,6 @@ impl Machine {
     pub(super) fn tell_once(&mut self, weight: Weight, code: &str, at: At, found: &[u8]) {
         self.findings.once(weight, code, at.line, at.column, found);
     }
-
-    fn select(&mut self, number: Decimal, block: &Block<'_>) {
-        let code = u32::try_from(number.mantissa).ok();
-        self.aperture = code.and_then(|code| self.codes.get(&code)).copied();
-        if self.aperture.is_none() {
-            self.tell_once(Weight::Loss, "gerber.aperture_undefined", block.at, block.text);
-        }
-    }
-
-    fn g_code(&mut self, code: i64, block: &Block<'_>) {
-        match code {
-            1..=3 => self.motion = code as u32,
-            10..=12 => {
-                self.motion = 1;
-                if code > 10 {
-                    self.tell_once(Weight::Loss, "gerber.scaled_lines", block.at, block.text);
-                }
-            }
-            36 => {
-                if self.region.is_some() {
-                    self.tell_once(Weight::Doubt, "gerber.region_open", block.at, block.text);
-                    self.end_contour(block.at);
-                }
-                self.region = Some(Path::default());
-            }
-            37 => {
-                if self.region.is_none() {
-                    self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text);
-                }
-                self.end_contour(block.at);
-                self.region = None;
-            }
-            70 => self.set_units(Units::Inch, block.at),
-            71 => self.set_units(Units::Mm, block.at),
-            74 => self.many_quadrants = Some(false),
-            75 => self.many_quadrants = Some(true),
-            90 => self.incremental = false,
-            91 => self.incremental = true,
-            0 | 54 | 55 => {}
-            _ => self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text),
-        }
-    }
-
-    /// States the units. A second, other statement counts from there on.
-    pub(super) fn set_units(&mut self, units: Units, at: At) {
-        let before = self.out.units.replace(units);
-        if before.is_some_and(|before| before != units) {
-            self.tell_once(Weight::Doubt, "gerber.units_change", at, units.name().as_bytes());
-        }
-        self.rescale();
-    }
-
-    /// Keeps an object.
-    pub(super) fn put(&mut self, shape: Shape, aperture: u32, At { line, column }: At) {
-        let (mount, tag) = (self.mount_now(), self.tag_now(matches!(shape, Shape::Contour(_))));
-        let object = Object { shape, clear: self.clear, aperture, mount, tag, line, column };
-        self.keep(object);
-    }
-
-    fn mount_now(&mut self) -> u32 {
-        if let Some(index) = self.mount_index {
-            return index;
-        }
-        let mount = self.image.turned(self.held.mount());
-        let key = (mount.mirrored, mount.turn_deg.to_bits(), mount.scale.to_bits());
-        let next = self.out.mounts.len() as u32;
-        let index = *self.mounts.entry(key).or_insert(next);
-        if index == next {
-            self.out.mounts.push(mount);
-        }
-        self.mount_index = Some(index);
-        index
-    }
 }
 
 /// Whether a block that starts so is a command of two letters; words that lack their number are none.
@@ -343,18 +196,10 @@ fn is_command(first: u8, second: u8) -> bool {
     first.is_ascii_alphabetic() && second.is_ascii_alphabetic() && !word
 }
 
-/// Units stated anywhere near the start.
-fn units_ahead(head: &[u8]) -> Option<Units> {
-    let stated = |word: &str, units| holds(head, word).then_some(units);
-    stated("MOIN*", Units::Inch)
-        .or_else(|| stated("MOMM*", Units::Mm))
-        .or_else(|| stated("G70", Units::Inch))
-        .or_else(|| stated("G71", Units::Mm))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::artwork::Units;
 
     fn read_text(text: &str) -> (Gerber, Vec<String>) {
         let (gerber, remarks) = read("t.gbr", text.as_bytes(), &Overrides::default());

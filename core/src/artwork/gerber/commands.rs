@@ -1,0 +1,136 @@
+//! Every command of two letters and every G-code, a row each: what they are, and who reads what stands behind them.
+//!
+//! Comes in: blocks such as `FSLAX24Y24`, numbers of G-codes. Goes out: the state, changed. Commands are read in the file of the
+//! store that they change; what changes none stands here.
+
+use super::graphics::{Quadrants, Way};
+use super::reader::Reader;
+use super::words::Block;
+use crate::artwork::Units;
+use crate::remark::Weight;
+
+/// Names longer than this are cut off, in letters.
+const LONGEST_NAME: usize = 80;
+
+/// Does what a command says, given what stands behind its letters.
+type Command = fn(&mut Reader, &[u8], &Block<'_>);
+
+/// Commands by their letters.
+const COMMANDS: [(&[u8; 2], Command); 27] = [
+    (b"AB", Reader::block_aperture),
+    (b"AD", Reader::aperture_definition),
+    (b"AM", Reader::macro_definition),
+    (b"AS", axes),
+    (b"FS", Reader::format),
+    (b"IC", |reader, rest, block| reader.only(matches!(rest, b"" | b"AS" | b"ASCII"), block)),
+    (b"IF", |reader, rest, block| reader.tell(Weight::Loss, "gerber.include", block.at, rest)),
+    // It centres the image on the film.
+    (b"IJ", |reader, rest, block| {
+        reader.only(rest.iter().all(|byte| b"ABLC.+-".contains(byte) || byte.is_ascii_digit()), block);
+    }),
+    (b"IN", |reader, rest, _| reader.name_layer(rest, false)),
+    (b"IP", Reader::image_polarity),
+    (b"IR", Reader::image_turn),
+    (b"KO", |reader, _, block| reader.tell(Weight::Loss, "gerber.knockout", block.at, block.text)),
+    (b"LM", Reader::mirror),
+    (b"LN", |reader, rest, _| reader.name_layer(rest, true)),
+    (b"LP", Reader::polarity),
+    (b"LR", Reader::turn),
+    (b"LS", Reader::scale),
+    (b"MI", Reader::image_mirror),
+    (b"MO", Reader::units),
+    (b"OF", Reader::image_offset),
+    // It names the film.
+    (b"PF", |_, _, _| {}),
+    (b"SF", Reader::image_scale),
+    (b"SR", Reader::step_and_repeat),
+    (b"TA", |reader, rest, _| reader.aperture_attribute(rest)),
+    (b"TD", |reader, rest, block| reader.forget(rest, block.at)),
+    (b"TF", |reader, rest, _| reader.file_attribute(rest)),
+    (b"TO", |reader, rest, _| reader.attributes.of_objects(rest)),
+];
+
+/// Does what a G-code says.
+type Code = fn(&mut Reader, &Block<'_>);
+
+/// G-codes by their numbers. G54 and G55 stand before what they announce.
+const CODES: [(i64, Code); 17] = [
+    (0, |_, _| {}),
+    (1, |reader, _| reader.graphics.way = Way::Straight),
+    (2, |reader, _| reader.graphics.way = Way::Clockwise),
+    (3, |reader, _| reader.graphics.way = Way::Counter),
+    (10, |reader, _| reader.graphics.way = Way::Straight),
+    (11, scaled_lines),
+    (12, scaled_lines),
+    (36, Reader::open_region),
+    (37, Reader::close_region),
+    (54, |_, _| {}),
+    (55, |_, _| {}),
+    (70, |reader, block| reader.set_units(Units::Inch, block.at)),
+    (71, |reader, block| reader.set_units(Units::Mm, block.at)),
+    (74, |reader, _| reader.graphics.quadrants = Some(Quadrants::One)),
+    (75, |reader, _| reader.graphics.quadrants = Some(Quadrants::Many)),
+    (90, |reader, _| reader.format.incremental = false),
+    (91, |reader, _| reader.format.incremental = true),
+];
+
+impl Reader {
+    /// Does what a command of two letters says.
+    pub(super) fn command(&mut self, letters: [u8; 2], rest: &[u8], block: &Block<'_>) {
+        match COMMANDS.iter().find(|(known, _)| **known == letters) {
+            Some((_, does)) => does(self, rest.trim_ascii(), block),
+            None => self.only(false, block),
+        }
+    }
+
+    /// Does what a G-code says.
+    pub(super) fn code(&mut self, number: i64, block: &Block<'_>) {
+        match CODES.iter().find(|(known, _)| *known == number) {
+            Some((_, does)) => does(self, block),
+            None => self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text),
+        }
+    }
+
+    /// Whether a command that changes nothing says what it may.
+    fn only(&mut self, understood: bool, block: &Block<'_>) {
+        if !understood {
+            self.tell_once(Weight::Doubt, "gerber.unknown_command", block.at, block.text);
+        }
+    }
+
+    /// Of several levels (`%LN`) the first names the layer; the image's name stands in where none does.
+    fn name_layer(&mut self, rest: &[u8], level: bool) {
+        if level && !self.level_named || self.out.layer_name.is_none() {
+            let name = String::from_utf8_lossy(rest);
+            self.level_named |= level;
+            self.out.layer_name = Some(name.chars().filter(|c| !c.is_control()).take(LONGEST_NAME).collect());
+        }
+    }
+}
+
+/// Which axis of the plotter is which.
+fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
+    match rest {
+        b"AXBY" => {}
+        b"AYBX" => reader.tell_once(Weight::Doubt, "gerber.axes_swapped", block.at, block.text),
+        _ => reader.only(false, block),
+    }
+}
+
+/// G11, G12: lines in tenths and hundredths of what is written.
+fn scaled_lines(reader: &mut Reader, block: &Block<'_>) {
+    reader.graphics.way = Way::Straight;
+    reader.tell_once(Weight::Loss, "gerber.scaled_lines", block.at, block.text);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_word_stands_twice() {
+        let letters: std::collections::BTreeSet<_> = COMMANDS.iter().map(|(letters, _)| letters).collect();
+        let numbers: std::collections::BTreeSet<_> = CODES.iter().map(|(number, _)| number).collect();
+        assert_eq!((letters.len(), numbers.len()), (COMMANDS.len(), CODES.len()));
+    }
+}

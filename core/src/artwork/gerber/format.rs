@@ -1,0 +1,125 @@
+//! What numbers mean: units, digits, omitted zeros, and whether coordinates count from the last point.
+//!
+//! Comes in: `%FS`, `%MO`, G70, G71, G90, G91, what a person says. Goes out: the [`Scale`] of coordinates and the units of sizes.
+//! Does not know points.
+
+use super::reader::Reader;
+use super::words::{At, Block, fields};
+use crate::artwork::number::{Reading, Scale};
+use crate::artwork::text::holds;
+use crate::artwork::{Digits, Overrides, Units, Zeros};
+use crate::remark::Weight;
+
+/// The numbers of a layer, as far as they are stated.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Format {
+    /// Units in force, once stated.
+    pub(super) units: Option<Units>,
+    /// Units before any were stated: those stated further down, else inches.
+    ahead: Option<Units>,
+    /// Units of the first coordinate, once there was one.
+    first: Option<Units>,
+    pub(super) digits: Option<Digits>,
+    pub(super) zeros: Option<Zeros>,
+    /// `%FS` was read.
+    stated: bool,
+    /// Coordinates count from the last point.
+    pub(super) incremental: bool,
+    /// What coordinates mean, once digits are known.
+    scale: Option<Scale>,
+}
+
+impl Format {
+    /// Of a layer that starts with `head`. What a person says counts where the layer says nothing.
+    pub(super) fn new(head: &[u8], person: &Overrides) -> Self {
+        let Overrides { units, digits, zeros, .. } = *person;
+        let mut format = Self { ahead: units.or(units_ahead(head)), digits, zeros, ..Self::default() };
+        format.rescale();
+        format
+    }
+
+    fn rescale(&mut self) {
+        let (units, zeros) = (self.size_units(), self.zeros.unwrap_or(Zeros::Leading));
+        self.scale = self.digits.map(|digits| Scale::new(Reading { units, digits, zeros }));
+    }
+
+    /// Units of sizes that stand here.
+    pub(super) fn size_units(&self) -> Units {
+        self.units.or(self.ahead).unwrap_or(Units::Inch)
+    }
+
+    /// What the next coordinate means, if that is known; notes the units of the first.
+    pub(super) fn scale_here(&mut self) -> Option<Scale> {
+        let scale = self.scale?;
+        self.first = self.first.or(Some(self.size_units()));
+        Some(scale)
+    }
+
+    /// Units of the layer as a whole: those of its first coordinate, else any that were stated.
+    pub(super) fn layer_units(&self) -> Option<Units> {
+        self.first.or(self.units).or(self.ahead)
+    }
+}
+
+impl Reader {
+    /// `IN` or `MM` behind `MO`.
+    pub(super) fn units(&mut self, rest: &[u8], block: &Block<'_>) {
+        match rest {
+            b"IN" => self.set_units(Units::Inch, block.at),
+            b"MM" => self.set_units(Units::Mm, block.at),
+            _ => self.tell(Weight::Loss, "gerber.bad_units", block.at, block.text),
+        }
+    }
+
+    /// States the units. A second, other statement counts from there on.
+    pub(super) fn set_units(&mut self, units: Units, at: At) {
+        let before = self.format.units.replace(units);
+        if before.is_some_and(|before| before != units) {
+            self.tell_once(Weight::Doubt, "gerber.units_change", at, units.name().as_bytes());
+        }
+        self.format.rescale();
+    }
+
+    /// `LAX24Y24` behind `FS`, also with N, G, D and M fields that nobody needs.
+    pub(super) fn format(&mut self, rest: &[u8], block: &Block<'_>) {
+        let zeros =
+            if rest.iter().take(2).any(|&byte| byte == b'T') { Zeros::Trailing } else { Zeros::Leading };
+        // How zeros are left out, how coordinates count, and then letters with digits.
+        let (head, tail) = rest.split_at(rest.iter().position(|&byte| byte == b'X').unwrap_or(0));
+        let known = matches!(head, [b'L' | b'T' | b'D', b'A' | b'I', ..] | [b'A' | b'I', ..]);
+        let numbered = |text: &[u8]| fields(text, *b"NGXYZDM").is_some();
+        let marks = head.get(head.len().min(2)..).unwrap_or_default();
+        let odd = !known || !numbered(marks) || !numbered(tail);
+        let digits = |axis: u8| {
+            let at = rest.iter().position(|&byte| byte == axis)?;
+            match rest.get(at + 1..at + 3)? {
+                &[integer @ b'0'..=b'9', decimal @ b'0'..=b'9'] => {
+                    Some(Digits { integer: integer - b'0', decimal: decimal - b'0' })
+                }
+                _ => None,
+            }
+        };
+        let (x, y) = (digits(b'X'), digits(b'Y'));
+        if x.is_none() || x != y || odd {
+            self.tell(Weight::Doubt, "gerber.bad_format", block.at, block.text);
+        }
+        self.format.incremental = rest.iter().take(2).any(|&byte| byte == b'I');
+        let Some(digits) = x else { return };
+        if self.format.stated {
+            let same = (self.format.zeros, self.format.digits) == (Some(zeros), Some(digits));
+            let weight = if same { Weight::Note } else { Weight::Doubt };
+            self.tell(weight, "gerber.format_again", block.at, block.text);
+        }
+        (self.format.stated, self.format.zeros, self.format.digits) = (true, Some(zeros), Some(digits));
+        self.format.rescale();
+    }
+}
+
+/// Units stated anywhere near the start.
+fn units_ahead(head: &[u8]) -> Option<Units> {
+    let stated = |word: &str, units| holds(head, word).then_some(units);
+    stated("MOIN*", Units::Inch)
+        .or_else(|| stated("MOMM*", Units::Mm))
+        .or_else(|| stated("G70", Units::Inch))
+        .or_else(|| stated("G71", Units::Mm))
+}
