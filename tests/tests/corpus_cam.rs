@@ -7,10 +7,12 @@ use annulus_core::cam::ways::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::Point;
 use annulus_core::job::Command;
-use annulus_core::machine::virtual_drill;
+use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::motion;
+use annulus_core::pins::Pins;
 use annulus_core::proof::{self, Kind};
 use annulus_core::steps;
+use annulus_core::twin::{Cause, Faults, Slip, Twin};
 use annulus_tests::{corpus, read_folder};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -126,4 +128,37 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Where motors lose steps that are driven by the stream of a board's usual job, because of what they are asked for.
+fn lost_by_the_motors(board: &Board, machine: &Machine) -> Vec<Slip> {
+    let mut work = Work::default_for(board, machine);
+    work.setup.face = work.faces()[0];
+    let options = PlanOptions::default();
+    let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let (planned, _) = plan_work(board, &work, machine, &means, &mut |_| true).expect("a plan");
+    let timeline = motion::timeline(&lower_work(&planned, &work, machine), machine).expect("a timeline");
+    let stream = steps::stream(&timeline, machine).expect("a stream");
+    let mut twin = Twin::new(machine, 1, Faults::default(), Box::new(|_| {}));
+    for pulse in steps::replay_stream(&stream) {
+        twin.step(pulse.tick, pulse.axes, pulse.forward);
+    }
+    // It starts anywhere, and so it may also meet its ends.
+    let asked = |slip: &&Slip| matches!(slip.cause, Cause::TooFast | Cause::TooSteep);
+    twin.slips().iter().filter(asked).copied().collect()
+}
+
+#[test]
+fn the_usual_job_of_real_boards_asks_no_more_of_the_motors_than_they_can() {
+    let Some(corpus) = corpus() else { return };
+    let few = ["easyeda/easytrace-tht", "kicad/4.0-multivibrator"];
+    let whole = std::env::var_os("ANNULUS_LONG").is_some();
+    for name in BOARDS.into_iter().filter(|name| whole || few.contains(name)) {
+        let board = board(&corpus.join(name));
+        for machine in [virtual_drill(), annulus_core::machine::hobby_3018()] {
+            let lost = lost_by_the_motors(&board, &machine);
+            assert_eq!(lost, [], "{name} on {}", machine.name);
+        }
+    }
 }

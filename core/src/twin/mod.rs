@@ -164,6 +164,9 @@ impl Twin {
             let (axis, (low, high)) = (axes[index], edges[index]);
             let beyond = axis.scale.steps(OVERTRAVEL).abs();
             let acceleration = axis.max_acceleration_mm_per_s2 * axis.scale.steps_per_mm();
+            // No axis of acceleration A changes its speed in a corner of deviation d by more than √(8·A·d).
+            let jump_mm_per_s = libm::sqrt(8.0 * axis.max_acceleration_mm_per_s2 * machine.motion.corner_mm);
+            let pull = (acceleration, jump_mm_per_s * axis.scale.steps_per_mm());
             // Faults are those of the first spindle.
             let weak = faults.weak_motors[index].filter(|_| number < 3);
             let fastest = weak.unwrap_or(f64::from(machine.max_step_hz));
@@ -174,7 +177,7 @@ impl Twin {
                 2 => high - 1 - span / 10 - (mixed as i64) % (span / 8).max(1),
                 _ => low + span / 4 + (mixed as i64) % (span / 2),
             };
-            let rotor = Rotor::new(&axis.phases, start, (low - beyond, high + beyond), fastest, acceleration);
+            let rotor = Rotor::new(&axis.phases, start, (low - beyond, high + beyond), fastest, pull);
             let rotor = if machine.drive == DriveKind::Table { rotor.by_interrupts() } else { rotor };
             rotor.wired(if number < 3 { !faults.dead_wires[index] } else { u8::MAX })
         };

@@ -9,6 +9,9 @@
 //! field   1 ──▶ 3 ──▶ 5 ──▶ 7 ──▶ 1      eighths of a turn of the current, four full steps a turn
 //! rotor   1     3     3     3     3      it missed two: the field is straight across, then nearer from behind …
 //! pulled        +2    +2    ±4    −2     … so what is lost is lost by whole turns of the current
+//!
+//! field   1 ──▶ 3 ──▶ 1 ──▶ 7            a takt back brings the field to where it was: between the two the motor stands, however
+//!               ╰─────╯                  soon the one follows the other; how fast it turns shows with the next
 //! ```
 //!
 //! Comes in: takts with their ticks. Goes out: where the rotor really is, in takts, and what it lost. The field is that of the
@@ -117,6 +120,8 @@ pub struct Rotor {
     /// Rate it turns at, signed.
     rate_hz: f64,
     last_tick: Option<u64>,
+    /// Whether the last takt went forward.
+    last_forward: bool,
     /// What it is behind by above its limit, in takts.
     behind: f64,
     /// Why it does not follow the field, if it does not.
@@ -127,16 +132,17 @@ pub struct Rotor {
 
 impl Rotor {
     /// At rest at `at`, between two hard stops. It follows up to `fastest_hz`, and the acceleration that is asked for with
-    /// a reserve.
+    /// a reserve; and a jump by `corner_hz`, which is what its machine gives way to in a corner.
     pub fn new(
         table: &PhaseTable,
         at: i64,
         stops: (i64, i64),
         fastest_hz: f64,
-        acceleration_hz_per_s: f64,
+        (acceleration_hz_per_s, corner_hz): (f64, f64),
     ) -> Self {
         // From rest, the rate reached within the width of one step.
-        let start_hz = (2.0 * libm::sqrt(2.0 * acceleration_hz_per_s)).max(PULL_IN_HZ).min(fastest_hz);
+        let within_a_step = 2.0 * libm::sqrt(2.0 * acceleration_hz_per_s);
+        let start_hz = within_a_step.max(corner_hz).max(PULL_IN_HZ).min(fastest_hz);
         let driver = Commutator::new(table.clone(), 0);
         let zero = angle(driver.byte()).map_or(0, i64::from);
         Self {
@@ -157,6 +163,7 @@ impl Rotor {
             start_hz,
             rate_hz: 0.0,
             last_tick: None,
+            last_forward: true,
             behind: 0.0,
             stalled: None,
             cause: None,
@@ -211,7 +218,9 @@ impl Rotor {
     fn follows(&mut self, push: Push) -> Result<(), Cause> {
         let since = self.last_tick.replace(push.tick).map_or(TICK_HZ, |last| push.tick.saturating_sub(last));
         let time_s = since.max(1) as f64 / TICK_HZ as f64;
-        let asked = if push.forward { 1.0 } else { -1.0 } / time_s;
+        let back = std::mem::replace(&mut self.last_forward, push.forward) != push.forward;
+        let way = if push.forward { 1.0 } else { -1.0 };
+        let asked = if back { 0.0 } else { way / time_s };
         let jump = (asked - self.rate_hz).abs();
         let rate = asked.abs() / self.pull_out_hz;
         // The back voltage grows with the rate: less current, less torque.

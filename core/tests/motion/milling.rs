@@ -4,7 +4,7 @@ use crate::programs::{Chance, one_by_one};
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
-use annulus_core::machine::{AXES, Machine, lab, six_spindles, virtual_drill};
+use annulus_core::machine::{AXES, Machine, hobby_3018, lab, six_spindles, virtual_drill};
 use annulus_core::motion::{Timeline, laws, timeline};
 use annulus_core::steps::{self, Segment, Stage, TICK_HZ};
 use annulus_core::units::Length;
@@ -172,6 +172,41 @@ fn paths_between_half_steps_end_where_they_are_told_to() {
         let mut zero = corner_zero(&roomy);
         (zero[0], zero[1]) = (0, 0);
         assert!(verify(&stream, &roomy, zero).is_ok(), "{from} {to}: {:?}", verify(&stream, &roomy, zero));
+    }
+}
+
+/// The groove around a ground plane is metres long, and a small router takes its time for it.
+#[test]
+fn a_way_that_takes_a_quarter_of_an_hour_is_driven_as_several_from_rest_to_rest() {
+    let machine = hobby_3018();
+    let (height, feed_um_per_s) = (Length::from_um(-100), 2_000);
+    let at = |x: f64, y: f64| Point::from_mm(x, y);
+    let mill = |to: Point, feed_um_per_s: u32| Command::Mill { to, height, feed_um_per_s };
+    let there_and_back = |legs: u32| (0..legs).map(move |leg| if leg % 2 == 0 { 90.0 } else { 30.0 });
+    let circle = Command::MillArc {
+        to: at(60.0, 60.0),
+        height,
+        center: at(75.0, 60.0),
+        ccw: true,
+        feed_um_per_s: 100,
+    };
+    let ways: [Vec<Command>; 3] = [
+        there_and_back(30).map(|x| mill(at(x, 60.0 + x / 10.0), feed_um_per_s)).collect(),
+        vec![mill(at(90.0, 60.0), 50)],
+        vec![circle],
+    ];
+    for (seed, way) in (0..).zip(ways) {
+        let mut program = milling(&mut Chance(1), &machine, Kind { commands: 0, ..FLAT });
+        let leg = &mut program.legs[0].commands;
+        let after = leg.iter().position(|command| matches!(command, Command::Plunge { .. })).unwrap() + 1;
+        leg.splice(after..after, way);
+        let plan = timeline(&program, &machine).unwrap();
+        let milled = plan.moves.iter().filter(|planned| planned.stage == Stage::Mill);
+        let seconds: Vec<f64> =
+            milled.map(|planned| planned.duration_ticks as f64 / TICK_HZ as f64).collect();
+        assert!(seconds.iter().sum::<f64>() > 590.0, "{seconds:?}");
+        assert!(seconds.iter().all(|seconds| *seconds < 301.0), "{seconds:?}");
+        assert_eq!(run(&program, &machine, seed) as usize, seconds.len());
     }
 }
 

@@ -45,7 +45,7 @@ fn a_rotor_follows_ramps_and_falls_behind_where_it_is_overdriven() {
     for (table, (from, to, count, why)) in
         TABLES.iter().flat_map(|name| rows.iter().map(move |row| (preset(name).unwrap(), *row)))
     {
-        let mut rotor = Rotor::new(&table, 0, (-100_000, 100_000), 10_000.0, 100_000.0);
+        let mut rotor = Rotor::new(&table, 0, (-100_000, 100_000), 10_000.0, (100_000.0, 0.0));
         let turn = table.columns.len() as u64;
         let (mut time_s, mut cause) = (0.0, None);
         for step in 0..count {

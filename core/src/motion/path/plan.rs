@@ -79,12 +79,18 @@ pub struct Rules {
     pub share: f64,
     /// d: how far the machine may give way in a corner, mm.
     pub deviation_mm: f64,
+    /// A path that would take longer is driven as several, with a rest between them, s.
+    pub longest_s: f64,
 }
+
+/// Longer than this no path takes, in seconds: a run cannot say how far its pulses would be apart after 429 s.
+const LONGEST_PATH_S: f64 = 300.0;
 
 impl Rules {
     /// As the settings `motion.reserve` and `motion.corner` of `machine` say.
     pub fn of(machine: &Machine) -> Self {
-        Self { share: 1.0 - machine.motion.reserve, deviation_mm: machine.motion.corner_mm }
+        let (share, deviation_mm) = (1.0 - machine.motion.reserve, machine.motion.corner_mm);
+        Self { share, deviation_mm, longest_s: LONGEST_PATH_S }
     }
 }
 

@@ -10,7 +10,7 @@
 //! Comes in: a [`Chain`], the play of X and Y in mm. Goes out: paths of the axes, from rest to rest. Does not know motors.
 
 use super::Path;
-use super::curve::Curve;
+use super::curve::{Curve, Place};
 use super::plan::{Chain, Fed, Rules, along_curves, check, curves};
 use crate::motion::profile::Limits;
 use crate::remark::Remark;
@@ -21,8 +21,8 @@ const SHORTEST_PART_MM: f64 = 1e-6;
 /// An axis that goes less far than this does not turn: a nanometre.
 const STANDS_MM: f64 = 1e-6;
 
-/// The fastest paths along `chain`, cut where an axis of the plane that has play turns: paths that follow each other, in each of which no such axis
-/// turns. `play_mm` is the play of X and Y.
+/// The fastest paths along `chain`, cut where an axis of the plane that has play turns: paths that follow each other, in each of
+/// which no such axis turns, and none of which takes longer than it may. `play_mm` is the play of X and Y.
 ///
 /// With every path comes, for X and Y, which way the motor goes: down where it is true. What stands keeps the way of
 /// before, at first `down`. The paths are where the axes are, not the motors.
@@ -35,21 +35,46 @@ pub fn turns(
     check(chain, axes, rules)?;
     let mut found: Vec<([bool; 2], Path)> = Vec::new();
     let (mut start, mut one_way, mut ways) = (chain.start, Vec::<Fed>::new(), down);
+    let mut drive = |start: Place, one_way: &[Fed], ways: [bool; 2]| {
+        let mut paths = Vec::new();
+        in_time(start, one_way, (axes, rules), &mut paths);
+        let end = paths.last().map_or(start, Path::end);
+        found.extend(paths.into_iter().map(|path| (ways, path)));
+        end
+    };
     for piece in curves(chain)?.iter().flat_map(|fed| monotone(fed, play_mm)) {
         let next = going(&piece.curve, play_mm, ways);
         if next != ways && !one_way.is_empty() {
-            let path = along_curves(start, &one_way, axes, rules);
-            start = path.end();
-            found.push((ways, path));
+            start = drive(start, &one_way, ways);
             one_way.clear();
         }
         ways = next;
         one_way.push(piece);
     }
     if !one_way.is_empty() {
-        found.push((ways, along_curves(start, &one_way, axes, rules)));
+        drive(start, &one_way, ways);
     }
     Ok(found)
+}
+
+/// The paths along curves that go on from each other: halves of halves, until none takes longer than it may.
+fn in_time(start: Place, curves: &[Fed], how: (&[Limits; 3], &Rules), paths: &mut Vec<Path>) {
+    let (axes, rules) = how;
+    let path = along_curves(start, curves, axes, rules);
+    let halves = match curves {
+        _ if path.duration_s() <= rules.longest_s => None,
+        [] => None,
+        [alone] => {
+            let length = alone.curve.length_mm();
+            let half = |from: f64, to: f64| vec![Fed { curve: alone.curve.cut(from, to), ..*alone }];
+            (length > 2.0 * SHORTEST_PART_MM).then(|| [half(0.0, length / 2.0), half(length / 2.0, length)])
+        }
+        many => Some(<[&[Fed]; 2]>::from(many.split_at(many.len() / 2)).map(<[Fed]>::to_vec)),
+    };
+    let Some([first, second]) = halves else { return paths.push(path) };
+    in_time(start, &first, how, paths);
+    let middle = paths.last().map_or(start, Path::end);
+    in_time(middle, &second, how, paths);
 }
 
 /// The parts of a curve in which no axis with play turns.
