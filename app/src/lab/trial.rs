@@ -37,7 +37,7 @@ pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> Outcome {
     let settings = machine.axis(axis);
     let hz_per_s = settings.max_acceleration_mm_per_s2 * settings.scale.steps_per_mm();
     let mut rotor =
-        Rotor::new(table, 0, (i64::MIN / 2, i64::MAX / 2), f64::from(machine.max_step_hz), hz_per_s)
+        Rotor::new(table, 0, (i64::MIN / 2, i64::MAX / 2), f64::from(machine.max_step_hz), (hz_per_s, 0.0))
             .by_interrupts();
     let mut driver = Automaton::new(machine.dynamics.clone(), 0);
     let ticks = TICK_HZ / u64::from(machine.interrupt_hz.max(1));
