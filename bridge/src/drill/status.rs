@@ -98,7 +98,8 @@ impl Owner {
         });
         let stage =
             glimpse.stage.map(|stage| if stage == Stage::Hop { hop_stage(work_mm[2]) } else { stage });
-        let ticks = work.and_then(|work| work.job.left_ticks.get(work.leg)).copied().unwrap_or(0);
+        let left_at = |leg: usize| work.and_then(|work| work.job.left_ticks.get(leg)).copied().unwrap_or(0);
+        let (all, ticks) = (left_at(0), left_at(work.map_or(0, |work| work.leg)));
         let bit = work.and_then(|work| work.bit);
         let bits = work.map(|work| &work.job.program.bits);
         Status {
@@ -133,6 +134,7 @@ impl Owner {
             elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
             left_s: ticks as f64 / TICK_HZ as f64 / self.speed * 100.0
                 / f64::from(self.executor.shared.pace().max(1)),
+            done_share: if all > 0 { 1.0 - ticks as f64 / all as f64 } else { 0.0 },
             alarm: self.session.alarm.clone(),
         }
     }

@@ -478,6 +478,9 @@ pub struct Status {
     pub elapsed_s: f64,
     /// Time left, s.
     pub left_s: f64,
+    /// Share of the job's own time that is behind it, 0 to 1, by whole legs: ways count as holes do.
+    #[serde(default)]
+    pub done_share: f64,
     /// What went wrong, until acknowledged.
     pub alarm: Option<Alarm>,
 }

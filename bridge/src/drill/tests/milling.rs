@@ -32,6 +32,14 @@ fn ways_are_milled_and_the_bit_is_whole_afterwards() {
     bench.start(&milling(&machine()));
     let status = bench.wait(|status| status.stage == Some(Stage::Mill));
     assert_eq!((status.ways_total, status.command.as_deref()), (WAYS, Some("mill")));
+    assert!((0.0..0.9).contains(&status.done_share), "{}", status.done_share);
+    let later = bench.wait(|status| status.way == Some(WAYS - 1) && status.stage == Some(Stage::Mill));
+    assert!(
+        later.done_share > status.done_share,
+        "ways count too: {} {}",
+        status.done_share,
+        later.done_share
+    );
     assert!(status.way.is_some() && status.hole.is_none() && status.bit == Some(1), "{status:?}");
     assert!(status.lower_dead_point_mm.is_some_and(|low| low < -0.1), "{status:?}");
     assert_eq!(bench.ended(), (Ending::Done, 2));
