@@ -8,10 +8,11 @@
 //! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
 //! what becomes of it.
 
-use crate::cli::{self, Group, JobArgs, Order, ReadingArgs, Refusal};
-use crate::files::{self, ReadFiles};
+use crate::cli::files::{self, ReadFiles};
+use crate::cli::saving::Given;
+use crate::cli::{self, Group, JobArgs, Order, ReadingArgs};
 use crate::machine_file;
-use crate::saving::Given;
+use crate::refusal::Refusal;
 use annulus_core::artwork::Kind;
 use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::{self, Plan, PlanOptions, Progress};

@@ -3,8 +3,8 @@
 //! Comes in: paths and names. Goes out: [`Machine`]s, or a refusal with file, line and column. A file that cannot be
 //! read is never overwritten. Does not know what the settings mean; the table in `machine` does.
 
-use crate::cli::Refusal;
 use crate::own;
+use crate::refusal::Refusal;
 use annulus_core::machine::{self, Kind, Machine, SECTIONS, Setting};
 use annulus_core::project::text;
 use annulus_core::remark::{Remark, Weight};

@@ -3,11 +3,9 @@
 //! Comes in: the command line. Goes out: text for people on standard error, one JSON object for scripts on
 //! standard output. The commands themselves are one file each in `cli/`.
 
-mod browser;
 mod cli;
 mod drill;
 mod executor;
-mod files;
 mod job;
 mod journal;
 mod lab;
@@ -15,8 +13,9 @@ mod machine_file;
 mod outputs;
 mod own;
 mod quiet;
-mod saving;
+mod refusal;
 mod server;
+mod signals;
 
 use std::process::ExitCode;
 

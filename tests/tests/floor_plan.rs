@@ -35,6 +35,38 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &["control", "queue", "steps", "job", "machine"]),
 ];
 
+/// Folders and files of `bridge/src`, lowest first, and what each may name: only what lies lower.
+const BRIDGE: &[(&str, &[&str])] = &[
+    ("quiet", &[]),
+    ("own", &[]),
+    ("refusal", &[]),
+    ("signals", &["refusal"]),
+    ("machine_file", &["own", "refusal"]),
+    ("journal", &["quiet"]),
+    ("outputs", &["own"]),
+    ("executor", &["own", "outputs", "signals"]),
+    ("lab", &[]),
+    ("drill", &["executor", "journal", "machine_file", "own", "refusal"]),
+    ("server", &["drill", "machine_file", "own", "refusal"]),
+    ("job", &["machine_file", "refusal"]),
+    (
+        "cli",
+        &[
+            "drill",
+            "executor",
+            "job",
+            "journal",
+            "lab",
+            "machine_file",
+            "outputs",
+            "own",
+            "refusal",
+            "server",
+            "signals",
+        ],
+    ),
+];
+
 const LONGEST_FILE: usize = 500;
 const LONGEST_FUNCTION: usize = 70;
 
@@ -60,13 +92,34 @@ fn sources() -> Vec<(PathBuf, String)> {
     files.into_iter().map(|path| (path.clone(), fs::read_to_string(path).unwrap())).collect()
 }
 
-/// The text before the test module at the end.
-fn without_tests(text: &str) -> &str {
-    text.find("\n#[cfg(test)]").map_or(text, |at| &text[..at])
+/// Whether an item is there for the tests alone.
+fn is_test(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|attribute| {
+        attribute.path().is_ident("cfg")
+            && attribute.parse_args::<syn::Ident>().is_ok_and(|ident| ident == "test")
+    })
 }
 
-fn floor_of(path: &Path) -> Option<String> {
-    let inside = path.strip_prefix(root().join("core/src")).ok()?;
+/// Whether a file is one of tests as a whole.
+fn is_of_tests(path: &Path) -> bool {
+    let inside = path.strip_prefix(root()).unwrap_or(path);
+    inside.components().skip(2).any(|part| part.as_os_str() == "tests" || part.as_os_str() == "tests.rs")
+}
+
+/// Lines of a file, those of its tests apart, wherever they stand.
+fn lines_without_tests(text: &str) -> usize {
+    let lines_of = |item: &syn::Item| match item {
+        syn::Item::Mod(module) if is_test(&module.attrs) => {
+            item.span().end().line - item.span().start().line + 1
+        }
+        _ => 0,
+    };
+    let file = syn::parse_file(text).unwrap();
+    text.lines().count() - file.items.iter().map(lines_of).sum::<usize>()
+}
+
+fn floor_of(path: &Path, package: &str) -> Option<String> {
+    let inside = path.strip_prefix(root().join(package)).ok()?;
     let first = inside.components().next()?.as_os_str().to_string_lossy().into_owned();
     Some(first.trim_end_matches(".rs").to_owned())
 }
@@ -103,11 +156,7 @@ impl<'ast> Visit<'ast> for Names {
         self.use_tree(&item.tree);
     }
     fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
-        let is_test = item.attrs.iter().any(|attribute| {
-            attribute.path().is_ident("cfg")
-                && attribute.parse_args::<syn::Ident>().is_ok_and(|ident| ident == "test")
-        });
-        if !is_test {
+        if !is_test(&item.attrs) {
             visit::visit_item_mod(self, item);
         }
     }
@@ -120,36 +169,50 @@ impl<'ast> Visit<'ast> for Names {
     }
 }
 
-#[test]
-fn every_arrow_is_on_the_plan() {
+/// What in a package points where its plan does not let it.
+fn off_the_plan(package: &str, arrows: &[(&str, &[&str])], common: &[&str]) -> Vec<String> {
     let mut wrong = Vec::new();
     for (path, text) in sources() {
-        let Some(floor) = floor_of(&path) else { continue };
-        if floor == "lib" {
+        let Some(floor) = floor_of(&path, package).filter(|floor| !["lib", "main"].contains(&floor.as_str()))
+        else {
+            continue;
+        };
+        if is_of_tests(&path) {
             continue;
         }
-        let Some((_, allowed)) = ARROWS.iter().find(|(name, _)| *name == floor) else {
-            wrong.push(format!("{}: the folder {floor} is not on the plan", path.display()));
+        let Some((_, allowed)) = arrows.iter().find(|(name, _)| *name == floor) else {
+            wrong.push(format!("{}: {floor} is not on the plan", path.display()));
             continue;
         };
         let mut names = Names::default();
         names.visit_file(&syn::parse_file(&text).unwrap());
         for name in names.0 {
-            let common = ["units", "remark", "locale"].contains(&name.as_str());
-            let known = ARROWS.iter().any(|(other, _)| *other == name);
-            if known && !common && name != floor && !allowed.contains(&name.as_str()) {
+            let known = arrows.iter().any(|(other, _)| *other == name);
+            let may = common.contains(&name.as_str()) || name == floor || allowed.contains(&name.as_str());
+            if known && !may {
                 wrong.push(format!("{}: {floor} must not name {name}", path.display()));
             }
         }
     }
+    wrong
+}
+
+#[test]
+fn every_arrow_is_on_the_plan() {
+    let mut wrong = off_the_plan("core/src", ARROWS, &["units", "remark", "locale"]);
+    wrong.extend(off_the_plan("bridge/src", BRIDGE, &[]));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    for (at, (floor, allowed)) in BRIDGE.iter().enumerate() {
+        let lower = |name: &&str| BRIDGE[..at].iter().any(|(below, _)| *below == *name);
+        assert!(allowed.iter().all(|name| lower(&name)), "{floor} names only what lies lower");
+    }
 }
 
 #[test]
 fn files_are_short_and_say_what_they_are() {
     let mut wrong = Vec::new();
     for (path, text) in sources() {
-        let lines = without_tests(&text).lines().count();
+        let lines = if is_of_tests(&path) { 0 } else { lines_without_tests(&text) };
         if lines > LONGEST_FILE {
             wrong.push(format!("{}: {lines} lines, at most {LONGEST_FILE}", path.display()));
         }
@@ -208,6 +271,10 @@ fn the_rules_can_fail() {
             .unwrap(),
     );
     assert_eq!(names.0.into_iter().collect::<Vec<_>>(), ["cam", "motion", "units"]);
+    assert_eq!(
+        lines_without_tests("//! x\n#[cfg(test)]\nmod tests;\nfn f() {}\n#[cfg(test)]\nmod more {\n}\n"),
+        2
+    );
     let long = format!("fn f() {{\n{}}}\n", "g();\n".repeat(LONGEST_FUNCTION));
     let mut functions = Functions { path: Path::new("x.rs"), wrong: Vec::new() };
     functions.visit_file(&syn::parse_file(&long).unwrap());

@@ -2,11 +2,12 @@
 //!
 //! Comes in: the surroundings. Goes out: one row a check, `good`, `note` or `bad`. Changes nothing.
 
+use super::browser;
 use super::{Answer, Exit, Refusal, serve};
 use crate::executor::{clock, realtime};
 use crate::own;
 use crate::server::runtime;
-use crate::{browser, drill, journal, machine_file};
+use crate::{drill, journal, machine_file};
 use annulus_core::control::Lateness;
 use annulus_core::control::lateness::{EDGES_US, safe_rate};
 use annulus_core::remark::{Remark, Weight};

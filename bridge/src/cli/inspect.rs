@@ -4,7 +4,7 @@
 //! cannot be opened: content never makes it fail.
 
 use super::{Answer, Exit, Refusal, rounded};
-use crate::files;
+use crate::cli::files;
 use annulus_core::artwork::{
     Counts, DrillFile, FileRead, Gerber, Kind, TooMuch, nets, painted, painted_measures,
 };

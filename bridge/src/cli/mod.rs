@@ -3,12 +3,14 @@
 //! Comes in: parsed arguments. Goes out: an exit code; with `--json` exactly one object on standard output, also on
 //! refusal. Does not know what the commands do.
 
+mod browser;
 mod cam;
 mod cam_files;
 mod cures;
 mod doctor;
 mod executor;
 pub(crate) mod export;
+pub(crate) mod files;
 mod findings;
 mod inspect;
 mod lab;
@@ -19,15 +21,13 @@ mod plan;
 mod prove;
 mod prove_files;
 mod queue;
-mod refusal;
 mod run;
+pub(crate) mod saving;
 mod serve;
-mod signals;
 mod simulate;
 mod templates;
 
-pub(crate) use refusal::{Exit, Refusal};
-pub(crate) use signals::Signals;
+use crate::refusal::{Exit, Refusal};
 
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;

@@ -3,10 +3,11 @@
 //! Comes in: the files of the design, programs, perhaps the job file that they were planned from. Goes out: every finding
 //! with place, width, nets and cures; exit code 1 while there are findings that nobody has accepted. Does not know how the programs were made.
 
+use super::files;
 use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
 use super::prove_files::{self, Given};
 use super::{Answer, Exit, Refusal, cam, remark_lines, remark_objects};
-use crate::{files, job};
+use crate::job;
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
 use annulus_core::cam::ways::Scene;
 use annulus_core::cam::work::Work;

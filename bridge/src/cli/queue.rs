@@ -3,10 +3,10 @@
 //! Comes in: a text file of rows and a machine. Goes out: what it will do or did, row by row. Both look at it as if the
 //! machine were homed and the work zero set where it rests then. Does not know what a row means.
 
-use super::signals::Signals;
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
 use crate::drill::Drill;
 use crate::machine_file;
+use crate::signals::Signals;
 use annulus_core::control::State;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::queue::{self, Checked, Mode, Queue, RowState, Standing, check, print, read};

@@ -3,12 +3,13 @@
 //! Comes in: port, machine, speed. Goes out: one line on standard output with the address that works once; the log on
 //! standard error. Ends with Ctrl-C or a signal, after the drill came to rest. Does not know what is served.
 
-use super::signals::Signals;
+use super::browser;
 use super::{Answer, Exit, Refusal};
 use crate::drill::Drill;
+use crate::machine_file;
 use crate::server::runtime::{self, Claim};
 use crate::server::{self, Bridge};
-use crate::{browser, machine_file};
+use crate::signals::Signals;
 use annulus_core::control::Timing;
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::Scope;

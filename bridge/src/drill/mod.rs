@@ -27,9 +27,9 @@ mod store;
 mod tests;
 mod ticket;
 
-use crate::cli::Refusal;
 use crate::journal::{self, Contents, Journal};
 use crate::own;
+use crate::refusal::Refusal;
 use annulus_core::control::Timing;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::remark::{Remark, Weight};

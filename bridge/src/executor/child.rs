@@ -280,7 +280,7 @@ fn watch_signals(hands: Hands) {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let Ok(runtime) = runtime else { return };
         let signalled = runtime.block_on(async {
-            match crate::cli::Signals::new() {
+            match crate::signals::Signals::new() {
                 Ok(mut signals) => {
                     signals.wait().await;
                     true

@@ -2,7 +2,7 @@
 //!
 //! Comes in: a status and a remark. Goes out: a response. Does not know who asked.
 
-use crate::cli::Refusal;
+use crate::refusal::Refusal;
 use annulus_core::remark::{Remark, Weight};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};

@@ -7,7 +7,7 @@
 //! The lock belongs to the process, so a killed bridge leaves a note that nobody believes and nothing to clean up.
 //! Comes in: the environment. Goes out: the claim, or what the running bridge left there. Does not know sessions.
 
-use crate::cli::Refusal;
+use crate::refusal::Refusal;
 use crate::{machine_file, own};
 use annulus_core::remark::{Remark, Weight};
 use serde::{Deserialize, Serialize};

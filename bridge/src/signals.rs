@@ -3,7 +3,7 @@
 //! Comes in: signals. Goes out: the exit code that each means for a server. Nothing that comes between two waits is
 //! missed. Does not know what is ended.
 
-use super::Exit;
+use crate::refusal::Exit;
 use std::io;
 
 /// Listens from when it is made.

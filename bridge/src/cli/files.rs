@@ -3,7 +3,8 @@
 //! Comes in: files, folders, zips and saved projects on disk. Goes out: an [`Artwork`] and which of its files were asked
 //! for; files beside a single file are read too, as evidence, and not listed. Does not look into the bytes.
 
-use crate::cli::{ReadingArgs, Refusal, Units, Zeros};
+use super::{ReadingArgs, Units, Zeros};
+use crate::refusal::Refusal;
 use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
 use annulus_core::project::saved::{self, Numbers, Project, Said};
 use annulus_core::remark::{Remark, Weight};
@@ -289,9 +290,9 @@ mod tests {
         let missing = read(&[PathBuf::from("/no/such/file")], &ReadingArgs::default()).unwrap_err();
         assert_eq!(
             (missing.why.code.as_str(), missing.exit),
-            ("files.missing", crate::cli::Exit::Surroundings)
+            ("files.missing", crate::refusal::Exit::Surroundings)
         );
         let digits = ReadingArgs { digits: Some("24".into()), ..ReadingArgs::default() };
-        assert_eq!(read(&[], &digits).unwrap_err().exit, crate::cli::Exit::Usage);
+        assert_eq!(read(&[], &digits).unwrap_err().exit, crate::refusal::Exit::Usage);
     }
 }
