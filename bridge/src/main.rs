@@ -6,7 +6,6 @@
 mod cli;
 mod drill;
 mod executor;
-mod job;
 mod journal;
 mod lab;
 mod machine_file;

@@ -5,6 +5,7 @@ mod cli;
 mod faults;
 mod kill;
 mod lab;
+mod one_planner;
 mod programs;
 mod queue;
 mod run;

@@ -1,11 +1,15 @@
 //! Laws of planning, held over many small boards made by chance: nothing lost, nothing twice, never longer than the
 //! file, the same every time. And golden prints of one small board at every station (S5, N9).
 
-use annulus_core::board::{Board, Hole};
-use annulus_core::cam::{self, Group, Order, Plan, PlanOptions};
+use annulus_core::board::{Board, Hole, Slot};
+use annulus_core::cam::figures::{Figures, Row, figures};
+use annulus_core::cam::ways::{Means, Planned, Task, lower_work, plan_work};
+use annulus_core::cam::work::Work;
+use annulus_core::cam::{self, Group, Order, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Program};
 use annulus_core::machine::{Machine, StrokeEnd, virtual_drill};
+use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use annulus_core::wire::program::encode;
 
@@ -53,8 +57,50 @@ fn board(chance: &mut Chance) -> Board {
     Board { holes: holes.collect(), ..Board::default() }
 }
 
-fn plan(board: &Board, machine: &Machine, options: &PlanOptions) -> Plan {
-    cam::plan(board, machine, options, &hop_time, &mut |_| true).expect("a plan").0
+/// A plan that only drills, and what is asked of it.
+struct Made {
+    planned: Planned,
+    remarks: Vec<Remark>,
+    figures: Figures,
+    program: Program,
+}
+
+/// One drill of a plan: the sizes that it stands in for, and its holes in order.
+struct Drill {
+    bit: Length,
+    sizes: Vec<Length>,
+    holes: Vec<u32>,
+}
+
+impl Made {
+    fn drills(&self) -> Vec<Drill> {
+        let tasks = self.planned.parts.iter().flat_map(|part| &part.tasks);
+        let sizes = |n: usize| self.figures.rows.iter().filter(move |row| row.n == n).map(|row| row.size);
+        let drill = |(n, task): (usize, &Task)| Drill {
+            bit: task.bit.diameter,
+            sizes: sizes(n).collect(),
+            holes: task.strokes.iter().filter_map(|stroke| stroke.hole).collect(),
+        };
+        (1..).zip(tasks).map(drill).collect()
+    }
+}
+
+fn planned(
+    board: &Board,
+    machine: &Machine,
+    (order, options): (Order, &PlanOptions),
+    progress: &mut dyn FnMut(cam::Progress) -> bool,
+) -> Result<Made, Vec<Remark>> {
+    let work = Work::drilling(board, machine, order);
+    let (planned, remarks) =
+        plan_work(board, &work, machine, &Means { options, hop_time: &hop_time }, progress)?;
+    let figures = figures(&planned, &hop_time);
+    let program = lower_work(&planned, &work, machine);
+    Ok(Made { planned, remarks, figures, program })
+}
+
+fn plan(board: &Board, machine: &Machine, order: Order, options: &PlanOptions) -> Made {
+    planned(board, machine, (order, options), &mut |_| true).expect("a plan")
 }
 
 fn way(from: Point, places: impl IntoIterator<Item = Point>, cost: impl Fn(Point, Point) -> f64) -> f64 {
@@ -65,52 +111,77 @@ fn ring(places: &[Point]) -> f64 {
     places.last().map_or(0.0, |&last| way(last, places.iter().copied(), Point::distance_mm))
 }
 
+/// From the work zero over all places and back.
+fn round(zero: Point, places: &[Point], cost: impl Fn(Point, Point) -> f64) -> f64 {
+    way(zero, places.iter().copied().chain([zero]), cost)
+}
+
 /// What must hold for every plan of every board.
-fn holds(board: &Board, plan: &Plan, order: Order) {
+fn holds(board: &Board, made: &Made, order: Order) {
+    let (drills, figures, zero) = (made.drills(), &made.figures, made.planned.origin);
     let mut seen = vec![0; board.holes.len()];
     let at = |hole: &u32| board.holes[*hole as usize].at;
-    for bit in &plan.bits {
-        let mut in_file = bit.holes.clone();
+    let (mut before, mut after) = (0.0, 0.0);
+    for drill in &drills {
+        let mut in_file = drill.holes.clone();
         in_file.sort_unstable();
         let (file, planned): (Vec<_>, Vec<_>) =
-            (in_file.iter().map(at).collect(), bit.holes.iter().map(at).collect());
+            (in_file.iter().map(at).collect(), drill.holes.iter().map(at).collect());
+        before += round(zero, &file, Point::distance_mm);
+        after += round(zero, &planned, Point::distance_mm);
         match order {
-            Order::File => assert_eq!(in_file, bit.holes),
+            Order::File => assert_eq!(in_file, drill.holes),
             Order::Shortest => {
                 assert!(ring(&planned) <= ring(&file) + 1e-9, "{} > {}", ring(&planned), ring(&file));
             }
             Order::Fastest => {
-                let time = |places: Vec<Point>| way(plan.origin, places, hop_time);
-                assert!(time(planned) <= time(file) + 1e-9);
+                assert!(round(zero, &planned, hop_time) <= round(zero, &file, hop_time) + 1e-9);
             }
         }
-        for hole in &bit.holes {
+        for hole in &drill.holes {
             seen[*hole as usize] += 1;
             let size = board.holes[*hole as usize].diameter.expect("a size");
-            assert!(bit.sizes.contains(&size) && (size - bit.bit).abs() <= virtual_drill().rack_tolerance);
+            assert!(
+                drill.sizes.contains(&size) && (size - drill.bit).abs() <= virtual_drill().rack_tolerance
+            );
         }
     }
     // Once each; of holes at one place that the same bit makes, the first.
     let near = Length::from_um(1);
     let made = |hole: usize| {
         let (at, size) = (board.holes[hole].at, board.holes[hole].diameter.expect("a size"));
-        plan.bits.iter().filter(|bit| (size - bit.bit).abs() <= virtual_drill().rack_tolerance).any(|bit| {
-            let first = bit.holes.iter().map(|&first| first as usize).filter(|&first| first < hole);
-            first
-                .map(|first| board.holes[first].at)
-                .any(|first| (first.x - at.x).abs() <= near && (first.y - at.y).abs() <= near)
-        })
+        drills.iter().filter(|drill| (size - drill.bit).abs() <= virtual_drill().rack_tolerance).any(
+            |drill| {
+                let first = drill.holes.iter().map(|&first| first as usize).filter(|&first| first < hole);
+                first
+                    .map(|first| board.holes[first].at)
+                    .any(|first| (first.x - at.x).abs() <= near && (first.y - at.y).abs() <= near)
+            },
+        )
     };
     let wrong = (0..seen.len()).find(|&hole| !(seen[hole] == 1 || seen[hole] == 0 && made(hole)));
     assert_eq!(wrong, None, "of {} holes", seen.len());
-    assert!(plan.bits.windows(2).all(|pair| pair[0].bit < pair[1].bit));
+    assert!(drills.windows(2).all(|pair| pair[0].bit < pair[1].bit));
+    // The figures are those of the program: the sum of its rapids.
+    let close = |a: f64, b: f64| (a - b).abs() < 1e-6;
+    assert!(close(figures.travel_before_mm, before) && close(figures.travel_after_mm, after));
     match order {
-        Order::Shortest => assert!(plan.travel_after_mm <= plan.travel_before_mm + 1e-9),
-        Order::Fastest => assert!(plan.hop_time_after_s <= plan.hop_time_before_s + 1e-9),
+        Order::Shortest => assert!(figures.travel_after_mm <= figures.travel_before_mm + 1e-9),
+        Order::Fastest => assert!(figures.hop_time_after_s <= figures.hop_time_before_s + 1e-9),
         Order::File => assert!(
-            (plan.travel_after_mm, plan.hop_time_after_s) == (plan.travel_before_mm, plan.hop_time_before_s)
+            (figures.travel_after_mm, figures.hop_time_after_s)
+                == (figures.travel_before_mm, figures.hop_time_before_s)
         ),
     }
+}
+
+/// Length of all rapids of a program.
+fn rapids_mm(program: &Program) -> f64 {
+    let rapids = program.legs.iter().flat_map(|leg| &leg.commands).filter_map(|command| match command {
+        Command::Rapid { to } => Some(*to),
+        _ => None,
+    });
+    way(Point::default(), rapids, Point::distance_mm)
 }
 
 #[test]
@@ -120,17 +191,18 @@ fn every_plan_of_many_small_boards_holds() {
         let mut chance = Chance(seed);
         let board = board(&mut chance);
         let order = [Order::Shortest, Order::Fastest, Order::File][chance.below(3) as usize];
-        let options =
-            PlanOptions { order, seed, iterations: Some(chance.below(12)), ..PlanOptions::default() };
+        let options = PlanOptions { seed, iterations: Some(chance.below(12)), ..PlanOptions::default() };
         let one = std::panic::catch_unwind(|| {
-            let one = plan(&board, &machine, &options);
+            let one = plan(&board, &machine, order, &options);
             holds(&board, &one, order);
             one
         });
-        let one = one.unwrap_or_else(|_| panic!("seed {seed}: {options:?} {board:?}"));
+        let one = one.unwrap_or_else(|_| panic!("seed {seed}: {order:?} {options:?} {board:?}"));
         if seed % 64 == 0 {
-            let bytes = |plan: &Plan| encode(&cam::lower(&board, plan, &machine));
-            assert_eq!(bytes(&one), bytes(&plan(&board, &machine, &options)), "seed {seed}");
+            let again = plan(&board, &machine, order, &options).program;
+            assert_eq!(encode(&one.program), encode(&again), "seed {seed}");
+            let travel = one.figures.travel_after_mm;
+            assert!((rapids_mm(&one.program) - travel).abs() < 1e-6, "seed {seed}: {travel}");
         }
     }
 }
@@ -159,24 +231,23 @@ fn few_holes_are_ordered_as_well_as_can_be() {
         let holes = (0..count).map(|_| hole(place(), place(), 800)).collect();
         let board = Board { holes, ..Board::default() };
         let mut places: Vec<Point> = board.holes.iter().map(|hole| hole.at).collect();
-        let options = |order| PlanOptions { order, iterations: Some(400), ..PlanOptions::default() };
-        let ordered = |plan: &Plan| -> Vec<Point> {
-            plan.bits[0].holes.iter().map(|hole| board.holes[*hole as usize].at).collect()
+        let options = PlanOptions { iterations: Some(400), ..PlanOptions::default() };
+        let ordered = |made: &Made| -> Vec<Point> {
+            made.drills()[0].holes.iter().map(|hole| board.holes[*hole as usize].at).collect()
         };
-        let shortest = plan(&board, &machine, &options(Order::Shortest));
-        // When the way in costs more than the ring saves, the file's order stays.
-        if shortest.travel_after_mm < shortest.travel_before_mm {
+        // When the way in and back costs more than the order saves, the file's order stays.
+        let shortest = plan(&board, &machine, Order::Shortest, &options);
+        if shortest.figures.travel_after_mm < shortest.figures.travel_before_mm {
             let best = least(&mut places, 1, &ring);
             assert!(ring(&ordered(&shortest)) <= best + 1e-6, "seed {seed}");
         }
-        let fastest = plan(&board, &machine, &options(Order::Fastest));
-        let origin = fastest.origin;
-        let best = least(&mut places, 0, &|places| way(origin, places.iter().copied(), hop_time));
-        assert!(
-            fastest.hop_time_after_s <= best + 1e-9,
-            "seed {seed}: {} > {best}",
-            fastest.hop_time_after_s
-        );
+        let fastest = plan(&board, &machine, Order::Fastest, &options);
+        if fastest.figures.hop_time_after_s < fastest.figures.hop_time_before_s {
+            let zero = fastest.planned.origin;
+            let best = least(&mut places, 0, &|places| way(zero, places.iter().copied(), hop_time));
+            let found = way(zero, ordered(&fastest), hop_time);
+            assert!(found <= best + 1e-9, "seed {seed}: {found} > {best}");
+        }
     }
 }
 
@@ -190,9 +261,9 @@ fn a_stop_is_obeyed_at_every_moment() {
                 left -= 1;
                 left >= 0
             };
-            let options = PlanOptions { order, ..PlanOptions::default() };
-            let losses = cam::plan(&board, &virtual_drill(), &options, &hop_time, &mut tick).unwrap_err();
-            assert_eq!(losses[0].code, "plan.cancelled");
+            let options = PlanOptions::default();
+            let stopped = planned(&board, &virtual_drill(), (order, &options), &mut tick);
+            assert_eq!(stopped.err().expect("a stop")[0].code, "plan.cancelled");
             assert_eq!(left, -1, "asked again after a stop");
         }
     }
@@ -200,17 +271,19 @@ fn a_stop_is_obeyed_at_every_moment() {
 
 #[test]
 fn progress_grows_to_what_was_promised() {
-    let board = cam::bench::scattered_board(500, 5);
-    let mut last = 0;
+    let mut board = cam::bench::scattered_board(500, 5);
+    board.holes[7].diameter = Some(Length::from_um(1_000));
+    let (mut last, mut whole) = (0, 0);
     let mut tick = |at: cam::Progress| {
         assert!(at.done >= last && at.done <= at.total);
-        last = at.done;
+        (last, whole) = (at.done, at.total);
         true
     };
     let options = PlanOptions { iterations: Some(2_000), ..PlanOptions::default() };
-    let (plan, _) = cam::plan(&board, &virtual_drill(), &options, &hop_time, &mut tick).unwrap();
-    assert_eq!(plan.iterations, 2_000);
-    assert!(last > 1_500, "{last}");
+    let made = planned(&board, &virtual_drill(), (Order::Shortest, &options), &mut tick)
+        .unwrap_or_else(|_| panic!());
+    assert_eq!(made.figures.iterations, 2_000);
+    assert!(last > whole * 3 / 4, "{last} of {whole}");
 }
 
 #[test]
@@ -231,31 +304,100 @@ fn clusters_lines_and_crowds_are_no_trouble() {
     for (what, holes) in rows {
         let board = Board { holes, ..Board::default() };
         let options = PlanOptions { iterations: Some(500), ..PlanOptions::default() };
-        let plan = plan(&board, &virtual_drill(), &options);
-        holds(&board, &plan, Order::Shortest);
-        assert!(plan.travel_after_mm <= plan.travel_before_mm, "{what}");
+        let made = plan(&board, &virtual_drill(), Order::Shortest, &options);
+        holds(&board, &made, Order::Shortest);
+        assert!(made.figures.travel_after_mm <= made.figures.travel_before_mm, "{what}");
     }
 }
 
 #[test]
-fn losses_stop_a_plan_until_they_are_seen() {
+fn losses_are_told_until_they_are_seen() {
+    // Too small for every drill and mill, without a size, and one that is drilled.
     let mut board =
-        Board { holes: vec![hole(0, 0, 800), hole(10, 0, 9_000), hole(20, 0, 800)], ..Board::default() };
+        Board { holes: vec![hole(0, 0, 800), hole(10, 0, 200), hole(20, 0, 800)], ..Board::default() };
     board.holes[2].diameter = None;
     let mut options = PlanOptions::default();
+    let machine = virtual_drill();
     let codes = |board: &Board, options: &PlanOptions| -> Vec<String> {
-        let losses = cam::plan(board, &virtual_drill(), options, &hop_time, &mut |_| true).unwrap_err();
-        losses.into_iter().map(|loss| loss.code).collect()
+        let remarks = match planned(board, &machine, (Order::Shortest, options), &mut |_| true) {
+            Ok(made) => made.remarks,
+            Err(remarks) => remarks,
+        };
+        remarks.into_iter().filter(|r| r.is_unseen(&options.accept)).map(|remark| remark.code).collect()
     };
-    assert_eq!(codes(&board, &options), ["plan.no_bit", "plan.no_size"]);
-    options.accept = vec!["plan.no_bit".into()];
+    assert_eq!(codes(&board, &options), ["cam.holes_missing", "plan.no_size"]);
+    options.accept = vec!["cam.holes_missing".into()];
     assert_eq!(codes(&board, &options), ["plan.no_size"]);
     options.accept.push("plan.no_size".into());
-    let seen = plan(&board, &virtual_drill(), &options);
-    assert_eq!((seen.bits.len(), &seen.bits[0].holes[..]), (1, &[0][..]));
-    assert_eq!(cam::lower(&board, &seen, &virtual_drill()).accepted, ["plan.no_bit", "plan.no_size"]);
+    let seen = plan(&board, &machine, Order::Shortest, &options);
+    assert_eq!((seen.drills().len(), &seen.drills()[0].holes[..]), (1, &[0][..]));
+    assert_eq!(seen.program.accepted, ["cam.holes_missing", "plan.no_size"]);
+    // Losses of the files stand in the program too, those that were seen.
+    options.lost = vec!["job.a".into(), "job.b".into()];
+    options.accept.push("job.b".into());
+    let seen = plan(&board, &machine, Order::Shortest, &options);
+    assert_eq!(seen.program.accepted, ["cam.holes_missing", "job.b", "plan.no_size"]);
     board.holes.remove(0);
-    assert_eq!(codes(&board, &options), ["plan.nothing_to_drill"]);
+    assert_eq!(codes(&board, &options), ["cam.nothing_to_do"]);
+}
+
+/// Slots and holes that no drill fits are milled without anybody asking, and stand among the figures.
+#[test]
+fn slots_and_wide_holes_are_milled() {
+    let slot = |x: i64, width: Option<i64>| Slot {
+        path: vec![hole(x, 0, 0).at, hole(x + 2_000, 0, 0).at],
+        width: width.map(Length::from_um),
+        plated: None,
+        source: 0,
+        tool_code: 2,
+        line: 9,
+    };
+    let holes = vec![hole(0, 0, 800), hole(9_000, 5_000, 5_000), hole(4_000, 5_000, 5_000)];
+    let mut board = Board { holes, slots: vec![slot(20_000, Some(1_000))], ..Board::default() };
+    let machine = virtual_drill();
+    let made = plan(&board, &machine, Order::Shortest, &PlanOptions::default());
+    assert!(made.remarks.iter().all(|remark| !remark.is_unseen(&[])), "{:?}", made.remarks);
+    let told = |rows: &[Row]| -> Vec<(usize, f64, String, usize, usize, bool)> {
+        let row =
+            |row: &Row| (row.n, row.size.mm(), row.bit.name.clone(), row.holes, row.slots, row.ways > 0);
+        rows.iter().map(row).collect()
+    };
+    let rows = [
+        (1, 0.8, "drill 0.8".to_owned(), 1, 0, false),
+        (2, 5.0, "Mill 1.5 mm".to_owned(), 2, 0, true),
+        (3, 1.0, "Mill 0.8 mm".to_owned(), 0, 1, true),
+    ];
+    assert_eq!(told(&made.figures.rows), rows);
+    // Travel is that of the drills.
+    assert_eq!((made.figures.travel_before_mm, made.figures.travel_after_mm), (0.0, 0.0));
+    // A board of slots alone lies at the corner of their middles; a slot without a width is told.
+    board.holes.clear();
+    board.slots.push(slot(30_000, None));
+    let made = plan(&board, &machine, Order::Shortest, &PlanOptions::default());
+    let codes: Vec<_> = made.remarks.iter().map(|remark| remark.code.as_str()).collect();
+    assert_eq!((made.planned.origin, codes), (Point::from_mm(20.0, 0.0), vec!["plan.slots_not_drilled"]));
+}
+
+#[test]
+fn sizes_share_a_bit_and_a_hole_that_two_files_have_is_drilled_once() {
+    let rows =
+        [(0, 1_020), (5_000, 800), (10_000, 780), (15_000, 1_000), (5_000, 800), (5_001, 790), (0, 800)];
+    let holes = rows.iter().map(|&(x, size)| hole(x, 0, size)).collect();
+    let board = Board { holes, ..Board::default() };
+    let made = plan(&board, &virtual_drill(), Order::File, &PlanOptions::default());
+    let um = Length::from_um;
+    let drills: Vec<_> =
+        made.drills().into_iter().map(|drill| (drill.bit, drill.sizes, drill.holes)).collect();
+    assert_eq!(
+        drills,
+        [
+            (um(800), vec![um(780), um(800)], vec![1, 2, 6]),
+            (um(1_000), vec![um(1_000), um(1_020)], vec![0, 3])
+        ]
+    );
+    let [note] = made.remarks.as_slice() else { panic!("{:?}", made.remarks) };
+    assert_eq!(note.code, "cam.holes_twice");
+    assert!(note.message("en").contains("2 holes"), "{}", note.message("en"));
 }
 
 #[test]
@@ -273,20 +415,20 @@ fn the_loaded_bit_can_go_first() {
     for (loaded, bits, code) in rows {
         let loaded = loaded.map(Length::from_um);
         let options = PlanOptions { group: Group::LoadedFirst, loaded, ..PlanOptions::default() };
-        let (plan, remarks) =
-            cam::plan(&board, &virtual_drill(), &options, &hop_time, &mut |_| true).unwrap();
-        assert_eq!(plan.bits.iter().map(|bit| bit.bit).collect::<Vec<_>>(), bits.map(Length::from_um));
-        assert_eq!(remarks.first().map(|remark| remark.code.as_str()), code);
+        let made = plan(&board, &virtual_drill(), Order::Shortest, &options);
+        assert_eq!(
+            made.drills().iter().map(|drill| drill.bit).collect::<Vec<_>>(),
+            bits.map(Length::from_um)
+        );
+        assert_eq!(made.remarks.first().map(|remark| remark.code.as_str()), code);
     }
 }
 
-fn small() -> (Board, Plan, Machine) {
+fn small(machine: &Machine) -> Program {
     let rows = [(11_000, 21_000, 800), (10_000, 20_000, 1_000), (13_000, 20_000, 790), (11_000, 20_500, 800)];
     let holes = rows.iter().map(|&(x, y, size)| hole(x, y, size)).collect();
     let board = Board { name: "small".into(), holes, ..Board::default() };
-    let machine = virtual_drill();
-    let plan = plan(&board, &machine, &PlanOptions::default());
-    (board, plan, machine)
+    plan(&board, machine, Order::Shortest, &PlanOptions::default()).program
 }
 
 fn print(program: &Program) -> String {
@@ -313,15 +455,16 @@ fn print(program: &Program) -> String {
 
 #[test]
 fn golden_program() {
-    let (board, plan, mut machine) = small();
-    let program = cam::lower(&board, &plan, &machine);
+    let mut machine = virtual_drill();
+    let program = small(&machine);
     assert_eq!((program.origin, program.machine.len()), (Point::from_mm(10.0, 20.0), 64));
+    assert_eq!(program.name, "small-top");
     let expected = "\
 Prepare: spindle 0
 ChangeBit(0): spindle 0, rapid 0 0, await drill 0.8, spindle 30000, dwell 1500000 µs
-Hole(3): rapid 1 0.5, plunge -2.286523 at 12000 µm/s, retract 2
 Hole(0): rapid 1 1, plunge -2.286523 at 12000 µm/s, retract 2
 Hole(2): rapid 3 0, plunge -2.286523 at 12000 µm/s, retract 2
+Hole(3): rapid 1 0.5, plunge -2.286523 at 12000 µm/s, retract 2
 ChangeBit(1): spindle 0, rapid 0 0, await drill 1, spindle 30000, dwell 1500000 µs
 Hole(1): rapid 0 0, plunge -2.333154 at 12000 µm/s, retract 2
 Finish: spindle 0, rapid 0 0
@@ -329,7 +472,7 @@ Finish: spindle 0, rapid 0 0
     assert_eq!(print(&program), expected);
     machine.stroke_end = StrokeEnd::Sensor;
     machine.process.dwell_bottom_ms = 40.0;
-    let gated = print(&cam::lower(&board, &plan, &machine));
+    let gated = print(&small(&machine));
     let stroke =
         "plunge -2.286523 at 12000 µm/s until ZBottom or 5000000 µs: Alarm, dwell 40000 µs, retract 2";
     assert!(gated.contains(stroke), "{gated}");

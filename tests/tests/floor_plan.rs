@@ -48,7 +48,6 @@ const BRIDGE: &[(&str, &[&str])] = &[
     ("lab", &[]),
     ("drill", &["executor", "journal", "machine_file", "own", "refusal"]),
     ("server", &["drill", "machine_file", "own", "refusal"]),
-    ("job", &["machine_file", "refusal"]),
     (
         "cli",
         &[

@@ -14,11 +14,10 @@ use super::work::layers;
 use crate::picture;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam;
+use annulus_core::cam::figures::figures;
 use annulus_core::cam::ways::{self, Means, Part, Scene, Stroke};
 use annulus_core::cam::work::{Operation, Work};
-use annulus_core::geometry::Point;
 use annulus_core::job::Program;
-use annulus_core::machine::Machine;
 use annulus_core::motion;
 use annulus_core::remark::Remark;
 use annulus_core::units::Length;
@@ -45,6 +44,7 @@ pub(super) fn side(
         group: if wanted.loaded.is_some() { cam::Group::LoadedFirst } else { cam::Group::Ascending },
         loaded: wanted.loaded,
         accept: wanted.accept.clone(),
+        lost: shelf.lost(),
         ..cam::PlanOptions::default()
     };
     let hop_time = |from, to| motion::hop_time_s(&machine, from, to);
@@ -58,7 +58,7 @@ pub(super) fn side(
         let part = match known {
             Some(part) => part,
             None => {
-                let made = ways::plan_operation(&scene, work, index, &machine, &means, &mut || true);
+                let made = ways::plan_operation(&scene, work, index, &machine, &means, &mut |_| true);
                 made.map_err(|why| vec![why])?
             }
         };
@@ -84,7 +84,7 @@ pub(super) fn plan(
     let laid_key = laid_key(wanted.board_key, work);
     let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
     let bits = bits(&planned.parts, &planned.board);
-    let answer = travels(&bits, &planned.board, planned.origin, &machine);
+    let figures = figures(&planned, &|from, to| motion::hop_time_s(&machine, from, to));
     let way_operations = planned.parts.iter().flat_map(|part| {
         let count: usize = part.tasks.iter().map(|task| task.ways.len()).sum();
         std::iter::repeat_n(part.operation as u16, count)
@@ -98,7 +98,10 @@ pub(super) fn plan(
         key: key.clone(),
         program: made,
         remarks,
-        ..answer
+        travel_before_mm: figures.travel_before_mm,
+        travel_after_mm: figures.travel_after_mm,
+        hop_time_before_s: figures.hop_time_before_s,
+        hop_time_after_s: figures.hop_time_after_s,
     };
     shelf.keep_last(Last { planned, titles, program: key });
     Ok(answer)
@@ -132,29 +135,4 @@ fn bits(parts: &[Part], board: &Board) -> Vec<PlannedBit> {
         bits.push(PlannedBit { diameter: task.bit.diameter, sizes: sizes.into_iter().collect(), holes });
     }
     bits
-}
-
-/// Length and time of the ways from hole to hole: in the order of the files, and as planned.
-fn travels(bits: &[PlannedBit], board: &Board, start: Point, machine: &Machine) -> Planned {
-    let walk = |holes: &[u32]| {
-        let stops = holes.iter().filter_map(|hole| board.holes.get(*hole as usize)).map(|hole| hole.at);
-        let mut from = start;
-        let hops = stops.chain([start]).map(|to| {
-            let hop = (from.distance_mm(to), motion::hop_time_s(machine, from, to));
-            from = to;
-            hop
-        });
-        hops.fold((0.0, 0.0), |sum, hop| (sum.0 + hop.0, sum.1 + hop.1))
-    };
-    let mut sums = Planned::default();
-    for bit in bits {
-        let mut in_file = bit.holes.clone();
-        in_file.sort_unstable();
-        let (before, after) = (walk(&in_file), walk(&bit.holes));
-        sums.travel_before_mm += before.0;
-        sums.hop_time_before_s += before.1;
-        sums.travel_after_mm += after.0;
-        sums.hop_time_after_s += after.1;
-    }
-    sums
 }

@@ -46,14 +46,7 @@ pub(super) fn to_be_read(board: &Board, program: &Program, work: &Work, shelf: &
 
 fn verdict(board: &Board, program: &Program, work: &Work) -> Verdict {
     let face = work.setup.face;
-    let options = proof::Options {
-        face,
-        owned: work.bits.clone(),
-        agreed: work.agreed(face),
-        cleared: work.cleared(face),
-        isolates: Some(work.isolates(face)),
-        ..proof::Options::default()
-    };
+    let options = proof::Options::of(face, work.promised(face));
     proof::prove(board, std::slice::from_ref(program), &options)
 }
 

@@ -30,6 +30,8 @@ pub(super) struct Last {
 #[derive(Debug, Default)]
 pub struct Shelf {
     board: Option<(u32, Board)>,
+    /// Codes of the losses that its files have.
+    lost: Vec<String>,
     /// The last plan, with the board as it lies for it.
     last: Option<Last>,
     /// The latest last.
@@ -39,9 +41,14 @@ pub struct Shelf {
 }
 
 impl Shelf {
-    /// Keeps `board`, and no other.
-    pub(super) fn keep(&mut self, key: u32, board: Board) {
-        *self = Self { board: Some((key, board)), ..Self::default() };
+    /// Keeps `board`, whose files have `lost`, and no other.
+    pub(super) fn keep(&mut self, key: u32, board: Board, lost: Vec<String>) {
+        *self = Self { board: Some((key, board)), lost, ..Self::default() };
+    }
+
+    /// Codes of the losses that the files of the board have.
+    pub(super) fn lost(&self) -> Vec<String> {
+        self.lost.clone()
     }
 
     /// The board with number `key`, or that it is not here.

@@ -62,7 +62,10 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     layers.extend(other_layers(&artwork, body, &mut remarks));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
     let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut remarks);
-    shelf.keep(wanted.board_key, board.clone());
+    let all: Vec<usize> = (0..artwork.files.len()).collect();
+    let losses = remarks.iter().chain(artwork.missing(&all)).filter(|remark| remark.weight == Weight::Loss);
+    let lost = losses.map(|loss| loss.code.clone()).collect();
+    shelf.keep(wanted.board_key, board.clone(), lost);
     board.copper.clear();
     Reading {
         files: artwork.files.iter().map(file_row).collect(),

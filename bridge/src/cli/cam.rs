@@ -15,7 +15,7 @@ use super::export::{self, Target};
 use super::findings::{finding_lines, finding_object, groups_object, is_unread, whole_lines, whole_object};
 use super::saving;
 use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded, tool_object};
-use crate::job::{self, Whole};
+use crate::cli::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::ways::{self, Means, Part, Planned, Scene, lower_work};
@@ -108,7 +108,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let mut work = chosen(args, &board, job.as_deref(), &machine)?;
     let mut sides = Vec::new();
     for face in work.faces() {
-        sides.push(side(args, &board, &mut work, &machine, face)?);
+        sides.push(side(args, (&board, job::lost(&read)), &mut work, &machine, face)?);
     }
     if sides.is_empty() {
         return Err(Refusal::content(Remark::new(Weight::Loss, "cam.nothing_to_do")));
@@ -213,7 +213,7 @@ pub(super) fn job_file(path: &Path, base: &Work, machine: &Machine) -> Result<Wo
 /// Plans and proves one side; with `--cure` again with cures, which stay in `work`.
 fn side(
     args: &CamArgs,
-    board: &Board,
+    (board, lost): (&Board, Vec<String>),
     work: &mut Work,
     machine: &Machine,
     face: Face,
@@ -223,6 +223,7 @@ fn side(
         seed: args.seed,
         iterations: args.iterations,
         accept: args.accept.clone(),
+        lost,
         ..PlanOptions::default()
     };
     let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
@@ -236,15 +237,8 @@ fn side(
             Refusal::content(first.unwrap_or_else(|| Remark::new(Weight::Loss, "cam.nothing_to_do")))
         })?;
         let mut program = lower_work(&planned, work, machine);
-        let asked = proof::Options {
-            face,
-            owned: work.bits.clone(),
-            agreed: work.agreed(face),
-            cleared: work.cleared(face),
-            isolates: Some(work.isolates(face)),
-            most: if args.cure { usize::MAX } else { proof::Options::default().most },
-            ..proof::Options::default()
-        };
+        let usual = proof::Options::of(face, work.promised(face));
+        let asked = proof::Options { most: if args.cure { usize::MAX } else { usual.most }, ..usual };
         let mut verdict = proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
         for finding in &mut verdict.findings {
             let index = finding.leg.and_then(|(_, leg)| planned.operation_at(&program, leg));
@@ -279,7 +273,7 @@ fn planned(
     for (index, _) in ways::planned_operations(work) {
         let key = ways::key(work, index, machine);
         if !known.contains_key(&key) {
-            let part = ways::plan_operation(&scene, work, index, machine, means, &mut || true);
+            let part = ways::plan_operation(&scene, work, index, machine, means, &mut |_| true);
             known.insert(key.clone(), part.map_err(|why| vec![why])?);
         }
         parts.extend(known.get(&key).cloned());

@@ -5,7 +5,7 @@
 
 use super::export::Target;
 use super::{Refusal, rounded, tool_object};
-use crate::job;
+use crate::cli::job;
 use annulus_core::job::{Briefing, Program, ToolBriefing};
 use annulus_core::locale;
 use annulus_core::post::{self, Manner, OutputFile};

@@ -4,7 +4,7 @@
 //! any controller.
 
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects};
-use crate::job;
+use crate::cli::job;
 use annulus_core::job::{Briefing, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::Machine;

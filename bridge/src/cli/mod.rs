@@ -13,6 +13,7 @@ pub(crate) mod export;
 pub(crate) mod files;
 mod findings;
 mod inspect;
+pub(crate) mod job;
 mod lab;
 mod link;
 mod log;
@@ -106,6 +107,9 @@ pub(crate) struct JobArgs {
     /// With `--group loaded-first`: diameter of the bit that is in the spindle, in mm.
     #[arg(long, value_name = "MM")]
     pub(crate) loaded: Option<f64>,
+    /// Drill only: leave out slots and holes without a drill, which otherwise are milled.
+    #[arg(long)]
+    pub(crate) no_mill: bool,
     /// Spindles that are to drill, for example 1,2; without it, all that the machine has.
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub(crate) spindles: Vec<u8>,
@@ -194,6 +198,16 @@ pub(crate) enum Order {
     Fastest,
     /// As in the file.
     File,
+}
+
+impl From<Order> for annulus_core::cam::Order {
+    fn from(order: Order) -> Self {
+        match order {
+            Order::Shortest => Self::Shortest,
+            Order::Fastest => Self::Fastest,
+            Order::File => Self::File,
+        }
+    }
 }
 
 /// Order of the bits.

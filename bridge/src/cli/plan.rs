@@ -4,12 +4,10 @@
 //! how a plan is made.
 
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded, tool_object};
-use crate::job::{self, Job};
-use annulus_core::board::Board;
-use annulus_core::cam::{Plan, rack};
+use crate::cli::job;
+use annulus_core::cam::figures::Figures;
 use annulus_core::locale;
 use annulus_core::remark::Remark;
-use annulus_core::units::Length;
 use annulus_core::wire::program;
 use serde_json::{Value, json};
 
@@ -25,82 +23,54 @@ pub(crate) struct PlanArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
-    let job = job::plan(&args.job)?;
+    let (job, figures) = job::plan(&args.job)?;
     let bytes = program::encode(&job.program);
     if let Some(path) = &args.output {
         job::write_output(path, &bytes)?;
     }
-    let Job { plan: Some(plan), board: Some(board), remarks, .. } = &job else {
-        return Err(Refusal::content(Remark::new(
-            annulus_core::remark::Weight::Loss,
-            "plan.nothing_to_drill",
-        )));
-    };
-    let rows = rows(plan, board);
+    let rows = figures.rows.iter();
     let tools: Vec<Value> = rows
-        .iter()
         .map(|row| {
             json!({ "n": row.n, "file_diameter_mm": rounded(row.size.mm()),
-                "rack_diameter_mm": rounded(row.bit.mm()), "holes": row.holes,
-                "tool": tool_object(&rack::drill(row.bit)) })
+                "rack_diameter_mm": rounded(row.bit.diameter.mm()), "holes": row.holes,
+                "tool": tool_object(&row.bit), "slots": row.slots, "ways": row.ways })
         })
         .collect();
     let object = json!({
-        "travel_before_mm": rounded(plan.travel_before_mm),
-        "travel_after_mm": rounded(plan.travel_after_mm),
-        "hop_time_before_s": rounded(plan.hop_time_before_s),
-        "hop_time_after_s": rounded(plan.hop_time_after_s),
+        "travel_before_mm": rounded(figures.travel_before_mm),
+        "travel_after_mm": rounded(figures.travel_after_mm),
+        "hop_time_before_s": rounded(figures.hop_time_before_s),
+        "hop_time_after_s": rounded(figures.hop_time_after_s),
         "tools": tools,
-        "iterations": plan.iterations,
+        "iterations": figures.iterations,
         "program_sha256": program::key(&bytes),
-        "remarks": remark_objects(remarks),
+        "remarks": remark_objects(&job.remarks),
     });
-    Ok(Answer { object, text: text(plan, &rows, remarks), exit: Exit::Done })
+    Ok(Answer { object, text: text(&figures, &job.remarks), exit: Exit::Done })
 }
 
-/// One size of the files and the bit that drills it.
-struct Row {
-    n: usize,
-    size: Length,
-    bit: Length,
-    holes: usize,
-}
-
-fn rows(plan: &Plan, board: &Board) -> Vec<Row> {
-    let size_of = |hole: u32| board.holes.get(hole as usize).and_then(|hole| hole.diameter);
-    let rows = (1..).zip(&plan.bits).flat_map(|(n, bit)| {
-        bit.sizes.iter().map(move |&size| {
-            let holes = bit.holes.iter().filter(|&&hole| size_of(hole) == Some(size)).count();
-            Row { n, size, bit: bit.bit, holes }
-        })
-    });
-    rows.collect()
-}
-
-fn text(plan: &Plan, rows: &[Row], remarks: &[Remark]) -> String {
+fn text(figures: &Figures, remarks: &[Remark]) -> String {
     let say = |key: &str, args: &[(&str, String)]| {
         let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-        locale::text("en", key, &args)
+        locale::text("en", key, &args) + "\n"
     };
+    let rows = &figures.rows;
     let holes: usize = rows.iter().map(|row| row.holes).sum();
-    let mut out =
-        say("plan.report.head", &[("holes", holes.to_string()), ("bits", plan.bits.len().to_string())]);
-    out.push('\n');
+    let bits = rows.last().map_or(0, |row| row.n);
+    let mut out = say("plan.report.head", &[("holes", holes.to_string()), ("bits", bits.to_string())]);
     for row in rows {
-        let (n, bit, holes) = (
-            format!("{:>3}", row.n),
-            format!("{:<10}", rack::drill(row.bit).title("en")),
-            format!("{:>6}", row.holes),
-        );
+        let (n, bit) = (format!("{:>3}", row.n), format!("{:<14}", row.bit.title("en")));
         let size = format!("{:.3}", row.size.mm());
-        out += &say("plan.report.bit", &[("n", n), ("bit", bit), ("holes", holes), ("size", size)]);
-        out.push('\n');
+        for (key, count) in [("bit", row.holes), ("slots", row.slots)].into_iter().filter(|row| row.1 > 0) {
+            let count = format!("{count:>6}");
+            let args =
+                [("n", n.clone()), ("bit", bit.clone()), ("size", size.clone()), ("holes", count.clone())];
+            out += &say(&format!("plan.report.{key}"), &args);
+        }
     }
-    let lengths = [("before", plan.travel_before_mm), ("after", plan.travel_after_mm)];
+    let lengths = [("before", figures.travel_before_mm), ("after", figures.travel_after_mm)];
     out += &say("plan.report.travel", &lengths.map(|(name, mm)| (name, format!("{mm:.1}"))));
-    out.push('\n');
-    let times = [("before", plan.hop_time_before_s), ("after", plan.hop_time_after_s)];
+    let times = [("before", figures.hop_time_before_s), ("after", figures.hop_time_after_s)];
     out += &say("plan.report.time", &times.map(|(name, s)| (name, format!("{s:.2}"))));
-    out.push('\n');
     out + &remark_lines(remarks)
 }

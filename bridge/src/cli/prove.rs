@@ -7,11 +7,11 @@ use super::files;
 use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
 use super::prove_files::{self, Given};
 use super::{Answer, Exit, Refusal, cam, remark_lines, remark_objects};
-use crate::job;
+use crate::cli::job;
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
 use annulus_core::cam::ways::Scene;
 use annulus_core::cam::work::Work;
-use annulus_core::job::Program;
+use annulus_core::job::{Program, Promised};
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
 use annulus_core::proof::{self, Options, Verdict};
@@ -112,16 +112,8 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
         return Err(Refusal::content(loss.clone()));
     }
     let board = laid(board, work.as_ref(), face, args.turn);
-    let options = Options {
-        face,
-        agreed: work.as_ref().map(|work| work.agreed(face)).unwrap_or_default(),
-        cleared: work.as_ref().map(|work| work.cleared(face)).unwrap_or_default(),
-        isolates: work.as_ref().map(|work| work.isolates(face)),
-        owned: work.map(|work| work.bits).unwrap_or_default(),
-        copper_thickness: Length::from_mm(args.copper_um / 1e3),
-        clearance: args.clearance.map(Length::from_mm),
-        ..Options::default()
-    };
+    let promised = work.map(|work| work.promised(face)).unwrap_or_default();
+    let options = measured(args, Options::of(face, promised));
     let verdict = proof::prove(&board, &programs, &options);
     let copper = board.copper.iter().find(|copper| copper.face == face);
     if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
@@ -158,16 +150,19 @@ fn files(
         let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side.face.name());
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
-    let options = |face| Options {
-        agreed: work.agreed(face),
-        cleared: if planned { work.cleared(face) } else { Vec::new() },
-        isolates: planned.then(|| work.isolates(face)),
-        owned: work.bits.clone(),
-        copper_thickness: Length::from_mm(args.copper_um / 1e3),
-        clearance: args.clearance.map(Length::from_mm),
-        ..Options::default()
+    let options = |face| {
+        let promised = work.promised(face);
+        // A job that nobody planned promises nothing but its bits.
+        let bits = || Promised { owned: work.bits.clone(), ..Promised::default() };
+        measured(args, Options::of(face, if planned { promised } else { bits() }))
     };
     prove_files::prove(&sides, &options, &args.accept, remarks)
+}
+
+/// With what a person says of the copper.
+fn measured(args: &ProveArgs, options: Options) -> Options {
+    let copper_thickness = Length::from_mm(args.copper_um / 1e3);
+    Options { copper_thickness, clearance: args.clearance.map(Length::from_mm), ..options }
 }
 
 /// The work of the job file, else of the saved project, if there is one.

@@ -12,7 +12,7 @@ use super::findings::{
     finding_lines, finding_object, groups_object, is_unread, unread, whole_lines, whole_object,
 };
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
-use crate::job;
+use crate::cli::job;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::ways::Scene;
 use annulus_core::cam::work::Work;

@@ -3,7 +3,7 @@
 //! Comes in: a JOB. Goes out: the keys of the contract, or sentences for people. Does not know how steps are made.
 
 use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
-use crate::job;
+use crate::cli::job;
 use annulus_core::job::milled_mm;
 use annulus_core::remark::Remark;
 use annulus_core::sim::{Summary, summary};

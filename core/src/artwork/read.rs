@@ -130,6 +130,14 @@ impl Artwork {
         used
     }
 
+    /// What is said of the files at `among` that could not be read at all, of drill files not known for what they are, and of
+    /// members that were left out: these are missing from the board.
+    pub fn missing(&self, among: &[usize]) -> impl Iterator<Item = &Remark> {
+        let files = among.iter().filter_map(|&index| self.files.get(index));
+        let missing = files.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive | Kind::Unknown));
+        missing.flat_map(|file| &file.remarks)
+    }
+
     /// A person says what the layer called `name` is. Files that are no layers are what they are.
     pub fn say_role(&mut self, name: &str, role: Role, side: Option<Side>) {
         let layers = self.files.iter_mut().filter(|file| file.gerber.is_some() && file.name == name);

@@ -20,12 +20,8 @@ use tour::Effort;
 /// How many hops are remembered.
 const REMEMBERED: usize = 1 << 16;
 
-/// What a hop costs, and the way through a list of places.
-pub(super) fn way(
-    from: Point,
-    stops: impl IntoIterator<Item = Point>,
-    cost: impl Fn(Point, Point) -> f64,
-) -> f64 {
+/// What it costs from one place through others.
+fn way(from: Point, stops: impl IntoIterator<Item = Point>, cost: impl Fn(Point, Point) -> f64) -> f64 {
     let walk = |(here, sum): (Point, f64), to: Point| (to, sum + cost(here, to));
     stops.into_iter().fold((from, 0.0), walk).1
 }
@@ -39,7 +35,7 @@ pub(super) fn straight_mm(a: Point, b: Point) -> f64 {
 }
 
 /// Puts `holes` (numbers with their places, in file order) in order, starting from `from`. None when `tick` said
-/// false. Never longer, in the metric of `order`, than as in the file.
+/// false. Never longer, in the metric of `order` and with the way back to `from`, than as in the file.
 pub(super) fn arrange(
     holes: &[(u32, Point)],
     from: Point,
@@ -55,8 +51,8 @@ pub(super) fn arrange(
         Order::Shortest => (shortest(&places, &stops, from, effort, tick)?, &straight_mm),
         Order::Fastest => (fastest(&places, from, hop_time, effort, tick)?, hop_time),
     };
-    let before = way(from, holes.iter().map(|(_, at)| *at), cost);
-    let after = way(from, tour.iter().map(|&stop| places[stop as usize]), cost);
+    let before = way(from, holes.iter().map(|(_, at)| *at).chain([from]), cost);
+    let after = way(from, tour.iter().map(|&stop| places[stop as usize]).chain([from]), cost);
     if before <= after {
         return Some(in_file);
     }

@@ -99,10 +99,7 @@ impl Work {
         if top || bottom {
             wanted.push(("isolate", last));
         }
-        let wants_bore =
-            !board.slots.is_empty() || board.holes.iter().any(|hole| !drilled(hole.diameter, machine));
-        wanted.extend((!board.holes.is_empty()).then_some(("drill", last)));
-        wanted.extend(wants_bore.then_some(("bore", last)));
+        wanted.extend(makes_holes(board, machine).map(|word| (word, last)));
         wanted.extend((!board.outline.is_empty()).then_some(("cut_out", last)));
         let mut operations: Vec<Operation> =
             wanted.iter().filter_map(|(word, face)| Operation::usual(word, *face, machine)).collect();
@@ -113,6 +110,25 @@ impl Work {
         }
         Self { setup, bits: usual_bits(), operations }
     }
+
+    /// The job that makes the holes and slots of `board` on `machine` and nothing else, seen from above as in the files: round
+    /// holes are drilled in this order, slots and holes that no drill of the rack fits are milled.
+    pub fn drilling(board: &Board, machine: &Machine, order: Order) -> Self {
+        let usual = |word| Operation::usual(word, Face::Top, machine);
+        let mut operations: Vec<Operation> = makes_holes(board, machine).filter_map(usual).collect();
+        for operation in &mut operations {
+            if let Action::Drill(drill) = &mut operation.action {
+                drill.order = order;
+            }
+        }
+        Self { setup: Setup::default(), bits: usual_bits(), operations }
+    }
+}
+
+/// The kinds of operations that make the holes and slots of `board`.
+fn makes_holes(board: &Board, machine: &Machine) -> impl Iterator<Item = &'static str> + use<> {
+    let mills = !board.slots.is_empty() || board.holes.iter().any(|hole| !drilled(hole.diameter, machine));
+    [("drill", !board.holes.is_empty()), ("bore", mills)].into_iter().filter(|row| row.1).map(|row| row.0)
 }
 
 /// Whether a drill of the rack fits a hole of this size; a hole without a size is no milling matter.

@@ -11,9 +11,9 @@
 //! are made.
 
 use super::Order;
-use crate::board::{COPPER_THICKNESS, Face};
+use crate::board::Face;
 use crate::geometry::{Bounds, Point};
-use crate::job::{Bit, Cleared, Cutter};
+use crate::job::Bit;
 use crate::locale;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
@@ -418,44 +418,6 @@ impl Work {
     /// The bit called `name`.
     pub fn bit(&self, name: &str) -> Option<&Bit> {
         self.bits.iter().find(|bit| bit.name == name)
-    }
-
-    /// The gaps, by their two sides, through whose middle a person has a pass made on `face` though it is too wide.
-    pub fn agreed(&self, face: Face) -> Vec<(Point, Point)> {
-        let here = self.operations.iter().filter(|operation| operation.on && operation.face == face);
-        let cures = here.flat_map(|operation| match &operation.action {
-            Action::Isolate(isolate) => isolate.cures.as_slice(),
-            _ => &[],
-        });
-        cures.filter(|cure| cure.with == Remedy::Centred).map(|cure| (cure.from, cure.to)).collect()
-    }
-
-    /// Whether any operation on `face` is to separate nets.
-    pub fn isolates(&self, face: Face) -> bool {
-        let separates = |action: &Action| match action {
-            Action::Isolate(_) | Action::Clear(_) => true,
-            Action::Engrave(engrave) => engrave.of == Lines::Copper,
-            Action::Drill(_) | Action::Bore(_) | Action::CutOut(_) => false,
-        };
-        let mut here = self.operations.iter().filter(|operation| operation.on && operation.face == face);
-        here.any(|operation| separates(&operation.action))
-    }
-
-    /// What the operations on `face` clear; nothing where zones keep bits out. Bits that there are not are left out.
-    pub fn cleared(&self, face: Face) -> Vec<Cleared> {
-        let here = self.operations.iter().filter(|operation| operation.on && operation.face == face);
-        let here = here.filter(|_| self.setup.exclusions.is_empty());
-        let cleared = here.filter_map(|operation| {
-            let Action::Clear(clear) = &operation.action else { return None };
-            let depth = if operation.depth > Length::ZERO { operation.depth } else { Length::LIMIT };
-            let bits = operation.bit_names().into_iter().filter_map(|name| self.bit(name));
-            let mills = bits.filter(|bit| bit.cutter != Cutter::Drill);
-            let kept = (clear.margin, self.setup.margin);
-            mills
-                .filter_map(|bit| Cleared::by(bit, depth, COPPER_THICKNESS, kept))
-                .min_by_key(|cut| cut.surface)
-        });
-        cleared.collect()
     }
 
     /// The sides that have something to do, in the order of their first operations.

@@ -7,6 +7,7 @@
 //! Comes in: a person's choice. Goes out: widths in [`Length`]. Does not know how ways are made.
 
 use super::Bit;
+use crate::geometry::Point;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -30,4 +31,17 @@ impl Cleared {
         let goes = depth >= copper && through > Length::ZERO;
         goes.then_some(Self { surface, through, margin, beyond })
     }
+}
+
+/// What a job promises of the copper of one side.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Promised {
+    /// The bits that a person owns, for cures.
+    pub owned: Vec<Bit>,
+    /// The gaps, by their two sides, through whose middle a person has a pass made though it is too wide.
+    pub agreed: Vec<(Point, Point)>,
+    /// What is cleared.
+    pub cleared: Vec<Cleared>,
+    /// Whether anything is to separate the nets; none where nobody says.
+    pub isolates: Option<bool>,
 }

@@ -18,7 +18,7 @@ mod milled;
 mod tool;
 
 pub use briefing::{Briefing, Pins, SideBriefing, ToolBriefing, touched};
-pub use cleared::Cleared;
+pub use cleared::{Cleared, Promised};
 pub use milled::milled_mm;
 
 use crate::geometry::Point;

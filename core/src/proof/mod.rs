@@ -39,7 +39,7 @@ pub use written::differences;
 
 use crate::board::{Board, COPPER_THICKNESS, DEPTH_MARGIN, Face, THINNEST};
 use crate::geometry::{Point, Region};
-use crate::job::{Bit, Cleared, Program};
+use crate::job::{Bit, Cleared, Program, Promised};
 use crate::units::Length;
 use scene::Scene;
 
@@ -95,6 +95,14 @@ impl Default for Options {
             measured: false,
             most: 2_000,
         }
+    }
+}
+
+impl Options {
+    /// What the programs of `face` are measured against that a job `promised`.
+    pub fn of(face: Face, promised: Promised) -> Self {
+        let Promised { owned, agreed, cleared, isolates } = promised;
+        Self { face, owned, agreed, cleared, isolates, ..Self::default() }
     }
 }
 

@@ -2,10 +2,11 @@
 //! the speed in WebAssembly and the sizes of the page.
 
 use annulus_core::artwork::{self, Overrides};
-use annulus_core::cam::{self, PlanOptions};
+use annulus_core::cam::work::Work;
+use annulus_core::cam::{self, Order};
 use annulus_core::proof::{self, Options};
 use annulus_core::units::Length;
-use annulus_core::{geometry, machine, motion};
+use annulus_core::{geometry, machine};
 use annulus_speed::{make_stream, make_stream_on, steps_of, timeline, timeline_on};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -75,13 +76,10 @@ fn planning(criterion: &mut Criterion) {
     group.sample_size(10);
     for holes in [1_000_usize, 100_000] {
         let board = cam::bench::scattered_board(holes, 1);
-        let hop = |from, to| motion::hop_time_s(&machine, from, to);
+        let work = Work::drilling(&board, &machine, Order::Shortest);
         group.throughput(Throughput::Elements(holes as u64));
         group.bench_with_input(BenchmarkId::new("shortest", holes), &board, |bencher, board| {
-            bencher.iter(|| {
-                let plan = cam::plan(board, &machine, &PlanOptions::default(), &hop, &mut |_| true);
-                plan.map(|(plan, _)| plan.travel_after_mm)
-            });
+            bencher.iter(|| annulus_speed::drilled(board, &work, &machine).parts.len());
         });
     }
     group.finish();

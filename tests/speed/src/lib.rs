@@ -10,6 +10,9 @@ pub mod works;
 
 pub use pace::{Pace, pace};
 
+use annulus_core::board::Board;
+use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
+use annulus_core::cam::work::Work;
 use annulus_core::cam::{self, Order, PlanOptions};
 use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::motion::{self, Timeline};
@@ -28,11 +31,16 @@ pub fn timeline(holes: usize) -> Timeline {
 /// The same on any machine.
 pub fn timeline_on(machine: &Machine, holes: usize) -> Timeline {
     let board = cam::bench::scattered_board(holes, 1);
-    let options = PlanOptions { order: Order::File, ..PlanOptions::default() };
-    let hop = |from, to| motion::hop_time_s(machine, from, to);
-    let (plan, _) = cam::plan(&board, machine, &options, &hop, &mut |_| true).expect("0.8 mm is in the rack");
-    let program = cam::lower(&board, &plan, machine);
+    let work = Work::drilling(&board, machine, Order::File);
+    let program = lower_work(&drilled(&board, &work, machine), &work, machine);
     motion::timeline(&program, machine).expect("the machine is sound")
+}
+
+/// A drill job as planned.
+pub fn drilled(board: &Board, work: &Work, machine: &Machine) -> Planned {
+    let hop_time = |from, to| motion::hop_time_s(machine, from, to);
+    let means = Means { options: &PlanOptions::default(), hop_time: &hop_time };
+    plan_work(board, work, machine, &means, &mut |_| true).expect("0.8 mm is in the rack").0
 }
 
 /// How many steps a timeline has, there and back.

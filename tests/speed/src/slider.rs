@@ -46,7 +46,7 @@ impl Slider {
         let means = Means { options: &options, hop_time: &hop_time };
         // As the page does: what is on its shelf is found by this.
         std::hint::black_box(ways::key(&work, 0, &self.machine));
-        let part = ways::plan_operation(&scene, &work, 0, &self.machine, &means, &mut || true);
+        let part = ways::plan_operation(&scene, &work, 0, &self.machine, &means, &mut |_| true);
         let Ok(part) = part else { return 0 };
         let planned = ways::assemble(scene, &work, &self.machine, &means, vec![part]);
         planned.map_or(0, |(planned, _)| ways::lower_work(&planned, &work, &self.machine).legs.len())

@@ -8,11 +8,12 @@
 //!
 //! Comes in: holes, the rack, an operation, the bit that is loaded. Goes out: one task for each bit. Does not know slots.
 
+use super::super::places::{Places, Twice};
 use super::super::tour::Effort;
 use super::super::work::{Drill, Holes};
-use super::super::{default_iterations, loaded_first, order, rack};
+use super::super::{Order, default_iterations, loaded_first, order, rack};
 use super::beside::Beside;
-use super::{Desk, Part, Stroke, Task};
+use super::{Desk, Part, Stroke, Task, WHOLE};
 use crate::geometry::Point;
 use crate::remark::{Remark, Weight};
 use crate::units::Length;
@@ -39,6 +40,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
         desk.say(Remark::new(Weight::Loss, "cam.no_bit_for_pins").with("size", size));
     }
     let mut kept_out = 0_usize;
+    once(desk, &mut part, &mut by_bit);
     for (bit, holes) in &mut by_bit {
         let Some(zone) = desk.scene.closed_to(*bit) else { break };
         let (out, free): (Vec<_>, Vec<_>) = holes.iter().partition(|(_, at)| zone.contains(*at));
@@ -60,13 +62,44 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
     if total == 0 {
         desk.say(Remark::new(Weight::Note, "cam.no_holes"));
     }
+    let kicks = match drill.order {
+        Order::File => 0,
+        _ => desk.means.options.iterations.unwrap_or_else(|| default_iterations(total)),
+    };
+    let mut holes_done = 0;
     for (diameter, holes) in in_order(desk, drill, by_bit) {
         desk.go_on()?;
         part.holes.extend(holes.iter().map(|(index, _)| *index));
-        part.tasks.push(task(desk, drill, diameter, &holes, total)?);
+        holes_done += holes.len() as u64;
+        // Each bit's share grows with its holes, and the shares add up to the whole.
+        let until = share(kicks, holes_done, total as u64);
+        part.tasks.push(task(desk, drill, diameter, &holes, (part.iterations, until, kicks))?);
+        part.iterations = until;
+        desk.done = share(WHOLE, holes_done, total as u64);
     }
     part.holes.sort_unstable();
     Ok(part)
+}
+
+/// How much of `whole` belongs to the first `part` of `all`.
+fn share(whole: u64, part: u64, all: u64) -> u64 {
+    (u128::from(whole) * u128::from(part) / u128::from(all.max(1))) as u64
+}
+
+/// Takes holes away that the same bit makes at the same place, but for the first in the file; they count as made.
+fn once(desk: &mut Desk<'_>, part: &mut Part, by_bit: &mut BTreeMap<Length, Vec<(u32, Point)>>) {
+    let (mut places, mut twice) = (Places::default(), Twice::default());
+    for (bit, holes) in by_bit {
+        holes.retain(|(index, at)| {
+            let again = places.again(*bit, *at, Length::ZERO);
+            if again {
+                part.holes.push(*index);
+                twice.add(*at);
+            }
+            !again
+        });
+    }
+    twice.note("cam.holes_twice").into_iter().for_each(|note| desk.say(note));
 }
 
 /// The bits in order of use: ascending, or the loaded one first where that is wanted.
@@ -83,20 +116,19 @@ fn in_order<T>(desk: &mut Desk<'_>, drill: &Drill, by_bit: BTreeMap<Length, T>) 
     bits
 }
 
-/// What one bit drills, in order.
+/// What one bit drills, in order. `kicks` are those made before, those made afterwards and those of all bits.
 fn task(
     desk: &mut Desk<'_>,
     drill: &Drill,
     diameter: Length,
     holes: &[(u32, Point)],
-    total: usize,
+    (made, until, all): (u64, u64, u64),
 ) -> Result<Task, Remark> {
-    let options = desk.means.options;
-    let all = options.iterations.unwrap_or_else(|| default_iterations(total));
-    let kicks = (u128::from(all) * holes.len() as u128 / (total as u128).max(1)) as u64;
-    let effort = Effort { kicks, seed: options.seed };
-    let (hop_time, origin, tick) = (desk.means.hop_time, desk.scene.origin, &mut *desk.tick);
-    let order = order::arrange(holes, origin, drill.order, hop_time, effort, &mut |_| tick());
+    let effort = Effort { kicks: until - made, seed: desk.means.options.seed };
+    let (hop_time, origin, tick, before) =
+        (desk.means.hop_time, desk.scene.origin, &mut *desk.tick, desk.done);
+    let mut tick = |done: u64| tick(before.max(share(WHOLE, made + done, all)));
+    let order = order::arrange(holes, origin, drill.order, hop_time, effort, &mut tick);
     let order = order.ok_or_else(|| Remark::new(Weight::Loss, "plan.cancelled"))?;
     let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
     let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };

@@ -13,7 +13,6 @@
 //! goes.
 
 use super::super::limits;
-use super::super::lower::micros;
 use super::super::work::{Operation, Work};
 use super::cut::{self, Piece};
 use super::{Entry, Planned, Stroke, Task, Way};
@@ -21,6 +20,11 @@ use crate::geometry::{Path, Point, Segment};
 use crate::job::{Bit, Command, Gate, Input, Leg, Mark, Otherwise, Program};
 use crate::machine::{Machine, StrokeEnd};
 use crate::units::Length;
+
+/// A duration in whole µs, never negative.
+fn micros(us: f64) -> u32 {
+    libm::round(us) as u32
+}
 
 /// The program of `planned`, which came of `work`, on `machine`.
 pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program {

@@ -129,6 +129,8 @@ pub struct Part {
     pub left_holes: Vec<u32>,
     /// Slots that it leaves out, as its remarks say.
     pub left_slots: Vec<u32>,
+    /// Iterations that the search for the order of its holes made.
+    pub iterations: u64,
 }
 
 /// All operations of the side that is up, as planned.
@@ -140,7 +142,7 @@ pub struct Planned {
     pub origin: Point,
     /// The operations, in order.
     pub parts: Vec<Part>,
-    /// Codes of losses that it has and that were accepted. Where it has others too, nobody may export or run it yet.
+    /// Codes of losses that it and its files have and that were accepted. Where it has others too, nobody may export or run it yet.
     pub accepted: Vec<String>,
     /// The spindles that work, one bit each (bit 0 is Z1).
     pub spindles: u8,
@@ -216,17 +218,18 @@ pub fn planned_operations(work: &Work) -> impl Iterator<Item = (usize, &Operatio
         .filter(|(_, operation)| operation.on && operation.face == work.setup.face)
 }
 
-/// Plans operation `index` of `work` on `scene`. `tick` is asked now and then whether to go on.
+/// Plans operation `index` of `work` on `scene`. `tick` is told now and then how many [`WHOLE`]ths are done, and says whether to
+/// go on.
 pub fn plan_operation(
     scene: &Scene,
     work: &Work,
     index: usize,
     machine: &Machine,
     means: &Means<'_>,
-    tick: &mut dyn FnMut() -> bool,
+    tick: &mut dyn FnMut(u64) -> bool,
 ) -> Result<Part, Remark> {
     let Some(operation) = work.operations.get(index) else { return Ok(Part::default()) };
-    let mut desk = Desk { scene, work, operation, machine, means, tick, remarks: Vec::new() };
+    let mut desk = Desk { scene, work, operation, machine, means, tick, done: 0, remarks: Vec::new() };
     let mut part = match &operation.action {
         Action::Isolate(isolate) => isolate::plan(&mut desk, isolate),
         Action::Clear(clear) => clear::plan(&mut desk, clear),
@@ -242,6 +245,9 @@ pub fn plan_operation(
     Ok(part)
 }
 
+/// Into so many parts the planning of one operation is divided for whoever shows how far it is.
+pub const WHOLE: u64 = 1_000;
+
 /// Plans all operations of the side that is up, as far as bits and rack allow. What is left out is a loss among the remarks,
 /// to be seen before anything is exported or run ([`Remark::is_unseen`]). Fails where nothing is left to do.
 pub fn plan_work(
@@ -252,10 +258,10 @@ pub fn plan_work(
     progress: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
     let scene = Scene::of(board, work);
-    let total = planned_operations(work).count() as u64;
+    let total = planned_operations(work).count() as u64 * WHOLE;
     let mut parts = Vec::new();
-    for (done, (index, _)) in (0..).zip(planned_operations(work)) {
-        let mut tick = || progress(Progress { done, total });
+    for (before, (index, _)) in (0..).zip(planned_operations(work)) {
+        let mut tick = |done| progress(Progress { done: before * WHOLE + done, total });
         parts.push(plan_operation(&scene, work, index, machine, means, &mut tick).map_err(|why| vec![why])?);
     }
     assemble(scene, work, machine, means, parts)
@@ -282,20 +288,19 @@ pub fn assemble(
         why.push(Remark::new(Weight::Loss, "cam.nothing_to_do"));
         return Err(why);
     }
-    let mut accepted: Vec<String> = remarks
-        .iter()
-        .filter(|remark| remark.weight == Weight::Loss && !remark.is_unseen(accept))
-        .map(|remark| remark.code.clone())
-        .collect();
+    let seen = remarks.iter().filter(|remark| remark.weight == Weight::Loss && !remark.is_unseen(accept));
+    let mut accepted: Vec<String> = seen.map(|remark| remark.code.clone()).collect();
+    accepted.extend(means.options.lost.iter().filter(|code| accept.contains(code)).cloned());
     accepted.sort();
     accepted.dedup();
     Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, remarks))
 }
 
-/// What holes and slots no operation makes or tells, where holes of the board are drilled or bored at all.
+/// What holes and slots no operation makes or tells, where holes of the board are drilled, or slots milled, at all.
 fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Remark> {
     let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o).is_some());
-    if !holes_wanted {
+    let mills_slots = |o: &Operation| matches!(&o.action, Action::Bore(bore) if bore.slots);
+    if !holes_wanted && !planned_operations(work).any(|(_, o)| mills_slots(o)) {
         return Vec::new();
     }
     let tolerance = scene.tolerance(work, machine);
@@ -305,7 +310,7 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
         parts.iter().flat_map(|part| part.slots.iter().chain(&part.left_slots)).copied().collect();
     let missing = (0..)
         .zip(&scene.board.holes)
-        .filter(|(index, _)| !done.contains(index) && !scene.pins.contains(index));
+        .filter(|(index, _)| holes_wanted && !done.contains(index) && !scene.pins.contains(index));
     let missing: Vec<_> = missing.map(|(_, hole)| hole.diameter).collect();
     let mut without: std::collections::BTreeMap<Length, usize> = std::collections::BTreeMap::new();
     for size in missing.iter().flatten() {
@@ -324,7 +329,9 @@ struct Desk<'a> {
     operation: &'a Operation,
     machine: &'a Machine,
     means: &'a Means<'a>,
-    tick: &'a mut dyn FnMut() -> bool,
+    tick: &'a mut dyn FnMut(u64) -> bool,
+    /// How much is done, in [`WHOLE`]ths.
+    done: u64,
     remarks: Vec<Remark>,
 }
 
@@ -341,7 +348,7 @@ impl Desk<'_> {
 
     /// Refuses to go on when nobody wants it any more.
     fn go_on(&mut self) -> Result<(), Remark> {
-        if (self.tick)() { Ok(()) } else { Err(Remark::new(Weight::Loss, "plan.cancelled")) }
+        if (self.tick)(self.done) { Ok(()) } else { Err(Remark::new(Weight::Loss, "plan.cancelled")) }
     }
 
     /// The bits called `names` that can mill, widest first. What is no bit, or only drills, is told.

@@ -2,20 +2,22 @@
 //!
 //! ```text
 //!  JOB ─┬─ program file ──────────────────────────────▶ Job (program as it stands)
-//!       └─ drill files, saved project ─ files ─▶ Board ─ cam ─▶ Plan ─▶ Job (program and plan)
+//!       └─ drill files, saved project ─ files ─▶ Board ─ cam ─▶ Planned ─▶ Job (program and figures)
 //! ```
 //!
 //! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
 //! what becomes of it.
 
-use crate::cli::files::{self, ReadFiles};
-use crate::cli::saving::Given;
-use crate::cli::{self, Group, JobArgs, Order, ReadingArgs};
+use super::files;
+use super::saving::Given;
+use super::{Group, JobArgs, ReadingArgs};
 use crate::machine_file;
 use crate::refusal::Refusal;
-use annulus_core::artwork::Kind;
-use annulus_core::board::{Board, Hole, Wanted, from_artwork_with};
-use annulus_core::cam::{self, Plan, PlanOptions, Progress};
+use annulus_core::board::{Board, Face, Hole, Wanted, from_artwork_with};
+use annulus_core::cam::figures::{Figures, figures};
+use annulus_core::cam::ways::{Means, lower_work, plan_work};
+use annulus_core::cam::work::{Action, Work};
+use annulus_core::cam::{self, PlanOptions, Progress};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::locale;
@@ -41,10 +43,8 @@ pub(crate) struct Job {
     pub(crate) machine: Machine,
     /// What to do.
     pub(crate) program: Program,
-    /// How the program came about, unless it was read as it stands.
-    pub(crate) plan: Option<Plan>,
-    /// The board it was planned from.
-    pub(crate) board: Option<Board>,
+    /// What there is to say of its plan, unless it was read as it stands.
+    pub(crate) figures: Option<Figures>,
     /// What reading and planning had to say, apart from refusals.
     pub(crate) remarks: Vec<Remark>,
 }
@@ -53,7 +53,7 @@ pub(crate) struct Job {
 pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
     match program_file(&args.job)? {
-        Some(program) => Ok(Job { machine, program, plan: None, board: None, remarks: Vec::new() }),
+        Some(program) => Ok(Job { machine, program, figures: None, remarks: Vec::new() }),
         None => {
             let (board, remarks) = read_board(args)?;
             planned(args, machine, board, remarks)
@@ -71,14 +71,16 @@ pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
     Ok(job)
 }
 
-/// The job planned anew, even from a program file.
-pub(crate) fn plan(args: &JobArgs) -> Result<Job, Refusal> {
+/// The job planned anew, even from a program file, and its figures.
+pub(crate) fn plan(args: &JobArgs) -> Result<(Job, Figures), Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
     let (board, remarks) = match program_file(&args.job)? {
-        Some(program) => (board_of(&program), Vec::new()),
+        Some(program) => board_of(&program, &args.accept)?,
         None => read_board(args)?,
     };
-    planned(args, machine, board, remarks)
+    let mut job = planned(args, machine, board, remarks)?;
+    let figures = job.figures.take().unwrap_or_default();
+    Ok((job, figures))
 }
 
 /// Writes `bytes` to `path`, whole or not at all. What is no plain file (a pipe, a terminal) is written straight.
@@ -132,21 +134,13 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
     let used = read.default_use();
     let wanted = Wanted { copper: false, aligned: read.said.aligned };
     let (board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
-    remarks.extend(missing(&read));
+    remarks.extend(read.artwork.missing(&read.listed).cloned());
     unseen(&remarks, &args.accept)?;
     if used.is_empty() {
         let why = Remark::new(Weight::Loss, "job.no_drill_file").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
     Ok((board, remarks))
-}
-
-/// What is said of files that could not be read at all, drill files not known for what they are, and members that were left
-/// out: these are missing from the board.
-fn missing(read: &ReadFiles) -> impl Iterator<Item = Remark> + use<'_> {
-    let files = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
-    let missing = files.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive | Kind::Unknown));
-    missing.flat_map(|file| file.remarks.iter().cloned())
 }
 
 /// A whole board.
@@ -173,7 +167,7 @@ pub(crate) fn read_whole(
     let used = read.default_use();
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (mut board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
-    remarks.extend(missing(&read));
+    remarks.extend(read.artwork.missing(&read.listed).cloned());
     unseen(&remarks, accept)?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
@@ -209,7 +203,11 @@ fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
 }
 
 fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Remark>) -> Result<Job, Refusal> {
-    let options = options(args)?;
+    let options = PlanOptions { lost: lost(&remarks), ..options(args)? };
+    let mut work = Work::drilling(&board, &machine, args.order.into());
+    if args.no_mill {
+        work.operations.retain(|operation| matches!(operation.action, Action::Drill(_)));
+    }
     remarks.extend(machine::doubts(&machine));
     let bar = indicatif::ProgressBar::new(0);
     let mut tell = |at: Progress| {
@@ -218,23 +216,30 @@ fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Rema
         true
     };
     let hop_time = |from: Point, to: Point| motion::hop_time_s(&machine, from, to);
-    let planned = cam::plan(&board, &machine, &options, &hop_time, &mut tell);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let planned = plan_work(&board, &work, &machine, &means, &mut tell);
     bar.finish_and_clear();
-    let (plan, said) = match planned {
-        Ok(planned) => planned,
-        Err(losses) => {
-            unseen(&losses, &[])?;
-            return Err(Refusal::content(Remark::new(Weight::Loss, "plan.nothing_to_drill")));
-        }
-    };
-    let mut program = cam::lower(&board, &plan, &machine);
-    let seen =
-        remarks.iter().filter(|remark| remark.weight == Weight::Loss).map(|remark| remark.code.clone());
-    program.accepted.extend(seen);
-    program.accepted.sort();
-    program.accepted.dedup();
+    let (planned, said) = planned.map_err(|losses| nothing(losses, &args.accept))?;
+    unseen(&said, &args.accept)?;
+    let program = lower_work(&planned, &work, &machine);
+    let figures = Some(figures(&planned, &hop_time));
     remarks.extend(said);
-    Ok(Job { machine, program, plan: Some(plan), board: Some(board), remarks })
+    Ok(Job { machine, program, figures, remarks })
+}
+
+/// The codes of the losses among `remarks`.
+pub(crate) fn lost(remarks: &[Remark]) -> Vec<String> {
+    let losses = remarks.iter().filter(|remark| remark.weight == Weight::Loss);
+    losses.map(|loss| loss.code.clone()).collect()
+}
+
+/// Why nothing was planned: what was not accepted, else that there is nothing.
+fn nothing(mut losses: Vec<Remark>, accept: &[String]) -> Refusal {
+    for loss in losses.iter_mut().filter(|loss| loss.code == "cam.nothing_to_do") {
+        *loss = Remark::new(Weight::Loss, "plan.nothing_to_drill");
+    }
+    let why = unseen(&losses, accept).err();
+    why.unwrap_or_else(|| Refusal::content(Remark::new(Weight::Loss, "plan.nothing_to_drill")))
 }
 
 fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
@@ -244,11 +249,6 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
         return Err(Refusal::usage(why));
     }
     Ok(PlanOptions {
-        order: match args.order {
-            Order::Shortest => cam::Order::Shortest,
-            Order::Fastest => cam::Order::Fastest,
-            Order::File => cam::Order::File,
-        },
         group: match args.group {
             Group::Ascending => cam::Group::Ascending,
             Group::LoadedFirst => cam::Group::LoadedFirst,
@@ -258,6 +258,7 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
         seed: args.seed,
         iterations: args.iterations,
         accept: args.accept.clone(),
+        lost: Vec::new(),
     })
 }
 
@@ -271,8 +272,9 @@ fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
     Ok((set != 0).then_some(set))
 }
 
-/// The holes that a program drills, as a board in the files' coordinates.
-fn board_of(program: &Program) -> Board {
+/// The holes that a program drills, as a board in the files' coordinates. What it mills cannot be planned anew: a loss to be
+/// seen.
+fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Remark>), Refusal> {
     let mut holes = Vec::new();
     let mut bit = 0;
     for (line, leg) in (1..).zip(&program.legs) {
@@ -287,7 +289,14 @@ fn board_of(program: &Program) -> Board {
             }
         }
     }
-    Board { name: program.name.clone(), sources: vec![program.name.clone()], holes, ..Board::default() }
+    let ways = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count();
+    let loss = (ways > 0).then(|| Remark::new(Weight::Loss, "job.ways_left_out").with("ways", ways));
+    let remarks: Vec<Remark> = loss.into_iter().collect();
+    unseen(&remarks, accept)?;
+    // A program is called after its board and side; planned anew it is called the same.
+    let side = format!("-{}", Face::Top.name());
+    let name = program.name.strip_suffix(&side).unwrap_or(&program.name).to_owned();
+    Ok((Board { sources: vec![program.name.clone()], name, holes, ..Board::default() }, remarks))
 }
 
 /// The name without its folder and ending, made only of letters, digits, `-` and `_`: for the name of an output.

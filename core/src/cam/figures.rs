@@ -1,0 +1,114 @@
+//! What a planned job says of its holes: which tool makes which sizes, and how far and how long the drills travel.
+//!
+//! ```text
+//!   zero ●┄┄┄▶ o┄▶ o┄▶ o┄┄┄▶ ● zero      travel of one drill: from the work zero, where it was put in, over its holes, back
+//!                                        to the work zero, where the next one is put in: the rapids of its legs
+//! ```
+//!
+//! Before: the holes of every drill as in the file. After: as planned. Ways between slots and holes that are milled have no
+//! order in the file and are not in it.
+//!
+//! Comes in: [`Planned`], the time of a hop as a function. Goes out: [`Figures`]. Lengths in mm, times in s. Does not know
+//! programs.
+
+use super::ways::{Planned, Shape, Task};
+use crate::geometry::Point;
+use crate::job::Bit;
+use crate::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What there is to say of the holes and slots of one planned side.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// Sizes by tool, in order of use.
+    pub rows: Vec<Row>,
+    /// Travel of the drills with the holes as in the file, mm: for each from the work zero over its holes back to the work
+    /// zero.
+    pub travel_before_mm: f64,
+    /// The same as planned.
+    pub travel_after_mm: f64,
+    /// Time of this travel with the holes as in the file, s.
+    pub hop_time_before_s: f64,
+    /// The same as planned.
+    pub hop_time_after_s: f64,
+    /// Iterations of the search that were made.
+    pub iterations: u64,
+}
+
+/// One size of the files, and the tool that makes it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Number of the tool in order of use, from 1, as in the program.
+    pub n: usize,
+    /// The size in the files.
+    pub size: Length,
+    /// The tool.
+    pub bit: Bit,
+    /// How many holes of this size it makes.
+    pub holes: usize,
+    /// How many slots.
+    pub slots: usize,
+    /// How many ways it mills for them; 0 where it drills.
+    pub ways: usize,
+}
+
+/// The figures of `planned`. `hop_time` tells the seconds from one place to another.
+pub fn figures(planned: &Planned, hop_time: &dyn Fn(Point, Point) -> f64) -> Figures {
+    let mut figures =
+        Figures { iterations: planned.parts.iter().map(|part| part.iterations).sum(), ..Figures::default() };
+    let tasks: Vec<&Task> = planned.parts.iter().flat_map(|part| &part.tasks).collect();
+    // As in the program: a tool that is in stays in.
+    for (n, tasks) in (1..).zip(tasks.chunk_by(|a, b| a.bit == b.bit)) {
+        figures.rows.extend(rows(n, tasks, planned));
+        let after: Vec<(u32, Point)> = tasks
+            .iter()
+            .flat_map(|task| task.strokes.iter().filter_map(|stroke| Some((stroke.hole?, stroke.at))))
+            .collect();
+        if after.is_empty() {
+            continue;
+        }
+        let mut before = after.clone();
+        before.sort_unstable();
+        let straight = |a: Point, b: Point| a.distance_mm(b);
+        figures.travel_before_mm += round(planned.origin, &before, &straight);
+        figures.travel_after_mm += round(planned.origin, &after, &straight);
+        figures.hop_time_before_s += round(planned.origin, &before, hop_time);
+        figures.hop_time_after_s += round(planned.origin, &after, hop_time);
+    }
+    figures
+}
+
+/// What it costs from `zero` over all `holes` and back.
+fn round(zero: Point, holes: &[(u32, Point)], cost: &dyn Fn(Point, Point) -> f64) -> f64 {
+    let stops = holes.iter().map(|(_, at)| *at).chain([zero]);
+    stops.fold((zero, 0.0), |(here, sum), to| (to, sum + cost(here, to))).1
+}
+
+/// The sizes that tool `n` makes with `tasks`, ascending.
+fn rows(n: usize, tasks: &[&Task], planned: &Planned) -> Vec<Row> {
+    let Some(bit) = tasks.first().map(|task| &task.bit) else { return Vec::new() };
+    let hole = |hole: u32| planned.board.holes.get(hole as usize).and_then(|hole| hole.diameter);
+    let slot = |slot: u32| planned.board.slots.get(slot as usize).and_then(|slot| slot.width);
+    let mut by_size: BTreeMap<Length, Row> = BTreeMap::new();
+    let mut row = |size: Length, add: &dyn Fn(&mut Row)| {
+        let empty = || Row { n, size, bit: bit.clone(), holes: 0, slots: 0, ways: 0 };
+        add(by_size.entry(size).or_insert_with(empty));
+    };
+    let strokes = tasks.iter().flat_map(|task| &task.strokes);
+    strokes.filter_map(|stroke| hole(stroke.hole?)).for_each(|size| row(size, &|row| row.holes += 1));
+    let mut seen: BTreeSet<Shape> = BTreeSet::new();
+    for shape in tasks.iter().flat_map(|task| &task.ways).filter_map(|way| way.clears) {
+        let (size, holes, slots) = match shape {
+            Shape::Hole(number) => (hole(number), 1, 0),
+            Shape::Slot(number) => (slot(number), 0, 1),
+        };
+        let Some(size) = size else { continue };
+        let new = usize::from(seen.insert(shape));
+        row(size, &|row| {
+            row.ways += 1;
+            row.holes += holes * new;
+            row.slots += slots * new;
+        });
+    }
+    by_size.into_values().collect()
+}
