@@ -61,6 +61,9 @@ pub(crate) struct JobRecord {
     /// Ways in all; none of a job that an older bridge began.
     #[serde(default)]
     pub(crate) ways_total: u32,
+    /// How long the drilled-board record was when it began, bytes; not known of a job that an older bridge began.
+    #[serde(default)]
+    pub(crate) record_from: Option<u64>,
 }
 
 /// How far it is.

@@ -220,6 +220,8 @@ fn a_signal_stops_in_a_controlled_way_and_the_job_goes_on_later() {
         );
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(said.contains(&format!("interrupted after {known} holes")), "{said}");
+        let twice: Vec<usize> = (known..before).map(|hole| hole + 1).collect();
+        assert_eq!((&object["drilled_twice"], &object["drilled"]["doubled"]), (&twice.into(), &0.into()));
         let all = places();
         let different: std::collections::BTreeSet<_> = all.iter().collect();
         assert_eq!((different.len(), all.len() - HOLES), (HOLES, before - known), "{signal}");

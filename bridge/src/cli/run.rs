@@ -257,11 +257,16 @@ impl<'a> Operator<'a> {
             "ways_done": ways,
             "slips": rested.slips,
             "drilled": drilled,
+            "drilled_twice": rested.drilled_twice,
         });
         let why = rested.alarm.clone().unwrap_or_else(|| remark("run.stopped"));
         let milled = if ways > 0 { format!(" {ways} ways milled.") } else { String::new() };
         let mut text = format!("{holes} holes drilled.{milled}\n");
         rested.slips.iter().for_each(|slip| text += &lost(slip));
+        for hole in &rested.drilled_twice {
+            let note = Remark::new(Weight::Note, "run.drilled_twice").with("hole", hole);
+            text += &format!("{} {}\n", note.message("en"), note.advice("en"));
+        }
         if exit != Exit::Done {
             let refusal = Refusal::content(why);
             object["error"] = refusal.object()["error"].clone();

@@ -88,6 +88,8 @@ impl Owner {
         if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
             return Err(remark("control.zero_moved"));
         }
+        let taken_up =
+            self.interrupted.as_ref().filter(|(begun, _)| from_leg > 0 && begun.key == prepared.key);
         let record = JobRecord {
             key: prepared.key.clone(),
             name: prepared.program.name.clone(),
@@ -97,6 +99,7 @@ impl Owner {
             stream_digest: prepared.digest.clone(),
             holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
             ways_total: u32::try_from(prepared.program.way_count()).unwrap_or(u32::MAX),
+            record_from: taken_up.map_or_else(|| self.record_length(), |(begun, _)| begun.record_from),
         };
         Ok((Work::new(Arc::clone(prepared), from_leg as usize, self.executor.shared.pace()), record))
     }
@@ -116,12 +119,13 @@ impl Owner {
         let still = written.clone().and_then(|()| self.tickets.check(asked)).and_then(|()| {
             if stopped { Err(remark("socket.stopped_meanwhile")) } else { self.may_start(&event) }
         });
+        let record_from = record.record_from;
         if written.is_ok() {
             self.interrupted = Some((record, work.progress()));
         }
         let done = match still {
             Ok(()) => {
-                self.board_begins();
+                self.board_begins(&work, record_from);
                 work.begins();
                 self.work = Some(work);
                 self.try_event(event)

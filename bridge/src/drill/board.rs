@@ -1,15 +1,27 @@
 //! The board as the virtual drill made it, against the program, at the end of every run (N20).
 //!
+//! ```text
+//! record   │ … other jobs … │ this job, before it was broken off │ this run
+//!                           └ where the job began: in the journal
+//! ```
+//!
+//! The hole at which a job was taken up may be there already: by design one hole at most is drilled twice. That is told and is
+//! no alarm; any other hole made again is.
+//!
 //! Comes in: every hole and broken bit as it happens, and which legs were run. Goes out: what differs, for everybody, and an
 //! alarm where something does. Real machines keep no such record. Does not know the journal.
 
+use super::RECORD;
 use super::moves::Work;
 use super::owner::Owner;
 use annulus_core::control::{Event, Trust};
 use annulus_core::machine::Output;
 use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{Drilled, missing_legs, tally};
+use annulus_core::twin::{Drilled, made_again, missing_legs, tally};
 use annulus_core::wire::{DrilledTold, MissingTold};
+use std::fs;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// More runs of legs than this are not told: what is missing then is half the board, and the job is run anew.
@@ -30,6 +42,10 @@ pub(super) type Board = Arc<Mutex<Log>>;
 pub(super) struct Judged {
     /// Steps that were lost before it began.
     slipped_before: u64,
+    /// What this job drilled before it was taken up.
+    before: Vec<Drilled>,
+    /// Holes that were there when it was taken up, and were drilled again: by their order, the first is 1.
+    pub(super) twice: Vec<u32>,
     pub(super) told: Option<DrilledTold>,
     pub(super) missing: Option<MissingTold>,
 }
@@ -39,10 +55,28 @@ impl Owner {
         self.slips().iter().map(|slip| slip.lost).sum()
     }
 
-    /// A run begins.
-    pub(super) fn board_begins(&mut self) {
+    fn record(&self) -> PathBuf {
+        self.hands.folder.join(RECORD)
+    }
+
+    /// How long the drilled-board record is, bytes.
+    pub(super) fn record_length(&self) -> Option<u64> {
+        fs::metadata(self.record()).ok().map(|file| file.len())
+    }
+
+    /// A run begins, of a job that began when the drilled-board record was so long.
+    pub(super) fn board_begins(&mut self, work: &Work, record_from: Option<u64>) {
         *self.hands.board.lock().unwrap_or_else(PoisonError::into_inner) = Log::default();
-        self.judged = Judged { slipped_before: self.slipped(), ..Judged::default() };
+        let taken_up = record_from.filter(|_| work.first > 0 && self.machine.output == Output::Virtual);
+        let before = taken_up.and_then(|from| {
+            let mut file = fs::File::open(self.record()).ok()?;
+            file.seek(SeekFrom::Start(from)).ok()?;
+            let mut text = String::new();
+            file.read_to_string(&mut text).ok()?;
+            Some(text.lines().filter_map(drilled).collect())
+        });
+        let before = before.unwrap_or_default();
+        self.judged = Judged { slipped_before: self.slipped(), before, ..Judged::default() };
     }
 
     /// A run ended at rest.
@@ -54,12 +88,15 @@ impl Owner {
         let mm = |axis: usize| self.machine.axis(axis).scale.length(work.job.zero[axis]).mm();
         let (program, run, zero_mm) = (&work.job.program, work.first..work.leg, [mm(0), mm(1)]);
         let found = tally(program, &self.machine, run.clone(), zero_mm, &log.holes);
+        let before = std::mem::take(&mut self.judged.before);
+        let again = made_again(program, &self.machine, run.clone(), zero_mm, &before, &log.holes);
+        self.judged.twice = again.by_design;
         let legs = runs(&missing_legs(program, &self.machine, run, zero_mm, &log.holes));
         let told = !legs.is_empty() && legs.len() <= MOST_RUNS;
         self.judged.missing = told.then(|| MissingTold { job: work.job.key.clone(), legs });
         let told = DrilledTold {
             missing: found.missing,
-            doubled: found.doubled,
+            doubled: found.doubled + again.besides,
             shifted: found.shifted,
             broken: log.broken,
             slipped_steps: self.slipped().saturating_sub(self.judged.slipped_before),
@@ -76,6 +113,15 @@ impl Owner {
             self.pending.push_back(Event::BoardDiffers(why, left));
         }
     }
+}
+
+/// A line of the drilled-board record.
+fn drilled(line: &str) -> Option<Drilled> {
+    let mut words = line.split(' ');
+    let mut number = || words.next()?.parse::<f64>().ok();
+    let (x_mm, y_mm, depth_mm) = (number()?, number()?, number()?);
+    let spindle = words.next().map_or(Some(1), |word| word.strip_prefix('Z')?.parse::<u8>().ok())?;
+    Some(Drilled { x_mm, y_mm, depth_mm, tick: 0, spindle: spindle.checked_sub(1)? })
 }
 
 /// Numbers in their order as runs: the first and the one behind the last.

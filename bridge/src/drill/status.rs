@@ -131,6 +131,7 @@ impl Owner {
             slips: self.slips(),
             drilled: self.judged.told,
             missing: self.judged.missing.clone(),
+            drilled_twice: self.judged.twice.clone(),
             elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
             left_s: ticks as f64 / TICK_HZ as f64 / self.speed * 100.0
                 / f64::from(self.executor.shared.pace().max(1)),

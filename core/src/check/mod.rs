@@ -18,13 +18,14 @@
 //! stream passes only if nothing at all was found.
 
 mod interlocks;
+mod known;
 mod pulses;
 
 use crate::geometry::Point;
 use crate::job::Mark;
 use crate::machine::{AXES, Machine, Steps, axis_name};
 use crate::remark::{Remark, Weight};
-use crate::steps::stream::{Segment, StepStream};
+use crate::steps::stream::{Run, Segment, StepStream};
 use crate::units::Length;
 use interlocks::{Heights, Interlocks};
 use pulses::Walker;
@@ -173,19 +174,27 @@ fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usiz
         found.push(Remark::new(Weight::Loss, "check.axis_missing").with("axis", axes));
     }
     for (axis, walker) in walkers.iter_mut().enumerate() {
-        let runs = segment.runs.iter().filter(|run| run.axes >> axis & 1 == 1);
-        let told =
-            walker.segment(runs, now, (segment.duration_ticks, segment.end[axis], segment.stage)).err();
-        let split = (!in_one_set(segment, axis)).then(|| Remark::new(Weight::Loss, "check.two_sets"));
-        found.extend(split.or(told).map(|remark| remark.with("axis", axis_name(axis))));
+        let ends = (segment.duration_ticks, segment.end[axis], segment.stage);
+        let told = match runs_of(segment, axis) {
+            Some(runs) => walker.segment(runs, now, ends).err(),
+            None => {
+                walker.at = segment.end[axis];
+                Some(Remark::new(Weight::Loss, "check.two_sets"))
+            }
+        };
+        found.extend(told.map(|remark| remark.with("axis", axis_name(axis))));
     }
     found
 }
 
-/// Whether `axis` belongs to one set of axes all through the segment: else the times of its runs would mean nothing.
-fn in_one_set(segment: &Segment, axis: usize) -> bool {
-    let mut sets = segment.runs.iter().map(|run| run.axes).filter(|axes| axes >> axis & 1 == 1);
-    sets.next().is_none_or(|first| sets.all(|axes| axes == first))
-        && segment.runs.chunk_by(|a, b| a.axes == b.axes).filter(|runs| runs[0].axes >> axis & 1 == 1).count()
-            < 2
+/// The runs of `axis`; none where it does not belong to one set of axes all through the segment, because then the times of its
+/// runs would mean nothing.
+fn runs_of(segment: &Segment, axis: usize) -> Option<&[Run]> {
+    let has = |run: &Run| run.axes >> axis & 1 == 1;
+    let Some(first) = segment.runs.iter().position(has) else { return Some(&[]) };
+    let (runs, later) = segment.runs[first..].split_at(
+        segment.runs[first..].iter().position(|run| !has(run)).unwrap_or(segment.runs.len() - first),
+    );
+    let one_set = runs.iter().all(|run| run.axes == runs[0].axes) && !later.iter().any(has);
+    one_set.then_some(runs)
 }

@@ -159,7 +159,7 @@ fn take_run(guess: &mut Guess, bytes: &mut &[u8]) -> Option<Run> {
 }
 
 /// A number in groups of seven bits, the lowest first; the highest bit says that more follow.
-fn put(mut number: u64, bytes: &mut Vec<u8>) {
+pub(super) fn put(mut number: u64, bytes: &mut Vec<u8>) {
     while number >= 0x80 {
         bytes.push(number as u8 | 0x80);
         number >>= 7;
@@ -172,7 +172,7 @@ fn put_signed(number: i64, bytes: &mut Vec<u8>) {
     put(((number << 1) ^ (number >> 63)) as u64, bytes);
 }
 
-fn take(bytes: &mut &[u8]) -> Option<u64> {
+pub(super) fn take(bytes: &mut &[u8]) -> Option<u64> {
     let mut number = 0_u64;
     for shift in (0..64).step_by(7) {
         let (byte, rest) = bytes.split_first()?;

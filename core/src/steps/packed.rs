@@ -1,26 +1,35 @@
 //! A stream as it is kept while a job is in work: in few bytes, any leg of which is had at once.
 //!
 //! ```text
-//! bytes   leg 0 │ leg 1 │ leg 2 │ …          a board of 100,000 holes: a tenth of what its runs would take
-//!               ▲ leg(1) ─▶ segments
+//! bytes     leg 0 │ leg 1 │ leg 2 │ …        a board of 100,000 holes: a fiftieth of what its runs would take
+//!                 ▲ leg(1) ─▶ segments
+//! strokes   a, b, c                          runs of spindles that come again with every hole, each kept once
 //! ```
 //!
 //! Comes in: a program, a machine. Goes out: its segments, leg by leg or one after the other. The stream is never there as a
 //! whole. Does not know how segments are made nor what they are for.
 
-use super::compact::{put_segment, take_segment};
+use super::compact::{put, put_segment, take, take_segment};
 use super::make::leg_by_leg;
-use super::stream::Segment;
+use super::stream::{Run, Segment};
 use crate::job::{Effect, Program};
 use crate::machine::{Machine, Steps};
 use crate::remark::Remark;
 use std::ops::Range;
+
+/// The most strokes that are kept. A bit has two.
+const MOST_STROKES: usize = 64;
+
+/// Fewer runs one way than this are no stroke.
+const SHORTEST_STROKE: usize = 8;
 
 /// A whole program as step times, in few bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Packed {
     start: Steps,
     bytes: Vec<u8>,
+    /// Runs of spindles one way, but for the first: it says when they begin.
+    strokes: Vec<Vec<Run>>,
     legs: Vec<Place>,
     /// Segments that switch something, and what.
     effects: Vec<(usize, Effect)>,
@@ -53,7 +62,7 @@ impl Packed {
     fn push(&mut self, segments: &[Segment]) {
         let before = self.count();
         for (index, segment) in segments.iter().enumerate() {
-            put_segment(segment, &mut self.bytes);
+            self.put(segment);
             if segment.effect != Effect::None {
                 self.effects.push((before + index, segment.effect));
             }
@@ -65,6 +74,40 @@ impl Packed {
             end: end.unwrap_or_default(),
             ticks: segments.iter().map(|segment| segment.duration_ticks).sum(),
         });
+    }
+
+    /// Appends a segment without its strokes, and before it which strokes come after how many of its runs.
+    fn put(&mut self, segment: &Segment) {
+        let (mut runs, mut strokes) = (Vec::with_capacity(segment.runs.len()), Vec::new());
+        for way in segment.runs.chunk_by(|a, b| (a.axes, a.forward) == (b.axes, b.forward)) {
+            match way.split_first().and_then(|(first, stroke)| Some((*first, self.stroke(stroke)?))) {
+                Some((first, stroke)) => {
+                    runs.push(first);
+                    strokes.push((runs.len(), stroke));
+                }
+                None => runs.extend_from_slice(way),
+            }
+        }
+        put(strokes.len() as u64, &mut self.bytes);
+        for (after, stroke) in strokes {
+            put(after as u64, &mut self.bytes);
+            put(stroke as u64, &mut self.bytes);
+        }
+        let Segment { leg, mark, stage, duration_ticks, effect, gate, end, .. } = *segment;
+        put_segment(&Segment { leg, mark, stage, duration_ticks, runs, effect, gate, end }, &mut self.bytes);
+    }
+
+    /// The number of the stroke that `runs` are; none where they are none, or one too many.
+    fn stroke(&mut self, runs: &[Run]) -> Option<usize> {
+        if runs.len() < SHORTEST_STROKE || runs[0].axes & 0b11 != 0 {
+            return None;
+        }
+        let known = self.strokes.iter().position(|stroke| stroke == runs);
+        if known.is_none() && self.strokes.len() < MOST_STROKES {
+            self.strokes.push(runs.to_vec());
+            return Some(self.strokes.len() - 1);
+        }
+        known
     }
 
     /// Where all axes stand before the first segment, in steps from the work zero.
@@ -110,22 +153,52 @@ impl Packed {
         let Some(place) = self.legs.get(leg) else { return Vec::new() };
         let begin =
             leg.checked_sub(1).and_then(|before| self.legs.get(before)).map_or(0, |before| before.bytes);
-        Segments(self.bytes.get(begin..place.bytes).unwrap_or_default()).collect()
+        let bytes = self.bytes.get(begin..place.bytes).unwrap_or_default();
+        Segments { bytes, strokes: &self.strokes }.collect()
     }
 
     /// All segments, one after the other.
     pub fn segments(&self) -> impl Iterator<Item = Segment> {
-        Segments(&self.bytes)
+        Segments { bytes: &self.bytes, strokes: &self.strokes }
     }
 }
 
 /// Segments, one after the other.
-struct Segments<'a>(&'a [u8]);
+struct Segments<'a> {
+    bytes: &'a [u8],
+    strokes: &'a [Vec<Run>],
+}
+
+impl Segments<'_> {
+    /// The next one; none at the end of the bytes.
+    fn take(&mut self) -> Option<Segment> {
+        let count = take(&mut self.bytes)?;
+        let mut number = || usize::try_from(take(&mut self.bytes)?).ok();
+        let mut strokes = Vec::with_capacity(count as usize);
+        for _ in 0..count {
+            strokes.push((number()?, self.strokes.get(number()?)?));
+        }
+        let mut segment = take_segment(&mut self.bytes)?;
+        if strokes.is_empty() {
+            return Some(segment);
+        }
+        let all = segment.runs.len() + strokes.iter().map(|(_, stroke)| stroke.len()).sum::<usize>();
+        let own = std::mem::replace(&mut segment.runs, Vec::with_capacity(all));
+        let mut done = 0;
+        for (after, stroke) in strokes {
+            segment.runs.extend_from_slice(own.get(done..after)?);
+            segment.runs.extend_from_slice(stroke);
+            done = after;
+        }
+        segment.runs.extend_from_slice(own.get(done..)?);
+        Some(segment)
+    }
+}
 
 impl Iterator for Segments<'_> {
     type Item = Segment;
 
     fn next(&mut self) -> Option<Segment> {
-        if self.0.is_empty() { None } else { take_segment(&mut self.0) }
+        self.take()
     }
 }

@@ -24,7 +24,7 @@ mod tally;
 pub use bit::{Bit, Breakage, Tip};
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
-pub use tally::{Tally, missing_legs, tally};
+pub use tally::{Again, Tally, made_again, missing_legs, tally};
 
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};

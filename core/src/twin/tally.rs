@@ -12,7 +12,7 @@
 
 use super::Drilled;
 use crate::geometry::Point;
-use crate::job::{Command, Leg, Program};
+use crate::job::{Command, Leg, Mark, Program};
 use crate::machine::Machine;
 use crate::units::Length;
 use std::ops::Range;
@@ -43,6 +43,16 @@ impl Tally {
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
     }
+}
+
+/// Holes of a run that had been made before it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Again {
+    /// Those of the leg at which the job was taken up, which nobody can know to be there: by their order of drilling, the first
+    /// is 1.
+    pub by_design: Vec<u32>,
+    /// How many others.
+    pub besides: u32,
 }
 
 /// A hole as the program wants it: place from the work zero, and spindle.
@@ -88,6 +98,35 @@ pub fn missing_legs(
     let mut legs: Vec<usize> = missing.map(|(hole, _)| hole.leg).collect();
     legs.dedup();
     if shifted > 0 { Vec::new() } else { legs }
+}
+
+/// Which holes of the legs `run`, and of the one in work behind them, are in `drilled` although they were in the board `before`,
+/// when the job was taken up at the first of these legs.
+pub fn made_again(
+    program: &Program,
+    machine: &Machine,
+    run: Range<usize>,
+    zero_mm: [f64; 2],
+    before: &[Drilled],
+    drilled: &[Drilled],
+) -> Again {
+    let (wanted, made_before, _) = matched(program, machine, 0..run.end, zero_mm, before);
+    let (_, made, _) = matched(program, machine, run.clone(), zero_mm, drilled);
+    let earlier = wanted.iter().take_while(|hole| hole.leg < run.start).count();
+    let of_run = wanted.iter().zip(&made_before).skip(earlier).zip(&made);
+    let twice = of_run.filter(|((_, before), made)| **before > 0 && **made > 0).map(|((hole, _), _)| hole);
+    let mut again = Again::default();
+    for hole in twice {
+        if hole.leg == run.start {
+            let legs = program.legs.iter().take(hole.leg + 1);
+            let number = legs.filter(|leg| matches!(leg.mark, Mark::Hole(_))).count();
+            again.by_design.push(u32::try_from(number).unwrap_or(u32::MAX));
+        } else {
+            again.besides += 1;
+        }
+    }
+    again.by_design.dedup();
+    again
 }
 
 /// The holes that are wanted, how often each was made, and how many were made elsewhere.
@@ -288,6 +327,29 @@ mod tests {
         assert_eq!(found(0..4, &too_many), [0, 0, 1]);
         let other_spindle = Drilled { spindle: 1, ..good[0] };
         assert_eq!(found(0..4, &[other_spindle, good[1], good[2], good[3]]), [0, 0, 1]);
+    }
+
+    #[test]
+    fn a_hole_made_again_is_by_design_where_the_job_was_taken_up_and_nowhere_else() {
+        let machine = virtual_drill();
+        let again = |run: Range<usize>, before: &[Drilled], drilled: &[Drilled]| {
+            let found = made_again(&program(&machine), &machine, run, [5.0, 7.0], before, drilled);
+            (found.by_design, found.besides)
+        };
+        let [one, two, way, three] = [at(1.0, 1.0), at(2.0, 1.0), at(20.0, 9.0), at(3.0, 1.0)];
+        assert_eq!(again(1..4, &[one], &[two, way, three]), (vec![], 0), "nothing was repeated");
+        assert_eq!(again(1..4, &[one, two], &[two, way, three]), (vec![2], 0), "the one it went on with");
+        assert_eq!(
+            again(1..4, &[one, two, three], &[two, way, three]),
+            (vec![2], 1),
+            "and one that it did not"
+        );
+        assert_eq!(again(1..4, &[one, two, three], &[two, way]), (vec![2], 0), "not made this time");
+        assert_eq!(again(1..4, &[at(8.0, 8.0), one], &[two]), (vec![], 0), "something else on the table");
+        let mut twice = program(&machine);
+        twice.legs.insert(1, twice.legs[0].clone());
+        let found = made_again(&twice, &machine, 1..5, [5.0, 7.0], &[one], &[one, two]);
+        assert_eq!(found, Again::default(), "the program asks for it twice");
     }
 
     #[test]

@@ -474,6 +474,10 @@ pub struct Status {
     /// What of it is missing, where that can be said.
     #[serde(default)]
     pub missing: Option<MissingTold>,
+    /// Holes that the board of the last run had already when the job was taken up, and that were drilled again: by their order
+    /// of drilling, the first is 1. By design one at most, and no fault.
+    #[serde(default)]
+    pub drilled_twice: Vec<u32>,
     /// Time since Start, s.
     pub elapsed_s: f64,
     /// Time left, s.

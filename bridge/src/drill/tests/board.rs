@@ -66,6 +66,48 @@ fn a_hole_made_twice_or_beside_its_place_is_counted() {
     assert!(told.slipped_steps >= 12 && status.trust == Trust::Suspect, "{status:?}");
 }
 
+/// What the board had when the job was taken up, besides what the journal knows, counted from the hole it goes on with; and what
+/// is told at the end.
+#[test]
+fn the_hole_a_job_goes_on_with_may_be_there_already_and_any_other_made_again_is_a_fault() {
+    let rows = [(vec![], 0, 0), (vec![0], 1, 0), (vec![3], 0, 1), (vec![0, 3, 4], 1, 2)];
+    for (there, twice, doubled) in rows {
+        let folder = tempfile::tempdir().unwrap();
+        let drill = Drill::open_with(folder.path(), machine(), 20.0, Faults::default()).unwrap();
+        let tells = drill.watch();
+        let mut bench = Bench { drill, folder, tells };
+        bench.start(&grid(&machine(), 40));
+        bench.wait(|status| status.holes_done >= 2);
+        bench.drill.ask(Ask::StopAfterHole).unwrap();
+        let (ending, done) = bench.ended();
+        assert!(ending == Ending::StoppedAfterHole && done < 30, "{ending:?} after {done}");
+        // As if the bridge had been killed before it wrote down what was made.
+        let path = bench.folder.path().join(RECORD);
+        let mut record = fs::OpenOptions::new().append(true).open(path).unwrap();
+        for hole in &there {
+            let at = place(done + hole);
+            writeln!(record, "{:.4} {:.4} 2.1000", at.x.mm() + 1.0, at.y.mm() + 1.0).unwrap();
+        }
+        let offered = bench.drill.greeting().into_iter().find_map(|tell| match tell {
+            Tell::Interrupted { next_leg, .. } => Some(next_leg),
+            _ => None,
+        });
+        bench.wait(|status| status.state == State::Ready);
+        let (job, stream_digest, _) = bench.arm(&grid(&machine(), 40));
+        bench.drill.ask(Ask::Start { job, stream_digest, from_leg: offered.unwrap() }).unwrap();
+        assert_eq!(bench.ended(), (Ending::Done, 40));
+        let state = if doubled > 0 { State::Alarm } else { State::Ready };
+        let status = bench.wait(|status| status.state == state && status.drilled.is_some());
+        let expected: Vec<u32> = (0..twice).map(|_| done + 1).collect();
+        assert_eq!(status.drilled_twice, expected, "{there:?}");
+        assert_eq!(status.drilled, Some(DrilledTold { doubled, ..DrilledTold::default() }), "{there:?}");
+        assert_eq!(
+            status.alarm.map(|why| why.code),
+            (doubled > 0).then(|| "control.board_differs".to_owned())
+        );
+    }
+}
+
 #[test]
 fn a_speed_no_spindle_has_and_a_wait_for_a_bit_there_is_not_are_refused_when_armed() {
     let bench = Bench::new(&machine(), Faults::default());

@@ -81,7 +81,7 @@ fn nothing_that_holds_the_job_back_waits_for_a_plan() {
 
 #[test]
 fn a_stream_made_leg_by_leg_is_the_same() {
-    for machine in [machine(), annulus_core::machine::lab()] {
+    for (_, machine) in annulus_core::machine::presets() {
         let program = grid(&machine, 40);
         let timeline = annulus_core::motion::timeline(&program, &machine).unwrap();
         let whole = annulus_core::steps::stream(&timeline, &machine).unwrap();
