@@ -198,7 +198,7 @@ pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
 fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
     let mut losses = remarks.iter().filter(|remark| remark.is_unseen(accept));
     let Some(first) = losses.next() else { return Ok(()) };
-    losses.for_each(|loss| cli::say(Refusal::content(loss.clone())));
+    losses.for_each(|loss| super::say(Refusal::content(loss.clone())));
     Err(Refusal::content(first.clone()).among(remarks.to_vec()))
 }
 

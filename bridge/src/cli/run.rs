@@ -3,10 +3,11 @@
 //! Comes in: a job and a machine. Goes out: a drilled board, and how it ended. An interrupted job of the same program is
 //! taken up where it was left. Does not know how anything moves.
 
+use super::job;
 use super::{Answer, Exit, Refusal};
 use crate::drill::{Drill, RECORD};
+use crate::machine_file;
 use crate::signals::Signals;
-use crate::{job, machine_file};
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
 use annulus_core::locale;
