@@ -53,7 +53,6 @@ const BRIDGE: &[(&str, &[&str])] = &[
         &[
             "drill",
             "executor",
-            "job",
             "journal",
             "lab",
             "machine_file",
