@@ -6,6 +6,7 @@ use super::browser::{self, now_ms};
 use super::{Armed, Control, Ended, Freshness, Interrupted, Phase, Queue, link, noted, socket, stop};
 use crate::health;
 use crate::lab::log::Event;
+use crate::{model, page};
 use annulus_core::control::Ending;
 use annulus_core::queue::{MOST_ROWS, RowResult};
 use annulus_core::wire::{QueueStatus, Tell};
@@ -34,7 +35,9 @@ pub(super) fn heard(tell: Tell) {
                 noted(Event::Settings);
             }
             line.fingerprint.set(fingerprint);
-            line.settings.set(Arc::new(settings));
+            let settings = Arc::new(settings);
+            line.settings.set(settings.clone());
+            page::send(model::Event::Machine { settings });
         }
         Tell::Status(status) => {
             stop::status(status.state);

@@ -2,13 +2,14 @@
 //!
 //! Comes in: the browser's key presses. Goes out: what [`crate::keys`] says they mean.
 
-use crate::format::Unit;
-use crate::i18n::say;
+use crate::i18n::key;
 use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Sheet;
 use crate::link;
-use crate::screens::{cam, lab, machine, opening, simulate, stage};
-use crate::state::state;
+use crate::model::{FilesEvent, FrameEvent};
+use crate::page::{frame, send};
+use crate::said::Text;
+use crate::screens::{cam, lab, machine, simulate, stage};
 use crate::widgets::toast;
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -28,7 +29,7 @@ thread_local! {
 /// Listens to keys and to the address for the life of the page.
 pub(crate) fn listen() {
     let keys = window_event_listener(ev::keydown, |event| {
-        if let Some(action) = keys::action(&press(&event), state().tab.get_untracked()) {
+        if let Some(action) = keys::action(&press(&event), frame().tab.get_untracked()) {
             if action != Action::Escape {
                 event.prevent_default();
             }
@@ -42,7 +43,7 @@ pub(crate) fn listen() {
     });
     follow_address();
     Effect::new(|_| {
-        let address = match state().tab.get() {
+        let address = match frame().tab.get() {
             Tab::Lab => format!("#/{}/{}", Tab::Lab.word(), lab::desk().sheet.get().word()),
             tab => format!("#/{}", tab.word()),
         };
@@ -55,7 +56,7 @@ pub(crate) fn listen() {
 fn follow_address() {
     let hash = window().location().hash().unwrap_or_default();
     if let Some(tab) = Tab::of_address(&hash) {
-        state().tab.set(tab);
+        send(FrameEvent::Show { tab });
     }
     if let Some(sheet) = Sheet::of_address(&hash) {
         lab::desk().sheet.set(sheet);
@@ -89,13 +90,11 @@ pub(crate) fn act(action: Action) {
         Action::Escape => escape(),
         Action::Pause => pause(),
         Action::ArmKeys => machine::arm_keys(),
-        Action::Show(tab) => state().tab.set(tab),
-        Action::Open => opening::choose(),
-        Action::Units => state().unit.update(|unit| {
-            *unit = if *unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
-        }),
+        Action::Show(tab) => send(FrameEvent::Show { tab }),
+        Action::Open => send(FilesEvent::Choose),
+        Action::Units => send(FrameEvent::Units { unit: None }),
         Action::Region(onwards) => next_region(onwards),
-        Action::Flip => state().flipped.update(|flipped| *flipped = !*flipped),
+        Action::Flip => send(FrameEvent::Flip { below: None }),
         Action::Fit | Action::ZoomIn | Action::ZoomOut => stage::act(action),
         Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
             simulate::play().act(action);
@@ -109,11 +108,11 @@ pub(crate) fn act(action: Action) {
 
 /// Reads the work position out.
 fn speak() {
-    let unit = state().unit.get_untracked();
+    let unit = frame().unit.get_untracked();
     let place = link::link().status.with_untracked(|status| status.as_ref().map(|status| status.work_mm));
     if let Some(place) = place {
         let [x, y, z] = place.map(|mm| unit.coordinate(mm));
-        toast(say!("page.machine.spoken", x = x, y = y, z = z), None);
+        toast(Text::Key { key: key!("page.machine.spoken"), args: vec![("x", x), ("y", y), ("z", z)] });
     }
 }
 

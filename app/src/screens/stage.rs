@@ -10,15 +10,15 @@
 
 use super::layers;
 use super::shown::{Shown, missing_holes, moment, shown};
-use crate::document::desk;
 use crate::i18n::{key, say, t};
 use crate::keys::{Action, Tab};
 use crate::layers::Kind;
+use crate::model::FrameEvent;
+use crate::model::Theme;
+use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
-use crate::state::{Theme, state};
 use crate::view::{Backend, Line, Palette, Scene, View, Wanted, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
-use crate::workbench::bench;
 use annulus_core::board::Face;
 use annulus_core::proof;
 use leptos::html::{self, div, span};
@@ -66,7 +66,7 @@ fn system_dark() -> RwSignal<bool> {
 }
 
 fn palette(system_dark: bool) -> Palette {
-    let dark = match state().theme.get() {
+    let dark = match frame().theme.get() {
         Theme::Dark | Theme::Contrast => true,
         Theme::Light => false,
         Theme::Auto => system_dark,
@@ -84,11 +84,12 @@ pub(crate) fn stage() -> impl IntoView {
     host.on_load(move |host| {
         leptos::task::spawn_local(async move {
             if let Ok(view) = View::new(&host, wanted(), palette.get_untracked()).await {
-                state().backend.set(Some(match view.backend() {
+                let word = match view.backend() {
                     Backend::WebGpu => key!("page.status.webgpu"),
                     Backend::WebGl2 => key!("page.status.webgl2"),
                     Backend::Flat => key!("page.status.flat"),
-                }));
+                };
+                send(FrameEvent::Backend { word });
                 listen(&view, shown);
                 VIEW.set(Some(view));
                 ready.set(true);
@@ -118,10 +119,10 @@ pub(crate) fn stage() -> impl IntoView {
 
 /// Which side is looked at.
 fn side() -> impl IntoView {
-    let known = move || desk().document.with(Option::is_some) && state().tab.get() == Tab::Board;
+    let known = move || open_board().document.with(Option::is_some) && frame().tab.get() == Tab::Board;
     let planned = Memo::new(move |_| {
-        let of_job = matches!(state().tab.get(), Tab::Cam | Tab::Simulate);
-        bench().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
+        let of_job = matches!(frame().tab.get(), Tab::Cam | Tab::Simulate);
+        open_job().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
     });
     let lying = move || {
         planned.get().map(|face| {
@@ -131,7 +132,7 @@ fn side() -> impl IntoView {
     };
     let looked_at = move || {
         known().then(|| {
-            let below = move || state().flipped.get();
+            let below = move || frame().flipped.get();
             let word = move || if below() { say!("page.view.bottom") } else { say!("page.view.top") };
             push("side-badge", word, |_| act_flip()).attr("title", t!("page.view.flip"))
         })
@@ -140,7 +141,7 @@ fn side() -> impl IntoView {
 }
 
 fn act_flip() {
-    state().flipped.update(|flipped| *flipped = !*flipped);
+    send(FrameEvent::Flip { below: None });
 }
 
 /// A finding is shown with so much of the board across.
@@ -160,14 +161,14 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
     view.on_press(move |pressed| {
         let hole =
             pressed.disc.and_then(|disc| shown.with_untracked(|shown| shown.as_ref()?.hole_of_disc(disc)));
-        state().selected.set(hole);
+        send(FrameEvent::Select { hole });
     });
     view.on_hover(move |place| {
         let at = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(place?.0)));
-        state().cursor_mm.set(at);
+        send(FrameEvent::Cursor { at_mm: at });
     });
-    view.on_camera(|camera| state().zoom.set(camera.px_per_mm));
-    state().zoom.set(view.camera().px_per_mm);
+    view.on_camera(|camera| send(FrameEvent::Zoom { px_per_mm: camera.px_per_mm }));
+    send(FrameEvent::Zoom { px_per_mm: view.camera().px_per_mm });
 }
 
 /// Whatever changes goes to the picture, each in its own effect so that little is written.
@@ -190,8 +191,8 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
         board
     });
     Effect::new(move |_| {
-        let marked = bench().marked.get();
-        let place = desk().proved.with_untracked(|proved| {
+        let marked = open_job().marked.get();
+        let place = open_board().proved.with_untracked(|proved| {
             let at = proved.as_ref()?.findings.get(marked?)?.at;
             shown.with_untracked(|shown| Some(picture::place(picture::origin(shown.as_ref()?.body), at)))
         });
@@ -200,15 +201,15 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
         }
     });
     Effect::new(move |_| {
-        let flipped = state().flipped.get() && state().tab.get() == Tab::Board;
+        let flipped = frame().flipped.get() && frame().tab.get() == Tab::Board;
         if ready.get() {
             with_view(|view| view.set_mirrored(flipped));
         }
     });
     Effect::new(move |_| {
         let (ready, shown) = (ready.get(), shown.get());
-        let mut holes: Vec<u32> = state().selected.get().into_iter().collect();
-        if state().tab.get() == Tab::Machine {
+        let mut holes: Vec<u32> = frame().selected.get().into_iter().collect();
+        if frame().tab.get() == Tab::Machine {
             holes.extend(missing.get());
         }
         let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
@@ -235,7 +236,7 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
 fn scene(shown: &Shown, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
-    if state().tab.get() == Tab::Board {
+    if frame().tab.get() == Tab::Board {
         let (holes, outline) = (layers::kind_seen(Kind::Holes), layers::kind_seen(Kind::Outline));
         scene.discs.retain(|_| holes);
         scene.slots.retain(|_| holes);
@@ -245,7 +246,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
         }
     }
     let file_order: Vec<u32>;
-    let order = if shown.before && state().tab.get() == Tab::Board {
+    let order = if shown.before && frame().tab.get() == Tab::Board {
         file_order = (0..shown.board.holes.len() as u32).collect();
         &file_order
     } else {
@@ -254,11 +255,11 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     let corner = picture::origin(shown.body);
     scene.lines = picture::travel(&shown.board, corner, shown.work_zero, order, palette);
     match &shown.ways {
-        Some(ways) if !(shown.before && state().tab.get() == Tab::Board) => {
+        Some(ways) if !(shown.before && frame().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
-            let with_travel = state().show_travel.get() || state().tab.get() != Tab::Cam;
+            let with_travel = frame().show_travel.get() || frame().tab.get() != Tab::Cam;
             scene.lines = picture::ways(ways, palette, colour, with_travel);
-            if state().tab.get() == Tab::Cam {
+            if frame().tab.get() == Tab::Cam {
                 scene.lines.extend(found(shown, palette));
             }
             for (disc, stop) in &shown.discs {
@@ -285,8 +286,8 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
 /// The findings: a dot each, and a ring round the one that is shown.
 fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
     let corner = picture::origin(shown.body);
-    let marked = bench().marked.get();
-    desk().proved.with(|proved| {
+    let marked = open_job().marked.get();
+    open_board().proved.with(|proved| {
         let findings = proved.iter().flat_map(|proved| &proved.findings).enumerate();
         let marks = findings.flat_map(|(at, finding)| {
             let joined = matches!(finding.kind, proof::Kind::Gap | proof::Kind::Short);

@@ -4,10 +4,10 @@
 //! a program with what is missing. Nothing moves before that.
 
 use super::{preflight, words};
-use crate::document;
 use crate::i18n::{key, say, t};
 use crate::link::{self, Ended, Link};
-use crate::state::{self, Job, state};
+use crate::model::Job;
+use crate::state::{self, state};
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::{Ending, State};
 use annulus_core::wire::{DrilledTold, MissingTold, Status, program};
@@ -120,7 +120,7 @@ async fn drill_again(missing: MissingTold) {
     let mut program = job.program.only(wanted);
     program.name = say!("page.ended.again_name", name = program.name);
     let bytes = program::encode(&program);
-    let stream_digest = document::digest(bytes.clone()).await.unwrap_or_default();
+    let stream_digest = crate::state::digest(bytes.clone()).await.unwrap_or_default();
     let job = Arc::new(Job { program, key: program::key(&bytes), bytes, stream_digest });
     state().fetched.set(Some(job.clone()));
     preflight::show(job, 0);

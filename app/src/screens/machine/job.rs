@@ -3,11 +3,11 @@
 //! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
 
 use super::{ended, preflight, words};
-use crate::document::desk;
 use crate::format::clock;
 use crate::i18n::{language, say, t};
 use crate::link::{self, Link};
-use crate::screens::{cam, shown};
+use crate::page::{frame, open_board};
+use crate::screens::shown;
 use crate::state::state;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
@@ -25,7 +25,7 @@ pub(crate) fn job() -> impl IntoView {
     let line = link::link();
     let name = move || {
         let running = from(line, |status| status.job_name.clone());
-        let planned = state().job.with(|job| job.as_ref().map(|job| job.program.name.clone()));
+        let planned = open_board().job.with(|job| job.as_ref().map(|job| job.program.name.clone()));
         running.or(planned).unwrap_or_else(|| say!("page.job.none"))
     };
     section().class("block").attr("aria-label", t!("page.job.title")).child((
@@ -96,7 +96,10 @@ fn controls(line: Link) -> impl IntoView {
     let may =
         move |states: &[State]| line.may_act() && line.state().is_some_and(|state| states.contains(&state));
     let can_start = move || {
-        may(&[State::Ready]) && state().job.with(Option::is_some) && !desk().losses_unseen() && cam::cleared()
+        may(&[State::Ready])
+            && open_board().job.with(Option::is_some)
+            && !open_board().losses_unseen()
+            && open_board().cleared()
     };
     let paused = Memo::new(move |_| line.state() == Some(State::Paused));
     let hold = move || {
@@ -168,16 +171,16 @@ fn reason(line: Link) -> Option<String> {
     if !line.control.get().yours {
         return Some(say!("page.job.needs_control"));
     }
-    if desk().losses_unseen() {
+    if open_board().losses_unseen() {
         return Some(say!("page.job.losses_unseen"));
     }
-    if !desk().refused.with(Vec::is_empty) {
+    if !open_board().refused.with(Vec::is_empty) {
         return Some(say!("page.job.refused"));
     }
-    if state().job.with(Option::is_none) {
+    if open_board().job.with(Option::is_none) {
         return Some(say!("page.job.no_plan"));
     }
-    (!cam::cleared()).then(|| say!("page.job.problems_unread"))
+    (!open_board().cleared()).then(|| say!("page.job.problems_unread"))
 }
 
 fn facts(line: Link) -> impl IntoView {
@@ -191,9 +194,12 @@ fn facts(line: Link) -> impl IntoView {
         name.unwrap_or_else(|| "–".to_owned())
     };
     let lowest = move || {
-        let unit = state().unit.get();
+        let unit = frame().unit.get();
         let mm = from(line, |status| status.lower_dead_point_mm);
-        mm.map_or_else(|| "–".to_owned(), |mm| format!("{} {}", unit.coordinate(mm), state().unit_word()))
+        mm.map_or_else(
+            || "–".to_owned(),
+            |mm| format!("{} {}", unit.coordinate(mm), crate::i18n::unit_word()),
+        )
     };
     dl().class("facts").child((
         fact(t!("page.job.command"), text(|status| status.command.clone())),

@@ -9,7 +9,9 @@
 use super::words;
 use crate::i18n::{advice, key, message, say, t};
 use crate::link::{self, Armed};
-use crate::state::{Job, state};
+use crate::model::Job;
+use crate::page::open_board;
+use crate::state::state;
 use crate::widgets::{Dialog, dialog, icon, push, push_if};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, PreflightRow, Verdict};
@@ -32,7 +34,7 @@ pub struct Preflight {
 
 /// Opens the pre-flight of the planned job.
 pub fn open() {
-    if let Some(job) = state().job.get_untracked() {
+    if let Some(job) = open_board().job.get_untracked() {
         show(job, 0);
     }
 }

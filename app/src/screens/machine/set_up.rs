@@ -5,7 +5,7 @@
 use crate::health::{Blocked, blocked};
 use crate::i18n::{key, t};
 use crate::link::{self, Link, Phase};
-use crate::state::state;
+use crate::page::frame;
 use crate::widgets::{Icon, icon, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -48,7 +48,7 @@ pub(crate) fn set_up() -> impl IntoView {
         .child((icon(Icon::Home), t!("page.machine.home")));
     let zero = move || {
         let zero = line.status.with(|status| status.as_ref().and_then(|status| status.zero_mm));
-        let unit = state().unit.get();
+        let unit = frame().unit.get();
         zero.map_or_else(
             || crate::i18n::say!("page.machine.no_zero"),
             |[x, y]| {

@@ -4,7 +4,8 @@
 
 use super::{Play, play};
 use crate::i18n::{language, say, t};
-use crate::state::state;
+use crate::model::FrameEvent;
+use crate::page::{frame, open_board, send};
 use crate::widgets::{ROW_PX, virtual_list};
 use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::sim::LegStart;
@@ -48,7 +49,7 @@ fn go(play: Play, index: usize) {
         play.running.set(false);
         play.seek(leg.start_s);
         if let Mark::Hole(hole) = leg.mark {
-            state().selected.set(Some(hole));
+            send(FrameEvent::Select { hole: Some(hole) });
         }
     }
 }
@@ -61,8 +62,8 @@ fn place(leg: &Leg) -> Option<(f64, f64)> {
 }
 
 fn text(leg: LegStart) -> String {
-    let unit = state().unit.get();
-    state().job.with(|job| {
+    let unit = frame().unit.get();
+    open_board().job.with(|job| {
         let program = job.as_ref().map(|job| &job.program);
         match leg.mark {
             Mark::Prepare => say!("page.leg.prepare"),

@@ -10,9 +10,9 @@ mod commands;
 mod player;
 mod scrub;
 
-use crate::document::desk;
 use crate::i18n::t;
 use crate::keys::{Action, Stride};
+use crate::page::open_board;
 use crate::screens::cam;
 use crate::screens::shown::Moment;
 use crate::view::Progress;
@@ -48,7 +48,7 @@ pub(crate) fn play() -> Play {
 /// Makes it in the root of the page, after the desk.
 pub(crate) fn begin() {
     let playback = Memo::new(move |_| {
-        let timed = desk().timed.get()?;
+        let timed = open_board().timed.get()?;
         Some(Arc::new(Playback::new(timed.timeline.clone())))
     });
     let play = Play {

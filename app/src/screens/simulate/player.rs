@@ -7,8 +7,8 @@ use crate::format::{clock, plain};
 use crate::i18n::{language, say, t};
 use crate::keys::{Action, Stride};
 use crate::link::browser::now_ms;
+use crate::page::open_board;
 use crate::screens::machine::words;
-use crate::state::state;
 use crate::widgets::{Icon, icon, picture_button};
 use leptos::ev;
 use leptos::html::{button, div, label, option, select, span};
@@ -110,7 +110,7 @@ fn facts() -> impl IntoView {
     };
     let tool = move || {
         let bit = play.now()?.bit?;
-        state().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
+        open_board().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
     };
     let stage = move || play.now().map(|now| crate::i18n::text(words::stage(now.stage), &[]));
     let speed = move || {

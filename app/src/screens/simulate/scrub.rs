@@ -8,11 +8,10 @@
 //! Comes in: the playback. Goes out: the second on show.
 
 use super::{Play, play};
-use crate::document::desk;
 use crate::format::clock;
 use crate::i18n::{language, say, t};
+use crate::page::open_board;
 use crate::screens::board::swatch;
-use crate::state::state;
 use annulus_core::job::Cutter;
 use annulus_core::units::Length;
 use leptos::ev;
@@ -52,14 +51,14 @@ fn bands(play: Play) -> Vec<(Option<u32>, f64)> {
 }
 
 fn band(bit: Option<u32>, length_s: f64) -> impl IntoView {
-    let tool = state().job.with(|job| job.as_ref()?.program.bits.get(bit? as usize).cloned());
+    let tool = open_board().job.with(|job| job.as_ref()?.program.bits.get(bit? as usize).cloned());
     // Drills have the colour of the holes that they make.
     let drill = tool.as_ref().filter(|tool| tool.cutter == Cutter::Drill).map(|tool| tool.diameter);
-    let size: Option<Length> = desk().plan.with(|plan| {
+    let size: Option<Length> = open_board().plan.with(|plan| {
         let bit = plan.as_ref()?.bits.iter().find(|bit| Some(bit.diameter) == drill)?;
         bit.sizes.first().copied()
     });
-    let colour = desk()
+    let colour = open_board()
         .document
         .with(|document| document.as_ref().map(|document| swatch(&document.reading.board, size)));
     let name = move || tool.as_ref().map(|tool| tool.title(&language()));

@@ -22,7 +22,7 @@ use crate::keys::QueueKey;
 use crate::lab::queue::{Edit, Line, to_text};
 use crate::lab::{Sheet, rehearsal};
 use crate::link;
-use crate::state::state;
+use crate::page::open_board;
 use annulus_core::control::Trust;
 use annulus_core::machine::Machine;
 use annulus_core::queue::{self, Checked, Mode, Queue, RowResult, Standing};
@@ -147,11 +147,11 @@ pub(super) fn begin() {
     let lines = Memo::new(move |_| lab.bench.with(|bench| bench.queue.clone()));
     let read = Memo::new(move |_| queue::read("", &lines.with(|lines| to_text(lines))));
     let standing = Memo::new(move |_| {
-        let machine = state().machine.get();
+        let machine = open_board().machine.get();
         if lab.on_machine.get() { told(&machine) } else { rehearsal::standing(&machine).unwrap_or_default() }
     });
     let checked = Memo::new(move |_| {
-        let machine = state().machine.get();
+        let machine = open_board().machine.get();
         let standing = standing.get();
         read.with(|read| {
             read.as_ref().ok().map(|queue| queue::check(queue, &machine, &machine.card.names(), &standing))
