@@ -22,19 +22,17 @@ pub mod ways;
 pub mod workbench;
 
 #[cfg(target_arch = "wasm32")]
+pub mod browser;
+#[cfg(target_arch = "wasm32")]
 pub mod effects;
 #[cfg(target_arch = "wasm32")]
 pub mod fallen;
 #[cfg(target_arch = "wasm32")]
 pub mod i18n;
 #[cfg(target_arch = "wasm32")]
-pub mod link;
-#[cfg(target_arch = "wasm32")]
 pub mod page;
 #[cfg(target_arch = "wasm32")]
 pub mod screens;
-#[cfg(target_arch = "wasm32")]
-pub mod state;
 #[cfg(target_arch = "wasm32")]
 pub mod trusted;
 #[cfg(target_arch = "wasm32")]
@@ -48,8 +46,7 @@ pub fn start() {
         fallen::watch();
         leptos::mount::mount_to_body(|| {
             page::begin(effects::surroundings());
-            link::begin();
-            state::begin();
+            effects::begin();
             screens::app()
         });
     } else {

@@ -8,7 +8,7 @@
 //!
 //! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
 
-use crate::link::browser;
+use crate::browser;
 use crate::model::{FilesEvent, FrameEvent, TemplateEvent};
 use crate::page::send;
 use crate::said::{Text, key};

@@ -2,7 +2,7 @@
 //!
 //! Comes in: records. Goes out: records, as events. Does not know what a project is.
 
-use crate::link::browser::window;
+use crate::browser::window;
 use crate::model::keeping::PLACES;
 use crate::model::{Event, KeepEvent, Offer};
 use crate::page::send;

@@ -40,7 +40,7 @@ pub use handle::Engine;
 
 #[cfg(target_arch = "wasm32")]
 mod handle {
-    use super::messages::{Answer, Request, ToTime};
+    use super::messages::{Answer, Request};
     use super::{Stopped, desk};
     use std::cell::RefCell;
     use std::rc::Rc;
@@ -63,14 +63,6 @@ mod handle {
             progress: impl FnMut(f64) + 'static,
         ) -> Result<Answer, Stopped> {
             desk::ask(&self.0, request, Box::new(progress)).await
-        }
-
-        /// The digest of the steps of a program.
-        pub async fn digest(&self, wanted: ToTime) -> Option<String> {
-            match self.ask(Request::Time(wanted), |_| {}).await {
-                Ok(Answer::Timed(timed)) => Some(timed.stream_digest),
-                _ => None,
-            }
         }
 
         /// Calls off whatever is in work; who waits is told [`Stopped::Cancelled`].

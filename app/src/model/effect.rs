@@ -4,6 +4,7 @@
 
 use super::Event;
 use crate::engine::messages::Request;
+use annulus_core::wire::Paired;
 
 /// Which worker is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +53,50 @@ pub enum Effect {
     ChooseDialect,
     /// Fetch the sample board; comes back as [`super::FilesEvent::Chosen`].
     Sample,
+    /// Tell when the browser draws; comes as [`super::PlayEvent::Frame`].
+    Frame,
+    /// Exchange the token of the address for a session; comes back as [`super::LinkEvent::Paired`].
+    Pair {
+        /// The token.
+        token: String,
+    },
+    /// Open a socket; what is heard on it comes as [`super::LinkEvent::Heard`], its end as [`super::LinkEvent::Closed`].
+    Connect,
+    /// Send text on the socket; comes back as [`super::LinkEvent::NotSent`] where it is not open.
+    Send {
+        /// A message of `wire`.
+        text: String,
+    },
+    /// Keep over a reload that this tab has control, or that it has not.
+    KeepControl {
+        /// It has, or had it and did not give it away.
+        had: bool,
+    },
+    /// Forget the session of this tab.
+    ForgetSession,
+    /// Begin the beat of a move by hand, or end it; comes as [`super::LinkEvent::Renew`].
+    Renew {
+        /// Begin.
+        on: bool,
+    },
+    /// Bring a program to the bridge; comes back as [`super::StartEvent::Uploaded`].
+    Upload {
+        /// The request.
+        number: u32,
+        /// Its bytes.
+        bytes: Vec<u8>,
+        /// Who asks.
+        session: Option<Paired>,
+    },
+    /// Fetch a program from the bridge; comes back as [`super::StartEvent::Fetched`].
+    Fetch {
+        /// The request.
+        number: u32,
+        /// SHA-256 of its bytes.
+        key: String,
+        /// Who asks.
+        session: Option<Paired>,
+    },
     /// Look for what was kept; comes back as [`super::KeepEvent::Found`].
     LookInStore,
     /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`].

@@ -7,7 +7,7 @@
 //! Comes in: wishes, answers of the worker. Goes out: requests, files. What was written is not said any more once the job is
 //! another. Does not know the words of controllers.
 
-use super::planning::{self, Basis, Task};
+use super::asked::{Basis, Task, board_is_gone, files_anew};
 use super::{Effect, Lane, Model};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Exported, Request, ToExport};
@@ -207,9 +207,7 @@ fn board_name(model: &Model) -> String {
 /// The answer to what was on its way.
 pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     match model.export.on_the_way.take() {
-        Some(OnTheWay::Writing { purpose, wanted, reread: false, .. })
-            if planning::board_is_gone(&answer) =>
-        {
+        Some(OnTheWay::Writing { purpose, wanted, reread: false, .. }) if board_is_gone(&answer) => {
             written_anew(model, purpose, wanted)
         }
         Some(OnTheWay::Writing { purpose, .. }) => {
@@ -242,7 +240,7 @@ pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Ve
 
 /// The worker does not know the board: it is given the files first.
 fn written_anew(model: &mut Model, purpose: Purpose, wanted: Box<ToExport>) -> Vec<Effect> {
-    let Some(files) = planning::files_anew(model, &wanted.plan) else { return Vec::new() };
+    let Some(files) = files_anew(model, &wanted.plan) else { return Vec::new() };
     let (first, number) = (model.next_request(), model.next_request());
     let request = Request::Export((*wanted).clone());
     model.export.on_the_way = Some(OnTheWay::Writing { number, purpose, wanted, reread: true, share: 0.0 });

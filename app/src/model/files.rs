@@ -10,7 +10,7 @@
 //! could be read. Does not know how it is shown.
 
 use super::planning::{self, OnTheWay, Wanted};
-use super::{Document, Effect, KeepEvent, Model, frame, keeping};
+use super::{Document, Effect, Model, frame, keeping};
 use crate::engine::Stopped;
 use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
 use crate::keys::Tab;
@@ -210,10 +210,10 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
     model.board.just_opened = !doubtful && !again;
     model.board.document = Some(Arc::new(document));
     layers(model);
-    match place {
-        Some(place) => keeping::update(model, KeepEvent::Restored { place }),
-        None => Vec::new(),
+    if let Some(place) = place {
+        keeping::restored(model, place);
     }
+    Vec::new()
 }
 
 /// The layers panel follows what was read.

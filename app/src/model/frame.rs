@@ -2,10 +2,10 @@
 //!
 //! Comes in: choices of the person, what the picture tells. Goes out: state; a short word goes away by itself. Knows no board.
 
-use super::{Effect, Event, FilesEvent, Model};
+use super::{Effect, Event, Model};
 use crate::engine::messages::LayerRow;
 use crate::format::Unit;
-use crate::keys::Tab;
+use crate::keys::{Action, Tab};
 use crate::layers::{self, Kind, Look, Preset, Side};
 use crate::model::Document;
 use crate::said::Text;
@@ -74,6 +74,8 @@ pub struct Frame {
     pub zoom: f64,
     /// Key of the word for what draws.
     pub backend: Option<&'static str>,
+    /// What was asked of the picture last, and how often anything was.
+    pub asked: (u32, Option<Action>),
     /// Short words on show.
     pub toasts: Vec<Toast>,
     /// The number of the last of them.
@@ -95,6 +97,7 @@ impl Default for Frame {
             cursor_mm: None,
             zoom: 0.0,
             backend: None,
+            asked: (0, None),
             toasts: Vec::new(),
             toast: 0,
         }
@@ -178,6 +181,11 @@ pub enum FrameEvent {
         /// CSS pixels in a millimetre.
         px_per_mm: f64,
     },
+    /// The picture is to be fitted, nearer or further.
+    Look {
+        /// Which of these.
+        action: Action,
+    },
     /// It is known what draws.
     Backend {
         /// Key of its word.
@@ -233,6 +241,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         }
         FrameEvent::Cursor { at_mm } => frame.cursor_mm = at_mm,
         FrameEvent::Zoom { px_per_mm } => frame.zoom = px_per_mm,
+        FrameEvent::Look { action } => frame.asked = (frame.asked.0 + 1, Some(action)),
         FrameEvent::Backend { word } => frame.backend = Some(word),
         FrameEvent::Say { text } => return vec![toast(model, text, None)],
         FrameEvent::Said { number } => frame.toasts.retain(|toast| toast.number != number),
@@ -240,7 +249,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             let found = frame.toasts.iter().position(|toast| toast.number == number);
             let act = found.map(|at| frame.toasts.remove(at)).and_then(|toast| toast.act);
             if act == Some(ToastAct::Review) {
-                return super::files::update(model, FilesEvent::Review);
+                model.board.reviewing = true;
             }
         }
     }

@@ -10,7 +10,7 @@
 //! Comes in: the open board and its job, as they change; what the store says. Goes out: what to write, and the offer. Nothing
 //! is opened unless the person says so, and what is offered is not written over before. Does not know the store.
 
-use super::{Document, Effect, Event, Lane, Model, export, files, frame};
+use super::{Document, Effect, Event, Lane, Model, export, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToOpen};
 use crate::said::{Text, key};
@@ -107,11 +107,6 @@ pub enum KeepEvent {
         /// The job as text.
         job: Option<String>,
     },
-    /// What was kept at a place is open now.
-    Restored {
-        /// Where.
-        place: u32,
-    },
     /// What is on offer is to be forgotten.
     Discard {
         /// Which.
@@ -170,12 +165,8 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
             model.keeping.wanted = Some(offer);
             vec![Effect::TakeFromStore { place }]
         }
-        KeepEvent::Taken { place, files, job } => taken(model, place, files, job),
-        KeepEvent::Restored { place } => {
-            model.keeping.offer = None;
-            writes_to(model, place);
-            Vec::new()
-        }
+        // What was taken is opened where files are.
+        KeepEvent::Taken { .. } => Vec::new(),
         KeepEvent::Discard { offer } => vec![Effect::DropFromStore { place: offer.place }],
         KeepEvent::Dropped => {
             model.keeping.offer = None;
@@ -194,6 +185,12 @@ fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
     rest(model)
 }
 
+/// What was kept at a place is open now.
+pub(super) fn restored(model: &mut Model, place: u32) {
+    model.keeping.offer = None;
+    writes_to(model, place);
+}
+
 /// From now on this visit writes there; nothing of it is there yet.
 fn writes_to(model: &mut Model, place: u32) {
     if model.keeping.place.replace(place) != Some(place) {
@@ -201,12 +198,13 @@ fn writes_to(model: &mut Model, place: u32) {
     }
 }
 
-fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>, job: Option<String>) -> Vec<Effect> {
+/// The project to be opened, where this place was to be restored; what says that it is gone.
+pub(super) fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>) -> Result<Option<ToOpen>, Effect> {
     let wanted = model.keeping.wanted.take().filter(|offer| offer.place == place);
-    let Some(offer) = wanted else { return Vec::new() };
+    let Some(offer) = wanted else { return Ok(None) };
     match files {
-        Some(bytes) => files::open_project(model, ToOpen { name: offer.name, bytes }, job, Some(place)),
-        None => vec![frame::toast(model, Text::of(key!("page.kept.gone")), None)],
+        Some(bytes) => Ok(Some(ToOpen { name: offer.name, bytes })),
+        None => Err(frame::toast(model, Text::of(key!("page.kept.gone")), None)),
     }
 }
 

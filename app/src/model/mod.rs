@@ -9,6 +9,7 @@
 //! Comes in: events, in the order in which they happened; the clock is an event too. Goes out: the next state and effects.
 //! Does not know the browser, the screens or the signals they are made of.
 
+pub mod asked;
 pub mod board;
 pub mod effect;
 pub mod export;
@@ -16,13 +17,17 @@ pub mod files;
 pub mod frame;
 pub mod job;
 pub mod keeping;
+pub mod link;
 pub mod planning;
+pub mod play;
+pub mod start;
 pub mod template;
 mod worker;
 
 #[cfg(test)]
 mod tests;
 
+pub use asked::Task;
 pub use board::{Document, Job, LaidBoard, OpenBoard};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
@@ -30,12 +35,15 @@ pub use files::FilesEvent;
 pub use frame::{Frame, FrameEvent, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
-pub use planning::{OnTheWay, Step, Task};
+pub use link::{HandEvent, Link, LinkEvent};
+pub use planning::{OnTheWay, Step};
+pub use play::{Play, PlayEvent};
+pub use start::{Start, StartEvent};
 pub use template::{Template, TemplateEvent};
 
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
-use annulus_core::machine::{self, Machine, Value};
+use annulus_core::machine::{self, Machine};
 use std::sync::Arc;
 
 /// What the clocks say.
@@ -66,10 +74,16 @@ pub struct Model {
     pub export: Export,
     /// The template editor.
     pub template: Template,
+    /// The line to the bridge.
+    pub link: Link,
+    /// Programs of the machine, and the pre-flight.
+    pub start: Start,
+    /// The playback.
+    pub play: Play,
     /// What is kept in this browser.
     pub keeping: Keeping,
     /// What was planned last, or is being planned.
-    asked: Option<planning::Basis>,
+    asked: Option<asked::Basis>,
     /// The number of the last request to the worker.
     request: u32,
 }
@@ -94,6 +108,8 @@ pub enum Event {
     Export(ExportEvent),
     /// The template editor.
     Template(TemplateEvent),
+    /// The playback.
+    Play(PlayEvent),
     /// What is kept.
     Keep(KeepEvent),
     /// A request is so far.
@@ -112,11 +128,10 @@ pub enum Event {
     },
     /// The person calls off what the worker does.
     Cancelled,
-    /// The machine was described.
-    Machine {
-        /// Its settings: keys and values.
-        settings: Arc<Vec<(String, Value)>>,
-    },
+    /// The line to the bridge.
+    Link(LinkEvent),
+    /// The pre-flight, and programs of the machine.
+    Start(StartEvent),
 }
 
 macro_rules! from_parts {
@@ -134,7 +149,10 @@ from_parts!(
     Job(JobEvent),
     Export(ExportEvent),
     Template(TemplateEvent),
-    Keep(KeepEvent)
+    Keep(KeepEvent),
+    Play(PlayEvent),
+    Link(LinkEvent),
+    Start(StartEvent)
 );
 
 impl Default for Model {
@@ -148,6 +166,9 @@ impl Default for Model {
             on_the_way: OnTheWay::default(),
             export: Export::default(),
             template: Template::default(),
+            link: Link::default(),
+            start: Start::default(),
+            play: Play::default(),
             keeping: Keeping::default(),
             asked: None,
             request: 0,
@@ -156,6 +177,15 @@ impl Default for Model {
 }
 
 impl Model {
+    /// The machine as the bridge describes it; what this page does not know of it stays as in the virtual drill.
+    fn describe_machine(&mut self) {
+        let preset = machine::virtual_drill();
+        let described = machine::apply(&preset, &self.link.settings).unwrap_or(preset);
+        if *self.machine != described {
+            self.machine = Arc::new(described);
+        }
+    }
+
     /// Long work that is told while it lasts.
     pub fn task(&self) -> Option<Task> {
         self.export.task().or_else(|| self.on_the_way.task())
@@ -180,6 +210,12 @@ impl Model {
     }
 }
 
+impl From<HandEvent> for Event {
+    fn from(event: HandEvent) -> Self {
+        Self::Link(LinkEvent::Hand(event))
+    }
+}
+
 /// Takes one event in. What follows from the new state by itself (planning what is new, keeping it) follows in the same step.
 pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     let work_before = model.job.work.clone();
@@ -194,18 +230,14 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Job(event) => job::update(model, event),
         Event::Export(event) => export::update(model, event),
         Event::Template(event) => template::update(model, event),
+        Event::Keep(KeepEvent::Taken { place, files, job }) => taken(model, place, files, job),
         Event::Keep(event) => keeping::update(model, event),
         Event::Progress { number, share } => worker::progress(model, number, share),
         Event::Answered { number, answer } => worker::answered(model, number, answer),
         Event::Cancelled => planning::cancelled(model),
-        Event::Machine { settings } => {
-            let preset = machine::virtual_drill();
-            let described = machine::apply(&preset, &settings).unwrap_or(preset);
-            if *model.machine != described {
-                model.machine = Arc::new(described);
-            }
-            Vec::new()
-        }
+        Event::Link(event) => link::update(model, event),
+        Event::Play(event) => play::update(model, event),
+        Event::Start(event) => start::update(model, event),
     };
     if work_before.as_ref().map(Arc::as_ptr) != model.job.work.as_ref().map(Arc::as_ptr) {
         // What was written is not what the job says any more.
@@ -214,5 +246,16 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(planning::follow(model));
     effects.extend(keeping::follow(model));
     effects.extend(template::follow(model));
+    play::follow(model);
+    effects.extend(start::follow(model));
     effects
+}
+
+/// What was kept is opened, where it was wanted and is there.
+fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>, job: Option<String>) -> Vec<Effect> {
+    match keeping::taken(model, place, files) {
+        Ok(Some(project)) => files::open_project(model, project, job, Some(place)),
+        Ok(None) => Vec::new(),
+        Err(effect) => vec![effect],
+    }
 }

@@ -9,27 +9,15 @@
 //! Comes in: answers with their numbers. Goes out: requests. An answer whose number is not waited for is dropped: it is of an
 //! older generation. Does not know the worker.
 
+use super::asked::{Basis, Task, board_is_gone, files_anew};
 use super::board::take_meshes;
-use super::{Effect, Job, LaidBoard, Model, OpenBoard, ToastAct, export, files, frame};
+use super::{Effect, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
 use crate::engine::Stopped;
-use crate::engine::messages::{Answer, Planned, Request, Settings, Timed, ToPlan, ToProve, ToRead, ToTime};
+use crate::engine::messages::{Answer, Planned, Request, Timed, ToPlan, ToProve, ToTime};
 use crate::said::{Text, key};
-use annulus_core::cam::work::Work;
-use annulus_core::machine::Machine;
 use annulus_core::project::saved::Said;
-use annulus_core::units::Length;
 use annulus_core::wire::program;
-use std::collections::BTreeSet;
 use std::sync::Arc;
-
-/// Long work in the worker.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Task {
-    /// Key of its word.
-    pub word: &'static str,
-    /// How far, from 0 to 1.
-    pub share: f64,
-}
 
 /// Files to be read, and what for.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,67 +119,6 @@ impl OnTheWay {
     }
 }
 
-/// What a plan depends on: the same handles mean the same plan.
-#[derive(Clone, Debug)]
-pub(super) struct Basis {
-    board_key: u32,
-    work: Arc<Work>,
-    machine: Arc<Machine>,
-    loaded: Option<Length>,
-    accepted: BTreeSet<String>,
-}
-
-impl Basis {
-    fn same(&self, other: &Self) -> bool {
-        self.board_key == other.board_key
-            && Arc::ptr_eq(&self.work, &other.work)
-            && Arc::ptr_eq(&self.machine, &other.machine)
-            && self.loaded == other.loaded
-            && self.accepted == other.accepted
-    }
-
-    /// What there is to plan; nothing without a board.
-    pub(super) fn of(model: &Model) -> Option<Self> {
-        let (document, work) = model.board.document.as_ref().zip(model.job.work.as_ref())?;
-        Some(Self {
-            board_key: document.reading.board_key,
-            work: work.clone(),
-            machine: model.machine.clone(),
-            loaded: model.board.loaded,
-            accepted: model.board.accepted.clone(),
-        })
-    }
-
-    /// As the worker takes it; `laid` tells how the board lies in the picture.
-    pub(super) fn to_plan(&self, laid: Option<String>) -> ToPlan {
-        ToPlan {
-            board_key: self.board_key,
-            machine: Settings::of(&self.machine),
-            work: (*self.work).clone(),
-            loaded: self.loaded,
-            accept: self.accepted.iter().cloned().collect(),
-            laid,
-        }
-    }
-}
-
-/// The files of the open board once more, for a worker that does not know it.
-pub(super) fn files_anew(model: &Model, wanted: &ToPlan) -> Option<Request> {
-    let document = model.board.document.as_ref()?;
-    Some(Request::Read(ToRead {
-        board_key: wanted.board_key,
-        files: document.files.clone(),
-        said: document.said.clone(),
-        job: None,
-        machine: Some(wanted.machine.clone()),
-    }))
-}
-
-/// Whether a worker refuses because it does not know the board.
-pub(super) fn board_is_gone(answer: &Result<Answer, Stopped>) -> bool {
-    matches!(answer, Err(Stopped::Refused(why)) if why.iter().any(|remark| remark.code == "engine.board_gone"))
-}
-
 /// Plans what is wanted now, where that is another thing than what was planned last.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     if model.board.reviewing {
@@ -250,20 +177,9 @@ pub(super) fn clear(model: &mut Model) {
     model.frame.selected = None;
 }
 
-/// The answer to what was on its way.
-pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
-    match std::mem::take(&mut model.on_the_way) {
-        OnTheWay::Nothing => Vec::new(),
-        OnTheWay::Opening { job, place, .. } => match answer {
-            Ok(Answer::Opened(project)) => files::opened(model, project, job, place),
-            Ok(_) => Vec::new(),
-            Err(stopped) => files::refused(model, stopped),
-        },
-        OnTheWay::Reading { wanted, .. } => match answer {
-            Ok(Answer::Read(reading)) => files::was_read(model, *wanted, *reading),
-            Ok(_) => Vec::new(),
-            Err(stopped) => files::refused(model, stopped),
-        },
+/// The answer to a step of the plan `before`.
+pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    match before {
         OnTheWay::Planning { wanted, reread: false, again, step: Step::Plan, .. }
             if board_is_gone(&answer) =>
         {
@@ -277,6 +193,7 @@ pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Ve
             was_proved(model, planned, *wanted, answer)
         }
         OnTheWay::Planning { step: Step::Time { planned }, .. } => was_timed(model, &planned, answer),
+        OnTheWay::Nothing | OnTheWay::Opening { .. } | OnTheWay::Reading { .. } => Vec::new(),
     }
 }
 

@@ -4,7 +4,7 @@
 //! generation, and dropped.
 
 use super::planning::{OnTheWay, Step};
-use super::{Effect, Model, export, keeping, planning, template};
+use super::{Effect, Model, export, files, keeping, planning, start, template};
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
 
@@ -23,14 +23,30 @@ pub(super) fn progress(model: &mut Model, number: u32, share: f64) -> Vec<Effect
 /// A request is answered.
 pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     if model.on_the_way.number() == Some(number) {
-        planning::answered(model, answer)
+        of_board(model, answer)
     } else if model.export.waits_for(number) {
         export::answered(model, answer)
     } else if model.template.waits_for(number) {
         template::answered(model, answer)
     } else if model.keeping.waits_for(number) {
         keeping::packed(model, answer)
+    } else if model.start.waits_for(number) {
+        start::timed(model, number, answer)
     } else {
         Vec::new()
+    }
+}
+
+/// The answer to what was on its way from the worker of the board.
+fn of_board(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    match (std::mem::take(&mut model.on_the_way), answer) {
+        (OnTheWay::Opening { job, place, .. }, Ok(Answer::Opened(project))) => {
+            files::opened(model, project, job, place)
+        }
+        (OnTheWay::Reading { wanted, .. }, Ok(Answer::Read(reading))) => {
+            files::was_read(model, *wanted, *reading)
+        }
+        (OnTheWay::Opening { .. } | OnTheWay::Reading { .. }, Err(stopped)) => files::refused(model, stopped),
+        (before, answer) => planning::answered(model, before, answer),
     }
 }

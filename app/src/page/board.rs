@@ -7,6 +7,9 @@ use super::slots::Slots;
 use crate::engine::messages::{Planned, Proved, Timed};
 use crate::model::board::{left_out, problems, unread};
 use crate::model::{Document, Job, LaidBoard, Offer, Task};
+use crate::picture;
+use crate::ways::{self, Ways};
+use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Machine;
 use annulus_core::remark::{Remark, Weight};
@@ -46,6 +49,8 @@ pub struct OpenBoard {
     pub problems: Memo<Vec<Remark>>,
     /// Losses of the plan on show: what of the board it leaves out.
     pub left_out: Memo<Vec<Remark>>,
+    /// The paths of the planned program.
+    pub ways: Memo<Option<Arc<Ways>>>,
     /// The machine that is planned for.
     pub machine: ReadSignal<Arc<Machine>>,
     /// Long work in the worker.
@@ -62,6 +67,8 @@ pub fn open_board() -> OpenBoard {
 pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
     let document = slots.handle(|model| &model.board.document);
     let plan = slots.handle(|model| &model.board.plan);
+    let (program, laid) =
+        (slots.handle(|model| &model.board.program), slots.handle(|model| &model.board.laid));
     let refused = slots.part(|model| &model.board.refused);
     let problems = Memo::new(move |_| {
         document.with(|document| {
@@ -75,14 +82,20 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
         loaded: slots.part(|model| &model.board.loaded),
         plan,
         timed: slots.handle(|model| &model.board.timed),
-        laid: slots.handle(|model| &model.board.laid),
-        program: slots.handle(|model| &model.board.program),
+        laid,
+        program,
         proved: slots.handle(|model| &model.board.proved),
         job: slots.handle(|model| &model.board.job),
         refused,
         stale: slots.part(|model| &model.board.stale),
         problems,
         left_out: Memo::new(move |_| plan.with(|plan| left_out(plan.as_deref()).cloned().collect())),
+        ways: Memo::new(move |_| {
+            let program = program.get()?;
+            let body = laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
+            let (corner, origin) = (picture::origin(body), program.origin);
+            Some(Arc::new(ways::ways(&program, Point::new(corner.x - origin.x, corner.y - origin.y))))
+        }),
         machine: slots.kept(|model| &model.machine),
         task: slots.made(|model| model.task()),
         offer: slots.part(|model| &model.keeping.offer),

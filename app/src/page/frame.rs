@@ -5,7 +5,7 @@
 use super::signals as all;
 use super::slots::Slots;
 use crate::format::Unit;
-use crate::keys::Tab;
+use crate::keys::{Action, Tab};
 use crate::layers::Look;
 use crate::model::{Theme, Toast};
 use leptos::prelude::*;
@@ -37,6 +37,8 @@ pub struct Frame {
     pub zoom: ReadSignal<f64>,
     /// Key of the word for what draws.
     pub backend: ReadSignal<Option<&'static str>>,
+    /// What was asked of the picture last, and how often anything was.
+    pub asked: ReadSignal<(u32, Option<Action>)>,
     /// Short words on show.
     pub toasts: ReadSignal<Vec<Toast>>,
 }
@@ -60,6 +62,7 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         cursor_mm: slots.part(|model| &model.frame.cursor_mm),
         zoom: slots.part(|model| &model.frame.zoom),
         backend: slots.part(|model| &model.frame.backend),
+        asked: slots.part(|model| &model.frame.asked),
         toasts: slots.part(|model| &model.frame.toasts),
     }
 }

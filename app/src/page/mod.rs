@@ -10,13 +10,18 @@
 mod board;
 mod frame;
 mod job;
+pub mod link;
+mod play;
 mod slots;
 
 pub use board::{OpenBoard, open_board};
 pub use frame::{Frame, frame};
 pub use job::{OpenJob, open_job};
 
+pub use play::{Play, play};
+
 use crate::model::{Clock, Effect, Event, Model, update};
+use link::Link;
 use slots::Slots;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::VecDeque;
@@ -27,6 +32,8 @@ struct Signals {
     board: OpenBoard,
     job: OpenJob,
     frame: Frame,
+    link: Link,
+    play: Play,
 }
 
 /// What the page needs of its surroundings.
@@ -58,6 +65,8 @@ pub fn begin(around: Surroundings) {
         board: board::signals(&mut slots),
         job: job::signals(&mut slots),
         frame: frame::signals(&mut slots),
+        link: link::signals(&mut slots),
+        play: play::signals(&mut slots),
     };
     let (model, waiting, busy) = (RefCell::new(model), RefCell::default(), Cell::new(false));
     PAGE.with(|page| drop(page.set(Page { model, waiting, busy, slots, signals, around })));

@@ -5,26 +5,17 @@
 use crate::i18n::key;
 use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Sheet;
-use crate::link;
+use crate::model::LinkEvent;
 use crate::model::{FilesEvent, FrameEvent};
+use crate::page::link;
 use crate::page::{frame, send};
 use crate::said::Text;
-use crate::screens::{cam, lab, machine, simulate, stage};
+use crate::screens::{cam, lab, machine, simulate};
 use crate::widgets::toast;
-use annulus_core::control::State;
-use annulus_core::wire::Ask;
 use leptos::ev;
 use leptos::prelude::*;
-use std::cell::Cell;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlElement, KeyboardEvent};
-
-/// A second Escape within this time stops.
-const ESCAPE_TWICE_MS: f64 = 1500.0;
-
-thread_local! {
-    static ESCAPED_MS: Cell<f64> = const { Cell::new(f64::NEG_INFINITY) };
-}
 
 /// Listens to keys and to the address for the life of the page.
 pub(crate) fn listen() {
@@ -87,17 +78,17 @@ fn press(event: &KeyboardEvent) -> Press {
 pub(crate) fn act(action: Action) {
     match action {
         Action::Stop => link::stop(),
-        Action::Escape => escape(),
-        Action::Pause => pause(),
+        Action::Escape => send(LinkEvent::Escape),
+        Action::Pause => send(LinkEvent::Pause),
         Action::ArmKeys => machine::arm_keys(),
         Action::Show(tab) => send(FrameEvent::Show { tab }),
         Action::Open => send(FilesEvent::Choose),
         Action::Units => send(FrameEvent::Units { unit: None }),
         Action::Region(onwards) => next_region(onwards),
         Action::Flip => send(FrameEvent::Flip { below: None }),
-        Action::Fit | Action::ZoomIn | Action::ZoomOut => stage::act(action),
+        Action::Fit | Action::ZoomIn | Action::ZoomOut => send(FrameEvent::Look { action }),
         Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
-            simulate::play().act(action);
+            simulate::act(action);
         }
         Action::Speak => speak(),
         Action::Undo(back) => lab::desk().undo(back),
@@ -113,28 +104,6 @@ fn speak() {
     if let Some(place) = place {
         let [x, y, z] = place.map(|mm| unit.coordinate(mm));
         toast(Text::Key { key: key!("page.machine.spoken"), args: vec![("x", x), ("y", y), ("z", z)] });
-    }
-}
-
-/// Pauses a job of ours; never resumes one.
-fn pause() {
-    let line = link::link();
-    if line.control.get_untracked().yours && line.state() == Some(State::Running) {
-        link::ask(&Ask::Pause);
-    }
-}
-
-/// Escape closes what is open by itself; here it pauses, and the second one stops.
-fn escape() {
-    let line = link::link();
-    if !line.busy() || !line.control.get_untracked().yours {
-        return;
-    }
-    let now = link::browser::now_ms();
-    if now - ESCAPED_MS.replace(now) <= ESCAPE_TWICE_MS {
-        link::stop();
-    } else {
-        pause();
     }
 }
 

@@ -23,30 +23,27 @@ use annulus_core::board::Face;
 use annulus_core::proof;
 use leptos::html::{self, div, span};
 use leptos::prelude::*;
-use std::cell::RefCell;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 use web_sys::MediaQueryListEvent;
 
-thread_local! {
-    static VIEW: RefCell<Option<View>> = const { RefCell::new(None) };
-}
+/// The picture, once there is one.
+type Picture = StoredValue<Option<View>, LocalStorage>;
 
-fn with_view(act: impl FnOnce(&View)) {
-    let view = VIEW.with_borrow(Clone::clone);
-    if let Some(view) = view {
+fn with_view(picture: Picture, act: impl FnOnce(&View)) {
+    if let Some(view) = picture.try_get_value().flatten() {
         act(&view);
     }
 }
 
 /// Fit and zoom, for keys and buttons.
-pub(crate) fn act(action: Action) {
-    with_view(|view| match action {
+fn look(view: &View, action: Action) {
+    match action {
         Action::Fit => view.fit(),
         Action::ZoomIn => view.zoom_by(1.25),
         Action::ZoomOut => view.zoom_by(0.8),
         _ => {}
-    });
+    }
 }
 
 /// Whether the system asks for dark surroundings, now and whenever it changes its mind.
@@ -78,6 +75,7 @@ fn palette(system_dark: bool) -> Palette {
 pub(crate) fn stage() -> impl IntoView {
     let host = NodeRef::<html::Div>::new();
     let ready = RwSignal::new(false);
+    let picture: Picture = StoredValue::new_local(None);
     let shown = shown();
     let system_dark = system_dark();
     let palette = Memo::new(move |_| palette(system_dark.get()));
@@ -91,19 +89,19 @@ pub(crate) fn stage() -> impl IntoView {
                 };
                 send(FrameEvent::Backend { word });
                 listen(&view, shown);
-                VIEW.set(Some(view));
+                picture.set_value(Some(view));
                 ready.set(true);
             }
         });
     });
-    show(ready, shown, palette);
+    show(picture, ready, shown, palette);
     let buttons = [
         (Icon::Fit, Action::Fit, key!("page.view.fit")),
         (Icon::Plus, Action::ZoomIn, key!("page.view.closer")),
         (Icon::Minus, Action::ZoomOut, key!("page.view.further")),
     ];
     let buttons = buttons.map(|(icon, action, name)| {
-        picture_button(icon, move || crate::i18n::text(name, &[]), move |_| act(action))
+        picture_button(icon, move || crate::i18n::text(name, &[]), move |_| send(FrameEvent::Look { action }))
     });
     div().class("stage").attr("role", "region").attr("aria-label", t!("page.view.title")).child((
         div().class("canvas").node_ref(host),
@@ -172,7 +170,7 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
 }
 
 /// Whatever changes goes to the picture, each in its own effect so that little is written.
-fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
+fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
     let missing = missing_holes();
     Effect::new(move |before: Option<Option<usize>>| {
         if !ready.get() {
@@ -180,7 +178,7 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
         }
         let (shown, palette) = (shown.get(), palette.get());
         let board = shown.as_ref().map(|shown| Arc::as_ptr(&shown.board) as usize);
-        with_view(|view| {
+        with_view(picture, |view| {
             view.set_palette(palette);
             view.set_scene(shown.as_ref().map_or_else(Scene::default, |shown| scene(shown, &palette)));
             view.describe(&shown.as_ref().map_or_else(|| say!("page.view.empty"), |shown| describe(shown)));
@@ -197,13 +195,20 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
             shown.with_untracked(|shown| Some(picture::place(picture::origin(shown.as_ref()?.body), at)))
         });
         if let Some(place) = place.filter(|_| ready.get()) {
-            with_view(|view| view.look_at(place.map(f64::from), FINDING_MM));
+            with_view(picture, |view| view.look_at(place.map(f64::from), FINDING_MM));
         }
+    });
+    Effect::new(move |before: Option<u32>| {
+        let (count, action) = frame().asked.get();
+        if before.is_some_and(|before| before != count) {
+            with_view(picture, |view| action.into_iter().for_each(|action| look(view, action)));
+        }
+        count
     });
     Effect::new(move |_| {
         let flipped = frame().flipped.get() && frame().tab.get() == Tab::Board;
         if ready.get() {
-            with_view(|view| view.set_mirrored(flipped));
+            with_view(picture, |view| view.set_mirrored(flipped));
         }
     });
     Effect::new(move |_| {
@@ -215,7 +220,7 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
         let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
         let chosen: Vec<usize> = holes.iter().filter_map(disc).collect();
         if ready {
-            with_view(|view| view.set_selected(&chosen));
+            with_view(picture, |view| view.set_selected(&chosen));
         }
     });
     Effect::new(move |_| {
@@ -225,7 +230,7 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
             Some(shown.as_ref()?.picture_of_work(at))
         });
         if ready.get() {
-            with_view(|view| {
+            with_view(picture, |view| {
                 view.set_progress(moment.progress);
                 view.set_head(head);
             });

@@ -5,9 +5,9 @@
 use crate::format::Unit;
 use crate::i18n::{self, key, say, t};
 use crate::keys::Tab;
-use crate::link::{self, Phase};
 use crate::model::FrameEvent;
 use crate::model::Theme;
+use crate::page::link::{self, Phase};
 use crate::page::{frame, open_board, send};
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, menu_word, stop_zone};

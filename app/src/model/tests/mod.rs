@@ -4,9 +4,12 @@
 //! "open certain plan prove time"   ─▶   "nothing | job | "
 //! ```
 
+mod line;
 mod story;
 
 mod files_rows;
 mod job_rows;
 mod keeping_rows;
+mod link_rows;
 mod planning_rows;
+mod play_rows;

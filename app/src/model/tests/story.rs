@@ -7,8 +7,8 @@ use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Exported, FileRow, Planned, Proved, Reading, Request, Timed};
 use crate::model::planning::{OnTheWay, Step};
 use crate::model::{
-    Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, Model, Offer, TemplateEvent,
-    export, update,
+    Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent, Model, Offer,
+    TemplateEvent, export, update,
 };
 use crate::said::Text;
 use annulus_core::board::{Board, Face, Hole};
@@ -21,8 +21,7 @@ use annulus_core::project::saved::{Project, Said};
 use annulus_core::proof::{Finding, Kind};
 use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
-use annulus_core::wire::program;
-use std::sync::Arc;
+use annulus_core::wire::{Tell, program};
 
 /// A model to which a story is told.
 #[derive(Default)]
@@ -71,6 +70,7 @@ fn word(effect: &Effect) -> String {
         }
         Effect::TakeFromStore { place } => format!("take:{place}"),
         Effect::DropFromStore { place } => format!("drop:{place}"),
+        other => format!("{other:?}"),
     }
 }
 
@@ -199,6 +199,12 @@ fn files(number: u8) -> Vec<(String, Vec<u8>)> {
     vec![("a.drl".to_owned(), vec![number]), ("b.drl".to_owned(), vec![number])]
 }
 
+/// The bridge describes the machine.
+fn described(settings: Vec<(String, Value)>) -> Event {
+    let tell = Tell::Machine { settings, fingerprint: String::new() };
+    LinkEvent::Heard { tell: Some(Box::new(tell)) }.into()
+}
+
 fn offer(place: u32, at_ms: f64) -> Offer {
     Offer { place, name: format!("kept {place}"), at_ms }
 }
@@ -319,9 +325,9 @@ impl Story {
             "cancel" => Event::Cancelled,
             "machine" => {
                 let value = Value::Text(format!("Drill {}", self.count));
-                Event::Machine { settings: Arc::new(vec![("machine.name".to_owned(), value)]) }
+                described(vec![("machine.name".to_owned(), value)])
             }
-            "machine-again" => Event::Machine { settings: Arc::default() },
+            "machine-again" => described(Vec::new()),
             "half" => Event::Progress { number: self.asked.last()?.1, share: 0.5 },
             "old-half" => Event::Progress { number: self.asked.first()?.1, share: 0.5 },
             _ => return None,

@@ -201,17 +201,18 @@ fn totals() -> impl IntoView {
     };
     let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
     let travel = move || {
-        let travel = super::ways().with(|ways| ways.as_ref().map_or(0.0, |ways| ways.travel_mm()));
+        let travel = open_board().ways.with(|ways| ways.as_ref().map_or(0.0, |ways| ways.travel_mm()));
         say!("page.cam.metres", metres = metres(travel))
     };
     let milled = move || {
-        let milled = super::ways().with(|ways| ways.as_ref().map_or(0.0, |ways| ways.cut_mm()));
+        let milled = open_board().ways.with(|ways| ways.as_ref().map_or(0.0, |ways| ways.cut_mm()));
         say!("page.cam.metres", metres = metres(milled))
     };
     let count =
-        move || super::ways().with(|ways| ways.as_ref().map_or(0, |ways| ways.way_count())).to_string();
+        move || open_board().ways.with(|ways| ways.as_ref().map_or(0, |ways| ways.way_count())).to_string();
     let holes = move || {
-        super::ways()
+        open_board()
+            .ways
             .with(|ways| ways.as_ref().map_or(0, |ways| ways.stops.len() - ways.way_count()))
             .to_string()
     };

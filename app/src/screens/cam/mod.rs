@@ -21,35 +21,9 @@ mod values;
 use crate::keys::CamKey;
 use crate::model::JobEvent;
 use crate::page::{open_board, open_job, send};
-use crate::picture;
-use crate::ways::{self, Ways};
-use annulus_core::geometry::Point;
 use leptos::html::div;
 use leptos::prelude::*;
-use std::cell::Cell;
-use std::sync::Arc;
 use wasm_bindgen::JsCast;
-
-thread_local! {
-    static WAYS: Cell<Option<Memo<Option<Arc<Ways>>>>> = const { Cell::new(None) };
-}
-
-/// Keeps what the planned program does in step with it.
-pub(crate) fn begin() {
-    let ways = Memo::new(move |_| {
-        let desk = open_board();
-        let program = desk.program.get()?;
-        let body = desk.laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
-        let (corner, origin) = (picture::origin(body), program.origin);
-        Some(Arc::new(ways::ways(&program, Point::new(corner.x - origin.x, corner.y - origin.y))))
-    });
-    WAYS.set(Some(ways));
-}
-
-/// What the planned program does. Made by [`begin`].
-pub(crate) fn ways() -> Memo<Option<Arc<Ways>>> {
-    WAYS.get().expect("the ways are made before the first screen")
-}
 
 /// The panels beside the picture.
 pub(crate) fn cam() -> impl IntoView {

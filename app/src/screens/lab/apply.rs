@@ -5,8 +5,9 @@
 use super::desk::desk;
 use crate::i18n::{advice, message, say, t};
 use crate::lab::Bench;
-use crate::link;
+use crate::model::LinkEvent;
 use crate::page::open_board;
+use crate::page::{link, send};
 use crate::widgets::{push, push_if};
 use annulus_core::machine::{self, Value};
 use annulus_core::remark::Remark;
@@ -70,8 +71,8 @@ pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> 
                         lab.change(None, Bench::without_changes);
                     }),
                     push_if("button primary", may, t!("page.settings.apply"), move |_| {
-                        line.refused.set(None);
-                        link::ask(&Ask::Configure { changes: staged.get_untracked() });
+                        send(LinkEvent::Close { notice: link::Notice::Refused });
+                        link::ask(Ask::Configure { changes: staged.get_untracked() });
                     }),
                 ))
         })

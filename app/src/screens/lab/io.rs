@@ -7,9 +7,10 @@
 //! Comes in: the status. Goes out: nothing that moves; a report as text.
 
 use super::desk::desk;
+use crate::browser;
 use crate::i18n::{self, say, t};
 use crate::lab::io::{Check, Found, Inputs};
-use crate::link::{self, browser};
+use crate::page::link;
 use crate::page::open_board;
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, push, push_if, save_file, shape};

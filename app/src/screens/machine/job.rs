@@ -2,13 +2,14 @@
 //!
 //! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
 
-use super::{ended, preflight, words};
+use super::{ended, words};
 use crate::format::clock;
 use crate::i18n::{language, say, t};
-use crate::link::{self, Link};
+use crate::model::StartEvent;
+use crate::page::link::{self, Link};
+use crate::page::send;
 use crate::page::{frame, open_board};
 use crate::screens::shown;
-use crate::state::state;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::{Ask, Status};
@@ -38,8 +39,9 @@ pub(crate) fn job() -> impl IntoView {
 }
 
 fn progress(line: Link) -> impl IntoView {
-    let planned =
-        move || state().shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count() as u32));
+    let planned = move || {
+        link::link().shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count() as u32))
+    };
     // Of a board that is not as programmed: the holes that are where they should be, and those that were to be made.
     let there = Memo::new(move |_| {
         let told = ended::differs(line)?;
@@ -108,7 +110,7 @@ fn controls(line: Link) -> impl IntoView {
                 "button large primary",
                 move || line.may_act(),
                 t!("page.job.resume"),
-                |_| link::ask(&Ask::Resume),
+                |_| link::ask(Ask::Resume),
             )
             .into_any()
         } else {
@@ -116,21 +118,21 @@ fn controls(line: Link) -> impl IntoView {
                 "button large",
                 move || may(&[State::Running]),
                 t!("page.job.pause"),
-                |_| link::ask(&Ask::Pause),
+                |_| link::ask(Ask::Pause),
             )
             .into_any()
         }
     };
     let why = move || (line.state() == Some(State::Ready)).then(|| reason(line)).flatten();
     div().class("buttons").child((
-        push_if("button large primary wide", can_start, t!("page.job.start"), |_| preflight::open()),
+        push_if("button large primary wide", can_start, t!("page.job.start"), |_| send(StartEvent::Open)),
         p().class("quiet wide").child(why),
         hold,
         push_if(
             "button large",
             move || may(&[State::Running, State::Pausing, State::Paused, State::ToolChange]),
             t!("page.job.stop_after_hole"),
-            |_| link::ask(&Ask::StopAfterHole),
+            |_| link::ask(Ask::StopAfterHole),
         ),
         pace(line),
     ))
@@ -159,7 +161,7 @@ fn pace(line: Link) -> impl IntoView {
             .prop("disabled", move || !line.may_act())
             .on(ev::change, |event| {
                 if let Ok(percent) = event_target_value(&event).parse() {
-                    link::ask(&Ask::Pace { percent });
+                    link::ask(Ask::Pace { percent });
                 }
             })
             .child(words),
@@ -188,7 +190,7 @@ fn facts(line: Link) -> impl IntoView {
         move |get: fn(&Status) -> Option<String>| move || from(line, get).unwrap_or_else(|| "–".to_owned());
     let bit = move || {
         let bit = from(line, |status| status.bit);
-        let name = state()
+        let name = line
             .shown_job
             .with(|job| Some(job.as_ref()?.program.bits.get(bit? as usize)?.title(&language())));
         name.unwrap_or_else(|| "–".to_owned())

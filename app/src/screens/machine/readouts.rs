@@ -3,8 +3,8 @@
 //! Comes in: the latest status. Goes out: digits, painted at most ten times a second because the status is.
 
 use crate::i18n::t;
-use crate::link::{self, Freshness, Link};
 use crate::page::frame;
+use crate::page::link::{self, Freshness, Link};
 use annulus_core::wire::Status;
 use leptos::html::{div, span};
 use leptos::prelude::*;

@@ -11,8 +11,9 @@ mod clock;
 mod field;
 
 use crate::i18n::{self, key, message, say, t};
-use crate::link;
+use crate::model::LinkEvent;
 use crate::page::{frame, open_board};
+use crate::page::{link, send};
 use crate::screens::top_bar::{theme_word, themes};
 use crate::widgets::{push, push_if};
 use annulus_core::machine::{self, Kind, SECTIONS, Setting, Value};
@@ -113,8 +114,8 @@ fn refused_by_bridge() -> impl IntoView {
 }
 
 fn apply(draft: Draft) {
-    link::link().refused.set(None);
-    link::ask(&Ask::Configure { changes: draft.with_untracked(changes) });
+    send(LinkEvent::Close { notice: link::Notice::Refused });
+    link::ask(Ask::Configure { changes: draft.with_untracked(changes) });
     draft.set(BTreeMap::new());
 }
 

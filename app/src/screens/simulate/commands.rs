@@ -2,10 +2,9 @@
 //!
 //! Comes in: the playback and the program. Goes out: the second on show, the hole chosen.
 
-use super::{Play, play};
 use crate::i18n::{language, say, t};
-use crate::model::FrameEvent;
-use crate::page::{frame, open_board, send};
+use crate::model::{FrameEvent, PlayEvent};
+use crate::page::{Play, frame, open_board, play, send};
 use crate::widgets::{ROW_PX, virtual_list};
 use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::sim::LegStart;
@@ -46,8 +45,7 @@ fn start(play: Play, index: usize) -> Option<LegStart> {
 
 fn go(play: Play, index: usize) {
     if let Some(leg) = start(play, index) {
-        play.running.set(false);
-        play.seek(leg.start_s);
+        send(PlayEvent::Hold { at_s: leg.start_s });
         if let Mark::Hole(hole) = leg.mark {
             send(FrameEvent::Select { hole: Some(hole) });
         }

@@ -7,26 +7,16 @@
 //!
 //! Comes in: the playback. Goes out: the second on show.
 
-use super::{Play, play};
 use crate::format::clock;
 use crate::i18n::{language, say, t};
-use crate::page::open_board;
+use crate::model::PlayEvent;
+use crate::page::{Play, open_board, play, send};
 use crate::screens::board::swatch;
 use annulus_core::job::Cutter;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{div, input, label, span};
 use leptos::prelude::*;
-
-/// The speeds there are.
-pub(super) const SPEEDS: [f64; 9] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0];
-
-/// The next speed up or down.
-pub(super) fn next_speed(speed: f64, more: bool) -> f64 {
-    let mut speeds = SPEEDS.into_iter();
-    let found = if more { speeds.find(|one| *one > speed) } else { speeds.rev().find(|one| *one < speed) };
-    found.unwrap_or(speed)
-}
 
 fn in_words(play: Play) -> String {
     let hole = play.now().map_or(0, |now| now.holes_done);
@@ -117,8 +107,7 @@ fn slider(
         })
         .on(ev::input, move |event| {
             if let Ok(at_s) = event_target_value(&event).parse() {
-                play.running.set(false);
-                play.seek(at_s);
+                send(PlayEvent::Hold { at_s });
             }
         })
 }
