@@ -9,8 +9,25 @@ use syn::visit::{self, Visit};
 
 /// Folder or file of `app/src`, and what of the page or of the browser it must not name.
 const NOT: &[(&str, &[&str])] = &[
-    ("model", &["web_sys", "js_sys", "wasm_bindgen", "leptos", "effects", "page", "screens", "widgets", "i18n"]),
-    ("lab", &["web_sys", "js_sys", "wasm_bindgen", "leptos", "effects", "page", "screens", "widgets", "i18n", "model"]),
+    (
+        "model",
+        &["web_sys", "js_sys", "wasm_bindgen", "leptos", "effects", "page", "screens", "widgets", "i18n"],
+    ),
+    (
+        "lab",
+        &[
+            "web_sys",
+            "js_sys",
+            "wasm_bindgen",
+            "leptos",
+            "effects",
+            "page",
+            "screens",
+            "widgets",
+            "i18n",
+            "model",
+        ],
+    ),
     ("workbench", &["web_sys", "leptos", "effects", "page", "screens", "widgets", "i18n", "model"]),
     ("engine", &["leptos", "effects", "page", "screens", "widgets", "i18n", "model"]),
     ("view", &["leptos", "effects", "page", "screens", "widgets", "i18n", "model", "engine"]),
@@ -111,7 +128,9 @@ fn page() -> BTreeMap<Vec<String>, Names> {
         names.visit_file(&syn::parse_file(&fs::read_to_string(&path).unwrap()).unwrap());
         (module_of(&path), names)
     });
-    named.filter(|(module, _)| !module.iter().any(|part| part == "tests" || part == "browser_tests")).collect()
+    named
+        .filter(|(module, _)| !module.iter().any(|part| part == "tests" || part == "browser_tests"))
+        .collect()
 }
 
 /// Where `path`, named in `module`, leads to, as far as it is a module of the page.

@@ -62,7 +62,7 @@ impl Line {
         let open = self.open.borrow();
         let socket = open.as_ref().map(|open| &open.socket);
         let socket = socket.filter(|socket| socket.ready_state() == WebSocket::OPEN);
-        if !socket.is_some_and(|socket| socket.send_with_str(text).is_ok()) {
+        if socket.is_none_or(|socket| socket.send_with_str(text).is_err()) {
             send(LinkEvent::NotSent);
         }
     }

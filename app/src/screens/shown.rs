@@ -3,7 +3,7 @@
 //! Comes in: the open document, its plan, the job of the machine, the playback. Goes out: [`Shown`] and [`Moment`].
 //! Knows no pixels.
 
-use super::{cam, simulate};
+use super::simulate;
 use crate::keys::Tab;
 use crate::model::Job;
 use crate::page::link;

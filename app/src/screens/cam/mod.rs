@@ -20,7 +20,7 @@ mod values;
 
 use crate::keys::CamKey;
 use crate::model::JobEvent;
-use crate::page::{open_board, open_job, send};
+use crate::page::{open_job, send};
 use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;

@@ -118,7 +118,7 @@ pub(crate) fn answers() -> impl IntoView {
                     .class("grow")
                     .child((strong().child(move || message(&why)), p().child(move || advice(&cure)))),
                 push("button small quiet", t!("page.close"), |_| {
-                    send(LinkEvent::Close { notice: Notice::Refused })
+                    send(LinkEvent::Close { notice: Notice::Refused });
                 }),
             ))
         })
@@ -134,7 +134,7 @@ pub(crate) fn answers() -> impl IntoView {
                 icon(Icon::Warning),
                 div().class("grow").child((strong().child(text(what)), p().child(text(cure)))),
                 push("button small quiet", t!("page.close"), |_| {
-                    send(LinkEvent::Close { notice: Notice::Ousted })
+                    send(LinkEvent::Close { notice: Notice::Ousted });
                 }),
             ))
         })

@@ -40,13 +40,13 @@ fn jog_button(line: Link, way: Way, word: &'static str, name: &'static str) -> i
             send(HandEvent::Down { way, pointer: event.pointer_id() });
         })
         .on(ev::pointerup, |event: PointerEvent| {
-            send(HandEvent::Up { pointer: event.pointer_id(), clicked: true })
+            send(HandEvent::Up { pointer: event.pointer_id(), clicked: true });
         })
         .on(ev::pointerleave, |event: PointerEvent| {
-            send(HandEvent::Up { pointer: event.pointer_id(), clicked: false })
+            send(HandEvent::Up { pointer: event.pointer_id(), clicked: false });
         })
         .on(ev::pointercancel, |event: PointerEvent| {
-            send(HandEvent::Up { pointer: event.pointer_id(), clicked: false })
+            send(HandEvent::Up { pointer: event.pointer_id(), clicked: false });
         })
         .on(ev::contextmenu, |event| event.prevent_default())
         .on(ev::click, move |event| {

@@ -54,7 +54,7 @@ fn row(row: PreflightRow) -> impl IntoView {
 }
 
 /// The dialog.
-pub fn preflight() -> impl IntoView {
+pub(super) fn preflight() -> impl IntoView {
     let line = link::link();
     let rows = Memo::new(move |_| now());
     let body = move || match rows.get() {
