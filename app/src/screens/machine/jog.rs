@@ -3,6 +3,7 @@
 //! Comes in: what the machine allows now, presses. Goes out: presses as events. Initialise is not among its keys.
 
 use crate::i18n::{key, say, t};
+use crate::keys;
 use crate::model::HandEvent;
 use crate::model::link::hand::{STEPS_UM, Way};
 use crate::page::link::{self, Link};
@@ -193,5 +194,5 @@ fn key_up(line: Link, event: &KeyboardEvent) {
     if way.is_some() && way == line.hand.with_untracked(|hand| hand.key_held()) {
         event.prevent_default();
     }
-    send(HandEvent::KeyUp { way, shift: event.key() == "Shift" });
+    send(HandEvent::KeyUp { way, shift: keys::is_shift(&event.key()) });
 }
