@@ -6,43 +6,16 @@
 //! key!("page.state.ready")      the key, checked like the others
 //! ```
 //!
-//! Comes in: keys and arguments. Goes out: text. Does not know who shows it.
+//! Comes in: keys and arguments, the language of the page. Goes out: text. Does not know who shows it.
 
+use crate::format::Unit;
+use crate::page;
+use crate::said::Text;
+pub(crate) use crate::said::key;
 use annulus_core::locale;
 use annulus_core::remark::Remark;
 use leptos::prelude::*;
 use leptos::reactive::diagnostics::SpecialNonReactiveZone;
-use std::sync::LazyLock;
-
-static LANGUAGE: LazyLock<ArcRwSignal<String>> =
-    LazyLock::new(|| ArcRwSignal::new(locale::FALLBACK.to_owned()));
-
-/// The language now; whoever asks inside an effect follows it, whoever asks elsewhere says something once.
-pub fn language() -> String {
-    let _once_is_fine = SpecialNonReactiveZone::enter();
-    LANGUAGE.try_get().unwrap_or_else(|| locale::FALLBACK.to_owned())
-}
-
-/// Chooses the language of the page.
-pub fn choose(language: &str) {
-    LANGUAGE.set(language.to_owned());
-}
-
-/// The text of `key`.
-pub fn text(key: &str, args: &[(&str, String)]) -> String {
-    let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-    locale::text(&language(), key, &args)
-}
-
-/// What happened and what it means.
-pub fn message(remark: &Remark) -> String {
-    remark.message(&language())
-}
-
-/// What to do about it.
-pub fn advice(remark: &Remark) -> String {
-    remark.advice(&language())
-}
 
 /// Text that follows the language.
 macro_rules! t {
@@ -56,10 +29,42 @@ macro_rules! say {
         $crate::i18n::text($key, &[$((stringify!($name), ($value).to_string())),*])
     };
 }
-/// A key, to be said later.
-macro_rules! key {
-    ($key:literal) => {
-        $key
-    };
+pub(crate) use {say, t};
+
+/// The language now; whoever asks inside an effect follows it, whoever asks elsewhere says something once.
+pub fn language() -> String {
+    let _once_is_fine = SpecialNonReactiveZone::enter();
+    page::language().and_then(|language| language.try_get()).unwrap_or_else(|| locale::FALLBACK.to_owned())
 }
-pub(crate) use {key, say, t};
+
+/// A sentence that was found before.
+pub fn sentence(text: &Text) -> String {
+    match text {
+        Text::Key { key, args } => self::text(key, args),
+        Text::Found(remark) => message(remark),
+    }
+}
+
+/// The text of `key`.
+pub fn text(key: &str, args: &[(&str, String)]) -> String {
+    let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+    locale::text(&language(), key, &args)
+}
+
+/// The word for the unit of lengths on show.
+pub fn unit_word() -> String {
+    match page::frame().unit.get() {
+        Unit::Millimetre => say!("page.unit.mm"),
+        Unit::Inch => say!("page.unit.inch"),
+    }
+}
+
+/// What happened and what it means.
+pub fn message(remark: &Remark) -> String {
+    remark.message(&language())
+}
+
+/// What to do about it.
+pub fn advice(remark: &Remark) -> String {
+    remark.advice(&language())
+}

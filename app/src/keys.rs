@@ -153,6 +153,11 @@ pub enum Stride {
     Percent(bool),
 }
 
+/// Whether a key is the one that is held for more.
+pub fn is_shift(key: &str) -> bool {
+    key == "Shift"
+}
+
 /// What `press` asks for on `tab`.
 pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     if press.composing {

@@ -2,11 +2,9 @@
 //! and plans, so that the page never waits.
 //!
 //! ```text
-//! screens ─ widgets ─▶ view     the picture, knows no boards
-//!    │                  ▲
-//!    │               picture   a board and its plan as a scene
-//!    ├─▶ document ─▶ engine ═ worker ═▶ annulus-core
-//!    └─▶ link ═ socket ═▶ bridge
+//! screens ─ Event ─▶ page ─▶ model ─▶ Effect ─▶ effects ═ worker, store, files ═▶ annulus-core
+//!    ▲                │ ▲                         │
+//!    └──── signals ───┘ └──────── Event ──────────┘        screens ─▶ view    the picture, knows no boards
 //! ```
 
 pub mod engine;
@@ -15,26 +13,26 @@ pub mod health;
 pub mod keys;
 pub mod lab;
 pub mod layers;
+pub mod model;
 pub mod picture;
 pub mod readout;
+pub mod said;
 pub mod view;
 pub mod ways;
 pub mod workbench;
 
 #[cfg(target_arch = "wasm32")]
-pub mod document;
+pub mod browser;
+#[cfg(target_arch = "wasm32")]
+pub mod effects;
 #[cfg(target_arch = "wasm32")]
 pub mod fallen;
 #[cfg(target_arch = "wasm32")]
 pub mod i18n;
 #[cfg(target_arch = "wasm32")]
-pub mod keeping;
-#[cfg(target_arch = "wasm32")]
-pub mod link;
+pub mod page;
 #[cfg(target_arch = "wasm32")]
 pub mod screens;
-#[cfg(target_arch = "wasm32")]
-pub mod state;
 #[cfg(target_arch = "wasm32")]
 pub mod trusted;
 #[cfg(target_arch = "wasm32")]
@@ -46,7 +44,11 @@ pub mod widgets;
 pub fn start() {
     if web_sys::window().is_some() {
         fallen::watch();
-        leptos::mount::mount_to_body(screens::App);
+        leptos::mount::mount_to_body(|| {
+            page::begin(effects::surroundings());
+            effects::begin();
+            screens::app()
+        });
     } else {
         engine::worker::serve();
     }

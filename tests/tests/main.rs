@@ -9,6 +9,7 @@ mod faults;
 mod floor_plan;
 mod hostile_gerber;
 mod mutations;
+mod page_floors;
 mod page_words;
 mod pairing;
 #[allow(

@@ -70,11 +70,6 @@ pub(super) fn cancel(desk: &Rc<RefCell<Desk>>) {
     drop(pending);
 }
 
-/// Whether anything is in work.
-pub(super) fn busy(desk: &Rc<RefCell<Desk>>) -> bool {
-    !desk.borrow().pending.is_empty()
-}
-
 fn hand_over(desk: &Rc<RefCell<Desk>>, request: Request, pending: Pending) -> Result<(), String> {
     let words = |error: JsValue| format!("{error:?}");
     if desk.borrow().staff.is_none() {

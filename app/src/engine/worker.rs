@@ -7,22 +7,18 @@ use super::messages::{Envelope, Report};
 use super::shelf::Shelf;
 use super::work;
 use annulus_core::remark::{Remark, Weight};
-use std::cell::RefCell;
 use wasm_bindgen::prelude::*;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
-
-thread_local! {
-    static SHELF: RefCell<Shelf> = RefCell::default();
-}
 
 /// Begins to listen. Called once, when the wasm is started in a worker.
 pub fn serve() {
     let Ok(scope) = js_sys::global().dyn_into::<DedicatedWorkerGlobalScope>() else { return };
     std::panic::set_hook(Box::new(|panic| report(&Report::Panicked(panic.to_string()))));
-    let listener = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
+    let mut shelf = Shelf::default();
+    let listener = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
         let bytes = js_sys::Uint8Array::new(&event.data()).to_vec();
         match postcard::from_bytes::<Envelope>(&bytes) {
-            Ok(envelope) => perform(envelope),
+            Ok(envelope) => perform(envelope, &mut shelf),
             Err(error) => report(&Report::Panicked(error.to_string())),
         }
     });
@@ -30,7 +26,7 @@ pub fn serve() {
     listener.forget();
 }
 
-fn perform(Envelope { id, request }: Envelope) {
+fn perform(Envelope { id, request }: Envelope, shelf: &mut Shelf) {
     let mut told = 0;
     let mut progress = |done: u64, total: u64| {
         let hundredths = done * 100 / total.max(1);
@@ -39,7 +35,7 @@ fn perform(Envelope { id, request }: Envelope) {
             report(&Report::Progress { id, done, total });
         }
     };
-    let answer = SHELF.with_borrow_mut(|shelf| work::perform(request, shelf, &mut progress));
+    let answer = work::perform(request, shelf, &mut progress);
     report(&Report::Done { id, answer });
 }
 

@@ -100,6 +100,11 @@ impl Log {
         }
     }
 
+    /// Whether there is anything new in a status.
+    pub fn is_news(&self, status: &Status) -> bool {
+        self.state != Some(status.state) || self.alarm != status.alarm
+    }
+
     /// Looks at a status and adds what is new in it. Says whether anything was.
     pub fn seen(&mut self, at_ms: f64, status: &Status) -> bool {
         let before = self.count;

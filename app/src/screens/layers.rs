@@ -2,50 +2,25 @@
 //!
 //! Comes in: the layers of the open board. Goes out: which are drawn, in what colour.
 
-use crate::document::desk;
 use crate::engine::messages::LayerRow;
 use crate::i18n::{key, say, t};
 use crate::layers::{self, Kind, Look, Preset, Side};
-use crate::state::state;
+use crate::model::FrameEvent;
+use crate::page::{frame, open_board, open_job, send};
 use crate::view::{Colour, Layer, Mesh, Palette};
 use crate::widgets::{Icon, choice, picture_button, push};
-use crate::workbench::bench;
 use annulus_core::board::Face;
 use leptos::ev;
 use leptos::html::{div, h2, header, input, li, section, span, ul};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// Keeps the list of layers in step with the open board.
-pub(crate) fn begin() {
-    Effect::new(|_| {
-        let fresh = desk().document.with(|document| {
-            let Some(document) = document else { return Vec::new() };
-            let reading = &document.reading;
-            let row = |(index, layer): (usize, &LayerRow)| {
-                let side = layer.side.as_deref();
-                let name = format!("{} {} {index}", layer.role, side.unwrap_or_default());
-                Look::new(name, Kind::of(&layer.role, side), Side::of(side), Some(index))
-            };
-            let mut looks: Vec<Look> = reading.layers.iter().enumerate().map(row).collect();
-            looks.reverse();
-            if !reading.board.outline.is_empty() {
-                looks.push(Look::new("outline".to_owned(), Kind::Outline, Side::Both, None));
-            }
-            looks.push(Look::new("holes".to_owned(), Kind::Holes, Side::Both, None));
-            looks
-        });
-        let before = state().layers.get_untracked();
-        state().layers.set(layers::kept(fresh, &before));
-    });
-}
-
 /// The same of the board as it lies for the plan: the side that is up is above, and its own copper alone is seen unless
 /// the person hid it.
 pub(crate) fn seen_laid() -> Vec<Layer> {
-    let Some(laid) = desk().laid.get() else { return Vec::new() };
-    let face = bench().work.with(|work| work.as_ref().map(|work| work.setup.face)).unwrap_or_default();
-    state().layers.with(|looks| {
+    let Some(laid) = open_board().laid.get() else { return Vec::new() };
+    let face = open_job().work.with(|work| work.as_ref().map(|work| work.setup.face)).unwrap_or_default();
+    frame().layers.with(|looks| {
         let rows = laid.laid.layers.iter().zip(&laid.meshes);
         let up = if face == Face::Top { Kind::CopperTop } else { Kind::CopperBottom };
         let layer = |(row, mesh): (&LayerRow, &Arc<Mesh>)| {
@@ -59,10 +34,10 @@ pub(crate) fn seen_laid() -> Vec<Layer> {
 
 /// The filled layers that are drawn now, the lowest first.
 pub(crate) fn seen() -> Vec<Layer> {
-    let from_below = state().flipped.get();
-    desk().document.with(|document| {
+    let from_below = frame().flipped.get();
+    open_board().document.with(|document| {
         let Some(document) = document else { return Vec::new() };
-        state().layers.with(|looks| {
+        frame().layers.with(|looks| {
             let layer = |look: &Look| {
                 let mesh = document.meshes.get(look.mesh?)?.clone();
                 Some(Layer { mesh, colour: look.tint(&Palette::DARK) })
@@ -74,7 +49,7 @@ pub(crate) fn seen() -> Vec<Layer> {
 
 /// Whether holes, or the outline, are drawn.
 pub(crate) fn kind_seen(kind: Kind) -> bool {
-    state().layers.with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
+    frame().layers.with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
 }
 
 const PRESETS: [(Preset, &str); 5] = [
@@ -91,15 +66,11 @@ pub(crate) fn panel() -> impl IntoView {
         push(
             "button small",
             move || crate::i18n::text(name, &[]),
-            move |_| {
-                state().layers.update(|looks| {
-                    looks.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
-                });
-            },
+            move |_| send(FrameEvent::LayerPreset { preset }),
         )
     });
-    let flipped = state().flipped;
-    let count = Memo::new(move |_| state().layers.with(Vec::len));
+    let flipped = frame().flipped;
+    let count = Memo::new(move |_| frame().layers.with(Vec::len));
     let lines = move || (0..count.get()).map(|index| line(index).into_any()).collect::<Vec<_>>();
     section().class("block layers").attr("aria-label", t!("page.layers.title")).child((
         header().child((
@@ -109,8 +80,16 @@ pub(crate) fn panel() -> impl IntoView {
                 .attr("role", "group")
                 .attr("aria-label", t!("page.layers.seen_from"))
                 .child((
-                    choice(move || !flipped.get(), t!("page.side.top"), move |_| flipped.set(false)),
-                    choice(move || flipped.get(), t!("page.side.bottom"), move |_| flipped.set(true)),
+                    choice(
+                        move || !flipped.get(),
+                        t!("page.side.top"),
+                        |_| send(FrameEvent::Flip { below: Some(false) }),
+                    ),
+                    choice(
+                        move || flipped.get(),
+                        t!("page.side.bottom"),
+                        |_| send(FrameEvent::Flip { below: Some(true) }),
+                    ),
                 )),
         )),
         ul().child(lines),
@@ -120,14 +99,6 @@ pub(crate) fn panel() -> impl IntoView {
             .attr("aria-label", t!("page.layers.presets"))
             .child(Vec::from(presets)),
     ))
-}
-
-fn change(index: usize, act: impl FnOnce(&mut Look)) {
-    state().layers.update(|looks| {
-        if let Some(look) = looks.get_mut(index) {
-            act(look);
-        }
-    });
 }
 
 /// The name of a layer for people.
@@ -151,7 +122,7 @@ fn name_of(look: &Look) -> String {
 }
 
 fn line(index: usize) -> impl IntoView {
-    let look = Memo::new(move |_| state().layers.with(|looks| looks.get(index).cloned()));
+    let look = Memo::new(move |_| frame().layers.with(|looks| looks.get(index).cloned()));
     let name = move || look.with(|look| look.as_ref().map(name_of).unwrap_or_default());
     let eye = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.eye)));
     let opacity = Memo::new(move |_| look.with(|look| look.as_ref().map_or(0, |look| look.opacity)));
@@ -170,7 +141,7 @@ fn line(index: usize) -> impl IntoView {
         filled.get().then(|| {
             let set = move |event| {
                 if let Ok(percent) = event_target_value(&event).parse() {
-                    change(index, |look| look.opacity = percent);
+                    send(FrameEvent::LayerOpacity { index, percent });
                 }
             };
             (
@@ -179,8 +150,8 @@ fn line(index: usize) -> impl IntoView {
                     .attr("aria-label", move || say!("page.layers.colour", name = name()))
                     .prop("value", move || colour.get().get(..7).unwrap_or_default().to_owned())
                     .on(ev::input, move |event| {
-                        let chosen = Colour::of_css(&event_target_value(&event));
-                        change(index, |look| look.colour = chosen);
+                        let colour = Colour::of_css(&event_target_value(&event));
+                        send(FrameEvent::LayerColour { index, colour });
                     }),
                 input()
                     .attr("type", "range")
@@ -195,7 +166,7 @@ fn line(index: usize) -> impl IntoView {
         })
     };
     li().class(move || if eye.get() { "layer" } else { "layer off" }).child((
-        picture_button(Icon::Eye, eye_name, move |_| change(index, |look| look.eye = !look.eye)),
+        picture_button(Icon::Eye, eye_name, move |_| send(FrameEvent::LayerEye { index })),
         span().class("grow").child(name),
         strength,
     ))

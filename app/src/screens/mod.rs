@@ -7,7 +7,6 @@ mod cam;
 mod lab;
 mod layers;
 pub mod machine;
-mod opening;
 mod regions;
 mod review;
 mod settings;
@@ -19,27 +18,18 @@ mod status_bar;
 mod top_bar;
 mod welcome;
 
-use crate::{link, state};
+use crate::model::FrameEvent;
+use crate::page::send;
 use leptos::prelude::*;
 
-/// The whole page.
-#[component]
-pub fn App() -> impl IntoView {
-    link::begin();
-    state::begin();
-    crate::workbench::begin();
-    crate::document::begin();
-    crate::keeping::begin();
-    cam::begin();
-    layers::begin();
-    simulate::begin();
+/// The whole page, once it runs.
+pub fn app() -> impl IntoView {
     lab::begin();
     if let Some(word) = settings::kept_theme() {
-        state::state().theme.set(top_bar::theme_of(&word));
+        send(FrameEvent::Colours { theme: top_bar::theme_of(&word) });
     }
     settings::keep_theme();
     regions::listen();
     crate::widgets::follow_window();
-    opening::listen();
     shell::shell()
 }

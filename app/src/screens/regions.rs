@@ -2,33 +2,25 @@
 //!
 //! Comes in: the browser's key presses. Goes out: what [`crate::keys`] says they mean.
 
-use crate::format::Unit;
-use crate::i18n::say;
+use crate::i18n::key;
 use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Sheet;
-use crate::link;
-use crate::screens::{cam, lab, machine, opening, simulate, stage};
-use crate::state::state;
+use crate::model::LinkEvent;
+use crate::model::{FilesEvent, FrameEvent};
+use crate::page::link;
+use crate::page::{frame, send};
+use crate::said::Text;
+use crate::screens::{cam, lab, machine, simulate};
 use crate::widgets::toast;
-use annulus_core::control::State;
-use annulus_core::wire::Ask;
 use leptos::ev;
 use leptos::prelude::*;
-use std::cell::Cell;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlElement, KeyboardEvent};
-
-/// A second Escape within this time stops.
-const ESCAPE_TWICE_MS: f64 = 1500.0;
-
-thread_local! {
-    static ESCAPED_MS: Cell<f64> = const { Cell::new(f64::NEG_INFINITY) };
-}
 
 /// Listens to keys and to the address for the life of the page.
 pub(crate) fn listen() {
     let keys = window_event_listener(ev::keydown, |event| {
-        if let Some(action) = keys::action(&press(&event), state().tab.get_untracked()) {
+        if let Some(action) = keys::action(&press(&event), frame().tab.get_untracked()) {
             if action != Action::Escape {
                 event.prevent_default();
             }
@@ -42,7 +34,7 @@ pub(crate) fn listen() {
     });
     follow_address();
     Effect::new(|_| {
-        let address = match state().tab.get() {
+        let address = match frame().tab.get() {
             Tab::Lab => format!("#/{}/{}", Tab::Lab.word(), lab::desk().sheet.get().word()),
             tab => format!("#/{}", tab.word()),
         };
@@ -55,7 +47,7 @@ pub(crate) fn listen() {
 fn follow_address() {
     let hash = window().location().hash().unwrap_or_default();
     if let Some(tab) = Tab::of_address(&hash) {
-        state().tab.set(tab);
+        send(FrameEvent::Show { tab });
     }
     if let Some(sheet) = Sheet::of_address(&hash) {
         lab::desk().sheet.set(sheet);
@@ -86,19 +78,17 @@ fn press(event: &KeyboardEvent) -> Press {
 pub(crate) fn act(action: Action) {
     match action {
         Action::Stop => link::stop(),
-        Action::Escape => escape(),
-        Action::Pause => pause(),
+        Action::Escape => send(LinkEvent::Escape),
+        Action::Pause => send(LinkEvent::Pause),
         Action::ArmKeys => machine::arm_keys(),
-        Action::Show(tab) => state().tab.set(tab),
-        Action::Open => opening::choose(),
-        Action::Units => state().unit.update(|unit| {
-            *unit = if *unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
-        }),
+        Action::Show(tab) => send(FrameEvent::Show { tab }),
+        Action::Open => send(FilesEvent::Choose),
+        Action::Units => send(FrameEvent::Units { unit: None }),
         Action::Region(onwards) => next_region(onwards),
-        Action::Flip => state().flipped.update(|flipped| *flipped = !*flipped),
-        Action::Fit | Action::ZoomIn | Action::ZoomOut => stage::act(action),
+        Action::Flip => send(FrameEvent::Flip { below: None }),
+        Action::Fit | Action::ZoomIn | Action::ZoomOut => send(FrameEvent::Look { action }),
         Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
-            simulate::play().act(action);
+            simulate::act(action);
         }
         Action::Speak => speak(),
         Action::Undo(back) => lab::desk().undo(back),
@@ -109,33 +99,11 @@ pub(crate) fn act(action: Action) {
 
 /// Reads the work position out.
 fn speak() {
-    let unit = state().unit.get_untracked();
+    let unit = frame().unit.get_untracked();
     let place = link::link().status.with_untracked(|status| status.as_ref().map(|status| status.work_mm));
     if let Some(place) = place {
         let [x, y, z] = place.map(|mm| unit.coordinate(mm));
-        toast(say!("page.machine.spoken", x = x, y = y, z = z), None);
-    }
-}
-
-/// Pauses a job of ours; never resumes one.
-fn pause() {
-    let line = link::link();
-    if line.control.get_untracked().yours && line.state() == Some(State::Running) {
-        link::ask(&Ask::Pause);
-    }
-}
-
-/// Escape closes what is open by itself; here it pauses, and the second one stops.
-fn escape() {
-    let line = link::link();
-    if !line.busy() || !line.control.get_untracked().yours {
-        return;
-    }
-    let now = link::browser::now_ms();
-    if now - ESCAPED_MS.replace(now) <= ESCAPE_TWICE_MS {
-        link::stop();
-    } else {
-        pause();
+        toast(Text::Key { key: key!("page.machine.spoken"), args: vec![("x", x), ("y", y), ("z", z)] });
     }
 }
 

@@ -3,18 +3,16 @@
 //! Comes in: the state. Goes out: the page. Knows no screen's content.
 
 use super::{board, cam, lab, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
-use crate::document::desk;
 use crate::keys::Tab;
-use crate::state::state;
-use crate::workbench::bench;
+use crate::page::{frame, open_board};
 use leptos::html::{div, h1, main};
 use leptos::prelude::*;
 
 /// The page inside its frame.
 pub(crate) fn shell() -> impl IntoView {
-    let tab = state().tab;
-    let empty = Memo::new(move |_| desk().document.with(Option::is_none));
-    let reviewing = Memo::new(move |_| desk().reviewing.get() && !empty.get());
+    let tab = frame().tab;
+    let empty = Memo::new(move |_| open_board().document.with(Option::is_none));
+    let reviewing = Memo::new(move |_| open_board().reviewing.get() && !empty.get());
     let screen = move || match tab.get() {
         Tab::Machine => machine::machine().into_any(),
         Tab::Lab => lab::lab().into_any(),
@@ -32,7 +30,7 @@ pub(crate) fn shell() -> impl IntoView {
             .attr("id", "work")
             .attr("tabindex", "-1")
             .attr("data-screen", move || tab.get().word())
-            .attr("data-stale", move || bench().stale.get().then_some(""))
+            .attr("data-stale", move || open_board().stale.get().then_some(""))
             .attr("aria-label", move || top_bar::name_of(tab.get()))
             .child((h1().class("unseen").child(move || top_bar::name_of(tab.get())), stage::stage(), screen)),
         status_bar::status_bar(),

@@ -3,12 +3,12 @@
 //! Comes in: the open document, its plan, the job of the machine, the playback. Goes out: [`Shown`] and [`Moment`].
 //! Knows no pixels.
 
-use super::{cam, simulate};
-use crate::document::desk;
+use super::simulate;
 use crate::keys::Tab;
-use crate::link;
+use crate::model::Job;
+use crate::page::link;
+use crate::page::{frame, open_board};
 use crate::picture;
-use crate::state::{Job, state};
 use crate::view::{Layer, Progress};
 use crate::ways::{self, Ways};
 use annulus_core::board::{Board, Hole};
@@ -94,7 +94,7 @@ pub(crate) fn missing_holes() -> Memo<Vec<u32>> {
     Memo::new(move |_| {
         let Some(told) = told.get() else { return Vec::new() };
         let own = |job: &Option<Arc<Job>>| job.clone().filter(|job| job.key == told.job);
-        let Some(job) = state().job.with(own).or_else(|| state().fetched.with(own)) else {
+        let Some(job) = open_board().job.with(own).or_else(|| link::link().fetched.with(own)) else {
             return Vec::new();
         };
         let runs = told.legs.iter().flat_map(|(from, to)| *from as usize..*to as usize);
@@ -105,10 +105,10 @@ pub(crate) fn missing_holes() -> Memo<Vec<u32>> {
 
 /// The board in the picture.
 pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
-    let desk = desk();
+    let desk = open_board();
     let layers = Memo::new(move |_| super::layers::seen());
     let laid_layers = Memo::new(move |_| super::layers::seen_laid());
-    let as_laid = Memo::new(move |_| state().tab.get() != Tab::Board);
+    let as_laid = Memo::new(move |_| frame().tab.get() != Tab::Board);
     let planned = Memo::new(move |_| {
         let document = desk.document.get()?;
         let laid = desk.laid.get().filter(|_| as_laid.get());
@@ -124,17 +124,17 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
             .map_or_else(|| (Vec::new(), picture::origin(body)), |plan| (plan.order(), plan.origin));
         let way_operations = plan.map(|plan| plan.way_operations.clone()).unwrap_or_default();
         let turned = desk.laid.with(|laid| laid.as_ref().is_some_and(|laid| laid.laid.turned));
-        let ways = cam::ways().get().filter(|_| as_laid.get() || !turned);
-        let before = state().show_before.get();
+        let ways = open_board().ways.get().filter(|_| as_laid.get() || !turned);
+        let before = frame().show_before.get();
         let discs = ways.as_ref().map(|ways| discs(ways, |hole, _| hole)).unwrap_or_default();
         Some(Arc::new(Shown { board, order, work_zero, body, ways, discs, layers, before, way_operations }))
     });
     let at_machine = Memo::new(move |_| {
-        let Some(job) = state().shown_job.get() else { return planned.get() };
-        let own = state().job.with(|own| own.as_ref().is_some_and(|own| own.key == job.key));
+        let Some(job) = link::link().shown_job.get() else { return planned.get() };
+        let own = open_board().job.with(|own| own.as_ref().is_some_and(|own| own.key == job.key));
         if own { planned.get() } else { Some(Arc::new(of_program(&job))) }
     });
-    Memo::new(move |_| if state().tab.get() == Tab::Machine { at_machine.get() } else { planned.get() })
+    Memo::new(move |_| if frame().tab.get() == Tab::Machine { at_machine.get() } else { planned.get() })
 }
 
 /// A board made of a program alone, for a page that opened later: its holes in order of drilling.
@@ -198,7 +198,7 @@ fn hole(program: &Program, leg: &Leg, diameter: Option<annulus_core::units::Leng
 
 /// How far the screen's board is.
 pub(crate) fn moment() -> Moment {
-    match state().tab.get() {
+    match frame().tab.get() {
         Tab::Simulate => simulate::moment(),
         Tab::Machine => at_machine(),
         _ => Moment::default(),
@@ -207,7 +207,7 @@ pub(crate) fn moment() -> Moment {
 
 /// Nothing runs: what the last job left behind, if it is the one shown.
 fn at_end(line: link::Link) -> u32 {
-    let shown = state().shown_job.with(|job| job.as_ref().map(|job| job.key.clone()));
+    let shown = link::link().shown_job.with(|job| job.as_ref().map(|job| job.key.clone()));
     line.ended.with(|ended| {
         ended.as_ref().filter(|ended| Some(&ended.job) == shown.as_ref()).map_or(0, |ended| ended.holes_done)
     })
@@ -217,7 +217,7 @@ fn at_end(line: link::Link) -> u32 {
 fn at_machine() -> Moment {
     let line = link::link();
     let Some(status) = line.status.get() else { return Moment::default() };
-    let done = state().shown_job.with(|job| {
+    let done = link::link().shown_job.with(|job| {
         let (Some(job), Some(leg)) = (job, status.leg) else { return at_end(line) };
         let legs = &job.program.legs;
         let behind = legs.iter().take(leg as usize).filter(|leg| ways::is_stop(leg.mark)).count() as u32;

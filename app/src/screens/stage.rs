@@ -10,43 +10,40 @@
 
 use super::layers;
 use super::shown::{Shown, missing_holes, moment, shown};
-use crate::document::desk;
 use crate::i18n::{key, say, t};
 use crate::keys::{Action, Tab};
 use crate::layers::Kind;
+use crate::model::FrameEvent;
+use crate::model::Theme;
+use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
-use crate::state::{Theme, state};
 use crate::view::{Backend, Line, Palette, Scene, View, Wanted, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
-use crate::workbench::bench;
 use annulus_core::board::Face;
 use annulus_core::proof;
 use leptos::html::{self, div, span};
 use leptos::prelude::*;
-use std::cell::RefCell;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 use web_sys::MediaQueryListEvent;
 
-thread_local! {
-    static VIEW: RefCell<Option<View>> = const { RefCell::new(None) };
-}
+/// The picture, once there is one.
+type Picture = StoredValue<Option<View>, LocalStorage>;
 
-fn with_view(act: impl FnOnce(&View)) {
-    let view = VIEW.with_borrow(Clone::clone);
-    if let Some(view) = view {
+fn with_view(picture: Picture, act: impl FnOnce(&View)) {
+    if let Some(view) = picture.try_get_value().flatten() {
         act(&view);
     }
 }
 
 /// Fit and zoom, for keys and buttons.
-pub(crate) fn act(action: Action) {
-    with_view(|view| match action {
+fn look(view: &View, action: Action) {
+    match action {
         Action::Fit => view.fit(),
         Action::ZoomIn => view.zoom_by(1.25),
         Action::ZoomOut => view.zoom_by(0.8),
         _ => {}
-    });
+    }
 }
 
 /// Whether the system asks for dark surroundings, now and whenever it changes its mind.
@@ -66,7 +63,7 @@ fn system_dark() -> RwSignal<bool> {
 }
 
 fn palette(system_dark: bool) -> Palette {
-    let dark = match state().theme.get() {
+    let dark = match frame().theme.get() {
         Theme::Dark | Theme::Contrast => true,
         Theme::Light => false,
         Theme::Auto => system_dark,
@@ -78,31 +75,33 @@ fn palette(system_dark: bool) -> Palette {
 pub(crate) fn stage() -> impl IntoView {
     let host = NodeRef::<html::Div>::new();
     let ready = RwSignal::new(false);
+    let picture: Picture = StoredValue::new_local(None);
     let shown = shown();
     let system_dark = system_dark();
     let palette = Memo::new(move |_| palette(system_dark.get()));
     host.on_load(move |host| {
         leptos::task::spawn_local(async move {
             if let Ok(view) = View::new(&host, wanted(), palette.get_untracked()).await {
-                state().backend.set(Some(match view.backend() {
+                let word = match view.backend() {
                     Backend::WebGpu => key!("page.status.webgpu"),
                     Backend::WebGl2 => key!("page.status.webgl2"),
                     Backend::Flat => key!("page.status.flat"),
-                }));
+                };
+                send(FrameEvent::Backend { word });
                 listen(&view, shown);
-                VIEW.set(Some(view));
+                picture.set_value(Some(view));
                 ready.set(true);
             }
         });
     });
-    show(ready, shown, palette);
+    show(picture, ready, shown, palette);
     let buttons = [
         (Icon::Fit, Action::Fit, key!("page.view.fit")),
         (Icon::Plus, Action::ZoomIn, key!("page.view.closer")),
         (Icon::Minus, Action::ZoomOut, key!("page.view.further")),
     ];
     let buttons = buttons.map(|(icon, action, name)| {
-        picture_button(icon, move || crate::i18n::text(name, &[]), move |_| act(action))
+        picture_button(icon, move || crate::i18n::text(name, &[]), move |_| send(FrameEvent::Look { action }))
     });
     div().class("stage").attr("role", "region").attr("aria-label", t!("page.view.title")).child((
         div().class("canvas").node_ref(host),
@@ -118,10 +117,10 @@ pub(crate) fn stage() -> impl IntoView {
 
 /// Which side is looked at.
 fn side() -> impl IntoView {
-    let known = move || desk().document.with(Option::is_some) && state().tab.get() == Tab::Board;
+    let known = move || open_board().document.with(Option::is_some) && frame().tab.get() == Tab::Board;
     let planned = Memo::new(move |_| {
-        let of_job = matches!(state().tab.get(), Tab::Cam | Tab::Simulate);
-        bench().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
+        let of_job = matches!(frame().tab.get(), Tab::Cam | Tab::Simulate);
+        open_job().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
     });
     let lying = move || {
         planned.get().map(|face| {
@@ -131,7 +130,7 @@ fn side() -> impl IntoView {
     };
     let looked_at = move || {
         known().then(|| {
-            let below = move || state().flipped.get();
+            let below = move || frame().flipped.get();
             let word = move || if below() { say!("page.view.bottom") } else { say!("page.view.top") };
             push("side-badge", word, |_| act_flip()).attr("title", t!("page.view.flip"))
         })
@@ -140,7 +139,7 @@ fn side() -> impl IntoView {
 }
 
 fn act_flip() {
-    state().flipped.update(|flipped| *flipped = !*flipped);
+    send(FrameEvent::Flip { below: None });
 }
 
 /// A finding is shown with so much of the board across.
@@ -160,18 +159,18 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
     view.on_press(move |pressed| {
         let hole =
             pressed.disc.and_then(|disc| shown.with_untracked(|shown| shown.as_ref()?.hole_of_disc(disc)));
-        state().selected.set(hole);
+        send(FrameEvent::Select { hole });
     });
     view.on_hover(move |place| {
         let at = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(place?.0)));
-        state().cursor_mm.set(at);
+        send(FrameEvent::Cursor { at_mm: at });
     });
-    view.on_camera(|camera| state().zoom.set(camera.px_per_mm));
-    state().zoom.set(view.camera().px_per_mm);
+    view.on_camera(|camera| send(FrameEvent::Zoom { px_per_mm: camera.px_per_mm }));
+    send(FrameEvent::Zoom { px_per_mm: view.camera().px_per_mm });
 }
 
 /// Whatever changes goes to the picture, each in its own effect so that little is written.
-fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
+fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
     let missing = missing_holes();
     Effect::new(move |before: Option<Option<usize>>| {
         if !ready.get() {
@@ -179,7 +178,7 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
         }
         let (shown, palette) = (shown.get(), palette.get());
         let board = shown.as_ref().map(|shown| Arc::as_ptr(&shown.board) as usize);
-        with_view(|view| {
+        with_view(picture, |view| {
             view.set_palette(palette);
             view.set_scene(shown.as_ref().map_or_else(Scene::default, |shown| scene(shown, &palette)));
             view.describe(&shown.as_ref().map_or_else(|| say!("page.view.empty"), |shown| describe(shown)));
@@ -190,31 +189,38 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
         board
     });
     Effect::new(move |_| {
-        let marked = bench().marked.get();
-        let place = desk().proved.with_untracked(|proved| {
+        let marked = open_job().marked.get();
+        let place = open_board().proved.with_untracked(|proved| {
             let at = proved.as_ref()?.findings.get(marked?)?.at;
             shown.with_untracked(|shown| Some(picture::place(picture::origin(shown.as_ref()?.body), at)))
         });
         if let Some(place) = place.filter(|_| ready.get()) {
-            with_view(|view| view.look_at(place.map(f64::from), FINDING_MM));
+            with_view(picture, |view| view.look_at(place.map(f64::from), FINDING_MM));
         }
     });
+    Effect::new(move |before: Option<u32>| {
+        let (count, action) = frame().asked.get();
+        if before.is_some_and(|before| before != count) {
+            with_view(picture, |view| action.into_iter().for_each(|action| look(view, action)));
+        }
+        count
+    });
     Effect::new(move |_| {
-        let flipped = state().flipped.get() && state().tab.get() == Tab::Board;
+        let flipped = frame().flipped.get() && frame().tab.get() == Tab::Board;
         if ready.get() {
-            with_view(|view| view.set_mirrored(flipped));
+            with_view(picture, |view| view.set_mirrored(flipped));
         }
     });
     Effect::new(move |_| {
         let (ready, shown) = (ready.get(), shown.get());
-        let mut holes: Vec<u32> = state().selected.get().into_iter().collect();
-        if state().tab.get() == Tab::Machine {
+        let mut holes: Vec<u32> = frame().selected.get().into_iter().collect();
+        if frame().tab.get() == Tab::Machine {
             holes.extend(missing.get());
         }
         let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
         let chosen: Vec<usize> = holes.iter().filter_map(disc).collect();
         if ready {
-            with_view(|view| view.set_selected(&chosen));
+            with_view(picture, |view| view.set_selected(&chosen));
         }
     });
     Effect::new(move |_| {
@@ -224,7 +230,7 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
             Some(shown.as_ref()?.picture_of_work(at))
         });
         if ready.get() {
-            with_view(|view| {
+            with_view(picture, |view| {
                 view.set_progress(moment.progress);
                 view.set_head(head);
             });
@@ -235,7 +241,7 @@ fn show(ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Pa
 fn scene(shown: &Shown, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
-    if state().tab.get() == Tab::Board {
+    if frame().tab.get() == Tab::Board {
         let (holes, outline) = (layers::kind_seen(Kind::Holes), layers::kind_seen(Kind::Outline));
         scene.discs.retain(|_| holes);
         scene.slots.retain(|_| holes);
@@ -245,7 +251,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
         }
     }
     let file_order: Vec<u32>;
-    let order = if shown.before && state().tab.get() == Tab::Board {
+    let order = if shown.before && frame().tab.get() == Tab::Board {
         file_order = (0..shown.board.holes.len() as u32).collect();
         &file_order
     } else {
@@ -254,11 +260,11 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     let corner = picture::origin(shown.body);
     scene.lines = picture::travel(&shown.board, corner, shown.work_zero, order, palette);
     match &shown.ways {
-        Some(ways) if !(shown.before && state().tab.get() == Tab::Board) => {
+        Some(ways) if !(shown.before && frame().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
-            let with_travel = state().show_travel.get() || state().tab.get() != Tab::Cam;
+            let with_travel = frame().show_travel.get() || frame().tab.get() != Tab::Cam;
             scene.lines = picture::ways(ways, palette, colour, with_travel);
-            if state().tab.get() == Tab::Cam {
+            if frame().tab.get() == Tab::Cam {
                 scene.lines.extend(found(shown, palette));
             }
             for (disc, stop) in &shown.discs {
@@ -285,8 +291,8 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
 /// The findings: a dot each, and a ring round the one that is shown.
 fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
     let corner = picture::origin(shown.body);
-    let marked = bench().marked.get();
-    desk().proved.with(|proved| {
+    let marked = open_job().marked.get();
+    open_board().proved.with(|proved| {
         let findings = proved.iter().flat_map(|proved| &proved.findings).enumerate();
         let marks = findings.flat_map(|(at, finding)| {
             let joined = matches!(finding.kind, proof::Kind::Gap | proof::Kind::Short);

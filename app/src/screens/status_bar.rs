@@ -2,31 +2,32 @@
 //!
 //! Comes in: the state. Goes out: a line of small text, the way to the problems, and Cancel.
 
-use crate::document;
 use crate::i18n::{self, say, t};
-use crate::state::state;
+use crate::model::Event;
+use crate::page::frame;
+use crate::page::{open_board, send};
 use crate::widgets::push;
 use leptos::html::{footer, progress, span};
 use leptos::prelude::*;
 
 /// The bar.
 pub(crate) fn status_bar() -> impl IntoView {
-    let state = state();
+    let frame = frame();
     let place = move || {
-        let unit = state.unit.get();
-        state.cursor_mm.get().map(|[x, y]| {
+        let unit = frame.unit.get();
+        frame.cursor_mm.get().map(|[x, y]| {
             say!(
                 "page.status.cursor",
                 x = unit.coordinate(x),
                 y = unit.coordinate(y),
-                unit = state.unit_word()
+                unit = i18n::unit_word()
             )
         })
     };
     let zoom = move || {
-        (state.zoom.get() > 0.0).then(|| say!("page.status.zoom", px = format!("{:.1}", state.zoom.get())))
+        (frame.zoom.get() > 0.0).then(|| say!("page.status.zoom", px = format!("{:.1}", frame.zoom.get())))
     };
-    let backend = move || state.backend.get().map(|word| i18n::text(word, &[]));
+    let backend = move || frame.backend.get().map(|word| i18n::text(word, &[]));
     footer()
         .class("status-bar")
         .attr("id", "status")
@@ -43,7 +44,7 @@ pub(crate) fn status_bar() -> impl IntoView {
 
 /// How much is wrong with the board; pressed, it is shown.
 fn problems() -> impl IntoView {
-    let count = Memo::new(move |_| document::desk().problems.with(Vec::len));
+    let count = Memo::new(move |_| open_board().problems.with(Vec::len));
     move || {
         (count.get() > 0).then(|| {
             let text = move || say!("page.problems.count", count = count.get());
@@ -53,7 +54,7 @@ fn problems() -> impl IntoView {
 }
 
 fn task() -> impl IntoView {
-    let task = state().task;
+    let task = open_board().task;
     let word = Memo::new(move |_| task.get().map(|task| task.word));
     move || {
         word.get().map(|word| {
@@ -63,7 +64,7 @@ fn task() -> impl IntoView {
                     .attr("max", "1")
                     .attr("aria-label", move || i18n::text(word, &[]))
                     .prop("value", move || task.get().map_or(0.0, |task| task.share)),
-                push("button small quiet", t!("page.cancel"), |_| document::cancel()),
+                push("button small quiet", t!("page.cancel"), |_| send(Event::Cancelled)),
             )
         })
     }

@@ -2,13 +2,14 @@
 //!
 //! Comes in: the state. Goes out: choices of the person.
 
-use crate::document::desk;
 use crate::format::Unit;
 use crate::i18n::{self, key, say, t};
 use crate::keys::Tab;
-use crate::link::{self, Phase};
+use crate::model::FrameEvent;
+use crate::model::Theme;
+use crate::page::link::{self, Phase};
+use crate::page::{frame, open_board, send};
 use crate::screens::machine::words;
-use crate::state::{Theme, state};
 use crate::widgets::{Icon, icon, menu_word, stop_zone};
 use annulus_core::locale;
 use leptos::ev;
@@ -39,21 +40,21 @@ pub(crate) fn top_bar() -> impl IntoView {
 }
 
 fn project() -> String {
-    let name = desk()
+    let name = open_board()
         .document
         .with(|document| document.as_ref().map(|document| document.reading.board.name.clone()));
     name.filter(|name| !name.is_empty()).unwrap_or_else(|| say!("page.name"))
 }
 
 fn tabs() -> impl IntoView {
-    let tab = state().tab;
+    let tab = frame().tab;
     let buttons = Tab::ALL.into_iter().enumerate().map(|(index, this)| {
         let chosen = move || tab.get() == this;
         button()
             .attr("type", "button")
             .class("tab")
             .attr("aria-current", move || chosen().then_some("page"))
-            .on(ev::click, move |_| tab.set(this))
+            .on(ev::click, move |_| send(FrameEvent::Show { tab: this }))
             .child((
                 leptos::html::kbd().attr("aria-hidden", "true").child(index + 1),
                 span().child(move || name_of(this)),
@@ -63,9 +64,10 @@ fn tabs() -> impl IntoView {
 }
 
 fn units() -> impl IntoView {
-    let unit = state().unit;
+    let unit = frame().unit;
     let choose = move |event| {
-        unit.set(if event_target_value(&event) == "inch" { Unit::Inch } else { Unit::Millimetre });
+        let unit = if event_target_value(&event) == "inch" { Unit::Inch } else { Unit::Millimetre };
+        send(FrameEvent::Units { unit: Some(unit) });
     };
     select().class("plain").attr("aria-label", t!("page.unit.title")).on(ev::change, choose).child((
         menu_word("mm", move || unit.get() == Unit::Millimetre, t!("page.unit.mm")),
@@ -92,14 +94,14 @@ pub(crate) fn theme_of(word: &str) -> Theme {
 
 /// The menu of colours; small screens have it in the settings alone.
 pub(crate) fn themes() -> impl IntoView {
-    let theme = state().theme;
+    let theme = frame().theme;
     let options = THEMES.map(|(this, word, name)| {
         menu_word(word, move || theme.get() == this, move || i18n::text(name, &[]))
     });
     select()
         .class("plain")
         .attr("aria-label", t!("page.theme.title"))
-        .on(ev::change, move |event| theme.set(theme_of(&event_target_value(&event))))
+        .on(ev::change, |event| send(FrameEvent::Colours { theme: theme_of(&event_target_value(&event)) }))
         .child(Vec::from(options))
 }
 
@@ -114,7 +116,7 @@ fn languages() -> impl IntoView {
         select()
             .class("plain")
             .attr("aria-label", t!("page.language_title"))
-            .on(ev::change, |event| i18n::choose(&event_target_value(&event)))
+            .on(ev::change, |event| send(FrameEvent::Language { language: event_target_value(&event) }))
             .child(options.collect::<Vec<_>>())
     })
 }
@@ -132,10 +134,10 @@ fn connection() -> impl IntoView {
     button()
         .attr("type", "button")
         .class(move || format!("chip {}", look().tone))
-        .on(ev::click, |_| state().tab.set(Tab::Machine))
+        .on(ev::click, |_| send(FrameEvent::Show { tab: Tab::Machine }))
         .child((span().class("dot").attr("aria-hidden", "true"), span().class("cut").child(text)))
 }
 
 fn state_name() -> String {
-    state().machine.with(|machine| machine.name.clone())
+    open_board().machine.with(|machine| machine.name.clone())
 }

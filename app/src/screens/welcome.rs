@@ -3,8 +3,10 @@
 //! Comes in: nothing. Goes out: files chosen.
 
 use crate::i18n::{language, t};
-use crate::keeping::{self, Offer};
-use crate::screens::opening;
+use crate::keys::Tab;
+use crate::model::{FilesEvent, FrameEvent, KeepEvent, Offer};
+use crate::page::open_board;
+use crate::page::send;
 use crate::widgets::{Icon, icon, push};
 use js_sys::Date;
 use leptos::ev;
@@ -14,15 +16,19 @@ use wasm_bindgen::JsValue;
 
 /// The sheet.
 pub(crate) fn welcome() -> impl IntoView {
-    let sample = button().attr("type", "button").class("tile").on(ev::click, |_| opening::sample()).child((
-        icon(Icon::Annulus),
-        span().child((
-            strong().child(t!("page.welcome.sample")),
-            span().class("quiet").child(t!("page.welcome.sample_is")),
-        )),
-    ));
-    let machine =
-        button().attr("type", "button").class("tile").on(ev::click, |_| opening::to_machine()).child((
+    let sample =
+        button().attr("type", "button").class("tile").on(ev::click, |_| send(FilesEvent::Sample)).child((
+            icon(Icon::Annulus),
+            span().child((
+                strong().child(t!("page.welcome.sample")),
+                span().class("quiet").child(t!("page.welcome.sample_is")),
+            )),
+        ));
+    let machine = button()
+        .attr("type", "button")
+        .class("tile")
+        .on(ev::click, |_| send(FrameEvent::Show { tab: Tab::Machine }))
+        .child((
             icon(Icon::Plug),
             span().child((
                 strong().child(t!("page.welcome.machine")),
@@ -30,12 +36,12 @@ pub(crate) fn welcome() -> impl IntoView {
             )),
         ));
     div().class("whole welcome").child(div().class("sheet").child((
-        move || keeping::offer().get().map(kept),
+        move || open_board().offer.get().map(kept),
         div().class("drop").child((
             icon(Icon::Annulus),
             h2().child(t!("page.welcome.title")),
             p().class("quiet").child(t!("page.welcome.kinds")),
-            push("button large primary", t!("page.welcome.open"), |_| opening::choose()),
+            push("button large primary", t!("page.welcome.open"), |_| send(FilesEvent::Choose)),
         )),
         div().class("tiles").child((sample, machine)),
         p().class("promise").child((icon(Icon::Lock), t!("page.welcome.promise"))),
@@ -49,7 +55,7 @@ fn kept(offer: Offer) -> impl IntoView {
     let again = offer.clone();
     section().class("kept").attr("aria-label", t!("page.kept.title")).child((
         p().class("grow").attr("role", "status").child(t!("page.kept.offer", name = name, at = at)),
-        push("button", t!("page.kept.restore"), move |_| keeping::restore(again.clone())),
-        push("button", t!("page.kept.discard"), move |_| keeping::discard(offer.clone())),
+        push("button", t!("page.kept.restore"), move |_| send(KeepEvent::Restore { offer: again.clone() })),
+        push("button", t!("page.kept.discard"), move |_| send(KeepEvent::Discard { offer: offer.clone() })),
     ))
 }

@@ -5,7 +5,8 @@
 
 use super::{Icon, icon, push};
 use crate::i18n::t;
-use crate::link;
+use crate::model::LinkEvent;
+use crate::page::{link, send};
 use leptos::ev;
 use leptos::html::{button, div, span};
 use leptos::prelude::*;
@@ -42,7 +43,7 @@ fn not_confirmed() -> impl IntoView {
             div().class("not-confirmed").attr("role", "alert").child((
                 icon(Icon::Alarm),
                 span().child(t!("page.stop.not_confirmed")),
-                push("button", t!("page.close"), move |_| unconfirmed.set(false)),
+                push("button", t!("page.close"), |_| send(LinkEvent::Close { notice: link::Notice::Stop })),
             ))
         })
     }

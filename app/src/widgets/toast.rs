@@ -1,64 +1,41 @@
 //! Short words in the corner that go away by themselves. Nothing about motion is ever said here.
 //!
-//! Comes in: text. Goes out: a line, for eight seconds.
+//! Comes in: what the page has to say. Goes out: lines, and what was pressed in them.
 
 use super::{Icon, picture_button};
-use crate::i18n::t;
+use crate::i18n::{key, sentence, t};
+use crate::model::{FrameEvent, Toast, ToastAct};
+use crate::page::{frame, send};
+use crate::said::Text;
 use leptos::html::{div, span};
 use leptos::prelude::*;
-use std::cell::Cell;
-use std::sync::LazyLock;
-use std::time::Duration;
 
-#[derive(Clone, PartialEq)]
-struct Toast {
-    number: u32,
-    text: String,
-    act: Option<(String, fn())>,
-}
-
-static SHOWN: LazyLock<ArcRwSignal<Vec<Toast>>> = LazyLock::new(|| ArcRwSignal::new(Vec::new()));
-const FOR: Duration = Duration::from_secs(8);
-
-thread_local! {
-    static NEXT: Cell<u32> = const { Cell::new(0) };
-}
-
-fn drop_toast(number: u32) {
-    SHOWN.update(|toasts| toasts.retain(|toast| toast.number != number));
-}
-
-/// Shows `text`, with a button if there is something to do about it.
-pub fn toast(text: String, act: Option<(String, fn())>) {
-    let number = NEXT.get();
-    NEXT.set(number + 1);
-    SHOWN.update(|toasts| toasts.push(Toast { number, text, act }));
-    set_timeout(move || drop_toast(number), FOR);
+/// Says `text`.
+pub fn toast(text: Text) {
+    send(FrameEvent::Say { text });
 }
 
 /// Where they are shown.
 pub fn toasts() -> impl IntoView {
-    div()
-        .class("toasts")
-        .attr("role", "status")
-        .child(move || SHOWN.get().into_iter().map(|toast| line(toast).into_any()).collect::<Vec<_>>())
+    let lines = || frame().toasts.get().into_iter().map(|toast| line(toast).into_any()).collect::<Vec<_>>();
+    div().class("toasts").attr("role", "status").child(lines)
 }
 
 fn line(toast: Toast) -> impl IntoView {
-    let number = toast.number;
-    let act = toast.act.map(|(name, act)| {
+    let Toast { number, text, act } = toast;
+    let act = act.map(|act| {
+        let name = match act {
+            ToastAct::Review => key!("page.open.review"),
+        };
         super::push(
             "button small",
-            move || name.clone(),
-            move |_| {
-                drop_toast(number);
-                act();
-            },
+            move || crate::i18n::text(name, &[]),
+            move |_| send(FrameEvent::Taken { number }),
         )
     });
     div().class("toast").child((
-        span().class("grow").child(toast.text),
+        span().class("grow").child(move || sentence(&text)),
         act,
-        picture_button(Icon::Cross, t!("page.close"), move |_| drop_toast(number)),
+        picture_button(Icon::Cross, t!("page.close"), move |_| send(FrameEvent::Said { number })),
     ))
 }

@@ -6,10 +6,5 @@
 //!
 //! Comes in: edits. Goes out: the job now. Knows no screens.
 
-#[cfg(target_arch = "wasm32")]
-mod bench;
 pub mod edit;
 pub mod template;
-
-#[cfg(target_arch = "wasm32")]
-pub use bench::{Bench, begin, bench};

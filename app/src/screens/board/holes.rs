@@ -3,9 +3,9 @@
 //! Comes in: the open board and its plan. Goes out: the hole chosen.
 
 use super::rows::{self, Row, Tool, swatch};
-use crate::document::desk;
 use crate::i18n::{say, t};
-use crate::state::state;
+use crate::model::FrameEvent;
+use crate::page::{frame, open_board, send};
 use crate::widgets::virtual_list;
 use annulus_core::board::Board;
 use annulus_core::units::Length;
@@ -23,7 +23,7 @@ struct Listed {
 }
 
 fn listed() -> Memo<Option<Arc<Listed>>> {
-    let desk = desk();
+    let desk = open_board();
     Memo::new(move |_| {
         let document = desk.document.get()?;
         let board = document.reading.board.clone();
@@ -63,7 +63,7 @@ fn tool_table(listed: &Listed) -> impl IntoView + use<> {
 }
 
 fn size_text(size: Option<Length>) -> String {
-    let unit = state().unit.get();
+    let unit = frame().unit.get();
     size.map_or_else(|| say!("page.holes.unsized"), |size| unit.size(size.mm()))
 }
 
@@ -97,7 +97,7 @@ fn list(listed: Memo<Option<Arc<Listed>>>) -> impl IntoView {
     let count =
         Signal::derive(move || listed.with(|listed| listed.as_ref().map_or(0, |listed| listed.rows.len())));
     let chosen = Memo::new(move |_| {
-        let wanted = state().selected.get()?;
+        let wanted = frame().selected.get()?;
         let is = |row: &Row| matches!(row, Row::Hole(hole, _) if *hole == wanted);
         listed.with(|listed| listed.as_ref()?.rows.iter().position(is))
     });
@@ -113,7 +113,7 @@ fn list(listed: Memo<Option<Arc<Listed>>>) -> impl IntoView {
                 at = (at + by.signum()).clamp(0, last.max(0));
             }
             if let Some(Row::Hole(hole, _)) = listed.rows.get(at as usize) {
-                state().selected.set(Some(*hole));
+                send(FrameEvent::Select { hole: Some(*hole) });
             }
         });
     };
@@ -131,8 +131,9 @@ fn head(listed: &Listed, tool: usize, index: usize) -> AnyView {
     let Some(tool) = listed.tools.get(tool) else { return ().into_any() };
     let size = tool.bit.or_else(|| tool.sizes.first().copied());
     let count = tool.holes.len();
-    let text =
-        move || say!("page.holes.head", size = size_text(size), unit = state().unit_word(), count = count);
+    let text = move || {
+        say!("page.holes.head", size = size_text(size), unit = crate::i18n::unit_word(), count = count)
+    };
     div()
         .class("line head")
         .attr("role", "presentation")
@@ -148,15 +149,15 @@ fn top(index: usize) -> String {
 fn hole_line(listed: &Listed, hole: u32, number: usize, index: usize) -> AnyView {
     let Some(meant) = listed.board.holes.get(hole as usize).cloned() else { return ().into_any() };
     let colour = swatch(&listed.board, meant.diameter);
-    let chosen = move || state().selected.get() == Some(hole);
-    let coordinate = move |mm: f64| move || state().unit.get().coordinate(mm);
+    let chosen = move || frame().selected.get() == Some(hole);
+    let coordinate = move |mm: f64| move || frame().unit.get().coordinate(mm);
     div()
         .class("line hole-line")
         .attr("role", "option")
         .attr("id", format!("hole-{hole}"))
         .attr("aria-selected", move || if chosen() { "true" } else { "false" })
         .style(("top", top(index)))
-        .on(ev::click, move |_| state().selected.set(Some(hole)))
+        .on(ev::click, move |_| send(FrameEvent::Select { hole: Some(hole) }))
         .child((
             span().class("swatch").style(("--swatch", colour)),
             span().child(move || say!("page.holes.hole", number = number)),

@@ -2,15 +2,14 @@
 //!
 //! Comes in: the plan. Goes out: order, first bit, accepted losses.
 
-use crate::document::{cancel, desk};
 use crate::engine::messages::Planned;
 use crate::format::clock;
 use crate::i18n::{key, say, t};
 use crate::keys::Tab;
+use crate::model::{Event, FilesEvent, FrameEvent, JobEvent};
+use crate::page::{frame, open_board, open_job, send};
 use crate::screens::review::finding;
-use crate::state::state;
 use crate::widgets::{choice, fact, push, shape};
-use crate::workbench::bench;
 use annulus_core::cam::Order;
 use annulus_core::units::Length;
 use leptos::ev;
@@ -21,7 +20,7 @@ use web_sys::HtmlElement;
 
 /// The panel.
 pub(crate) fn inspector() -> impl IntoView {
-    let waits = Memo::new(move |_| desk().waits_for_person());
+    let waits = Memo::new(move |_| open_board().waits_for_person());
     let first = move || waits.get().then(problems);
     let last = move || (!waits.get()).then(problems);
     (first, order(), gains(waits), last)
@@ -34,12 +33,12 @@ const ORDERS: [(Order, &str); 3] = [
 ];
 
 fn order() -> impl IntoView {
-    let desk = desk();
+    let desk = open_board();
     let choices = ORDERS.map(|(order, name)| {
         choice(
-            move || bench().drill_order() == Some(order),
+            move || open_job().drill_order() == Some(order),
             move || crate::i18n::text(name, &[]),
-            move |_| bench().set_drill_order(order),
+            move |_| send(JobEvent::DrillOrder { order }),
         )
     });
     let bits = Memo::new(move |_| {
@@ -50,13 +49,13 @@ fn order() -> impl IntoView {
     let options = move || {
         let mut bits = bits.get().unwrap_or_default();
         bits.sort_unstable();
-        let unit = state().unit.get();
+        let unit = frame().unit.get();
         let one = |bit: Length| {
             let size = unit.size(bit.mm());
             option()
                 .attr("value", bit.nm().to_string())
                 .prop("selected", desk.loaded.get_untracked() == Some(bit))
-                .child(move || say!("page.plan.loaded", size = size, unit = state().unit_word()))
+                .child(move || say!("page.plan.loaded", size = size, unit = crate::i18n::unit_word()))
         };
         bits.into_iter().map(one).collect::<Vec<_>>()
     };
@@ -71,7 +70,8 @@ fn order() -> impl IntoView {
             span().child(t!("page.plan.bits")),
             select()
                 .on(ev::change, move |event| {
-                    desk.loaded.set(event_target_value(&event).parse().ok().map(Length::from_nm));
+                    let bit = event_target_value(&event).parse().ok().map(Length::from_nm);
+                    send(FilesEvent::Loaded { bit });
                 })
                 .child((option().attr("value", "").child(t!("page.plan.ascending")), options)),
         )),
@@ -100,8 +100,8 @@ fn travel(plan: &Planned) -> impl IntoView + use<> {
 }
 
 fn gains(waits: Memo<bool>) -> impl IntoView {
-    let desk = desk();
-    let before = state().show_before;
+    let desk = open_board();
+    let before = frame().show_before;
     let total = move || {
         desk.timed.with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| clock(timed.total_s)))
     };
@@ -115,8 +115,16 @@ fn gains(waits: Memo<bool>) -> impl IntoView {
         move || waits.get().then(|| p().child(t!("page.plan.waits"))),
         move || desk.plan.with(|plan| plan.as_ref().map(|plan| travel(plan))),
         div().class("segmented").attr("role", "group").attr("aria-label", t!("page.plan.shown")).child((
-            choice(move || before.get(), t!("page.plan.show_before"), move |_| before.set(true)),
-            choice(move || !before.get(), t!("page.plan.show_after"), move |_| before.set(false)),
+            choice(
+                move || before.get(),
+                t!("page.plan.show_before"),
+                |_| send(FrameEvent::Before { on: true }),
+            ),
+            choice(
+                move || !before.get(),
+                t!("page.plan.show_after"),
+                |_| send(FrameEvent::Before { on: false }),
+            ),
         )),
         dl().class("facts").child((
             fact(t!("page.plan.total"), total),
@@ -131,7 +139,7 @@ const PROBLEMS: &str = "problems";
 
 /// Shows the problems of the open board.
 pub(crate) fn show_problems() {
-    state().tab.set(Tab::Board);
+    send(FrameEvent::Show { tab: Tab::Board });
     request_animation_frame(|| {
         let block =
             document().get_element_by_id(PROBLEMS).and_then(|block| block.dyn_into::<HtmlElement>().ok());
@@ -144,7 +152,7 @@ pub(crate) fn show_problems() {
 
 /// Findings of files and plan; losses can be ticked as seen here too.
 fn problems() -> impl IntoView {
-    let desk = desk();
+    let desk = open_board();
     let list = move || {
         let remarks = desk.problems.get();
         if remarks.is_empty() {
@@ -160,9 +168,15 @@ fn problems() -> impl IntoView {
     block.attr("aria-label", t!("page.problems.title")).child((
         header().child((
             h2().child(move || say!("page.problems.count", count = desk.problems.with(Vec::len))),
-            push("button small", t!("page.problems.review"), move |_| desk.reviewing.set(true)),
+            push("button small", t!("page.problems.review"), |_| send(FilesEvent::Review)),
         )),
         list,
-        move || state().task.get().is_some().then(|| push("button", t!("page.task.cancel"), |_| cancel())),
+        move || {
+            open_board()
+                .task
+                .get()
+                .is_some()
+                .then(|| push("button", t!("page.task.cancel"), |_| send(Event::Cancelled)))
+        },
     ))
 }

@@ -11,167 +11,54 @@
 //!
 //! Comes in: a dialect that ships, or the person's file. Goes out: the person's own dialect, a saved file.
 
-use super::export::OWN;
-use crate::engine::Engine;
-use crate::engine::messages::{Checked, Settings, ToWrite};
 use crate::i18n::{self, advice, message, say, t};
-use crate::state::state;
+use crate::model::TemplateEvent;
+use crate::model::template::OWN;
+use crate::page::{OpenJob, open_job, send};
 use crate::widgets::{push, save_file};
 use crate::workbench::template;
-use annulus_core::post::{self, BLOCKS, PARAMETERS};
+use annulus_core::post::{BLOCKS, PARAMETERS};
 use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{
     self, button, code, div, h2, h3, header, li, p, pre, section, span, strong, textarea, ul,
 };
 use leptos::prelude::*;
-use std::cell::Cell;
-use std::time::Duration;
 use web_sys::HtmlTextAreaElement;
 
 /// Lines of output shown.
 const MOST_LINES: usize = 400;
-/// Typing rests so long before it is looked at.
-const REST: Duration = Duration::from_millis(200);
-
-/// What is edited.
-#[derive(Clone, Copy)]
-pub(super) struct Sheet {
-    /// What is written for: a name that ships, or [`OWN`].
-    pub target: RwSignal<String>,
-    /// The person's own dialect as text.
-    text: RwSignal<Option<String>>,
-    /// What it calls itself.
-    pub own_name: Memo<Option<String>>,
-    /// It is open.
-    pub open: RwSignal<bool>,
-    /// Where the cursor is, in bytes.
-    cursor: RwSignal<usize>,
-    /// What was found in it and what it makes, once that was looked at.
-    checked: RwSignal<Option<Checked>>,
-}
-
-thread_local! {
-    static SHEET: Cell<Option<Sheet>> = const { Cell::new(None) };
-    static WRITER: Engine = Engine::new();
-    static CHANGES: Cell<u32> = const { Cell::new(0) };
-}
-
-/// The editor. Made by [`begin`].
-pub(super) fn sheet() -> Sheet {
-    SHEET.get().expect("the sheet is made before the first screen")
-}
-
-/// Makes it in the root of the page.
-pub(super) fn begin() {
-    let text = RwSignal::new(None::<String>);
-    let own_name = Memo::new(move |_| {
-        text.with(|text| {
-            let line = text.as_ref()?.lines().find(|line| line.trim_start().starts_with("name"))?;
-            Some(line.split('"').nth(1).unwrap_or(OWN).to_owned())
-        })
-    });
-    let sheet = Sheet {
-        target: RwSignal::new("grbl".to_owned()),
-        text,
-        own_name,
-        open: RwSignal::new(false),
-        cursor: RwSignal::new(0),
-        checked: RwSignal::new(None),
-    };
-    SHEET.set(Some(sheet));
-    Effect::new(move |_| {
-        text.track();
-        state().job.track();
-        if !sheet.open.get() {
-            return;
-        }
-        let change = CHANGES.get() + 1;
-        CHANGES.set(change);
-        set_timeout(
-            move || {
-                if change == CHANGES.get() {
-                    leptos::task::spawn_local(sheet.look(change));
-                }
-            },
-            REST,
-        );
-    });
-}
-
-impl Sheet {
-    /// The person's own text, where that is what is written for.
-    pub(super) fn own_text(self) -> Option<String> {
-        (self.target.get_untracked() == OWN).then(|| self.text.get_untracked()).flatten()
-    }
-
-    /// Opens it with what is written for.
-    pub(super) fn open_for_target(self) {
-        let name = self.target.get_untracked();
-        if let Some((_, text)) = post::shipped().find(|(known, _)| *known == name) {
-            self.text.set(Some(text.to_owned()));
-        } else if self.text.with_untracked(Option::is_none) {
-            let first = post::shipped().next().map(|(_, text)| text.to_owned());
-            self.text.set(first);
-        }
-        self.cursor.set(0);
-        self.checked.set(None);
-        self.open.set(true);
-    }
-
-    /// Takes the text as the person's own.
-    fn keep(self, text: String) {
-        self.text.set(Some(text));
-        self.target.set(OWN.to_owned());
-    }
-
-    async fn look(self, change: u32) {
-        let text = self.text.get_untracked().unwrap_or_default();
-        let program = state().job.with_untracked(|job| job.as_ref().map(|job| job.bytes.clone()));
-        let wanted = ToWrite {
-            program: program.unwrap_or_default(),
-            text,
-            machine: Some(state().machine.with_untracked(|machine| Settings::of(machine))),
-        };
-        let found = WRITER.with(Clone::clone).check(wanted).await;
-        if let Ok(checked) = found
-            && change == CHANGES.get()
-        {
-            self.checked.set(Some(checked));
-        }
-    }
+/// The text as it is now.
+fn text_of(sheet: OpenJob) -> String {
+    sheet.text.with_untracked(|text| text.as_deref().unwrap_or_default().to_owned())
 }
 
 /// The whole sheet.
 pub(super) fn editor() -> impl IntoView {
-    let sheet = sheet();
+    let sheet = open_job();
     let area = NodeRef::<html::Textarea>::new();
     let file = move || sheet.own_name.get().unwrap_or_else(|| OWN.to_owned());
     div().class("whole").child(div().class("template").child((
         header().child((
             h2().class("grow").child(t!("page.template.title")),
-            push("button", t!("page.template.load"), move |_| load(sheet)),
+            push("button", t!("page.template.load"), |_| send(TemplateEvent::Load)),
             push("button", t!("page.template.save"), move |_| {
                 let name = file().to_lowercase().replace(|sign: char| !sign.is_ascii_alphanumeric(), "-");
-                let text = sheet.text.get_untracked().unwrap_or_default();
+                let text = text_of(sheet);
                 save_file(&format!("{name}.toml"), "application/toml", &text);
             }),
-            push("button primary", t!("page.template.done"), move |_| sheet.open.set(false)),
+            push("button primary", t!("page.template.done"), |_| send(TemplateEvent::Close)),
         )),
         div().class("columns").child((written(sheet, area), hints(sheet, area), output(sheet))),
     )))
 }
 
-fn load(sheet: Sheet) {
-    crate::screens::opening::choose_text(move |text| sheet.keep(text));
-}
-
-fn written(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
+fn written(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
     let follow = move || {
         if let Some(area) = area.get_untracked() {
             let area: HtmlTextAreaElement = area;
             let units = area.selection_start().ok().flatten().unwrap_or(0) as usize;
-            sheet.cursor.set(bytes_of_units(&area.value(), units));
+            send(TemplateEvent::Cursor { at: bytes_of_units(&area.value(), units) });
         }
     };
     section().class("text").attr("aria-label", t!("page.template.text")).child(
@@ -180,9 +67,9 @@ fn written(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
             .attr("spellcheck", "false")
             .attr("wrap", "off")
             .attr("aria-label", t!("page.template.text"))
-            .prop("value", move || sheet.text.get().unwrap_or_default())
+            .prop("value", move || sheet.text.get().as_deref().unwrap_or_default().to_owned())
             .on(ev::input, move |event| {
-                sheet.keep(event_target_value(&event));
+                send(TemplateEvent::Keep { text: event_target_value(&event) });
                 follow();
             })
             .on(ev::keyup, move |_| follow())
@@ -207,16 +94,16 @@ fn units_of_bytes(text: &str, bytes: usize) -> u32 {
 }
 
 /// Puts `word` where the cursor is.
-fn insert(sheet: Sheet, area: NodeRef<html::Textarea>, word: &str) {
-    let mut text = sheet.text.get_untracked().unwrap_or_default();
+fn insert(sheet: OpenJob, area: NodeRef<html::Textarea>, word: &str) {
+    let mut text = text_of(sheet);
     let at = sheet.cursor.get_untracked().min(text.len());
     if !text.is_char_boundary(at) {
         return;
     }
     text.insert_str(at, word);
     let after = units_of_bytes(&text, at + word.len());
-    sheet.keep(text);
-    sheet.cursor.set(at + word.len());
+    send(TemplateEvent::Keep { text });
+    send(TemplateEvent::Cursor { at: at + word.len() });
     request_animation_frame(move || {
         if let Some(area) = area.get_untracked() {
             let _ = area.focus();
@@ -225,7 +112,7 @@ fn insert(sheet: Sheet, area: NodeRef<html::Textarea>, word: &str) {
     });
 }
 
-fn hints(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
+fn hints(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
     let here = Memo::new(move |_| {
         sheet.text.with(|text| template::place(text.as_deref().unwrap_or_default(), sheet.cursor.get()))
     });
@@ -269,9 +156,9 @@ fn hints(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
     ))
 }
 
-fn faults(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
+fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
     let go = move |line: u32| {
-        let text = sheet.text.get_untracked().unwrap_or_default();
+        let text = text_of(sheet);
         let (from, to) = (template::start_of_line(&text, line), template::start_of_line(&text, line + 1));
         if let Some(area) = area.get_untracked() {
             let _ = area.focus();
@@ -296,9 +183,10 @@ fn faults(sheet: Sheet, area: NodeRef<html::Textarea>) -> impl IntoView {
             .into_any()
     };
     move || {
-        let Some(Checked { faults, doubts, .. }) = sheet.checked.get() else {
+        let Some(checked) = sheet.checked.get() else {
             return p().class("quiet").attr("role", "status").child(t!("page.template.looking")).into_any();
         };
+        let (faults, doubts) = (checked.faults.clone(), checked.doubts.clone());
         if faults.is_empty() && !doubts.is_empty() {
             let count = doubts.len();
             let title = h3().attr("role", "status").child(t!("page.template.doubts", count = count));
@@ -328,7 +216,7 @@ fn doubt(remark: Remark) -> AnyView {
     li().class("notice tone-pause").child(div().child(said)).into_any()
 }
 
-fn output(sheet: Sheet) -> impl IntoView {
+fn output(sheet: OpenJob) -> impl IntoView {
     let text = move || {
         sheet.checked.with(|checked| {
             let lines: Vec<&str> = checked.iter().flat_map(|it| it.output.lines()).take(MOST_LINES).collect();

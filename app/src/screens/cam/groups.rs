@@ -10,8 +10,10 @@
 
 use crate::engine::messages::Proved;
 use crate::i18n::{advice, message, say, t};
+use crate::model::JobEvent;
+use crate::page::{OpenJob, send};
 use crate::widgets::{Icon, icon, push};
-use crate::workbench::{Bench, edit};
+use crate::workbench::edit;
 use annulus_core::proof::{Cure, Finding, Group, Kind};
 use annulus_core::remark::Weight;
 use annulus_core::units::Length;
@@ -47,32 +49,27 @@ fn name_of(group: &Group) -> String {
     format!("{} {}", group.kind.code(), group.must_be_read)
 }
 
-fn is_open(bench: Bench, group: &Group) -> bool {
+fn is_open(bench: OpenJob, group: &Group) -> bool {
     bench.turned.with(|turned| turned.contains(&name_of(group))) != (group.count as usize <= FEW)
 }
 
-fn turn(bench: Bench, group: &Group) {
-    let name = name_of(group);
-    bench.turned.update(|turned| {
-        if !turned.remove(&name) {
-            turned.insert(name);
-        }
-    });
+fn turn(group: &Group) {
+    send(JobEvent::TurnGroup { name: name_of(group) });
 }
 
 /// Opens the group that finding `at` is in.
-pub(super) fn open_for(bench: Bench, proved: &Proved, at: usize) {
+pub(super) fn open_for(bench: OpenJob, proved: &Proved, at: usize) {
     let Some(finding) = proved.findings.get(at) else { return };
     let own = |group: &&Group| (group.kind, group.must_be_read, group.tool) == finding.cause();
     if let Some(group) = proved.groups.iter().find(own)
         && !untrack(|| is_open(bench, group))
     {
-        turn(bench, group);
+        turn(group);
     }
 }
 
 /// The list.
-pub(super) fn groups(bench: Bench, proved: &Arc<Proved>) -> impl IntoView + use<> {
+pub(super) fn groups(bench: OpenJob, proved: &Arc<Proved>) -> impl IntoView + use<> {
     let by_name = by_name(proved);
     let lines = proved.groups.iter().map(|group| {
         let members = members(group, &by_name);
@@ -89,7 +86,7 @@ fn look(weight: Weight) -> (&'static str, Icon) {
     }
 }
 
-fn line(bench: Bench, proved: Arc<Proved>, group: Group, members: Vec<usize>) -> impl IntoView {
+fn line(bench: OpenJob, proved: Arc<Proved>, group: Group, members: Vec<usize>) -> impl IntoView {
     let weight = if group.must_be_read { group.kind.weight() } else { Weight::Note };
     let (class, sign) = look(weight);
     let remark = group.remark();
@@ -128,7 +125,7 @@ fn line(bench: Bench, proved: Arc<Proved>, group: Group, members: Vec<usize>) ->
         .class("button small")
         .attr("aria-expanded", move || if open.get() { "true" } else { "false" })
         .attr("aria-controls", move || open.get().then(|| name.clone()))
-        .on(ev::click, move |_| turn(bench, &group))
+        .on(ev::click, move |_| turn(&group))
         .child(move || {
             if open.get() {
                 say!("page.cam.hide_places")
@@ -150,28 +147,20 @@ fn line(bench: Bench, proved: Arc<Proved>, group: Group, members: Vec<usize>) ->
 }
 
 /// A tick that says of all `names` that they were seen.
-fn tick(bench: Bench, names: Arc<Vec<String>>) -> impl IntoView {
+fn tick(bench: OpenJob, names: Arc<Vec<String>>) -> impl IntoView {
     let all = names.clone();
     let every = Memo::new(move |_| bench.read.with(|read| all.iter().all(|name| read.contains(name))));
     label().class("tick").child((
         input().attr("type", "checkbox").prop("checked", move || every.get()).on(ev::change, move |event| {
             let on = event_target_checked(&event);
-            bench.read.update(|read| {
-                for name in names.iter() {
-                    if on {
-                        read.insert(name.clone());
-                    } else {
-                        read.remove(name);
-                    }
-                }
-            });
+            send(JobEvent::Read { names: names.to_vec(), on });
         }),
         span().child(t!("page.cam.seen")),
     ))
 }
 
 /// The gentlest cure of every place of a group, where several have one.
-fn cure_all(bench: Bench, proved: &Arc<Proved>, members: &[usize]) -> Option<impl IntoView + use<>> {
+fn cure_all(bench: OpenJob, proved: &Arc<Proved>, members: &[usize]) -> Option<impl IntoView + use<>> {
     let curable = |at: &&usize| proved.findings.get(**at).is_some_and(|finding| !finding.cures.is_empty());
     let curable: Vec<usize> = members.iter().filter(curable).copied().collect();
     let (count, proved) = (curable.len(), proved.clone());
@@ -200,7 +189,7 @@ fn cure_text(cure: &Cure) -> String {
 }
 
 /// The cure goes into the chosen operation where that isolates, else into the first that does.
-fn apply(bench: Bench, finding: &Finding, cure: &Cure) {
+fn apply(bench: OpenJob, finding: &Finding, cure: &Cure) {
     let chosen = bench.chosen.get_untracked();
     bench.change(None, |work| edit::cured(work, chosen, finding, cure));
 }
@@ -227,7 +216,7 @@ pub(super) fn line_id(at: usize) -> String {
     format!("finding-{at}")
 }
 
-fn place(bench: Bench, at: usize, finding: &Finding) -> impl IntoView + use<> {
+fn place(bench: OpenJob, at: usize, finding: &Finding) -> impl IntoView + use<> {
     let marked = move || bench.marked.get() == Some(at);
     let told = finding.clone();
     let cures: Vec<AnyView> = finding
@@ -248,7 +237,7 @@ fn place(bench: Bench, at: usize, finding: &Finding) -> impl IntoView + use<> {
             button()
                 .attr("type", "button")
                 .attr("title", t!("page.cam.show"))
-                .on(ev::click, move |_| bench.marked.set(Some(at)))
+                .on(ev::click, move |_| send(JobEvent::Mark { at }))
                 .child((span().child(move || text(&told)), agreed)),
             div().class("row").child((cures, seen)),
         ))

@@ -9,12 +9,12 @@
 //! Comes in: the job. Goes out: edits of it.
 
 use super::entry::entry;
-use crate::document::desk;
 use crate::format::clock;
 use crate::i18n::{self, say, t};
-use crate::state::state;
+use crate::model::{FrameEvent, JobEvent};
+use crate::page::{OpenJob, frame, open_board, open_job, send};
 use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if};
-use crate::workbench::{Bench, bench, edit};
+use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::cam::parameters::{Parameter, SETUP};
 use annulus_core::cam::work::{Action, Operation, Setup};
@@ -44,19 +44,12 @@ pub(super) fn job() -> impl IntoView {
 }
 
 fn sides() -> impl IntoView {
-    let bench = bench();
+    let bench = open_job();
     let face = Memo::new(move |_| bench.work.with(|work| work.as_ref().map(|work| work.setup.face)));
-    let turn = move |to: Face| {
-        bench.change(None, |work| edit::turned(work, to));
-        let first = bench
-            .work
-            .with_untracked(|work| work.as_ref().and_then(|work| edit::of_face(work, to).first().copied()));
-        bench.chosen.set(first.unwrap_or(0));
-    };
+    let turn = |face: Face| send(JobEvent::Turn { face });
     let history = move |back: bool| {
-        bench.history.with(|history| {
-            history.as_ref().is_some_and(|history| if back { history.can_undo() } else { history.can_redo() })
-        })
+        let (undo, redo) = bench.can_undo.get();
+        if back { undo } else { redo }
     };
     section().class("block").attr("aria-label", t!("page.cam.side")).child((
         header().child((
@@ -66,17 +59,13 @@ fn sides() -> impl IntoView {
                     Icon::Undo,
                     move || history(true),
                     t!("page.cam.undo"),
-                    move |_| {
-                        bench.undo(true);
-                    },
+                    |_| send(JobEvent::Undo { back: true }),
                 ),
                 picture_button_if(
                     Icon::Redo,
                     move || history(false),
                     t!("page.cam.redo"),
-                    move |_| {
-                        bench.undo(false);
-                    },
+                    |_| send(JobEvent::Undo { back: false }),
                 ),
             )),
         )),
@@ -94,7 +83,7 @@ fn sides() -> impl IntoView {
 }
 
 fn operations() -> impl IntoView {
-    let bench = bench();
+    let bench = open_job();
     let places = Memo::new(move |_| {
         bench
             .work
@@ -119,28 +108,26 @@ fn operations() -> impl IntoView {
                     Icon::Up,
                     move || can_move(true),
                     t!("page.cam.up"),
-                    move |_| bench.shift(true),
+                    |_| send(JobEvent::Shift { up: true }),
                 ),
                 picture_button_if(
                     Icon::Down,
                     move || can_move(false),
                     t!("page.cam.down"),
-                    move |_| {
-                        bench.shift(false);
-                    },
+                    |_| send(JobEvent::Shift { up: false }),
                 ),
-                picture_button_if(Icon::Cross, any, t!("page.cam.remove"), move |_| bench.remove()),
+                picture_button_if(Icon::Cross, any, t!("page.cam.remove"), |_| send(JobEvent::Remove)),
             )),
         )),
         ol().class("operations").child(lines),
-        add(bench),
+        add(),
     ))
 }
 
 /// The menu of what can be added; for whoever jumps to it.
 pub(super) const ADD: &str = "cam-add";
 
-fn add(bench: Bench) -> impl IntoView {
+fn add() -> impl IntoView {
     let words = Action::WORDS.map(|word| menu_word(word, || false, move || word_of(word)));
     select()
         .attr("id", ADD)
@@ -148,14 +135,14 @@ fn add(bench: Bench) -> impl IntoView {
         .prop("value", "")
         .on(ev::change, move |event| {
             let word = event_target_value(&event);
-            bench.add(&word);
+            send(JobEvent::Add { word });
             let menu: web_sys::HtmlSelectElement = event_target(&event);
             menu.set_value("");
         })
         .child((menu_word("", || true, t!("page.cam.add")), Vec::from(words)))
 }
 
-fn line(bench: Bench, number: usize, at: usize) -> impl IntoView {
+fn line(bench: OpenJob, number: usize, at: usize) -> impl IntoView {
     let operation = Memo::new(move |_| bench.work.with(|work| work.as_ref()?.operations.get(at).cloned()));
     let name = move || operation.with(|operation| operation.as_ref().map(name_of).unwrap_or_default());
     let bit =
@@ -172,7 +159,7 @@ fn line(bench: Bench, number: usize, at: usize) -> impl IntoView {
             if let Some(data) = event.data_transfer() {
                 let _ = data.set_data("text/plain", &at.to_string());
             }
-            bench.chosen.set(at);
+            send(JobEvent::Choose { at });
         })
         .on(ev::dragover, |event| event.prevent_default())
         .on(ev::drop, move |event| {
@@ -180,8 +167,7 @@ fn line(bench: Bench, number: usize, at: usize) -> impl IntoView {
             if let Some(from) = from.and_then(|text| text.parse().ok()) {
                 event.prevent_default();
                 event.stop_propagation();
-                bench.change(None, |work| edit::moved(work, from, at));
-                bench.chosen.set(at);
+                send(JobEvent::Move { from, to: at });
             }
         })
         .child((
@@ -193,7 +179,10 @@ fn line(bench: Bench, number: usize, at: usize) -> impl IntoView {
             button()
                 .attr("type", "button")
                 .attr("aria-current", move || chosen().then_some("true"))
-                .on(ev::click, move |event| if event.ctrl_key() { flip() } else { bench.chosen.set(at) })
+                .on(
+                    ev::click,
+                    move |event| if event.ctrl_key() { flip() } else { send(JobEvent::Choose { at }) },
+                )
                 .child((
                     span().class("swatch").style(("--swatch", colour)),
                     span()
@@ -206,30 +195,31 @@ fn line(bench: Bench, number: usize, at: usize) -> impl IntoView {
 
 /// What the whole job takes.
 fn totals() -> impl IntoView {
-    let desk = desk();
+    let desk = open_board();
     let time = move || {
         desk.timed.with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| clock(timed.total_s)))
     };
     let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
     let travel = move || {
-        let travel = super::ways().with(|ways| ways.as_ref().map_or(0.0, |ways| ways.travel_mm()));
+        let travel = open_board().ways.with(|ways| ways.as_ref().map_or(0.0, |ways| ways.travel_mm()));
         say!("page.cam.metres", metres = metres(travel))
     };
     let milled = move || {
-        let milled = super::ways().with(|ways| ways.as_ref().map_or(0.0, |ways| ways.cut_mm()));
+        let milled = open_board().ways.with(|ways| ways.as_ref().map_or(0.0, |ways| ways.cut_mm()));
         say!("page.cam.metres", metres = metres(milled))
     };
     let count =
-        move || super::ways().with(|ways| ways.as_ref().map_or(0, |ways| ways.way_count())).to_string();
+        move || open_board().ways.with(|ways| ways.as_ref().map_or(0, |ways| ways.way_count())).to_string();
     let holes = move || {
-        super::ways()
+        open_board()
+            .ways
             .with(|ways| ways.as_ref().map_or(0, |ways| ways.stops.len() - ways.way_count()))
             .to_string()
     };
     let changes =
-        move || state().job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
+        move || open_board().job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
     section()
-        .class(move || if bench().stale.get() { "block stale-numbers" } else { "block" })
+        .class(move || if open_board().stale.get() { "block stale-numbers" } else { "block" })
         .attr("aria-label", t!("page.cam.totals"))
         .child(dl().class("facts").child((
             fact(t!("page.cam.time"), time),
@@ -243,8 +233,8 @@ fn totals() -> impl IntoView {
             label().class("tick").child((
                 input()
                     .attr("type", "checkbox")
-                    .prop("checked", move || state().show_travel.get())
-                    .on(ev::change, |event| state().show_travel.set(event_target_checked(&event))),
+                    .prop("checked", move || frame().show_travel.get())
+                    .on(ev::change, |event| send(FrameEvent::Travel { on: event_target_checked(&event) })),
                 span().child(t!("page.cam.show_travel")),
             )),
         )
@@ -260,7 +250,7 @@ fn board_setup() -> impl IntoView {
 }
 
 fn setup_row(row: &'static Parameter<Setup>) -> AnyView {
-    let bench = bench();
+    let bench = open_job();
     let now =
         Memo::new(move |_| bench.work.with(|work| work.as_ref().and_then(|work| row.value(&work.setup))));
     let write = move |value| {

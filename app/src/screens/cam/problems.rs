@@ -11,45 +11,31 @@
 //! the job, ticks.
 
 use super::groups;
-use crate::document::desk;
 use crate::i18n::{advice, message, say, t};
+use crate::model::{FilesEvent, JobEvent};
+use crate::page::{OpenJob, open_board, open_job, send};
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if};
-use crate::workbench::{Bench, bench, edit};
+use crate::workbench::edit;
 use annulus_core::proof::Whole;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{div, h2, header, input, label, li, p, section, span, strong, ul};
 use leptos::prelude::*;
 
-/// The most losses listed.
-const MOST_LISTED: usize = 200;
-
-/// Losses of the plan on show: what of the board it leaves out.
-pub(super) fn missing() -> Vec<Remark> {
-    let losses = |remark: &&Remark| remark.weight == Weight::Loss;
-    desk().plan.with(|plan| {
-        plan.iter().flat_map(|plan| plan.remarks.iter().filter(losses).cloned()).take(MOST_LISTED).collect()
-    })
-}
-
-/// Whether nobody has ticked this loss as seen.
-pub(super) fn is_unseen(loss: &Remark) -> bool {
-    desk().accepted.with(|accepted| !accepted.contains(&loss.code))
-}
-
 /// The block under the picture.
 pub(super) fn problems() -> impl IntoView {
-    let (bench, desk) = (bench(), desk());
+    let (bench, desk) = (open_job(), open_board());
     let found = move || {
         let all = |group: &annulus_core::proof::Group| group.count as usize;
         desk.proved
             .with(|proved| proved.as_ref().map_or(0, |proved| proved.groups.iter().map(all).sum::<usize>()))
     };
     let any = move || found() > 0;
-    let count = move || missing().len() + found();
-    let unread = move || super::unread();
+    let count = move || desk.left_out.with(Vec::len) + found();
+    let unread = move || open_board().unread();
     let left_out = move || {
-        let lines: Vec<AnyView> = missing().into_iter().map(|loss| missing_line(loss).into_any()).collect();
+        let lines: Vec<AnyView> =
+            desk.left_out.get().into_iter().map(|loss| missing_line(loss).into_any()).collect();
         (!lines.is_empty()).then(|| ul().class("findings").child(lines))
     };
     let list = move || match desk.proved.get() {
@@ -64,7 +50,7 @@ pub(super) fn problems() -> impl IntoView {
         whole.map(|whole| ul().class("findings").child(whole_line(bench, whole)))
     };
     section()
-        .class(move || if bench.stale.get() { "block under stale-list" } else { "block under" })
+        .class(move || if open_board().stale.get() { "block under stale-list" } else { "block under" })
         .attr("aria-label", t!("page.cam.problems"))
         .attr("tabindex", "-1")
         .child((
@@ -81,15 +67,7 @@ pub(super) fn problems() -> impl IntoView {
                         "button small",
                         move || unread() > 0,
                         t!("page.cam.all_seen"),
-                        move |_| {
-                            let codes = missing().into_iter().map(|loss| loss.code);
-                            desk.accepted.update(|accepted| accepted.extend(codes));
-                            if let Some(proved) = desk.proved.get_untracked() {
-                                bench.read.update(|read| {
-                                    read.extend(proved.findings.iter().map(|finding| finding.id.clone()));
-                                });
-                            }
-                        },
+                        |_| send(JobEvent::AllSeen),
                     ),
                 )),
             )),
@@ -100,7 +78,7 @@ pub(super) fn problems() -> impl IntoView {
 }
 
 /// What one change of the whole job opens, and the button that makes it: the lesser depth, else the finer tip.
-fn whole_line(bench: Bench, whole: Whole) -> impl IntoView {
+fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
     let said: Vec<AnyView> =
         whole.remarks().into_iter().map(|told| strong().child(move || message(&told)).into_any()).collect();
     let offer = match (whole.shallower, whole.tip) {
@@ -136,8 +114,8 @@ fn missing_line(loss: Remark) -> impl IntoView {
         label().class("tick").child((
             input()
                 .attr("type", "checkbox")
-                .prop("checked", move || !is_unseen(&loss))
-                .on(ev::change, move |_| desk().flip_accepted(&flip)),
+                .prop("checked", move || open_board().accepted.with(|accepted| accepted.contains(&loss.code)))
+                .on(ev::change, move |_| send(FilesEvent::FlipAccepted { code: flip.clone() })),
             span().child(t!("page.cam.seen")),
         )),
     ))
@@ -145,8 +123,8 @@ fn missing_line(loss: Remark) -> impl IntoView {
 
 /// The next place in the list, or the one before, is shown and brought into view; after the last comes the first.
 pub(super) fn walk(on: bool) {
-    let bench = bench();
-    let Some(proved) = desk().proved.get_untracked() else { return };
+    let bench = open_job();
+    let Some(proved) = open_board().proved.get_untracked() else { return };
     let order = groups::order(&proved);
     let count = order.len();
     let here = bench.marked.get_untracked().and_then(|marked| order.iter().position(|at| *at == marked));
@@ -156,7 +134,7 @@ pub(super) fn walk(on: bool) {
         None => count.saturating_sub(1),
     };
     let Some(&at) = order.get(next) else { return };
-    bench.marked.set(Some(at));
+    send(JobEvent::Mark { at });
     groups::open_for(bench, &proved, at);
     request_animation_frame(move || {
         if let Some(line) = document().get_element_by_id(&groups::line_id(at)) {

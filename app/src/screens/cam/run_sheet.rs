@@ -3,40 +3,20 @@
 //! Comes in: a sheet. Goes out: the browser's print, which shows the sheet alone; a file.
 
 use crate::i18n::t;
-use crate::widgets::{Dialog, dialog, push, save_file};
+use crate::model::ExportEvent;
+use crate::page::{open_job, send};
+use crate::widgets::{Dialog, dialog, push};
 use annulus_core::post::{RunSheet, SheetRow};
 use leptos::html::{br, dd, div, dl, dt, h3, p, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
-use std::cell::Cell;
-
-/// The name of the run sheet as a file.
-pub(super) const FILE: &str = "run-sheet.html";
-
-thread_local! {
-    static SHOWN: Cell<Option<RwSignal<Option<RunSheet>>>> = const { Cell::new(None) };
-}
-
-/// The sheet on show. Made by [`begin`].
-pub(super) fn shown() -> RwSignal<Option<RunSheet>> {
-    SHOWN.get().expect("the sheet is made before the first screen")
-}
-
-/// Makes it in the root of the page.
-pub(super) fn begin() {
-    SHOWN.set(Some(RwSignal::new(None)));
-}
 
 /// The dialog.
 pub(super) fn run_sheet() -> impl IntoView {
-    let shown = shown();
-    let close = move || shown.set(None);
+    let shown = open_job().run_sheet;
+    let close = || send(ExportEvent::CloseRunSheet);
     let foot = (
         push("button", t!("page.close"), move |_| close()),
-        push("button", t!("page.sheet.save"), move |_| {
-            if let Some(sheet) = shown.get_untracked() {
-                save_file(FILE, "text/html", &sheet.html());
-            }
-        }),
+        push("button", t!("page.sheet.save"), |_| send(ExportEvent::SaveRunSheet)),
         push("button primary", t!("page.sheet.print"), |_| {
             let _ = window().print();
         }),

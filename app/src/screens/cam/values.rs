@@ -5,9 +5,9 @@
 use super::entry::entry;
 use super::job::name_of;
 use crate::i18n::{say, t};
-use crate::state::state;
+use crate::page::{OpenJob, frame, open_job};
 use crate::widgets::push;
-use crate::workbench::{Bench, bench, edit};
+use crate::workbench::edit;
 use annulus_core::cam::parameters::{BIT, OPERATION, Parameter};
 use annulus_core::cam::work::{Action, Operation, Work};
 use annulus_core::job::Bit;
@@ -31,7 +31,7 @@ const ELSEWHERE: [&str; 3] = ["operation.on", "operation.bit", "operation.face"]
 
 /// The panel.
 pub(super) fn values() -> impl IntoView {
-    let bench = bench();
+    let bench = open_job();
     // the fields are made anew only for another operation, so that the one in use keeps its focus
     let which = Memo::new(move |_| {
         let at = bench.chosen.get();
@@ -54,14 +54,14 @@ pub(super) fn values() -> impl IntoView {
     ))
 }
 
-fn fields(bench: Bench, at: usize, operation: &Operation) -> impl IntoView + use<> {
+fn fields(bench: OpenJob, at: usize, operation: &Operation) -> impl IntoView + use<> {
     let rows = OPERATION.iter().filter(|row| !ELSEWHERE.contains(&row.key) && row.value(operation).is_some());
     let rows: Vec<AnyView> = rows.map(|row| field(bench, at, row)).collect();
     let mills = !matches!(operation.action, Action::Drill(_));
     div().class("setting-list").child((mills.then(|| bit(bench, at)), rows, mills.then(|| bits(bench))))
 }
 
-fn field(bench: Bench, at: usize, row: &'static Parameter<Operation>) -> AnyView {
+fn field(bench: OpenJob, at: usize, row: &'static Parameter<Operation>) -> AnyView {
     let now = Memo::new(move |_| {
         bench.work.with(|work| work.as_ref()?.operations.get(at).and_then(|operation| row.value(operation)))
     });
@@ -77,7 +77,7 @@ fn field(bench: Bench, at: usize, row: &'static Parameter<Operation>) -> AnyView
 }
 
 /// The bit by its name, and what it cuts at this depth.
-fn bit(bench: Bench, at: usize) -> impl IntoView {
+fn bit(bench: OpenJob, at: usize) -> impl IntoView {
     let names = Memo::new(move |_| {
         bench.work.with(|work| {
             work.as_ref().map(|work| work.bits.iter().map(|bit| bit.name.clone()).collect::<Vec<_>>())
@@ -99,8 +99,8 @@ fn bit(bench: Bench, at: usize) -> impl IntoView {
             edit::width(work, work.operations.get(at)?)
         });
         found.map(|width| {
-            let size = state().unit.get().coordinate(width.mm());
-            say!("page.cam.width", width = size, unit = state().unit_word())
+            let size = frame().unit.get().coordinate(width.mm());
+            say!("page.cam.width", width = size, unit = crate::i18n::unit_word())
         })
     };
     div().class("setting").child((
@@ -118,7 +118,7 @@ fn bit(bench: Bench, at: usize) -> impl IntoView {
 }
 
 /// All bits of the job, to be changed.
-fn bits(bench: Bench) -> impl IntoView {
+fn bits(bench: OpenJob) -> impl IntoView {
     let count = Memo::new(move |_| bench.work.with(|work| work.as_ref().map_or(0, |work| work.bits.len())));
     let chosen = RwSignal::new(0_usize);
     let which = Memo::new(move |_| {
@@ -172,7 +172,7 @@ fn bits(bench: Bench) -> impl IntoView {
     ))
 }
 
-fn bit_field(bench: Bench, at: usize, row: &'static Parameter<Bit>) -> AnyView {
+fn bit_field(bench: OpenJob, at: usize, row: &'static Parameter<Bit>) -> AnyView {
     let now = Memo::new(move |_| bench.work.with(|work| row.value(work.as_ref()?.bits.get(at)?)));
     let write = move |value| {
         let found = bench.work.with_untracked(|work| work.as_ref()?.bits.get(at).cloned());

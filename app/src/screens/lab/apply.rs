@@ -5,8 +5,9 @@
 use super::desk::desk;
 use crate::i18n::{advice, message, say, t};
 use crate::lab::Bench;
-use crate::link;
-use crate::state::state;
+use crate::model::LinkEvent;
+use crate::page::open_board;
+use crate::page::{link, send};
 use crate::widgets::{push, push_if};
 use annulus_core::machine::{self, Value};
 use annulus_core::remark::Remark;
@@ -27,17 +28,18 @@ fn written(key: &str, value: &Value) -> String {
 
 /// What the settings say to the changes.
 pub(super) fn refusals(changes: &[(String, Value)]) -> Vec<Remark> {
-    state().machine.with(|machine| machine::apply(machine, changes)).err().unwrap_or_default()
+    open_board().machine.with(|machine| machine::apply(machine, changes)).err().unwrap_or_default()
 }
 
 /// The bar; shown while there is something to apply. `sound` says that the sheet itself finds nothing wrong.
 pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> impl IntoView {
     let (lab, line) = (desk(), link::link());
-    let staged =
-        Memo::new(move |_| state().machine.with(|machine| lab.bench.with(|bench| bench.changes(machine))));
+    let staged = Memo::new(move |_| {
+        open_board().machine.with(|machine| lab.bench.with(|bench| bench.changes(machine)))
+    });
     let refused = Memo::new(move |_| staged.with(|changes| refusals(changes)));
     let list = move || {
-        let machine = state().machine.get();
+        let machine = open_board().machine.get();
         let rows = staged.get().into_iter().map(|(key, value)| {
             let old = machine::setting(&key).map(|setting| written(&key, &setting.value(&machine)));
             let (old, new) = (old.unwrap_or_default(), written(&key, &value));
@@ -69,8 +71,8 @@ pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> 
                         lab.change(None, Bench::without_changes);
                     }),
                     push_if("button primary", may, t!("page.settings.apply"), move |_| {
-                        line.refused.set(None);
-                        link::ask(&Ask::Configure { changes: staged.get_untracked() });
+                        send(LinkEvent::Close { notice: link::Notice::Refused });
+                        link::ask(Ask::Configure { changes: staged.get_untracked() });
                     }),
                 ))
         })

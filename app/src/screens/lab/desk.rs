@@ -9,11 +9,12 @@
 
 use super::motion::Part;
 use super::queue::Runs;
+use crate::browser;
 use crate::i18n::say;
 use crate::lab::io::{Check, Inputs};
 use crate::lab::phases::{Block, Clip};
 use crate::lab::{Bench, History, Sheet};
-use crate::link::{self, browser};
+use crate::page::link;
 use annulus_core::control::State;
 use leptos::prelude::*;
 use std::cell::Cell;

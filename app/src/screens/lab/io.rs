@@ -7,9 +7,11 @@
 //! Comes in: the status. Goes out: nothing that moves; a report as text.
 
 use super::desk::desk;
+use crate::browser;
 use crate::i18n::{self, say, t};
 use crate::lab::io::{Check, Found, Inputs};
-use crate::link::{self, browser};
+use crate::page::link;
+use crate::page::open_board;
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, push, push_if, save_file, shape};
 use annulus_core::job::Input;
@@ -89,7 +91,7 @@ fn found_words(found: Found) -> String {
 }
 
 fn report(check: &Check) -> String {
-    let machine = crate::state::state().machine.with_untracked(|machine| machine.name.clone());
+    let machine = open_board().machine.with_untracked(|machine| machine.name.clone());
     let mut out = format!("{machine}\n{}\n", super::log::date_and_clock(browser::clock_ms()));
     for (index, input) in Input::ALL.into_iter().enumerate() {
         if let Some(found) = check.found(index) {

@@ -3,8 +3,9 @@
 //! Comes in: the link's log. Goes out: rows, and a CSV file in the browser's downloads.
 
 use crate::i18n::{advice, message, say, t};
-use crate::lab::log::{Entry, Event, Kind, Log, csv_field};
-use crate::link;
+use crate::lab::log::{Entry, Event, Kind, csv_field};
+use crate::model::LinkEvent;
+use crate::page::{link, send};
 use crate::screens::machine::words;
 use crate::widgets::{choice, push_if, save_file};
 use leptos::ev;
@@ -94,9 +95,7 @@ pub(super) fn log() -> impl IntoView {
                 "button",
                 move || log.with(|log| !log.is_empty()),
                 t!("page.lab.log.clear"),
-                move |_| {
-                    log.update(Log::clear);
-                },
+                |_| send(LinkEvent::ClearLog),
             ),
             push_if("button primary", any, t!("page.lab.log.export"), move |_| {
                 save_file("annulus-log.csv", "text/csv", &entries.with_untracked(|entries| as_file(entries)));

@@ -9,7 +9,7 @@
 
 use crate::format::clock;
 use crate::i18n::{say, t};
-use crate::link;
+use crate::page::link;
 use crate::widgets::{Icon, icon, push_if, shape};
 use annulus_core::wire::Ask;
 use leptos::html::{caption, div, h3, p, section, span, table, tbody, td, th, thead, tr};
@@ -27,7 +27,7 @@ pub(super) fn outputs() -> impl IntoView {
     let unlocked = Memo::new(move |_| line.outputs.with(|outputs| outputs.left_s.is_some()));
     on_cleanup(move || {
         if line.outputs.with_untracked(|outputs| outputs.left_s.is_some()) {
-            link::ask(&Ask::OutputLease { minutes: 0 });
+            link::ask(Ask::OutputLease { minutes: 0 });
         }
     });
     let may = move || line.may_act() && !line.busy();
@@ -58,14 +58,14 @@ pub(super) fn outputs() -> impl IntoView {
                             say!("page.lab.outputs.unlock")
                         }
                     },
-                    |_| link::ask(&Ask::OutputLease { minutes: LEASE_MINUTES }),
+                    |_| link::ask(Ask::OutputLease { minutes: LEASE_MINUTES }),
                 ),
                 push_if(
                     "button",
                     move || unlocked.get(),
                     t!("page.lab.outputs.lock"),
                     |_| {
-                        link::ask(&Ask::OutputLease { minutes: 0 });
+                        link::ask(Ask::OutputLease { minutes: 0 });
                     },
                 ),
             )),
@@ -107,7 +107,7 @@ fn row(at: usize, name: String, unlocked: Memo<bool>) -> impl IntoView {
     let may = move || unlocked.get() && line.may_act() && !line.busy();
     let switch = {
         let name = name.clone();
-        move |on: bool, pulse_ms: Option<u32>| link::ask(&Ask::Output { name: name.clone(), on, pulse_ms })
+        move |on: bool, pulse_ms: Option<u32>| link::ask(Ask::Output { name: name.clone(), on, pulse_ms })
     };
     let pulse = switch.clone();
     let state = move || if on.get() { say!("page.sensor.on") } else { say!("page.sensor.off") };

@@ -12,8 +12,8 @@ use super::desk::desk;
 use super::fields::{self, Field};
 use crate::i18n::{advice, message, say, t};
 use crate::lab::servo::{self, Run, Step, Stroke, Typed};
+use crate::page::open_board;
 use crate::readout::short;
-use crate::state::state;
 use crate::widgets::{choice, plotted};
 use annulus_core::machine::Machine;
 use annulus_core::motion::profile::Limits;
@@ -61,7 +61,7 @@ fn typed_fields() -> Fields {
     let own = |value: f64| Memo::new(move |_| value);
     let (controller, plant) = (staged_fuzzy(), default_plant());
     let of_machine =
-        |read: fn(&Machine) -> f64| Memo::new(move |_| state().machine.with(|machine| read(machine)));
+        |read: fn(&Machine) -> f64| Memo::new(move |_| open_board().machine.with(|machine| read(machine)));
     let field = |name, unit, range, own| Field { name, unit, range, own };
     Fields {
         kp: field("servo.kp", "V/mm", (0.0, 1e3), own(controller.gains.kp)),
@@ -104,7 +104,7 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Remark>> {
         let step = Step { setpoint_mm, duration_s: number(fields.duration)? / 1000.0 };
         return servo::steps(&typed, step).map(|runs| Found::Steps(setpoint_mm, runs)).map_err(Some);
     }
-    let (down, up) = state().machine.with(|machine| {
+    let (down, up) = open_board().machine.with(|machine| {
         let (down, z) = (&machine.down, &machine.z);
         let limits = |speed, acceleration, jerk| Limits { speed, acceleration, jerk };
         (

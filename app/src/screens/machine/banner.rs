@@ -2,9 +2,11 @@
 //!
 //! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging, forgetting.
 
-use super::{ended, preflight, words};
+use super::{ended, words};
 use crate::i18n::{advice, key, message, say, t};
-use crate::link::{self, Freshness, Link, Ousted, Phase};
+use crate::model::{LinkEvent, StartEvent};
+use crate::page::link::{self, Freshness, Link, Notice, Ousted, Phase};
+use crate::page::send;
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -43,10 +45,10 @@ fn control(line: Link) -> impl IntoView {
         let viewers = (control.viewers > 1)
             .then(|| span().class("quiet").child(t!("page.control.viewers", count = control.viewers)));
         let button = if control.yours {
-            push("button small", t!("page.control.release"), |_| link::ask(&Ask::ReleaseControl)).into_any()
+            push("button small", t!("page.control.release"), |_| link::ask(Ask::ReleaseControl)).into_any()
         } else {
             let taken = control.taken;
-            let take = move |_| link::ask(&Ask::TakeControl { force: taken });
+            let take = move |_| link::ask(Ask::TakeControl { force: taken });
             (span().child(t!("page.control.observer")), push("button small", t!("page.control.take"), take))
                 .into_any()
         };
@@ -74,7 +76,7 @@ pub fn alarm() -> impl IntoView {
                     move || line.control.get().yours,
                     t!("page.alarm.acknowledge"),
                     |_| {
-                        link::ask(&Ask::AcknowledgeAlarm);
+                        link::ask(Ask::AcknowledgeAlarm);
                     },
                 ),
             ))
@@ -92,11 +94,8 @@ pub(crate) fn interrupted() -> impl IntoView {
             return None;
         }
         let (name, next, total) = (offer.name.clone(), offer.holes_done + 1, offer.holes_total);
-        let resume = move |_| preflight::resume(&offer);
-        let forget = move |_| {
-            link::ask(&Ask::ForgetInterrupted);
-            line.interrupted.set(None);
-        };
+        let resume = move |_| send(StartEvent::Resume { offer: offer.clone() });
+        let forget = |_| send(LinkEvent::Forget);
         let text = move || say!("page.interrupted.text", name = name, next = next, total = total);
         Some(div().class("notice tone-pause").attr("role", "status").child((
             icon(Icon::Pause),
@@ -118,7 +117,9 @@ pub(crate) fn answers() -> impl IntoView {
                 div()
                     .class("grow")
                     .child((strong().child(move || message(&why)), p().child(move || advice(&cure)))),
-                push("button small quiet", t!("page.close"), move |_| line.refused.set(None)),
+                push("button small quiet", t!("page.close"), |_| {
+                    send(LinkEvent::Close { notice: Notice::Refused });
+                }),
             ))
         })
     };
@@ -132,7 +133,9 @@ pub(crate) fn answers() -> impl IntoView {
             div().class("notice tone-pause").attr("role", "alert").child((
                 icon(Icon::Warning),
                 div().class("grow").child((strong().child(text(what)), p().child(text(cure)))),
-                push("button small quiet", t!("page.close"), move |_| line.ousted.set(None)),
+                push("button small quiet", t!("page.close"), |_| {
+                    send(LinkEvent::Close { notice: Notice::Ousted });
+                }),
             ))
         })
     };

@@ -3,8 +3,7 @@
 //! Comes in: the state and the program's bits. Goes out: `BitChanged`. The machine moves only after Continue.
 
 use crate::i18n::{language, say, t};
-use crate::link::{self, Link};
-use crate::state::state;
+use crate::page::link::{self, Link};
 use crate::widgets::{Dialog, Icon, dialog, icon, push, push_if};
 use annulus_core::control::State;
 use annulus_core::job::{Command, Program};
@@ -29,7 +28,7 @@ fn bits(program: &Program, leg: usize) -> (Option<u32>, Option<u32>) {
 /// What the bit before and the one that is wanted are called.
 fn change(line: Link) -> (Option<String>, Option<String>) {
     let leg = line.status.with(|status| status.as_ref().and_then(|status| status.leg)).unwrap_or(0);
-    state().shown_job.with(|job| {
+    link::link().shown_job.with(|job| {
         let Some(job) = job else { return (None, None) };
         let (before, wanted) = bits(&job.program, leg as usize);
         let name = |bit: Option<u32>| Some(job.program.bits.get(bit? as usize)?.title(&language()));
@@ -75,7 +74,7 @@ pub fn bit_change() -> impl IntoView {
             "button primary",
             move || line.may_act(),
             t!("page.change.continue"),
-            |_| link::ask(&Ask::BitChanged),
+            |_| link::ask(Ask::BitChanged),
         ),
     );
     let shown = dialog(

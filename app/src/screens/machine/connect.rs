@@ -3,7 +3,9 @@
 //! Comes in: how far the connection is. Goes out: a card with the one thing to do.
 
 use crate::i18n::{say, t};
-use crate::link::{self, Phase};
+use crate::model::LinkEvent;
+use crate::page::link::{self, Phase};
+use crate::page::send;
 use crate::widgets::{Icon, icon, push};
 use leptos::html::{code, div, h2, p};
 use leptos::prelude::*;
@@ -17,7 +19,7 @@ pub(crate) fn connect() -> impl IntoView {
     };
     let again = move || {
         (line.phase.get() != Phase::Unpaired)
-            .then(|| push("button primary", t!("page.connect.again"), |_| link::reconnect_now()))
+            .then(|| push("button primary", t!("page.connect.again"), |_| send(LinkEvent::ReconnectNow)))
     };
     let command =
         move || (line.phase.get() == Phase::Unpaired).then(|| code().child(t!("page.connect.command")));

@@ -3,17 +3,16 @@
 //! Comes in: the end of a job, the drill's own record. Goes out: a notice that stays until somebody closes it; the pre-flight of
 //! a program with what is missing. Nothing moves before that.
 
-use super::{preflight, words};
-use crate::document;
+use super::words;
 use crate::i18n::{key, say, t};
-use crate::link::{self, Ended, Link};
-use crate::state::{self, Job, state};
+use crate::model::{LinkEvent, StartEvent};
+use crate::page::link::{self, Ended, Link, Notice};
+use crate::page::send;
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::{Ending, State};
-use annulus_core::wire::{DrilledTold, MissingTold, Status, program};
+use annulus_core::wire::{DrilledTold, Status};
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
-use std::sync::Arc;
 
 /// The alarm that says the same until it is acknowledged.
 const ALARM: &str = "control.board_differs";
@@ -39,11 +38,11 @@ pub(super) fn ended() -> impl IntoView {
             Some(not_as_programmed(line, told, ended.as_ref(), closed).into_any())
         }
         (Some(_), _) | (None, None) => None,
-        (None, Some(ended)) => Some(as_told(line, ended).into_any()),
+        (None, Some(ended)) => Some(as_told(ended).into_any()),
     }
 }
 
-fn as_told(line: Link, ended: Ended) -> impl IntoView {
+fn as_told(ended: Ended) -> impl IntoView {
     let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
     let word = by_you.unwrap_or_else(|| words::ending(ended.ending));
     let text = move || crate::i18n::text(word, &[("holes", ended.holes_done.to_string())]);
@@ -55,7 +54,7 @@ fn as_told(line: Link, ended: Ended) -> impl IntoView {
     div().class(class).attr("role", "status").child((
         icon(sign),
         span().class("grow").child(text),
-        push("button small quiet", t!("page.close"), move |_| line.ended.set(None)),
+        push("button small quiet", t!("page.close"), |_| send(LinkEvent::Close { notice: Notice::Ended })),
     ))
 }
 
@@ -93,7 +92,7 @@ fn not_as_programmed(
         missing.get().map(|missing| {
             let ready = move || line.may_act() && line.state() == Some(State::Ready);
             push_if("button", ready, t!("page.ended.again", count = told.missing), move |_| {
-                leptos::task::spawn_local(drill_again(missing.clone()));
+                send(StartEvent::Again { missing: missing.clone() });
             })
         })
     };
@@ -107,21 +106,7 @@ fn not_as_programmed(
         again,
         push("button small quiet", t!("page.close"), move |_| {
             closed.set(Some(told));
-            line.ended.set(None);
+            send(LinkEvent::Close { notice: Notice::Ended });
         }),
     ))
-}
-
-/// Opens the pre-flight of a program with what is missing.
-async fn drill_again(missing: MissingTold) {
-    let Some(job) = state::job_by_key(&missing.job).await else { return };
-    let wanted =
-        |leg: usize| missing.legs.iter().any(|(from, to)| (*from as usize..*to as usize).contains(&leg));
-    let mut program = job.program.only(wanted);
-    program.name = say!("page.ended.again_name", name = program.name);
-    let bytes = program::encode(&program);
-    let stream_digest = document::digest(bytes.clone()).await.unwrap_or_default();
-    let job = Arc::new(Job { program, key: program::key(&bytes), bytes, stream_digest });
-    state().fetched.set(Some(job.clone()));
-    preflight::show(job, 0);
 }

@@ -2,13 +2,14 @@
 //!
 //! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
 
-use super::{ended, preflight, words};
-use crate::document::desk;
+use super::{ended, words};
 use crate::format::clock;
 use crate::i18n::{language, say, t};
-use crate::link::{self, Link};
-use crate::screens::{cam, shown};
-use crate::state::state;
+use crate::model::StartEvent;
+use crate::page::link::{self, Link};
+use crate::page::send;
+use crate::page::{frame, open_board};
+use crate::screens::shown;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::{Ask, Status};
@@ -25,7 +26,7 @@ pub(crate) fn job() -> impl IntoView {
     let line = link::link();
     let name = move || {
         let running = from(line, |status| status.job_name.clone());
-        let planned = state().job.with(|job| job.as_ref().map(|job| job.program.name.clone()));
+        let planned = open_board().job.with(|job| job.as_ref().map(|job| job.program.name.clone()));
         running.or(planned).unwrap_or_else(|| say!("page.job.none"))
     };
     section().class("block").attr("aria-label", t!("page.job.title")).child((
@@ -38,8 +39,9 @@ pub(crate) fn job() -> impl IntoView {
 }
 
 fn progress(line: Link) -> impl IntoView {
-    let planned =
-        move || state().shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count() as u32));
+    let planned = move || {
+        link::link().shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count() as u32))
+    };
     // Of a board that is not as programmed: the holes that are where they should be, and those that were to be made.
     let there = Memo::new(move |_| {
         let told = ended::differs(line)?;
@@ -96,7 +98,10 @@ fn controls(line: Link) -> impl IntoView {
     let may =
         move |states: &[State]| line.may_act() && line.state().is_some_and(|state| states.contains(&state));
     let can_start = move || {
-        may(&[State::Ready]) && state().job.with(Option::is_some) && !desk().losses_unseen() && cam::cleared()
+        may(&[State::Ready])
+            && open_board().job.with(Option::is_some)
+            && !open_board().losses_unseen()
+            && open_board().cleared()
     };
     let paused = Memo::new(move |_| line.state() == Some(State::Paused));
     let hold = move || {
@@ -105,7 +110,7 @@ fn controls(line: Link) -> impl IntoView {
                 "button large primary",
                 move || line.may_act(),
                 t!("page.job.resume"),
-                |_| link::ask(&Ask::Resume),
+                |_| link::ask(Ask::Resume),
             )
             .into_any()
         } else {
@@ -113,21 +118,21 @@ fn controls(line: Link) -> impl IntoView {
                 "button large",
                 move || may(&[State::Running]),
                 t!("page.job.pause"),
-                |_| link::ask(&Ask::Pause),
+                |_| link::ask(Ask::Pause),
             )
             .into_any()
         }
     };
     let why = move || (line.state() == Some(State::Ready)).then(|| reason(line)).flatten();
     div().class("buttons").child((
-        push_if("button large primary wide", can_start, t!("page.job.start"), |_| preflight::open()),
+        push_if("button large primary wide", can_start, t!("page.job.start"), |_| send(StartEvent::Open)),
         p().class("quiet wide").child(why),
         hold,
         push_if(
             "button large",
             move || may(&[State::Running, State::Pausing, State::Paused, State::ToolChange]),
             t!("page.job.stop_after_hole"),
-            |_| link::ask(&Ask::StopAfterHole),
+            |_| link::ask(Ask::StopAfterHole),
         ),
         pace(line),
     ))
@@ -156,7 +161,7 @@ fn pace(line: Link) -> impl IntoView {
             .prop("disabled", move || !line.may_act())
             .on(ev::change, |event| {
                 if let Ok(percent) = event_target_value(&event).parse() {
-                    link::ask(&Ask::Pace { percent });
+                    link::ask(Ask::Pace { percent });
                 }
             })
             .child(words),
@@ -168,16 +173,16 @@ fn reason(line: Link) -> Option<String> {
     if !line.control.get().yours {
         return Some(say!("page.job.needs_control"));
     }
-    if desk().losses_unseen() {
+    if open_board().losses_unseen() {
         return Some(say!("page.job.losses_unseen"));
     }
-    if !desk().refused.with(Vec::is_empty) {
+    if !open_board().refused.with(Vec::is_empty) {
         return Some(say!("page.job.refused"));
     }
-    if state().job.with(Option::is_none) {
+    if open_board().job.with(Option::is_none) {
         return Some(say!("page.job.no_plan"));
     }
-    (!cam::cleared()).then(|| say!("page.job.problems_unread"))
+    (!open_board().cleared()).then(|| say!("page.job.problems_unread"))
 }
 
 fn facts(line: Link) -> impl IntoView {
@@ -185,15 +190,18 @@ fn facts(line: Link) -> impl IntoView {
         move |get: fn(&Status) -> Option<String>| move || from(line, get).unwrap_or_else(|| "–".to_owned());
     let bit = move || {
         let bit = from(line, |status| status.bit);
-        let name = state()
+        let name = line
             .shown_job
             .with(|job| Some(job.as_ref()?.program.bits.get(bit? as usize)?.title(&language())));
         name.unwrap_or_else(|| "–".to_owned())
     };
     let lowest = move || {
-        let unit = state().unit.get();
+        let unit = frame().unit.get();
         let mm = from(line, |status| status.lower_dead_point_mm);
-        mm.map_or_else(|| "–".to_owned(), |mm| format!("{} {}", unit.coordinate(mm), state().unit_word()))
+        mm.map_or_else(
+            || "–".to_owned(),
+            |mm| format!("{} {}", unit.coordinate(mm), crate::i18n::unit_word()),
+        )
     };
     dl().class("facts").child((
         fact(t!("page.job.command"), text(|status| status.command.clone())),

@@ -13,7 +13,7 @@ mod connect;
 mod ended;
 mod job;
 mod jog;
-pub mod preflight;
+mod preflight;
 mod readouts;
 mod sensors;
 mod set_up;
@@ -23,7 +23,7 @@ pub use banner::alarm;
 pub use bit_change::bit_change;
 pub(crate) use jog::arm_keys;
 
-use crate::link;
+use crate::page::link;
 use leptos::html::div;
 use leptos::prelude::*;
 

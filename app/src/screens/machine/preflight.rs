@@ -7,103 +7,28 @@
 //! Comes in: the planned job. Goes out: `Arm`, and `Start` once nothing fails and every warning is ticked.
 
 use super::words;
-use crate::i18n::{advice, key, message, say, t};
-use crate::link::{self, Armed};
-use crate::state::{Job, state};
+use crate::i18n::{advice, message, say, t};
+use crate::model::{StartEvent, start};
+use crate::page::link;
+use crate::page::send;
 use crate::widgets::{Dialog, dialog, icon, push, push_if};
-use annulus_core::remark::{Remark, Weight};
-use annulus_core::wire::{Ask, PreflightRow, Verdict};
+use annulus_core::wire::{PreflightRow, Verdict};
 use leptos::ev;
 use leptos::html::{div, input, label, li, p, span, strong, ul};
 use leptos::prelude::*;
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-/// A pre-flight on show.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Preflight {
-    /// The program's key.
-    pub job: String,
-    /// Where to begin.
-    pub from_leg: u32,
-    /// Digest of the stream as this page computed it.
-    pub own_digest: String,
-}
-
-/// Opens the pre-flight of the planned job.
-pub fn open() {
-    if let Some(job) = state().job.get_untracked() {
-        show(job, 0);
-    }
-}
-
-/// Opens the pre-flight of a job that was broken off.
-pub fn resume(offer: &link::Interrupted) {
-    let offer = offer.clone();
-    leptos::task::spawn_local(async move {
-        if let Some(job) = crate::state::job_by_key(&offer.job).await {
-            show(job, offer.next_leg);
-        }
-    });
-}
-
-/// Opens the pre-flight of `job`, to begin at `from_leg`.
-pub(super) fn show(job: Arc<Job>, from_leg: u32) {
-    let line = link::link();
-    line.armed.set(None);
-    line.refused.set(None);
-    state().ticked.set(BTreeSet::new());
-    let (key, own_digest) = (job.key.clone(), job.stream_digest.clone());
-    state().preflight.set(Some(Preflight { job: key, from_leg, own_digest }));
-    leptos::task::spawn_local(async move {
-        match link::upload(&job.bytes).await {
-            Ok(job) => link::ask(&Ask::Arm { job }),
-            Err(why) => line.refused.set(Some(why)),
-        }
-    });
-}
 
 fn close() {
-    state().preflight.set(None);
+    send(StartEvent::Close);
 }
 
-/// The bridge's rows, and the page's own: that both computed the same steps.
-fn rows(preflight: &Preflight, armed: &Armed) -> Vec<PreflightRow> {
-    let same = preflight.own_digest == armed.stream_digest;
-    let code = if same { key!("page.preflight.same_steps") } else { key!("page.preflight.other_steps") };
-    let weight = if same { Weight::Note } else { Weight::Loss };
-    let digest = PreflightRow {
-        finding: Remark::new(weight, code).with("digest", armed.stream_digest.get(..12).unwrap_or_default()),
-        verdict: if same { Verdict::Pass } else { Verdict::Fail },
-    };
-    armed.checks.iter().cloned().chain([digest]).collect()
-}
-
-fn now() -> Option<(Preflight, Vec<PreflightRow>)> {
-    let preflight = state().preflight.get()?;
-    let armed = link::link().armed.get().filter(|armed| armed.job == preflight.job)?;
-    let rows = rows(&preflight, &armed);
-    Some((preflight, rows))
+fn now() -> Option<Vec<PreflightRow>> {
+    let line = link::link();
+    line.preflight
+        .with(|preflight| line.armed.with(|armed| start::rows_now(preflight.as_ref(), armed.as_ref())))
 }
 
 fn may_start() -> bool {
-    let ticked = state().ticked.get();
-    now().is_some_and(|(_, rows)| {
-        rows.iter().all(|row| match row.verdict {
-            Verdict::Pass => true,
-            Verdict::Warn => ticked.contains(&row.finding.code),
-            Verdict::Fail => false,
-        })
-    })
-}
-
-fn start() {
-    if let Some((preflight, _)) = now() {
-        let Preflight { job, from_leg, own_digest } = preflight;
-        link::ask(&Ask::Start { job, stream_digest: own_digest, from_leg });
-        link::link().ended.set(None);
-        close();
-    }
+    link::link().ticked.with(|ticked| now().is_some_and(|rows| start::may_start(&rows, ticked)))
 }
 
 fn row(row: PreflightRow) -> impl IntoView {
@@ -113,13 +38,7 @@ fn row(row: PreflightRow) -> impl IntoView {
     let needs_tick = row.verdict == Verdict::Warn;
     let advised = (row.verdict != Verdict::Pass).then(|| p().class("advice").child(move || advice(&cure)));
     let tick = needs_tick.then(|| {
-        let flip = move |_| {
-            state().ticked.update(|ticked| {
-                if !ticked.remove(&code) {
-                    ticked.insert(code.clone());
-                }
-            });
-        };
+        let flip = move |_| send(StartEvent::Tick { code: code.clone() });
         label().class("tick").child((
             input().attr("type", "checkbox").on(ev::change, flip),
             span().child(t!("page.preflight.seen")),
@@ -135,24 +54,25 @@ fn row(row: PreflightRow) -> impl IntoView {
 }
 
 /// The dialog.
-pub fn preflight() -> impl IntoView {
+pub(super) fn preflight() -> impl IntoView {
     let line = link::link();
-    let rows = Memo::new(move |_| now().map(|(_, rows)| rows));
+    let rows = Memo::new(move |_| now());
     let body = move || match rows.get() {
         Some(rows) => ul().class("preflight").child(rows.into_iter().map(row).collect::<Vec<_>>()).into_any(),
         None => p().class("quiet").child(waiting(line)).into_any(),
     };
     let from = move || {
-        let from =
-            state().preflight.with(|preflight| preflight.as_ref().map_or(0, |preflight| preflight.from_leg));
+        let from = link::link()
+            .preflight
+            .with(|preflight| preflight.as_ref().map_or(0, |preflight| preflight.from_leg));
         if from == 0 { say!("page.preflight.start") } else { say!("page.preflight.resume") }
     };
     let foot = (
         push("button", t!("page.cancel"), |_| close()),
-        push_if("button primary", may_start, from, |_| start()),
+        push_if("button primary", may_start, from, |_| send(StartEvent::Start)),
     );
     dialog(
-        Signal::derive(move || state().preflight.with(Option::is_some)),
+        Signal::derive(move || link::link().preflight.with(Option::is_some)),
         close,
         Dialog {
             name: "preflight",

@@ -3,14 +3,14 @@
 //! Comes in: the latest status. Goes out: digits, painted at most ten times a second because the status is.
 
 use crate::i18n::t;
-use crate::link::{self, Freshness, Link};
-use crate::state::state;
+use crate::page::frame;
+use crate::page::link::{self, Freshness, Link};
 use annulus_core::wire::Status;
 use leptos::html::{div, span};
 use leptos::prelude::*;
 
 fn of(line: Link, get: impl Fn(&Status) -> f64) -> String {
-    let unit = state().unit.get();
+    let unit = frame().unit.get();
     line.status
         .with(|status| status.as_ref().map_or_else(|| "–".to_owned(), |status| unit.coordinate(get(status))))
 }
@@ -35,7 +35,7 @@ pub(crate) fn readouts() -> impl IntoView {
         crate::i18n::say!("page.machine.position", x = x, y = y, z = z)
     };
     let target = move || {
-        let unit = state().unit.get();
+        let unit = frame().unit.get();
         let target = line.status.with(|status| status.as_ref().and_then(|status| status.target_mm));
         // always there, so that the picture below keeps its place
         let [x, y] =
@@ -50,7 +50,7 @@ pub(crate) fn readouts() -> impl IntoView {
         readout("X", 0),
         readout("Y", 1),
         readout("Z", 2),
-        span().class("unit quiet").child(move || state().unit_word()),
+        span().class("unit quiet").child(crate::i18n::unit_word),
         div().class("machine-position").child((
             span().class("live").child(machine),
             span().class("live").child(target),

@@ -4,7 +4,7 @@
 
 use super::words;
 use crate::i18n::{key, say, t};
-use crate::link;
+use crate::page::link;
 use crate::widgets::{shape, unseen};
 use annulus_core::job::Input;
 use annulus_core::machine::axis_name;

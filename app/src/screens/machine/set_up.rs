@@ -4,8 +4,8 @@
 
 use crate::health::{Blocked, blocked};
 use crate::i18n::{key, t};
-use crate::link::{self, Link, Phase};
-use crate::state::state;
+use crate::page::frame;
+use crate::page::link::{self, Link, Phase};
 use crate::widgets::{Icon, icon, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -44,11 +44,11 @@ pub(crate) fn set_up() -> impl IntoView {
         .prop("disabled", move || why_not(line).is_some())
         .attr("title", move || why_not(line).map(|why| crate::i18n::text(why, &[])))
         .attr("aria-describedby", HOME_IS)
-        .on(ev::click, |_| link::ask(&Ask::Home))
+        .on(ev::click, |_| link::ask(Ask::Home))
         .child((icon(Icon::Home), t!("page.machine.home")));
     let zero = move || {
         let zero = line.status.with(|status| status.as_ref().and_then(|status| status.zero_mm));
-        let unit = state().unit.get();
+        let unit = frame().unit.get();
         zero.map_or_else(
             || crate::i18n::say!("page.machine.no_zero"),
             |[x, y]| {
@@ -62,15 +62,10 @@ pub(crate) fn set_up() -> impl IntoView {
         p().class("quiet")
             .attr("id", HOME_IS)
             .child(move || crate::i18n::text(why_not(line).unwrap_or(key!("page.machine.home_is")), &[])),
-        push_if("button large", move || ready(line), t!("page.machine.base"), |_| link::ask(&Ask::SetZero)),
+        push_if("button large", move || ready(line), t!("page.machine.base"), |_| link::ask(Ask::SetZero)),
         div().class("row").child((
             span().class("quiet tabular grow").child(zero),
-            push_if(
-                "button small quiet",
-                move || ready(line),
-                t!("page.undo"),
-                |_| link::ask(&Ask::UndoZero),
-            ),
+            push_if("button small quiet", move || ready(line), t!("page.undo"), |_| link::ask(Ask::UndoZero)),
         )),
     ))
 }

@@ -3,7 +3,7 @@
 //! Comes in: states of `control`. Goes out: keys of the locale tables, classes, icons. Knows no layout.
 
 use crate::i18n::key;
-use crate::link::Phase;
+use crate::page::link::Phase;
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
 use annulus_core::job::Input;

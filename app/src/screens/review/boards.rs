@@ -3,9 +3,11 @@
 //! Comes in: what was read. Goes out: the board that is meant.
 
 use super::preview;
-use crate::document::{self, Document};
 use crate::i18n::{say, t};
 use crate::layers::Kind;
+use crate::model::Document;
+use crate::model::FilesEvent;
+use crate::page::send;
 use crate::view::Palette;
 use leptos::ev;
 use leptos::html::{button, div, h3, p, section, small, strong};
@@ -37,7 +39,7 @@ pub(super) fn boards(document: &Arc<Document>) -> Option<AnyView> {
             .attr("type", "button")
             .class("board-choice")
             .attr("aria-pressed", if is_chosen { "true" } else { "false" })
-            .on(ev::click, move |_| choose(name.clone()))
+            .on(ev::click, move |_| send(FilesEvent::Board { name: name.clone() }))
             .child((
                 picture,
                 div().child((
@@ -60,11 +62,4 @@ pub(super) fn boards(document: &Arc<Document>) -> Option<AnyView> {
             ))
             .into_any(),
     )
-}
-
-fn choose(name: String) {
-    leptos::task::spawn_local(document::say(move |said| {
-        said.board = Some(name);
-        said.used = None;
-    }));
 }

@@ -2,8 +2,9 @@
 //!
 //! Comes in: a remark. Goes out: a notice, and accepted losses.
 
-use crate::document::desk;
 use crate::i18n::{advice, key, message, say, t};
+use crate::model::FilesEvent;
+use crate::page::{open_board, send};
 use crate::widgets::{Icon, icon};
 use annulus_core::remark::{Remark, Weight};
 use leptos::ev;
@@ -26,13 +27,13 @@ pub(crate) fn finding(remark: Remark) -> impl IntoView {
     });
     let (what, cure, code) = (remark.clone(), remark.clone(), remark.code.clone());
     let tick = (remark.weight == Weight::Loss).then(|| {
-        let desk = desk();
+        let desk = open_board();
         let (seen, flip) = (code.clone(), code);
         label().class("tick").child((
             input()
                 .attr("type", "checkbox")
                 .prop("checked", move || desk.accepted.with(|accepted| accepted.contains(&seen)))
-                .on(ev::change, move |_| desk.flip_accepted(&flip)),
+                .on(ev::change, move |_| send(FilesEvent::FlipAccepted { code: flip.clone() })),
             span().child(t!("page.review.accept")),
         ))
     });

@@ -2,9 +2,11 @@
 //!
 //! Comes in: the evidence. Goes out: what the person says instead.
 
-use crate::document;
 use crate::engine::messages::DrillRow;
 use crate::i18n::{key, say, t};
+use crate::model::FilesEvent;
+use crate::page::open_board;
+use crate::page::send;
 use annulus_core::project::saved::Numbers;
 use leptos::ev;
 use leptos::html::{div, label, option, select, span};
@@ -32,8 +34,14 @@ fn reading(drill: &DrillRow) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-fn again(change: impl FnOnce(&mut Numbers) + 'static) {
-    leptos::task::spawn_local(document::say(|said| change(&mut said.numbers)));
+fn again(change: impl FnOnce(&mut Numbers)) {
+    let Some(mut numbers) =
+        open_board().document.with_untracked(|open| open.as_ref().map(|open| open.said.numbers.clone()))
+    else {
+        return;
+    };
+    change(&mut numbers);
+    send(FilesEvent::Numbers { numbers });
 }
 
 fn pick(

@@ -9,9 +9,11 @@ mod preview;
 
 pub(crate) use finding::finding;
 
-use crate::document::{self, Document, desk};
 use crate::engine::messages::FileRow;
 use crate::i18n::{key, say, t};
+use crate::model::Document;
+use crate::model::FilesEvent;
+use crate::page::{open_board, send};
 use crate::widgets::{menu_word, push, push_if};
 use leptos::ev;
 use leptos::html::{div, h2, header, input, label, p, select, span, table, tbody, td, th, thead, tr};
@@ -20,20 +22,17 @@ use std::sync::Arc;
 
 /// The sheet.
 pub(crate) fn review() -> impl IntoView {
-    let desk = desk();
+    let desk = open_board();
     let head = header().child((
         div()
             .class("grow")
             .child((h2().child(t!("page.review.title")), p().class("quiet").child(t!("page.review.about")))),
-        push("button", t!("page.review.discard"), move |_| {
-            desk.document.set(None);
-            desk.reviewing.set(false);
-        }),
+        push("button", t!("page.review.discard"), |_| send(FilesEvent::Discarded)),
         push_if(
             "button primary large",
             move || !desk.losses_unseen(),
             t!("page.review.go"),
-            move |_| desk.reviewing.set(false),
+            |_| send(FilesEvent::Reviewed),
         ),
     ));
     let unseen = move || desk.losses_unseen().then(|| p().class("quiet").child(t!("page.review.unseen")));
@@ -64,19 +63,6 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
     )
 }
 
-/// The board is read again with this file in it, or without.
-fn flip_use(index: u32) {
-    let Some(document) = desk().document.get_untracked() else { return };
-    let name = |row: &u32| document.reading.files.get(*row as usize).map(|file| file.name.clone());
-    let mut used: Vec<u32> = document.reading.used.clone();
-    match used.iter().position(|row| *row == index) {
-        Some(at) => drop(used.remove(at)),
-        None => used.push(index),
-    }
-    let used = used.iter().filter_map(name).collect();
-    leptos::task::spawn_local(document::say(|said| said.used = Some(used)));
-}
-
 fn row_class(kind: &str, has_holes: bool, used: bool) -> &'static str {
     match kind {
         "refused" => "refused",
@@ -95,7 +81,7 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
             .attr("type", "checkbox")
             .attr("aria-label", move || say!("page.review.use_file", name = name))
             .prop("checked", used)
-            .on(ev::change, move |_| flip_use(index))
+            .on(ev::change, move |_| send(FilesEvent::FlipUse { row: index }))
     });
     let reason = file.reason.clone();
     let is_gerber = file.kind == "gerber";
@@ -123,10 +109,7 @@ const SIDES: [&str; 4] = ["top", "bottom", "inner", ""];
 
 /// The board is read again with this file taken for something else.
 fn say_role(file: String, role: String, side: Option<String>) {
-    leptos::task::spawn_local(document::say(move |said| {
-        said.roles.retain(|(name, ..)| *name != file);
-        said.roles.push((file, role, side));
-    }));
+    send(FilesEvent::Role { file, role, side });
 }
 
 fn role_menu(file: &FileRow, side: Option<&str>, editable: bool) -> AnyView {
@@ -181,7 +164,7 @@ fn alignment(document: &Document) -> Option<AnyView> {
             .child((
                 input().attr("type", "checkbox").prop("checked", aligned).on(ev::change, move |event| {
                     let on = event_target_checked(&event);
-                    leptos::task::spawn_local(document::say(move |said| said.aligned = on));
+                    send(FilesEvent::Aligned { on });
                 }),
                 span().child(t!("page.review.align")),
             ))

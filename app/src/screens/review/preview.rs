@@ -2,9 +2,9 @@
 //!
 //! Comes in: the triangles of the layer. Goes out: a canvas, drawn once. Knows no GPU.
 
-use crate::document::Document;
 use crate::engine::messages::FileRow;
 use crate::layers::Kind;
+use crate::model::Document;
 use crate::view::{Colour, Mesh, Palette};
 use leptos::html::{self, canvas};
 use leptos::prelude::*;

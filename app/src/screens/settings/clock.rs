@@ -3,7 +3,7 @@
 //! Comes in: what the bridge told. Goes out: nothing. Knows no setting.
 
 use crate::i18n::{message, say, t};
-use crate::link;
+use crate::page::link;
 use annulus_core::control::lateness::EDGES_US;
 use leptos::html::{h3, p, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;

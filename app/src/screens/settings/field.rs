@@ -4,7 +4,7 @@
 
 use super::Draft;
 use crate::i18n::{self, advice, message, t};
-use crate::state::state;
+use crate::page::open_board;
 use crate::widgets::menu_word;
 use annulus_core::machine::{IN_FILE_ONLY, Kind, Setting};
 use annulus_core::remark::Remark;
@@ -18,7 +18,7 @@ fn id(setting: &Setting) -> String {
 
 fn shown(setting: &'static Setting, draft: Draft) -> String {
     let typed = draft.with(|draft| draft.get(setting.key).cloned());
-    typed.unwrap_or_else(|| state().machine.with(|machine| setting.value(machine).to_string()))
+    typed.unwrap_or_else(|| open_board().machine.with(|machine| setting.value(machine).to_string()))
 }
 
 /// The field.

@@ -11,9 +11,10 @@ mod clock;
 mod field;
 
 use crate::i18n::{self, key, message, say, t};
-use crate::link;
+use crate::model::LinkEvent;
+use crate::page::{frame, open_board};
+use crate::page::{link, send};
 use crate::screens::top_bar::{theme_word, themes};
-use crate::state::state;
 use crate::widgets::{push, push_if};
 use annulus_core::machine::{self, Kind, SECTIONS, Setting, Value};
 use annulus_core::remark::Remark;
@@ -58,7 +59,7 @@ fn value(setting: &Setting, typed: &str) -> Value {
 
 /// What would change, in the order of the table.
 fn changes(draft: &BTreeMap<&'static str, String>) -> Vec<(String, Value)> {
-    let machine = state().machine.get();
+    let machine = open_board().machine.get();
     let staged = machine::settings().filter_map(|setting| {
         let value = value(setting, draft.get(setting.key)?);
         (value != setting.value(&machine)).then(|| (setting.key.to_owned(), value))
@@ -68,7 +69,7 @@ fn changes(draft: &BTreeMap<&'static str, String>) -> Vec<(String, Value)> {
 
 fn refusals(draft: Draft) -> Vec<Remark> {
     let changes = draft.with(changes);
-    machine::apply(&state().machine.get(), &changes).err().unwrap_or_default()
+    machine::apply(&open_board().machine.get(), &changes).err().unwrap_or_default()
 }
 
 /// The screen.
@@ -113,8 +114,8 @@ fn refused_by_bridge() -> impl IntoView {
 }
 
 fn apply(draft: Draft) {
-    link::link().refused.set(None);
-    link::ask(&Ask::Configure { changes: draft.with_untracked(changes) });
+    send(LinkEvent::Close { notice: link::Notice::Refused });
+    link::ask(Ask::Configure { changes: draft.with_untracked(changes) });
     draft.set(BTreeMap::new());
 }
 
@@ -123,7 +124,7 @@ fn diff(draft: Draft, refused: Memo<Vec<Remark>>) -> impl IntoView {
     let line = link::link();
     let staged = Memo::new(move |_| draft.with(changes));
     let list = move || {
-        let machine = state().machine.get();
+        let machine = open_board().machine.get();
         let rows = staged.get().into_iter().map(|(key, value)| {
             let old =
                 machine::setting(&key).map(|setting| setting.value(&machine).to_string()).unwrap_or_default();
@@ -159,7 +160,7 @@ fn diff(draft: Draft, refused: Memo<Vec<Remark>>) -> impl IntoView {
 
 /// The chosen colours over a reload, and on the root of the page.
 pub(crate) fn keep_theme() {
-    let theme = state().theme;
+    let theme = frame().theme;
     Effect::new(move |_| {
         let word = theme_word(theme.get());
         let root = document().document_element();

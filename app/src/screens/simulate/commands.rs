@@ -2,9 +2,9 @@
 //!
 //! Comes in: the playback and the program. Goes out: the second on show, the hole chosen.
 
-use super::{Play, play};
 use crate::i18n::{language, say, t};
-use crate::state::state;
+use crate::model::{FrameEvent, PlayEvent};
+use crate::page::{Play, frame, open_board, play, send};
 use crate::widgets::{ROW_PX, virtual_list};
 use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::sim::LegStart;
@@ -45,10 +45,9 @@ fn start(play: Play, index: usize) -> Option<LegStart> {
 
 fn go(play: Play, index: usize) {
     if let Some(leg) = start(play, index) {
-        play.running.set(false);
-        play.seek(leg.start_s);
+        send(PlayEvent::Hold { at_s: leg.start_s });
         if let Mark::Hole(hole) = leg.mark {
-            state().selected.set(Some(hole));
+            send(FrameEvent::Select { hole: Some(hole) });
         }
     }
 }
@@ -61,8 +60,8 @@ fn place(leg: &Leg) -> Option<(f64, f64)> {
 }
 
 fn text(leg: LegStart) -> String {
-    let unit = state().unit.get();
-    state().job.with(|job| {
+    let unit = frame().unit.get();
+    open_board().job.with(|job| {
         let program = job.as_ref().map(|job| &job.program);
         match leg.mark {
             Mark::Prepare => say!("page.leg.prepare"),

@@ -1,52 +1,21 @@
-//! The playback's clock and its buttons.
+//! The playback's buttons, clock and facts.
 //!
-//! Comes in: frames of the browser. Goes out: the second on show; it moves only while it runs.
+//! Comes in: the playback. Goes out: what is pressed.
 
-use super::{Play, play, scrub};
 use crate::format::{clock, plain};
 use crate::i18n::{language, say, t};
 use crate::keys::{Action, Stride};
-use crate::link::browser::now_ms;
+use crate::model::PlayEvent;
+use crate::model::play::SPEEDS;
+use crate::page::{open_board, play, send};
 use crate::screens::machine::words;
-use crate::state::state;
 use crate::widgets::{Icon, icon, picture_button};
 use leptos::ev;
 use leptos::html::{button, div, label, option, select, span};
 use leptos::prelude::*;
-use std::cell::Cell;
-
-thread_local! {
-    static LAST_MS: Cell<Option<f64>> = const { Cell::new(None) };
-}
-
-/// Runs while the playback does.
-pub(super) fn begin(play: Play) {
-    Effect::new(move |_| {
-        if play.running.get() {
-            LAST_MS.set(None);
-            request_animation_frame(move || frame(play));
-        }
-    });
-}
-
-fn frame(play: Play) {
-    if !play.running.get_untracked() {
-        return;
-    }
-    let now = now_ms();
-    // A page that was hidden makes no leap when it comes back.
-    let gone_s = LAST_MS.replace(Some(now)).map_or(0.0, |last| (now - last).min(200.0)) / 1000.0;
-    let at_s = play.at_s.get_untracked() + gone_s * play.speed.get_untracked();
-    play.seek(at_s);
-    if play.at_s.get_untracked() < at_s {
-        play.running.set(false);
-    } else {
-        request_animation_frame(move || frame(play));
-    }
-}
 
 fn step(picture: Icon, action: Action, name: &'static str) -> impl IntoView {
-    picture_button(picture, move || crate::i18n::text(name, &[]), move |_| play().act(action))
+    picture_button(picture, move || crate::i18n::text(name, &[]), move |_| super::act(action))
 }
 
 /// Buttons, clock, hole, tool, stage.
@@ -60,7 +29,7 @@ pub(super) fn controls() -> impl IntoView {
         .class("button primary icon")
         .attr("aria-label", name)
         .attr("title", name)
-        .on(ev::click, move |_| play.toggle())
+        .on(ev::click, |_| send(PlayEvent::Toggle))
         .child(move || icon(if play.running.get() { Icon::Pause } else { Icon::Play }));
     let time =
         move || say!("page.simulate.clock", now = clock(play.at_s.get()), total = clock(play.total_s()));
@@ -82,7 +51,7 @@ pub(super) fn controls() -> impl IntoView {
 
 fn speeds() -> impl IntoView {
     let play = play();
-    let options = scrub::SPEEDS.map(|speed| {
+    let options = SPEEDS.map(|speed| {
         option()
             .attr("value", speed.to_string())
             .prop("selected", move || (play.speed.get() - speed).abs() < 1e-9)
@@ -93,7 +62,7 @@ fn speeds() -> impl IntoView {
         select()
             .on(ev::change, move |event| {
                 if let Ok(speed) = event_target_value(&event).parse() {
-                    play.speed.set(speed);
+                    send(PlayEvent::Speed { speed });
                 }
             })
             .child(Vec::from(options)),
@@ -110,7 +79,7 @@ fn facts() -> impl IntoView {
     };
     let tool = move || {
         let bit = play.now()?.bit?;
-        state().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
+        open_board().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
     };
     let stage = move || play.now().map(|now| crate::i18n::text(words::stage(now.stage), &[]));
     let speed = move || {

@@ -7,27 +7,16 @@
 //!
 //! Comes in: the playback. Goes out: the second on show.
 
-use super::{Play, play};
-use crate::document::desk;
 use crate::format::clock;
 use crate::i18n::{language, say, t};
+use crate::model::PlayEvent;
+use crate::page::{Play, open_board, play, send};
 use crate::screens::board::swatch;
-use crate::state::state;
 use annulus_core::job::Cutter;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{div, input, label, span};
 use leptos::prelude::*;
-
-/// The speeds there are.
-pub(super) const SPEEDS: [f64; 9] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0];
-
-/// The next speed up or down.
-pub(super) fn next_speed(speed: f64, more: bool) -> f64 {
-    let mut speeds = SPEEDS.into_iter();
-    let found = if more { speeds.find(|one| *one > speed) } else { speeds.rev().find(|one| *one < speed) };
-    found.unwrap_or(speed)
-}
 
 fn in_words(play: Play) -> String {
     let hole = play.now().map_or(0, |now| now.holes_done);
@@ -52,14 +41,14 @@ fn bands(play: Play) -> Vec<(Option<u32>, f64)> {
 }
 
 fn band(bit: Option<u32>, length_s: f64) -> impl IntoView {
-    let tool = state().job.with(|job| job.as_ref()?.program.bits.get(bit? as usize).cloned());
+    let tool = open_board().job.with(|job| job.as_ref()?.program.bits.get(bit? as usize).cloned());
     // Drills have the colour of the holes that they make.
     let drill = tool.as_ref().filter(|tool| tool.cutter == Cutter::Drill).map(|tool| tool.diameter);
-    let size: Option<Length> = desk().plan.with(|plan| {
+    let size: Option<Length> = open_board().plan.with(|plan| {
         let bit = plan.as_ref()?.bits.iter().find(|bit| Some(bit.diameter) == drill)?;
         bit.sizes.first().copied()
     });
-    let colour = desk()
+    let colour = open_board()
         .document
         .with(|document| document.as_ref().map(|document| swatch(&document.reading.board, size)));
     let name = move || tool.as_ref().map(|tool| tool.title(&language()));
@@ -118,8 +107,7 @@ fn slider(
         })
         .on(ev::input, move |event| {
             if let Ok(at_s) = event_target_value(&event).parse() {
-                play.running.set(false);
-                play.seek(at_s);
+                send(PlayEvent::Hold { at_s });
             }
         })
 }

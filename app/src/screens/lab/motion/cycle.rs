@@ -4,9 +4,9 @@
 
 use crate::i18n::{advice, message, say, t};
 use crate::lab::cycle::{self, Shown};
+use crate::page::open_board;
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
-use crate::state::state;
 use crate::widgets::plotted;
 use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
 use annulus_core::remark::Remark;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub(super) fn cycle() -> impl IntoView {
     let hop = Field { name: "cycle.hop", unit: "mm", range: (0.0, 1000.0), own: Memo::new(|_| 5.0) };
     let found = Memo::new(move |_| match hop.number() {
-        Some(mm) => state().machine.with(|machine| cycle::shown(machine, mm)).map_err(Some),
+        Some(mm) => open_board().machine.with(|machine| cycle::shown(machine, mm)).map_err(Some),
         None => Err(None::<Remark>),
     });
     let plot =

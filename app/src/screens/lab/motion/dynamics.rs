@@ -12,11 +12,11 @@ use super::takts;
 use crate::i18n::{advice, message, say, t};
 use crate::lab::bench::{INTERRUPTS, INTERRUPTS_HZ, StateRow};
 use crate::lab::motion::{self, Column};
+use crate::page::open_board;
 use crate::readout::short;
 use crate::screens::lab::apply;
 use crate::screens::lab::desk::desk;
 use crate::screens::lab::fields::Field;
-use crate::state::state;
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::machine::{self, Dynamics, axis_name};
 use annulus_core::remark::Remark;
@@ -45,7 +45,7 @@ fn shown() -> Shown {
     let lab = desk();
     let rows = Memo::new(move |_| {
         let typed = lab.bench.with(|bench| bench.dynamics.clone());
-        typed.unwrap_or_else(|| state().machine.with(|machine| motion::rows(&machine.dynamics)))
+        typed.unwrap_or_else(|| open_board().machine.with(|machine| motion::rows(&machine.dynamics)))
     });
     let table = Memo::new(move |_| rows.with(|rows| motion::dynamics(rows).ok()));
     let checked = Memo::new(move |_| table.with(|table| table.as_ref().map(machine::dynamics::check)));
@@ -53,7 +53,7 @@ fn shown() -> Shown {
         Some(Ok(remarks) | Err(remarks)) => remarks,
         None => Vec::new(),
     });
-    let interrupt_hz = Memo::new(|_| state().machine.with(|machine| f64::from(machine.interrupt_hz)));
+    let interrupt_hz = Memo::new(|_| open_board().machine.with(|machine| f64::from(machine.interrupt_hz)));
     Shown {
         rows,
         table,

@@ -9,10 +9,10 @@
 
 use crate::i18n::{advice, message, say, t};
 use crate::lab::motion::curve;
+use crate::page::open_board;
 use crate::readout::short;
 use crate::screens::lab::desk::desk;
 use crate::screens::lab::fields::{self, Field};
-use crate::state::state;
 use crate::widgets::{choice, plotted};
 use annulus_core::machine::axis_name;
 use annulus_core::motion::profile::bounds::least_duration_s;
@@ -55,7 +55,7 @@ fn typed() -> Typed {
     let motor = desk().motor;
     let of = move |limit: usize| {
         Memo::new(move |_| {
-            state().machine.with(|machine| {
+            open_board().machine.with(|machine| {
                 let axis = machine.axis(motor.get());
                 let limits =
                     [axis.max_speed_mm_per_s, axis.max_acceleration_mm_per_s2, axis.max_jerk_mm_per_s3];
@@ -63,7 +63,7 @@ fn typed() -> Typed {
             })
         })
     };
-    let order = Memo::new(|_| state().machine.with(|machine| machine.motion.order));
+    let order = Memo::new(|_| open_board().machine.with(|machine| machine.motion.order));
     let field = |name, unit, range, own| Field { name, unit, range, own };
     Typed {
         length: field("move.length", "mm", (0.0, 10_000.0), Memo::new(|_| 10.0)),

@@ -5,9 +5,9 @@
 use super::dynamics::{Shown, axes};
 use crate::i18n::{say, t};
 use crate::lab::motion::{self, Numbered};
+use crate::page::open_board;
 use crate::readout::short;
 use crate::screens::lab::fields;
-use crate::state::state;
 use crate::widgets::{Icon, icon, plotted};
 use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
 use leptos::html::{code, div, h3, p, section, span};
@@ -43,7 +43,7 @@ pub(super) fn takts(shown: Shown) -> impl IntoView {
 
 /// The fastest takts of the table come faster than the motor takes them.
 fn warning(shown: Shown) -> Option<impl IntoView> {
-    let most_hz = state().machine.with(|machine| f64::from(machine.max_step_hz));
+    let most_hz = open_board().machine.with(|machine| f64::from(machine.max_step_hz));
     let fastest = shown.table.with(|table| table.as_ref()?.period.iter().min().copied())?;
     let rate_hz = shown.interrupts.number()? / f64::from(fastest.max(1));
     (rate_hz > most_hz).then(|| {
@@ -55,7 +55,7 @@ fn warning(shown: Shown) -> Option<impl IntoView> {
 }
 
 fn drawn(moved: &[Numbered], interrupt_hz: f64) -> Plot {
-    let machine = state().machine.get();
+    let machine = open_board().machine.get();
     let rates = motion::rates(moved, interrupt_hz);
     let time = Axis::new(&say!("page.lab.motion.time"), "s");
     let speeds = axes().into_iter().enumerate().map(|(axis, name)| {

@@ -20,7 +20,7 @@ use super::apply;
 use super::desk::{Desk, desk};
 use crate::i18n::t;
 use crate::lab::phases::Edit;
-use crate::state::state;
+use crate::page::open_board;
 use annulus_core::machine::phases::{Commutator, check};
 use annulus_core::machine::{Machine, PhaseTable};
 use annulus_core::remark::Weight;
@@ -65,7 +65,7 @@ pub(super) fn phases() -> impl IntoView {
     let columns = Memo::new(move |_| {
         let motor = lab.motor.get();
         let edited = lab.bench.with(|bench| bench.tables.get(motor).cloned().flatten());
-        edited.unwrap_or_else(|| state().machine.with(|machine| of_machine(machine, motor)))
+        edited.unwrap_or_else(|| open_board().machine.with(|machine| of_machine(machine, motor)))
     });
     let findings = Memo::new(move |_| {
         match check(KEYS[lab.motor.get().min(2)], &PhaseTable { columns: columns.get() }) {

@@ -5,7 +5,7 @@
 use super::Table;
 use crate::i18n::{say, t};
 use crate::lab::trial::{self, Outcome};
-use crate::state::state;
+use crate::page::open_board;
 use crate::widgets::push;
 use annulus_core::machine::PhaseTable;
 use annulus_core::twin::Cause;
@@ -51,7 +51,7 @@ pub(super) fn trial(table: Table) -> impl IntoView {
     let run = move |_| {
         let columns = table.columns.get_untracked();
         let axis = table.lab.motor.get_untracked();
-        let machine = state().machine.get_untracked();
+        let machine = open_board().machine.get_untracked();
         let tried = table.lab.bench.with_untracked(|bench| bench.tried(&machine));
         let found = trial::run(&PhaseTable { columns }, &tried, axis);
         outcome.set(Some(found));

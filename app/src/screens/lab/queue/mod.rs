@@ -21,8 +21,9 @@ use crate::i18n::{say, t};
 use crate::keys::QueueKey;
 use crate::lab::queue::{Edit, Line, to_text};
 use crate::lab::{Sheet, rehearsal};
-use crate::link;
-use crate::state::state;
+use crate::model::LinkEvent;
+use crate::page::open_board;
+use crate::page::{link, send};
 use annulus_core::control::Trust;
 use annulus_core::machine::Machine;
 use annulus_core::queue::{self, Checked, Mode, Queue, RowResult, Standing};
@@ -105,11 +106,11 @@ impl Work {
 
     /// Runs it on the machine, as far as `mode` says; a queue that the machine does not have is brought first.
     fn run_on_machine(self, mode: Mode) {
-        link::link().refused.set(None);
+        send(LinkEvent::Close { notice: link::Notice::Refused });
         if !untrack(move || self.held_on_machine()) {
-            link::ask(&Ask::Queue { text: self.lines.with_untracked(|lines| to_text(lines)) });
+            link::ask(Ask::Queue { text: self.lines.with_untracked(|lines| to_text(lines)) });
         }
-        link::ask(&Ask::QueueRun { mode });
+        link::ask(Ask::QueueRun { mode });
     }
 
     /// Runs it in the page, as far as `mode` says.
@@ -147,11 +148,11 @@ pub(super) fn begin() {
     let lines = Memo::new(move |_| lab.bench.with(|bench| bench.queue.clone()));
     let read = Memo::new(move |_| queue::read("", &lines.with(|lines| to_text(lines))));
     let standing = Memo::new(move |_| {
-        let machine = state().machine.get();
+        let machine = open_board().machine.get();
         if lab.on_machine.get() { told(&machine) } else { rehearsal::standing(&machine).unwrap_or_default() }
     });
     let checked = Memo::new(move |_| {
-        let machine = state().machine.get();
+        let machine = open_board().machine.get();
         let standing = standing.get();
         read.with(|read| {
             read.as_ref().ok().map(|queue| queue::check(queue, &machine, &machine.card.names(), &standing))

@@ -8,7 +8,7 @@
 
 use crate::i18n::{message, say};
 use crate::lab::rehearsal::Trial;
-use crate::state::state;
+use crate::page::open_board;
 use annulus_core::queue::{Mode, Queue, Rest, RowResult};
 use leptos::prelude::*;
 use std::time::Duration;
@@ -55,7 +55,7 @@ impl Runs {
         }
         let fresh = self.trial.with_value(|trial| trial.as_ref().is_none_or(Trial::ended));
         if fresh {
-            let begun = state()
+            let begun = open_board()
                 .machine
                 .with_untracked(|machine| Trial::begin(machine, queue.clone(), machine.card.names()));
             match begun {

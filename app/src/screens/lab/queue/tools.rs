@@ -5,7 +5,7 @@
 use super::{Work, grid};
 use crate::i18n::{say, t};
 use crate::lab::queue::{Edit, to_text};
-use crate::link;
+use crate::page::link;
 use crate::widgets::{choice, push_if, save_file};
 use annulus_core::control::State;
 use annulus_core::queue::Mode;
@@ -96,7 +96,7 @@ fn runs(work: Work) -> impl IntoView {
         if on_machine.get_untracked() { work.run_on_machine(mode) } else { work.run(mode) }
     };
     let anew = move |_| {
-        if on_machine.get_untracked() { link::ask(&Ask::QueueClear) } else { lab.runs.clear() }
+        if on_machine.get_untracked() { link::ask(Ask::QueueClear) } else { lab.runs.clear() }
     };
     let key =
         move |words: String, key: &str| if on_machine.get() { words } else { format!("{words} ({key})") };

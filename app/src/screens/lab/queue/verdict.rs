@@ -4,7 +4,7 @@
 
 use super::{Work, grid};
 use crate::i18n::{advice, message, say, t};
-use crate::link;
+use crate::page::link;
 use crate::widgets::{Icon, icon, push};
 use annulus_core::remark::Remark;
 use annulus_core::wire::QueuePhase;

@@ -22,6 +22,11 @@ pub fn clock_ms() -> f64 {
     Date::now()
 }
 
+/// Whether the page is not seen.
+pub fn document_hidden() -> bool {
+    window().document().is_some_and(|document| document.hidden())
+}
+
 /// What survives a reload of this tab and nothing else.
 pub fn tab_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()

@@ -7,7 +7,7 @@
 //!
 //! Comes in: the address. Goes out: a session: id and key. Knows no socket.
 
-use super::browser::{request, tab_storage, window};
+use crate::browser::{request, tab_storage, window};
 use annulus_core::wire::{Pair, Paired};
 
 const KEPT_AS: &str = "annulus.session";

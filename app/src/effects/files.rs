@@ -2,18 +2,16 @@
 //!
 //! ```text
 //! drop ─▶ entries ─▶ files, folder by folder ─┐
-//! Open… ─▶ <input type=file> ─────────────────┼─▶ (name, bytes)* ─▶ document::open
+//! Open… ─▶ <input type=file> ─────────────────┼─▶ (name, bytes)* ─▶ FilesEvent::Chosen
 //! sample ─▶ our own server ───────────────────┘
 //! ```
 //!
 //! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
 
-use crate::document;
-use crate::i18n::say;
-use crate::keys::Tab;
-use crate::link::browser;
-use crate::state::state;
-use crate::widgets::toast;
+use crate::browser;
+use crate::model::{FilesEvent, FrameEvent, TemplateEvent};
+use crate::page::send;
+use crate::said::{Text, key};
 use js_sys::{Array, Function, Promise, Uint8Array};
 use leptos::ev;
 use leptos::prelude::*;
@@ -37,27 +35,31 @@ const SAMPLE: [&str; 3] = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"]
 /// A file by its name, folders in front.
 type Named = (String, File);
 
-/// Shows the machine.
-pub(crate) fn to_machine() {
-    state().tab.set(Tab::Machine);
+/// Says a short word.
+fn toast(text: Text) {
+    send(FrameEvent::Say { text });
+}
+
+fn chosen(files: Vec<(String, Vec<u8>)>) {
+    send(FilesEvent::Chosen { files });
 }
 
 /// Opens the sample board.
-pub(crate) fn sample() {
+pub(super) fn sample() {
     leptos::task::spawn_local(async {
         let mut files = Vec::new();
         for name in SAMPLE {
             match browser::request("GET", &format!("{SAMPLE_FOLDER}{name}"), &[], None).await {
                 Some(answer) if answer.status == 200 => files.push((name.to_owned(), answer.body)),
-                _ => return toast(say!("page.open.no_sample"), None),
+                _ => return toast(Text::of(key!("page.open.no_sample"))),
             }
         }
-        document::open(files).await;
+        chosen(files);
     });
 }
 
 /// Lets the person choose files.
-pub(crate) fn choose() {
+pub(super) fn choose() {
     let made =
         document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
     let Some(input) = made else { return };
@@ -73,8 +75,8 @@ pub(crate) fn choose() {
     input.click();
 }
 
-/// Lets the person choose one file of text.
-pub(crate) fn choose_text(act: impl FnOnce(String) + 'static) {
+/// Lets the person choose a dialect of their own.
+pub(super) fn choose_dialect() {
     let made =
         document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
     let Some(input) = made else { return };
@@ -84,7 +86,8 @@ pub(crate) fn choose_text(act: impl FnOnce(String) + 'static) {
         let Some(file) = chosen.files().and_then(|files| files.get(0)) else { return };
         leptos::task::spawn_local(async move {
             if let Ok(buffer) = JsFuture::from(file.array_buffer()).await {
-                act(String::from_utf8_lossy(&Uint8Array::new(&buffer).to_vec()).into_owned());
+                let bytes = Uint8Array::new(&buffer).to_vec();
+                send(TemplateEvent::Keep { text: String::from_utf8_lossy(&bytes).into_owned() });
             }
         });
     });
@@ -93,7 +96,7 @@ pub(crate) fn choose_text(act: impl FnOnce(String) + 'static) {
 }
 
 /// The whole window is where files can be dropped.
-pub(crate) fn listen() {
+pub(super) fn listen() {
     let over = window_event_listener(ev::dragover, |event| {
         event.prevent_default();
         mark(true);
@@ -115,6 +118,10 @@ pub(crate) fn listen() {
         leave.remove();
         dropped.remove();
     });
+}
+
+fn too_much(key: &'static str, most: usize) -> Text {
+    Text::Key { key, args: vec![("most", most.to_string())] }
 }
 
 fn mark(on: bool) {
@@ -143,7 +150,7 @@ fn take_drop(data: &DataTransfer) {
         let mut waiting = entries;
         while let Some(entry) = waiting.pop() {
             if found.len() >= MOST_FILES {
-                return toast(say!("page.open.too_many", most = MOST_FILES), None);
+                return toast(too_much(key!("page.open.too_many"), MOST_FILES));
             }
             let name = entry.full_path().trim_start_matches('/').to_owned();
             if entry.is_file() {
@@ -194,7 +201,7 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
 fn take(files: Vec<Named>) {
     let total: f64 = files.iter().map(|(_, file)| file.size()).sum();
     if total > MOST_BYTES as f64 {
-        return toast(say!("page.open.too_large", most = MOST_BYTES / 1024 / 1024), None);
+        return toast(too_much(key!("page.open.too_large"), MOST_BYTES / 1024 / 1024));
     }
     leptos::task::spawn_local(async move {
         let mut read = Vec::new();
@@ -204,7 +211,7 @@ fn take(files: Vec<Named>) {
             }
         }
         if !read.is_empty() {
-            document::open(read).await;
+            chosen(read);
         }
     });
 }

@@ -1,0 +1,72 @@
+//! Programs to the bridge and back, as bytes, keyed by their SHA-256.
+//!
+//! Comes in: bytes of a program. Goes out: its key. Does not know what it does.
+
+use crate::browser::{Answer, request};
+use crate::model::StartEvent;
+use crate::page;
+use crate::said::key;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{PROOF_HEADER, Paired, SESSION_HEADER, auth, program};
+use serde::Deserialize;
+
+fn failed(code: &str) -> Remark {
+    Remark::new(Weight::Loss, code)
+}
+
+#[derive(Deserialize)]
+struct Refusal {
+    error: Said,
+}
+
+#[derive(Deserialize)]
+struct Said {
+    message: String,
+    advice: String,
+}
+
+fn refused(answer: &Answer) -> Remark {
+    match serde_json::from_slice::<Refusal>(&answer.body) {
+        Ok(Refusal { error }) => {
+            failed(key!("page.link.said")).with("message", error.message).with("advice", error.advice)
+        }
+        Err(_) => failed(key!("page.link.refused")).with("status", answer.status),
+    }
+}
+
+async fn send(
+    session: Option<Paired>,
+    method: &str,
+    key: &str,
+    body: Option<&[u8]>,
+) -> Result<Vec<u8>, Remark> {
+    let session = session.ok_or_else(|| failed(key!("page.link.unpaired")))?;
+    let path = format!("/api/jobs/{key}");
+    let proof = auth::request(&session.key, method, &path);
+    let headers = [(SESSION_HEADER, session.session.as_str()), (PROOF_HEADER, proof.as_str())];
+    match request(method, &path, &headers, body).await {
+        None => Err(failed(key!("page.link.no_answer"))),
+        Some(answer) if (200..300).contains(&answer.status) => Ok(answer.body),
+        Some(answer) => Err(refused(&answer)),
+    }
+}
+
+/// Uploads a program; tells its key.
+pub(super) fn upload(number: u32, bytes: Vec<u8>, session: Option<Paired>) {
+    leptos::task::spawn_local(async move {
+        let key = program::key(&bytes);
+        let answer = send(session, "PUT", &key, Some(&bytes)).await.map(|_| key);
+        page::send(StartEvent::Uploaded { number, answer });
+    });
+}
+
+/// Tells the bytes of the program `key`, for a page that opened later. Bytes that are not what the key says are refused.
+pub(super) fn fetch(number: u32, key: String, session: Option<Paired>) {
+    leptos::task::spawn_local(async move {
+        let bytes = send(session, "GET", &key, None).await;
+        let same = |bytes: Vec<u8>| {
+            if program::key(&bytes) == key { Ok(bytes) } else { Err(failed("program.damaged")) }
+        };
+        page::send(StartEvent::Fetched { number, answer: bytes.and_then(same) });
+    });
+}

@@ -1,0 +1,69 @@
+//! What the model wants done, done: workers, timers, files, the socket, the store. What comes of it comes back as events.
+//!
+//! ```text
+//! update ─▶ Effect ─▶ worker │ timer │ socket │ download │ store ─▶ Event ─▶ update
+//! ```
+//!
+//! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
+
+mod files;
+mod jobs;
+mod session;
+mod socket;
+mod store;
+mod worker;
+
+use crate::browser;
+use crate::model::{Clock, Effect, LinkEvent, PlayEvent};
+use crate::page::{Surroundings, send};
+use crate::widgets::save_bytes;
+use leptos::prelude::{request_animation_frame, set_timeout};
+use socket::Line;
+use std::time::Duration;
+use worker::Workers;
+
+/// What the page needs to run.
+pub fn surroundings() -> Surroundings {
+    let (workers, line) = (Workers::default(), Line::default());
+    let clock = || Clock { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
+    Surroundings { run: Box::new(move |effect| run(&workers, &line, effect)), clock }
+}
+
+/// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
+pub fn begin() {
+    files::listen();
+    socket::begin();
+}
+
+fn pair(token: String) {
+    leptos::task::spawn_local(async move {
+        send(LinkEvent::Paired { session: session::pair(token).await });
+    });
+}
+
+fn run(workers: &Workers, line: &Line, effect: Effect) {
+    match effect {
+        Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
+        Effect::CallOff => workers.call_off(),
+        Effect::Wake { after_ms, event } => {
+            set_timeout(move || send(*event), Duration::from_millis(u64::from(after_ms)));
+        }
+        Effect::Save { name, kind, bytes } => save_bytes(&name, kind, &bytes),
+        Effect::Frame => request_animation_frame(|| send(PlayEvent::Frame)),
+        Effect::Pair { token } => pair(token),
+        Effect::Connect => line.connect(),
+        Effect::Send { text } => line.send(&text),
+        Effect::KeepControl { had } => session::keep_control(had),
+        Effect::ForgetSession => session::forget(),
+        Effect::Renew { on } => line.renew(on),
+        Effect::Upload { number, bytes, session } => jobs::upload(number, bytes, session),
+        Effect::Fetch { number, key, session } => jobs::fetch(number, key, session),
+        Effect::ChooseFiles => files::choose(),
+        Effect::ChooseDialect => files::choose_dialect(),
+        Effect::Sample => files::sample(),
+        Effect::LookInStore => store::look(),
+        Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
+        Effect::TakeFromStore { place } => store::take(place),
+        Effect::DropFromStore { place } => store::forget(place),
+    }
+}

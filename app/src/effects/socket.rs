@@ -1,0 +1,95 @@
+//! The socket itself: opened, written to, heard; the beat of the line, and of a move by hand.
+//!
+//! Comes in: text to send. Goes out: what is heard, as events. Does not know what it means.
+
+use super::session;
+use crate::browser::{document_hidden, window};
+use crate::model::LinkEvent;
+use crate::model::link::TICK_MS;
+use crate::page::send;
+use annulus_core::wire::{FRAME_LIMIT, JOG_GRANT_MS};
+use leptos::leptos_dom::helpers::IntervalHandle;
+use leptos::prelude::{set_interval, set_interval_with_handle};
+use std::cell::{Cell, RefCell};
+use std::time::Duration;
+use wasm_bindgen::prelude::*;
+use web_sys::{CloseEvent, MessageEvent, WebSocket};
+
+/// Often enough that two renewals may be late.
+const RENEW_EVERY: Duration = Duration::from_millis(JOG_GRANT_MS / 3);
+
+/// One socket with the closures it calls; dropping them together keeps a late event from a dead socket silent.
+struct Open {
+    socket: WebSocket,
+    _message: Closure<dyn FnMut(MessageEvent)>,
+    _close: Closure<dyn FnMut(CloseEvent)>,
+}
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        self.socket.set_onmessage(None);
+        self.socket.set_onclose(None);
+    }
+}
+
+/// The line to the bridge.
+#[derive(Default)]
+pub(super) struct Line {
+    open: RefCell<Option<Open>>,
+    renews: Cell<Option<IntervalHandle>>,
+}
+
+/// Begins the beat of the line, and tells who this tab is. Called once.
+pub(super) fn begin() {
+    let token = session::token_from_address();
+    send(LinkEvent::Begun { token, kept: session::kept(), had_control: session::had_control() });
+    set_interval(|| send(LinkEvent::Tick), Duration::from_millis(u64::from(TICK_MS)));
+}
+
+impl Line {
+    /// Opens a socket in place of the one before.
+    pub(super) fn connect(&self) {
+        let opened = open();
+        let failed = opened.is_none();
+        self.open.replace(opened);
+        if failed {
+            send(LinkEvent::Closed);
+        }
+    }
+
+    /// Sends text; where the socket is not open, that is told.
+    pub(super) fn send(&self, text: &str) {
+        let open = self.open.borrow();
+        let socket = open.as_ref().map(|open| &open.socket);
+        let socket = socket.filter(|socket| socket.ready_state() == WebSocket::OPEN);
+        if socket.is_none_or(|socket| socket.send_with_str(text).is_err()) {
+            send(LinkEvent::NotSent);
+        }
+    }
+
+    /// Begins the beat of a move by hand, or ends it.
+    pub(super) fn renew(&self, on: bool) {
+        if let Some(before) = self.renews.take() {
+            before.clear();
+        }
+        if on {
+            let beat = || send(LinkEvent::Renew { hidden: document_hidden() });
+            self.renews.set(set_interval_with_handle(beat, RENEW_EVERY).ok());
+        }
+    }
+}
+
+fn open() -> Option<Open> {
+    let host = window().location().host().ok()?;
+    let socket = WebSocket::new(&format!("ws://{host}/api/socket")).ok()?;
+    let message = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
+        if let Some(text) = event.data().as_string() {
+            let read = (text.len() <= FRAME_LIMIT).then(|| serde_json::from_str(&text).ok()).flatten();
+            send(LinkEvent::Heard { tell: read.map(Box::new) });
+        }
+    });
+    let close = Closure::<dyn FnMut(CloseEvent)>::new(|_| send(LinkEvent::Closed));
+    socket.set_onmessage(Some(message.as_ref().unchecked_ref()));
+    socket.set_onclose(Some(close.as_ref().unchecked_ref()));
+    Some(Open { socket, _message: message, _close: close })
+}

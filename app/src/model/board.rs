@@ -1,0 +1,185 @@
+//! The open board: what was read, what is planned, what was found in it.
+//!
+//! Goes out: plain data; the heavy things behind an `Arc`, which is the same as long as nothing new was read or planned. Does
+//! not know how it came.
+
+use crate::engine::messages::{Laid, LayerRow, Planned, Proved, Reading, Timed};
+use crate::view::Mesh;
+use annulus_core::job::Program;
+use annulus_core::project::saved::Said;
+use annulus_core::proof::Finding;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Files and what was read from them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Document {
+    /// Names and bytes as they were given.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// What the person says of them.
+    pub said: Said,
+    /// The job file that came with them, in a saved project.
+    pub job: Option<String>,
+    /// What came of it.
+    pub reading: Reading,
+    /// The triangles of each of its layers.
+    pub meshes: Vec<Arc<Mesh>>,
+    /// The same of each board to choose from.
+    pub boards: Vec<Arc<Mesh>>,
+}
+
+impl Document {
+    /// What was read, its triangles apart from the rest.
+    pub fn new(files: Vec<(String, Vec<u8>)>, said: Said, job: Option<String>, mut reading: Reading) -> Self {
+        let meshes = take_meshes(&mut reading.layers);
+        let boards =
+            reading.boards.iter_mut().map(|board| Arc::new(std::mem::take(&mut board.mesh))).collect();
+        Self { files, said, job, reading, meshes, boards }
+    }
+
+    /// Every finding, file by file, then those about the board.
+    pub fn remarks(&self) -> impl Iterator<Item = &Remark> {
+        self.reading.files.iter().flat_map(|file| &file.remarks).chain(self.board_remarks())
+    }
+
+    /// Findings about the board that no file has said already.
+    pub fn board_remarks(&self) -> impl Iterator<Item = &Remark> {
+        let said = |remark: &Remark| self.reading.files.iter().any(|file| file.remarks.contains(remark));
+        self.reading.remarks.iter().filter(move |remark| !said(remark))
+    }
+
+    /// Codes of what is missing from the board.
+    pub fn losses(&self) -> BTreeSet<String> {
+        self.remarks()
+            .filter(|remark| remark.weight == Weight::Loss)
+            .map(|remark| remark.code.clone())
+            .collect()
+    }
+
+    /// Whether a person has to look before anything is planned.
+    pub fn doubtful(&self) -> bool {
+        let empty = self.reading.board.holes.is_empty() && self.meshes.is_empty();
+        empty || self.remarks().any(|remark| remark.weight > Weight::Note)
+    }
+}
+
+/// The triangles of `layers`, which have none of their own from then on.
+pub(super) fn take_meshes(layers: &mut [LayerRow]) -> Vec<Arc<Mesh>> {
+    layers.iter_mut().map(|layer| Arc::new(std::mem::take(&mut layer.mesh))).collect()
+}
+
+/// The board as it lies for a plan: copied, turned over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaidBoard {
+    /// Tells it from other ways to lie.
+    pub key: String,
+    /// The board without copper, its box, its layers without their triangles.
+    pub laid: Laid,
+    /// The triangles of each of its layers.
+    pub meshes: Vec<Arc<Mesh>>,
+}
+
+/// A program with its bytes and the digest of its steps as this page computed them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// What to do.
+    pub program: Program,
+    /// The same as bytes.
+    pub bytes: Vec<u8>,
+    /// SHA-256 of the bytes.
+    pub key: String,
+    /// SHA-256 of the step stream.
+    pub stream_digest: String,
+}
+
+/// The most problems shown at once.
+const MOST_PROBLEMS: usize = 100;
+
+/// The open board and all that follows from it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OpenBoard {
+    /// The board.
+    pub document: Option<Arc<Document>>,
+    /// Its import review is on show.
+    pub reviewing: bool,
+    /// Losses that were seen, by code.
+    pub accepted: BTreeSet<String>,
+    /// The bit in the spindle, if it is to go first.
+    pub loaded: Option<Length>,
+    /// The plan.
+    pub plan: Option<Arc<Planned>>,
+    /// The plan in time.
+    pub timed: Option<Arc<Timed>>,
+    /// The board as it lies for the plan.
+    pub laid: Option<Arc<LaidBoard>>,
+    /// What the plan does.
+    pub program: Option<Arc<Program>>,
+    /// What the proof says of the plan.
+    pub proved: Option<Arc<Proved>>,
+    /// The planned job, once it is timed.
+    pub job: Option<Arc<Job>>,
+    /// Why there is no plan.
+    pub refused: Vec<Remark>,
+    /// The plan on show is that of an older job.
+    pub stale: bool,
+    /// The board was just opened and all in it is certain; said once it is planned.
+    pub(super) just_opened: bool,
+}
+
+impl OpenBoard {
+    /// Nothing is planned.
+    pub(super) fn clear_plan(&mut self) {
+        let kept = std::mem::take(self);
+        *self = Self {
+            document: kept.document,
+            reviewing: kept.reviewing,
+            accepted: kept.accepted,
+            loaded: kept.loaded,
+            stale: kept.stale,
+            just_opened: kept.just_opened,
+            ..Self::default()
+        };
+    }
+
+    /// What files and plan have to say that is more than a note, the first hundred.
+    pub fn problems(&self) -> Vec<Remark> {
+        problems(&self.refused, self.plan.as_deref(), self.document.as_deref())
+    }
+
+    /// How many findings nobody has read yet (`read` has the names of those that were), and how many losses of the plan nobody
+    /// has seen.
+    pub fn unread(&self, read: &BTreeSet<String>) -> usize {
+        unread(self.plan.as_deref(), self.proved.as_deref(), &self.accepted, read)
+    }
+}
+
+/// What refusals, plan and files have to say that is more than a note, the first hundred.
+pub fn problems(refused: &[Remark], plan: Option<&Planned>, document: Option<&Document>) -> Vec<Remark> {
+    let of_plan = plan.into_iter().flat_map(|plan| &plan.remarks);
+    let of_files = document.into_iter().flat_map(Document::remarks);
+    let all = refused.iter().chain(of_plan).chain(of_files);
+    all.filter(|remark| remark.weight > Weight::Note).take(MOST_PROBLEMS).cloned().collect()
+}
+
+/// The most losses of a plan that are listed.
+const MOST_LOSSES: usize = 200;
+
+/// Losses of a plan: what of the board it leaves out.
+pub fn left_out(plan: Option<&Planned>) -> impl Iterator<Item = &Remark> {
+    let losses = |remark: &&Remark| remark.weight == Weight::Loss;
+    plan.into_iter().flat_map(move |plan| plan.remarks.iter().filter(losses)).take(MOST_LOSSES)
+}
+
+/// Losses of the plan that are not among those `accepted`, and findings that must be read and are not among those `read`.
+pub fn unread(
+    plan: Option<&Planned>,
+    proved: Option<&Proved>,
+    accepted: &BTreeSet<String>,
+    read: &BTreeSet<String>,
+) -> usize {
+    let findings = proved.into_iter().flat_map(|proved| &proved.findings);
+    let new = |finding: &&Finding| finding.must_be_read() && !read.contains(&finding.id);
+    left_out(plan).filter(|loss| !accepted.contains(&loss.code)).count() + findings.filter(new).count()
+}

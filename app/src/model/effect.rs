@@ -1,0 +1,132 @@
+//! What the model wants done outside of it. Each effect is plain data; who runs it sends an event back where one is due.
+//!
+//! Goes out: effects. Does not know who runs them.
+
+use super::Event;
+use crate::engine::messages::Request;
+use annulus_core::wire::Paired;
+
+/// Which worker is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lane {
+    /// The one that knows the board; [`Effect::CallOff`] ends what it does.
+    Board,
+    /// The one that looks through templates.
+    Template,
+    /// One for this request alone, beside the others.
+    Beside,
+}
+
+/// Something to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// Ask a worker; comes back as [`Event::Progress`] and [`Event::Answered`].
+    Ask {
+        /// Which worker.
+        lane: Lane,
+        /// The number that its answer bears.
+        number: u32,
+        /// What is wanted.
+        request: Box<Request>,
+    },
+    /// End whatever the worker of the board does; who waits is told that it was cancelled.
+    CallOff,
+    /// Send `event` after a while.
+    Wake {
+        /// How long, in ms.
+        after_ms: u32,
+        /// What then.
+        event: Box<Event>,
+    },
+    /// Give a file to the person.
+    Save {
+        /// Its name.
+        name: String,
+        /// Its kind, as browsers call it.
+        kind: &'static str,
+        /// Its bytes.
+        bytes: Vec<u8>,
+    },
+    /// Let the person choose files; comes back as [`super::FilesEvent::Chosen`].
+    ChooseFiles,
+    /// Let the person choose a dialect; comes back as [`super::TemplateEvent::Keep`].
+    ChooseDialect,
+    /// Fetch the sample board; comes back as [`super::FilesEvent::Chosen`].
+    Sample,
+    /// Tell when the browser draws; comes as [`super::PlayEvent::Frame`].
+    Frame,
+    /// Exchange the token of the address for a session; comes back as [`super::LinkEvent::Paired`].
+    Pair {
+        /// The token.
+        token: String,
+    },
+    /// Open a socket; what is heard on it comes as [`super::LinkEvent::Heard`], its end as [`super::LinkEvent::Closed`].
+    Connect,
+    /// Send text on the socket; comes back as [`super::LinkEvent::NotSent`] where it is not open.
+    Send {
+        /// A message of `wire`.
+        text: String,
+    },
+    /// Keep over a reload that this tab has control, or that it has not.
+    KeepControl {
+        /// It has, or had it and did not give it away.
+        had: bool,
+    },
+    /// Forget the session of this tab.
+    ForgetSession,
+    /// Begin the beat of a move by hand, or end it; comes as [`super::LinkEvent::Renew`].
+    Renew {
+        /// Begin.
+        on: bool,
+    },
+    /// Bring a program to the bridge; comes back as [`super::StartEvent::Uploaded`].
+    Upload {
+        /// The request.
+        number: u32,
+        /// Its bytes.
+        bytes: Vec<u8>,
+        /// Who asks.
+        session: Option<Paired>,
+    },
+    /// Fetch a program from the bridge; comes back as [`super::StartEvent::Fetched`].
+    Fetch {
+        /// The request.
+        number: u32,
+        /// SHA-256 of its bytes.
+        key: String,
+        /// Who asks.
+        session: Option<Paired>,
+    },
+    /// Look for what was kept; comes back as [`super::KeepEvent::Found`].
+    LookInStore,
+    /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`].
+    WriteStore {
+        /// Where.
+        place: u32,
+        /// The name of the board.
+        name: String,
+        /// The job as text.
+        job: String,
+        /// The files, packed.
+        files: Option<Vec<u8>>,
+        /// When, in ms since 1970.
+        at_ms: f64,
+    },
+    /// Take what is kept at a place; comes back as [`super::KeepEvent::Taken`].
+    TakeFromStore {
+        /// Where.
+        place: u32,
+    },
+    /// Forget what is kept at a place; comes back as [`super::KeepEvent::Dropped`].
+    DropFromStore {
+        /// Where.
+        place: u32,
+    },
+}
+
+impl Effect {
+    /// Asks the worker of the board.
+    pub(super) fn ask(number: u32, request: Request) -> Self {
+        Self::Ask { lane: Lane::Board, number, request: Box::new(request) }
+    }
+}

@@ -1,0 +1,283 @@
+//! The job in a controller's words: asked for, written by the worker, given to the person as files; and the project, saved.
+//!
+//! ```text
+//! Write ─▶ on its way ─▶ files saved │ run sheet shown │ not before this was read │ refused
+//! ```
+//!
+//! Comes in: wishes, answers of the worker. Goes out: requests, files. What was written is not said any more once the job is
+//! another. Does not know the words of controllers.
+
+use super::asked::{Basis, Task, board_is_gone, files_anew};
+use super::{Effect, Lane, Model};
+use crate::engine::Stopped;
+use crate::engine::messages::{Answer, Exported, Request, ToExport};
+use crate::said::key;
+use annulus_core::artwork;
+use annulus_core::board::Face;
+use annulus_core::post::RunSheet;
+use annulus_core::project;
+use annulus_core::project::saved::Project;
+use annulus_core::remark::Remark;
+
+/// The name of the run sheet as a file.
+pub const RUN_SHEET: &str = "run-sheet.html";
+
+/// How far lines may be off the arcs that they stand for, in mm.
+pub const CHORD_ERROR_MM: f64 = 0.005;
+
+/// What came of an export.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// These files were saved, in the order of running.
+    Saved {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// Nothing was: something was not read.
+    Unread {
+        /// On which sides, and how much.
+        sides: Vec<(Face, u32)>,
+    },
+    /// The files could not be packed.
+    Refused {
+        /// Why.
+        why: Remark,
+    },
+}
+
+/// What is done with what is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// The files are saved.
+    Files,
+    /// The run sheet is shown.
+    RunSheet,
+}
+
+/// What is on its way.
+#[derive(Clone, Debug, PartialEq)]
+enum OnTheWay {
+    /// The job, in a controller's words.
+    Writing { number: u32, purpose: Purpose, wanted: Box<ToExport>, reread: bool, share: f64 },
+    /// The project, as one file.
+    Saving { number: u32 },
+}
+
+/// Writing and saving.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Export {
+    on_the_way: Option<OnTheWay>,
+    /// Arcs become lines.
+    pub lines_only: bool,
+    /// What came of it.
+    pub outcome: Option<Outcome>,
+    /// Why nothing was written.
+    pub refused: Vec<Remark>,
+    /// The run sheet on show.
+    pub run_sheet: Option<RunSheet>,
+}
+
+/// What happens to it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExportEvent {
+    /// The panel was opened.
+    Shown,
+    /// Arcs become lines, or stay.
+    LinesOnly {
+        /// Lines.
+        on: bool,
+    },
+    /// All sides of the job are to be written.
+    Write {
+        /// What for.
+        purpose: Purpose,
+    },
+    /// The files of the board, what was said of them and the job are to be saved.
+    SaveProject,
+    /// The run sheet on show is to be saved.
+    SaveRunSheet,
+    /// The run sheet was looked at.
+    CloseRunSheet,
+}
+
+impl Export {
+    /// Whether this request is waited for.
+    pub(super) fn waits_for(&self, wanted: u32) -> bool {
+        matches!(
+            &self.on_the_way,
+            Some(OnTheWay::Writing { number, .. } | OnTheWay::Saving { number }) if *number == wanted
+        )
+    }
+
+    /// What is said of it.
+    pub fn task(&self) -> Option<Task> {
+        match &self.on_the_way {
+            Some(OnTheWay::Writing { share, .. }) => {
+                Some(Task { word: key!("page.task.writing"), share: *share })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The worker of the board was sent away.
+pub(super) fn called_off(model: &mut Model) {
+    let export = &mut model.export;
+    export.on_the_way = export.on_the_way.take().filter(|one| matches!(one, OnTheWay::Saving { .. }));
+}
+
+/// The job is another one.
+pub(super) fn forget(model: &mut Model) {
+    model.export.outcome = None;
+    model.export.refused = Vec::new();
+}
+
+/// It is so far.
+pub(super) fn progress(model: &mut Model, wanted: u32, done: f64) {
+    if let Some(OnTheWay::Writing { number, share, .. }) = &mut model.export.on_the_way
+        && *number == wanted
+    {
+        *share = done;
+    }
+}
+
+/// Takes one event in.
+pub(super) fn update(model: &mut Model, event: ExportEvent) -> Vec<Effect> {
+    match event {
+        ExportEvent::Shown => {
+            model.export.lines_only = false;
+            forget(model);
+        }
+        ExportEvent::LinesOnly { on } => model.export.lines_only = on,
+        ExportEvent::Write { purpose } => return write(model, purpose),
+        ExportEvent::SaveProject => return save_project(model),
+        ExportEvent::SaveRunSheet => {
+            let sheet = model.export.run_sheet.as_ref();
+            return sheet
+                .map(|sheet| saved(RUN_SHEET, "text/html", sheet.html().into_bytes()))
+                .into_iter()
+                .collect();
+        }
+        ExportEvent::CloseRunSheet => model.export.run_sheet = None,
+    }
+    Vec::new()
+}
+
+fn saved(name: &str, kind: &'static str, bytes: Vec<u8>) -> Effect {
+    Effect::Save { name: name.to_owned(), kind, bytes }
+}
+
+fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
+    let Some(basis) = Basis::of(model) else { return Vec::new() };
+    let wanted = ToExport {
+        plan: basis.to_plan(None),
+        read: model.job.read.iter().cloned().collect(),
+        target: model.template.target.clone(),
+        text: model.template.own_text(),
+        lines_only: model.export.lines_only.then_some(CHORD_ERROR_MM),
+        language: model.frame.language.clone(),
+    };
+    let number = model.next_request();
+    let request = Request::Export(wanted.clone());
+    let wanted = Box::new(wanted);
+    model.export.on_the_way = Some(OnTheWay::Writing { number, purpose, wanted, reread: false, share: 0.0 });
+    vec![Effect::ask(number, request)]
+}
+
+/// The open board, what was said of its files and its job.
+pub(super) fn project(model: &Model, with_job: bool) -> Option<Project> {
+    let document = model.board.document.as_ref()?;
+    let job = model.job.work.as_ref().filter(|_| with_job).map(|work| project::write(work));
+    Some(Project { files: document.files.clone(), said: document.said.clone(), job })
+}
+
+fn save_project(model: &mut Model) -> Vec<Effect> {
+    let Some(project) = project(model, true) else { return Vec::new() };
+    let number = model.next_request();
+    model.export.on_the_way = Some(OnTheWay::Saving { number });
+    vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(Request::Save(project)) }]
+}
+
+/// What files are called after.
+fn board_name(model: &Model) -> String {
+    let name = model.board.document.as_ref().map(|open| open.reading.board.name.clone());
+    name.filter(|name| !name.is_empty()).unwrap_or_else(|| "board".to_owned())
+}
+
+/// The answer to what was on its way.
+pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    match model.export.on_the_way.take() {
+        Some(OnTheWay::Writing { purpose, wanted, reread: false, .. }) if board_is_gone(&answer) => {
+            written_anew(model, purpose, wanted)
+        }
+        Some(OnTheWay::Writing { purpose, .. }) => {
+            model.export.refused = Vec::new();
+            match answer {
+                Ok(Answer::Exported(exported)) => written(model, purpose, *exported),
+                Err(Stopped::Refused(why)) => {
+                    model.export.refused = why;
+                    Vec::new()
+                }
+                _ => Vec::new(),
+            }
+        }
+        Some(OnTheWay::Saving { .. }) => {
+            model.export.refused = Vec::new();
+            match answer {
+                Ok(Answer::Saved(bytes)) => {
+                    vec![saved(&format!("{}.annulus", board_name(model)), "application/zip", bytes)]
+                }
+                Err(Stopped::Refused(why)) => {
+                    model.export.refused = why;
+                    Vec::new()
+                }
+                _ => Vec::new(),
+            }
+        }
+        None => Vec::new(),
+    }
+}
+
+/// The worker does not know the board: it is given the files first.
+fn written_anew(model: &mut Model, purpose: Purpose, wanted: Box<ToExport>) -> Vec<Effect> {
+    let Some(files) = files_anew(model, &wanted.plan) else { return Vec::new() };
+    let (first, number) = (model.next_request(), model.next_request());
+    let request = Request::Export((*wanted).clone());
+    model.export.on_the_way = Some(OnTheWay::Writing { number, purpose, wanted, reread: true, share: 0.0 });
+    vec![Effect::ask(first, files), Effect::ask(number, request)]
+}
+
+fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effect> {
+    if !exported.unread.is_empty() {
+        model.export.outcome = Some(Outcome::Unread { sides: exported.unread });
+        return Vec::new();
+    }
+    match purpose {
+        Purpose::RunSheet => {
+            model.export.run_sheet = Some(exported.sheet);
+            model.export.outcome = None;
+            Vec::new()
+        }
+        Purpose::Files => {
+            let (outcome, file) = packed(model, exported);
+            model.export.outcome = Some(outcome);
+            file.into_iter().collect()
+        }
+    }
+}
+
+/// A single program as it is, and several in one zip with the run sheet.
+fn packed(model: &Model, exported: Exported) -> (Outcome, Option<Effect>) {
+    let names: Vec<String> = exported.files.iter().map(|(name, _)| name.clone()).collect();
+    if let [(name, text)] = exported.files.as_slice() {
+        let file = saved(name, "text/plain", text.clone().into_bytes());
+        return (Outcome::Saved { names }, Some(file));
+    }
+    let name = format!("{}-{}.zip", board_name(model), model.template.target);
+    let sheet = (RUN_SHEET.to_owned(), exported.sheet.html().into_bytes());
+    let files = exported.files.into_iter().map(|(name, text)| (name, text.into_bytes()));
+    match artwork::packed(&files.chain([sheet]).collect::<Vec<_>>()) {
+        Ok(bytes) => (Outcome::Saved { names }, Some(saved(&name, "application/zip", bytes))),
+        Err(why) => (Outcome::Refused { why }, None),
+    }
+}

@@ -1,0 +1,228 @@
+//! Files: chosen, read, looked over, read again with something else said of them.
+//!
+//! ```text
+//! files ─┬─▶ a saved project: taken apart ─┐
+//!        └─────────────────────────────────┴▶ read ─▶ Document ─┬─ review (forced by doubt and loss) ─┐
+//!                                                               └─ all certain ──────────────────────┴▶ planned
+//! ```
+//!
+//! Comes in: names and bytes, choices of the person. Goes out: the open board. What was open is replaced only when the files
+//! could be read. Does not know how it is shown.
+
+use super::planning::{self, OnTheWay, Wanted};
+use super::{Document, Effect, Model, frame, keeping};
+use crate::engine::Stopped;
+use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
+use crate::keys::Tab;
+use crate::said::Text;
+use annulus_core::project::saved::{self, Numbers, Project, Said};
+use annulus_core::units::Length;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// What happens to the files.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FilesEvent {
+    /// The person wants to choose files.
+    Choose,
+    /// The person wants the sample board.
+    Sample,
+    /// Files were chosen or dropped.
+    Chosen {
+        /// Names and bytes.
+        files: Vec<(String, Vec<u8>)>,
+    },
+    /// The import review is wanted.
+    Review,
+    /// The review was gone through.
+    Reviewed,
+    /// The person wants none of it.
+    Discarded,
+    /// Of several boards, this one is meant.
+    Board {
+        /// Its name.
+        name: String,
+    },
+    /// The numbers of drill files are to be read so.
+    Numbers {
+        /// How.
+        numbers: Numbers,
+    },
+    /// A file is taken into the board, or left out: the other of the two.
+    FlipUse {
+        /// Its row in what was read.
+        row: u32,
+    },
+    /// A layer is something else.
+    Role {
+        /// The file.
+        file: String,
+        /// What it is.
+        role: String,
+        /// Where it lies.
+        side: Option<String>,
+    },
+    /// Layers are moved to where they fit the copper, or are not.
+    Aligned {
+        /// They are.
+        on: bool,
+    },
+    /// A loss was seen, or was not: the other of the two.
+    FlipAccepted {
+        /// Its code.
+        code: String,
+    },
+    /// This bit is in the spindle and goes first; none for ascending sizes.
+    Loaded {
+        /// Its diameter.
+        bit: Option<Length>,
+    },
+}
+
+/// Takes one event in.
+pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
+    let board = &mut model.board;
+    match event {
+        FilesEvent::Choose => return vec![Effect::ChooseFiles],
+        FilesEvent::Sample => return vec![Effect::Sample],
+        FilesEvent::Chosen { files } => return chosen(model, files),
+        FilesEvent::Review => board.reviewing = true,
+        FilesEvent::Reviewed => board.reviewing = false,
+        FilesEvent::Discarded => {
+            (board.document, board.reviewing) = (None, false);
+            layers(model);
+        }
+        FilesEvent::Board { name } => {
+            return say(model, |said| (said.board, said.used) = (Some(name), None));
+        }
+        FilesEvent::Numbers { numbers } => return say(model, |said| said.numbers = numbers),
+        FilesEvent::FlipUse { row } => return flip_use(model, row),
+        FilesEvent::Role { file, role, side } => {
+            return say(model, |said| {
+                said.roles.retain(|(name, ..)| *name != file);
+                said.roles.push((file, role, side));
+            });
+        }
+        FilesEvent::Aligned { on } => return say(model, |said| said.aligned = on),
+        FilesEvent::FlipAccepted { code } => {
+            if !board.accepted.remove(&code) {
+                board.accepted.insert(code);
+            }
+        }
+        FilesEvent::Loaded { bit } => board.loaded = bit,
+    }
+    Vec::new()
+}
+
+/// Files, or a saved project.
+fn chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+    match <[_; 1]>::try_from(files) {
+        Ok([(name, bytes)]) if saved::looks_like_one(&bytes) => {
+            open_project(model, ToOpen { name, bytes }, None, None)
+        }
+        Ok([file]) => read_chosen(model, vec![file]),
+        Err(files) => read_chosen(model, files),
+    }
+}
+
+fn read_chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+    let again = model.board.document.as_ref().is_some_and(|open| open.files == files);
+    read(model, Wanted { files, said: Said::default(), job: None, again, place: None })
+}
+
+/// Opens a saved project, with `job` in place of its own where there is one; `place` is where it was kept.
+pub(super) fn open_project(
+    model: &mut Model,
+    project: ToOpen,
+    job: Option<String>,
+    place: Option<u32>,
+) -> Vec<Effect> {
+    let mut effects = planning::called_off(model);
+    let number = model.next_request();
+    model.on_the_way = OnTheWay::Opening { number, job, place };
+    effects.push(Effect::ask(number, Request::Open(project)));
+    effects
+}
+
+/// The project was taken apart.
+pub(super) fn opened(
+    model: &mut Model,
+    project: Project,
+    job: Option<String>,
+    place: Option<u32>,
+) -> Vec<Effect> {
+    let Project { files, said, job: own } = project;
+    read(model, Wanted { files, said, job: job.or(own), again: false, place })
+}
+
+/// Reads the open files again with something else said of them.
+fn say(model: &mut Model, change: impl FnOnce(&mut Said)) -> Vec<Effect> {
+    let Some(document) = model.board.document.clone() else { return Vec::new() };
+    let mut said = document.said.clone();
+    change(&mut said);
+    let (files, job) = (document.files.clone(), document.job.clone());
+    read(model, Wanted { files, said, job, again: true, place: None })
+}
+
+fn flip_use(model: &mut Model, row: u32) -> Vec<Effect> {
+    let Some(document) = model.board.document.clone() else { return Vec::new() };
+    let mut used: Vec<u32> = document.reading.used.clone();
+    match used.iter().position(|one| *one == row) {
+        Some(at) => drop(used.remove(at)),
+        None => used.push(row),
+    }
+    let name = |row: &u32| document.reading.files.get(*row as usize).map(|file| file.name.clone());
+    let used = used.iter().filter_map(name).collect();
+    say(model, |said| said.used = Some(used))
+}
+
+fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
+    let mut effects = planning::called_off(model);
+    let number = model.next_request();
+    let request = Request::Read(ToRead {
+        board_key: number,
+        files: wanted.files.clone(),
+        said: wanted.said.clone(),
+        job: wanted.job.clone(),
+        machine: Some(Settings::of(&model.machine)),
+    });
+    model.on_the_way = OnTheWay::Reading { number, wanted: Box::new(wanted) };
+    effects.push(Effect::ask(number, request));
+    effects
+}
+
+/// Files that were open already keep the person's job and the screen.
+pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> Vec<Effect> {
+    let Wanted { files, said, job, again, place } = wanted;
+    let open = model.board.document.as_ref();
+    let other = open.is_some_and(|open| open.said.board != said.board);
+    let document = Document::new(files, said, job, reading);
+    let doubtful = document.doubtful();
+    planning::clear(model);
+    model.board.accepted = BTreeSet::new();
+    if !again {
+        model.board.reviewing = doubtful;
+        model.frame.tab = Tab::Board;
+    }
+    if !again || other || !model.job.edited() {
+        model.job.open(document.reading.work.clone());
+    }
+    model.board.just_opened = !doubtful && !again;
+    model.board.document = Some(Arc::new(document));
+    layers(model);
+    if let Some(place) = place {
+        keeping::restored(model, place);
+    }
+    Vec::new()
+}
+
+/// The layers panel follows what was read.
+fn layers(model: &mut Model) {
+    model.frame.layers = frame::layers_of(model.board.document.as_deref(), &model.frame.layers);
+}
+
+/// Why files could not be opened is said, sentence by sentence.
+pub(super) fn refused(model: &mut Model, stopped: Stopped) -> Vec<Effect> {
+    let Stopped::Refused(why) = stopped else { return Vec::new() };
+    why.into_iter().map(|remark| frame::toast(model, Text::Found(remark), None)).collect()
+}

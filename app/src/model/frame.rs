@@ -1,0 +1,281 @@
+//! What frames the work: the screen, units, colours, language; what is chosen and how it is looked at; short words in the corner.
+//!
+//! Comes in: choices of the person, what the picture tells. Goes out: state; a short word goes away by itself. Knows no board.
+
+use super::{Effect, Event, Model};
+use crate::engine::messages::LayerRow;
+use crate::format::Unit;
+use crate::keys::{Action, Tab};
+use crate::layers::{self, Kind, Look, Preset, Side};
+use crate::model::Document;
+use crate::said::Text;
+use crate::view::Colour;
+use annulus_core::locale;
+
+/// Colours of the page.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Theme {
+    /// As the system says.
+    #[default]
+    Auto,
+    /// Bright.
+    Light,
+    /// Dim.
+    Dark,
+    /// Black and white with full contrast.
+    Contrast,
+}
+
+/// What a short word offers to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToastAct {
+    /// Show the import review.
+    Review,
+}
+
+/// A short word in the corner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Toast {
+    /// Tells it from others.
+    pub number: u32,
+    /// What it says.
+    pub text: Text,
+    /// What can be done about it.
+    pub act: Option<ToastAct>,
+}
+
+/// So long a short word stays, in ms.
+const TOAST_MS: u32 = 8_000;
+
+/// Screen, units, colours; what is chosen and how it is looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// The screen.
+    pub tab: Tab,
+    /// Unit of lengths on show.
+    pub unit: Unit,
+    /// Colours.
+    pub theme: Theme,
+    /// The language, by its word in the locale tables.
+    pub language: String,
+    /// The hole chosen in picture or table.
+    pub selected: Option<u32>,
+    /// Show the paths as in the file instead of the planned ones.
+    pub show_before: bool,
+    /// Show the rapids from cut to cut.
+    pub show_travel: bool,
+    /// How each layer is seen.
+    pub layers: Vec<Look>,
+    /// The board is looked at from below.
+    pub flipped: bool,
+    /// Where the pointer is, work coordinates in mm.
+    pub cursor_mm: Option<[f64; 2]>,
+    /// CSS pixels in a millimetre.
+    pub zoom: f64,
+    /// Key of the word for what draws.
+    pub backend: Option<&'static str>,
+    /// What was asked of the picture last, and how often anything was.
+    pub asked: (u32, Option<Action>),
+    /// Short words on show.
+    pub toasts: Vec<Toast>,
+    /// The number of the last of them.
+    toast: u32,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self {
+            tab: Tab::default(),
+            unit: Unit::default(),
+            theme: Theme::default(),
+            language: locale::FALLBACK.to_owned(),
+            selected: None,
+            show_before: false,
+            show_travel: true,
+            layers: Vec::new(),
+            flipped: false,
+            cursor_mm: None,
+            zoom: 0.0,
+            backend: None,
+            asked: (0, None),
+            toasts: Vec::new(),
+            toast: 0,
+        }
+    }
+}
+
+/// What changes the frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FrameEvent {
+    /// Another screen.
+    Show {
+        /// Which.
+        tab: Tab,
+    },
+    /// Another unit.
+    Units {
+        /// Which; none for the other one.
+        unit: Option<Unit>,
+    },
+    /// Other colours.
+    Colours {
+        /// Which.
+        theme: Theme,
+    },
+    /// Another language.
+    Language {
+        /// Its word.
+        language: String,
+    },
+    /// A hole was chosen, or none.
+    Select {
+        /// Which.
+        hole: Option<u32>,
+    },
+    /// Show the paths as in the file, or as planned.
+    Before {
+        /// As in the file.
+        on: bool,
+    },
+    /// Show the rapids or not.
+    Travel {
+        /// Shown.
+        on: bool,
+    },
+    /// Look at the board from below, or from above.
+    Flip {
+        /// From below; none for the other side.
+        below: Option<bool>,
+    },
+    /// One layer is seen or not seen: the other of the two.
+    LayerEye {
+        /// Its line in the panel.
+        index: usize,
+    },
+    /// One layer is seen more or less.
+    LayerOpacity {
+        /// Its line in the panel.
+        index: usize,
+        /// From 0 to 100.
+        percent: u8,
+    },
+    /// One layer has another colour.
+    LayerColour {
+        /// Its line in the panel.
+        index: usize,
+        /// Which; none for its own.
+        colour: Option<Colour>,
+    },
+    /// A group of layers is seen, the others are not.
+    LayerPreset {
+        /// Which.
+        preset: Preset,
+    },
+    /// The pointer is somewhere over the picture, or not over it.
+    Cursor {
+        /// Work coordinates in mm.
+        at_mm: Option<[f64; 2]>,
+    },
+    /// The picture is nearer or further.
+    Zoom {
+        /// CSS pixels in a millimetre.
+        px_per_mm: f64,
+    },
+    /// The picture is to be fitted, nearer or further.
+    Look {
+        /// Which of these.
+        action: Action,
+    },
+    /// It is known what draws.
+    Backend {
+        /// Key of its word.
+        word: &'static str,
+    },
+    /// A short word is to be said.
+    Say {
+        /// What.
+        text: Text,
+    },
+    /// A short word was there long enough, or was closed.
+    Said {
+        /// Its number.
+        number: u32,
+    },
+    /// What a short word offers is wanted.
+    Taken {
+        /// Its number.
+        number: u32,
+    },
+}
+
+/// Says a short word.
+pub(super) fn toast(model: &mut Model, text: Text, act: Option<ToastAct>) -> Effect {
+    let frame = &mut model.frame;
+    frame.toast += 1;
+    let number = frame.toast;
+    frame.toasts.push(Toast { number, text, act });
+    let event = Event::Frame(FrameEvent::Said { number });
+    Effect::Wake { after_ms: TOAST_MS, event: Box::new(event) }
+}
+
+/// Takes one event in.
+pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
+    let frame = &mut model.frame;
+    match event {
+        FrameEvent::Show { tab } => frame.tab = tab,
+        FrameEvent::Units { unit } => {
+            let other = if frame.unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
+            frame.unit = unit.unwrap_or(other);
+        }
+        FrameEvent::Colours { theme } => frame.theme = theme,
+        FrameEvent::Language { language } => frame.language = language,
+        FrameEvent::Select { hole } => frame.selected = hole,
+        FrameEvent::Before { on } => frame.show_before = on,
+        FrameEvent::Travel { on } => frame.show_travel = on,
+        FrameEvent::Flip { below } => frame.flipped = below.unwrap_or(!frame.flipped),
+        FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
+        FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),
+        FrameEvent::LayerColour { index, colour } => look(frame, index, |look| look.colour = colour),
+        FrameEvent::LayerPreset { preset } => {
+            frame.layers.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
+        }
+        FrameEvent::Cursor { at_mm } => frame.cursor_mm = at_mm,
+        FrameEvent::Zoom { px_per_mm } => frame.zoom = px_per_mm,
+        FrameEvent::Look { action } => frame.asked = (frame.asked.0 + 1, Some(action)),
+        FrameEvent::Backend { word } => frame.backend = Some(word),
+        FrameEvent::Say { text } => return vec![toast(model, text, None)],
+        FrameEvent::Said { number } => frame.toasts.retain(|toast| toast.number != number),
+        FrameEvent::Taken { number } => {
+            let found = frame.toasts.iter().position(|toast| toast.number == number);
+            let act = found.map(|at| frame.toasts.remove(at)).and_then(|toast| toast.act);
+            if act == Some(ToastAct::Review) {
+                model.board.reviewing = true;
+            }
+        }
+    }
+    Vec::new()
+}
+
+fn look(frame: &mut Frame, index: usize, act: impl FnOnce(&mut Look)) {
+    if let Some(look) = frame.layers.get_mut(index) {
+        act(look);
+    }
+}
+
+/// The lines of the layers panel of what was read; what the person chose for those before stays.
+pub(super) fn layers_of(document: Option<&Document>, before: &[Look]) -> Vec<Look> {
+    let Some(document) = document else { return Vec::new() };
+    let reading = &document.reading;
+    let row = |(index, layer): (usize, &LayerRow)| {
+        let side = layer.side.as_deref();
+        let name = format!("{} {} {index}", layer.role, side.unwrap_or_default());
+        Look::new(name, Kind::of(&layer.role, side), Side::of(side), Some(index))
+    };
+    let mut looks: Vec<Look> = reading.layers.iter().enumerate().map(row).collect();
+    looks.reverse();
+    if !reading.board.outline.is_empty() {
+        looks.push(Look::new("outline".to_owned(), Kind::Outline, Side::Both, None));
+    }
+    looks.push(Look::new("holes".to_owned(), Kind::Holes, Side::Both, None));
+    layers::kept(looks, before)
+}

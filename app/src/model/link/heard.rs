@@ -1,0 +1,145 @@
+//! What each message of the bridge changes.
+//!
+//! Comes in: a [`Tell`]. Goes out: what is shown, and answers that are due at once. Does not know how it travelled.
+
+use super::{Armed, Control, Ended, Interrupted, Link, Noted, Phase, Queue, ask, claim, ping_if_due, stop};
+use crate::health::{self, Freshness};
+use crate::model::{Effect, Model};
+use annulus_core::control::Ending;
+use annulus_core::queue::{MOST_ROWS, RowResult};
+use annulus_core::remark::Remark;
+use annulus_core::wire::{Ask, OLDEST_PROTOCOL, PROTOCOL, QueueStatus, Status, Tell, auth};
+use std::sync::Arc;
+
+/// Takes one message in; one that could not be read says that the bridge is there.
+pub(super) fn heard(model: &mut Model, tell: Option<Box<Tell>>) -> Vec<Effect> {
+    model.link.heard_ms = model.clock.page_ms;
+    let mut effects = Vec::new();
+    if let Some(tell) = tell {
+        model.link.freshness = Freshness::Fresh;
+        effects = took(model, *tell);
+    }
+    effects.extend(ping_if_due(model));
+    effects
+}
+
+fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
+    let wall_ms = model.clock.wall_ms;
+    let link = &mut model.link;
+    match tell {
+        Tell::Challenge { nonce, .. } => return hello(model, &nonce),
+        Tell::Welcome { .. } => return welcome(model),
+        Tell::Machine { settings, fingerprint } => {
+            if link.fingerprint != fingerprint || *link.settings != settings {
+                link.note(wall_ms, Noted::Settings);
+            }
+            link.fingerprint = fingerprint;
+            link.settings = Arc::new(settings);
+            model.describe_machine();
+        }
+        Tell::Status(status) => told(model, *status),
+        Tell::Control { yours, taken, viewers } => {
+            return control(model, Control { yours, taken, viewers });
+        }
+        Tell::Armed { job, stream_digest, checks } => {
+            link.armed = Some(Armed { job, stream_digest, checks });
+        }
+        Tell::Ended { job, ending, holes_done, .. } => {
+            link.interrupted = None;
+            link.note(wall_ms, Noted::Ended(ending, holes_done));
+            let by_you = ending == Ending::Stopped && stop::pressed_here(link, model.clock.page_ms);
+            link.ended = Some(Ended { job, ending, holes_done, by_you });
+        }
+        Tell::Interrupted { job, name, next_leg, holes_done, holes_total, .. } => {
+            link.interrupted = Some(Interrupted { job, name, next_leg, holes_done, holes_total });
+        }
+        Tell::Timing(timing) => link.timing = Some(Arc::new(*timing)),
+        Tell::QueueText { text } => link.queue.text = text,
+        Tell::Queue(status) => queue(&mut link.queue, *status),
+        Tell::Outputs(outputs) => link.outputs = outputs,
+        // STOP at rest: there was nothing to stop, and that is what was wanted.
+        Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
+        Tell::Refused { why } => refused(link, wall_ms, why),
+        Tell::Pong { stamp } => {
+            stop::pong(link, stamp);
+            link.delay_ms = Some(model.clock.page_ms - stamp);
+        }
+    }
+    Vec::new()
+}
+
+/// Answers the bridge's first frame: who is speaking, with the proof.
+fn hello(model: &mut Model, nonce: &str) -> Vec<Effect> {
+    let Some(session) = model.link.session.clone() else { return Vec::new() };
+    let hello = Ask::Hello {
+        proto: PROTOCOL,
+        min: OLDEST_PROTOCOL,
+        app: env!("CARGO_PKG_VERSION").to_owned(),
+        session: session.session,
+        proof: auth::hello(&session.key, nonce),
+    };
+    ask(model, &hello)
+}
+
+/// Hello was accepted: a STOP that was kept goes out before anything else, patience starts anew, and control is taken if nobody
+/// has it.
+fn welcome(model: &mut Model) -> Vec<Effect> {
+    model.link.phase = Phase::Open;
+    model.link.ever = true;
+    model.link.attempt = 0;
+    let mut effects = stop::opened(model);
+    model.link.note(model.clock.wall_ms, Noted::Link(true));
+    effects.extend(ask(model, &Ask::TakeControl { force: false }));
+    effects
+}
+
+fn told(model: &mut Model, status: Status) {
+    let link = &mut model.link;
+    stop::status(link, status.state);
+    if link.log.is_news(&status) {
+        Arc::make_mut(&mut link.log).seen(model.clock.wall_ms, &status);
+    }
+    link.status = Some(Arc::new(status));
+}
+
+/// Who has control now. What this page had and did not give away it asks for again, once nobody has it.
+fn control(model: &mut Model, now: Control) -> Vec<Effect> {
+    let link = &mut model.link;
+    let before = std::mem::replace(&mut link.control, now);
+    let Control { yours, taken, .. } = now;
+    if (before.yours, before.taken) != (yours, taken) {
+        link.note(model.clock.wall_ms, Noted::Control { yours, taken });
+        link.ousted = health::ousted(before.yours, yours, taken, link.released);
+    }
+    let mut held = link.claim;
+    let wants = held.told(before.yours, yours, taken);
+    let mut effects: Vec<Effect> = claim(link, held).into_iter().collect();
+    if wants {
+        effects.extend(ask(model, &Ask::TakeControl { force: false }));
+    }
+    effects
+}
+
+/// After hello it may be that the bridge was restarted and does not know this page any more.
+fn refused(link: &mut Link, wall_ms: f64, why: Remark) {
+    if matches!(why.code.as_str(), "socket.session" | "socket.proof") && link.phase != Phase::Open {
+        link.unknown = true;
+    }
+    link.note(wall_ms, Noted::Refused(why.clone()));
+    link.refused = Some(why);
+}
+
+/// Takes the news of the queue in: all results, or those that changed.
+fn queue(queue: &mut Queue, news: QueueStatus) {
+    (queue.phase, queue.row, queue.why) = (news.phase, news.row.map(|row| row as usize), news.why);
+    if news.whole {
+        queue.results.clear();
+    }
+    for (row, result) in news.results {
+        let row = (row as usize).min(MOST_ROWS);
+        if queue.results.len() <= row {
+            queue.results.resize(row + 1, RowResult::default());
+        }
+        queue.results[row] = result;
+    }
+}

@@ -1,0 +1,261 @@
+//! The page as plain data: one [`Model`], one [`Event`], one pure [`update`].
+//!
+//! ```text
+//! screen ─┐                          ┌─▶ the model, as screens read it
+//! worker ─┼─ Event ─▶ update(&mut Model) ┤
+//! store  ─┘                          └─▶ Effects: what the browser, the worker and the store are asked to do
+//! ```
+//!
+//! Comes in: events, in the order in which they happened; the clock is an event too. Goes out: the next state and effects.
+//! Does not know the browser, the screens or the signals they are made of.
+
+pub mod asked;
+pub mod board;
+pub mod effect;
+pub mod export;
+pub mod files;
+pub mod frame;
+pub mod job;
+pub mod keeping;
+pub mod link;
+pub mod planning;
+pub mod play;
+pub mod start;
+pub mod template;
+mod worker;
+
+#[cfg(test)]
+mod tests;
+
+pub use asked::Task;
+pub use board::{Document, Job, LaidBoard, OpenBoard};
+pub use effect::{Effect, Lane};
+pub use export::{Export, ExportEvent};
+pub use files::FilesEvent;
+pub use frame::{Frame, FrameEvent, Theme, Toast, ToastAct};
+pub use job::{JobEdit, JobEvent};
+pub use keeping::{KeepEvent, Keeping, Offer};
+pub use link::{HandEvent, Link, LinkEvent};
+pub use planning::{OnTheWay, Step};
+pub use play::{Play, PlayEvent};
+pub use start::{Start, StartEvent};
+pub use template::{Template, TemplateEvent};
+
+use crate::engine::Stopped;
+use crate::engine::messages::Answer;
+use annulus_core::machine::{self, Machine};
+use std::sync::Arc;
+
+/// What the clocks say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clock {
+    /// Milliseconds since the page was opened; never goes back.
+    pub page_ms: f64,
+    /// Milliseconds since 1970.
+    pub wall_ms: f64,
+}
+
+/// Everything the page knows.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// What the clocks said last.
+    pub clock: Clock,
+    /// Which screen, in which units and colours; what is chosen and how it is looked at.
+    pub frame: Frame,
+    /// The machine that is planned for: the bridge's, else the virtual drill.
+    pub machine: Arc<Machine>,
+    /// The open board and all that follows from it.
+    pub board: OpenBoard,
+    /// The job of the open board.
+    pub job: JobEdit,
+    /// What is on its way from the worker.
+    pub on_the_way: OnTheWay,
+    /// The job in a controller's words.
+    pub export: Export,
+    /// The template editor.
+    pub template: Template,
+    /// The line to the bridge.
+    pub link: Link,
+    /// Programs of the machine, and the pre-flight.
+    pub start: Start,
+    /// The playback.
+    pub play: Play,
+    /// What is kept in this browser.
+    pub keeping: Keeping,
+    /// What was planned last, or is being planned.
+    asked: Option<asked::Basis>,
+    /// The number of the last request to the worker.
+    request: u32,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The clocks go on; told before every other event.
+    Clock {
+        /// What they say.
+        clock: Clock,
+    },
+    /// The page was opened.
+    Begun,
+    /// Frame and view.
+    Frame(FrameEvent),
+    /// Files, their reading and its review.
+    Files(FilesEvent),
+    /// The job.
+    Job(JobEvent),
+    /// Writing and saving.
+    Export(ExportEvent),
+    /// The template editor.
+    Template(TemplateEvent),
+    /// The playback.
+    Play(PlayEvent),
+    /// What is kept.
+    Keep(KeepEvent),
+    /// A request is so far.
+    Progress {
+        /// Its number.
+        number: u32,
+        /// From 0 to 1.
+        share: f64,
+    },
+    /// A request is answered.
+    Answered {
+        /// Its number; the answer to any but those that are waited for is dropped.
+        number: u32,
+        /// The answer, or why there is none.
+        answer: Result<Answer, Stopped>,
+    },
+    /// The person calls off what the worker does.
+    Cancelled,
+    /// The line to the bridge.
+    Link(LinkEvent),
+    /// The pre-flight, and programs of the machine.
+    Start(StartEvent),
+}
+
+macro_rules! from_parts {
+    ($($part:ident($event:ident)),*) => {
+        $(impl From<$event> for Event {
+            fn from(event: $event) -> Self {
+                Self::$part(event)
+            }
+        })*
+    };
+}
+from_parts!(
+    Frame(FrameEvent),
+    Files(FilesEvent),
+    Job(JobEvent),
+    Export(ExportEvent),
+    Template(TemplateEvent),
+    Keep(KeepEvent),
+    Play(PlayEvent),
+    Link(LinkEvent),
+    Start(StartEvent)
+);
+
+impl Default for Model {
+    fn default() -> Self {
+        Self {
+            clock: Clock::default(),
+            frame: Frame::default(),
+            machine: Arc::new(machine::virtual_drill()),
+            board: OpenBoard::default(),
+            job: JobEdit::default(),
+            on_the_way: OnTheWay::default(),
+            export: Export::default(),
+            template: Template::default(),
+            link: Link::default(),
+            start: Start::default(),
+            play: Play::default(),
+            keeping: Keeping::default(),
+            asked: None,
+            request: 0,
+        }
+    }
+}
+
+impl Model {
+    /// The machine as the bridge describes it; what this page does not know of it stays as in the virtual drill.
+    fn describe_machine(&mut self) {
+        let preset = machine::virtual_drill();
+        let described = machine::apply(&preset, &self.link.settings).unwrap_or(preset);
+        if *self.machine != described {
+            self.machine = Arc::new(described);
+        }
+    }
+
+    /// Long work that is told while it lasts.
+    pub fn task(&self) -> Option<Task> {
+        self.export.task().or_else(|| self.on_the_way.task())
+    }
+
+    /// Whether the plan on show may be exported or sent: it is that of the job, it is proved, every finding was read and every
+    /// loss seen.
+    pub fn cleared(&self) -> bool {
+        self.board.proved.is_some() && !self.board.stale && self.board.unread(&self.job.read) == 0
+    }
+
+    /// The count of changes of which a rest is waited for.
+    #[cfg(test)]
+    fn keeping_change(&self) -> u32 {
+        self.keeping.change()
+    }
+
+    /// A number for the next request.
+    fn next_request(&mut self) -> u32 {
+        self.request += 1;
+        self.request
+    }
+}
+
+impl From<HandEvent> for Event {
+    fn from(event: HandEvent) -> Self {
+        Self::Link(LinkEvent::Hand(event))
+    }
+}
+
+/// Takes one event in. What follows from the new state by itself (planning what is new, keeping it) follows in the same step.
+pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
+    let work_before = model.job.work.clone();
+    let mut effects = match event {
+        Event::Clock { clock } => {
+            model.clock = clock;
+            return Vec::new();
+        }
+        Event::Begun => keeping::begun(),
+        Event::Frame(event) => frame::update(model, event),
+        Event::Files(event) => files::update(model, event),
+        Event::Job(event) => job::update(model, event),
+        Event::Export(event) => export::update(model, event),
+        Event::Template(event) => template::update(model, event),
+        Event::Keep(KeepEvent::Taken { place, files, job }) => taken(model, place, files, job),
+        Event::Keep(event) => keeping::update(model, event),
+        Event::Progress { number, share } => worker::progress(model, number, share),
+        Event::Answered { number, answer } => worker::answered(model, number, answer),
+        Event::Cancelled => planning::cancelled(model),
+        Event::Link(event) => link::update(model, event),
+        Event::Play(event) => play::update(model, event),
+        Event::Start(event) => start::update(model, event),
+    };
+    if work_before.as_ref().map(Arc::as_ptr) != model.job.work.as_ref().map(Arc::as_ptr) {
+        // What was written is not what the job says any more.
+        export::forget(model);
+    }
+    effects.extend(planning::follow(model));
+    effects.extend(keeping::follow(model));
+    effects.extend(template::follow(model));
+    play::follow(model);
+    effects.extend(start::follow(model));
+    effects
+}
+
+/// What was kept is opened, where it was wanted and is there.
+fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>, job: Option<String>) -> Vec<Effect> {
+    match keeping::taken(model, place, files) {
+        Ok(Some(project)) => files::open_project(model, project, job, Some(place)),
+        Ok(None) => Vec::new(),
+        Err(effect) => vec![effect],
+    }
+}

@@ -1,0 +1,298 @@
+//! What is on its way from the worker of the board, and what follows when it comes: planned, proved, timed, and again whenever
+//! something it depends on has changed.
+//!
+//! ```text
+//! Nothing ─▶ Opening ─▶ Reading ─▶ Nothing ─▶ Planning: Plan ─▶ Prove ─▶ Time ─▶ Nothing
+//!    ▲ called off, refused ◀┘          ▲──────────────┘ another job is wanted meanwhile: planned again after this step
+//! ```
+//!
+//! Comes in: answers with their numbers. Goes out: requests. An answer whose number is not waited for is dropped: it is of an
+//! older generation. Does not know the worker.
+
+use super::asked::{Basis, Task, board_is_gone, files_anew};
+use super::board::take_meshes;
+use super::{Effect, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
+use crate::engine::Stopped;
+use crate::engine::messages::{Answer, Planned, Request, Timed, ToPlan, ToProve, ToTime};
+use crate::said::{Text, key};
+use annulus_core::project::saved::Said;
+use annulus_core::wire::program;
+use std::sync::Arc;
+
+/// Files to be read, and what for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wanted {
+    /// Names and bytes.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// What the person says of them.
+    pub said: Said,
+    /// The job that comes with them.
+    pub job: Option<String>,
+    /// They are open already: the person's job and the screen stay.
+    pub again: bool,
+    /// Where they were kept in this browser.
+    pub place: Option<u32>,
+}
+
+/// How far a plan is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// The operations are planned.
+    Plan,
+    /// What copper that leaves is looked at.
+    Prove {
+        /// The plan.
+        planned: Arc<Planned>,
+    },
+    /// It is timed.
+    Time {
+        /// The plan.
+        planned: Arc<Planned>,
+    },
+}
+
+/// What is on its way from the worker of the board. Numbers are those of the requests; a later one is larger.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum OnTheWay {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// A saved project is taken apart.
+    Opening {
+        /// The request.
+        number: u32,
+        /// The job that goes before its own.
+        job: Option<String>,
+        /// Where it was kept in this browser.
+        place: Option<u32>,
+    },
+    /// Files are read.
+    Reading {
+        /// The request.
+        number: u32,
+        /// What is read, and what for.
+        wanted: Box<Wanted>,
+    },
+    /// A plan is made.
+    Planning {
+        /// The request.
+        number: u32,
+        /// How far it is.
+        step: Step,
+        /// From 0 to 1.
+        share: f64,
+        /// What is planned.
+        wanted: Box<ToPlan>,
+        /// The worker was given the files anew, because it did not know the board.
+        reread: bool,
+        /// Something else is wanted meanwhile: it is planned once this step is answered.
+        again: bool,
+    },
+}
+
+impl OnTheWay {
+    /// The request that is waited for.
+    pub fn number(&self) -> Option<u32> {
+        match self {
+            Self::Nothing => None,
+            Self::Opening { number, .. } | Self::Reading { number, .. } | Self::Planning { number, .. } => {
+                Some(*number)
+            }
+        }
+    }
+
+    /// What is said of it.
+    pub fn task(&self) -> Option<Task> {
+        match self {
+            Self::Nothing | Self::Opening { .. } => None,
+            Self::Reading { .. } => Some(Task { word: key!("page.task.reading"), share: 0.0 }),
+            Self::Planning { step: Step::Plan, share, .. } => {
+                Some(Task { word: key!("page.task.planning"), share: *share })
+            }
+            Self::Planning { step: Step::Prove { .. }, .. } => {
+                Some(Task { word: key!("page.task.proving"), share: 0.7 })
+            }
+            Self::Planning { step: Step::Time { .. }, .. } => {
+                Some(Task { word: key!("page.task.timing"), share: 0.9 })
+            }
+        }
+    }
+}
+
+/// Plans what is wanted now, where that is another thing than what was planned last.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
+    if model.board.reviewing {
+        model.asked = None;
+        return Vec::new();
+    }
+    // What is being opened is planned when it is there.
+    if matches!(model.on_the_way, OnTheWay::Opening { .. } | OnTheWay::Reading { .. }) {
+        return Vec::new();
+    }
+    let Some(basis) = Basis::of(model) else { return Vec::new() };
+    if model.asked.as_ref().is_some_and(|asked| asked.same(&basis)) {
+        return Vec::new();
+    }
+    model.asked = Some(basis);
+    model.board.stale = true;
+    if let OnTheWay::Planning { again, .. } = &mut model.on_the_way {
+        *again = true;
+        return Vec::new();
+    }
+    plan(model)
+}
+
+/// Asks for a plan of what was asked for last.
+fn plan(model: &mut Model) -> Vec<Effect> {
+    let Some(basis) = model.asked.clone() else { return Vec::new() };
+    let wanted = basis.to_plan(model.board.laid.as_ref().map(|laid| laid.key.clone()));
+    let number = model.next_request();
+    let request = Request::Plan(wanted.clone());
+    let (wanted, step) = (Box::new(wanted), Step::Plan);
+    model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: false, again: false };
+    vec![Effect::ask(number, request)]
+}
+
+/// Whatever is on its way is not waited for any more.
+pub(super) fn called_off(model: &mut Model) -> Vec<Effect> {
+    if matches!(std::mem::take(&mut model.on_the_way), OnTheWay::Planning { .. }) {
+        // A plan that was not finished is made once there is time again.
+        model.asked = None;
+    }
+    export::called_off(model);
+    vec![Effect::CallOff]
+}
+
+/// The person calls off what the worker does; it is not begun again by itself.
+pub(super) fn cancelled(model: &mut Model) -> Vec<Effect> {
+    let asked = model.asked.take();
+    let effects = called_off(model);
+    model.asked = asked;
+    effects
+}
+
+/// Nothing is planned, nothing is chosen.
+pub(super) fn clear(model: &mut Model) {
+    model.board.clear_plan();
+    model.frame.selected = None;
+}
+
+/// The answer to a step of the plan `before`.
+pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    match before {
+        OnTheWay::Planning { wanted, reread: false, again, step: Step::Plan, .. }
+            if board_is_gone(&answer) =>
+        {
+            planned_anew(model, *wanted, again)
+        }
+        OnTheWay::Planning { step: Step::Plan, wanted, again, .. } => {
+            was_planned(model, *wanted, again, answer)
+        }
+        OnTheWay::Planning { again: true, .. } => plan(model),
+        OnTheWay::Planning { step: Step::Prove { planned }, wanted, .. } => {
+            was_proved(model, planned, *wanted, answer)
+        }
+        OnTheWay::Planning { step: Step::Time { planned }, .. } => was_timed(model, &planned, answer),
+        OnTheWay::Nothing | OnTheWay::Opening { .. } | OnTheWay::Reading { .. } => Vec::new(),
+    }
+}
+
+/// The worker does not know the board: it is given the files first.
+fn planned_anew(model: &mut Model, wanted: ToPlan, again: bool) -> Vec<Effect> {
+    let Some(files) = files_anew(model, &wanted) else { return Vec::new() };
+    let (first, number) = (model.next_request(), model.next_request());
+    let request = Request::Plan(wanted.clone());
+    let (wanted, step) = (Box::new(wanted), Step::Plan);
+    model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: true, again };
+    vec![Effect::ask(first, files), Effect::ask(number, request)]
+}
+
+fn was_planned(
+    model: &mut Model,
+    wanted: ToPlan,
+    again: bool,
+    answer: Result<Answer, Stopped>,
+) -> Vec<Effect> {
+    let just_opened = std::mem::take(&mut model.board.just_opened);
+    let planned = match answer {
+        Ok(Answer::Planned(planned)) => Arc::new(*planned),
+        other => {
+            clear(model);
+            model.board.stale = false;
+            if let Err(Stopped::Refused(why)) = other {
+                model.board.refused = why;
+            }
+            return if again { plan_again(model) } else { Vec::new() };
+        }
+    };
+    let board = &mut model.board;
+    board.refused = Vec::new();
+    if let Some(laid) = &planned.laid {
+        let (mut laid, key) = (laid.clone(), planned.laid_key.clone());
+        let meshes = take_meshes(&mut laid.layers);
+        board.laid = Some(Arc::new(LaidBoard { key, laid, meshes }));
+    }
+    board.plan = Some(planned.clone());
+    board.program = program::decode(&planned.program).ok().map(Arc::new);
+    let mut effects = Vec::new();
+    if just_opened && OpenBoard::problems(board).is_empty() {
+        let text = Text::of(key!("page.open.certain"));
+        effects.push(frame::toast(model, text, Some(ToastAct::Review)));
+    }
+    if again {
+        effects.extend(plan_again(model));
+        return effects;
+    }
+    let number = model.next_request();
+    let (board_key, work, program) = (wanted.board_key, wanted.work.clone(), planned.program.clone());
+    effects.push(Effect::ask(number, Request::Prove(ToProve { board_key, program, work })));
+    proceed(model, number, Step::Prove { planned }, wanted);
+    effects
+}
+
+/// Plans what is wanted by now.
+fn plan_again(model: &mut Model) -> Vec<Effect> {
+    model.board.stale = true;
+    plan(model)
+}
+
+/// The next step of the same plan.
+fn proceed(model: &mut Model, number: u32, step: Step, wanted: ToPlan) {
+    let wanted = Box::new(wanted);
+    model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: false, again: false };
+}
+
+fn was_proved(
+    model: &mut Model,
+    planned: Arc<Planned>,
+    wanted: ToPlan,
+    answer: Result<Answer, Stopped>,
+) -> Vec<Effect> {
+    model.job.marked = None;
+    model.board.proved = match answer {
+        Ok(Answer::Proved(proved)) => Some(Arc::new(proved)),
+        _ => None,
+    };
+    let number = model.next_request();
+    let request = ToTime { program: planned.program.clone(), machine: wanted.machine.clone() };
+    proceed(model, number, Step::Time { planned }, wanted);
+    vec![Effect::ask(number, Request::Time(request))]
+}
+
+fn was_timed(model: &mut Model, planned: &Planned, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    match answer {
+        Ok(Answer::Timed(timed)) => finish(model, planned, timed),
+        Err(Stopped::Refused(why)) => model.board.refused = why,
+        _ => {}
+    }
+    Vec::new()
+}
+
+fn finish(model: &mut Model, planned: &Planned, timed: Timed) {
+    let Some(program) = model.board.program.clone() else { return };
+    let (bytes, key) = (planned.program.clone(), planned.key.clone());
+    let stream_digest = timed.stream_digest.clone();
+    model.board.job = Some(Arc::new(Job { program: (*program).clone(), bytes, key, stream_digest }));
+    model.board.timed = Some(Arc::new(timed));
+    model.board.stale = false;
+}

@@ -1,0 +1,200 @@
+//! The playback: what is played, which second is on show, how fast it goes.
+//!
+//! ```text
+//! timeline ─ Playback ─ at(second) ─▶ head, holes done, stage       the second is all that moves
+//! ```
+//!
+//! Comes in: the plan in time, keys, frames of the browser. Goes out: the second on show; it moves only while it runs.
+
+use super::{Effect, Model};
+use crate::engine::messages::Timed;
+use crate::keys::Stride;
+use annulus_core::sim::Playback;
+use annulus_core::units::TICK_HZ;
+use std::sync::Arc;
+
+/// The speeds there are.
+pub const SPEEDS: [f64; 9] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0];
+/// A page that was hidden makes no longer leap than this when it comes back, in ms.
+const LEAP_MS: f64 = 200.0;
+
+/// The playback.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Play {
+    /// What is played.
+    pub playback: Option<Arc<Playback>>,
+    /// The second on show.
+    pub at_s: f64,
+    /// Whether it runs.
+    pub running: bool,
+    /// Seconds of the plan in a second of the clock.
+    pub speed: f64,
+    /// When the last frame was.
+    last_ms: Option<f64>,
+    /// A frame was asked for and has not come yet.
+    awaits: bool,
+    /// The plan that it is of.
+    of: Option<Arc<Timed>>,
+}
+
+impl Default for Play {
+    fn default() -> Self {
+        Self {
+            playback: None,
+            at_s: 0.0,
+            running: false,
+            speed: 10.0,
+            last_ms: None,
+            awaits: false,
+            of: None,
+        }
+    }
+}
+
+/// What happens to the playback.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PlayEvent {
+    /// It runs or holds: the other of the two; from the end it begins anew.
+    Toggle,
+    /// Hold, and show this second.
+    Hold {
+        /// Which.
+        at_s: f64,
+    },
+    /// Show this second.
+    Seek {
+        /// Which.
+        at_s: f64,
+    },
+    /// To the beginning of the next or last segment or hole, or by a hundredth.
+    Step {
+        /// How far, which way.
+        stride: Stride,
+    },
+    /// To the end.
+    End,
+    /// Slower or faster.
+    Faster {
+        /// Faster.
+        more: bool,
+    },
+    /// As fast as this.
+    Speed {
+        /// Seconds of the plan in a second of the clock.
+        speed: f64,
+    },
+    /// The browser draws a frame.
+    Frame,
+}
+
+impl Play {
+    /// How long all of it takes.
+    pub fn total_s(&self) -> f64 {
+        self.playback.as_ref().map_or(0.0, |playback| playback.total_s())
+    }
+
+    fn seek(&mut self, at_s: f64) {
+        self.at_s = at_s.clamp(0.0, self.total_s());
+    }
+
+    fn step(&mut self, stride: Stride) {
+        self.running = false;
+        let Some(playback) = self.playback.clone() else { return };
+        let now_s = self.at_s;
+        let start_s = |tick: u64| tick as f64 / TICK_HZ as f64;
+        let target = match stride {
+            Stride::Percent(on) => Some(now_s + if on { 0.01 } else { -0.01 } * playback.total_s()),
+            Stride::Hole(on) => neighbour(now_s, on, playback.drilled().iter().map(|drilled| drilled.done_s)),
+            Stride::Segment(on) => {
+                let moves = playback.timeline().moves.iter();
+                neighbour(now_s, on, moves.map(|planned| start_s(planned.start_tick)))
+            }
+        };
+        if let Some(target) = target {
+            self.seek(target);
+        }
+    }
+
+    /// Begins to run: a frame is asked for, unless one is on its way.
+    fn run(&mut self) -> Vec<Effect> {
+        if !self.running {
+            return Vec::new();
+        }
+        self.last_ms = None;
+        self.ask_for_frame()
+    }
+
+    fn ask_for_frame(&mut self) -> Vec<Effect> {
+        if std::mem::replace(&mut self.awaits, true) { Vec::new() } else { vec![Effect::Frame] }
+    }
+
+    fn frame(&mut self, now_ms: f64) -> Vec<Effect> {
+        self.awaits = false;
+        if !self.running {
+            return Vec::new();
+        }
+        let last_ms = self.last_ms.replace(now_ms);
+        let gone_s = last_ms.map_or(0.0, |last_ms| (now_ms - last_ms).min(LEAP_MS)) / 1000.0;
+        let at_s = self.at_s + gone_s * self.speed;
+        self.seek(at_s);
+        if self.at_s < at_s {
+            self.running = false;
+            return Vec::new();
+        }
+        self.ask_for_frame()
+    }
+}
+
+/// The nearest of `times` before or behind `now_s`; they ascend.
+fn neighbour(now_s: f64, on: bool, mut times: impl DoubleEndedIterator<Item = f64>) -> Option<f64> {
+    const SAME_S: f64 = 1e-6;
+    if on {
+        times.find(|time| *time > now_s + SAME_S)
+    } else {
+        times.rev().find(|time| *time < now_s - SAME_S)
+    }
+}
+
+/// The next speed up or down.
+fn next_speed(speed: f64, more: bool) -> f64 {
+    let mut speeds = SPEEDS.into_iter();
+    let found = if more { speeds.find(|one| *one > speed) } else { speeds.rev().find(|one| *one < speed) };
+    found.unwrap_or(speed)
+}
+
+/// Takes one event in.
+pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
+    let play = &mut model.play;
+    match event {
+        PlayEvent::Toggle => {
+            if play.at_s >= play.total_s() && !play.running {
+                play.at_s = 0.0;
+            }
+            play.running = !play.running;
+            return play.run();
+        }
+        PlayEvent::Hold { at_s } => {
+            play.running = false;
+            play.seek(at_s);
+        }
+        PlayEvent::Seek { at_s } => play.seek(at_s),
+        PlayEvent::Step { stride } => play.step(stride),
+        PlayEvent::End => play.seek(play.total_s()),
+        PlayEvent::Faster { more } => play.speed = next_speed(play.speed, more),
+        PlayEvent::Speed { speed } => play.speed = speed,
+        PlayEvent::Frame => return play.frame(model.clock.page_ms),
+    }
+    Vec::new()
+}
+
+/// Another plan is played from its beginning.
+pub(super) fn follow(model: &mut Model) {
+    let (now, of) = (&model.board.timed, &model.play.of);
+    if now.as_ref().map(Arc::as_ptr) == of.as_ref().map(Arc::as_ptr) {
+        return;
+    }
+    let playback = now.as_ref().map(|timed| Arc::new(Playback::new(timed.timeline.clone())));
+    let of = now.clone();
+    let play = &mut model.play;
+    (play.playback, play.of, play.at_s, play.running) = (playback, of, 0.0, false);
+}

@@ -1,0 +1,309 @@
+//! Before the first move: the program goes to the bridge, the bridge checks it, a person reads the rows. And the programs that
+//! the machine has and this page did not plan.
+//!
+//! ```text
+//! Start… ─▶ upload ─▶ Arm ─▶ rows and digest ─▶ [Start drilling]   (only this button moves anything)
+//! a key of the bridge ─▶ fetched ─▶ timed in a worker ─▶ Job
+//! ```
+//!
+//! Comes in: wishes, answers of bridge and worker. Goes out: `Arm`, and `Start` once nothing fails and every warning is ticked.
+
+use super::link::{Armed, Interrupted, ask};
+use super::{Effect, Job, Lane, Model};
+use crate::engine::Stopped;
+use crate::engine::messages::{Answer, Request, Settings, ToTime};
+use crate::said::key;
+use annulus_core::job::Program;
+use annulus_core::locale;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::wire::{Ask, MissingTold, PreflightRow, Verdict, program};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// A pre-flight on show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preflight {
+    /// The program's key.
+    pub job: String,
+    /// Where to begin.
+    pub from_leg: u32,
+    /// Digest of the stream as this page computed it.
+    pub own_digest: String,
+}
+
+/// What a program is wanted for.
+#[derive(Clone, Debug, PartialEq)]
+enum Then {
+    /// It is what the machine has.
+    Nothing,
+    /// Its pre-flight, from this leg on.
+    Preflight { from_leg: u32 },
+    /// The pre-flight of what of it is missing.
+    Again { missing: MissingTold },
+}
+
+/// A program on its way.
+#[derive(Clone, Debug, PartialEq)]
+enum Coming {
+    /// From the bridge.
+    Fetched { number: u32, key: String, then: Then },
+    /// It is timed.
+    Timed { number: u32, program: Box<Program>, bytes: Vec<u8>, key: String, then: Then },
+}
+
+impl Coming {
+    fn number(&self) -> u32 {
+        match self {
+            Self::Fetched { number, .. } | Self::Timed { number, .. } => *number,
+        }
+    }
+}
+
+/// Programs of the machine, and the pre-flight.
+#[derive(Clone, Debug, Default)]
+pub struct Start {
+    /// The job the machine has, where that is another one than was planned.
+    pub fetched: Option<Arc<Job>>,
+    /// The job that the Machine screen shows.
+    pub shown: Option<Arc<Job>>,
+    /// The pre-flight on show.
+    pub preflight: Option<Preflight>,
+    /// Warnings of it that were ticked, by code.
+    pub ticked: BTreeSet<String>,
+    /// What is on its way.
+    coming: Vec<Coming>,
+    /// The upload that is waited for.
+    upload: Option<u32>,
+    /// The job that the machine had last.
+    running: Option<String>,
+}
+
+/// What happens to it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StartEvent {
+    /// The pre-flight of the planned job is wanted.
+    Open,
+    /// The pre-flight of a job that was broken off is wanted.
+    Resume {
+        /// Which.
+        offer: Interrupted,
+    },
+    /// The pre-flight of what the last run left out is wanted.
+    Again {
+        /// What.
+        missing: MissingTold,
+    },
+    /// A program came from the bridge, or did not.
+    Fetched {
+        /// The request.
+        number: u32,
+        /// Its bytes, or why there are none.
+        answer: Result<Vec<u8>, Remark>,
+    },
+    /// A program went to the bridge, or did not.
+    Uploaded {
+        /// The request.
+        number: u32,
+        /// Its key, or why not.
+        answer: Result<String, Remark>,
+    },
+    /// A warning was read, or was not: the other of the two.
+    Tick {
+        /// Its code.
+        code: String,
+    },
+    /// The pre-flight is closed.
+    Close,
+    /// The job is to start.
+    Start,
+}
+
+/// The bridge's rows, and the page's own: that both computed the same steps.
+pub fn rows(preflight: &Preflight, armed: &Armed) -> Vec<PreflightRow> {
+    let same = preflight.own_digest == armed.stream_digest;
+    let code = if same { key!("page.preflight.same_steps") } else { key!("page.preflight.other_steps") };
+    let weight = if same { Weight::Note } else { Weight::Loss };
+    let digest = PreflightRow {
+        finding: Remark::new(weight, code).with("digest", armed.stream_digest.get(..12).unwrap_or_default()),
+        verdict: if same { Verdict::Pass } else { Verdict::Fail },
+    };
+    armed.checks.iter().cloned().chain([digest]).collect()
+}
+
+/// The rows of the pre-flight on show, once the bridge has checked its job.
+pub fn rows_now(preflight: Option<&Preflight>, armed: Option<&Armed>) -> Option<Vec<PreflightRow>> {
+    let preflight = preflight?;
+    armed.filter(|armed| armed.job == preflight.job).map(|armed| rows(preflight, armed))
+}
+
+/// Whether nothing of `rows` fails, and every warning is among those `ticked`.
+pub fn may_start(rows: &[PreflightRow], ticked: &BTreeSet<String>) -> bool {
+    rows.iter().all(|row| match row.verdict {
+        Verdict::Pass => true,
+        Verdict::Warn => ticked.contains(&row.finding.code),
+        Verdict::Fail => false,
+    })
+}
+
+/// Takes one event in.
+pub(super) fn update(model: &mut Model, event: StartEvent) -> Vec<Effect> {
+    match event {
+        StartEvent::Open => match model.board.job.clone() {
+            Some(job) => show(model, &job, 0),
+            None => Vec::new(),
+        },
+        StartEvent::Resume { offer } => {
+            by_key(model, offer.job, Then::Preflight { from_leg: offer.next_leg })
+        }
+        StartEvent::Again { missing } => by_key(model, missing.job.clone(), Then::Again { missing }),
+        StartEvent::Fetched { number, answer } => fetched(model, number, answer),
+        StartEvent::Uploaded { number, answer } => uploaded(model, number, answer),
+        StartEvent::Tick { code } => {
+            if !model.start.ticked.remove(&code) {
+                model.start.ticked.insert(code);
+            }
+            Vec::new()
+        }
+        StartEvent::Close => {
+            (model.start.preflight, model.start.upload) = (None, None);
+            Vec::new()
+        }
+        StartEvent::Start => start(model),
+    }
+}
+
+/// Opens the pre-flight of `job`, to begin at `from_leg`.
+fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
+    (model.link.armed, model.link.refused) = (None, None);
+    model.start.ticked = BTreeSet::new();
+    let (key, own_digest) = (job.key.clone(), job.stream_digest.clone());
+    model.start.preflight = Some(Preflight { job: key, from_leg, own_digest });
+    let number = model.next_request();
+    model.start.upload = Some(number);
+    let session = model.link.session.clone();
+    vec![Effect::Upload { number, bytes: job.bytes.clone(), session }]
+}
+
+fn uploaded(model: &mut Model, number: u32, answer: Result<String, Remark>) -> Vec<Effect> {
+    if model.start.upload != Some(number) {
+        return Vec::new();
+    }
+    model.start.upload = None;
+    match answer {
+        Ok(job) => ask(model, &Ask::Arm { job }),
+        Err(why) => {
+            model.link.refused = Some(why);
+            Vec::new()
+        }
+    }
+}
+
+fn start(model: &mut Model) -> Vec<Effect> {
+    let rows = rows_now(model.start.preflight.as_ref(), model.link.armed.as_ref());
+    let may = rows.is_some_and(|rows| may_start(&rows, &model.start.ticked));
+    let Some(preflight) = model.start.preflight.take_if(|_| may) else { return Vec::new() };
+    let Preflight { job, from_leg, own_digest } = preflight;
+    model.link.ended = None;
+    ask(model, &Ask::Start { job, stream_digest: own_digest, from_leg })
+}
+
+/// The job that the machine has, once another one is told.
+fn running(model: &mut Model) -> Vec<Effect> {
+    let now = model.link.status.as_ref().and_then(|status| status.job.clone());
+    if now == model.start.running {
+        return Vec::new();
+    }
+    model.start.running.clone_from(&now);
+    now.map_or_else(Vec::new, |key| by_key(model, key, Then::Nothing))
+}
+
+/// The Machine screen shows what the machine has, else what is planned; what this page does not know of it is fetched.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
+    let effects = running(model);
+    let own = |job: &Option<Arc<Job>>, key: &str| job.clone().filter(|job| job.key == key);
+    let planned = &model.board.job;
+    let key = model.link.status.as_ref().and_then(|status| status.job.as_deref());
+    model.start.shown = match key {
+        None => planned.clone(),
+        Some(key) => own(planned, key).or_else(|| own(&model.start.fetched, key)),
+    };
+    effects
+}
+
+/// The job `key`: the planned one, or fetched from the bridge when this page was opened later.
+fn by_key(model: &mut Model, key: String, then: Then) -> Vec<Effect> {
+    let known = [&model.board.job, &model.start.fetched].into_iter().flatten().find(|job| job.key == key);
+    if let Some(job) = known.cloned() {
+        return proceed(model, &job, then);
+    }
+    let number = model.next_request();
+    model.start.coming.push(Coming::Fetched { number, key: key.clone(), then });
+    vec![Effect::Fetch { number, key, session: model.link.session.clone() }]
+}
+
+fn take(model: &mut Model, number: u32) -> Option<Coming> {
+    let at = model.start.coming.iter().position(|coming| coming.number() == number)?;
+    Some(model.start.coming.remove(at))
+}
+
+fn fetched(model: &mut Model, number: u32, answer: Result<Vec<u8>, Remark>) -> Vec<Effect> {
+    let Some(Coming::Fetched { key, then, .. }) = take(model, number) else { return Vec::new() };
+    match answer {
+        Ok(bytes) => {
+            let Ok(program) = program::decode(&bytes) else { return Vec::new() };
+            time(model, program, bytes, key, then)
+        }
+        Err(why) => {
+            model.link.refused = Some(why);
+            Vec::new()
+        }
+    }
+}
+
+/// A program that was not planned here is timed, for its digest.
+fn time(model: &mut Model, program: Program, bytes: Vec<u8>, key: String, then: Then) -> Vec<Effect> {
+    let number = model.next_request();
+    let request = Request::Time(ToTime { program: bytes.clone(), machine: Settings::of(&model.machine) });
+    let program = Box::new(program);
+    model.start.coming.push(Coming::Timed { number, program, bytes, key, then });
+    vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
+}
+
+impl Start {
+    /// Whether this request is waited for.
+    pub(super) fn waits_for(&self, number: u32) -> bool {
+        self.coming.iter().any(|coming| coming.number() == number)
+    }
+}
+
+/// It is timed.
+pub(super) fn timed(model: &mut Model, number: u32, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    let Some(Coming::Timed { program, bytes, key, then, .. }) = take(model, number) else {
+        return Vec::new();
+    };
+    let stream_digest = match answer {
+        Ok(Answer::Timed(timed)) => timed.stream_digest,
+        _ => String::new(),
+    };
+    let job = Arc::new(Job { program: *program, bytes, key, stream_digest });
+    model.start.fetched = Some(job.clone());
+    proceed(model, &job, then)
+}
+
+fn proceed(model: &mut Model, job: &Job, then: Then) -> Vec<Effect> {
+    match then {
+        Then::Nothing => Vec::new(),
+        Then::Preflight { from_leg } => show(model, job, from_leg),
+        Then::Again { missing } => {
+            let wanted = |leg: usize| {
+                missing.legs.iter().any(|(from, to)| (*from as usize..*to as usize).contains(&leg))
+            };
+            let mut program = job.program.only(wanted);
+            let name = [("name".to_owned(), program.name)];
+            program.name = locale::text(&model.frame.language, key!("page.ended.again_name"), &name);
+            let bytes = program::encode(&program);
+            let key = program::key(&bytes);
+            time(model, program, bytes, key, Then::Preflight { from_leg: 0 })
+        }
+    }
+}

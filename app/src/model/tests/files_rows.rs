@@ -1,0 +1,150 @@
+//! Opening, review, and files read again.
+
+use super::story::{Story, compare};
+use crate::keys::Tab;
+use crate::model::{Event, FilesEvent, FrameEvent};
+
+#[test]
+fn files_are_read_and_what_is_certain_is_planned_at_once() {
+    compare(
+        &[
+            ("choose", "nothing |  | choose"),
+            ("sample", "nothing |  | sample"),
+            ("open", "reading |  | call-off read"),
+            ("open certain", "planning | board stale | plan keep-rests"),
+            ("open doubt", "nothing | board review | keep-rests"),
+            ("open loss", "nothing | board review | keep-rests"),
+            ("open empty", "nothing | board review | keep-rests"),
+            ("open read-refused", "nothing |  | toast-goes"),
+            ("open read-stopped", "nothing |  | "),
+            ("open doubt reviewed", "planning | board stale | plan"),
+            ("open certain plan prove time", "nothing | board plan proof job | "),
+            ("open certain plan", "proving | board plan stale | toast-goes prove"),
+            ("open doubt reviewed plan", "proving | board plan stale | prove"),
+            ("open certain plan-loss", "proving | board plan stale | prove"),
+            // while a project is taken apart nothing is said of it
+            ("open-project", "opening |  | call-off open"),
+            ("open-project opened", "reading |  | call-off read"),
+            ("open-project opened certain", "planning | board stale | plan keep-rests"),
+            ("open-project open-refused", "nothing |  | toast-goes"),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn what_was_open_is_replaced_only_by_what_could_be_read() {
+    compare(
+        &[
+            ("open certain plan prove time open-other", "reading | board plan proof job | call-off read"),
+            (
+                "open certain plan prove time open-other read-refused",
+                "nothing | board plan proof job | toast-goes",
+            ),
+            ("open certain plan prove time open-other certain", "planning | board stale | plan keep-rests"),
+            // a plan that was not finished is made once there is time again
+            ("open certain open-other read-refused", "planning | board stale | toast-goes plan"),
+            ("open certain open-other old-certain", "reading | board stale | "),
+            ("open certain open-other old-certain certain", "planning | board stale | plan keep-rests"),
+            ("open open-other old-certain", "reading |  | "),
+            ("open open-other old-certain old-doubt certain", "planning | board stale | plan keep-rests"),
+            ("open open-project", "opening |  | call-off open"),
+            ("open open-project certain", "opening |  | "),
+            ("open-project open opened", "reading |  | "),
+            // a machine that is described meanwhile does not throw away what is read
+            ("open machine", "reading |  | "),
+            ("open machine certain", "planning | board stale | plan keep-rests"),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn the_review_holds_planning_back() {
+    compare(
+        &[
+            ("open doubt edit", "nothing | board review | keep-rests"),
+            ("open doubt machine", "nothing | board review | "),
+            ("open doubt say-aligned", "reading | board review | call-off read"),
+            ("open doubt say-aligned certain", "nothing | board review | keep-rests"),
+            ("open doubt say-aligned certain reviewed", "planning | board stale | plan"),
+            ("open doubt flip-use certain reviewed", "planning | board stale | plan"),
+            ("open doubt say-board doubt", "nothing | board review | keep-rests"),
+            ("open doubt discard", "nothing |  | keep-rests"),
+            ("open certain plan prove time review", "nothing | board review plan proof job | "),
+            ("open certain plan prove time review reviewed", "planning | board plan proof job stale | plan"),
+            ("open loss accept", "nothing | board review | "),
+            ("open loss accept reviewed", "planning | board stale | plan"),
+            ("say-aligned", "nothing |  | "),
+            ("flip-use", "nothing |  | "),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn that_all_is_certain_is_said_once_it_is_planned_and_only_then() {
+    compare(
+        &[
+            ("open certain", ""),
+            ("open certain plan", "page.open.certain"),
+            ("open certain plan prove time edit plan", "page.open.certain"),
+            ("open certain plan-loss", ""),
+            ("open certain plan-refused edit plan", ""),
+            ("open doubt reviewed plan", ""),
+            ("open certain plan prove time open certain plan", "page.open.certain"),
+            ("open read-refused", "engine.fell_over"),
+            ("open-project open-refused", "saved.broken"),
+        ],
+        |story| story.toasts().join(" "),
+    );
+}
+
+#[test]
+fn files_that_are_open_already_keep_screen_and_job() {
+    let screen = |words: &str| {
+        let mut story = Story::told("open certain");
+        story.send(FrameEvent::Show { tab: Tab::Cam });
+        words.split_whitespace().for_each(|word| story.tell(word));
+        story
+    };
+    assert_eq!(screen("open certain").model.frame.tab, Tab::Cam);
+    assert_eq!(screen("open-other certain").model.frame.tab, Tab::Board);
+    let rows = [
+        ("edit open certain", true),
+        ("edit say-aligned certain", true),
+        ("edit open-other certain", false),
+        ("edit say-board certain", false),
+    ];
+    for (words, kept) in rows {
+        assert_eq!(screen(words).model.job.edited(), kept, "{words}");
+    }
+}
+
+#[test]
+fn what_a_short_word_offers_is_done_once() {
+    let mut story = Story::told("open certain plan");
+    let number = story.model.frame.toasts[0].number;
+    story.send(FrameEvent::Taken { number });
+    assert!(story.model.board.reviewing && story.toasts().is_empty());
+    story.send(FilesEvent::Reviewed);
+    story.send(FrameEvent::Taken { number });
+    assert!(!story.model.board.reviewing, "it is gone");
+    let mut story = Story::told("open certain plan");
+    story.send(Event::Frame(FrameEvent::Said { number }));
+    assert!(story.toasts().is_empty() && !story.model.board.reviewing);
+}
+
+#[test]
+fn layers_follow_the_board_and_keep_their_look() {
+    let mut story = Story::told("open certain");
+    assert_eq!(story.model.frame.layers.len(), 1, "holes");
+    story.send(FrameEvent::LayerEye { index: 0 });
+    story.send(FrameEvent::LayerOpacity { index: 0, percent: 40 });
+    story.send(FrameEvent::LayerEye { index: 9 });
+    ["say-aligned", "certain"].into_iter().for_each(|word| story.tell(word));
+    let look = &story.model.frame.layers[0];
+    assert_eq!((look.eye, look.opacity), (false, 40));
+    story.tell("discard");
+    assert!(story.model.frame.layers.is_empty());
+}

@@ -1,0 +1,391 @@
+//! A line to the bridge told in short words, and what came of it in short words.
+//!
+//! Comes in: words, one an event; `+250` lets so many ms go by. Goes out: what the last word asked of the outside.
+
+use crate::engine::messages::{Answer, Timed};
+use crate::lab::log::Kind;
+use crate::model::link::{Interrupted, Notice, Phase};
+use crate::model::{Clock, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, update};
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::geometry::Point;
+use annulus_core::job::Program;
+use annulus_core::machine::Value;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use annulus_core::wire::{Ask, MissingTold, Paired, PreflightRow, Status, Tell, Verdict, program};
+use std::sync::Arc;
+
+/// A model with a bridge beside it.
+pub(super) struct Line {
+    /// As it stands.
+    pub(super) model: Model,
+    out: Vec<Effect>,
+    uploads: Vec<u32>,
+    fetches: Vec<u32>,
+    timings: Vec<u32>,
+    waking: Vec<LinkEvent>,
+    /// When STOP was pressed.
+    stop_ms: f64,
+    page_ms: f64,
+}
+
+fn empty() -> Program {
+    Program {
+        name: "a".to_owned(),
+        machine: String::new(),
+        origin: Point::new(Length::from_nm(0), Length::from_nm(0)),
+        bits: Vec::new(),
+        spindles: 1,
+        safe_height: Length::from_um(2_000),
+        legs: Vec::new(),
+        accepted: Vec::new(),
+    }
+}
+
+fn session() -> Paired {
+    serde_json::from_str(r#"{"ok":true,"session":"s","key":"00"}"#).expect("a session")
+}
+
+/// A status in `state`, of the job `job`.
+fn status(state: State, job: Option<&str>) -> Status {
+    let text = r#"{"steps":STEPS,"machine_mm":[0,0,0],"work_mm":[0,0,0],"zero_mm":null,"target_mm":null,
+        "lower_dead_point_mm":null,"job":null,"job_name":null,"leg":null,"hole":null,"holes_done":0,"holes_total":0,
+        "stage":null,"command":null,"bit":null,"bit_mm":null,"spindle_rpm":0,"inputs":0,"phases":[0,0,0],
+        "elapsed_s":0,"left_s":0,"alarm":null,"state":"ready","trust":"trusted"}"#;
+    let steps = serde_json::to_string(&annulus_core::machine::Steps::default()).unwrap();
+    let mut status: Status = serde_json::from_str(&text.replace("STEPS", &steps)).expect("a status");
+    status.state = state;
+    status.trust = Trust::Trusted;
+    status.job = job.map(str::to_owned);
+    status.alarm = (state == State::Alarm).then(|| Remark::new(Weight::Loss, "control.limit"));
+    status
+}
+
+fn word(effect: &Effect) -> String {
+    match effect {
+        Effect::Send { text } => text.split('"').nth(3).unwrap_or_default().to_owned(),
+        Effect::Wake { after_ms, .. } => format!("wake:{after_ms}"),
+        Effect::Pair { .. } => "pair".to_owned(),
+        Effect::Connect => "connect".to_owned(),
+        Effect::KeepControl { had: true } => "keep-control".to_owned(),
+        Effect::KeepControl { had: false } => "give-up-control".to_owned(),
+        Effect::ForgetSession => "forget-session".to_owned(),
+        Effect::Renew { on: true } => "renew".to_owned(),
+        Effect::Renew { on: false } => "no-renew".to_owned(),
+        Effect::Upload { .. } => "upload".to_owned(),
+        Effect::Fetch { .. } => "fetch".to_owned(),
+        Effect::Ask { .. } => "time".to_owned(),
+        other => format!("{other:?}"),
+    }
+}
+
+fn state(word: &str) -> State {
+    match word {
+        "Ready" => State::Ready,
+        "Running" => State::Running,
+        "Paused" => State::Paused,
+        "Jogging" => State::Jogging,
+        "Stopping" => State::Stopping,
+        "Alarm" => State::Alarm,
+        other => panic!("no such state: {other}"),
+    }
+}
+
+fn tell(tell: Tell) -> Event {
+    LinkEvent::Heard { tell: Some(Box::new(tell)) }.into()
+}
+
+fn control(yours: bool, taken: bool) -> Event {
+    tell(Tell::Control { yours, taken, viewers: 1 })
+}
+
+fn refused(code: &str) -> Event {
+    tell(Tell::Refused { why: Remark::new(Weight::Loss, code) })
+}
+
+fn ended(ending: Ending) -> Event {
+    tell(Tell::Ended { job: "k".to_owned(), ending, holes_done: 3, ways_done: 0 })
+}
+
+/// The bridge's verdict on `job`, whose steps have `digest`.
+fn armed(job: &str, digest: &str, verdict: Option<Verdict>) -> Event {
+    let row = |verdict| PreflightRow { finding: Remark::new(Weight::Doubt, "preflight.lid"), verdict };
+    let checks = verdict.map(row).into_iter().collect();
+    tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), checks })
+}
+
+impl Line {
+    /// Tells all of `words`.
+    pub(super) fn told(words: &str) -> Self {
+        let mut line = Self {
+            model: Model::default(),
+            out: Vec::new(),
+            uploads: Vec::new(),
+            fetches: Vec::new(),
+            timings: Vec::new(),
+            waking: Vec::new(),
+            stop_ms: 0.0,
+            page_ms: 1_000.0,
+        };
+        words.split_whitespace().for_each(|word| line.tell(word));
+        line
+    }
+
+    fn send(&mut self, event: Event) {
+        let clock = Clock { page_ms: self.page_ms, wall_ms: self.page_ms };
+        update(&mut self.model, Event::Clock { clock });
+        self.out = update(&mut self.model, event);
+        for effect in &self.out {
+            match effect {
+                Effect::Upload { number, .. } => self.uploads.push(*number),
+                Effect::Fetch { number, .. } => self.fetches.push(*number),
+                Effect::Ask { number, .. } => self.timings.push(*number),
+                Effect::Wake { event, .. } => self.waking.extend(match &**event {
+                    Event::Link(event) => Some(event.clone()),
+                    _ => None,
+                }),
+                _ => {}
+            }
+        }
+    }
+
+    fn tell(&mut self, word: &str) {
+        if let Some(ms) = word.strip_prefix('+') {
+            self.page_ms += ms.parse::<f64>().unwrap();
+            self.out.clear();
+            return;
+        }
+        match word {
+            "linked" => ["begin-kept", "challenge", "welcome"].into_iter().for_each(|word| self.tell(word)),
+            "ready" => ["linked", "yours", "status:Ready"].into_iter().for_each(|word| self.tell(word)),
+            "planned" => {
+                let program = empty();
+                let (bytes, key) = (program::encode(&program), "own".to_owned());
+                let stream_digest = "digest".to_owned();
+                self.model.board.job = Some(Arc::new(Job { program, bytes, key, stream_digest }));
+                self.out.clear();
+            }
+            _ => {
+                let event = self.event(word).unwrap_or_else(|| panic!("no such word: {word}"));
+                if word == "stop" {
+                    self.stop_ms = self.page_ms;
+                }
+                self.send(event);
+            }
+        }
+    }
+
+    fn event(&self, word: &str) -> Option<Event> {
+        self.link_event(word)
+            .map(Event::Link)
+            .or_else(|| self.told_event(word))
+            .or_else(|| self.start_event(word))
+    }
+
+    fn link_event(&self, word: &str) -> Option<LinkEvent> {
+        let begun = |token: Option<&str>, kept: Option<Paired>, had_control: bool| LinkEvent::Begun {
+            token: token.map(str::to_owned),
+            kept,
+            had_control,
+        };
+        let ask = |wish: Ask| LinkEvent::Ask { wish };
+        let close = |notice: Notice| LinkEvent::Close { notice };
+        Some(match word {
+            "begin" => begun(None, None, false),
+            "begin-token" => begun(Some("t"), None, false),
+            "begin-kept" => begun(None, Some(session()), false),
+            "begin-kept-control" => begun(None, Some(session()), true),
+            "paired" => LinkEvent::Paired { session: Some(session()) },
+            "not-paired" => LinkEvent::Paired { session: None },
+            "retry" => LinkEvent::Retry,
+            "again" => LinkEvent::ReconnectNow,
+            "closed" => LinkEvent::Closed,
+            "not-sent" => LinkEvent::NotSent,
+            "tick" => LinkEvent::Tick,
+            "unread" => LinkEvent::Heard { tell: None },
+            "stop" => LinkEvent::Stop,
+            "looked" => LinkEvent::StopLooked,
+            "escape" => LinkEvent::Escape,
+            "pause" => LinkEvent::Pause,
+            "step" => LinkEvent::Hand(HandEvent::Clicked { way: (0, true) }),
+            "gone" => LinkEvent::Hand(HandEvent::Gone),
+            "shown" => LinkEvent::Hand(HandEvent::Shown),
+            "down" => LinkEvent::Hand(HandEvent::Down { way: (0, true), pointer: 1 }),
+            "down-second" => LinkEvent::Hand(HandEvent::Down { way: (1, true), pointer: 2 }),
+            "other-down" => LinkEvent::Hand(HandEvent::OtherDown { pointer: 2 }),
+            "same-down" => LinkEvent::Hand(HandEvent::OtherDown { pointer: 1 }),
+            "up" => LinkEvent::Hand(HandEvent::Up { pointer: 1, clicked: true }),
+            "off" => LinkEvent::Hand(HandEvent::Up { pointer: 1, clicked: false }),
+            "up-second" => LinkEvent::Hand(HandEvent::Up { pointer: 2, clicked: true }),
+            "arm" => LinkEvent::Hand(HandEvent::Arm { on: None }),
+            "focus-left" => LinkEvent::Hand(HandEvent::FocusLeft),
+            "right" => {
+                LinkEvent::Hand(HandEvent::KeyDown { way: Some((0, true)), ten: false, repeat: false })
+            }
+            "right-again" => {
+                LinkEvent::Hand(HandEvent::KeyDown { way: Some((0, true)), ten: false, repeat: true })
+            }
+            "right-ten" => {
+                LinkEvent::Hand(HandEvent::KeyDown { way: Some((0, true)), ten: true, repeat: false })
+            }
+            "other-key" => LinkEvent::Hand(HandEvent::KeyDown { way: None, ten: false, repeat: false }),
+            "right-up" => LinkEvent::Hand(HandEvent::KeyUp { way: Some((0, true)), shift: false }),
+            "left-up" => LinkEvent::Hand(HandEvent::KeyUp { way: Some((0, false)), shift: false }),
+            "shift-up" => LinkEvent::Hand(HandEvent::KeyUp { way: None, shift: true }),
+            "finer" => LinkEvent::Hand(HandEvent::Finer { finer: true }),
+            "long" | "idle" => return self.due(word == "long"),
+            "renew" => LinkEvent::Renew { hidden: false },
+            "renew-hidden" => LinkEvent::Renew { hidden: true },
+            "forget" => LinkEvent::Forget,
+            "clear-log" => LinkEvent::ClearLog,
+            "home" => ask(Ask::Home),
+            "take" => ask(Ask::TakeControl { force: false }),
+            "release" => ask(Ask::ReleaseControl),
+            "close:refused" => close(Notice::Refused),
+            "close:ousted" => close(Notice::Ousted),
+            "close:ended" => close(Notice::Ended),
+            "close:stop" => close(Notice::Stop),
+            _ => return None,
+        })
+    }
+
+    /// The time of the last press, or of the last use of the keys, is over.
+    fn due(&self, long: bool) -> Option<LinkEvent> {
+        let wanted = |event: &LinkEvent| match event {
+            LinkEvent::Hand(HandEvent::Long { .. }) => long,
+            LinkEvent::Hand(HandEvent::Idle { .. }) => !long,
+            _ => false,
+        };
+        self.waking.iter().rev().find(|event| wanted(event)).cloned()
+    }
+
+    fn told_event(&self, word: &str) -> Option<Event> {
+        if let Some(words) = word.strip_prefix("status:") {
+            let (state_word, job) =
+                words.split_once(':').map_or((words, None), |(state, job)| (state, Some(job)));
+            return Some(tell(Tell::Status(Box::new(status(state(state_word), job)))));
+        }
+        let machine = |fingerprint: &str| {
+            let name = ("machine.name".to_owned(), Value::Text("Drill one".to_owned()));
+            tell(Tell::Machine { settings: vec![name], fingerprint: fingerprint.to_owned() })
+        };
+        Some(match word {
+            "challenge" => {
+                tell(Tell::Challenge { proto: 1, min: 1, bridge: String::new(), nonce: "00".to_owned() })
+            }
+            "welcome" => tell(Tell::Welcome { viewer: 1 }),
+            "unknown" => refused("socket.session"),
+            "refused" => refused("control.busy"),
+            "nothing-to-do" => refused("control.nothing_to_do"),
+            "yours" => control(true, true),
+            "others" => control(false, true),
+            "nobody" => control(false, false),
+            "pong" => tell(Tell::Pong { stamp: self.stop_ms }),
+            "pong-before" => tell(Tell::Pong { stamp: self.stop_ms - 1.0 }),
+            "ended" => ended(Ending::Done),
+            "stopped" => ended(Ending::Stopped),
+            "interrupted" => tell(Tell::Interrupted {
+                job: "k".to_owned(),
+                name: "a".to_owned(),
+                next_leg: 7,
+                holes_done: 3,
+                holes_total: 9,
+                ways_done: 0,
+                ways_total: 0,
+            }),
+            "machine" | "machine-same" => machine("f"),
+            "armed" => armed("own", "digest", None),
+            "armed-other-steps" => armed("own", "other", None),
+            "armed-other-job" => armed("other", "digest", None),
+            "armed-fail" => armed("own", "digest", Some(Verdict::Fail)),
+            "armed-warn" => armed("own", "digest", Some(Verdict::Warn)),
+            _ => return None,
+        })
+    }
+
+    fn start_event(&self, word: &str) -> Option<Event> {
+        let uploaded = |before: usize, good: bool| {
+            let number = *self.uploads.iter().rev().nth(before).expect("nothing was uploaded");
+            let answer = if good { Ok("own".to_owned()) } else { Err(Remark::new(Weight::Loss, "x")) };
+            StartEvent::Uploaded { number, answer }
+        };
+        let fetched = |answer: Result<Vec<u8>, Remark>| StartEvent::Fetched {
+            number: *self.fetches.last().expect("nothing was fetched"),
+            answer,
+        };
+        let event = match word {
+            "preflight" => StartEvent::Open,
+            "uploaded" => uploaded(0, true),
+            "old-uploaded" => uploaded(1, true),
+            "not-uploaded" => uploaded(0, false),
+            "start" => StartEvent::Start,
+            "close-it" => StartEvent::Close,
+            "tick-it" => StartEvent::Tick { code: "preflight.lid".to_owned() },
+            "resume" => StartEvent::Resume {
+                offer: Interrupted {
+                    job: "k".to_owned(),
+                    name: "a".to_owned(),
+                    next_leg: 7,
+                    holes_done: 3,
+                    holes_total: 9,
+                },
+            },
+            "missing" => {
+                StartEvent::Again { missing: MissingTold { job: "k".to_owned(), ..MissingTold::default() } }
+            }
+            "fetched" => fetched(Ok(program::encode(&empty()))),
+            "fetched-broken" => fetched(Ok(vec![1, 2, 3])),
+            "not-fetched" => fetched(Err(Remark::new(Weight::Loss, "x"))),
+            "timed" => {
+                let number = *self.timings.last().expect("nothing was timed");
+                let timed = Timed { stream_digest: "digest".to_owned(), ..Timed::default() };
+                return Some(Event::Answered { number, answer: Ok(Answer::Timed(timed)) });
+            }
+            _ => return None,
+        };
+        Some(event.into())
+    }
+
+    /// What the last word asked of the outside, in words.
+    pub(super) fn out(&self) -> String {
+        self.out.iter().map(word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// How far the connection is, in a word.
+    pub(super) fn phase(&self) -> &'static str {
+        match self.model.link.phase {
+            Phase::Unpaired => "unpaired",
+            Phase::Connecting => "connecting",
+            Phase::Open => "open",
+            Phase::Lost => "lost",
+        }
+    }
+
+    /// The kinds of what is in the log, the oldest first.
+    pub(super) fn log(&self) -> String {
+        use crate::lab::log::Event as Noted;
+        let mut entries = self.model.link.log.newest(|_| true);
+        entries.reverse();
+        let word = |event: &Noted| match (event, event.kind()) {
+            (Noted::Settings, _) => "settings",
+            (Noted::Control { .. }, _) => "control",
+            (_, Kind::Machine) => "machine",
+            (_, Kind::Trouble) => "trouble",
+            (_, Kind::Asked) => "asked",
+            (_, Kind::Link) => "link",
+        };
+        entries.iter().map(|entry| word(&entry.event)).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// Tells every story of `rows` and compares how things stand after it; says all that are wrong.
+pub(super) fn compare(rows: &[(&str, &str)], after: impl Fn(&Line) -> String) {
+    let wrong: Vec<String> = rows
+        .iter()
+        .filter_map(|(words, expected)| {
+            let found = after(&Line::told(words));
+            (found != *expected).then(|| format!("{words}\n  expected {expected}\n  found    {found}"))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}

@@ -1,0 +1,170 @@
+//! Planning, proving and timing; planning again while an answer is on its way; answers of older generations.
+
+use super::story::{Story, compare};
+
+#[test]
+fn a_plan_is_proved_and_then_timed() {
+    compare(
+        &[
+            ("open certain plan", "proving | board plan stale | toast-goes prove"),
+            ("open certain plan prove", "timing | board plan proof stale | time"),
+            ("open certain plan prove time", "nothing | board plan proof job | "),
+            ("open certain plan prove-two time", "nothing | board plan proof job | "),
+            // a proof that fails is none; the plan is timed all the same
+            ("open certain plan prove-refused", "timing | board plan stale | time"),
+            ("open certain plan prove-refused time", "nothing | board plan job | "),
+            ("open certain plan prove time-refused", "nothing | board plan proof stale refused | "),
+            ("open certain plan prove time-stopped", "nothing | board plan proof stale | "),
+            ("open certain plan-refused", "nothing | board refused | "),
+            ("open certain plan-stopped", "nothing | board | "),
+            ("open certain plan prove time edit plan-refused", "nothing | board refused | "),
+            ("open certain plan-refused edit plan", "proving | board plan stale | prove"),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn what_a_plan_depends_on_makes_a_new_one_and_nothing_else_does() {
+    compare(
+        &[
+            ("open certain plan prove time edit", "planning | board plan proof job stale | plan keep-rests"),
+            ("open certain plan prove time undo", "nothing | board plan proof job | "),
+            (
+                "open certain plan prove time edit plan prove time undo",
+                "planning | board plan proof job stale | plan keep-rests",
+            ),
+            ("open certain plan prove time same", "nothing | board plan proof job | "),
+            ("open certain plan prove time load-bit", "planning | board plan proof job stale | plan"),
+            (
+                "open certain plan prove time load-bit plan prove time load-bit",
+                "nothing | board plan proof job | ",
+            ),
+            ("open certain plan prove time accept", "planning | board plan proof job stale | plan"),
+            ("open certain plan prove time machine", "planning | board plan proof job stale | plan"),
+            ("open certain plan prove time machine-again", "nothing | board plan proof job | "),
+            ("open certain plan prove time mark", "nothing | board plan proof job | "),
+            ("open certain plan prove time see-one", "nothing | board plan proof job | "),
+            ("open certain plan prove time choose-last", "nothing | board plan proof job | "),
+            (
+                "open certain plan prove time bottom",
+                "planning | board plan proof job stale | plan keep-rests",
+            ),
+            ("machine", "nothing |  | "),
+            ("accept", "nothing |  | "),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn what_is_wanted_while_a_plan_is_made_is_planned_after_the_step() {
+    compare(
+        &[
+            ("open certain edit", "planning-again | board stale | keep-rests"),
+            ("open certain edit edit edit", "planning-again | board stale | keep-rests"),
+            // the plan in between is shown, and not proved
+            ("open certain edit plan", "planning | board plan stale | toast-goes plan"),
+            ("open certain edit edit plan plan", "proving | board plan stale | prove"),
+            ("open certain plan edit", "planning-again | board plan stale | keep-rests"),
+            ("open certain plan edit prove", "planning | board plan stale | plan"),
+            ("open certain plan prove edit", "planning-again | board plan proof stale | keep-rests"),
+            ("open certain plan prove edit time", "planning | board plan proof stale | plan"),
+            ("open certain edit plan-refused", "planning | board stale refused | plan"),
+            ("open certain edit plan-refused plan", "proving | board plan stale | prove"),
+            (
+                "open certain plan prove time edit plan edit prove plan prove time",
+                "nothing | board plan proof job | ",
+            ),
+            ("open certain machine plan plan prove time", "nothing | board plan proof job | "),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn answers_of_older_generations_are_dropped() {
+    compare(
+        &[
+            ("open certain edit plan old-plan", "planning | board plan stale | "),
+            ("open certain edit plan old-plan-refused", "planning | board plan stale | "),
+            ("open certain plan prove time edit old-plan", "planning | board plan proof job stale | "),
+            ("open certain plan edit prove prove", "planning | board plan stale | "),
+            ("open certain plan prove edit time time", "planning | board plan proof stale | "),
+            ("open certain plan plan", "proving | board plan stale | "),
+            ("open certain plan prove time time", "nothing | board plan proof job | "),
+            ("open certain plan prove time plan", "nothing | board plan proof job | "),
+            ("open certain cancel plan", "nothing | board stale | "),
+            ("open certain plan cancel prove", "nothing | board plan stale | "),
+            ("open certain open-other plan", "reading | board stale | "),
+            ("open cancel certain", "nothing |  | "),
+            ("open certain open-other certain old-plan", "planning | board stale | "),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn what_is_called_off_is_not_begun_again_by_itself() {
+    compare(
+        &[
+            ("open cancel", "nothing |  | call-off"),
+            ("open-project cancel opened", "nothing |  | "),
+            ("open certain cancel", "nothing | board stale | call-off"),
+            ("open certain edit cancel", "nothing | board stale | call-off"),
+            ("open certain edit cancel plan", "nothing | board stale | "),
+            ("open certain cancel edit", "planning | board stale | plan keep-rests"),
+            ("open certain plan prove time edit cancel", "nothing | board plan proof job stale | call-off"),
+            (
+                "open certain plan prove time edit cancel edit plan prove time",
+                "nothing | board plan proof job | ",
+            ),
+            ("cancel", "nothing |  | call-off"),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn a_worker_that_does_not_know_the_board_is_given_the_files_once() {
+    compare(
+        &[
+            ("open certain gone", "planning | board stale | read plan"),
+            ("open certain gone certain", "planning | board stale | "),
+            ("open certain gone certain plan", "proving | board plan stale | toast-goes prove"),
+            ("open certain gone certain gone", "nothing | board refused | "),
+            ("open certain gone read-refused plan-refused", "nothing | board refused | "),
+            ("open certain edit gone", "planning-again | board stale | read plan"),
+            ("open certain edit gone certain plan plan", "proving | board plan stale | prove"),
+            ("open certain gone cancel certain plan", "nothing | board stale | "),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn what_is_done_is_told_while_it_lasts() {
+    let task = |story: &Story| {
+        story.model.task().map_or_else(String::new, |task| format!("{} {}", task.word, task.share))
+    };
+    compare(
+        &[
+            ("open", "page.task.reading 0"),
+            ("open half", "page.task.reading 0"),
+            ("open-project", ""),
+            ("open certain", "page.task.planning 0"),
+            ("open certain half", "page.task.planning 0.5"),
+            ("open certain old-half", "page.task.planning 0"),
+            ("open certain half edit", "page.task.planning 0.5"),
+            ("open certain half edit plan", "page.task.planning 0"),
+            ("open certain plan", "page.task.proving 0.7"),
+            ("open certain plan half", "page.task.proving 0.7"),
+            ("open certain plan prove", "page.task.timing 0.9"),
+            ("open certain plan prove time", ""),
+            ("open certain cancel", ""),
+            ("open certain cancel half", ""),
+            ("open doubt", ""),
+        ],
+        task,
+    );
+}

@@ -1,0 +1,425 @@
+//! A story in short words, told to a model, and what came of it in short words.
+//!
+//! Comes in: words, one an event; answers go to the last request of their kind, those with `old-` before them to the one before.
+//! Goes out: what is on its way, what is known, and what the last word asked of the outside.
+
+use crate::engine::Stopped;
+use crate::engine::messages::{Answer, Exported, FileRow, Planned, Proved, Reading, Request, Timed};
+use crate::model::planning::{OnTheWay, Step};
+use crate::model::{
+    Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent, Model, Offer,
+    TemplateEvent, export, update,
+};
+use crate::said::Text;
+use annulus_core::board::{Board, Face, Hole};
+use annulus_core::cam::usual::usual_bits;
+use annulus_core::cam::work::{Operation, Work};
+use annulus_core::geometry::Point;
+use annulus_core::job::Program;
+use annulus_core::machine::{Value, virtual_drill};
+use annulus_core::project::saved::{Project, Said};
+use annulus_core::proof::{Finding, Kind};
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use annulus_core::wire::{Tell, program};
+
+/// A model to which a story is told.
+#[derive(Default)]
+pub(super) struct Story {
+    /// As it stands.
+    pub(super) model: Model,
+    /// Requests by their kind, in the order in which they were made.
+    asked: Vec<(&'static str, u32)>,
+    /// What the last word asked of the outside.
+    pub(super) out: Vec<Effect>,
+    /// Counts what must be different from what was before.
+    count: i64,
+}
+
+fn kind(request: &Request) -> &'static str {
+    match request {
+        Request::Open(_) => "open",
+        Request::Save(_) => "save",
+        Request::Read(_) => "read",
+        Request::Plan(_) => "plan",
+        Request::Prove(_) => "prove",
+        Request::Export(_) => "export",
+        Request::Check(_) => "check",
+        Request::Time(_) => "time",
+    }
+}
+
+/// An effect in a word.
+fn word(effect: &Effect) -> String {
+    match effect {
+        Effect::Ask { request, .. } => kind(request).to_owned(),
+        Effect::CallOff => "call-off".to_owned(),
+        Effect::Wake { event, .. } => match &**event {
+            Event::Frame(FrameEvent::Said { .. }) => "toast-goes".to_owned(),
+            Event::Keep(KeepEvent::Rested { .. }) => "keep-rests".to_owned(),
+            Event::Template(TemplateEvent::Rested { .. }) => "typing-rests".to_owned(),
+            other => format!("{other:?}"),
+        },
+        Effect::Save { name, .. } => format!("save:{name}"),
+        Effect::ChooseFiles => "choose".to_owned(),
+        Effect::ChooseDialect => "choose-dialect".to_owned(),
+        Effect::Sample => "sample".to_owned(),
+        Effect::LookInStore => "look".to_owned(),
+        Effect::WriteStore { place, files, .. } => {
+            format!("write:{place}{}", if files.is_some() { "+files" } else { "" })
+        }
+        Effect::TakeFromStore { place } => format!("take:{place}"),
+        Effect::DropFromStore { place } => format!("drop:{place}"),
+        other => format!("{other:?}"),
+    }
+}
+
+fn remark(weight: Weight) -> Remark {
+    Remark::new(weight, "board.something")
+}
+
+/// A job that drills, isolates and cuts out.
+pub(super) fn work() -> Work {
+    let operation = |word: &str| Operation::usual(word, Face::Top, &virtual_drill()).unwrap();
+    let operations = ["drill", "isolate", "cut_out"].map(operation).to_vec();
+    Work { bits: usual_bits(), operations, ..Work::default() }
+}
+
+fn row(remarks: Vec<Remark>) -> FileRow {
+    FileRow {
+        name: "a.drl".to_owned(),
+        kind: "drill".to_owned(),
+        role: "drill".to_owned(),
+        side: None,
+        reason: remark(Weight::Note),
+        plated: None,
+        generator: None,
+        drill: None,
+        shifted: false,
+        remarks,
+    }
+}
+
+fn hole() -> Hole {
+    let at = Point::new(Length::from_um(1_000), Length::from_um(2_000));
+    Hole { at, diameter: None, plated: None, source: 0, tool_code: 0, line: 0 }
+}
+
+fn reading(board_key: u32, remarks: Vec<Remark>, holes: usize) -> Reading {
+    let board = Board { name: "a".to_owned(), holes: vec![hole(); holes], ..Board::default() };
+    Reading { board_key, board, files: vec![row(remarks)], used: vec![0], work: work(), ..Reading::default() }
+}
+
+fn planned(remarks: Vec<Remark>) -> Planned {
+    let empty = Program {
+        name: "a".to_owned(),
+        machine: String::new(),
+        origin: Point::new(Length::from_nm(0), Length::from_nm(0)),
+        bits: Vec::new(),
+        spindles: 1,
+        safe_height: Length::from_um(2_000),
+        legs: Vec::new(),
+        accepted: Vec::new(),
+    };
+    let program = program::encode(&empty);
+    Planned { key: program::key(&program), program, remarks, ..Planned::default() }
+}
+
+/// A finding that must be read.
+pub(super) fn finding(id: &str) -> Finding {
+    Finding {
+        id: id.to_owned(),
+        kind: Kind::Gap,
+        at: Point::new(Length::from_nm(0), Length::from_nm(0)),
+        width: Length::from_um(100),
+        tool: None,
+        nets: vec!["A".to_owned(), "B".to_owned()],
+        ends: None,
+        leg: None,
+        mark: None,
+        operation: None,
+        cures: Vec::new(),
+        agreed: false,
+        count: 0,
+        slight: false,
+    }
+}
+
+fn refused(code: &str) -> Result<Answer, Stopped> {
+    Err(Stopped::Refused(vec![Remark::new(Weight::Loss, code)]))
+}
+
+/// What a worker answers, by its word: the kind of request it goes to, and the answer.
+fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopped>)> {
+    let read = |remarks, holes| Ok(Answer::Read(Box::new(reading(number, remarks, holes))));
+    let plan = |remarks| Ok(Answer::Planned(Box::new(planned(remarks))));
+    let project =
+        |job: Option<String>| Answer::Opened(Project { files: files(7), said: Said::default(), job });
+    let proof = |ids: &[&str]| {
+        let findings = ids.iter().map(|id| finding(id)).collect();
+        Ok(Answer::Proved(Proved { findings, ..Proved::default() }))
+    };
+    let export = |names: &[&str], unread: Vec<(Face, u32)>| {
+        let files = names.iter().map(|name| ((*name).to_owned(), "G21".to_owned())).collect();
+        Ok(Answer::Exported(Box::new(Exported { files, unread, ..Exported::default() })))
+    };
+    Some(match word {
+        "opened" => ("open", Ok(project(None))),
+        "open-refused" => ("open", refused("saved.broken")),
+        "certain" => ("read", read(Vec::new(), 1)),
+        "doubt" => ("read", read(vec![remark(Weight::Doubt)], 1)),
+        "loss" => ("read", read(vec![remark(Weight::Loss)], 1)),
+        "empty" => ("read", read(Vec::new(), 0)),
+        "read-refused" => ("read", refused("engine.fell_over")),
+        "read-stopped" => ("read", Err(Stopped::Cancelled)),
+        "plan" => ("plan", plan(Vec::new())),
+        "plan-loss" => ("plan", plan(vec![Remark::new(Weight::Loss, "plan.no_tool")])),
+        "plan-refused" => ("plan", refused("plan.nothing")),
+        "plan-stopped" => ("plan", Err(Stopped::Cancelled)),
+        "gone" => ("plan", refused("engine.board_gone")),
+        "prove" => ("prove", proof(&[])),
+        "prove-two" => ("prove", proof(&["one", "two"])),
+        "prove-refused" => ("prove", refused("engine.fell_over")),
+        "time" => ("time", Ok(Answer::Timed(Timed { stream_digest: "d".to_owned(), ..Timed::default() }))),
+        "time-refused" => ("time", refused("steps.too_long")),
+        "time-stopped" => ("time", Err(Stopped::Cancelled)),
+        "exported" => ("export", export(&["a.nc"], Vec::new())),
+        "exported-two" => ("export", export(&["a.nc", "b.nc"], Vec::new())),
+        "export-unread" => ("export", export(&[], vec![(Face::Bottom, 2)])),
+        "export-refused" => ("export", refused("post.broken")),
+        "export-gone" => ("export", refused("engine.board_gone")),
+        "saved" => ("save", Ok(Answer::Saved(vec![1, 2, 3]))),
+        "save-refused" => ("save", refused("saved.too_large")),
+        "checked" => ("check", Ok(Answer::Checked(crate::engine::messages::Checked::default()))),
+        _ => return None,
+    })
+}
+
+fn files(number: u8) -> Vec<(String, Vec<u8>)> {
+    vec![("a.drl".to_owned(), vec![number]), ("b.drl".to_owned(), vec![number])]
+}
+
+/// The bridge describes the machine.
+fn described(settings: Vec<(String, Value)>) -> Event {
+    let tell = Tell::Machine { settings, fingerprint: String::new() };
+    LinkEvent::Heard { tell: Some(Box::new(tell)) }.into()
+}
+
+fn offer(place: u32, at_ms: f64) -> Offer {
+    Offer { place, name: format!("kept {place}"), at_ms }
+}
+
+impl Story {
+    /// Tells all of `words`.
+    pub(super) fn told(words: &str) -> Self {
+        let mut story = Self::default();
+        words.split_whitespace().for_each(|word| story.tell(word));
+        story
+    }
+
+    /// Takes an event in.
+    pub(super) fn send(&mut self, event: impl Into<Event>) {
+        self.out = update(&mut self.model, event.into());
+        for effect in &self.out {
+            if let Effect::Ask { number, request, .. } = effect {
+                self.asked.push((kind(request), *number));
+            }
+        }
+    }
+
+    /// The number of the last request of `wanted`, or of the one `before` it.
+    fn number(&self, wanted: &str, before: usize) -> u32 {
+        let numbers = self.asked.iter().rev().filter(|(kind, _)| *kind == wanted).map(|(_, number)| *number);
+        numbers.clone().nth(before).unwrap_or_else(|| panic!("nobody asked to {wanted}"))
+    }
+
+    /// Tells one word.
+    pub(super) fn tell(&mut self, told: &str) {
+        let (before, word) = told.strip_prefix("old-").map_or((0, told), |word| (1, word));
+        if let Some((kind, _)) = answer(word, 0) {
+            let number = self.number(kind, before);
+            let (_, answer) = answer(word, number).unwrap();
+            return self.send(Event::Answered { number, answer });
+        }
+        self.count += 1;
+        match self.event(told) {
+            Some(event) => self.send(event),
+            None => panic!("no such word: {told}"),
+        }
+    }
+
+    /// What a word without an answer means.
+    fn event(&mut self, word: &str) -> Option<Event> {
+        self.file_event(word).or_else(|| self.job_event(word)).or_else(|| self.keep_event(word))
+    }
+
+    fn file_event(&mut self, word: &str) -> Option<Event> {
+        let event = match word {
+            "open" => FilesEvent::Chosen { files: files(1) },
+            "open-other" => FilesEvent::Chosen { files: files(2) },
+            "open-project" => {
+                let project = Project { files: files(7), said: Said::default(), job: None };
+                let bytes = annulus_core::project::saved::write(&project).unwrap();
+                FilesEvent::Chosen { files: vec![("a.annulus".to_owned(), bytes)] }
+            }
+            "choose" => FilesEvent::Choose,
+            "sample" => FilesEvent::Sample,
+            "review" => FilesEvent::Review,
+            "reviewed" => FilesEvent::Reviewed,
+            "discard" => FilesEvent::Discarded,
+            "say-board" => FilesEvent::Board { name: "other".to_owned() },
+            "say-aligned" => FilesEvent::Aligned { on: true },
+            "flip-use" => FilesEvent::FlipUse { row: 0 },
+            "accept" => FilesEvent::FlipAccepted { code: "board.something".to_owned() },
+            "load-bit" => FilesEvent::Loaded { bit: Some(Length::from_um(800)) },
+            _ => return None,
+        };
+        Some(event.into())
+    }
+
+    fn job_event(&mut self, word: &str) -> Option<Event> {
+        let event = match word {
+            "edit" | "type" => {
+                let mut work = (**self.model.job.work.as_ref()?).clone();
+                work.operations.get_mut(0)?.depth = Length::from_um(100 + self.count);
+                let field = (word == "type").then_some("operation.depth");
+                JobEvent::Change { field, work: Box::new(work) }
+            }
+            "same" => {
+                JobEvent::Change { field: None, work: Box::new((**self.model.job.work.as_ref()?).clone()) }
+            }
+            "undo" => JobEvent::Undo { back: true },
+            "redo" => JobEvent::Undo { back: false },
+            "bottom" => JobEvent::Turn { face: Face::Bottom },
+            "top" => JobEvent::Turn { face: Face::Top },
+            "choose-last" => JobEvent::Choose { at: 2 },
+            "up" => JobEvent::Shift { up: true },
+            "down" => JobEvent::Shift { up: false },
+            "drag" => JobEvent::Move { from: 0, to: 2 },
+            "add" => JobEvent::Add { word: "bore".to_owned() },
+            "add-nothing" => JobEvent::Add { word: "fold".to_owned() },
+            "remove" => JobEvent::Remove,
+            "mark" => JobEvent::Mark { at: 1 },
+            "see-one" => JobEvent::Read { names: vec!["one".to_owned()], on: true },
+            "unsee-one" => JobEvent::Read { names: vec!["one".to_owned()], on: false },
+            "see-all" => JobEvent::AllSeen,
+            _ => return self.export_event(word),
+        };
+        Some(event.into())
+    }
+
+    fn export_event(&mut self, word: &str) -> Option<Event> {
+        Some(match word {
+            "write" => ExportEvent::Write { purpose: export::Purpose::Files }.into(),
+            "sheet" => ExportEvent::Write { purpose: export::Purpose::RunSheet }.into(),
+            "save-sheet" => ExportEvent::SaveRunSheet.into(),
+            "close-sheet" => ExportEvent::CloseRunSheet.into(),
+            "save-project" => ExportEvent::SaveProject.into(),
+            "template" => TemplateEvent::Open.into(),
+            "template-done" => TemplateEvent::Close.into(),
+            "typed" => TemplateEvent::Keep { text: format!("name = \"Mine\" # {}", self.count) }.into(),
+            "typing-rested" => {
+                let last = self.last_wake(|event| matches!(event, Event::Template(_)))?;
+                Event::clone(&last)
+            }
+            "cancel" => Event::Cancelled,
+            "machine" => {
+                let value = Value::Text(format!("Drill {}", self.count));
+                described(vec![("machine.name".to_owned(), value)])
+            }
+            "machine-again" => described(Vec::new()),
+            "half" => Event::Progress { number: self.asked.last()?.1, share: 0.5 },
+            "old-half" => Event::Progress { number: self.asked.first()?.1, share: 0.5 },
+            _ => return None,
+        })
+    }
+
+    fn keep_event(&mut self, word: &str) -> Option<Event> {
+        Some(match word {
+            "begin" => Event::Begun,
+            "found-none" => KeepEvent::Found { offers: Vec::new() }.into(),
+            "found-one" => KeepEvent::Found { offers: vec![offer(0, 1.0)] }.into(),
+            "found-second" => KeepEvent::Found { offers: vec![offer(1, 1.0)] }.into(),
+            "found-two" => KeepEvent::Found { offers: vec![offer(0, 1.0), offer(1, 2.0)] }.into(),
+            "rested" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() }),
+            "rested-before" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() - 1 }),
+            "written" => KeepEvent::Written { done: true }.into(),
+            "not-written" => KeepEvent::Written { done: false }.into(),
+            "restore" => KeepEvent::Restore { offer: self.model.keeping.offer.clone()? }.into(),
+            "taken" | "taken-nothing" => {
+                let bytes = (word == "taken").then(|| vec![1]);
+                let place = self.model.keeping.offer.as_ref()?.place;
+                KeepEvent::Taken { place, files: bytes, job: None }.into()
+            }
+            "forget" => KeepEvent::Discard { offer: self.model.keeping.offer.clone()? }.into(),
+            "forgotten" => KeepEvent::Dropped.into(),
+            _ => return None,
+        })
+    }
+
+    fn last_wake(&self, wanted: impl Fn(&Event) -> bool) -> Option<Box<Event>> {
+        self.out.iter().find_map(|effect| match effect {
+            Effect::Wake { event, .. } if wanted(event) => Some(event.clone()),
+            _ => None,
+        })
+    }
+
+    /// What the last word asked of the outside, in words.
+    pub(super) fn out(&self) -> String {
+        self.out.iter().map(word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// What is on its way, in a word.
+    pub(super) fn way(&self) -> &'static str {
+        match &self.model.on_the_way {
+            OnTheWay::Nothing => "nothing",
+            OnTheWay::Opening { .. } => "opening",
+            OnTheWay::Reading { .. } => "reading",
+            OnTheWay::Planning { again: true, .. } => "planning-again",
+            OnTheWay::Planning { step: Step::Plan, .. } => "planning",
+            OnTheWay::Planning { step: Step::Prove { .. }, .. } => "proving",
+            OnTheWay::Planning { step: Step::Time { .. }, .. } => "timing",
+        }
+    }
+
+    /// What is known, in words.
+    pub(super) fn known(&self) -> String {
+        let board = &self.model.board;
+        let facts = [
+            (board.document.is_some(), "board"),
+            (board.reviewing, "review"),
+            (board.plan.is_some(), "plan"),
+            (board.proved.is_some(), "proof"),
+            (board.job.is_some(), "job"),
+            (board.stale, "stale"),
+            (!board.refused.is_empty(), "refused"),
+        ];
+        facts.iter().filter(|(on, _)| *on).map(|(_, word)| *word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// What is on its way, what is known, and what the last word asked of the outside.
+    pub(super) fn stands(&self) -> String {
+        format!("{} | {} | {}", self.way(), self.known(), self.out())
+    }
+
+    /// The short words on show, by their keys.
+    pub(super) fn toasts(&self) -> Vec<String> {
+        let key = |text: &Text| match text {
+            Text::Key { key, .. } => (*key).to_owned(),
+            Text::Found(remark) => remark.code.clone(),
+        };
+        self.model.frame.toasts.iter().map(|toast| key(&toast.text)).collect()
+    }
+}
+
+/// Tells every story of `rows` and compares how things stand after it; says all that are wrong.
+pub(super) fn compare(rows: &[(&str, &str)], after: impl Fn(&Story) -> String) {
+    let wrong: Vec<String> = rows
+        .iter()
+        .filter_map(|(words, expected)| {
+            let found = after(&Story::told(words));
+            (found != *expected).then(|| format!("{words}\n  expected {expected}\n  found    {found}"))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}

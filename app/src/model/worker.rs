@@ -1,0 +1,52 @@
+//! What comes from the workers goes to whoever waits for it.
+//!
+//! Comes in: numbers of requests with shares and answers. Goes out: what follows. A number that nobody waits for is of an older
+//! generation, and dropped.
+
+use super::planning::{OnTheWay, Step};
+use super::{Effect, Model, export, files, keeping, planning, start, template};
+use crate::engine::Stopped;
+use crate::engine::messages::Answer;
+
+/// A request is so far.
+pub(super) fn progress(model: &mut Model, number: u32, share: f64) -> Vec<Effect> {
+    if model.on_the_way.number() == Some(number) {
+        if let OnTheWay::Planning { step: Step::Plan, share: now, .. } = &mut model.on_the_way {
+            *now = share;
+        }
+    } else {
+        export::progress(model, number, share);
+    }
+    Vec::new()
+}
+
+/// A request is answered.
+pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    if model.on_the_way.number() == Some(number) {
+        of_board(model, answer)
+    } else if model.export.waits_for(number) {
+        export::answered(model, answer)
+    } else if model.template.waits_for(number) {
+        template::answered(model, answer)
+    } else if model.keeping.waits_for(number) {
+        keeping::packed(model, answer)
+    } else if model.start.waits_for(number) {
+        start::timed(model, number, answer)
+    } else {
+        Vec::new()
+    }
+}
+
+/// The answer to what was on its way from the worker of the board.
+fn of_board(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    match (std::mem::take(&mut model.on_the_way), answer) {
+        (OnTheWay::Opening { job, place, .. }, Ok(Answer::Opened(project))) => {
+            files::opened(model, project, job, place)
+        }
+        (OnTheWay::Reading { wanted, .. }, Ok(Answer::Read(reading))) => {
+            files::was_read(model, *wanted, *reading)
+        }
+        (OnTheWay::Opening { .. } | OnTheWay::Reading { .. }, Err(stopped)) => files::refused(model, stopped),
+        (before, answer) => planning::answered(model, before, answer),
+    }
+}

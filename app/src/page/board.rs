@@ -1,0 +1,140 @@
+//! The open board as signals.
+//!
+//! Goes out: signals to be read. Does not know how they are shown.
+
+use super::signals as all;
+use super::slots::Slots;
+use crate::engine::messages::{Planned, Proved, Timed};
+use crate::model::board::{left_out, problems, unread};
+use crate::model::{Document, Job, LaidBoard, Offer, Task};
+use crate::picture;
+use crate::ways::{self, Ways};
+use annulus_core::geometry::Point;
+use annulus_core::job::Program;
+use annulus_core::machine::Machine;
+use annulus_core::remark::{Remark, Weight};
+use annulus_core::units::Length;
+use leptos::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// The open board and all that follows from it.
+#[derive(Clone, Copy)]
+pub struct OpenBoard {
+    /// The board.
+    pub document: ReadSignal<Option<Arc<Document>>>,
+    /// Its import review is on show.
+    pub reviewing: ReadSignal<bool>,
+    /// Losses that were seen, by code.
+    pub accepted: ReadSignal<BTreeSet<String>>,
+    /// The bit in the spindle, if it is to go first.
+    pub loaded: ReadSignal<Option<Length>>,
+    /// The plan.
+    pub plan: ReadSignal<Option<Arc<Planned>>>,
+    /// The plan in time.
+    pub timed: ReadSignal<Option<Arc<Timed>>>,
+    /// The board as it lies for the plan.
+    pub laid: ReadSignal<Option<Arc<LaidBoard>>>,
+    /// What the plan does.
+    pub program: ReadSignal<Option<Arc<Program>>>,
+    /// What the proof says of the plan.
+    pub proved: ReadSignal<Option<Arc<Proved>>>,
+    /// The planned job.
+    pub job: ReadSignal<Option<Arc<Job>>>,
+    /// Why there is no plan.
+    pub refused: ReadSignal<Vec<Remark>>,
+    /// The plan on show is that of an older job.
+    pub stale: ReadSignal<bool>,
+    /// What files and plan have to say that is more than a note, the first hundred.
+    pub problems: Memo<Vec<Remark>>,
+    /// Losses of the plan on show: what of the board it leaves out.
+    pub left_out: Memo<Vec<Remark>>,
+    /// The paths of the planned program.
+    pub ways: Memo<Option<Arc<Ways>>>,
+    /// The machine that is planned for.
+    pub machine: ReadSignal<Arc<Machine>>,
+    /// Long work in the worker.
+    pub task: ReadSignal<Option<Task>>,
+    /// What there is to restore.
+    pub offer: ReadSignal<Option<Offer>>,
+}
+
+/// The open board.
+pub fn open_board() -> OpenBoard {
+    all().board
+}
+
+pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
+    let document = slots.handle(|model| &model.board.document);
+    let plan = slots.handle(|model| &model.board.plan);
+    let (program, laid) =
+        (slots.handle(|model| &model.board.program), slots.handle(|model| &model.board.laid));
+    let refused = slots.part(|model| &model.board.refused);
+    let problems = Memo::new(move |_| {
+        document.with(|document| {
+            plan.with(|plan| refused.with(|refused| problems(refused, plan.as_deref(), document.as_deref())))
+        })
+    });
+    OpenBoard {
+        document,
+        reviewing: slots.part(|model| &model.board.reviewing),
+        accepted: slots.part(|model| &model.board.accepted),
+        loaded: slots.part(|model| &model.board.loaded),
+        plan,
+        timed: slots.handle(|model| &model.board.timed),
+        laid,
+        program,
+        proved: slots.handle(|model| &model.board.proved),
+        job: slots.handle(|model| &model.board.job),
+        refused,
+        stale: slots.part(|model| &model.board.stale),
+        problems,
+        left_out: Memo::new(move |_| plan.with(|plan| left_out(plan.as_deref()).cloned().collect())),
+        ways: Memo::new(move |_| {
+            let program = program.get()?;
+            let body = laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
+            let (corner, origin) = (picture::origin(body), program.origin);
+            Some(Arc::new(ways::ways(&program, Point::new(corner.x - origin.x, corner.y - origin.y))))
+        }),
+        machine: slots.kept(|model| &model.machine),
+        task: slots.made(|model| model.task()),
+        offer: slots.part(|model| &model.keeping.offer),
+    }
+}
+
+impl OpenBoard {
+    /// Losses of the files that nobody has seen yet.
+    pub fn losses_unseen(self) -> bool {
+        let accepted = self.accepted.get();
+        self.document.with(|document| {
+            let losses = document.as_ref().map(|document| document.losses()).unwrap_or_default();
+            losses.iter().any(|code| !accepted.contains(code))
+        })
+    }
+
+    /// Losses of files or plan that nobody has seen yet; planning waits for that.
+    pub fn waits_for_person(self) -> bool {
+        let unseen = |remark: &Remark| {
+            remark.weight == Weight::Loss && self.accepted.with(|accepted| !accepted.contains(&remark.code))
+        };
+        self.problems.with(|problems| problems.iter().any(unseen))
+    }
+
+    /// How many findings nobody has read yet, and how many losses of the plan nobody has seen.
+    pub fn unread(self) -> usize {
+        let read = all().job.read;
+        self.plan.with(|plan| {
+            self.proved.with(|proved| {
+                self.accepted.with(|accepted| {
+                    read.with(|read| unread(plan.as_deref(), proved.as_deref(), accepted, read))
+                })
+            })
+        })
+    }
+
+    /// Whether the plan on show may be exported or sent: it is that of the job, it is proved, every finding was read and every
+    /// loss seen.
+    pub fn cleared(self) -> bool {
+        self.proved.with(Option::is_some) && !self.stale.get() && self.unread() == 0
+    }
+}

@@ -1,0 +1,68 @@
+//! Screen, units, colours, what is chosen and how it is looked at, as signals.
+//!
+//! Goes out: signals to be read. Does not know how they are shown.
+
+use super::signals as all;
+use super::slots::Slots;
+use crate::format::Unit;
+use crate::keys::{Action, Tab};
+use crate::layers::Look;
+use crate::model::{Theme, Toast};
+use leptos::prelude::*;
+
+/// What frames the work.
+#[derive(Clone, Copy)]
+pub struct Frame {
+    /// The screen.
+    pub tab: ReadSignal<Tab>,
+    /// Unit of lengths on show.
+    pub unit: ReadSignal<Unit>,
+    /// Colours.
+    pub theme: ReadSignal<Theme>,
+    /// The language, by its word.
+    pub language: ReadSignal<String>,
+    /// The hole chosen in picture or table.
+    pub selected: ReadSignal<Option<u32>>,
+    /// Show the paths as in the file instead of the planned ones.
+    pub show_before: ReadSignal<bool>,
+    /// Show the rapids from cut to cut.
+    pub show_travel: ReadSignal<bool>,
+    /// How each layer is seen.
+    pub layers: ReadSignal<Vec<Look>>,
+    /// The board is looked at from below.
+    pub flipped: ReadSignal<bool>,
+    /// Where the pointer is, work coordinates in mm.
+    pub cursor_mm: ReadSignal<Option<[f64; 2]>>,
+    /// CSS pixels in a millimetre.
+    pub zoom: ReadSignal<f64>,
+    /// Key of the word for what draws.
+    pub backend: ReadSignal<Option<&'static str>>,
+    /// What was asked of the picture last, and how often anything was.
+    pub asked: ReadSignal<(u32, Option<Action>)>,
+    /// Short words on show.
+    pub toasts: ReadSignal<Vec<Toast>>,
+}
+
+/// What frames the work.
+pub fn frame() -> Frame {
+    all().frame
+}
+
+pub(super) fn signals(slots: &mut Slots) -> Frame {
+    Frame {
+        tab: slots.part(|model| &model.frame.tab),
+        unit: slots.part(|model| &model.frame.unit),
+        theme: slots.part(|model| &model.frame.theme),
+        language: slots.part(|model| &model.frame.language),
+        selected: slots.part(|model| &model.frame.selected),
+        show_before: slots.part(|model| &model.frame.show_before),
+        show_travel: slots.part(|model| &model.frame.show_travel),
+        layers: slots.part(|model| &model.frame.layers),
+        flipped: slots.part(|model| &model.frame.flipped),
+        cursor_mm: slots.part(|model| &model.frame.cursor_mm),
+        zoom: slots.part(|model| &model.frame.zoom),
+        backend: slots.part(|model| &model.frame.backend),
+        asked: slots.part(|model| &model.frame.asked),
+        toasts: slots.part(|model| &model.frame.toasts),
+    }
+}

@@ -1,0 +1,128 @@
+//! The line to the bridge as signals, and the wishes of the screens.
+//!
+//! Goes out: signals to be read, events. Does not know the socket.
+
+use super::slots::Slots;
+use super::{send, signals as all};
+pub use crate::health::{Freshness, Ousted};
+use crate::lab::log::Log;
+pub use crate::model::link::{Armed, Control, Ended, Hand, Interrupted, Notice, Phase, Queue};
+use crate::model::start::Preflight;
+use crate::model::{Job, LinkEvent};
+use annulus_core::control::{State, Timing};
+use annulus_core::machine::Value;
+use annulus_core::remark::Remark;
+use annulus_core::wire::{Ask, Outputs, Status};
+use leptos::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Everything the bridge said, each part a signal. Copies are the same line.
+#[derive(Clone, Copy)]
+pub struct Link {
+    /// How far the connection is.
+    pub phase: ReadSignal<Phase>,
+    /// Whether a machine was connected since the page was opened.
+    pub ever: ReadSignal<bool>,
+    /// How things stand.
+    pub status: ReadSignal<Option<Arc<Status>>>,
+    /// How old that is.
+    pub freshness: ReadSignal<Freshness>,
+    /// Who may move the machine.
+    pub control: ReadSignal<Control>,
+    /// The machine's settings.
+    pub settings: ReadSignal<Arc<Vec<(String, Value)>>>,
+    /// The last verdict on a job.
+    pub armed: ReadSignal<Option<Armed>>,
+    /// A job to be taken up.
+    pub interrupted: ReadSignal<Option<Interrupted>>,
+    /// How the last one ended.
+    pub ended: ReadSignal<Option<Ended>>,
+    /// What the bridge's clock is worth; none where the drill is virtual.
+    pub timing: ReadSignal<Option<Arc<Timing>>>,
+    /// Why the last wish was refused.
+    pub refused: ReadSignal<Option<Remark>>,
+    /// Why this page lost control.
+    pub ousted: ReadSignal<Option<Ousted>>,
+    /// There and back, ms.
+    pub delay_ms: ReadSignal<Option<f64>>,
+    /// STOP was pressed and nobody said that it was heard.
+    pub stop_unconfirmed: ReadSignal<bool>,
+    /// What happened so far.
+    pub log: ReadSignal<Arc<Log>>,
+    /// The queue of work commands that the machine has.
+    pub queue: ReadSignal<Queue>,
+    /// The outputs and their lock.
+    pub outputs: ReadSignal<Outputs>,
+    /// The job the machine has, where that is another one than was planned.
+    pub fetched: ReadSignal<Option<Arc<Job>>>,
+    /// The job that the Machine screen shows.
+    pub shown_job: ReadSignal<Option<Arc<Job>>>,
+    /// The pre-flight on show.
+    pub preflight: ReadSignal<Option<Preflight>>,
+    /// Warnings of it that were ticked, by code.
+    pub ticked: ReadSignal<BTreeSet<String>>,
+    /// The pad that moves by hand.
+    pub hand: ReadSignal<Hand>,
+}
+
+/// The line.
+pub fn link() -> Link {
+    all().link
+}
+
+pub(super) fn signals(slots: &mut Slots) -> Link {
+    Link {
+        phase: slots.part(|model| &model.link.phase),
+        ever: slots.part(|model| &model.link.ever),
+        status: slots.handle(|model| &model.link.status),
+        freshness: slots.part(|model| &model.link.freshness),
+        control: slots.part(|model| &model.link.control),
+        settings: slots.kept(|model| &model.link.settings),
+        armed: slots.part(|model| &model.link.armed),
+        interrupted: slots.part(|model| &model.link.interrupted),
+        ended: slots.part(|model| &model.link.ended),
+        timing: slots.handle(|model| &model.link.timing),
+        refused: slots.part(|model| &model.link.refused),
+        ousted: slots.part(|model| &model.link.ousted),
+        delay_ms: slots.part(|model| &model.link.delay_ms),
+        stop_unconfirmed: slots.part(|model| &model.link.stop_unconfirmed),
+        log: slots.kept(|model| &model.link.log),
+        queue: slots.part(|model| &model.link.queue),
+        outputs: slots.part(|model| &model.link.outputs),
+        fetched: slots.handle(|model| &model.start.fetched),
+        shown_job: slots.handle(|model| &model.start.shown),
+        preflight: slots.part(|model| &model.start.preflight),
+        ticked: slots.part(|model| &model.start.ticked),
+        hand: slots.part(|model| &model.link.hand),
+    }
+}
+
+/// Asks the bridge for something.
+pub fn ask(wish: Ask) {
+    send(LinkEvent::Ask { wish });
+}
+
+/// Stops the machine.
+pub fn stop() {
+    send(LinkEvent::Stop);
+}
+
+impl Link {
+    /// What the machine is doing, if one is there.
+    pub fn state(self) -> Option<State> {
+        self.status.with(|status| status.as_ref().map(|status| status.state))
+    }
+
+    /// Whether anything moves or is about to.
+    pub fn busy(self) -> bool {
+        !matches!(self.state(), None | Some(State::Ready | State::NotHomed | State::Alarm))
+    }
+
+    /// Whether this page may ask for motion now.
+    pub fn may_act(self) -> bool {
+        self.phase.get() == Phase::Open
+            && self.control.get().yours
+            && self.freshness.get() == Freshness::Fresh
+    }
+}

@@ -1,0 +1,49 @@
+//! The playback as signals.
+//!
+//! Goes out: signals to be read. Does not know how they are shown.
+
+use super::signals as all;
+use super::slots::Slots;
+use annulus_core::sim::{Moment, Playback};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+/// The playback: what is played, which second, how fast.
+#[derive(Clone, Copy)]
+pub struct Play {
+    /// What is played.
+    pub playback: ReadSignal<Option<Arc<Playback>>>,
+    /// The second on show.
+    pub at_s: ReadSignal<f64>,
+    /// Whether it runs.
+    pub running: ReadSignal<bool>,
+    /// Seconds of the plan in a second of the clock.
+    pub speed: ReadSignal<f64>,
+}
+
+/// The playback.
+pub fn play() -> Play {
+    all().play
+}
+
+pub(super) fn signals(slots: &mut Slots) -> Play {
+    Play {
+        playback: slots.handle(|model| &model.play.playback),
+        at_s: slots.part(|model| &model.play.at_s),
+        running: slots.part(|model| &model.play.running),
+        speed: slots.part(|model| &model.play.speed),
+    }
+}
+
+impl Play {
+    /// How long all of it takes.
+    pub fn total_s(self) -> f64 {
+        self.playback.with(|playback| playback.as_ref().map_or(0.0, |playback| playback.total_s()))
+    }
+
+    /// The moment on show.
+    pub fn now(self) -> Option<Moment> {
+        let at_s = self.at_s.get();
+        self.playback.with(|playback| playback.as_ref()?.at(at_s))
+    }
+}
