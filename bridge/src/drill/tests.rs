@@ -425,7 +425,7 @@ fn a_work_zero_that_cannot_be_kept_is_told_also_where_no_job_runs() {
     let status = bench.wait(|status| status.state == State::Alarm);
     assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("journal.cannot_write", Trust::Trusted));
     is_full.store(false, Ordering::SeqCst);
-    bench.drill.ask(Ask::AcknowledgeAlarm).unwrap();
+    bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
     bench.drill.ask(Ask::SetZero).unwrap();
     let status = bench.status();
     assert_eq!((status.state, status.alarm), (State::Ready, None));
