@@ -211,9 +211,11 @@ fn real_boards_give_the_same_program_and_figures_everywhere() {
     let makers = files(&corpus).into_iter().filter(|path| path.is_dir());
     let boards = |maker: PathBuf| files(&maker).into_iter().filter(|path| path.is_dir());
     let apart = ["expected", "licenses", "synthetic", "tsplib"];
-    let walked =
-        walk_all(makers.filter(|maker| !apart.iter().any(|name| maker.ends_with(name))).flat_map(boards));
-    assert!(walked >= 20, "{walked}");
+    let all = makers.filter(|maker| !apart.iter().any(|name| maker.ends_with(name))).flat_map(boards);
+    // One in five on a push.
+    let (each, least) = if std::env::var_os("ANNULUS_LONG").is_some() { (1, 20) } else { (5, 5) };
+    let walked = walk_all(all.step_by(each));
+    assert!(walked >= least, "{walked}");
 }
 
 /// A real run takes the same steps, slots and wide holes too.
