@@ -102,7 +102,12 @@ impl Place {
                 Message::Task(task) if std::mem::take(&mut starved) => {
                     report(self.report(&task, 0, Ended::Starved, self.line.tick));
                 }
-                Message::Task(task) => report(self.task(&task)),
+                Message::Task(task) => {
+                    let done = self.task(&task);
+                    // Who hears the report also sees the place at which it ended.
+                    self.leave(None);
+                    report(done);
+                }
                 Message::Correct(axis, steps) => self.line.position[axis] += steps,
                 Message::Spindle(rpm) => {
                     self.pins.spindle(self.line.tick, rpm);
