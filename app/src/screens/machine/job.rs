@@ -53,16 +53,23 @@ fn progress(line: Link) -> impl IntoView {
         (_, 0) => there.get().unwrap_or_else(|| (shown::moment().progress.discs, planned())),
         counts => counts,
     });
-    let percent = move || {
+    let ways = Memo::new(move |_| from(line, |status| (status.ways_done, status.ways_total)));
+    // Of a job in work by its time: ways take most of it. Else by holes.
+    let running = |status: &Status| (status.holes_total + status.ways_total > 0).then_some(status.done_share);
+    let share = Memo::new(move |_| {
         let (done, total) = counts.get();
-        if total > 0 { format!("{} %", u64::from(done) * 100 / u64::from(total)) } else { String::new() }
-    };
+        from(line, running).or_else(|| (total > 0).then(|| f64::from(done) / f64::from(total)))
+    });
+    let percent =
+        move || share.get().map_or(String::new(), |share| format!("{:.0} %", (share * 100.0).floor()));
     let holes = move || {
-        let (done, total) = counts.get();
-        if there.get().is_some() {
-            return say!("page.job.there", done = done, total = total);
+        let ((done, total), (way, ways)) = (counts.get(), ways.get());
+        match (there.get().is_some(), ways, total) {
+            (true, ..) => say!("page.job.there", done = done, total = total),
+            (_, 0, _) => say!("page.job.holes", done = done, total = total),
+            (_, _, 0) => say!("page.job.ways", done = way, total = ways),
+            _ => say!("page.job.both", way = way, ways = ways, done = done, total = total),
         }
-        say!("page.job.holes", done = done, total = total)
     };
     let times = move || {
         let (elapsed, left) = from(line, |status| (status.elapsed_s, status.left_s));
@@ -72,8 +79,8 @@ fn progress(line: Link) -> impl IntoView {
         div().class("big").child((strong().child(holes), span().child(percent))),
         html::progress()
             .attr("aria-label", t!("page.job.progress"))
-            .attr("max", move || counts.get().1.max(1).to_string())
-            .prop("value", move || f64::from(counts.get().0)),
+            .attr("max", "1")
+            .prop("value", move || share.get().unwrap_or(0.0)),
         p().class("quiet tabular").child(times),
     ))
 }
