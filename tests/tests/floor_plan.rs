@@ -68,7 +68,8 @@ const BRIDGE: &[(&str, &[&str])] = &[
 const LONGEST_FILE: usize = 500;
 const LONGEST_FUNCTION: usize = 70;
 
-fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
+/// The sources below a folder, in order.
+pub(crate) fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
     paths.sort();

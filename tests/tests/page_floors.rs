@@ -1,10 +1,11 @@
 //! The house rules of the page as a test: which folder of `app/src` may name which, that no files name each other in a circle, and
 //! how many things live as long as the page. The arrows are those of ARCHITECTURE.md.
 
+use crate::floor_plan::rust_files;
 use annulus_tests::root;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use syn::visit::{self, Visit};
 
 /// Folder or file of `app/src`, and what of the page or of the browser it must not name.
@@ -53,19 +54,6 @@ const KNOWN: &[&str] = &[
 
 /// Everything that lives as long as the page: the running page, the pictures there are, and the Lab with its queue.
 const MOST_STATICS: usize = 4;
-
-fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
-    let Ok(entries) = fs::read_dir(folder) else { return };
-    let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.sort();
-    for path in paths {
-        if path.is_dir() {
-            rust_files(&path, out);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            out.push(path);
-        }
-    }
-}
 
 /// The path of a file's module: `["model", "link", "stop"]`.
 fn module_of(path: &Path) -> Vec<String> {
