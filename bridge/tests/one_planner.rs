@@ -22,7 +22,7 @@ const FINDINGS: &str = "short,gap,break,gone,lost,hit,ring,sliver,shallow,remnan
 /// More holes than this are not turned into steps here.
 const MOST_STEPS: u64 = 400;
 
-/// What a command answers when all losses that it tells are accepted one after the other: its exit code, its object, and what
+/// What a command answers when all errors that it tells are accepted one after the other: its exit code, its object, and what
 /// was accepted.
 fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Value, BTreeSet<String>) {
     let mut accepted = given.clone();
@@ -35,18 +35,18 @@ fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Va
         let told = object["error"]["code"].as_str().unwrap_or_default().to_owned();
         let exit = output.status.code().unwrap_or(-1);
         // `cam` tells all that is unseen at once.
-        let losses: Vec<String> = if told == "cam.unseen_losses" {
-            let remarks = object["programs"].as_array().into_iter().flatten();
-            let remarks =
-                remarks.flat_map(|program| program["remarks"].as_array().cloned().unwrap_or_default());
-            let losses = remarks.filter(|remark| remark["weight"] == "loss");
-            losses.filter_map(|loss| loss["code"].as_str().map(str::to_owned)).collect()
+        let errors: Vec<String> = if told == "cam.unacknowledged_errors" {
+            let diagnostics = object["programs"].as_array().into_iter().flatten();
+            let diagnostics = diagnostics
+                .flat_map(|program| program["diagnostics"].as_array().cloned().unwrap_or_default());
+            let errors = diagnostics.filter(|diagnostic| diagnostic["severity"] == "error");
+            errors.filter_map(|error| error["code"].as_str().map(str::to_owned)).collect()
         } else {
             vec![told]
         };
         let before = accepted.len();
         if exit == 1 {
-            accepted.extend(losses);
+            accepted.extend(errors);
         }
         if accepted.len() == before {
             return (exit, object, accepted);

@@ -93,8 +93,8 @@ fn the_laboratory_drill_runs_clean_at_500_hz_and_loses_steps_at_600_and_says_so(
             assert!(said.contains("Lost steps: "), "{said}");
         }
         let planned = json(&annulus(folder.path(), &format!("plan wide.drl --machine ./{file} --json")));
-        let doubts = planned["remarks"].as_array().unwrap().iter();
-        let doubted = doubts.filter(|remark| remark["code"] == "machine.table_loses_steps").count();
+        let warnings = planned["diagnostics"].as_array().unwrap().iter();
+        let doubted = warnings.filter(|diagnostic| diagnostic["code"] == "machine.table_loses_steps").count();
         assert_eq!(doubted, usize::from(interrupts == 600), "{planned}");
     }
 }

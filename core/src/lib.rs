@@ -12,7 +12,7 @@
 //! | floor | makes | does not know |
 //! |---|---|---|
 //! | `units` | lengths in whole nanometres | anything else |
-//! | `remark` | what a reader or check has to say, as code and arguments | the sentences |
+//! | `diagnostic` | what a reader or check has to say, as code and arguments | the sentences |
 //! | `locale` | the sentences, one table a language | who asks |
 //! | `geometry` | points, boxes, regions of lines and arcs | boards |
 //! | `machine` | a machine described, its settings table, presets | jobs |
@@ -40,6 +40,7 @@ pub mod board;
 pub mod cam;
 pub mod check;
 pub mod control;
+pub mod diagnostic;
 pub mod geometry;
 pub mod job;
 pub mod locale;
@@ -51,7 +52,6 @@ pub mod post;
 pub mod project;
 pub mod proof;
 pub mod queue;
-pub mod remark;
 pub mod servo;
 pub mod sim;
 pub mod steps;

@@ -111,7 +111,7 @@ async function opened(page, files) {
   await page.getByRole("button", { name: "Open files…" }).click();
   await (await chooser).setFiles(files);
   await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture");
-  // Where something is in doubt the files are looked at first.
+  // Where something is in warning the files are looked at first.
   await atRest(page);
   const use = page.getByRole("button", { name: "Use this board" });
   if (await use.isVisible()) await use.click();

@@ -17,9 +17,9 @@ use annulus_core::cam;
 use annulus_core::cam::figures::figures;
 use annulus_core::cam::ways::{self, Means, Part, Scene, Stroke};
 use annulus_core::cam::work::{Operation, Work};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Program;
 use annulus_core::motion;
-use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
 use std::collections::BTreeSet;
@@ -28,7 +28,7 @@ use std::collections::BTreeSet;
 pub(super) struct Side {
     pub(super) planned: ways::Planned,
     pub(super) program: Program,
-    pub(super) remarks: Vec<Remark>,
+    pub(super) diagnostics: Vec<Diagnostic>,
 }
 
 /// Plans the side that is up in what is `wanted`.
@@ -36,7 +36,7 @@ pub(super) fn side(
     wanted: &ToPlan,
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Side, Vec<Remark>> {
+) -> Result<Side, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
     let scene = Scene::of(shelf.board(wanted.board_key)?, work);
@@ -65,9 +65,9 @@ pub(super) fn side(
         shelf.keep_part(key, part.clone(), operations.len());
         parts.push(part);
     }
-    let (planned, remarks) = ways::assemble(scene, work, &machine, &means, parts)?;
+    let (planned, diagnostics) = ways::assemble(scene, work, &machine, &means, parts)?;
     let program = ways::lower_work(&planned, work, &machine);
-    Ok(Side { planned, program, remarks })
+    Ok(Side { planned, program, diagnostics })
 }
 
 /// Plans what is `wanted`, as the page shows it.
@@ -75,10 +75,10 @@ pub(super) fn plan(
     wanted: &ToPlan,
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Planned, Vec<Remark>> {
+) -> Result<Planned, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let Side { planned, program, remarks } = side(wanted, shelf, progress)?;
+    let Side { planned, program, diagnostics } = side(wanted, shelf, progress)?;
     let made = program::encode(&program);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
@@ -97,7 +97,7 @@ pub(super) fn plan(
         laid,
         key: key.clone(),
         program: made,
-        remarks,
+        diagnostics,
         travel_before_mm: figures.travel_before_mm,
         travel_after_mm: figures.travel_after_mm,
         hop_time_before_s: figures.hop_time_before_s,

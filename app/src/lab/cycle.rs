@@ -8,12 +8,12 @@
 //!
 //! Comes in: a machine, the length of the hop, mm. Goes out: points over ms, and times. Moves nothing.
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, cycle_s, cycles, sequential_s};
 use annulus_core::motion::one_by_one::one_by_one;
 use annulus_core::motion::profile::{Profile, Shape, choose, plan};
 use annulus_core::motion::{Limits, Motion, Part, strokes};
-use annulus_core::remark::Remark;
 use annulus_core::steps::TICK_HZ;
 
 /// Holes shown.
@@ -44,12 +44,12 @@ pub struct Shown {
 }
 
 /// Some holes in a row, `hop_mm` apart along X.
-pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
+pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
     if strokes::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
 }
 
 /// Plane and spindles together.
-fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
+fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
     let limits = Limits::of_axis(machine, &machine.x);
     let shape = match machine.motion.plane {
         Law::Linear => Shape::Linear,
@@ -86,7 +86,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
 }
 
 /// One after the other: the machine's own moves, profiles or takts.
-fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
+fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
     // A length has no sign.
     let hop_mm = if hop_mm >= 0.0 { hop_mm } else { f64::NAN };
     let found = one_by_one(machine, &[[hop_mm, 0.0]; HOLES])?;

@@ -6,9 +6,9 @@
 //!
 //! Comes in: a queue and a machine. Goes out: results. Nothing outside of this page moves.
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::queue::{Bench, Mode, Queue, Rehearsal, Rest, RowResult, Standing};
-use annulus_core::remark::Remark;
 use annulus_core::twin::{Faults, Twin};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -38,14 +38,14 @@ fn drill(machine: &Machine) -> (Twin, Arc<AtomicU32>) {
 }
 
 /// How the page's drill stands before a queue: homed, work zero where it rests, spindle off.
-pub fn standing(machine: &Machine) -> Result<Standing, Remark> {
+pub fn standing(machine: &Machine) -> Result<Standing, Diagnostic> {
     let (mut twin, _) = drill(machine);
     Bench::homed(machine, &mut twin).map(|bench| bench.standing)
 }
 
 impl Trial {
     /// `queue` before its first row on a homed drill. `outputs` are the names that may be switched.
-    pub fn begin(machine: &Machine, queue: Queue, outputs: Vec<String>) -> Result<Self, Remark> {
+    pub fn begin(machine: &Machine, queue: Queue, outputs: Vec<String>) -> Result<Self, Diagnostic> {
         let (mut twin, holes) = drill(machine);
         let bench = Bench::homed(machine, &mut twin)?;
         Ok(Self { machine: machine.clone(), twin, rehearsal: Rehearsal::new(queue, outputs, bench), holes })

@@ -9,10 +9,10 @@ use crate::drill::{Drill, RECORD};
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, DrilledTold, SlipTold, Status, Tell, Verdict, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -47,17 +47,17 @@ fn seconds(text: &str) -> Result<Duration, String> {
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let known = machine_file::named(args.job.on.name())?;
     if known.machine.output != Output::Virtual {
-        return Err(Refusal::usage(remark("run.needs_page")));
+        return Err(Refusal::usage(diagnostic("run.needs_page")));
     }
     job::can_be_accepted(&args.job.accept)?;
     let job = job::open_for_machine(&args.job)?;
-    for remark in &job.remarks {
-        super::say(remark.message("en"));
+    for diagnostic in &job.diagnostics {
+        super::say(diagnostic.message("en"));
     }
     let bytes = program::encode(&job.program);
     let folder = machine_file::data_folder();
     let no_runtime =
-        |error: std::io::Error| Refusal::surroundings(remark("run.no_runtime").with("reason", error));
+        |error: std::io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let drill = Drill::open(&folder, known.machine, args.speed)?;
@@ -71,8 +71,8 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     Ok(answer)
 }
 
-fn remark(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::new(Severity::Error, code)
 }
 
 /// Stands in for the person at the machine.
@@ -173,7 +173,7 @@ impl<'a> Operator<'a> {
                 return failed.map_or(Ok(stream_digest), |row| Err(Refusal::content(row.finding)));
             }
         }
-        Err(Refusal::content(remark("control.not_armed")))
+        Err(Refusal::content(diagnostic("control.not_armed")))
     }
 
     /// The next tell; the first signal stops the drill.
@@ -260,12 +260,12 @@ impl<'a> Operator<'a> {
             "drilled": drilled,
             "drilled_twice": rested.drilled_twice,
         });
-        let why = rested.alarm.clone().unwrap_or_else(|| remark("run.stopped"));
+        let why = rested.alarm.clone().unwrap_or_else(|| diagnostic("run.stopped"));
         let milled = if ways > 0 { format!(" {ways} ways milled.") } else { String::new() };
         let mut text = format!("{holes} holes drilled.{milled}\n");
         rested.slips.iter().for_each(|slip| text += &lost(slip));
         for hole in &rested.drilled_twice {
-            let note = Remark::new(Weight::Note, "run.drilled_twice").with("hole", hole);
+            let note = Diagnostic::new(Severity::Note, "run.drilled_twice").with("hole", hole);
             text += &format!("{} {}\n", note.message("en"), note.advice("en"));
         }
         if exit != Exit::Done {

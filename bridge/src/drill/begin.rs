@@ -9,18 +9,18 @@
 //! anything moves.
 
 use super::moves::{Work, ruler};
-use super::owner::{Message, Owner, remark, zero_of};
+use super::owner::{Message, Owner, diagnostic, zero_of};
 use super::recorder::Record;
 use super::ticket::Ticket;
 use crate::journal::JobRecord;
 use annulus_core::control::{Action, Ending, Event, step};
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Ask, Tell};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 /// Whoever asked for it waits for this.
-type Reply = Sender<Result<Vec<Tell>, Remark>>;
+type Reply = Sender<Result<Vec<Tell>, Diagnostic>>;
 
 /// A job whose start is being written down.
 pub(super) struct Starting {
@@ -54,7 +54,7 @@ impl Owner {
                 self.starting = Some(Starting { event, work, record, asked, reply, stopped, waits });
                 self.recorder.write(begin);
                 if !self.recorder.lives() {
-                    self.begun(Err(remark("control.shut_down")));
+                    self.begun(Err(diagnostic("control.shut_down")));
                 }
             }
             Err(why) => drop(reply.send(Err(why))),
@@ -79,14 +79,14 @@ impl Owner {
         }
     }
 
-    fn to_be_started(&self, event: &Event) -> Result<(Work, JobRecord), Remark> {
+    fn to_be_started(&self, event: &Event) -> Result<(Work, JobRecord), Diagnostic> {
         self.may_start(event)?;
-        let prepared = self.prepared.as_ref().ok_or_else(|| remark("control.not_armed"))?;
-        let Event::Start(_, _, from_leg) = *event else { return Err(remark("control.not_armed")) };
+        let prepared = self.prepared.as_ref().ok_or_else(|| diagnostic("control.not_armed"))?;
+        let Event::Start(_, _, from_leg) = *event else { return Err(diagnostic("control.not_armed")) };
         let plane = [prepared.zero[0], prepared.zero[1]];
         let begun = self.interrupted.as_ref().map(|(begun, _)| zero_of(begun, &self.machine));
         if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
-            return Err(remark("control.zero_moved"));
+            return Err(diagnostic("control.zero_moved"));
         }
         let taken_up =
             self.interrupted.as_ref().filter(|(begun, _)| from_leg > 0 && begun.key == prepared.key);
@@ -104,7 +104,7 @@ impl Owner {
         Ok((Work::new(Arc::clone(prepared), from_leg as usize, self.executor.shared.pace()), record))
     }
 
-    fn may_start(&self, event: &Event) -> Result<(), Remark> {
+    fn may_start(&self, event: &Event) -> Result<(), Diagnostic> {
         match step(&self.session, event.clone()).1.as_slice() {
             [Action::Refuse(why)] => Err(why.clone()),
             _ => Ok(()),
@@ -113,11 +113,11 @@ impl Owner {
 
     /// The journal's answer: the job starts, unless it was stopped or may not start any more. Then it is a job that was
     /// interrupted before its first move, which is what the journal says.
-    pub(super) fn begun(&mut self, written: Result<(), Remark>) {
+    pub(super) fn begun(&mut self, written: Result<(), Diagnostic>) {
         let Some(starting) = self.starting.take() else { return };
         let Starting { event, mut work, record, asked, reply, stopped, waits } = starting;
         let still = written.clone().and_then(|()| self.tickets.check(asked)).and_then(|()| {
-            if stopped { Err(remark("socket.stopped_meanwhile")) } else { self.may_start(&event) }
+            if stopped { Err(diagnostic("socket.stopped_meanwhile")) } else { self.may_start(&event) }
         });
         let record_from = record.record_from;
         if written.is_ok() {
@@ -165,9 +165,9 @@ impl Owner {
         }
     }
 
-    pub(super) fn forget(&mut self) -> Result<(), Remark> {
+    pub(super) fn forget(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() {
-            return Err(remark("control.busy"));
+            return Err(diagnostic("control.busy"));
         }
         (self.interrupted, self.session.offer) = (None, None);
         self.recorder.write(Record::Finish);

@@ -13,11 +13,11 @@ use super::recorder::Record;
 use crate::executor::{Ended, Report, Task};
 use crate::journal::{Progress, Ruler};
 use annulus_core::control::{Event, State, Trust, lateness};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
 use annulus_core::queue::{Homing, late};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use std::sync::Arc;
@@ -141,8 +141,8 @@ pub(super) fn ruler(machine: &Machine) -> Ruler {
     }
 }
 
-fn alarm(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn alarm(code: &str) -> Diagnostic {
+    Diagnostic::new(Severity::Error, code)
 }
 
 fn name(input: Input) -> String {
@@ -185,7 +185,7 @@ impl Owner {
     }
 
     /// `segments`, where this computer can step them in time.
-    pub(super) fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Remark> {
+    pub(super) fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Diagnostic> {
         let safe_hz = self.timing.as_ref().map(|timing| timing.safe_hz);
         match safe_hz.and_then(|safe_hz| lateness::too_fast(&segments, safe_hz)) {
             Some(why) => Err(why),
@@ -193,7 +193,7 @@ impl Owner {
         }
     }
 
-    pub(super) fn jog(&mut self, axis: usize, steps: i64) -> Result<(), Remark> {
+    pub(super) fn jog(&mut self, axis: usize, steps: i64) -> Result<(), Diagnostic> {
         let speed = self.machine.axis(axis).home_speed_mm_per_s;
         let timeline = cycles::jog(&self.machine, self.position, axis, steps, speed)?;
         let segments = self.in_time(segments(&timeline, &self.machine))?;
@@ -203,7 +203,7 @@ impl Owner {
 
     /// The way of a jog in steps: inside the travel where the position is known, with the tip up where XY moves, else no
     /// longer than the travel.
-    pub(super) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Remark> {
+    pub(super) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Diagnostic> {
         let index = usize::from(axis);
         if index > 2 || distance_um == 0 {
             return Err(alarm("control.no_such_jog"));
@@ -225,7 +225,7 @@ impl Owner {
         }
     }
 
-    pub(super) fn approach(&mut self) -> Result<(), Remark> {
+    pub(super) fn approach(&mut self) -> Result<(), Diagnostic> {
         let Some(work) = &self.work else { return Ok(()) };
         let to = work.job.start_of_leg(work.leg);
         let (bit, asks) = (work.bit.unwrap_or(0), work.confirm_bit);
@@ -354,7 +354,7 @@ impl Owner {
     }
 
     /// A sensor ended a stroke early: what follows in the leg starts from there.
-    fn rejoin(&mut self) -> Result<(), Remark> {
+    fn rejoin(&mut self) -> Result<(), Diagnostic> {
         let Some(work) = &mut self.work else { return Ok(()) };
         let zero = work.job.zero;
         let mut before = Vec::new();

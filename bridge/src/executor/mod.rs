@@ -24,10 +24,10 @@ pub(crate) mod realtime;
 mod record;
 mod thread;
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::{Machine, Output, Steps};
 use annulus_core::pins::{AxisSet, Clock, Pins};
-use annulus_core::remark::Remark;
 use annulus_core::steps::{Segment, Stage};
 use frames::Down;
 use serde::{Deserialize, Serialize};
@@ -114,7 +114,7 @@ pub(crate) enum Heard {
     /// A task ended, at rest.
     Report(Report),
     /// The executor is no more; what it was doing was not reported.
-    Gone(Remark),
+    Gone(Diagnostic),
 }
 
 /// What owner, journal and executor share without waiting for each other.
@@ -249,7 +249,7 @@ impl Executor {
     }
 
     /// Spindle off at rest. Where nobody is left to do it, everything off at once.
-    pub(crate) fn spindle_off(&self) -> Result<(), Remark> {
+    pub(crate) fn spindle_off(&self) -> Result<(), Diagnostic> {
         match &self.seat {
             Seat::Process(process) if process.is_gone() => process.make_safe(),
             _ => {

@@ -1,7 +1,7 @@
 //! Files as written: what each file of a set is, and what it says.
 //!
 //! Comes in: names and bytes of a set of files, because neighbours carry evidence. Goes out: an [`Artwork`]: every
-//! file with its kind, the reason for it, its content as data, and remarks. Reading never fails on content. Does not
+//! file with its kind, the reason for it, its content as data, and diagnostics. Reading never fails on content. Does not
 //! know what the holes are for.
 //!
 //! ```text

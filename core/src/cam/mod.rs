@@ -26,9 +26,9 @@ pub mod ways;
 pub mod work;
 
 use crate::board::Board;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Point};
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -71,9 +71,9 @@ pub struct PlanOptions {
     pub seed: u64,
     /// Bound of the search, shared by the bits of an operation; none for [`default_iterations`].
     pub iterations: Option<u64>,
-    /// Codes of losses that a person has seen: what they name is left out.
+    /// Codes of errors that a person has seen: what they name is left out.
     pub accept: Vec<String>,
-    /// Codes of the losses that the files of the board have; the program names those of them that were accepted.
+    /// Codes of the errors that the files of the board have; the program names those of them that were accepted.
     pub lost: Vec<String>,
 }
 
@@ -108,29 +108,33 @@ pub fn default_iterations(holes: usize) -> u64 {
 }
 
 /// The spindles that are to drill: all that the machine has, or those wanted, if it has them.
-fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Remark>> {
+fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Diagnostic>> {
     let installed = u8::MAX >> (8 - machine.spindles.clamp(1, 6));
     match wanted {
         None => Ok(installed),
         Some(set) if set != 0 && set & !installed == 0 => Ok(set),
-        Some(_) => {
-            Err(vec![Remark::new(Weight::Loss, "plan.no_such_spindle").with("count", machine.spindles)])
-        }
+        Some(_) => Err(vec![
+            Diagnostic::new(Severity::Error, "plan.no_such_spindle").with("count", machine.spindles),
+        ]),
     }
 }
 
 /// The place among `sizes`, those of the bits in their order, of the bit that is to go first because it is loaded. An error,
-/// with a remark if one was wanted, where they stay as they are.
-fn loaded_first(sizes: &[Length], options: &PlanOptions, tolerance: Length) -> Result<usize, Option<Remark>> {
+/// with a diagnostic if one was wanted, where they stay as they are.
+fn loaded_first(
+    sizes: &[Length],
+    options: &PlanOptions,
+    tolerance: Length,
+) -> Result<usize, Option<Diagnostic>> {
     if options.group != Group::LoadedFirst || sizes.is_empty() {
         return Err(None);
     }
     let Some(loaded) = options.loaded else {
-        return Err(Some(Remark::new(Weight::Doubt, "plan.loaded_not_said")));
+        return Err(Some(Diagnostic::new(Severity::Warning, "plan.loaded_not_said")));
     };
     let found = rack::nearest(sizes, loaded, tolerance);
     found.and_then(|bit| sizes.iter().position(|&size| size == bit)).ok_or_else(|| {
-        Some(Remark::new(Weight::Note, "plan.loaded_not_used").with("size", rack::size_text(loaded)))
+        Some(Diagnostic::new(Severity::Note, "plan.loaded_not_used").with("size", rack::size_text(loaded)))
     })
 }
 

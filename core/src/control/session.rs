@@ -17,7 +17,7 @@
 //! the executor answers every moving action with exactly one report, at rest. Does not know how anything is moved.
 
 use super::{Alarm, Ending, State, Trust};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 
 /// Work zeros that can be taken back.
 const ZEROS_KEPT: usize = 5;
@@ -146,7 +146,7 @@ pub enum Action {
     /// The job is over.
     End(Ending),
     /// The ask is refused; nothing changed.
-    Refuse(Remark),
+    Refuse(Diagnostic),
 }
 
 impl Action {
@@ -186,7 +186,7 @@ impl Default for Session {
 }
 
 fn refuse(code: &str) -> Vec<Action> {
-    vec![Action::Refuse(Remark::new(Weight::Loss, code))]
+    vec![Action::Refuse(Diagnostic::new(Severity::Error, code))]
 }
 
 /// The session after `event`, and what to do.
@@ -500,8 +500,8 @@ fn worse(a: Trust, b: Trust) -> Trust {
 mod tests {
     use super::*;
 
-    fn alarm(code: &str) -> Remark {
-        Remark::new(Weight::Loss, code)
+    fn alarm(code: &str) -> Diagnostic {
+        Diagnostic::new(Severity::Error, code)
     }
 
     fn next(seed: &mut u64, below: u64) -> u64 {

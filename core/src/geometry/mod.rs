@@ -40,7 +40,7 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
 /// How far from the zero point outlines can be united and cut: 1.07 m either way. What lies beyond is moved to it,
-/// so a reader refuses it with a remark of its own.
+/// so a reader refuses it with a diagnostic of its own.
 pub const REACH: Length = Length::from_nm((1 << 30) - 1);
 
 /// A place in the plane of the board: X to the right, Y away from the person.

@@ -42,7 +42,7 @@ pub struct Program {
     pub safe_height: Length,
     /// What to do, in order.
     pub legs: Vec<Leg>,
-    /// Every finding that was a loss, by code, and that a person has seen and accepted.
+    /// Every finding that was an error, by code, and that a person has seen and accepted.
     pub accepted: Vec<String>,
 }
 

@@ -15,9 +15,9 @@
 //! command, which is given before interrupt 1. Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5. Does not know
 //! frequencies or lengths.
 
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::machine::Dynamics;
 use crate::machine::dynamics::{period, top};
-use crate::remark::{Remark, Weight};
 use serde::{Deserialize, Serialize};
 
 pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_state, state_within};
@@ -106,8 +106,9 @@ pub struct Stretch {
 
 /// The takts of a move of `distance` takts from rest, either way. A handful of stretches for any distance: the middle, where
 /// the state stays, is one of them. Refused when the table would run over the target, or has no states.
-pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Remark> {
-    let refuse = |code: &str| Remark::new(Weight::Loss, code).with("distance", distance).with("state", 0);
+pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Diagnostic> {
+    let refuse =
+        |code: &str| Diagnostic::new(Severity::Error, code).with("distance", distance).with("state", 0);
     if dynamics.period.is_empty() {
         return Err(refuse("automaton.lengths").with("states", 0).with("enter", 0).with("leave", 0));
     }
@@ -135,7 +136,7 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Rem
 }
 
 /// The interrupts of all takts of a move from rest. See [`stretches`] for long moves.
-pub fn takts(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = u64>, Remark> {
+pub fn takts(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = u64>, Diagnostic> {
     let mut now = 0;
     let stretches = stretches(dynamics, distance)?;
     let intervals =
@@ -147,7 +148,7 @@ pub fn takts(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = 
 }
 
 /// How many interrupts a move from rest takes. Without steps: quick for any distance.
-pub fn total(dynamics: &Dynamics, distance: u64) -> Result<u64, Remark> {
+pub fn total(dynamics: &Dynamics, distance: u64) -> Result<u64, Diagnostic> {
     let stretches = stretches(dynamics, distance)?;
     let times = stretches.iter().map(|stretch| u64::from(stretch.interval).saturating_mul(stretch.count));
     Ok(times.fold(0, u64::saturating_add))

@@ -18,10 +18,10 @@ use super::limits::{Limits, line, mm_per_step, shape};
 use super::profile::{self, Stroke, two_speeds};
 use super::timeline::{Motion, Part};
 use super::writer::{REST_TICKS, lines, start_tick};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Stage};
 use crate::machine::{AXES, DriveKind, Machine, Steps, StrokeEnd};
-use crate::remark::Remark;
 use crate::units::{Length, TICK_HZ};
 
 /// A hole that can be part of a chain.
@@ -99,7 +99,7 @@ impl Strokes {
         (at, plane, turned): (Steps, Steps, [bool; AXES]),
         hole: Hole,
         low: Option<Low>,
-    ) -> Result<(Hop, Low), Remark> {
+    ) -> Result<(Hop, Low), Diagnostic> {
         let with_z = |steps: Steps, height: i64| {
             let mut steps = steps;
             for axis in spindles {
@@ -148,7 +148,7 @@ impl Strokes {
         spindles: &[usize],
         top: Steps,
         hole: Hole,
-    ) -> Result<Stored, Remark> {
+    ) -> Result<Stored, Diagnostic> {
         let scale = machine.z.scale;
         let (top_steps, bottom_steps) = (scale.steps(hole.top), scale.steps(hole.bottom));
         let key = (top_steps, bottom_steps, hole.feed_um_per_s);
@@ -187,7 +187,7 @@ pub fn times(machine: &Machine, down: &Stroke, up: &Stroke, height_mm: f64) -> S
 
 /// What the machine's own stroke takes, from its safe height to the bottom of a hole through its board and back, and the
 /// two strokes themselves: down and up.
-pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Remark> {
+pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Diagnostic> {
     let process = &machine.process;
     let scale = machine.z.scale;
     let (top, bottom) =
@@ -207,7 +207,7 @@ pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Remark> 
 
 /// The abort horizon of the machine's own stroke `down`: until how long after its start, in s, it can still be stopped with the
 /// tip clear of the board (C2.3), by the least that Z can do either way.
-pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Remark> {
+pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Diagnostic> {
     let (own, limits) = (Limits::of_axis(machine, &machine.z), Limits::of_down(machine));
     let limits = Limits {
         acceleration: limits.acceleration.min(own.acceleration),
@@ -220,7 +220,12 @@ pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Remark> {
 }
 
 /// The stroke down: fast to the feed height, then at feed; where the way is too short to change speeds, all of it at feed.
-pub fn down(machine: &Machine, height_mm: f64, depth_mm: f64, feed_mm_per_s: f64) -> Result<Stroke, Remark> {
+pub fn down(
+    machine: &Machine,
+    height_mm: f64,
+    depth_mm: f64,
+    feed_mm_per_s: f64,
+) -> Result<Stroke, Diagnostic> {
     let limits = Limits::of_down(machine);
     let length_mm = height_mm + depth_mm;
     let law = shape(machine, machine.motion.down, length_mm, limits)?;

@@ -12,9 +12,9 @@ use super::arcs::{Curve, Piece, Tip};
 use super::dialect::Arcs;
 use super::number::{Format, Zeros};
 use super::read::Centre;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::job::{Command, Cutter, Leg, Mark, Program};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// Full circles are cut in two: many readers take one whose ends agree for nothing.
@@ -40,7 +40,7 @@ fn number(length: Length) -> String {
 /// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for ways that end above others.
 ///
 /// With `chord_error_mm` arcs are routed as lines that are at most so far off.
-pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Remark> {
+pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Diagnostic> {
     let mut out = String::from("M48\n;FORMAT={-:-/ absolute / metric / decimal}\nFMAT,2\nMETRIC\n");
     for (code, bit) in (1_u32..).zip(&program.bits) {
         out.push_str(&format!("T{code}C{}\n", number(bit.diameter)));
@@ -148,10 +148,10 @@ impl<'a> Router<'a> {
         Self { program, floor: heights.min().unwrap_or_default(), bit: 0, down: false, arcs }
     }
 
-    fn route(&mut self, out: &mut String, leg: &Leg, start: Point) -> Result<(), Remark> {
+    fn route(&mut self, out: &mut String, leg: &Leg, start: Point) -> Result<(), Diagnostic> {
         let bit = self.program.bits.get(self.bit as usize);
         if let Some(bit) = bit.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. })) {
-            return Err(Remark::new(Weight::Loss, "post.excellon_vee").with("bit", &bit.name));
+            return Err(Diagnostic::new(Severity::Error, "post.excellon_vee").with("bit", &bit.name));
         }
         let before = out.len();
         let mut tip = Tip { at: start, height: self.program.safe_height };
@@ -180,8 +180,8 @@ impl<'a> Router<'a> {
         }
         self.raise(out);
         if out.len() == before {
-            let remark = Remark::new(Weight::Loss, "post.excellon_depth");
-            return Err(remark.with("lowest", self.floor.mm()));
+            let diagnostic = Diagnostic::new(Severity::Error, "post.excellon_depth");
+            return Err(diagnostic.with("lowest", self.floor.mm()));
         }
         out.push_str("G05\n");
         Ok(())

@@ -265,7 +265,7 @@ pub(super) fn parameter(name: &str) -> Option<&'static Parameter> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::remark::nearest;
+    use crate::diagnostic::nearest;
     use std::collections::BTreeSet;
 
     #[test]

@@ -16,12 +16,12 @@
 
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::job::Program;
 use crate::machine::{AXES, Machine, Steps};
 use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
 use crate::motion::{Motion, Move, Part, Route, Takts, Timeline, each_leg};
-use crate::remark::{Remark, Weight};
 
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
 const MOST_RUNS: usize = 100_000_000;
@@ -30,7 +30,7 @@ const MOST_RUNS: usize = 100_000_000;
 const TURN_ROOM_S: f64 = 2.1e-6;
 
 /// The whole timeline as a stream.
-pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Remark> {
+pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Diagnostic> {
     let mut pile =
         Pile { maker: Maker::new(machine), segments: Vec::with_capacity(timeline.moves.len()), runs: 0 };
     pile.take(&timeline.moves)?;
@@ -38,7 +38,7 @@ pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Rema
 }
 
 /// A program as a stream, leg by leg: the same as by its timeline, which is never there as a whole.
-pub fn stream_of(program: &Program, machine: &Machine) -> Result<StepStream, Remark> {
+pub fn stream_of(program: &Program, machine: &Machine) -> Result<StepStream, Diagnostic> {
     let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
     let start = each_leg(program, machine, |moves| pile.take(moves))?;
     Ok(StepStream { start, segments: pile.segments })
@@ -50,7 +50,7 @@ pub(super) fn leg_by_leg(
     program: &Program,
     machine: &Machine,
     mut take: impl FnMut(&[Segment]),
-) -> Result<Steps, Remark> {
+) -> Result<Steps, Diagnostic> {
     let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
     each_leg(program, machine, |moves| {
         pile.segments.clear();
@@ -68,13 +68,15 @@ struct Pile {
 }
 
 impl Pile {
-    fn take(&mut self, moves: &[Move]) -> Result<(), Remark> {
+    fn take(&mut self, moves: &[Move]) -> Result<(), Diagnostic> {
         for planned in moves {
             let mut segment = self.maker.segment(planned);
             segment.runs.shrink_to_fit();
             self.runs += segment.runs.len();
             if self.runs > MOST_RUNS {
-                return Err(Remark::new(Weight::Loss, "motion.stream_too_long").with("runs", MOST_RUNS));
+                return Err(
+                    Diagnostic::new(Severity::Error, "motion.stream_too_long").with("runs", MOST_RUNS)
+                );
             }
             self.segments.push(segment);
         }

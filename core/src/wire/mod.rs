@@ -23,9 +23,9 @@ pub mod program;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 
 use crate::control::{Alarm, Ending, State, Timing, Trust};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Value;
 use crate::queue::Mode;
-use crate::remark::Remark;
 use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
 
@@ -341,7 +341,7 @@ pub enum Tell {
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.
-        why: Remark,
+        why: Diagnostic,
     },
     /// Answer to `Ping`.
     Pong {
@@ -354,7 +354,7 @@ pub enum Tell {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PreflightRow {
     /// What was looked at and what was found; the code names the row.
-    pub finding: Remark,
+    pub finding: Diagnostic,
     /// Whether it lets the job start.
     pub verdict: Verdict,
 }

@@ -9,7 +9,7 @@ use annulus_core::units::Length;
 
 fn read(text: &str) -> DrillFile {
     let read = read_drill("out.drl", text.as_bytes());
-    let told: Vec<String> = read.remarks.iter().map(|remark| remark.message("en")).collect();
+    let told: Vec<String> = read.diagnostics.iter().map(|diagnostic| diagnostic.message("en")).collect();
     assert!(told.is_empty(), "{told:?}\n{text}");
     read.drill.unwrap_or_else(|| panic!("no drill file:\n{text}"))
 }

@@ -12,11 +12,12 @@ const HEAD: &str = "schema = 1\nname = \"mine\"\nextension = \"tap\"\n";
 const EMPTY_DRILL: &str = "[drill]\nstart = ''\nchange = ''\nhole = ''\npeck = ''\nend = ''\n";
 
 fn dialect(text: &str) -> Dialect {
-    Dialect::parse("mine.toml", &format!("{HEAD}{text}")).unwrap_or_else(|remark| panic!("{remark:?}"))
+    Dialect::parse("mine.toml", &format!("{HEAD}{text}"))
+        .unwrap_or_else(|diagnostic| panic!("{diagnostic:?}"))
 }
 
 fn written(text: &str, program: &Program) -> String {
-    one(post::write_with(&dialect(text), program).unwrap_or_else(|remark| panic!("{remark:?}"))).text
+    one(post::write_with(&dialect(text), program).unwrap_or_else(|diagnostic| panic!("{diagnostic:?}"))).text
 }
 
 /// An engraving template that says everything about a move.

@@ -107,7 +107,7 @@ fn controls(line: Link) -> impl IntoView {
     let can_start = move || {
         may(&[State::Ready])
             && open_board().job.with(Option::is_some)
-            && !open_board().losses_unseen()
+            && !open_board().errors_unacknowledged()
             && open_board().cleared()
     };
     let paused = Memo::new(move |_| line.state() == Some(State::Paused));
@@ -180,8 +180,8 @@ fn reason(line: Link) -> Option<String> {
     if !line.control.get().yours {
         return Some(say!("page.job.needs_control"));
     }
-    if open_board().losses_unseen() {
-        return Some(say!("page.job.losses_unseen"));
+    if open_board().errors_unacknowledged() {
+        return Some(say!("page.job.errors_unacknowledged"));
     }
     if !open_board().refused.with(Vec::is_empty) {
         return Some(say!("page.job.refused"));

@@ -1,7 +1,7 @@
 //! Blocks (`%AB`) and step and repeat (`%SR`): objects written once and drawn often.
 //!
 //! Comes in: their commands, and the objects between them. Goes out: apertures made of objects, and repeats, both still
-//! unexpanded. Whatever would make more copies than a layer may have is drawn once or left out, with a remark: a few
+//! unexpanded. Whatever would make more copies than a layer may have is drawn once or left out, with a diagnostic: a few
 //! lines can ask for 10¹² flashes.
 //!
 //! ```text
@@ -13,8 +13,8 @@ use super::object::{Aperture, Form, Object, Shape};
 use super::reader::Reader;
 use super::words::{At, Block, fields};
 use crate::artwork::number::Decimal;
+use crate::diagnostic::Severity;
 use crate::geometry::Point;
-use crate::remark::Weight;
 use crate::units::Length;
 
 /// Objects that copies may add to those that are written.
@@ -71,7 +71,7 @@ impl Reader {
         let total = self.copies.made.saturating_add(copies);
         if copies > 1 && total > MOST_COPIES || depth > DEEPEST {
             self.tell_once(
-                Weight::Loss,
+                Severity::Error,
                 "gerber.too_many_copies",
                 At { line: object.line, column: object.column },
                 b"",
@@ -97,7 +97,7 @@ impl Reader {
         if rest.is_empty() {
             self.close_repeat();
             if self.copies.open.is_empty() {
-                self.tell(Weight::Doubt, "gerber.unknown_command", block.at, block.text);
+                self.tell(Severity::Warning, "gerber.unknown_command", block.at, block.text);
             }
             self.close(block);
             return;
@@ -105,7 +105,7 @@ impl Reader {
         let code = fields(rest, *b"D").and_then(|[code]| Some(code?.mantissa));
         let code = code.and_then(|code| u32::try_from(code).ok());
         if code.is_none() || self.copies.open.len() >= DEEPEST as usize {
-            self.tell_once(Weight::Loss, "gerber.bad_block", block.at, block.text);
+            self.tell_once(Severity::Error, "gerber.bad_block", block.at, block.text);
         }
         // Opened in any case, so that its end closes it and nothing else. Without a code nothing can flash it.
         if self.copies.open.len() < 2 * DEEPEST as usize {
@@ -134,7 +134,7 @@ impl Reader {
                 let what = What::Repeat { columns, rows, step: Point::new(x, y) };
                 self.copies.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 0, at: block.at });
             }
-            _ => self.tell(Weight::Loss, "gerber.bad_repeat", block.at, block.text),
+            _ => self.tell(Severity::Error, "gerber.bad_repeat", block.at, block.text),
         }
     }
 
@@ -148,7 +148,7 @@ impl Reader {
     pub(super) fn close_all(&mut self) {
         self.close_repeat();
         if let Some(at) = self.copies.open.last().map(|open| open.at) {
-            self.tell(Weight::Doubt, "gerber.block_open", at, b"");
+            self.tell(Severity::Warning, "gerber.block_open", at, b"");
         }
         while !self.copies.open.is_empty() {
             self.close(&Block::made(b"AB"));
@@ -169,7 +169,7 @@ impl Reader {
                 let too_many = self.copies.made.saturating_add(all) > MOST_COPIES;
                 let (columns, rows) = if too_many { (1, 1) } else { (columns, rows) };
                 if too_many {
-                    self.tell(Weight::Loss, "gerber.too_many_copies", at, b"");
+                    self.tell(Severity::Error, "gerber.too_many_copies", at, b"");
                 }
                 let shape = Shape::Repeat { objects, columns, rows, step };
                 // The polarity of a repeat is that of its objects.
@@ -189,7 +189,7 @@ mod tests {
 
     fn places(body: &str) -> (Vec<(i64, i64, bool)>, Vec<String>) {
         let text = format!("%FSLAX33Y33*%%MOMM*%%ADD10C,0.1*%D10*{body}M02*");
-        let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        let (gerber, diagnostics) = super::super::read("t", text.as_bytes(), &Overrides::default());
         let mut found = Vec::new();
         super::super::walk::each(&gerber, &mut |seen| {
             if let Shape::Flash { at } = seen.object.shape {
@@ -197,12 +197,12 @@ mod tests {
                 found.push((at.x.nm() / 1_000, at.y.nm() / 1_000, seen.clear));
             }
         });
-        (found, remarks.into_iter().map(|remark| remark.code).collect())
+        (found, diagnostics.into_iter().map(|diagnostic| diagnostic.code).collect())
     }
 
     #[test]
     fn copies_lie_where_blocks_and_repeats_put_them() {
-        let (found, remarks) = places("%SRX2Y2I5J3*%X1000Y0D03*%SR*%X0Y0D03*");
+        let (found, diagnostics) = places("%SRX2Y2I5J3*%X1000Y0D03*%SR*%X0Y0D03*");
         assert_eq!(
             found,
             [
@@ -213,15 +213,15 @@ mod tests {
                 (0, 0, false)
             ]
         );
-        assert_eq!(remarks, Vec::<String>::new());
+        assert_eq!(diagnostics, Vec::<String>::new());
         let nested = "%ABD20*%%ABD21*%X1000Y0D03*%LPC*%X2000Y0D03*%LPD*%%AB*%D21*X0Y5000D03*%AB*%\
             D20*%LR90*%X0Y0D03*%LR0*%%LPC*%X10000Y0D03*";
-        let (found, remarks) = places(nested);
+        let (found, diagnostics) = places(nested);
         assert_eq!(
             found,
             [(-5_000, 1_000, false), (-5_000, 2_000, true), (11_000, 5_000, true), (12_000, 5_000, false)]
         );
-        assert_eq!(remarks, Vec::<String>::new());
+        assert_eq!(diagnostics, Vec::<String>::new());
     }
 
     #[test]
@@ -230,15 +230,15 @@ mod tests {
         for code in 21..60 {
             bomb += &format!("%ABD{code}*%D{}*X0Y0D03*X1Y0D03*%AB*%", code - 1);
         }
-        let (found, remarks) = places(&(bomb + "D59*X0Y0D03*"));
-        assert_eq!((found.len(), remarks[0].as_str()), (0, "gerber.too_many_copies"));
+        let (found, diagnostics) = places(&(bomb + "D59*X0Y0D03*"));
+        assert_eq!((found.len(), diagnostics[0].as_str()), (0, "gerber.too_many_copies"));
         let mut chain = String::from("%ABD20*%X0Y0D03*%AB*%");
         for code in 21..5_000 {
             chain += &format!("%ABD{code}*%D{}*X0Y0D03*%AB*%", code - 1);
         }
-        let (found, remarks) = places(&(chain + "D4999*X0Y0D03*"));
-        assert_eq!((found.len(), remarks[0].as_str()), (0, "gerber.too_many_copies"));
-        let (found, remarks) = places("%SRX30000Y30000I0.2J0.2*%X0Y0D03*%SR*%");
-        assert_eq!((found.len(), remarks[0].as_str()), (1, "gerber.too_many_copies"));
+        let (found, diagnostics) = places(&(chain + "D4999*X0Y0D03*"));
+        assert_eq!((found.len(), diagnostics[0].as_str()), (0, "gerber.too_many_copies"));
+        let (found, diagnostics) = places("%SRX30000Y30000I0.2J0.2*%X0Y0D03*%SR*%");
+        assert_eq!((found.len(), diagnostics[0].as_str()), (1, "gerber.too_many_copies"));
     }
 }

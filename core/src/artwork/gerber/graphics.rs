@@ -9,8 +9,8 @@ use super::object::{Object, Shape};
 use super::reader::Reader;
 use super::words::{At, Block, fields, number, plain};
 use crate::artwork::number::Decimal;
+use crate::diagnostic::Severity;
 use crate::geometry::{Path, Point};
-use crate::remark::Weight;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -121,7 +121,7 @@ impl Reader {
     pub(super) fn polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"C" | b"D" => self.graphics.clear = rest == b"C",
-            _ => self.tell_once(Weight::Doubt, "gerber.unknown_command", block.at, block.text),
+            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text),
         }
     }
 
@@ -148,7 +148,7 @@ impl Reader {
     fn hold<T>(&mut self, said: Option<T>, block: &Block<'_>, set: impl FnOnce(&mut Held, T)) {
         match said {
             Some(said) => set(&mut self.graphics.held, said),
-            None => self.tell(Weight::Loss, "gerber.bad_mount", block.at, block.text),
+            None => self.tell(Severity::Error, "gerber.bad_mount", block.at, block.text),
         }
         self.graphics.mount = None;
     }
@@ -187,10 +187,10 @@ impl Reader {
         let before = self.graphics.image;
         match said {
             Some(said) => set(&mut self.graphics.image, said),
-            None => self.tell(Weight::Loss, "gerber.image_place", block.at, block.text),
+            None => self.tell(Severity::Error, "gerber.image_place", block.at, block.text),
         }
         if self.graphics.image != before {
-            self.tell_once(Weight::Note, "gerber.image_moved", block.at, block.text);
+            self.tell_once(Severity::Note, "gerber.image_moved", block.at, block.text);
         }
         self.graphics.mount = None;
     }
@@ -199,14 +199,14 @@ impl Reader {
     pub(super) fn image_polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"POS" | b"NEG" => self.out.negative_image = rest == b"NEG",
-            _ => self.tell_once(Weight::Doubt, "gerber.unknown_command", block.at, block.text),
+            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text),
         }
     }
 
     /// G36: a contour begins.
     pub(super) fn open_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_some() {
-            self.tell_once(Weight::Doubt, "gerber.region_open", block.at, block.text);
+            self.tell_once(Severity::Warning, "gerber.region_open", block.at, block.text);
             self.end_contour(block.at);
         }
         self.graphics.region = Some(Path::default());
@@ -215,7 +215,7 @@ impl Reader {
     /// G37: it ends.
     pub(super) fn close_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_none() {
-            self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text);
+            self.tell_once(Severity::Warning, "gerber.unknown_word", block.at, block.text);
         }
         self.end_contour(block.at);
         self.graphics.region = None;

@@ -1,6 +1,6 @@
 //! Gerber layers: RS-274X with X2 and X3 attributes, and RS-274-D with an aperture list beside it.
 //!
-//! Comes in: text. Goes out: a [`Gerber`]: objects as plain data, and remarks for whatever was not understood. Areas are
+//! Comes in: text. Goes out: a [`Gerber`]: objects as plain data, and diagnostics for whatever was not understood. Areas are
 //! painted on demand. Does not know drill programs or boards.
 //!
 //! ```text

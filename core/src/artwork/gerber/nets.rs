@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!   island 0 ── flash "GND", stroke "GND", contour "GND"  ⇒ GND
-//!   island 1 ── flash "A", flash "B"                      ⇒ A, and a remark: a short, or a net tie
+//!   island 1 ── flash "A", flash "B"                      ⇒ A, and a diagnostic: a short, or a net tie
 //!   island 2 ── nothing said                              ⇒ none
 //! ```
 

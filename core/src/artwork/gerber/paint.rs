@@ -16,10 +16,10 @@ use super::forms::{hull, outlines};
 use super::mount::{Mount, Place};
 use super::object::{Form, Gerber, Object, Shape};
 use super::walk::{Seen, each};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{
     Bounds, Enclosing, Fuel, Path, Point, Region, Segment, chords, enclosed, paint_within, stroke,
 };
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -46,8 +46,8 @@ pub struct TooMuch {
 
 impl TooMuch {
     /// The same in words, for a file.
-    pub fn remark(&self, file: &str) -> Remark {
-        Remark::new(Weight::Loss, "gerber.too_much_work").at(file, self.line, self.column)
+    pub fn diagnostic(&self, file: &str) -> Diagnostic {
+        Diagnostic::new(Severity::Error, "gerber.too_much_work").at(file, self.line, self.column)
     }
 }
 
@@ -216,8 +216,8 @@ mod tests {
     fn drawn(body: &str) -> (f64, usize, usize) {
         let text =
             format!("%FSLAX33Y33*%%MOMM*%G75*%ADD10C,1*%%ADD11R,1X2*%%ADD12C,2X1*%%ADD13R,10X10*%{body}M02*");
-        let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
-        let others = remarks.iter().find(|remark| remark.code != "gerber.contour_crosses");
+        let (gerber, diagnostics) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        let others = diagnostics.iter().find(|diagnostic| diagnostic.code != "gerber.contour_crosses");
         assert_eq!(others, None, "{body}");
         let region = painted(&gerber).unwrap();
         let holes = region.islands.iter().map(|island| island.holes.len()).sum();

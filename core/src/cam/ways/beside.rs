@@ -7,12 +7,12 @@
 //!   └──────┴─┴───┘
 //! ```
 //!
-//! Comes in: middles and widths of what an operation makes. Goes out: one loss with their number and the first place. Does not
+//! Comes in: middles and widths of what an operation makes. Goes out: one error with their number and the first place. Does not
 //! know which bit makes them.
 
 use super::Scene;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// How many there are, and where the first of them is.
@@ -27,11 +27,11 @@ impl Beside {
         self.0.get_or_insert((0, *at)).0 += 1;
     }
 
-    /// The loss `cam.holes_outside` with `count`, `x` and `y` in mm, if there are any.
-    pub(super) fn loss(self) -> Option<Remark> {
+    /// The error `cam.holes_outside` with `count`, `x` and `y` in mm, if there are any.
+    pub(super) fn error(self) -> Option<Diagnostic> {
         let (count, at) = self.0?;
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let loss = Remark::new(Weight::Loss, "cam.holes_outside").with("count", count);
-        Some(loss.with("x", mm(at.x)).with("y", mm(at.y)))
+        let error = Diagnostic::new(Severity::Error, "cam.holes_outside").with("count", count);
+        Some(error.with("x", mm(at.x)).with("y", mm(at.y)))
     }
 }

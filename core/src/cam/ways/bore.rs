@@ -20,9 +20,9 @@ use super::missing::Missing;
 use super::route::{Rules, arranged};
 use super::twice::Milled;
 use super::{Desk, Entry, Part, Shape, Task, Way};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Path, Point, circle, grow, path_bounds, sweep};
 use crate::job::Bit;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// A bit is not too wide for what it is wider than by no more than this.
@@ -40,7 +40,7 @@ struct Wanted {
 }
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
+pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
     let names: Vec<&str> =
         std::iter::once(desk.operation.bit.as_str()).chain(bore.further.iter().map(String::as_str)).collect();
@@ -82,12 +82,12 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &Bore) -> Result<Part, Remark> {
             Shape::Slot(slot) => part.slots.push(slot),
         }
     }
-    let losses = no_hole
-        .losses("cam.holes_missing")
+    let errors = no_hole
+        .errors("cam.holes_missing")
         .into_iter()
-        .chain(no_slot.losses("cam.slots_missing"))
-        .chain(beside.loss());
-    losses.chain(twice.note("cam.holes_twice")).for_each(|remark| desk.say(remark));
+        .chain(no_slot.errors("cam.slots_missing"))
+        .chain(beside.error());
+    errors.chain(twice.note("cam.holes_twice")).for_each(|diagnostic| desk.say(diagnostic));
     for (bit, paths) in bits.iter().zip(by_bit) {
         part.tasks.extend(task(desk, bit, paths));
     }
@@ -157,7 +157,7 @@ fn task(desk: &mut Desk<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)>) -> Opti
         rings.extend((!ring.is_empty()).then_some((shape, ring)));
     }
     if touched {
-        desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
     }
     let depth = desk.depth();
     let depths = desk.depths(depth);

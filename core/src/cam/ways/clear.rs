@@ -11,15 +11,15 @@ use super::isolate::turned;
 use super::narrow::{NEARER, half};
 use super::route::{Rules, arranged};
 use super::{Desk, Part};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Region, grow, rectangle, union};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
+pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
     let Some(copper) = desk.scene.copper(desk.operation.face) else {
-        desk.say(Remark::new(Weight::Note, "cam.no_copper"));
+        desk.say(Diagnostic::new(Severity::Note, "cam.no_copper"));
         return Ok(part);
     };
     let copper = &copper.region;
@@ -46,7 +46,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Remark> {
         let closed = desk.scene.closed_to(width);
         let (paths, touched) = desk.scene.trimmed(turned(filled.paths, clear.direction), closed.as_ref());
         if touched {
-            desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+            desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
         }
         let rules = Rules {
             start: desk.scene.origin,
@@ -72,11 +72,11 @@ fn board(desk: &Desk<'_>, copper: &Region) -> Option<Region> {
     copper.bounds().map(|bounds| union(&[rectangle(bounds.grown(desk.work.setup.margin))]))
 }
 
-fn stopped(desk: &Desk<'_>, why: Stopped) -> Remark {
+fn stopped(desk: &Desk<'_>, why: Stopped) -> Diagnostic {
     match why {
-        Stopped::Cancelled => Remark::new(Weight::Loss, "plan.cancelled"),
+        Stopped::Cancelled => Diagnostic::new(Severity::Error, "plan.cancelled"),
         Stopped::TooMany => {
-            Remark::new(Weight::Loss, "cam.too_many_rings").with("operation", desk.operation.title())
+            Diagnostic::new(Severity::Error, "cam.too_many_rings").with("operation", desk.operation.title())
         }
     }
 }

@@ -24,9 +24,9 @@ use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
 use super::weak::{self, BITE_TOLERANCE};
 use super::{Desk, Entry, Part, Stroke, Task, Way};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -34,12 +34,12 @@ use std::f64::consts::PI;
 type Tabs = Vec<(f64, f64)>;
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark> {
+pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Diagnostic> {
     desk.go_on()?;
     let mut part = Part::default();
     let outline = &desk.scene.board.outline;
     if outline.is_empty() {
-        desk.say(Remark::new(Weight::Doubt, "cam.no_outline"));
+        desk.say(Diagnostic::new(Severity::Warning, "cam.no_outline"));
         return Ok(part);
     }
     let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
@@ -98,7 +98,12 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Remark
 
 /// What each of the `smaller` bits cuts of inlets and inner contours that are too narrow for the bits before it. What a hole or
 /// a slot of the board makes is left to it.
-fn narrower(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit, smaller: &[Bit]) -> Result<Vec<Task>, Remark> {
+fn narrower(
+    desk: &mut Desk<'_>,
+    cut_out: &CutOut,
+    bit: &Bit,
+    smaller: &[Bit],
+) -> Result<Vec<Task>, Diagnostic> {
     let (outline, mut wider) = (&desk.scene.board.outline, bit.diameter);
     let mut tasks = Vec::new();
     for thin in smaller {
@@ -121,10 +126,10 @@ fn narrower(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit, smaller: &[Bit]) -
 /// Tells what the bits do not come between: the widest round the boards, the thinnest inside of them.
 fn told(desk: &mut Desk<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
     let inner =
-        closed.inner.losses("cam.cut_outs_missing").into_iter().map(|loss| loss.with("bit", &thin.name));
+        closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", &thin.name));
     let merged = (closed.merged > 0)
-        .then(|| Remark::new(Weight::Loss, "cam.contours_merged").with("missing", closed.merged));
-    inner.chain(merged.map(|loss| loss.with("bit", &bit.name))).for_each(|loss| desk.say(loss));
+        .then(|| Diagnostic::new(Severity::Error, "cam.contours_merged").with("missing", closed.merged));
+    inner.chain(merged.map(|error| error.with("bit", &bit.name))).for_each(|error| desk.say(error));
 }
 
 /// What stays between the cut and a pin, at least.
@@ -140,8 +145,9 @@ fn pins_hit(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit) {
     let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
     let hit: Vec<Point> = pins.filter(near).collect();
     let Some(first) = hit.first() else { return };
-    let loss = Remark::new(Weight::Loss, "cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
-    desk.say(at(loss, *first).with("margin", format!("{:.2}", clear.mm())));
+    let error =
+        Diagnostic::new(Severity::Error, "cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
+    desk.say(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
 /// The ways of one contour, and the mouse-bites along it.
@@ -204,11 +210,11 @@ fn kept_out(
         left.extend(parts.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
     }
     if touched {
-        desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
     }
     for (from, to) in &cut_through {
         let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
-        desk.say(at(Remark::new(Weight::Doubt, "cam.zone_too_short"), middle).with("bit", &bit.name));
+        desk.say(at(Diagnostic::new(Severity::Warning, "cam.zone_too_short"), middle).with("bit", &bit.name));
     }
     let through = |place: Point| {
         let within =
@@ -217,15 +223,15 @@ fn kept_out(
     };
     for place in middles.iter().filter_map(|middle| place_at(whole, *middle)) {
         if zone.contains(place) && !through(place) {
-            desk.say(at(Remark::new(Weight::Doubt, "cam.tab_in_zone"), place));
+            desk.say(at(Diagnostic::new(Severity::Warning, "cam.tab_in_zone"), place));
         }
     }
     left
 }
 
-/// The remark with the place that it speaks of.
-pub(super) fn at(remark: Remark, place: Point) -> Remark {
-    remark.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
+/// The diagnostic with the place that it speaks of.
+pub(super) fn at(diagnostic: Diagnostic, place: Point) -> Diagnostic {
+    diagnostic.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
 }
 
 /// The place so far along `path`.
@@ -254,10 +260,10 @@ fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit, ha
         hand.to_vec()
     };
     if middles.is_empty() && !cut_out.tab_at.is_empty() {
-        desk.say(at(Remark::new(Weight::Loss, "cam.cut_free"), path.start));
+        desk.say(at(Diagnostic::new(Severity::Error, "cam.cut_free"), path.start));
     }
     if wide * middles.len() as f64 > 0.8 * whole {
-        desk.say(Remark::new(Weight::Loss, "cam.no_room_for_tabs").with("tabs", middles.len()));
+        desk.say(Diagnostic::new(Severity::Error, "cam.no_room_for_tabs").with("tabs", middles.len()));
         return Vec::new();
     }
     middles
@@ -373,7 +379,7 @@ fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Optio
     let places: Vec<Point> = places.into_iter().filter(free).collect();
     let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, BITE_TOLERANCE) else {
         let size = rack::size_text(cut_out.bite_hole);
-        desk.say(Remark::new(Weight::Loss, "cam.no_bit_for_bites").with("size", size));
+        desk.say(Diagnostic::new(Severity::Error, "cam.no_bit_for_bites").with("size", size));
         return None;
     };
     let process = &desk.machine.process;

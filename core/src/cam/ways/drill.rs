@@ -14,13 +14,13 @@ use super::super::work::{Drill, Holes};
 use super::super::{Order, default_iterations, loaded_first, order, rack};
 use super::beside::Beside;
 use super::{Desk, Part, Stroke, Task, WHOLE};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
+pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
     let mut by_bit: BTreeMap<Length, Vec<(u32, Point)>> = BTreeMap::new();
     let mut missing = 0_usize;
@@ -37,7 +37,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
     }
     if missing > 0 {
         let size = rack::size_text(desk.work.setup.alignment.diameter);
-        desk.say(Remark::new(Weight::Loss, "cam.no_bit_for_pins").with("size", size));
+        desk.say(Diagnostic::new(Severity::Error, "cam.no_bit_for_pins").with("size", size));
     }
     let mut kept_out = 0_usize;
     once(desk, &mut part, &mut by_bit);
@@ -52,15 +52,15 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Remark> {
         let mut beside = Beside::default();
         let holes = by_bit.iter().flat_map(|(bit, holes)| holes.iter().map(move |(_, at)| (*bit, *at)));
         holes.for_each(|(bit, at)| beside.look(desk.scene, &[at], bit));
-        beside.loss().into_iter().for_each(|loss| desk.say(loss));
+        beside.error().into_iter().for_each(|error| desk.say(error));
     }
     if kept_out > 0 {
-        desk.say(Remark::new(Weight::Loss, "cam.holes_in_zone").with("count", kept_out));
+        desk.say(Diagnostic::new(Severity::Error, "cam.holes_in_zone").with("count", kept_out));
     }
     by_bit.retain(|_, holes| !holes.is_empty());
     let total: usize = by_bit.values().map(Vec::len).sum();
     if total == 0 {
-        desk.say(Remark::new(Weight::Note, "cam.no_holes"));
+        desk.say(Diagnostic::new(Severity::Note, "cam.no_holes"));
     }
     let kicks = match drill.order {
         Order::File => 0,
@@ -111,7 +111,7 @@ fn in_order<T>(desk: &mut Desk<'_>, drill: &Drill, by_bit: BTreeMap<Length, T>) 
     }
     match loaded_first(&sizes, desk.means.options, drill.tolerance) {
         Ok(first) => bits[..=first].rotate_right(1),
-        Err(why) => why.into_iter().for_each(|remark| desk.say(remark)),
+        Err(why) => why.into_iter().for_each(|diagnostic| desk.say(diagnostic)),
     }
     bits
 }
@@ -123,13 +123,13 @@ fn task(
     diameter: Length,
     holes: &[(u32, Point)],
     (made, until, all): (u64, u64, u64),
-) -> Result<Task, Remark> {
+) -> Result<Task, Diagnostic> {
     let effort = Effort { kicks: until - made, seed: desk.means.options.seed };
     let (hop_time, origin, tick, before) =
         (desk.means.hop_time, desk.scene.origin, &mut *desk.tick, desk.done);
     let mut tick = |done: u64| tick(before.max(share(WHOLE, made + done, all)));
     let order = order::arrange(holes, origin, drill.order, hop_time, effort, &mut tick);
-    let order = order.ok_or_else(|| Remark::new(Weight::Loss, "plan.cancelled"))?;
+    let order = order.ok_or_else(|| Diagnostic::new(Severity::Error, "plan.cancelled"))?;
     let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
     let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
     let bit = rack::drill(diameter);

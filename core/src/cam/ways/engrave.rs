@@ -5,11 +5,11 @@
 use super::super::work::{Engrave, Lines};
 use super::route::arranged;
 use super::{Desk, Part};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Path;
-use crate::remark::{Remark, Weight};
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Remark> {
+pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Diagnostic> {
     desk.go_on()?;
     let (board, face) = (&desk.scene.board, desk.operation.face);
     let lines: Vec<Path> = match engrave.of {
@@ -27,10 +27,10 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Remar
     let stamped = board.legend.iter().filter(|legend| legend.face == face).map(|legend| legend.flashes);
     let stamped: u32 = if engrave.of == Lines::Legend { stamped.sum() } else { 0 };
     if stamped > 0 {
-        desk.say(Remark::new(Weight::Note, "cam.legend_flashes").with("count", stamped));
+        desk.say(Diagnostic::new(Severity::Note, "cam.legend_flashes").with("count", stamped));
     }
     if lines.is_empty() {
-        desk.say(Remark::new(Weight::Note, "cam.no_lines"));
+        desk.say(Diagnostic::new(Severity::Note, "cam.no_lines"));
         return Ok(part);
     }
     let name = desk.operation.bit.clone();
@@ -39,7 +39,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Remar
     let closed = desk.scene.closed_to(bit.width_at(depth));
     let (lines, touched) = desk.scene.trimmed(lines, closed.as_ref());
     if touched {
-        desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
     }
     let rules = desk.free();
     let lines = chained(arranged(lines, &rules));

@@ -13,9 +13,9 @@ use super::super::work::{CutOut, Panel};
 use super::Desk;
 use super::cut_out::{at, nearest};
 use super::narrow::half;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Path, Point, path_bounds};
 use crate::job::Bit;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// A tab farther from all contours than so many widths of the bit is none of theirs.
@@ -44,7 +44,7 @@ pub(super) fn middles(desk: &mut Desk<'_>, cut_out: &CutOut, paths: &[Path], bit
             }
         }
         if missed {
-            desk.say(at(Remark::new(Weight::Loss, "cam.tab_out_of_reach"), tab));
+            desk.say(at(Diagnostic::new(Severity::Error, "cam.tab_out_of_reach"), tab));
         }
     }
     middles

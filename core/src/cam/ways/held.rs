@@ -6,12 +6,12 @@
 //!   second side  isolate · drill · cut out    board hanging on its tabs, or gone
 //! ```
 //!
-//! Comes in: a [`Work`], its parts. Goes out: remarks. Does not know ways.
+//! Comes in: a [`Work`], its parts. Goes out: diagnostics. Does not know ways.
 
 use super::super::work::{Action, Operation, Work};
 use super::{Desk, Part, Task, planned_operations};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// Deeper than this below the board nobody's bed is meant to be drilled.
@@ -24,12 +24,12 @@ pub(super) fn depths(desk: &mut Desk<'_>, part: &Part) {
     let thickness = desk.machine.process.board_thickness;
     let mm = |length: Length| format!("{:.2}", length.mm());
     if deepest < thickness {
-        let doubt = Remark::new(Weight::Doubt, "cam.not_through").with("depth", mm(deepest));
-        desk.say(doubt.with("thickness", mm(thickness)));
+        let warning = Diagnostic::new(Severity::Warning, "cam.not_through").with("depth", mm(deepest));
+        desk.say(warning.with("thickness", mm(thickness)));
     }
     if deepest > thickness + BED {
-        let doubt = Remark::new(Weight::Doubt, "cam.far_below").with("depth", mm(deepest));
-        desk.say(doubt.with("below", mm(deepest - thickness)));
+        let warning = Diagnostic::new(Severity::Warning, "cam.far_below").with("depth", mm(deepest));
+        desk.say(warning.with("below", mm(deepest - thickness)));
     }
 }
 
@@ -40,9 +40,9 @@ fn deepest(task: &Task) -> Option<Length> {
     milled.max(drilled)
 }
 
-/// A loss for every operation of this side that cuts the board out while others are still to be done, here or on the side
+/// An error for every operation of this side that cuts the board out while others are still to be done, here or on the side
 /// that comes after it.
-pub(super) fn too_early(work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Remark> {
+pub(super) fn too_early(work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Diagnostic> {
     let busy = |index: usize| {
         let own = |part: &&Part| part.operation as usize == index;
         parts.iter().find(own).is_some_and(|part| !part.tasks.is_empty())
@@ -53,15 +53,15 @@ pub(super) fn too_early(work: &Work, machine: &Machine, parts: &[Part]) -> Vec<R
     };
     let later: Vec<_> =
         work.faces().into_iter().skip_while(|face| *face != work.setup.face).skip(1).collect();
-    let mut losses = Vec::new();
+    let mut errors = Vec::new();
     for (index, operation) in planned_operations(work).filter(|(index, own)| cuts_out(own) && busy(*index)) {
         let here = planned_operations(work)
             .filter(|(next, own)| *next > index && busy(*next) && !matches!(own.action, Action::CutOut(_)));
         let there = work.operations.iter().filter(|own| own.on && later.contains(&own.face));
         if let Some(next) = here.map(|(_, own)| own).chain(there).next() {
-            let loss = Remark::new(Weight::Loss, "cam.cut_out_too_early").with("next", next.title());
-            losses.push(loss.with("side", next.face.name()).with("operation", operation.title()));
+            let error = Diagnostic::new(Severity::Error, "cam.cut_out_too_early").with("next", next.title());
+            errors.push(error.with("side", next.face.name()).with("operation", operation.title()));
         }
     }
-    losses
+    errors
 }

@@ -19,9 +19,9 @@ use super::route::{Rules, arranged};
 use super::{Desk, Part, Task};
 use super::{shared, slivers};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, watershed};
 use crate::job::{Bit, Cutter};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -30,10 +30,10 @@ use std::rc::Rc;
 const LINK_SLACK: Length = Length::from_um(4);
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Remark> {
+pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
     let Some(copper) = desk.scene.copper(desk.operation.face) else {
-        desk.say(Remark::new(Weight::Note, "cam.no_copper"));
+        desk.say(Diagnostic::new(Severity::Note, "cam.no_copper"));
         return Ok(part);
     };
     let copper = &copper.region;
@@ -69,7 +69,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Remar
 fn cut_width(desk: &mut Desk<'_>, bit: &Bit, depth: Length) -> Length {
     let width = bit.width_at(depth);
     if matches!(bit.cutter, Cutter::Vee { .. }) && width >= bit.diameter {
-        let said = Remark::new(Weight::Doubt, "cam.bit_too_deep");
+        let said = Diagnostic::new(Severity::Warning, "cam.bit_too_deep");
         desk.say(said.with("bit", &bit.name).with("depth", depth.mm()));
     }
     width
@@ -111,7 +111,12 @@ impl<'a> Groove<'a> {
 }
 
 /// The rings of the first bit, and the ways along the slivers between them.
-fn rings(desk: &mut Desk<'_>, copper: &Region, isolate: &Isolate, bit: &Bit) -> Result<Vec<Path>, Remark> {
+fn rings(
+    desk: &mut Desk<'_>,
+    copper: &Region,
+    isolate: &Isolate,
+    bit: &Bit,
+) -> Result<Vec<Path>, Diagnostic> {
     let depth = desk.depth();
     let width = bit.width_at(depth);
     let through = bit.width_at(depth - COPPER_THICKNESS) - NEARER;
@@ -170,7 +175,7 @@ fn finished(
     let closed = desk.scene.closed_to(width);
     let (paths, touched) = desk.scene.trimmed(paths, closed.as_ref());
     if touched {
-        desk.say(Remark::new(Weight::Doubt, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
     }
     let islands = (isolate.passes > 1).then(|| Area::of(groove.copper));
     let rules = Rules {
@@ -225,7 +230,7 @@ fn cured(
     groove: &mut Groove<'_>,
     isolate: &Isolate,
     bits: (&Bit, &Bit),
-) -> Result<Vec<Task>, Remark> {
+) -> Result<Vec<Task>, Diagnostic> {
     let wider = bits.0.width_at(desk.depth());
     let mut alike: Vec<(Bit, Length, Vec<Path>)> = Vec::new();
     let mut fitted: Vec<(Bit, Length, BTreeSet<Island>)> = Vec::new();
@@ -235,7 +240,7 @@ fn cured(
         let necks = groove.necks(wider, fits);
         let (x, y) = narrow::middle_text(cure);
         let Some(neck) = necks.at(cure) else {
-            desk.say(Remark::new(Weight::Doubt, "cam.cure_without_gap").with("x", x).with("y", y));
+            desk.say(Diagnostic::new(Severity::Warning, "cam.cure_without_gap").with("x", x).with("y", y));
             continue;
         };
         if cure.with != Remedy::Centred {
@@ -249,11 +254,11 @@ fn cured(
         let ways = narrow::centred(groove.copper, groove.islands(), neck, cure);
         let gap = Length::from_mm(cure.from.distance_mm(cure.to));
         let lost = (half(bit.width_at(depth)) - half(gap)).max(Length::ZERO);
-        let (code, weight) = match ways.is_empty() {
-            true => ("cam.cure_in_vain", Weight::Doubt),
-            false => ("cam.cure_takes", Weight::Note),
+        let (code, severity) = match ways.is_empty() {
+            true => ("cam.cure_in_vain", Severity::Warning),
+            false => ("cam.cure_takes", Severity::Note),
         };
-        let said = Remark::new(weight, code).with("x", x).with("y", y);
+        let said = Diagnostic::new(severity, code).with("x", x).with("y", y);
         desk.say(said.with("lost", format!("{:.3}", lost.mm())));
         match alike.iter_mut().find(|(known, deep, _)| (known, *deep) == (&bit, depth)) {
             Some((_, _, known)) => known.extend(ways),

@@ -1,15 +1,15 @@
 //! What no bit of an operation fits into, told size by size: it will be missing from the board.
 //!
 //! ```text
-//!   sizes   0.2  0.2  0.2   0.38        a loss for every size: how many, and where the first of them is
+//!   sizes   0.2  0.2  0.2   0.38        an error for every size: how many, and where the first of them is
 //!           ╰─── 3 ─────╯   ╰ 1 ╯
 //! ```
 //!
-//! Comes in: sizes and places, one after the other. Goes out: remarks. Does not know what has these sizes.
+//! Comes in: sizes and places, one after the other. Goes out: diagnostics. Does not know what has these sizes.
 
 use super::super::rack::size_text;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -26,21 +26,21 @@ impl Missing {
         self.0.entry(size).or_insert((0, at)).0 += 1;
     }
 
-    /// A loss called `code` for every size, thin ones first, with `count`, `size`, `x` and `y`; lengths in mm.
-    pub(super) fn losses(&self, code: &str) -> Vec<Remark> {
-        let loss = |size: String, count: usize, at: Point| {
+    /// An error called `code` for every size, thin ones first, with `count`, `size`, `x` and `y`; lengths in mm.
+    pub(super) fn errors(&self, code: &str) -> Vec<Diagnostic> {
+        let error = |size: String, count: usize, at: Point| {
             let mm = |length: Length| format!("{:.3}", length.mm());
-            let loss = Remark::new(Weight::Loss, code).with("count", count).with("size", size);
-            loss.with("x", mm(at.x)).with("y", mm(at.y))
+            let error = Diagnostic::new(Severity::Error, code).with("count", count).with("size", size);
+            error.with("x", mm(at.x)).with("y", mm(at.y))
         };
-        let one = |(size, (count, at)): (&Length, &(usize, Point))| loss(size_text(*size), *count, *at);
-        let mut losses: Vec<Remark> = self.0.iter().take(MOST_SIZES).map(one).collect();
+        let one = |(size, (count, at)): (&Length, &(usize, Point))| error(size_text(*size), *count, *at);
+        let mut errors: Vec<Diagnostic> = self.0.iter().take(MOST_SIZES).map(one).collect();
         let wider = || self.0.iter().skip(MOST_SIZES);
         if let (Some((thin, (_, at))), Some((wide, _))) = (wider().next(), wider().last()) {
             let count = wider().map(|(_, (count, _))| count).sum();
-            losses.push(loss(format!("{} … {}", size_text(*thin), size_text(*wide)), count, *at));
+            errors.push(error(format!("{} … {}", size_text(*thin), size_text(*wide)), count, *at));
         }
-        losses
+        errors
     }
 }
 
@@ -54,10 +54,10 @@ mod tests {
         for hole in 0..120_i64 {
             missing.add(Length::from_um(100 + hole / 2), Point::from_mm(hole as f64, 1.0));
         }
-        let losses = missing.losses("cam.holes_missing");
-        assert_eq!(losses.len(), MOST_SIZES + 1);
+        let errors = missing.errors("cam.holes_missing");
+        assert_eq!(errors.len(), MOST_SIZES + 1);
         let said = |at: usize, name: &str| {
-            losses[at].args.iter().find(|(own, _)| own == name).map(|(_, value)| value.clone()).unwrap()
+            errors[at].args.iter().find(|(own, _)| own == name).map(|(_, value)| value.clone()).unwrap()
         };
         assert_eq!(
             (said(1, "size"), said(1, "count"), said(1, "x")),

@@ -43,10 +43,10 @@ pub use scene::Scene;
 use super::work::{Action, Operation, Work};
 use super::{PlanOptions, Progress, limits};
 use crate::board::Board;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Path, Point};
 use crate::job::{Bit, Cutter, Leg, Mark, Program};
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use sha2::{Digest, Sha256};
 
@@ -120,14 +120,14 @@ pub struct Part {
     /// What its bits do, in order.
     pub tasks: Vec<Task>,
     /// What there is to say about it.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
     /// Holes of the board as it lies that it makes.
     pub holes: Vec<u32>,
     /// Slots that it makes.
     pub slots: Vec<u32>,
-    /// Holes that it leaves out, as its remarks say.
+    /// Holes that it leaves out, as its diagnostics say.
     pub left_holes: Vec<u32>,
-    /// Slots that it leaves out, as its remarks say.
+    /// Slots that it leaves out, as its diagnostics say.
     pub left_slots: Vec<u32>,
     /// Iterations that the search for the order of its holes made.
     pub iterations: u64,
@@ -142,7 +142,7 @@ pub struct Planned {
     pub origin: Point,
     /// The operations, in order.
     pub parts: Vec<Part>,
-    /// Codes of losses that it and its files have and that were accepted. Where it has others too, nobody may export or run it yet.
+    /// Codes of errors that it and its files have and that were accepted. Where it has others too, nobody may export or run it yet.
     pub accepted: Vec<String>,
     /// The spindles that work, one bit each (bit 0 is Z1).
     pub spindles: u8,
@@ -178,7 +178,7 @@ impl Planned {
 
 /// What planning needs to know beyond board, work and machine.
 pub struct Means<'a> {
-    /// Seed, bound of the search, spindles and accepted losses.
+    /// Seed, bound of the search, spindles and accepted errors.
     pub options: &'a PlanOptions,
     /// Seconds from one place to another, the same there and back.
     pub hop_time: &'a dyn Fn(Point, Point) -> f64,
@@ -227,9 +227,9 @@ pub fn plan_operation(
     machine: &Machine,
     means: &Means<'_>,
     tick: &mut dyn FnMut(u64) -> bool,
-) -> Result<Part, Remark> {
+) -> Result<Part, Diagnostic> {
     let Some(operation) = work.operations.get(index) else { return Ok(Part::default()) };
-    let mut desk = Desk { scene, work, operation, machine, means, tick, done: 0, remarks: Vec::new() };
+    let mut desk = Desk { scene, work, operation, machine, means, tick, done: 0, diagnostics: Vec::new() };
     let mut part = match &operation.action {
         Action::Isolate(isolate) => isolate::plan(&mut desk, isolate),
         Action::Clear(clear) => clear::plan(&mut desk, clear),
@@ -241,22 +241,22 @@ pub fn plan_operation(
     held::depths(&mut desk, &part);
     limits::bounded(operation, machine).into_iter().for_each(|note| desk.say(note));
     part.operation = index as u32;
-    part.remarks = desk.remarks;
+    part.diagnostics = desk.diagnostics;
     Ok(part)
 }
 
 /// Into so many parts the planning of one operation is divided for whoever shows how far it is.
 pub const WHOLE: u64 = 1_000;
 
-/// Plans all operations of the side that is up, as far as bits and rack allow. What is left out is a loss among the remarks,
-/// to be seen before anything is exported or run ([`Remark::is_unseen`]). Fails where nothing is left to do.
+/// Plans all operations of the side that is up, as far as bits and rack allow. What is left out is an error among the diagnostics,
+/// to be seen before anything is exported or run ([`Diagnostic::is_unacknowledged`]). Fails where nothing is left to do.
 pub fn plan_work(
     board: &Board,
     work: &Work,
     machine: &Machine,
     means: &Means<'_>,
     progress: &mut dyn FnMut(Progress) -> bool,
-) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
+) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
     let scene = Scene::of(board, work);
     let total = planned_operations(work).count() as u64 * WHOLE;
     let mut parts = Vec::new();
@@ -268,36 +268,40 @@ pub fn plan_work(
 }
 
 /// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. What two
-/// of them drill or bore, or one drills twice, is made once. Remarks and failures as those of [`plan_work`].
+/// of them drill or bore, or one drills twice, is made once. Diagnostics and failures as those of [`plan_work`].
 pub fn assemble(
     scene: Scene,
     work: &Work,
     machine: &Machine,
     means: &Means<'_>,
     mut parts: Vec<Part>,
-) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
+) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
     let spindles = super::spindles(means.options.spindles, machine)?;
-    let mut remarks: Vec<Remark> = parts.iter().flat_map(|part| part.remarks.iter().cloned()).collect();
-    remarks.extend(left_out(&scene, work, machine, &parts));
-    remarks.extend(scene.idle_zones(work));
-    remarks.extend(twice::once(work, &scene.board, &mut parts));
-    remarks.extend(held::too_early(work, machine, &parts));
+    let mut diagnostics: Vec<Diagnostic> =
+        parts.iter().flat_map(|part| part.diagnostics.iter().cloned()).collect();
+    diagnostics.extend(left_out(&scene, work, machine, &parts));
+    diagnostics.extend(scene.idle_zones(work));
+    diagnostics.extend(twice::once(work, &scene.board, &mut parts));
+    diagnostics.extend(held::too_early(work, machine, &parts));
     let accept = &means.options.accept;
     if parts.iter().all(|part| part.tasks.is_empty()) {
-        let mut why: Vec<Remark> = remarks.into_iter().filter(|remark| remark.is_unseen(accept)).collect();
-        why.push(Remark::new(Weight::Loss, "cam.nothing_to_do"));
+        let mut why: Vec<Diagnostic> =
+            diagnostics.into_iter().filter(|diagnostic| diagnostic.is_unacknowledged(accept)).collect();
+        why.push(Diagnostic::new(Severity::Error, "cam.nothing_to_do"));
         return Err(why);
     }
-    let seen = remarks.iter().filter(|remark| remark.weight == Weight::Loss && !remark.is_unseen(accept));
-    let mut accepted: Vec<String> = seen.map(|remark| remark.code.clone()).collect();
+    let seen = diagnostics
+        .iter()
+        .filter(|diagnostic| diagnostic.severity == Severity::Error && !diagnostic.is_unacknowledged(accept));
+    let mut accepted: Vec<String> = seen.map(|diagnostic| diagnostic.code.clone()).collect();
     accepted.extend(means.options.lost.iter().filter(|code| accept.contains(code)).cloned());
     accepted.sort();
     accepted.dedup();
-    Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, remarks))
+    Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, diagnostics))
 }
 
 /// What holes and slots no operation makes or tells, where holes of the board are drilled, or slots milled, at all.
-fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Remark> {
+fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Diagnostic> {
     let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o).is_some());
     let mills_slots = |o: &Operation| matches!(&o.action, Action::Bore(bore) if bore.slots);
     if !holes_wanted && !planned_operations(work).any(|(_, o)| mills_slots(o)) {
@@ -319,7 +323,7 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
     let without: Vec<_> = without.into_iter().collect();
     let unsized_holes = missing.iter().filter(|size| size.is_none()).count();
     let open_slots = scene.board.slots.len().saturating_sub(slots.len());
-    super::rack::losses(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
+    super::rack::errors(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
 }
 
 /// What planning one operation has at hand.
@@ -332,7 +336,7 @@ struct Desk<'a> {
     tick: &'a mut dyn FnMut(u64) -> bool,
     /// How much is done, in [`WHOLE`]ths.
     done: u64,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
 }
 
 impl Desk<'_> {
@@ -342,13 +346,13 @@ impl Desk<'_> {
         route::Rules { start, overlap: Length::ZERO, both_ways: true, link: None, seed }
     }
 
-    fn say(&mut self, remark: Remark) {
-        self.remarks.push(remark.with("operation", self.operation.title()));
+    fn say(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic.with("operation", self.operation.title()));
     }
 
     /// Refuses to go on when nobody wants it any more.
-    fn go_on(&mut self) -> Result<(), Remark> {
-        if (self.tick)(self.done) { Ok(()) } else { Err(Remark::new(Weight::Loss, "plan.cancelled")) }
+    fn go_on(&mut self) -> Result<(), Diagnostic> {
+        if (self.tick)(self.done) { Ok(()) } else { Err(Diagnostic::new(Severity::Error, "plan.cancelled")) }
     }
 
     /// The bits called `names` that can mill, widest first. What is no bit, or only drills, is told.
@@ -367,7 +371,7 @@ impl Desk<'_> {
                     continue;
                 }
             };
-            self.say(Remark::new(Weight::Loss, code).with("bit", name));
+            self.say(Diagnostic::new(Severity::Error, code).with("bit", name));
         }
         bits.sort_by_key(|bit| std::cmp::Reverse(bit.width_at(depth)));
         bits

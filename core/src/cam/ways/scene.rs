@@ -5,9 +5,9 @@
 use super::super::work::{Flip, Work, Zero};
 use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Path, Point, grow, path_bounds, rectangle, union};
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::ops::Range;
 
@@ -74,8 +74,8 @@ impl Scene {
         (!boxes.is_empty()).then(|| Area::of(&grow(&union(&boxes), radius)))
     }
 
-    /// A doubt for every zone of `work` that lies beside all there is, so that it keeps nothing out.
-    pub(super) fn idle_zones(&self, work: &Work) -> Vec<Remark> {
+    /// A warning for every zone of `work` that lies beside all there is, so that it keeps nothing out.
+    pub(super) fn idle_zones(&self, work: &Work) -> Vec<Diagnostic> {
         let Some(blank) = blank(&self.board) else { return Vec::new() };
         // A bit runs beside what it cuts, and that far beyond the outline where it clears.
         let widest = work.bits.iter().map(|bit| bit.diameter).max().unwrap_or_default();
@@ -88,9 +88,9 @@ impl Scene {
         };
         let mm = |length: Length| format!("{:.2}", length.mm());
         let told = |zone: &Bounds| {
-            let doubt = Remark::new(Weight::Doubt, "cam.zone_beside").with("x", mm(zone.min.x));
-            let doubt = doubt.with("y", mm(zone.min.y));
-            doubt.with("to_x", mm(zone.max.x)).with("to_y", mm(zone.max.y))
+            let warning = Diagnostic::new(Severity::Warning, "cam.zone_beside").with("x", mm(zone.min.x));
+            let warning = warning.with("y", mm(zone.min.y));
+            warning.with("to_x", mm(zone.max.x)).with("to_y", mm(zone.max.y))
         };
         let zones = self.zones.iter().zip(&work.setup.exclusions);
         zones.filter(|(laid, _)| beside(laid)).map(|(_, zone)| told(zone)).collect()

@@ -75,7 +75,7 @@ fn coupon() -> Board {
     Board { holes, slots: vec![slot], outline, ..with_copper(&paths) }
 }
 
-fn planned(board: &Board, work: &Work) -> (Planned, Vec<Remark>) {
+fn planned(board: &Board, work: &Work) -> (Planned, Vec<Diagnostic>) {
     let options = PlanOptions { seed: 1, iterations: Some(200), ..PlanOptions::default() };
     let hop_time = |a: Point, b: Point| a.distance_mm(b);
     let means = Means { options: &options, hop_time: &hop_time };
@@ -269,7 +269,7 @@ fn cures_open_a_gap_each_in_its_way() {
     for remedy in [Remedy::Bit("thin".to_owned()), Remedy::Centred] {
         let cure = Cure { from: at(2.0, 2.5), to: at(2.15, 2.5), with: remedy.clone() };
         let work = isolation(&board, 0.2, |isolate| (isolate.passes, isolate.cures) = (1, vec![cure]));
-        let (planned, remarks) = planned(&board, &work);
+        let (planned, diagnostics) = planned(&board, &work);
         let cured = &planned.parts[0].tasks[1];
         let length: f64 = cured.ways.iter().map(|way| way.path.length_mm()).sum();
         if remedy == Remedy::Centred {
@@ -277,7 +277,7 @@ fn cures_open_a_gap_each_in_its_way() {
             // Along the middle from one end of the gap to the other, and a little round its mouths.
             let middle = cured.ways[0].path.corners().filter(|at| (at.x.mm() - 2.075).abs() < 0.002);
             assert!(middle.count() >= 2, "{:?}", cured.ways[0].path);
-            let taken = remarks.iter().find(|remark| remark.code == "cam.cure_takes").unwrap();
+            let taken = diagnostics.iter().find(|diagnostic| diagnostic.code == "cam.cure_takes").unwrap();
             assert!(taken.message("en").contains("0.025"), "{}", taken.message("en"));
         } else {
             assert!(length > 9.5, "{length}");
@@ -286,7 +286,7 @@ fn cures_open_a_gap_each_in_its_way() {
     }
     let nowhere = Cure { from: at(9.0, 9.0), to: at(9.1, 9.0), with: Remedy::Centred };
     let work = isolation(&board, 0.2, |isolate| (isolate.passes, isolate.cures) = (1, vec![nowhere]));
-    assert!(planned(&board, &work).1.iter().any(|remark| remark.code == "cam.cure_without_gap"));
+    assert!(planned(&board, &work).1.iter().any(|diagnostic| diagnostic.code == "cam.cure_without_gap"));
 }
 
 #[test]
@@ -312,7 +312,7 @@ fn a_cure_with_a_vee_goes_as_deep_as_fits_its_gap() {
             }
         });
         work.bits.push(sharp.clone());
-        let (planned, remarks) = planned(&board, &work);
+        let (planned, diagnostics) = planned(&board, &work);
         let cured = &planned.parts[0].tasks[1];
         assert!(
             cured.ways.iter().all(|way| way.depths == [wanted.0]),
@@ -320,9 +320,9 @@ fn a_cure_with_a_vee_goes_as_deep_as_fits_its_gap() {
             cured.ways[0].depths
         );
         assert!(wanted.0 < mm(0.06), "{wanted:?}");
-        let taken = remarks.iter().find(|remark| remark.code == "cam.cure_takes");
+        let taken = diagnostics.iter().find(|diagnostic| diagnostic.code == "cam.cure_takes");
         assert_eq!(taken.is_some(), remedy == Remedy::Centred);
-        assert!(taken.is_none_or(|taken| taken.message("en").contains("0.003")), "{remarks:?}");
+        assert!(taken.is_none_or(|taken| taken.message("en").contains("0.003")), "{diagnostics:?}");
     }
 }
 
@@ -366,10 +366,10 @@ fn a_cure_cuts_a_neck_that_the_bit_reaches_from_both_sides_and_cannot_pass() {
                 (isolate.passes, isolate.cures) = (1, vec![cure]);
             }
         });
-        let (planned, remarks) = planned(&board, &work);
+        let (planned, diagnostics) = planned(&board, &work);
         assert!(
-            remarks.iter().all(|remark| remark.code != "cam.cure_without_gap"),
-            "{remedy:?}: {remarks:?}"
+            diagnostics.iter().all(|diagnostic| diagnostic.code != "cam.cure_without_gap"),
+            "{remedy:?}: {diagnostics:?}"
         );
         let cured = planned.parts[0].tasks.get(1).unwrap_or_else(|| panic!("{remedy:?}: nothing is cured"));
         // A way through the neck crosses the line from the one end to the other.

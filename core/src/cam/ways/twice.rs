@@ -14,8 +14,8 @@ use super::super::places::{Places, Twice};
 use super::super::work::{Operation, Work};
 use super::{Part, Shape, Task};
 use crate::board::Board;
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::remark::Remark;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -43,7 +43,7 @@ impl Milled {
 
 /// Takes strokes away whose hole was drilled before as deep with the same bit, and ways whose hole or slot was milled before
 /// as deep with whatever bit. Parts keep the holes and slots that they count as made.
-pub(super) fn once(work: &Work, board: &Board, parts: &mut [Part]) -> Vec<Remark> {
+pub(super) fn once(work: &Work, board: &Board, parts: &mut [Part]) -> Vec<Diagnostic> {
     let (mut places, mut milled) = (Places::default(), Milled::default());
     let mut notes = Vec::new();
     for part in parts {

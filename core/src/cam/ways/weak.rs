@@ -6,12 +6,12 @@
 //!    ○  ○  ○  ○      material between the holes     ◯◯◯◯◯◯      pitch ≤ hole: a slit
 //! ```
 //!
-//! Comes in: the settings of a cut-out, the rack, how thick the board is. Goes out: remarks. Does not know contours.
+//! Comes in: the settings of a cut-out, the rack, how thick the board is. Goes out: diagnostics. Does not know contours.
 
 use super::super::rack;
 use super::super::work::CutOut;
 use super::Desk;
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::units::Length;
 
 /// A tab that is narrower or lower holds nothing.
@@ -21,28 +21,30 @@ const LEAST_BETWEEN: Length = Length::from_um(50);
 /// How far a mouse-bite hole may be from its drill.
 pub(super) const BITE_TOLERANCE: Length = Length::from_um(200);
 
-/// Tells of a board that comes loose for want of tabs, of tabs that hold nothing, which is a loss, and of those that are as high as the board, which are not cut at all.
+/// Tells of a board that comes loose for want of tabs, of tabs that hold nothing, which is an error, and of those that are as high as the board, which are not cut at all.
 pub(super) fn tabs(desk: &mut Desk<'_>, cut_out: &CutOut) {
     if cut_out.tabs == 0 && cut_out.tab_at.is_empty() {
         if desk.depth() >= desk.machine.process.board_thickness {
-            desk.say(Remark::new(Weight::Doubt, "cam.no_tabs"));
+            desk.say(Diagnostic::new(Severity::Warning, "cam.no_tabs"));
         }
         return;
     }
     let mm = |length: Length| format!("{:.3}", length.mm());
     let low = !cut_out.bites && cut_out.tab_height < LEAST_TAB;
     if cut_out.tab_width < LEAST_TAB || low {
-        let loss = Remark::new(Weight::Loss, "cam.tabs_hold_nothing");
-        desk.say(loss.with("width", mm(cut_out.tab_width)).with("height", mm(cut_out.tab_height)));
+        let error = Diagnostic::new(Severity::Error, "cam.tabs_hold_nothing");
+        desk.say(error.with("width", mm(cut_out.tab_width)).with("height", mm(cut_out.tab_height)));
     }
     let thickness = desk.machine.process.board_thickness;
     if !cut_out.bites && cut_out.tab_height > thickness {
-        let doubt = Remark::new(Weight::Doubt, "cam.tabs_too_high").with("height", mm(cut_out.tab_height));
-        desk.say(doubt.with("thickness", mm(thickness)));
+        let warning =
+            Diagnostic::new(Severity::Warning, "cam.tabs_too_high").with("height", mm(cut_out.tab_height));
+        desk.say(warning.with("thickness", mm(thickness)));
     }
     let drill = rack::nearest(&desk.machine.rack, cut_out.bite_hole, BITE_TOLERANCE);
     if let Some(drill) = drill.filter(|drill| cut_out.bites && cut_out.bite_pitch < *drill + LEAST_BETWEEN) {
-        let loss = Remark::new(Weight::Loss, "cam.bites_cut_through").with("size", rack::size_text(drill));
-        desk.say(loss.with("pitch", mm(cut_out.bite_pitch)));
+        let error =
+            Diagnostic::new(Severity::Error, "cam.bites_cut_through").with("size", rack::size_text(drill));
+        desk.say(error.with("pitch", mm(cut_out.bite_pitch)));
     }
 }

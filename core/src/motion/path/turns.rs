@@ -12,8 +12,8 @@
 use super::Path;
 use super::curve::{Curve, Place};
 use super::plan::{Chain, Fed, Rules, along_curves, check, curves};
+use crate::diagnostic::Diagnostic;
 use crate::motion::profile::Limits;
-use crate::remark::Remark;
 
 /// Parts of a curve shorter than this are not cut off it: a nanometre.
 const SHORTEST_PART_MM: f64 = 1e-6;
@@ -31,7 +31,7 @@ pub fn turns(
     (play_mm, down): ([f64; 2], [bool; 2]),
     axes: &[Limits; 3],
     rules: &Rules,
-) -> Result<Vec<([bool; 2], Path)>, Remark> {
+) -> Result<Vec<([bool; 2], Path)>, Diagnostic> {
     check(chain, axes, rules)?;
     let mut found: Vec<([bool; 2], Path)> = Vec::new();
     let (mut start, mut one_way, mut ways) = (chain.start, Vec::<Fed>::new(), down);

@@ -15,7 +15,7 @@
 //! against full speed is the way it gained from rest, in reverse; so the last edge is the first one turned around.
 
 use super::{GREATEST, Limits, Shape, wrong};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// A rise of speed with zero acceleration at both ends.
@@ -37,8 +37,8 @@ pub struct Ramp {
 
 impl Ramp {
     /// The fastest rise by `rise_mm_per_s` within acceleration and jerk of `limits`. A rise or limit that cannot be
-    /// planned with is refused with a remark that names it; the speed of `limits` is not a bound here.
-    pub fn rising(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Remark> {
+    /// planned with is refused with a diagnostic that names it; the speed of `limits` is not a bound here.
+    pub fn rising(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Diagnostic> {
         shape.check(limits)?;
         if !(0.0..=GREATEST).contains(&rise_mm_per_s) {
             return Err(wrong("motion.bad_rise", rise_mm_per_s));

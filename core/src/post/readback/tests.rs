@@ -124,7 +124,7 @@ fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
         for file in &files {
             let back = read_back(&file.name, &file.text, &known)
                 .unwrap_or_else(|why| panic!("{name}: {} {:?}\n{}", why.message("en"), why.place, file.text));
-            assert!(back.remarks.is_empty(), "{name}: {:?}", back.remarks);
+            assert!(back.diagnostics.is_empty(), "{name}: {:?}", back.diagnostics);
             let first = back.program.bits.first().map(|bit| bit.cutter);
             let first = program.bits.iter().position(|bit| Some(bit.cutter) == first).unwrap() as u32;
             let ends = ends(&back.program).into_iter();
@@ -205,7 +205,7 @@ fn g_code_of_others_is_followed() {
         let found: Vec<_> = found.iter().map(|(_, word, places)| (*word, places.as_slice())).collect();
         assert_eq!(found, wanted, "{text}");
     }
-    let told = read("M3 S1\nG0 X1 Y1\nG0 Z-1\nG0 Z5\n", &drill).remarks;
+    let told = read("M3 S1\nG0 X1 Y1\nG0 Z-1\nG0 Z5\n", &drill).diagnostics;
     assert_eq!(told[0].code, "readback.fast_in_board");
 }
 

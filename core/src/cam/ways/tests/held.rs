@@ -4,13 +4,16 @@ use super::*;
 use crate::cam::parameters::assign;
 
 /// The codes, weights and sentences of `work` on `board`.
-fn told(board: &Board, work: &Work) -> Vec<(String, Weight, String)> {
-    let remarks = planned(board, work).1;
-    remarks.iter().map(|remark| (remark.code.clone(), remark.weight, remark.message("en"))).collect()
+fn told(board: &Board, work: &Work) -> Vec<(String, Severity, String)> {
+    let diagnostics = planned(board, work).1;
+    diagnostics
+        .iter()
+        .map(|diagnostic| (diagnostic.code.clone(), diagnostic.severity, diagnostic.message("en")))
+        .collect()
 }
 
-fn count(told: &[(String, Weight, String)], code: &str, weight: Weight) -> usize {
-    told.iter().filter(|(own, heavy, _)| own == code && *heavy == weight).count()
+fn count(told: &[(String, Severity, String)], code: &str, severity: Severity) -> usize {
+    told.iter().filter(|(own, heavy, _)| own == code && *heavy == severity).count()
 }
 
 /// The work that cuts `board` out with these settings.
@@ -51,26 +54,29 @@ fn tabs_by_hand_are_on_every_copy_and_on_the_nearest_contour_only() {
             (if copies % 2 == 0 { "10,20,43,20" } else { "10,20" }, 3.5),
         ] {
             let work = cutting(&board, &format!("{panel};cut_out.tab_at={tabs}"));
-            let (planned, remarks) = planned(&board, &work);
+            let (planned, diagnostics) = planned(&board, &work);
             let held = held(&planned);
             assert_eq!(held.len(), copies, "{panel}");
             assert!(held.iter().all(|own| (own - wide).abs() < 1e-6), "{panel} {tabs}: {held:?}");
-            assert!(remarks.iter().all(|remark| remark.weight < Weight::Loss), "{panel} {tabs}: {remarks:?}");
+            assert!(
+                diagnostics.iter().all(|diagnostic| diagnostic.severity < Severity::Error),
+                "{panel} {tabs}: {diagnostics:?}"
+            );
         }
     }
 }
 
 #[test]
-fn a_tab_out_of_reach_and_a_contour_without_a_tab_are_losses() {
+fn a_tab_out_of_reach_and_a_contour_without_a_tab_are_errors() {
     let board = coupon();
     let far = told(&board, &cutting(&board, "cut_out.tab_at=15,-9"));
-    assert_eq!(count(&far, "cam.tab_out_of_reach", Weight::Loss), 1, "{far:?}");
-    assert_eq!(count(&far, "cam.cut_free", Weight::Loss), 1, "{far:?}");
+    assert_eq!(count(&far, "cam.tab_out_of_reach", Severity::Error), 1, "{far:?}");
+    assert_eq!(count(&far, "cam.cut_free", Severity::Error), 1, "{far:?}");
     assert!(far.iter().any(|(_, _, said)| said.contains("15.00, -9.00")), "{far:?}");
     let outline = union(&[boxed(0.0, 0.0, 10.0, 10.0), boxed(20.0, 0.0, 30.0, 10.0)]);
     let two = Board { outline, ..Board::default() };
     let one = told(&two, &cutting(&two, "cut_out.tab_at=5,0"));
-    assert_eq!(count(&one, "cam.cut_free", Weight::Loss), 1, "{one:?}");
+    assert_eq!(count(&one, "cam.cut_free", Severity::Error), 1, "{one:?}");
     let both = told(&two, &cutting(&two, "cut_out.tab_at=5,0,25,0"));
     assert_eq!(both, Vec::new());
 }
@@ -86,13 +92,13 @@ fn what_a_zone_leaves_shorter_than_the_bit_is_wide_holds_nothing() {
     ] {
         let work = cutting(&board, &format!("cut_out.tabs=0;setup.exclusions={zone}"));
         let all = told(&board, &work);
-        assert_eq!(count(&all, "cam.zone_too_short", Weight::Doubt), short, "{zone}: {all:?}");
-        assert_eq!(count(&all, "cam.zone_in_the_way", Weight::Doubt), long, "{zone}: {all:?}");
+        assert_eq!(count(&all, "cam.zone_too_short", Severity::Warning), short, "{zone}: {all:?}");
+        assert_eq!(count(&all, "cam.zone_in_the_way", Severity::Warning), long, "{zone}: {all:?}");
     }
     // A tab there is still needed, and still made on both sides of the place.
     let work = cutting(&board, "cut_out.tab_at=10.15,0;setup.exclusions=10,-3,10.3,-1.498");
-    let (planned, remarks) = planned(&board, &work);
-    assert!(!remarks.iter().any(|remark| remark.code == "cam.tab_in_zone"), "{remarks:?}");
+    let (planned, diagnostics) = planned(&board, &work);
+    assert!(!diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.tab_in_zone"), "{diagnostics:?}");
     let held = held(&planned);
     assert!(held.len() == 1 && held[0] > 2.5, "{held:?}");
 }
@@ -108,7 +114,7 @@ fn copies_without_a_gap_are_told() {
     ] {
         let all = told(&board, &cutting(&board, panel));
         assert_eq!(
-            count(&all, "cam.contours_merged", Weight::Loss),
+            count(&all, "cam.contours_merged", Severity::Error),
             usize::from(missing.is_some()),
             "{all:?}"
         );
@@ -133,48 +139,49 @@ fn a_cut_that_runs_into_pins_is_told() {
         ("setup.pin_margin=0", false),
     ] {
         let all = told(&board, &cutting(&board, settings));
-        assert_eq!(count(&all, "cam.pins_hit", Weight::Loss), usize::from(hit), "{settings}: {all:?}");
+        assert_eq!(count(&all, "cam.pins_hit", Severity::Error), usize::from(hit), "{settings}: {all:?}");
     }
     let all = told(&board, &cutting(&board, "setup.pairs=2;setup.pin_margin=2"));
     assert!(all.iter().any(|(_, _, said)| said.contains("4 alignment pins")), "{all:?}");
 }
 
 #[test]
-fn more_tabs_than_there_is_room_for_are_a_loss() {
+fn more_tabs_than_there_is_room_for_are_a_error() {
     let board = coupon();
     let all = told(&board, &cutting(&board, "cut_out.tabs=40"));
-    assert_eq!(count(&all, "cam.no_room_for_tabs", Weight::Loss), 1, "{all:?}");
+    assert_eq!(count(&all, "cam.no_room_for_tabs", Severity::Error), 1, "{all:?}");
     let none = told(&board, &cutting(&board, "cut_out.tabs=0"));
-    assert_eq!((count(&none, "cam.no_tabs", Weight::Doubt), none.len()), (1, 1), "{none:?}");
+    assert_eq!((count(&none, "cam.no_tabs", Severity::Warning), none.len()), (1, 1), "{none:?}");
 }
 
 #[test]
 fn depths_that_end_in_the_board_or_far_below_it_are_told() {
     let board = coupon();
     let mut work = Work::default_for(&board, &virtual_drill());
-    assert_eq!(count(&told(&board, &work), "cam.not_through", Weight::Doubt), 0);
+    assert_eq!(count(&told(&board, &work), "cam.not_through", Severity::Warning), 0);
     set(&mut work, "operation.depth=0.5");
     let all = told(&board, &work);
-    assert_eq!(count(&all, "cam.not_through", Weight::Doubt), 3, "{all:?}");
+    assert_eq!(count(&all, "cam.not_through", Severity::Warning), 3, "{all:?}");
     let mut work = only(&board, "drill", |operation| {
         if let Action::Drill(drill) = &mut operation.action {
             drill.holes = Holes::Alignment;
         }
     });
-    for (settings, doubts) in
+    for (settings, warnings) in
         [("setup.pairs=1", 0), ("setup.pin_depth=9", 0), ("setup.pin_depth=30", 1), ("setup.pin_depth=11", 1)]
     {
         set(&mut work, settings);
         let all = told(&board, &work);
-        assert_eq!(count(&all, "cam.far_below", Weight::Doubt), doubts, "{settings}: {all:?}");
+        assert_eq!(count(&all, "cam.far_below", Severity::Warning), warnings, "{settings}: {all:?}");
     }
 }
 
 #[test]
-fn a_board_cut_out_before_all_else_is_done_is_a_loss() {
+fn a_board_cut_out_before_all_else_is_done_is_a_error() {
     let machine = virtual_drill();
     let mut board = coupon();
-    let early = |board: &Board, work: &Work| count(&told(board, work), "cam.cut_out_too_early", Weight::Loss);
+    let early =
+        |board: &Board, work: &Work| count(&told(board, work), "cam.cut_out_too_early", Severity::Error);
     let mut work = Work::default_for(&board, &machine);
     assert_eq!(early(&board, &work), 0);
     work.operations.rotate_right(1);
@@ -198,25 +205,25 @@ fn a_board_cut_out_before_all_else_is_done_is_a_loss() {
 }
 
 #[test]
-fn tabs_that_hold_nothing_are_a_loss_and_odd_ones_are_told() {
+fn tabs_that_hold_nothing_are_a_error_and_odd_ones_are_told() {
     let board = coupon();
     let rows = [
-        ("cut_out.tab_width=0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
-        ("cut_out.tab_width=0.05;cut_out.tab_at=15,0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
-        ("cut_out.tab_height=0", Some(("cam.tabs_hold_nothing", Weight::Loss))),
-        ("cut_out.tab_width=0;cut_out.tabs=0", Some(("cam.no_tabs", Weight::Doubt))),
-        ("cut_out.depth=1.5;cut_out.tabs=0", Some(("cam.not_through", Weight::Doubt))),
+        ("cut_out.tab_width=0", Some(("cam.tabs_hold_nothing", Severity::Error))),
+        ("cut_out.tab_width=0.05;cut_out.tab_at=15,0", Some(("cam.tabs_hold_nothing", Severity::Error))),
+        ("cut_out.tab_height=0", Some(("cam.tabs_hold_nothing", Severity::Error))),
+        ("cut_out.tab_width=0;cut_out.tabs=0", Some(("cam.no_tabs", Severity::Warning))),
+        ("cut_out.depth=1.5;cut_out.tabs=0", Some(("cam.not_through", Severity::Warning))),
         ("cut_out.tab_height=0;cut_out.bites=yes", None),
-        ("cut_out.tab_height=1.7", Some(("cam.tabs_too_high", Weight::Doubt))),
+        ("cut_out.tab_height=1.7", Some(("cam.tabs_too_high", Severity::Warning))),
         ("cut_out.tab_height=1.6", None),
-        ("cut_out.bites=yes;cut_out.bite_pitch=0.1", Some(("cam.bites_cut_through", Weight::Loss))),
-        ("cut_out.bites=yes;cut_out.bite_pitch=0.5", Some(("cam.bites_cut_through", Weight::Loss))),
+        ("cut_out.bites=yes;cut_out.bite_pitch=0.1", Some(("cam.bites_cut_through", Severity::Error))),
+        ("cut_out.bites=yes;cut_out.bite_pitch=0.5", Some(("cam.bites_cut_through", Severity::Error))),
         ("cut_out.bite_pitch=0.1", None),
         ("cut_out.bites=yes;cut_out.bite_pitch=0.7", None),
     ];
     for (settings, said) in rows {
         let all = told(&board, &cutting(&board, settings));
-        let found: Vec<_> = all.iter().map(|(code, weight, _)| (code.as_str(), *weight)).collect();
+        let found: Vec<_> = all.iter().map(|(code, severity, _)| (code.as_str(), *severity)).collect();
         assert_eq!(found, Vec::from_iter(said), "{settings}: {all:?}");
         assert!(all.iter().all(|(code, _, said)| !said.contains(code) && !said.contains('{')), "{all:?}");
     }
@@ -236,8 +243,8 @@ fn a_zone_beside_the_board_is_told_with_its_place_as_given() {
         let all = told(&board, &cutting(&board, settings));
         let zones: Vec<_> = all.iter().filter(|(code, ..)| code == "cam.zone_beside").collect();
         assert_eq!(zones.len(), usize::from(beside.is_some()), "{settings}: {all:?}");
-        for (_, weight, said) in zones {
-            assert_eq!(*weight, Weight::Doubt);
+        for (_, severity, said) in zones {
+            assert_eq!(*severity, Severity::Warning);
             assert!(said.contains(beside.unwrap_or_default()) && !said.contains('{'), "{said}");
         }
     }

@@ -3,16 +3,16 @@
 use super::*;
 use crate::cam::Group;
 
-fn said<'a>(remarks: &'a [Remark], code: &str) -> Vec<&'a Remark> {
-    remarks.iter().filter(|remark| remark.code == code).collect()
+fn said<'a>(diagnostics: &'a [Diagnostic], code: &str) -> Vec<&'a Diagnostic> {
+    diagnostics.iter().filter(|diagnostic| diagnostic.code == code).collect()
 }
 
-fn arg<'a>(remark: &'a Remark, name: &str) -> &'a str {
-    remark.args.iter().find(|(own, _)| own == name).map_or("", |(_, value)| value)
+fn arg<'a>(diagnostic: &'a Diagnostic, name: &str) -> &'a str {
+    diagnostic.args.iter().find(|(own, _)| own == name).map_or("", |(_, value)| value)
 }
 
 #[test]
-fn what_lies_beside_the_board_is_a_loss_and_is_made_where_that_is_accepted() {
+fn what_lies_beside_the_board_is_a_error_and_is_made_where_that_is_accepted() {
     // Place, size, and whether it is told. The coupon is 30 × 20 mm with a cut-out of 14 … 17 × 8.5 … 11.5.
     let rows = [
         (at(3.0, 6.0), 0.8, false),
@@ -29,14 +29,14 @@ fn what_lies_beside_the_board_is_a_loss_and_is_made_where_that_is_accepted() {
         let mut board = coupon();
         board.holes.push(Hole { at: place, ..hole(0.0, 0.0, size) });
         let work = Work::default_for(&board, &virtual_drill());
-        let (planned, remarks) = planned(&board, &work);
-        let losses = said(&remarks, "cam.holes_outside");
-        assert_eq!(losses.len(), usize::from(told), "{place:?} {size}: {remarks:?}");
-        for loss in losses {
-            assert!(loss.is_unseen(&[]));
-            assert_eq!(arg(loss, "count"), "1");
-            assert_eq!(arg(loss, "x"), format!("{:.3}", place.x.mm()));
-            assert!(!loss.message("en").contains("cam."), "{}", loss.message("en"));
+        let (planned, diagnostics) = planned(&board, &work);
+        let errors = said(&diagnostics, "cam.holes_outside");
+        assert_eq!(errors.len(), usize::from(told), "{place:?} {size}: {diagnostics:?}");
+        for error in errors {
+            assert!(error.is_unacknowledged(&[]));
+            assert_eq!(arg(error, "count"), "1");
+            assert_eq!(arg(error, "x"), format!("{:.3}", place.x.mm()));
+            assert!(!error.message("en").contains("cam."), "{}", error.message("en"));
         }
         let made = planned.parts.iter().any(|part| part.holes.contains(&4));
         assert!(made, "accepted, it is made: {place:?} {size}");
@@ -48,8 +48,8 @@ fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not()
     let mut board = coupon();
     board.slots[0].path = vec![at(28.0, 17.0), at(33.0, 17.0)];
     let bore = only(&board, "bore", |_| {});
-    let (_, remarks) = planned(&board, &bore);
-    assert_eq!(said(&remarks, "cam.holes_outside").len(), 1, "{remarks:?}");
+    let (_, diagnostics) = planned(&board, &bore);
+    assert_eq!(said(&diagnostics, "cam.holes_outside").len(), 1, "{diagnostics:?}");
     board.outline = Region::default();
     assert!(said(&planned(&board, &bore).1, "cam.holes_outside").is_empty());
 
@@ -60,9 +60,9 @@ fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not()
         }
     });
     pins.setup.alignment.pairs = 1;
-    let (planned, remarks) = planned(&board, &pins);
-    assert_eq!(planned.parts[0].holes.len(), 2, "{remarks:?}");
-    assert!(said(&remarks, "cam.holes_outside").is_empty(), "{remarks:?}");
+    let (planned, diagnostics) = planned(&board, &pins);
+    assert_eq!(planned.parts[0].holes.len(), 2, "{diagnostics:?}");
+    assert!(said(&diagnostics, "cam.holes_outside").is_empty(), "{diagnostics:?}");
 }
 
 fn strokes(planned: &Planned) -> usize {
@@ -79,16 +79,16 @@ fn a_hole_that_is_there_twice_is_made_once() {
     board.holes.push(Hole { at: at(12.0, 3.01), source: 1, ..board.holes[1].clone() });
     board.slots.push(Slot { path: vec![at(27.0, 17.0), at(24.0, 17.0)], ..board.slots[0].clone() });
     let plain = planned(&coupon(), &Work::default_for(&coupon(), &virtual_drill())).0;
-    let (planned, remarks) = planned(&board, &Work::default_for(&board, &virtual_drill()));
+    let (planned, diagnostics) = planned(&board, &Work::default_for(&board, &virtual_drill()));
     assert_eq!(strokes(&planned), strokes(&plain) + 1);
     assert_eq!(planned.ways().count(), plain.ways().count());
-    let notes = said(&remarks, "cam.holes_twice");
+    let notes = said(&diagnostics, "cam.holes_twice");
     let counts: Vec<_> = notes.iter().map(|note| (arg(note, "operation"), arg(note, "count"))).collect();
     assert_eq!(counts.len(), 2, "{counts:?}");
     assert!(counts.iter().all(|row| ["2", "2"].contains(&row.1)), "{counts:?}");
-    assert!(notes.iter().all(|note| note.weight == Weight::Note && !note.message("en").contains("cam.")));
+    assert!(notes.iter().all(|note| note.severity == Severity::Note && !note.message("en").contains("cam.")));
     // Nothing is said to be left out.
-    assert!(!remarks.iter().any(|remark| remark.weight == Weight::Loss), "{remarks:?}");
+    assert!(!diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error), "{diagnostics:?}");
 }
 
 #[test]
@@ -98,9 +98,9 @@ fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
         let mut work = only(&board, "drill", |operation| operation.depth = mm(first));
         let again = Operation { depth: mm(second), ..work.operations[0].clone() };
         work.operations.push(again);
-        let (planned, remarks) = planned(&board, &work);
+        let (planned, diagnostics) = planned(&board, &work);
         assert_eq!(strokes(&planned), count, "{first} {second}");
-        assert_eq!(said(&remarks, "cam.holes_twice").len(), usize::from(count == 3), "{remarks:?}");
+        assert_eq!(said(&diagnostics, "cam.holes_twice").len(), usize::from(count == 3), "{diagnostics:?}");
         let empty = planned.parts.iter().flat_map(|part| &part.tasks).filter(|task| task.strokes.is_empty());
         assert_eq!(empty.count(), 0, "no bit is put in for nothing");
     }
@@ -122,12 +122,12 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
         work.bits.push(mill("Mill 2.0 mm", 2.0));
         let again = Operation { depth: mm(second), bit: bit.to_owned(), ..work.operations[0].clone() };
         work.operations.push(again);
-        let (planned, remarks) = planned(&board, &work);
+        let (planned, diagnostics) = planned(&board, &work);
         assert_eq!(planned.ways().count(), once + left, "{first} {second} {bit}");
-        let notes = said(&remarks, "cam.holes_twice");
+        let notes = said(&diagnostics, "cam.holes_twice");
         let counts: Vec<_> = notes.iter().map(|note| arg(note, "count")).collect();
         assert_eq!(counts, if left == 0 { vec!["2"] } else { vec![] }, "{first} {second} {bit}");
-        let named = |note: &&Remark| note.message("en").starts_with("Bore: 2 holes");
+        let named = |note: &&Diagnostic| note.message("en").starts_with("Bore: 2 holes");
         assert!(notes.iter().all(named), "an operation without a name is called as the page calls it");
         assert!(planned.parts[1].tasks.iter().all(|task| !task.ways.is_empty()), "no bit for nothing");
         assert_eq!(
@@ -135,7 +135,10 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
             (1, 1),
             "they count as made"
         );
-        assert!(!remarks.iter().any(|remark| remark.weight == Weight::Loss), "{remarks:?}");
+        assert!(
+            !diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error),
+            "{diagnostics:?}"
+        );
     }
 }
 
@@ -155,11 +158,11 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
     work.bits.push(mill("wide", 1.04));
     work.setup.exclusions = vec![Bounds::of(at(24.0, 17.51)).with(at(27.0, 19.0))];
     work.operations.push(Operation { bit: "Mill 0.8 mm".to_owned(), ..work.operations[0].clone() });
-    let (planned, remarks) = planned(&board, &work);
+    let (planned, diagnostics) = planned(&board, &work);
     let ways = |part: &Part| part.tasks.iter().map(|task| task.ways.len()).sum::<usize>();
-    assert_eq!(ways(&planned.parts[0]), 0, "{remarks:?}");
-    assert_ne!(ways(&planned.parts[1]), 0, "{remarks:?}");
-    assert!(said(&remarks, "cam.holes_twice").is_empty(), "{remarks:?}");
+    assert_eq!(ways(&planned.parts[0]), 0, "{diagnostics:?}");
+    assert_ne!(ways(&planned.parts[1]), 0, "{diagnostics:?}");
+    assert!(said(&diagnostics, "cam.holes_twice").is_empty(), "{diagnostics:?}");
 }
 
 #[test]
@@ -180,12 +183,12 @@ fn the_loaded_bit_goes_first_where_that_is_wanted() {
         let options = PlanOptions { group, loaded, iterations: Some(20), ..PlanOptions::default() };
         let hop_time = |a: Point, b: Point| a.distance_mm(b);
         let means = Means { options: &options, hop_time: &hop_time };
-        let (planned, remarks) =
+        let (planned, diagnostics) =
             plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).expect("a plan");
         let bits: Vec<Length> =
             planned.parts.iter().flat_map(|part| &part.tasks).map(|task| task.bit.diameter).collect();
         assert_eq!(bits, expected.map(mm), "{group:?} {loaded:?}");
-        let told: Vec<_> = remarks.iter().filter(|one| one.code.starts_with("plan.loaded")).collect();
+        let told: Vec<_> = diagnostics.iter().filter(|one| one.code.starts_with("plan.loaded")).collect();
         assert_eq!(told.first().map(|one| one.code.as_str()), code, "{group:?} {loaded:?}");
         assert!(told.len() < 2);
     }

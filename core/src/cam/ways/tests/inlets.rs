@@ -36,9 +36,9 @@ fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loos
             }
         });
         work.bits.push(mill("m", 0.3));
-        let (planned, remarks) = planned(&board, &work);
-        let told = remarks.iter().filter(|remark| remark.code == "cam.cut_outs_missing");
-        let told: Vec<_> = told.map(|remark| remark.args[1].1.as_str()).collect();
+        let (planned, diagnostics) = planned(&board, &work);
+        let told = diagnostics.iter().filter(|diagnostic| diagnostic.code == "cam.cut_outs_missing");
+        let told: Vec<_> = told.map(|diagnostic| diagnostic.args[1].1.as_str()).collect();
         assert_eq!(told, missing, "{further:?}");
         let tasks = &planned.parts[0].tasks;
         let found: Vec<usize> = tasks.iter().map(|task| task.ways.len()).collect();

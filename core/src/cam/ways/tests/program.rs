@@ -47,8 +47,8 @@ fn the_default_job_does_all_there_is_to_do() {
     let work = Work::default_for(&board, &machine);
     let words: Vec<_> = work.operations.iter().map(|operation| operation.action.word()).collect();
     assert_eq!(words, ["isolate", "drill", "bore", "cut_out"]);
-    let (planned, remarks) = planned(&board, &work);
-    assert!(remarks.iter().all(|remark| remark.weight < Weight::Loss), "{remarks:?}");
+    let (planned, diagnostics) = planned(&board, &work);
+    assert!(diagnostics.iter().all(|diagnostic| diagnostic.severity < Severity::Error), "{diagnostics:?}");
     let program = lower_work(&planned, &work, &machine);
     let holes: Vec<_> = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).collect();
     assert_eq!(holes.len(), 3);
@@ -89,9 +89,13 @@ fn a_slot_a_little_narrower_than_the_thinnest_mill_is_milled_within_the_toleranc
     for (width, made) in [(0.7874, 1), (0.751, 1), (0.749, 0)] {
         let mut board = coupon();
         board.slots[0].width = Some(mm(width));
-        let (planned, remarks) = planned(&board, &only(&board, "bore", |_| {}));
+        let (planned, diagnostics) = planned(&board, &only(&board, "bore", |_| {}));
         assert_eq!(planned.parts[0].slots.len(), made, "{width}");
-        assert_eq!(remarks.iter().any(|remark| remark.code == "cam.slots_missing"), made == 0, "{width}");
+        assert_eq!(
+            diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.slots_missing"),
+            made == 0,
+            "{width}"
+        );
         let thin = planned.parts[0].tasks.iter().filter(|task| task.bit.diameter == mm(0.8));
         let length: f64 = thin.flat_map(|task| &task.ways).map(|way| way.path.length_mm()).sum();
         assert!((length - 3.0 * made as f64).abs() < 1e-6, "{width}: once along the middle, not {length} mm");
@@ -109,22 +113,23 @@ fn what_no_bit_fits_is_left_out_and_told_by_size() {
     let plan = |options: &PlanOptions| {
         plan_work(&board, &work, &virtual_drill(), &Means { options, hop_time: &hop_time }, &mut |_| true)
     };
-    let (planned, remarks) = plan(&options).unwrap();
-    let losses: Vec<_> = remarks.iter().filter(|remark| remark.is_unseen(&options.accept)).collect();
-    let codes: Vec<_> = losses.iter().map(|loss| loss.code.clone()).collect();
-    assert_eq!(codes, ["cam.holes_missing", "cam.holes_missing", "cam.slots_missing"], "{losses:?}");
-    let said = losses[0].message("en");
+    let (planned, diagnostics) = plan(&options).unwrap();
+    let errors: Vec<_> =
+        diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&options.accept)).collect();
+    let codes: Vec<_> = errors.iter().map(|error| error.code.clone()).collect();
+    assert_eq!(codes, ["cam.holes_missing", "cam.holes_missing", "cam.slots_missing"], "{errors:?}");
+    let said = errors[0].message("en");
     assert!(said.contains("2 holes of 0.2 mm") && said.contains("X 5.000 Y 1.000"), "{said}");
-    assert!(losses.iter().all(|loss| !loss.message("en").contains("cam.")), "{losses:?}");
+    assert!(errors.iter().all(|error| !error.message("en").contains("cam.")), "{errors:?}");
     assert_eq!(planned.accepted, Vec::<String>::new());
     // All else is made.
     let made: Vec<u32> = planned.parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
     assert_eq!(made, [0, 1, 2, 3]);
     options.accept = codes;
     options.accept.dedup();
-    let (planned, remarks) = plan(&options).unwrap();
+    let (planned, diagnostics) = plan(&options).unwrap();
     assert_eq!(planned.accepted, options.accept);
-    assert!(!remarks.iter().any(|remark| remark.is_unseen(&options.accept)));
+    assert!(!diagnostics.iter().any(|diagnostic| diagnostic.is_unacknowledged(&options.accept)));
 }
 
 #[test]
@@ -135,7 +140,7 @@ fn a_job_of_which_nothing_is_left_is_refused_with_what_is_missing() {
     let options = PlanOptions::default();
     let means = Means { options: &options, hop_time: &hop_time };
     let why = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap_err();
-    let codes: Vec<_> = why.iter().map(|remark| remark.code.as_str()).collect();
+    let codes: Vec<_> = why.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
     assert_eq!(codes, ["cam.holes_missing", "cam.nothing_to_do"]);
 }
 
@@ -149,10 +154,12 @@ fn inner_contours_that_no_bit_fits_are_left_out_unless_a_hole_makes_them() {
     let outline = crate::geometry::even_odd(&all);
     let of_cut_outs = |holes: Vec<Hole>| {
         let board = Board { outline: outline.clone(), holes, ..Board::default() };
-        let (planned, remarks) = planned(&board, &only(&board, "cut_out", |_| {}));
+        let (planned, diagnostics) = planned(&board, &only(&board, "cut_out", |_| {}));
         assert_eq!(planned.ways().count(), 2, "the wide one and the outer one");
-        let told = |remark: &Remark| (remark.code == "cam.cut_outs_missing").then(|| remark.message("en"));
-        remarks.iter().filter_map(told).collect::<Vec<_>>()
+        let told = |diagnostic: &Diagnostic| {
+            (diagnostic.code == "cam.cut_outs_missing").then(|| diagnostic.message("en"))
+        };
+        diagnostics.iter().filter_map(told).collect::<Vec<_>>()
     };
     let told = of_cut_outs(vec![hole(5.0, 15.0, 0.6)]);
     assert!(told.len() == 1 && told[0].contains("2 inner contours, 0.5 mm across"), "{told:?}");
@@ -164,9 +171,9 @@ fn inner_contours_that_no_bit_fits_are_left_out_unless_a_hole_makes_them() {
 fn boards_too_near_to_each_other_are_told() {
     let outline = union(&[boxed(0.0, 0.0, 10.0, 10.0), boxed(11.0, 0.0, 20.0, 10.0)]);
     let board = Board { outline, ..Board::default() };
-    let (planned, remarks) = planned(&board, &only(&board, "cut_out", |_| {}));
+    let (planned, diagnostics) = planned(&board, &only(&board, "cut_out", |_| {}));
     assert_eq!(planned.ways().count(), 1);
-    assert!(remarks.iter().any(|remark| remark.code == "cam.contours_merged"), "{remarks:?}");
+    assert!(diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.contours_merged"), "{diagnostics:?}");
 }
 
 #[test]
@@ -285,8 +292,8 @@ fn no_way_enters_an_exclusion_zone() {
     let zone = Bounds::of(at(-5.0, -5.0)).with(at(8.0, 8.0));
     let mut work = isolation(&board, 0.2, |isolate| isolate.passes = 1);
     work.setup.exclusions = vec![zone];
-    let (planned, remarks) = planned(&board, &work);
-    assert!(remarks.iter().any(|remark| remark.code == "cam.zone_in_the_way"));
+    let (planned, diagnostics) = planned(&board, &work);
+    assert!(diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.zone_in_the_way"));
     for way in planned.ways() {
         for point in way.path.flattened(1e-3) {
             assert!(!zone.grown(mm(0.095)).contains(point), "{point:?}");
@@ -307,9 +314,10 @@ fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
             }
         });
         work.setup.exclusions = vec![zone];
-        let (planned, remarks) = planned(&board, &work);
-        let told: Vec<_> = remarks.iter().filter(|remark| remark.code == "cam.tab_in_zone").collect();
-        assert_eq!(told.len(), 1, "{remarks:?}");
+        let (planned, diagnostics) = planned(&board, &work);
+        let told: Vec<_> =
+            diagnostics.iter().filter(|diagnostic| diagnostic.code == "cam.tab_in_zone").collect();
+        assert_eq!(told.len(), 1, "{diagnostics:?}");
         let text = told[0].message("en");
         assert!(text.contains("-0.75"), "{text}");
         let middle =
@@ -330,7 +338,7 @@ fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
 }
 
 #[test]
-fn holes_in_a_zone_are_a_loss_and_the_zero_is_where_one_wants_it() {
+fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
     let board = coupon();
     let mut work = only(&board, "drill", |_| {});
     work.setup.exclusions = vec![Bounds::of(at(0.0, 0.0)).with(at(5.0, 5.0))];
@@ -338,9 +346,11 @@ fn holes_in_a_zone_are_a_loss_and_the_zero_is_where_one_wants_it() {
     let hop_time = |a: Point, b: Point| a.distance_mm(b);
     let options = PlanOptions { iterations: Some(200), ..PlanOptions::default() };
     let means = Means { options: &options, hop_time: &hop_time };
-    let (planned, remarks) = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap();
-    let told = remarks.iter().filter(|remark| remark.code == "cam.holes_in_zone" && remark.is_unseen(&[]));
-    assert_eq!(told.count(), 1, "{remarks:?}");
+    let (planned, diagnostics) = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap();
+    let told = diagnostics
+        .iter()
+        .filter(|diagnostic| diagnostic.code == "cam.holes_in_zone" && diagnostic.is_unacknowledged(&[]));
+    assert_eq!(told.count(), 1, "{diagnostics:?}");
     assert_eq!(planned.parts[0].left_holes, [0]);
     assert!(
         planned.parts[0].tasks.iter().flat_map(|task| &task.strokes).all(|stroke| stroke.at != at(3.0, 3.0))
@@ -430,8 +440,8 @@ fn engraving_follows_the_lines_and_joins_what_meets() {
     ];
     board.legend = vec![crate::board::Legend { face: Face::Top, strokes, flashes: 2, source: 0 }];
     let work = only(&board, "engrave", |_| {});
-    let (planned, remarks) = planned(&board, &work);
-    let left = remarks.iter().find(|remark| remark.code == "cam.legend_flashes").unwrap();
+    let (planned, diagnostics) = planned(&board, &work);
+    let left = diagnostics.iter().find(|diagnostic| diagnostic.code == "cam.legend_flashes").unwrap();
     assert!(left.message("en").contains('2'), "{}", left.message("en"));
     assert_eq!(planned.ways().count(), 2);
     assert!((planned.ways_mm() - 1.0 - 2.0_f64.sqrt() - std::f64::consts::FRAC_PI_2).abs() < 1e-5);

@@ -1,21 +1,21 @@
 //! What a reader, a plan or a check has to say: a code, a place and typed arguments. The sentences themselves
 //! live in the locale tables under the same code.
 //!
-//! Comes in: a finding. Goes out: a [`Remark`]. Does not know any language.
+//! Comes in: a finding. Goes out: a [`Diagnostic`]. Does not know any language.
 
 use crate::locale;
 use serde::{Deserialize, Serialize};
 
-/// How much a remark weighs.
+/// How much a diagnostic weighs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Weight {
+pub enum Severity {
     /// Nothing is lost; good to know.
     Note,
     /// The reading is probably right; somebody should look.
-    Doubt,
+    Warning,
     /// Something of the input is missing from the result. Work cannot start until it was seen.
-    Loss,
+    Error,
 }
 
 /// Where in a file. Lines and columns count from 1; 0 means the file as a whole.
@@ -32,9 +32,9 @@ pub struct Place {
 /// One finding. `code` is a key of the locale tables, for example `drill.unknown_word`; the table has
 /// `drill.unknown_word.message` and `drill.unknown_word.advice`, with `{name}` where an argument goes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Remark {
+pub struct Diagnostic {
     /// How much it weighs.
-    pub weight: Weight,
+    pub severity: Severity,
     /// Stable code, a key of the locale tables.
     pub code: String,
     /// Where it was found, if in a file.
@@ -43,10 +43,10 @@ pub struct Remark {
     pub args: Vec<(String, String)>,
 }
 
-impl Remark {
-    /// A remark without place and arguments.
-    pub fn new(weight: Weight, code: &str) -> Self {
-        Self { weight, code: code.to_owned(), place: None, args: Vec::new() }
+impl Diagnostic {
+    /// A diagnostic without place and arguments.
+    pub fn new(severity: Severity, code: &str) -> Self {
+        Self { severity, code: code.to_owned(), place: None, args: Vec::new() }
     }
 
     /// The same at a place.
@@ -63,9 +63,9 @@ impl Remark {
         self
     }
 
-    /// Whether it is a loss whose code is not among those that somebody has seen and accepted.
-    pub fn is_unseen(&self, accepted: &[String]) -> bool {
-        self.weight == Weight::Loss && !accepted.contains(&self.code)
+    /// Whether it is an error whose code is not among those that somebody has seen and accepted.
+    pub fn is_unacknowledged(&self, accepted: &[String]) -> bool {
+        self.severity == Severity::Error && !accepted.contains(&self.code)
     }
 
     /// What happened and what it means, in `language`.
