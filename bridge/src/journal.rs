@@ -58,9 +58,9 @@ pub(crate) struct JobRecord {
     pub(crate) stream_digest: String,
     /// Holes in all.
     pub(crate) holes_total: u32,
-    /// Ways in all; none of a job that an older bridge began.
+    /// Toolpaths in all; none of a job that an older bridge began.
     #[serde(default)]
-    pub(crate) ways_total: u32,
+    pub(crate) toolpaths_total: u32,
     /// How long the drilled-board record was when it began, bytes; not known of a job that an older bridge began.
     #[serde(default)]
     pub(crate) record_from: Option<u64>,
@@ -75,9 +75,9 @@ pub(crate) struct Progress {
     pub(crate) begun: u32,
     /// Holes drilled.
     pub(crate) holes: u32,
-    /// Ways milled.
+    /// Toolpaths milled.
     #[serde(default)]
-    pub(crate) ways: u32,
+    pub(crate) toolpaths: u32,
 }
 
 /// What a journal holds.

@@ -87,7 +87,7 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
         ("export board.annulus-program --to grbl -o out.nc", "to file holes diagnostics"),
         (
             "export board.drl --to kuka -o . --lines-only",
-            "to file files bytes sha256 holes ways tools diagnostics",
+            "to file files bytes sha256 holes toolpaths tools diagnostics",
         ),
         ("templates", "blocks parameters dialects"),
         ("templates grbl", "name text"),
@@ -107,7 +107,7 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
         "form": "drill", "diameter_mm": 0.8, "angle_deg": null, "tip_mm": null, "name": "drill 0.8"
     });
     let tool = serde_json::json!({
-        "n": 1, "file_diameter_mm": 0.8, "rack_diameter_mm": 0.8, "holes": 3, "tool": drill, "slots": 0, "ways": 0
+        "n": 1, "file_diameter_mm": 0.8, "rack_diameter_mm": 0.8, "holes": 3, "tool": drill, "slots": 0, "toolpaths": 0
     });
     assert_eq!((&plan["tools"][0], plan["tools"].as_array().unwrap().len()), (&tool, 2));
     let simulated = answer(folder.path(), "simulate board.drl --digest-trace");

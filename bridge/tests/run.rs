@@ -108,7 +108,7 @@ fn a_milling_program_runs_as_it_was_simulated() {
     let output = annulus(folder.path(), "run milled.annulus-program --machine virtual --speed 2000 --json");
     let object = json(&output);
     assert_eq!(output.status.code(), Some(0), "{object}");
-    let done = ["holes_done", "ways_done"].map(|key| object[key].as_u64());
+    let done = ["holes_done", "toolpaths_done"].map(|key| object[key].as_u64());
     assert_eq!(done, [Some(2), Some(u64::from(crate::programs::WAYS))], "{object}");
     assert_eq!(simulated["stream_digest"], object["stream_digest"]);
     assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));

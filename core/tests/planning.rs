@@ -3,7 +3,7 @@
 
 use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::cam::figures::{Figures, Row, figures};
-use annulus_core::cam::ways::{Means, Planned, Task, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, Planned, Task, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{self, Group, Order, PlanOptions};
 use annulus_core::diagnostic::Diagnostic;
@@ -48,7 +48,7 @@ fn hop_time(a: Point, b: Point) -> f64 {
 
 fn board(chance: &mut Chance) -> Board {
     let count = 1 + chance.below(14);
-    // A coarse grid now and then, so that equal places and equal ways are common.
+    // A coarse grid now and then, so that equal places and equal toolpaths are common.
     let grid = [1_000, 40_000][chance.below(2) as usize];
     let places = 1 + chance.below(60) * chance.below(60);
     let mut place = || (chance.below(places) as i64 * 40_000 / grid) * grid / 40;
@@ -367,7 +367,7 @@ fn slots_and_wide_holes_are_milled() {
     );
     let told = |rows: &[Row]| -> Vec<(usize, f64, String, usize, usize, bool)> {
         let row =
-            |row: &Row| (row.n, row.size.mm(), row.bit.name.clone(), row.holes, row.slots, row.ways > 0);
+            |row: &Row| (row.n, row.size.mm(), row.bit.name.clone(), row.holes, row.slots, row.toolpaths > 0);
         rows.iter().map(row).collect()
     };
     let rows = [

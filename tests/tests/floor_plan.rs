@@ -26,7 +26,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("steps", &["motion", "job", "machine"]),
     ("check", &["steps", "job", "machine", "geometry"]),
     ("pins", &["steps", "job", "machine"]),
-    ("twin", &["pins", "steps", "machine", "geometry", "job"]),
+    ("virtual_drill", &["pins", "steps", "machine", "geometry", "job"]),
     ("sim", &["steps", "motion", "job", "geometry", "machine"]),
     ("queue", &["pins", "steps", "motion", "job", "machine", "geometry"]),
     ("control", &["pins", "check", "steps", "motion", "job", "machine", "geometry"]),

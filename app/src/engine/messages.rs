@@ -316,18 +316,18 @@ pub struct Planned {
     /// The place in the files' coordinates that becomes the work zero.
     pub origin: Point,
     /// For every way of the program, the operation that it belongs to.
-    pub way_operations: Vec<u16>,
+    pub toolpath_operations: Vec<u16>,
     /// How the board lies.
     pub laid_key: String,
     /// The board as it lies, where that was not known.
     pub laid: Option<Laid>,
     /// Bits that drill, in order of use.
     pub bits: Vec<PlannedBit>,
-    /// Length of the ways as in the file, mm.
+    /// Length of the toolpaths as in the file, mm.
     pub travel_before_mm: f64,
     /// The same as planned.
     pub travel_after_mm: f64,
-    /// Time of the ways as in the file, s.
+    /// Time of the toolpaths as in the file, s.
     pub hop_time_before_s: f64,
     /// The same as planned.
     pub hop_time_after_s: f64,

@@ -5,7 +5,7 @@
 //! was made of it when another one is read.
 
 use annulus_core::board::Board;
-use annulus_core::cam::ways::{Part, Planned};
+use annulus_core::cam::toolpaths::{Part, Planned};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use std::collections::VecDeque;
 

@@ -104,7 +104,7 @@ mod tests {
             bits: vec![Bit { diameter: Length::from_um(800), name: String::new(), cutter: Cutter::Mill }],
             spindles: 1,
             safe_height: Length::from_um(2_000),
-            legs: vec![Leg { mark: Mark::Way(0), commands }],
+            legs: vec![Leg { mark: Mark::Toolpath(0), commands }],
             accepted: Vec::new(),
         };
         let machine = Some(Settings::of(&virtual_drill()));

@@ -13,7 +13,7 @@ use annulus_core::machine::{Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, cycle_s, cycles, sequential_s};
 use annulus_core::motion::one_by_one::one_by_one;
 use annulus_core::motion::profile::{Profile, Shape, choose, plan};
-use annulus_core::motion::{Limits, Motion, Part, strokes};
+use annulus_core::motion::{Limits, Motion, Part, drill_cycles};
 use annulus_core::steps::TICK_HZ;
 
 /// Holes shown.
@@ -45,7 +45,7 @@ pub struct Shown {
 
 /// Some holes in a row, `hop_mm` apart along X.
 pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
-    if strokes::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
+    if drill_cycles::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
 }
 
 /// Plane and spindles together.
@@ -58,7 +58,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
         Law::Automatic => choose(hop_mm, limits)?.choice,
     };
     let hop = plan(shape, hop_mm, limits)?;
-    let (times, down, up) = strokes::own(machine)?;
+    let (times, down, up) = drill_cycles::own(machine)?;
     let rules = Rules { settle_s: machine.settle_ms * 1e-3, latency_s: machine.overlap.latency_ms * 1e-3 };
     let spindles = vec![times; machine.spindles.max(1) as usize];
     let found = cycles(&[hop.duration_s(); HOLES], rules, &spindles)?;
@@ -80,7 +80,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
         clear_mm: machine.overlap.clear_mm,
         together_s: Some(cycle_s(hop.duration_s(), rules, &times)),
         apart_s: sequential_s(&[hop.duration_s()], rules, &spindles),
-        last_stop_s: Some(strokes::last_stop_s(machine, &down)?),
+        last_stop_s: Some(drill_cycles::last_stop_s(machine, &down)?),
         spindles: machine.spindles.max(1),
     })
 }
@@ -120,7 +120,7 @@ fn part_speed(part: &Part, from_s: f64, mm_per_step: f64) -> Vec<[f64; 2]> {
     match &part.motion {
         Motion::Line(stroke) => way(from_s, part.duration_s(), |t| stroke.speed(t)),
         Motion::Path(route) => way(from_s, part.duration_s(), |t| route.path.speed(t)),
-        Motion::Takts(takts) => {
+        Motion::TableSteps(takts) => {
             let mut now_s = from_s;
             let mut points = vec![[1000.0 * from_s, 0.0]];
             for some in &takts.stretches {

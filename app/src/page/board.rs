@@ -8,7 +8,7 @@ use crate::engine::messages::{Planned, Proved, Timed};
 use crate::model::board::{left_out, problems, unread};
 use crate::model::{Document, Job, LaidBoard, Offer, Task};
 use crate::picture;
-use crate::ways::{self, Ways};
+use crate::toolpaths::{self, Toolpaths};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
@@ -50,7 +50,7 @@ pub struct OpenBoard {
     /// Errors of the plan on show: what of the board it leaves out.
     pub left_out: Memo<Vec<Diagnostic>>,
     /// The paths of the planned program.
-    pub ways: Memo<Option<Arc<Ways>>>,
+    pub toolpaths: Memo<Option<Arc<Toolpaths>>>,
     /// The machine that is planned for.
     pub machine: ReadSignal<Arc<Machine>>,
     /// Long work in the worker.
@@ -90,11 +90,14 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
         stale: slots.part(|model| &model.board.stale),
         problems,
         left_out: Memo::new(move |_| plan.with(|plan| left_out(plan.as_deref()).cloned().collect())),
-        ways: Memo::new(move |_| {
+        toolpaths: Memo::new(move |_| {
             let program = program.get()?;
             let body = laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
             let (corner, origin) = (picture::origin(body), program.origin);
-            Some(Arc::new(ways::ways(&program, Point::new(corner.x - origin.x, corner.y - origin.y))))
+            Some(Arc::new(toolpaths::toolpaths(
+                &program,
+                Point::new(corner.x - origin.x, corner.y - origin.y),
+            )))
         }),
         machine: slots.kept(|model| &model.machine),
         task: slots.made(|model| model.task()),

@@ -7,7 +7,7 @@
 //!  --set ─────────┘                                                             └─ files of all sides, then written
 //! ```
 //!
-//! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how ways are made.
+//! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how toolpaths are made.
 
 use super::cam_files::{self, Written};
 use super::cures::Curing;
@@ -18,7 +18,7 @@ use super::{Answer, Exit, ReadingArgs, Refusal, diagnostic_lines, diagnostic_obj
 use crate::cli::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::ways::{self, Means, Part, Planned, Scene, lower_work};
+use annulus_core::cam::toolpaths::{self, Means, Part, Planned, Scene, lower_work};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -273,15 +273,15 @@ fn planned(
 ) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
     let scene = Scene::of(board, work);
     let mut parts = Vec::new();
-    for (index, _) in ways::planned_operations(work) {
-        let key = ways::key(work, index, machine);
+    for (index, _) in toolpaths::planned_operations(work) {
+        let key = toolpaths::key(work, index, machine);
         if !known.contains_key(&key) {
-            let part = ways::plan_operation(&scene, work, index, machine, means, &mut |_| true);
+            let part = toolpaths::plan_operation(&scene, work, index, machine, means, &mut |_| true);
             known.insert(key.clone(), part.map_err(|why| vec![why])?);
         }
         parts.extend(known.get(&key).cloned());
     }
-    ways::assemble(scene, work, machine, means, parts)
+    toolpaths::assemble(scene, work, machine, means, parts)
 }
 
 /// Writes the files of all sides.
@@ -334,17 +334,17 @@ fn counts(program: &Program) -> Counts {
 fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
     let counts = counts(&side.program);
     let by_leg = milled_mm(&side.program);
-    // Ways are legs of their own, in the order of the tasks.
+    // Toolpaths are legs of their own, in the order of the tasks.
     let legs = side.program.legs.iter().zip(&by_leg);
-    let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Way(_))).map(|(_, mm)| *mm);
+    let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Toolpath(_))).map(|(_, mm)| *mm);
     let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
     let tools: Vec<Value> = tasks
         .map(|(part, task)| {
-            let milled: f64 = by_way.by_ref().take(task.ways.len()).sum();
+            let milled: f64 = by_way.by_ref().take(task.toolpaths.len()).sum();
             let tool = tool_object(&task.bit);
             json!({ "operation": part.operation, "bit": task.bit.name, "form": tool["form"],
                 "diameter_mm": tool["diameter_mm"], "tip_mm": tool["tip_mm"], "angle_deg": tool["angle_deg"],
-                "tool": tool, "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })
+                "tool": tool, "holes": task.strokes.len(), "toolpaths": task.toolpaths.len(), "milled_mm": rounded(milled) })
         })
         .collect();
     let verdict = &side.verdict;
@@ -360,7 +360,7 @@ fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
         "plunges": counts.plunges,
         "retracts": counts.retracts,
         "holes": side.program.hole_count(),
-        "ways": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count(),
+        "toolpaths": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count(),
         "tool_changes": side.program.bits.len(),
         "tools": tools,
         "groups": groups_object(&verdict.groups, &verdict.findings, accept),
@@ -382,7 +382,7 @@ fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
         "cam.report.side",
         &[
             ("side", side.face.name().to_owned()),
-            ("ways", side.planned.ways().count().to_string()),
+            ("toolpaths", side.planned.toolpaths().count().to_string()),
             ("milled", format!("{:.1}", milled_mm(&side.program).iter().sum::<f64>())),
             ("holes", side.program.hole_count().to_string()),
             ("bits", side.program.bits.len().to_string()),

@@ -68,10 +68,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     let assumed = args.job.on.assumed(&job.machine).into_iter().collect();
     let diagnostics = [job.diagnostics, target.warnings(), written.diagnostics, assumed].concat();
     let name = written.names.join(", ");
-    let (holes, ways) = (program.hole_count(), ways(&program));
+    let (holes, toolpaths) = (program.hole_count(), toolpaths(&program));
     let words = [
         ("holes".to_owned(), holes.to_string()),
-        ("ways".to_owned(), ways.to_string()),
+        ("toolpaths".to_owned(), toolpaths.to_string()),
         ("file".to_owned(), name),
     ];
     let said = locale::text("en", "post.report", &words) + "\n" + &diagnostic_lines(&diagnostics);
@@ -83,15 +83,15 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         "bytes": written.bytes.len(),
         "sha256": program::key(&written.bytes),
         "holes": holes,
-        "ways": ways,
+        "toolpaths": toolpaths,
         "tools": program.bits.len(),
         "diagnostics": diagnostic_objects(&diagnostics),
     });
     Ok(Answer { object, text: said, exit: Exit::Done })
 }
 
-fn ways(program: &Program) -> usize {
-    program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count()
+fn toolpaths(program: &Program) -> usize {
+    program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count()
 }
 
 /// A controller.

@@ -15,7 +15,7 @@ use crate::machine_file;
 use crate::refusal::Refusal;
 use annulus_core::board::{Board, Face, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::figures::{Figures, figures};
-use annulus_core::cam::ways::{Means, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::{Action, Work};
 use annulus_core::cam::{self, PlanOptions, Progress};
 use annulus_core::diagnostic::{Diagnostic, Severity, nearest};
@@ -297,8 +297,9 @@ fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnost
             }
         }
     }
-    let ways = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count();
-    let error = (ways > 0).then(|| Diagnostic::new(Severity::Error, "job.ways_left_out").with("ways", ways));
+    let toolpaths = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count();
+    let error = (toolpaths > 0)
+        .then(|| Diagnostic::new(Severity::Error, "job.toolpaths_left_out").with("toolpaths", toolpaths));
     let diagnostics: Vec<Diagnostic> = error.into_iter().collect();
     unseen(&diagnostics, accept)?;
     // A program is called after its board and side; planned anew it is called the same.

@@ -33,7 +33,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
         .map(|row| {
             json!({ "n": row.n, "file_diameter_mm": rounded(row.size.mm()),
                 "rack_diameter_mm": rounded(row.bit.diameter.mm()), "holes": row.holes,
-                "tool": tool_object(&row.bit), "slots": row.slots, "ways": row.ways })
+                "tool": tool_object(&row.bit), "slots": row.slots, "toolpaths": row.toolpaths })
         })
         .collect();
     let object = json!({

@@ -9,7 +9,7 @@ use super::prove_files::{self, Given};
 use super::{Answer, Exit, Refusal, cam, diagnostic_lines, diagnostic_objects};
 use crate::cli::job;
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
-use annulus_core::cam::ways::Scene;
+use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::{Program, Promised};

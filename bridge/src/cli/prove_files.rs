@@ -14,7 +14,7 @@ use super::findings::{
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::ways::Scene;
+use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;

@@ -47,7 +47,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         "stream_bytes": steps::compact(&stream).len(),
         "stream_digest": digest,
         "holes": numbers.holes,
-        "ways": numbers.ways,
+        "toolpaths": numbers.toolpaths,
         "milled_mm": rounded(milled_mm),
         "time_s": {
             "drill": rounded(numbers.spent.drill_s),
@@ -78,11 +78,11 @@ fn lawful<T>(verdict: Result<T, Vec<Diagnostic>>) -> Result<(), Refusal> {
 
 /// What is milled, where anything is.
 fn milled(numbers: &Summary, milled_mm: f64) -> String {
-    if numbers.ways == 0 {
+    if numbers.toolpaths == 0 {
         return String::new();
     }
     let rows = [
-        ("ways", numbers.ways.to_string()),
+        ("toolpaths", numbers.toolpaths.to_string()),
         ("mm", format!("{milled_mm:.1}")),
         ("seconds", format!("{:.1}", numbers.spent.mill_s)),
         ("between", format!("{:.1}", numbers.spent.between_s)),

@@ -98,10 +98,10 @@ impl Owner {
             ruler: Some(ruler(&self.machine)),
             stream_digest: prepared.digest.clone(),
             holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
-            ways_total: u32::try_from(prepared.program.way_count()).unwrap_or(u32::MAX),
+            toolpaths_total: u32::try_from(prepared.program.toolpath_count()).unwrap_or(u32::MAX),
             record_from: taken_up.map_or_else(|| self.record_length(), |(begun, _)| begun.record_from),
         };
-        Ok((Work::new(Arc::clone(prepared), from_leg as usize, self.executor.shared.pace()), record))
+        Ok((Work::new(Arc::clone(prepared), from_leg as usize, self.executor.shared.feed_override()), record))
     }
 
     fn may_start(&self, event: &Event) -> Result<(), Diagnostic> {
@@ -147,7 +147,7 @@ impl Owner {
 
     pub(super) fn end(&mut self, ending: Ending) {
         let Some(work) = self.work.take() else { return };
-        self.executor.shared.set_pace(work.percent.min(100));
+        self.executor.shared.set_feed_override(work.percent.min(100));
         self.board_ends(&work);
         self.prepared = None;
         self.session.armed = None;
@@ -158,8 +158,8 @@ impl Owner {
             *progress = work.progress();
         }
         self.session.offer = self.left_over();
-        let (holes_done, ways_done) = (work.holes, work.ways);
-        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, ways_done });
+        let (holes_done, toolpaths_done) = (work.holes, work.toolpaths);
+        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, toolpaths_done });
         if let Some(offer) = self.offer() {
             self.tell(offer);
         }

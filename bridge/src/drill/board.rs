@@ -17,7 +17,7 @@ use super::owner::Owner;
 use annulus_core::control::{Event, Trust};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::Output;
-use annulus_core::twin::{Drilled, made_again, missing_legs, tally};
+use annulus_core::virtual_drill::{Drilled, made_again, missing_legs, tally};
 use annulus_core::wire::{DrilledTold, MissingTold};
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};

@@ -10,7 +10,7 @@ use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::Steady;
-use annulus_core::twin::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, Twin};
+use annulus_core::virtual_drill::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, VirtualDrill};
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
@@ -77,7 +77,7 @@ impl Hands {
                 board.broken += 1;
             }
         });
-        let twin = Twin::new(machine, seed, self.faults.clone(), drilled).watched(watch);
+        let twin = VirtualDrill::new(machine, seed, self.faults.clone(), drilled).watched(watch);
         let twin = Steady::new(twin.watched_for_breaks(breaks));
         let executor = Executor::start(machine, Box::new(twin), (speed, self.faults.late_host), shared, hear)
             .map_err(|error| Diagnostic::new(Severity::Error, "control.no_thread").with("reason", error))?;

@@ -8,7 +8,7 @@ use crate::executor::Report;
 use annulus_core::control::{Event, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;
-use annulus_core::queue::{Homing, Next, Warning};
+use annulus_core::queue::{Harm, Homing, Next};
 
 impl Owner {
     /// Begins. `counted` says that the position was believed until now: what it was off by is worth an alarm.
@@ -32,11 +32,11 @@ impl Owner {
         let told = self.told_to_core(report);
         match homing.reported(&self.machine, &told, &mut self.position) {
             Ok(next) => self.homing_goes_on(homing, next),
-            Err((why, Warning::None)) => {
+            Err((why, Harm::None)) => {
                 self.pending.push_back(Event::Homed);
                 self.pending.push_back(Event::Failed(why, Trust::Trusted));
             }
-            Err((why, Warning::Suspect | Warning::Lost)) => {
+            Err((why, Harm::Suspect | Harm::Lost)) => {
                 self.pending.push_back(Event::Failed(why, Trust::Lost));
             }
         }

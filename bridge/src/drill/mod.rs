@@ -33,7 +33,7 @@ use crate::refusal::Refusal;
 use annulus_core::control::Timing;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{Machine, Output};
-use annulus_core::twin::{DrilledBoard, Faults};
+use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
 use owner::{Message, Owner};
 use std::fs::{self, OpenOptions};
@@ -162,7 +162,7 @@ impl Drill {
     }
 
     /// Does what is asked, or says why not. The answers are for the asker alone; changes that everybody should
-    /// see come through [`Drill::watch`]. `Arm` and `Pace` take as long as planning does: call them where waiting is allowed.
+    /// see come through [`Drill::watch`]. `Arm` and `Feed override` take as long as planning does: call them where waiting is allowed.
     /// Who may ask is the caller's business.
     pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         self.begin(ask, None).finish()
@@ -172,7 +172,7 @@ impl Drill {
     /// begun is worked on in the order in which it was begun; only what has to be planned waits for its plan.
     pub(crate) fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun {
         let (drill, (reply, answer)) = (self.clone(), channel());
-        let percent = if let Ask::Pace { percent } = ask { Some(percent) } else { None };
+        let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
         match ask {
             Ask::Arm { job } => Begun::Arm { drill, job, ticket },
             ask => match self.messages.send(Message::Ask(ask, ticket, reply)) {
@@ -199,9 +199,9 @@ impl Drill {
         self.tickets.now()
     }
 
-    /// The plan for a pace that was ordered: feeds other than those in force are planned here, and the owner takes the new
+    /// The plan for a feed override that was ordered: feeds other than those in force are planned here, and the owner takes the new
     /// plan over at the next rest.
-    fn plan_pace(&self, percent: u8) -> Result<(), Diagnostic> {
+    fn plan_feed_override(&self, percent: u8) -> Result<(), Diagnostic> {
         let feed = percent.max(100);
         let _planning = self.planner.lock();
         match self.send(Message::InWork).flatten() {
@@ -253,7 +253,7 @@ impl Drill {
 
 /// Something that was put before the owner, or is still to be planned.
 pub(crate) enum Begun {
-    /// The owner has it; for a pace, what is to be planned afterwards.
+    /// The owner has it; for a feed override, what is to be planned afterwards.
     Asked { drill: Drill, percent: Option<u8>, answer: Receiver<Result<Vec<Tell>, Diagnostic>> },
     /// A job to be planned and checked first.
     Arm { drill: Drill, job: String, ticket: Option<Ticket> },
@@ -269,7 +269,7 @@ impl Begun {
             Self::Gone => Err(gone()),
             Self::Asked { drill, percent, answer } => {
                 let told = answer.recv().unwrap_or_else(|_| Err(gone()))?;
-                percent.map_or(Ok(()), |percent| drill.plan_pace(percent))?;
+                percent.map_or(Ok(()), |percent| drill.plan_feed_override(percent))?;
                 Ok(told)
             }
         }

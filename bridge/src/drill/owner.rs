@@ -22,7 +22,7 @@ use annulus_core::job::Bit;
 use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
 use annulus_core::pins::AxisSet;
 use annulus_core::queue::Mode;
-use annulus_core::twin::{DrilledBoard, Faults};
+use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Status, Tell};
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -280,7 +280,7 @@ impl Owner {
             Ask::Resume if self.session.queue => self.queue_run(Mode::ToBreakpoint)?,
             Ask::Resume => self.try_event(Event::Resume)?,
             Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
-            Ask::Pace { percent } => self.pace(percent)?,
+            Ask::FeedOverride { percent } => self.feed_override(percent)?,
             Ask::Stop => {
                 self.stop_start();
                 self.lock_outputs();
@@ -291,7 +291,7 @@ impl Owner {
             Ask::QueueClear => self.queue_clear()?,
             Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
-            Ask::BitChanged => self.try_event(Event::BitChanged)?,
+            Ask::ToolChanged => self.try_event(Event::ToolChanged)?,
             Ask::AcknowledgeAlarm => {
                 if self.executor.is_gone() {
                     self.renew_executor()?;

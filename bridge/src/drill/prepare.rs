@@ -138,13 +138,13 @@ impl Prepared {
         (bit, rpm)
     }
 
-    /// Holes and ways of the legs before `leg`.
+    /// Holes and toolpaths of the legs before `leg`.
     pub(super) fn done_before(&self, leg: usize) -> (u32, u32) {
         let before = self.program.legs.iter().take(leg);
-        before.fold((0, 0), |(holes, ways), leg| match leg.mark {
-            Mark::Hole(_) => (holes + 1, ways),
-            Mark::Way(_) => (holes, ways + 1),
-            _ => (holes, ways),
+        before.fold((0, 0), |(holes, toolpaths), leg| match leg.mark {
+            Mark::Hole(_) => (holes + 1, toolpaths),
+            Mark::Toolpath(_) => (holes, toolpaths + 1),
+            _ => (holes, toolpaths),
         })
     }
 }
@@ -208,10 +208,13 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         checks.push(row(Verdict::Warn, why));
     }
     let holes = program.hole_count();
-    let words = if program.way_count() > 0 { "preflight.time_milling" } else { "preflight.time" };
+    let words = if program.toolpath_count() > 0 { "preflight.time_milling" } else { "preflight.time" };
     checks.push(row(
         Verdict::Pass,
-        note(words).with("holes", holes).with("ways", program.way_count()).with("seconds", total_s.round()),
+        note(words)
+            .with("holes", holes)
+            .with("toolpaths", program.toolpath_count())
+            .with("seconds", total_s.round()),
     ));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })

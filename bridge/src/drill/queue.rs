@@ -15,7 +15,7 @@ use annulus_core::control::{Event, State, Trust};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::motion::cycles;
 use annulus_core::pins::Outcome;
-use annulus_core::queue::{self, Action, Mode, Queue, Rest, RowResult, Run, Standing, Warning, check};
+use annulus_core::queue::{self, Action, Harm, Mode, Queue, Rest, RowResult, Run, Standing, check};
 use annulus_core::wire::{QueuePhase, QueueStatus, Tell};
 use std::time::{Duration, Instant};
 
@@ -163,7 +163,7 @@ impl Owner {
                     self.queue_trust();
                     match self.in_time(segments) {
                         Ok(segments) => self.give(Doing::Queue, segments),
-                        Err(why) => self.queue_rests(Rest::Failed(why, Warning::None)),
+                        Err(why) => self.queue_rests(Rest::Failed(why, Harm::None)),
                     }
                 }
                 Action::Rest(rest) => {
@@ -199,12 +199,12 @@ impl Owner {
                 lab.phase = QueuePhase::Stopped;
                 Event::Rested
             }
-            Rest::Failed(why, warning) => {
+            Rest::Failed(why, harm) => {
                 (lab.phase, lab.why) = (QueuePhase::Failed, Some(why.clone()));
-                let left = match warning {
-                    Warning::None => Trust::Trusted,
-                    Warning::Suspect => Trust::Suspect,
-                    Warning::Lost => Trust::Lost,
+                let left = match harm {
+                    Harm::None => Trust::Trusted,
+                    Harm::Suspect => Trust::Suspect,
+                    Harm::Lost => Trust::Lost,
                 };
                 Event::Failed(why, left)
             }

@@ -184,7 +184,7 @@ fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> En
             }
             Ok(Down::Stop(id)) => hands.shared.stop(id),
             Ok(Down::Durable(legs)) => hands.shared.set_durable(legs),
-            Ok(Down::Pace(percent)) => hands.shared.set_pace(percent),
+            Ok(Down::FeedOverride(percent)) => hands.shared.set_feed_override(percent),
             Ok(Down::Grant) => hands.shared.grant(),
             Ok(Down::Revoke) => hands.shared.revoke(),
             Ok(Down::Alive) => {}

@@ -36,8 +36,8 @@ pub(super) enum Down {
     Stop(u64),
     /// So many legs are durable.
     Durable(u32),
-    /// Everything at so many percent of the planned pace.
-    Pace(u8),
+    /// Everything at so many percent of the planned feed override.
+    FeedOverride(u8),
     /// A move by hand may go for a moment.
     Grant,
     /// It may not any more.

@@ -87,7 +87,7 @@ pub(crate) fn start(
     for frame in [
         Down::Stop(stopped.load(Ordering::SeqCst)),
         Down::Durable(durable.load(Ordering::SeqCst)),
-        Down::Pace(shared.pace()),
+        Down::FeedOverride(shared.feed_override()),
     ] {
         let _ = orders.send(frame);
     }

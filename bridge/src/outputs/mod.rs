@@ -1,4 +1,4 @@
-//! The ways out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
+//! The toolpaths out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
 //!
 //! ```text
 //! Pins ──▶ wires: which bit is what ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file

@@ -122,7 +122,7 @@ async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Optio
     }
 }
 
-/// Both ways until one side has had enough.
+/// Both toolpaths until one side has had enough.
 async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat, scope: Scope) {
     let viewer = seat.viewer;
     let (sink, frames) = socket.split();
@@ -198,7 +198,7 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
     match ask {
         // Nobody waits for an answer: it is said twenty times a second.
         Ask::JogOn => drop(bridge.drill.begin(ask, Some(ticket))),
-        Ask::Pause | Ask::StopAfterHole | Ask::Pace { percent: ..=100 } => {
+        Ask::Pause | Ask::StopAfterHole | Ask::FeedOverride { percent: ..=100 } => {
             tracing::info!(viewer, ?ask, "ask");
             let begun = bridge.drill.begin(ask, Some(ticket));
             let bridge = Arc::clone(bridge);

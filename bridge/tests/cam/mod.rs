@@ -89,9 +89,16 @@ fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
     let (exit, told) = answer(home, &format!("{CAM} {arguments}"));
     assert_eq!(exit, 0, "{told}");
     let side = &told["programs"][0];
-    for key in
-        ["total_time_s", "milled_mm", "travel_mm", "plunges", "retracts", "holes", "ways", "tool_changes"]
-    {
+    for key in [
+        "total_time_s",
+        "milled_mm",
+        "travel_mm",
+        "plunges",
+        "retracts",
+        "holes",
+        "toolpaths",
+        "tool_changes",
+    ] {
         assert!(side[key].as_f64() > Some(0.0), "{key}: {side}");
     }
     assert_eq!(side["face"], "top");

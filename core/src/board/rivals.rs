@@ -41,10 +41,10 @@ pub(super) fn layers<'a>(
 /// Whether two layers draw the same, whatever else they say.
 fn draw_the_same(a: &Gerber, b: &Gerber) -> bool {
     let form = |aperture: &Aperture| (aperture.form.clone(), aperture.opening);
-    let drawn = |object: &Object| (object.shape.clone(), object.clear, object.aperture, object.mount);
+    let drawn = |object: &Object| (object.shape.clone(), object.clear, object.aperture, object.transform);
     a.objects.len() == b.objects.len()
         && a.negative_image == b.negative_image
-        && a.mounts == b.mounts
+        && a.transforms == b.transforms
         && a.apertures.iter().map(form).eq(b.apertures.iter().map(form))
         && a.objects.iter().map(drawn).eq(b.objects.iter().map(drawn))
 }

@@ -2,14 +2,14 @@
 //!
 //! ```text
 //!  Board ─┐
-//!  Work ──┴─ ways (operation by operation; holes in order by a tour) ─▶ Planned ─ lower ─▶ Program
+//!  Work ──┴─ toolpaths (operation by operation; holes in order by a tour) ─▶ Planned ─ lower ─▶ Program
 //!                                                                          └─ figures ─▶ what its drilling saves
 //! ```
 //!
 //! There is one planner. A job that only drills is a [`Work`](work::Work) like any other: [`Work::drilling`](work::Work::drilling).
 //!
 //! Comes in: a board, a work, a machine, what a person wants, and the time of a hop as a function. Goes out:
-//! [`Planned`](ways::Planned) and its [`Program`](crate::job::Program). Does not know motion: how long a hop takes it is told.
+//! [`Planned`](toolpaths::Planned) and its [`Program`](crate::job::Program). Does not know motion: how long a hop takes it is told.
 
 pub mod bench;
 pub mod briefing;
@@ -20,9 +20,9 @@ pub mod parameters;
 mod places;
 mod promised;
 pub mod rack;
+pub mod toolpaths;
 mod tour;
 pub mod usual;
-pub mod ways;
 pub mod work;
 
 use crate::board::Board;

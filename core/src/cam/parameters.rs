@@ -13,8 +13,8 @@
 
 use super::Order;
 use super::work::{
-    Action, Bore, Clear, CutOut, CutSide, Direction, Drill, Flip, Holes, Isolate, Lines, Operation, Setup,
-    Work, Zero,
+    Action, Clear, CutOut, CutSide, Direction, Drill, Flip, Holes, Isolate, Lines, MillHoles, Operation,
+    Setup, Work, Zero,
 };
 use crate::board::Face;
 use crate::diagnostic::{Diagnostic, Severity, nearest};
@@ -463,11 +463,11 @@ pub const OPERATION: &[Parameter<Operation>] = &[
         ),
         drill_points
     ),
-    flag!("bore.slots", Bore::slots),
-    flag!("bore.holes", Bore::holes),
-    words!("bore.direction", Bore::direction,
+    flag!("bore.slots", MillHoles::slots),
+    flag!("bore.holes", MillHoles::holes),
+    words!("bore.direction", MillHoles::direction,
         "climb" => Direction::Climb, "conventional" => Direction::Conventional),
-    list!("bore.further", Bore::further),
+    list!("bore.further", MillHoles::further),
     words!("cut_out.side", CutOut::side, "outside" => CutSide::Outside, "on" => CutSide::On),
     words!("cut_out.direction", CutOut::direction,
         "climb" => Direction::Climb, "conventional" => Direction::Conventional),

@@ -192,7 +192,7 @@ mod tests {
             let segment = Segment {
                 leg: 0,
                 mark: Mark::Finish,
-                stage: Stage::Hop,
+                stage: Stage::NextHole,
                 duration_ticks: 0,
                 runs,
                 effect: Effect::None,

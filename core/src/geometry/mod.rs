@@ -20,7 +20,7 @@ mod shape;
 mod sheet;
 mod strips;
 mod stroke;
-mod watershed;
+mod voronoi;
 
 pub use afford::Fuel;
 pub use combine::{Coat, Enclosing, Rule, combine, enclosed, even_odd, paint, paint_within, settled, union};
@@ -34,7 +34,7 @@ pub use placement::{Placement, QUARTER_MDEG};
 pub use shape::{Island, Path, Region, Segment};
 pub use strips::{Strip, strips};
 pub use stroke::{circle, rectangle, stroke, sweep};
-pub use watershed::watershed;
+pub use voronoi::voronoi;
 
 use crate::units::Length;
 use serde::{Deserialize, Serialize};

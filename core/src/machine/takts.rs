@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Machine {
     /// Takts a second in `state` of the table.
-    pub fn takt_hz(&self, state: usize) -> f64 {
+    pub fn step_hz(&self, state: usize) -> f64 {
         let state = i32::try_from(state).unwrap_or(i32::MAX);
         f64::from(self.interrupt_hz.max(1)) / f64::from(period(&self.dynamics, state))
     }
@@ -62,7 +62,7 @@ fn has_table(machine: &Machine) -> bool {
 fn fastest_hz(machine: &Machine) -> f64 {
     let axes = [&machine.x, &machine.y, &machine.z];
     let states = axes.map(|axis| machine.fastest_state(axis, axis.max_speed_mm_per_s));
-    states.into_iter().map(|state| machine.takt_hz(state)).fold(0.0, f64::max)
+    states.into_iter().map(|state| machine.step_hz(state)).fold(0.0, f64::max)
 }
 
 /// Why the table cannot drive the machine as its settings want it: speeds below the slowest state; on hardware, takts faster
@@ -76,7 +76,7 @@ pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
     };
     let feed = ("stroke.feed", &machine.z, machine.process.feed_mm_per_s);
     let slow = speeds(machine).into_iter().chain([feed]).filter_map(|(key, axis, speed)| {
-        let slowest = machine.takt_hz(0) / axis.scale.steps_per_mm();
+        let slowest = machine.step_hz(0) / axis.scale.steps_per_mm();
         let said = libm::ceil(slowest * SAID) / SAID;
         (speed < slowest * (1.0 - ROUNDING)).then(|| error("machine.slower_than_table", key, speed, said))
     });
@@ -97,11 +97,11 @@ pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
     let top = top(&machine.dynamics);
     let cut = speeds(machine).into_iter().filter_map(|(key, axis, speed)| {
         let state = machine.fastest_state(axis, speed);
-        let whole = libm::ceil(machine.takt_hz(top) / axis.scale.steps_per_mm() * SAID) / SAID;
+        let whole = libm::ceil(machine.step_hz(top) / axis.scale.steps_per_mm() * SAID) / SAID;
         let diagnostic =
             Diagnostic::new(Severity::Warning, "machine.table_cut").with("key", key).with("value", speed);
-        let diagnostic = diagnostic.with("rate", libm::round(machine.takt_hz(state))).with("bound", whole);
-        (state < top).then(|| diagnostic.with("fastest", libm::round(machine.takt_hz(top))))
+        let diagnostic = diagnostic.with("rate", libm::round(machine.step_hz(state))).with("bound", whole);
+        (state < top).then(|| diagnostic.with("fastest", libm::round(machine.step_hz(top))))
     });
     let mut diagnostics: Vec<Diagnostic> = cut.collect();
     let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));

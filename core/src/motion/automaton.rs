@@ -24,7 +24,7 @@ pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_s
 
 /// One takt: the motor is given the next column of its phase table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Takt {
+pub struct TableStep {
     /// Position after it, in takts.
     pub position: i64,
     /// Whether the axis counts up.
@@ -76,7 +76,7 @@ impl Automaton {
     }
 
     /// Serves one interrupt.
-    pub fn interrupt(&mut self) -> Option<Takt> {
+    pub fn interrupt(&mut self) -> Option<TableStep> {
         if self.is_at_rest() {
             self.count = 0;
             return None;
@@ -91,7 +91,7 @@ impl Automaton {
         self.position = self.position.saturating_add(way);
         let left = self.target.saturating_sub(self.position);
         self.state = next_state(&self.dynamics, self.state, left);
-        Some(Takt { position: self.position, forward: way > 0, state: self.state })
+        Some(TableStep { position: self.position, forward: way > 0, state: self.state })
     }
 }
 

@@ -78,7 +78,7 @@ fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) ->
             let (speed, acceleration, jerk) = stroke.peaks();
             over(speed, limits.speed) || over(acceleration, limits.acceleration) || over(jerk, limits.jerk)
         }
-        Motion::Takts(takts) => {
+        Motion::TableSteps(takts) => {
             let shortest = takts.stretches.iter().map(|some| some.interval).min().unwrap_or(1);
             let hz = TICK_HZ as f64 / (takts.interrupt_ticks * u64::from(shortest).max(1)) as f64;
             hz > f64::from(machine.pulse_hz()) * (1.0 + ROUNDING)

@@ -12,7 +12,7 @@
 
 use super::automaton;
 use super::profile::{self, Profile, Shape};
-use super::timeline::Takts;
+use super::timeline::TableSteps;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::machine::{AXES, Axis, DriveKind, Law, Machine, Steps};
@@ -135,14 +135,14 @@ pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> R
 
 /// The takts of a table-driven axis over `way` steps, not faster than `speed` mm/s and the axis's own speeds. What its motor
 /// can follow is no limit: the table decides.
-pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Result<Takts, Diagnostic> {
+pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Result<TableSteps, Diagnostic> {
     let down = axis >= 2 && way < 0;
     let own = machine.axis(axis);
     let down_speed = if down { machine.down.max_speed_mm_per_s } else { f64::INFINITY };
     let state = machine.fastest_state(own, speed.min(own.max_speed_mm_per_s).min(down_speed));
     let table = automaton::capped(&machine.dynamics, state);
     let interrupt_ticks = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
-    Ok(Takts { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })
+    Ok(TableSteps { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })
 }
 
 /// Time of a hop in the plane, X and Y moving together; infinite when the machine's limits are not usable.

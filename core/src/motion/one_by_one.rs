@@ -6,7 +6,7 @@
 //!          release   arrive  ready = start  contact bottom  clear  top
 //! ```
 //!
-//! Comes in: a machine, ways from hole to hole in mm. Goes out: the instants of every hole in s, and the [`Timeline`] they come
+//! Comes in: a machine, toolpaths from hole to hole in mm. Goes out: the instants of every hole in s, and the [`Timeline`] they come
 //! from: takts where the table drives, profiles elsewhere. A stroke that ends on a sensor is taken to end at the counted depth.
 //! Does not know [`coordination`](super::coordination)'s rules.
 
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_that_cannot_be_are_refused() {
+    fn toolpaths_that_cannot_be_are_refused() {
         for wrong in [f64::NAN, f64::INFINITY, -2e6] {
             assert_eq!(one_by_one(&lab(), &[[wrong, 0.0]]).unwrap_err().code, "motion.bad_length");
         }

@@ -11,11 +11,11 @@
 //!
 //! Comes in: a program, a machine. Goes out: a [`Timeline`]. Does not know step times.
 
+use super::drill_cycles::{DrillCycles, Hole, Low, plain_hole};
 use super::limits::{line, mm_per_step, takts};
 use super::milling;
 use super::path::Path;
 use super::profile::Stroke;
-use super::strokes::{Hole, Low, Strokes, plain_hole};
 use super::timeline::{Motion, Move, Part, Timeline};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
@@ -125,7 +125,7 @@ pub(super) struct Writer<'a> {
     place: Point,
     /// The lowest that the tip was at this place, if it was in the board.
     bottom: Option<Length>,
-    strokes: Strokes,
+    strokes: DrillCycles,
     /// At the bottom of a hole, on the way to the next one.
     low: Option<Low>,
     /// For every axis, whether its play is taken up towards its low end.
@@ -147,7 +147,7 @@ impl<'a> Writer<'a> {
             settled: true,
             place: Point::default(),
             bottom: None,
-            strokes: Strokes::default(),
+            strokes: DrillCycles::default(),
             low: None,
             turned: [false; AXES],
         }
@@ -187,7 +187,7 @@ impl<'a> Writer<'a> {
             parts: hop.parts,
             to: hop.to,
             duration_ticks: hop.duration_ticks,
-            ..self.blank(Stage::Hop)
+            ..self.blank(Stage::NextHole)
         });
         self.settled = true;
         self.place = hole.to;
@@ -441,13 +441,13 @@ fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Diagnostic> {
     Err(diagnostic.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
 }
 
-/// Way of a part; takts move one axis.
+/// Toolpath of a part; takts move one axis.
 fn part_mm(part: &Part, mm_per_step: &[f64; AXES]) -> f64 {
     let way = |axis: usize| (part.to[axis] - part.from[axis]).abs() as f64 * mm_per_step[axis];
     match &part.motion {
         Motion::Line(stroke) => stroke.length_mm(),
         Motion::Path(route) => route.path.length_mm(),
-        Motion::Takts(_) => (0..AXES).map(way).fold(0.0, f64::max),
+        Motion::TableSteps(_) => (0..AXES).map(way).fold(0.0, f64::max),
     }
 }
 
@@ -467,7 +467,7 @@ pub(super) fn lines(
             .map(|axis| {
                 let mut alone = from;
                 alone[axis] = to[axis];
-                let motion = Motion::Takts(takts(machine, axis, to[axis] - from[axis], speed)?);
+                let motion = Motion::TableSteps(takts(machine, axis, to[axis] - from[axis], speed)?);
                 Ok(Part { stage, start_tick: 0, from, to: alone, motion })
             })
             .collect();

@@ -1,5 +1,5 @@
 //! A program as a drill file: Excellon, metric, with decimal points, X and Y on every hit, in the coordinates of the
-//! files the board came from. Ways are routed.
+//! files the board came from. Toolpaths are routed.
 //!
 //! ```text
 //!   height   ─────╮      ╭──tab──╮    ╭────     Excellon has no depth: what lies at the lowest height of the program is
@@ -37,7 +37,7 @@ fn number(length: Length) -> String {
     Format { decimals, trailing: Zeros::All, leading: 1, point: true, plus: false }.text(length.nm())
 }
 
-/// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for ways that end above others.
+/// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for toolpaths that end above others.
 ///
 /// With `chord_error_mm` arcs are routed as lines that are at most so far off.
 pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Diagnostic> {
@@ -57,7 +57,7 @@ pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String
                 let at = place(leg, program.origin);
                 out.push_str(&format!("X{}Y{}\n", number(at.x), number(at.y)));
             }
-            Mark::Hole(_) | Mark::Way(_) => router.route(&mut out, leg, program.start_of_leg(index))?,
+            Mark::Hole(_) | Mark::Toolpath(_) => router.route(&mut out, leg, program.start_of_leg(index))?,
             Mark::Prepare | Mark::Finish => {}
         }
     }
@@ -65,7 +65,7 @@ pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String
     Ok(out)
 }
 
-/// What of a program a drill file says: holes and ways at its lowest height, through the board, each with a tool of which only the
+/// What of a program a drill file says: holes and toolpaths at its lowest height, through the board, each with a tool of which only the
 /// diameter is known.
 pub(super) fn said(program: &Program) -> Program {
     let floor = Router::new(program, None).floor;
@@ -124,7 +124,7 @@ fn place(leg: &Leg, origin: Point) -> Point {
     Point::new(at.x + origin.x, at.y + origin.y)
 }
 
-/// Ways turned into routes.
+/// Toolpaths turned into routes.
 struct Router<'a> {
     program: &'a Program,
     /// The lowest height of all milling.

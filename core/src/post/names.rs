@@ -9,7 +9,7 @@
 pub enum Part {
     /// Holes made by strokes of the spindle.
     Drill,
-    /// Ways milled with the tip in the board.
+    /// Toolpaths milled with the tip in the board.
     Engrave,
 }
 

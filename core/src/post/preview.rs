@@ -98,5 +98,5 @@ fn milling() -> Vec<Leg> {
         arc(at(30.0, 10.0), at(35.0, 10.0), false, Length::from_um(-300)),
         Command::Retract { to: Length::from_um(2_000) },
     ];
-    vec![change(1), Leg { mark: Mark::Way(0), commands }]
+    vec![change(1), Leg { mark: Mark::Toolpath(0), commands }]
 }

@@ -84,7 +84,7 @@ pub(super) fn file_name(program: &Program, extension: &str) -> String {
 /// Whether a leg mills: then it is written with the engraving template, whatever it is for.
 fn mills(leg: &Leg) -> bool {
     let cuts = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
-    matches!(leg.mark, Mark::Way(_)) || leg.commands.iter().any(cuts)
+    matches!(leg.mark, Mark::Toolpath(_)) || leg.commands.iter().any(cuts)
 }
 
 /// The template for each leg: that of the work it does or leads to.
@@ -179,7 +179,7 @@ impl<'a> Writer<'a> {
                 self.open(part, true)?;
                 self.hole(leg)
             }
-            Mark::Hole(_) | Mark::Way(_) => {
+            Mark::Hole(_) | Mark::Toolpath(_) => {
                 self.open(part, true)?;
                 leg.commands.iter().try_for_each(|command| self.command(*command))
             }

@@ -47,7 +47,7 @@ pub enum Kind {
     /// Copper so thin that it may tear off.
     Sliver,
     /// A loose piece so small that it may come off.
-    Crumb,
+    Fragment,
 }
 
 impl Kind {
@@ -66,7 +66,7 @@ impl Kind {
         Self::Ring,
         Self::Remnant,
         Self::Sliver,
-        Self::Crumb,
+        Self::Fragment,
     ];
 
     /// Its code, a key of the locale tables.
@@ -85,7 +85,7 @@ impl Kind {
             Self::Ring => "proof.ring",
             Self::Sliver => "proof.sliver",
             Self::Remnant => "proof.remnant",
-            Self::Crumb => "proof.crumb",
+            Self::Fragment => "proof.fragment",
         }
     }
 
@@ -101,7 +101,7 @@ impl Kind {
             | Self::NoBit
             | Self::Still => Severity::Error,
             Self::Shallow | Self::Ring | Self::Remnant | Self::Sliver => Severity::Warning,
-            Self::NotIsolated | Self::Crumb => Severity::Note,
+            Self::NotIsolated | Self::Fragment => Severity::Note,
         }
     }
 }
@@ -184,7 +184,7 @@ impl Finding {
         let place = |length: Length| format!("{:.2}", length.mm());
         let (piece, number) = match self.mark {
             Some(Mark::Hole(hole)) => ("hole", (hole + 1).to_string()),
-            Some(Mark::Way(way)) => ("way", (way + 1).to_string()),
+            Some(Mark::Toolpath(way)) => ("way", (way + 1).to_string()),
             _ => ("other", String::new()),
         };
         let unnamed = || locale::word("proof.piece.program");

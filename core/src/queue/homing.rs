@@ -8,7 +8,7 @@
 //! homed, nor who plays.
 
 use super::rules::home_place;
-use super::run::{Report, Warning, late};
+use super::run::{Harm, Report, late};
 use super::text::refuse;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Mark, Stage};
@@ -73,25 +73,25 @@ impl Homing {
     }
 
     /// What follows. `position` is where the axes were counted to be; it is set right here. An error ends it: with
-    /// [`Warning::None`] all axes are homed, but a count had been wrong.
+    /// [`Harm::None`] all axes are homed, but a count had been wrong.
     pub fn reported(
         &mut self,
         machine: &Machine,
         report: &Report,
         position: &mut Steps,
-    ) -> Result<Next, (Diagnostic, Warning)> {
+    ) -> Result<Next, (Diagnostic, Harm)> {
         let input = machine.home_input(self.axis);
         let lost = |code: &str| {
             let why = refuse(code).with("axis", axis_name(self.axis)).with("sensor", format!("{input:?}"));
-            (why, Warning::Lost)
+            (why, Harm::Lost)
         };
         let mut correction = 0;
         match (self.stage, report.outcome) {
             (_, Outcome::Guarded(hit)) => {
                 let why = refuse("control.end_sensor").with("sensor", format!("{hit:?}"));
-                return Err((why, Warning::Lost));
+                return Err((why, Harm::Lost));
             }
-            (_, Outcome::Late(ticks)) => return Err((late(ticks), Warning::Lost)),
+            (_, Outcome::Late(ticks)) => return Err((late(ticks), Harm::Lost)),
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
                 return Err(lost("control.sensor_stuck"));
@@ -105,7 +105,7 @@ impl Homing {
                 for axis in cycles::together(machine, self.axis) {
                     position[axis] += correction;
                 }
-                let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Warning::Lost))?;
+                let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Harm::Lost))?;
                 self.later.extend(to_rest);
             }
             _ => {}
@@ -114,13 +114,13 @@ impl Homing {
             return Ok(next);
         }
         if !self.axes.is_empty() {
-            return self.begin(machine).map_err(|why| (why, Warning::Lost));
+            return self.begin(machine).map_err(|why| (why, Harm::Lost));
         }
         match self.off {
             None => Ok(Next::Homed),
             Some((axis, steps)) => {
                 let why = refuse("control.lost_count").with("axis", axis_name(axis)).with("steps", steps);
-                Err((why, Warning::None))
+                Err((why, Harm::None))
             }
         }
     }

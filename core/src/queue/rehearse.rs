@@ -1,7 +1,7 @@
 //! A queue on pins without an executor: the page steps it on a virtual drill, with no hardware and no bridge.
 //!
 //! ```text
-//! Run ── Play ──▶ pins::play ──▶ Pins (Twin)         time passes as fast as it is computed
+//! Run ── Play ──▶ pins::play ──▶ Pins (VirtualDrill)         time passes as fast as it is computed
 //!  ▲                  │
 //!  └──── report ◀─────┘
 //! ```

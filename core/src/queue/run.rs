@@ -106,12 +106,12 @@ pub enum Rest {
     /// STOP.
     Stopped,
     /// A row was refused or failed, and what is left of the trust in the position.
-    Failed(Diagnostic, Warning),
+    Failed(Diagnostic, Harm),
 }
 
 /// What a failure leaves of the trust in the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Warning {
+pub enum Harm {
     /// As much as before.
     None,
     /// Probably right.
@@ -233,14 +233,14 @@ impl Run {
             let result = &mut self.results[row];
             *result = RowResult { state: RowState::Working, turns: result.turns + 1, ..RowResult::default() };
             if let Err(why) = self.begin(machine, row, &mut actions) {
-                actions.extend(self.fail(why, Warning::None));
+                actions.extend(self.fail(why, Harm::None));
                 return actions;
             }
             if self.doing != Doing::Nothing {
                 return actions;
             }
             if let Err(why) = self.row_done() {
-                actions.extend(self.fail(why, Warning::None));
+                actions.extend(self.fail(why, Harm::None));
                 return actions;
             }
         }
@@ -336,8 +336,8 @@ impl Run {
         match doing {
             Doing::Nothing => return Vec::new(),
             Doing::Moves(next) => {
-                if let Some((why, warning)) = failure(&report.outcome) {
-                    return self.fail(why, warning);
+                if let Some((why, harm)) = failure(&report.outcome) {
+                    return self.fail(why, harm);
                 }
                 self.standing = Standing { position: report.position, ..next };
             }
@@ -350,12 +350,12 @@ impl Run {
             Doing::Homing(mut homing) => {
                 let axis = homing.axis();
                 match homing.reported(machine, report, &mut self.standing.position) {
-                    Err((why, warning)) => {
+                    Err((why, harm)) => {
                         // A count that was wrong is found out at the end of the homing: it is right again.
                         if let Some(homed) = self.standing.homed.get_mut(axis) {
-                            *homed = warning == Warning::None;
+                            *homed = harm == Harm::None;
                         }
-                        return self.fail(why, warning);
+                        return self.fail(why, harm);
                     }
                     Ok(next) => {
                         let more = self.homed_so_far(axis, homing, next);
@@ -367,7 +367,7 @@ impl Run {
             }
         }
         if let Err(why) = self.row_done() {
-            actions.extend(self.fail(why, Warning::None));
+            actions.extend(self.fail(why, Harm::None));
             return actions;
         }
         actions.extend(self.rows(machine, false));
@@ -389,7 +389,7 @@ impl Run {
             let ms = if let Some(Command::WaitInput { timeout_ms, .. }) = timeout { timeout_ms } else { 0 };
             let why = refuse("queue.input_timeout").with("input", INPUTS[input as usize]);
             let why = why.with("state", STATES[usize::from(on)]).with("ms", ms);
-            return self.fail(why, Warning::None);
+            return self.fail(why, Harm::None);
         }
         let ms = left_ms.min(LOOK_MS);
         self.doing = Doing::Look(input, on, left_ms - ms);
@@ -412,7 +412,7 @@ impl Run {
         self.end(Rest::Stopped)
     }
 
-    fn fail(&mut self, why: Diagnostic, warning: Warning) -> Vec<Action> {
+    fn fail(&mut self, why: Diagnostic, harm: Harm) -> Vec<Action> {
         let row = self.row();
         let line = row.map_or(0, |row| u32::try_from(row + 1).unwrap_or(u32::MAX));
         let turn = self.cursor.passed() + 1;
@@ -420,7 +420,7 @@ impl Run {
         if let Some(result) = row.and_then(|row| self.results.get_mut(row)) {
             (result.state, result.why) = (RowState::Refused, Some(why.clone()));
         }
-        self.end(Rest::Failed(why, warning))
+        self.end(Rest::Failed(why, harm))
     }
 }
 
@@ -430,16 +430,16 @@ pub fn late(ticks: u64) -> Diagnostic {
 }
 
 /// What an outcome means that is not the end of a row.
-fn failure(outcome: &Outcome) -> Option<(Diagnostic, Warning)> {
+fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
     match outcome {
         Outcome::Guarded(input) => {
             let why = refuse("control.end_sensor").with("sensor", format!("{input:?}"));
-            Some((why, Warning::Suspect))
+            Some((why, Harm::Suspect))
         }
-        Outcome::Late(ticks) => Some((late(*ticks), Warning::Suspect)),
+        Outcome::Late(ticks) => Some((late(*ticks), Harm::Suspect)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
             let why = refuse("control.drilling_too_long").with("sensor", format!("{:?}", gate.input));
-            Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Warning::None))
+            Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Harm::None))
         }
         _ => None,
     }

@@ -21,7 +21,7 @@ use crate::job::Program;
 use crate::machine::{AXES, Machine, Steps};
 use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
-use crate::motion::{Motion, Move, Part, Route, Takts, Timeline, each_leg};
+use crate::motion::{Motion, Move, Part, Route, TableSteps, Timeline, each_leg};
 
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
 const MOST_RUNS: usize = 100_000_000;
@@ -144,7 +144,7 @@ impl Maker {
                 match &part.motion {
                     Motion::Line(stroke) if axis >= 2 => self.stroke(part, axis, stroke, &mut cursor),
                     Motion::Line(stroke) => self.line(part, axis, stroke, &mut cursor),
-                    Motion::Takts(takts) => takts_runs(part, axis, takts, &mut cursor),
+                    Motion::TableSteps(takts) => takts_runs(part, axis, takts, &mut cursor),
                     Motion::Path(route) => self.path(part, axis, route, &mut cursor),
                 }
             }
@@ -263,7 +263,7 @@ fn sets(planned: &Move) -> Vec<(usize, u8)> {
 }
 
 /// Runs of a table-driven axis: one for each stretch of equal intervals.
-fn takts_runs(part: &Part, axis: usize, takts: &Takts, cursor: &mut Cursor<'_>) {
+fn takts_runs(part: &Part, axis: usize, takts: &TableSteps, cursor: &mut Cursor<'_>) {
     let forward = part.to[axis] > part.from[axis];
     let begin = part.start_tick as i64;
     let mut offset = begin - cursor.last_tick;

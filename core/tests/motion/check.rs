@@ -198,7 +198,7 @@ fn damaged_streams_are_refused_or_pass_but_never_panic() {
 
 /// The second hop of a chain, which goes from bottom to bottom.
 fn hop(stream: &mut StepStream) -> &mut Segment {
-    stream.segments.iter_mut().filter(|segment| segment.stage == Stage::Hop).nth(1).unwrap()
+    stream.segments.iter_mut().filter(|segment| segment.stage == Stage::NextHole).nth(1).unwrap()
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
             let speed = stroke.speed(own_s + 1e-6).max(stroke.speed(own_s - 1e-6));
             speed * way / stroke.length_mm() * 1e-6 + 1e-9 * way
         }
-        Motion::Takts(_) => 0.5 + 1e-9,
+        Motion::TableSteps(_) => 0.5 + 1e-9,
         Motion::Path(_) => 0.0,
     });
     room.fold(0.0, f64::max)

@@ -2,7 +2,7 @@
 
 use crate::programs::{Chance, rounds};
 use annulus_core::motion::path::{
-    Chain, Path, Piece, Place, Rules, To, laws, pace_change_per_s, plan, sweeps,
+    Chain, Path, Piece, Place, Rules, To, laws, override_change_per_s, plan, sweeps,
 };
 use annulus_core::motion::profile::{self, Limits, Shape};
 use core::f64::consts::{PI, TAU};
@@ -436,7 +436,7 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
     assert!(runs * 5 < alike, "short pieces gather speed together: {alike} in {runs} runs");
 }
 
-/// A hold brings the pace from 1 to 0, an override to anything between: with what the plan has left for it.
+/// A hold brings the feed override from 1 to 0, an override to anything between: with what the plan has left for it.
 #[test]
 fn the_reserve_is_enough_for_every_change_of_pace() {
     for seed in 0..rounds(10_000) {
@@ -444,14 +444,15 @@ fn the_reserve_is_enough_for_every_change_of_pace() {
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
         let rules = Rules { share: chance.between(0.3, 0.95), ..RULES };
         let path = plan(&chain, &axes, &rules).unwrap();
-        let change = pace_change_per_s(&path, &axes, &rules);
+        let change = override_change_per_s(&path, &axes, &rules);
         assert!(change > 0.0, "seed {seed}");
         for part in 1..20 {
             let t = path.duration_s() * f64::from(part) / 20.0;
-            let (pace, way) = (chance.unit(), if part % 2 == 0 { change } else { -change });
+            let (feed_override, way) = (chance.unit(), if part % 2 == 0 { change } else { -change });
             let (v, a) = (path.velocity(t), path.acceleration(t));
             for axis in 0..3 {
-                let pulled = pace * pace * a[axis] + if v[axis] == 0.0 { 0.0 } else { way * v[axis] };
+                let pulled = feed_override * feed_override * a[axis]
+                    + if v[axis] == 0.0 { 0.0 } else { way * v[axis] };
                 assert!(
                     pulled.abs() <= axes[axis].acceleration * (1.0 + 1e-9),
                     "seed {seed}: {pulled} at {t}"

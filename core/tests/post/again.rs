@@ -80,8 +80,8 @@ fn job() -> Program {
         safe_height: mm(2.0),
         legs: vec![
             on(0),
-            leg(Mark::Way(0), corner),
-            leg(Mark::Way(1), ring),
+            leg(Mark::Toolpath(0), corner),
+            leg(Mark::Toolpath(1), ring),
             on(1),
             leg(
                 Mark::Hole(0),
@@ -89,7 +89,7 @@ fn job() -> Program {
             ),
             leg(Mark::Hole(1), vec![go(-4.0, 3.5), down(-2.0), up]),
             on(2),
-            leg(Mark::Way(2), helix),
+            leg(Mark::Toolpath(2), helix),
             leg(Mark::Finish, vec![Command::Spindle { rpm: 0 }, go(0.0, 0.0)]),
         ],
         accepted: Vec::new(),

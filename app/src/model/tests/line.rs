@@ -104,7 +104,7 @@ fn refused(code: &str) -> Event {
 }
 
 fn ended(ending: Ending) -> Event {
-    tell(Tell::Ended { job: "k".to_owned(), ending, holes_done: 3, ways_done: 0 })
+    tell(Tell::Ended { job: "k".to_owned(), ending, holes_done: 3, toolpaths_done: 0 })
 }
 
 /// The bridge's verdict on `job`, whose steps have `digest`.
@@ -291,8 +291,8 @@ impl Line {
                 next_leg: 7,
                 holes_done: 3,
                 holes_total: 9,
-                ways_done: 0,
-                ways_total: 0,
+                toolpaths_done: 0,
+                toolpaths_total: 0,
             }),
             "machine" | "machine-same" => machine("f"),
             "armed" => armed("own", "digest", None),

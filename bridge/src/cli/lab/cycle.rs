@@ -10,9 +10,9 @@ use crate::machine_file;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
+use annulus_core::motion::drill_cycles;
 use annulus_core::motion::one_by_one::one_by_one;
 use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds};
-use annulus_core::motion::strokes;
 use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
 use serde_json::{Value, json};
 
@@ -135,7 +135,7 @@ pub(crate) fn run(args: &CycleArgs) -> Result<Answer, Refusal> {
         None => together(&overridden(args, reference()), &hops),
         Some(name) => {
             let machine = changed(args, &machine_file::named(name)?.machine)?;
-            if strokes::overlaps(&machine) {
+            if drill_cycles::overlaps(&machine) {
                 of_machine(&machine).and_then(|setting| together(&setting, &hops))
             } else {
                 apart(&machine, &hops)
@@ -173,7 +173,7 @@ fn reference() -> Setting {
 
 /// The timeline of a machine with its own strokes.
 fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
-    let (own, down, _) = strokes::own(machine)?;
+    let (own, down, _) = drill_cycles::own(machine)?;
     Ok(Setting {
         x: Limits::of_axis(machine, &machine.x),
         y: Limits::of_axis(machine, &machine.y),
@@ -181,7 +181,7 @@ fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
         order: machine.motion.order,
         rules: Rules { settle_s: 1e-3 * machine.settle_ms, latency_s: 1e-3 * machine.overlap.latency_ms },
         spindles: machine.spindles,
-        own: Some((own, strokes::last_stop_s(machine, &down)?)),
+        own: Some((own, drill_cycles::last_stop_s(machine, &down)?)),
         ..reference()
     })
 }

@@ -3,7 +3,7 @@
 //! Comes in: blocks such as `FSLAX24Y24`, numbers of G-codes. Goes out: the state, changed. Commands are read in the file of the
 //! store that they change; what changes none stands here.
 
-use super::graphics::{Quadrants, Way};
+use super::graphics::{Interpolation, Quadrants};
 use super::reader::Reader;
 use super::words::Block;
 use crate::artwork::Units;
@@ -56,10 +56,10 @@ type Code = fn(&mut Reader, &Block<'_>);
 /// G-codes by their numbers. G54 and G55 stand before what they announce.
 const CODES: [(i64, Code); 17] = [
     (0, |_, _| {}),
-    (1, |reader, _| reader.graphics.way = Way::Straight),
-    (2, |reader, _| reader.graphics.way = Way::Clockwise),
-    (3, |reader, _| reader.graphics.way = Way::Counter),
-    (10, |reader, _| reader.graphics.way = Way::Straight),
+    (1, |reader, _| reader.graphics.interpolation = Interpolation::Straight),
+    (2, |reader, _| reader.graphics.interpolation = Interpolation::Clockwise),
+    (3, |reader, _| reader.graphics.interpolation = Interpolation::Counter),
+    (10, |reader, _| reader.graphics.interpolation = Interpolation::Straight),
     (11, scaled_lines),
     (12, scaled_lines),
     (36, Reader::open_region),
@@ -119,7 +119,7 @@ fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
 
 /// G11, G12: lines in tenths and hundredths of what is written.
 fn scaled_lines(reader: &mut Reader, block: &Block<'_>) {
-    reader.graphics.way = Way::Straight;
+    reader.graphics.interpolation = Interpolation::Straight;
     reader.tell_once(Severity::Error, "gerber.scaled_lines", block.at, block.text);
 }
 

@@ -10,7 +10,7 @@
 //! ```
 
 use super::crossing::crosses_itself;
-use super::graphics::{Action, Quadrants, Way};
+use super::graphics::{Action, Interpolation, Quadrants};
 use super::object::Shape;
 use super::reader::Reader;
 use super::words::{At, Numbers};
@@ -31,7 +31,7 @@ impl Reader {
     pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<Action>, place: At) {
         let moved = numbers.x.is_some() || numbers.y.is_some();
         let circle = acted == Some(Action::Draw)
-            && self.graphics.way != Way::Straight
+            && self.graphics.interpolation != Interpolation::Straight
             && (numbers.i.is_some() || numbers.j.is_some());
         // A D-code alone sets what coordinates do from here on; in a region it is a point of the contour.
         if !moved
@@ -136,10 +136,10 @@ impl Reader {
 
     /// The segment from here to there in the motion in force.
     fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> Segment {
-        if self.graphics.way == Way::Straight {
+        if self.graphics.interpolation == Interpolation::Straight {
             return Segment::Line { to };
         }
-        let clockwise = self.graphics.way == Way::Clockwise;
+        let clockwise = self.graphics.interpolation == Interpolation::Clockwise;
         let signed = Point::new(from.x + offset.0, from.y + offset.1);
         let many = match self.graphics.quadrants {
             Some(quadrants) => quadrants == Quadrants::Many,

@@ -9,8 +9,8 @@
 //! Comes in: a layer. Goes out: a [`DrillFile`] in whole nanometres whose tools are the D-codes, and diagnostics. Does not know
 //! which layers are used, and not what the holes are for.
 
+use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, Shape};
-use super::walk::{Seen, each};
 use crate::artwork::drill::{DrillFile, Hit, Route, SlotEntry, ToolEntry};
 use crate::artwork::findings::Findings;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -99,7 +99,7 @@ impl Reader<'_> {
         let aperture = self.layer.aperture(seen.object)?;
         let Form::Circle { diameter } = aperture.form else { return None };
         let drawn = matches!(seen.object.shape, Shape::Flash { .. } | Shape::Stroke { .. });
-        let diameter = Length::from_mm(diameter.mm() * seen.mount(self.layer).scale);
+        let diameter = Length::from_mm(diameter.mm() * seen.transform(self.layer).scale);
         if !drawn || seen.clear || aperture.opening.is_some() || diameter <= Length::ZERO {
             return None;
         }

@@ -9,8 +9,8 @@
 //!   island 2 ── nothing said                              ⇒ none
 //! ```
 
+use super::flatten::each;
 use super::object::{Gerber, Shape, Tag};
-use super::walk::each;
 use crate::geometry::{Index, Point, Region, Segment};
 use std::collections::{BTreeMap, BTreeSet};
 

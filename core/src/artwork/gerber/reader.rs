@@ -14,13 +14,13 @@
 
 use super::aperture::Apertures;
 use super::attributes::Attributes;
-use super::copies::Copies;
 use super::crossing;
 use super::format::Format;
 use super::graphics::{Action, Graphics};
-use super::mount::Mount;
 use super::object::{Gerber, Tag};
 use super::paint::is_too_wide;
+use super::step_repeat::StepRepeat;
+use super::transform::Transform;
 use super::words::{At, Block, Numbers, blocks, raised};
 use crate::artwork::Overrides;
 use crate::artwork::findings::Findings;
@@ -41,7 +41,7 @@ pub(super) struct Reader {
     pub(super) apertures: Apertures,
     pub(super) graphics: Graphics,
     pub(super) attributes: Attributes,
-    pub(super) copies: Copies,
+    pub(super) copies: StepRepeat,
     /// Pairs of edges that may still be looked at for crossings.
     pub(super) pairs_left: u32,
     /// Whether a level (`%LN`) has named the layer.
@@ -63,7 +63,7 @@ impl Reader {
             findings: Findings::new(name),
             out: Gerber {
                 size: text.len(),
-                mounts: vec![Mount::PLAIN],
+                transforms: vec![Transform::PLAIN],
                 tags: vec![Tag::default()],
                 ..Gerber::default()
             },
@@ -71,7 +71,7 @@ impl Reader {
             apertures: Apertures::default(),
             graphics: Graphics::new(),
             attributes: Attributes::new(),
-            copies: Copies::default(),
+            copies: StepRepeat::default(),
             pairs_left: crossing::FUEL,
             level_named: false,
             ended: false,

@@ -1,4 +1,4 @@
-//! Drill files as Annulus writes them: Excellon, metric, with points, X and Y on every hit, ways routed.
+//! Drill files as Annulus writes them: Excellon, metric, with points, X and Y on every hit, toolpaths routed.
 //!
 //! Comes in: text. Goes out: moves for the hand; what is drilled or routed goes through the board. Does not know other ways of
 //! writing numbers: the readers of designs do.

@@ -57,7 +57,7 @@ pub(super) struct Hand {
     side: Option<String>,
     diagnostics: Vec<Diagnostic>,
     holes: u32,
-    ways: u32,
+    toolpaths: u32,
 }
 
 impl Hand {
@@ -76,7 +76,7 @@ impl Hand {
             side: None,
             diagnostics: Vec::new(),
             holes: 0,
-            ways: 0,
+            toolpaths: 0,
         }
     }
 
@@ -249,8 +249,8 @@ impl Hand {
             self.holes += 1;
             Mark::Hole(self.holes - 1)
         } else {
-            self.ways += 1;
-            Mark::Way(self.ways - 1)
+            self.toolpaths += 1;
+            Mark::Toolpath(self.toolpaths - 1)
         };
         self.legs.push(Leg { mark, commands });
     }
@@ -266,7 +266,7 @@ impl Hand {
             };
             bits.push(bit.clone());
         }
-        let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Way(_)));
+        let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_)));
         if bits.is_empty() && cuts {
             let why = Diagnostic::new(Severity::Error, "readback.no_tool").with("number", 1);
             return Err(why.at(&self.file, 0, 0));

@@ -5,7 +5,7 @@ use super::*;
 
 /// A drill, and holes in the middles of the three pads.
 fn drilled() -> Program {
-    let hole = |x: f64, y: f64, hole| Way { mark: Mark::Hole(hole), ..way(&[(x, y)], 2.0) };
+    let hole = |x: f64, y: f64, hole| Toolpath { mark: Mark::Hole(hole), ..way(&[(x, y)], 2.0) };
     program(bit(0.8, Cutter::Drill), &[hole(2.0, 1.0, 0), hole(6.0, 1.0, 1), hole(4.0, 3.0, 2)])
 }
 
@@ -99,13 +99,13 @@ fn a_sliver_must_be_read_only_where_a_net_depends_on_it() {
         let board = Board { copper, ..Board::default() };
         // Followed exactly, as the planner would.
         let path = crate::geometry::grow(&shape, Length::from_mm(0.1));
-        let ways: Vec<Way> = path
+        let toolpaths: Vec<Toolpath> = path
             .paths()
             .map(|path| {
                 way(&path.flattened(0.001).iter().map(|at| (at.x.mm(), at.y.mm())).collect::<Vec<_>>(), 0.1)
             })
             .collect();
-        let findings = prove(&board, &[program(mill(0.2), &ways)], &Options::default()).findings;
+        let findings = prove(&board, &[program(mill(0.2), &toolpaths)], &Options::default()).findings;
         let slivers: Vec<bool> = findings
             .iter()
             .filter(|finding| finding.kind == Kind::Sliver)
