@@ -11,7 +11,7 @@
 //! overwritten, and the new one remembers that until somebody has read it. Does not know what a leg is.
 
 use crate::quiet;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
 use annulus_core::wire::auth;
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
@@ -199,7 +199,7 @@ fn refusal(path: &Path, trouble: Trouble) -> Diagnostic {
 }
 
 fn cannot(code: &str, path: &Path, why: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code).with("file", path.display()).with("reason", why)
+    Diagnostic::error(code).with("file", path.display()).with("reason", why)
 }
 
 fn free_name(path: &Path) -> PathBuf {
@@ -396,5 +396,5 @@ impl Journal {
 }
 
 fn full(reason: String) -> Diagnostic {
-    Diagnostic::new(Severity::Error, "journal.cannot_write").with("reason", reason)
+    Diagnostic::error("journal.cannot_write").with("reason", reason)
 }

@@ -49,6 +49,21 @@ impl Diagnostic {
         Self { severity, code: code.to_owned(), place: None, args: Vec::new() }
     }
 
+    /// Something of the input is missing from the result, or cannot be done.
+    pub fn error(code: &str) -> Self {
+        Self::new(Severity::Error, code)
+    }
+
+    /// Probably right; somebody should look.
+    pub fn warning(code: &str) -> Self {
+        Self::new(Severity::Warning, code)
+    }
+
+    /// Good to know.
+    pub fn note(code: &str) -> Self {
+        Self::new(Severity::Note, code)
+    }
+
     /// The same at a place.
     #[must_use]
     pub fn at(mut self, file: &str, line: u32, column: u32) -> Self {

@@ -6,12 +6,12 @@ use crate::browser::{Answer, request};
 use crate::model::StartEvent;
 use crate::page;
 use crate::said::key;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{PROOF_HEADER, Paired, SESSION_HEADER, auth, program};
 use serde::Deserialize;
 
 fn failed(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 #[derive(Deserialize)]

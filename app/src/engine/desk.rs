@@ -13,7 +13,7 @@
 use super::Stopped;
 use super::messages::{Answer, Envelope, Report, Request};
 use crate::trusted;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use futures_channel::oneshot;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -52,7 +52,7 @@ pub(super) async fn ask(
 ) -> Result<Answer, Stopped> {
     let (answer, coming) = oneshot::channel();
     if let Err(reason) = hand_over(desk, request, Pending { answer, progress }) {
-        let diagnostic = Diagnostic::new(Severity::Error, "engine.cannot_start").with("reason", reason);
+        let diagnostic = Diagnostic::error("engine.cannot_start").with("reason", reason);
         return Err(Stopped::Refused(vec![diagnostic]));
     }
     coming.await.unwrap_or(Err(Stopped::Cancelled))
@@ -165,7 +165,7 @@ fn fell_over(desk: &Rc<RefCell<Desk>>, reason: &str) {
         (std::mem::take(&mut desk.pending), words)
     };
     for (_, pending) in pending {
-        let diagnostic = Diagnostic::new(Severity::Error, "engine.fell_over").with("reason", &words);
+        let diagnostic = Diagnostic::error("engine.fell_over").with("reason", &words);
         let _ = pending.answer.send(Err(Stopped::Refused(vec![diagnostic])));
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn export(
         sides.push((face, side));
     }
     if sides.is_empty() {
-        return Err(vec![Diagnostic::new(Severity::Error, "cam.nothing_to_do")]);
+        return Err(vec![Diagnostic::error("cam.nothing_to_do")]);
     }
     if !unread.is_empty() {
         return Ok(Exported { unread, ..Exported::default() });
@@ -97,7 +97,7 @@ fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Diagnostic>
     Ok(Box::new(move |program, briefing, side| {
         let files = post::write_for(&target, program, &manner, briefing, side).unwrap_or_else(|| {
             let nearest = post::nearest_target(&target);
-            let unknown = Diagnostic::new(Severity::Error, "post.unknown_target").with("name", &target);
+            let unknown = Diagnostic::error("post.unknown_target").with("name", &target);
             Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
         });
         proved((dialect.as_ref(), false), program, files?)

@@ -6,7 +6,7 @@
 
 use annulus_core::board::Board;
 use annulus_core::cam::toolpaths::{Part, Planned};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 
 /// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
@@ -98,5 +98,5 @@ impl Shelf {
 }
 
 fn gone() -> Vec<Diagnostic> {
-    vec![Diagnostic::new(Severity::Error, "engine.board_gone")]
+    vec![Diagnostic::error("engine.board_gone")]
 }

@@ -109,7 +109,7 @@ impl Target {
             return Ok(Self::Shipped(to.to_owned()));
         }
         if !Path::new(to).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-            let diagnostic = Diagnostic::new(Severity::Error, "post.unknown_target").with("name", to);
+            let diagnostic = Diagnostic::error("post.unknown_target").with("name", to);
             let diagnostic = diagnostic.with("nearest", post::nearest_target(to));
             return Err(Refusal::usage(diagnostic.with("known", post::targets().join(", "))));
         }
@@ -165,8 +165,7 @@ impl Target {
 
 /// That the dialect file `name` has `faults`: a single one as it is, of several the first and how many there are.
 pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
-    let diagnostic =
-        Diagnostic::new(Severity::Error, "post.faults").with("count", faults.len()).with("file", name);
+    let diagnostic = Diagnostic::error("post.faults").with("count", faults.len()).with("file", name);
     match faults {
         [only] => only.clone(),
         [first, ..] => {
@@ -179,7 +178,7 @@ pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
 /// The text of a dialect or job file.
 pub(super) fn read(path: &Path) -> Result<String, Refusal> {
     fs::read_to_string(path).map_err(|error| {
-        let diagnostic = Diagnostic::new(Severity::Error, "job.unreadable").with("file", path.display());
+        let diagnostic = Diagnostic::error("job.unreadable").with("file", path.display());
         Refusal::surroundings(diagnostic.with("reason", error))
     })
 }
@@ -201,7 +200,7 @@ pub(crate) fn write(
     let manner = Manner { lines_only: args.lines_only, files, ..Manner::on(machine) };
     let files = target.files(&program, &manner, None)?;
     if !folder && files.len() > 1 {
-        let diagnostic = Diagnostic::new(Severity::Error, "post.several_files").with("count", files.len());
+        let diagnostic = Diagnostic::error("post.several_files").with("count", files.len());
         return Err(Refusal::usage(diagnostic.with("file", args.output.display())));
     }
     let diagnostics = target.proved(&program, &manner, &files);

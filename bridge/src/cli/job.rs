@@ -65,7 +65,7 @@ pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
 pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
     let job = open(args)?;
     if job.program.machine != job.machine.fingerprint() {
-        let why = Diagnostic::new(Severity::Error, "job.other_machine").with("machine", &job.machine.name);
+        let why = Diagnostic::error("job.other_machine").with("machine", &job.machine.name);
         return Err(Refusal::content(why));
     }
     Ok(job)
@@ -94,9 +94,7 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
         machine_file::write_whole(&whole, bytes)
     });
     written.map_err(|error| {
-        let why = Diagnostic::new(Severity::Error, "job.not_written")
-            .with("file", path.display())
-            .with("reason", error);
+        let why = Diagnostic::error("job.not_written").with("file", path.display()).with("reason", error);
         Refusal::surroundings(why)
     })
 }
@@ -109,9 +107,7 @@ pub(crate) fn low_corner(program: &Program) -> Point {
 /// The program in the file `path`; none when it is something else.
 pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     let trouble = |error: std::io::Error| {
-        let why = Diagnostic::new(Severity::Error, "job.unreadable")
-            .with("file", path.display())
-            .with("reason", error);
+        let why = Diagnostic::error("job.unreadable").with("file", path.display()).with("reason", error);
         Refusal::surroundings(why)
     };
     if !fs::metadata(path).map_err(trouble)?.is_file() {
@@ -139,7 +135,7 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>), Refusal> {
     diagnostics.extend(read.artwork.missing(&read.listed).cloned());
     unseen(&diagnostics, &args.accept)?;
     if used.is_empty() {
-        let why = Diagnostic::new(Severity::Error, "job.no_drill_file").with("path", args.job.display());
+        let why = Diagnostic::error("job.no_drill_file").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
     Ok((board, diagnostics))
@@ -173,7 +169,7 @@ pub(crate) fn read_whole(
     unseen(&diagnostics, accept)?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
-        return Err(Refusal::content(Diagnostic::new(Severity::Error, "job.no_board").with("path", path)));
+        return Err(Refusal::content(Diagnostic::error("job.no_board").with("path", path)));
     }
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
@@ -193,7 +189,7 @@ pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     let Some(word) = accept.iter().find(|word| !known.contains(word.as_str()) && !is_name(word)) else {
         return Ok(());
     };
-    let why = Diagnostic::new(Severity::Error, "cli.unknown_accept").with("found", word);
+    let why = Diagnostic::error("cli.unknown_accept").with("found", word);
     Err(Refusal::usage(why.with("nearest", nearest(word, known))))
 }
 
@@ -243,17 +239,15 @@ pub(crate) fn lost(diagnostics: &[Diagnostic]) -> Vec<String> {
 /// Why nothing was planned: what was not accepted, else that there is nothing.
 fn nothing(mut errors: Vec<Diagnostic>, accept: &[String]) -> Refusal {
     for error in errors.iter_mut().filter(|error| error.code == "cam.nothing_to_do") {
-        *error = Diagnostic::new(Severity::Error, "plan.nothing_to_drill");
+        *error = Diagnostic::error("plan.nothing_to_drill");
     }
     let why = unseen(&errors, accept).err();
-    why.unwrap_or_else(|| Refusal::content(Diagnostic::new(Severity::Error, "plan.nothing_to_drill")))
+    why.unwrap_or_else(|| Refusal::content(Diagnostic::error("plan.nothing_to_drill")))
 }
 
 fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
     if let Some(loaded) = args.loaded.filter(|loaded| !(0.0..=LARGEST_BIT_MM).contains(loaded)) {
-        let why = Diagnostic::new(Severity::Error, "job.bad_loaded")
-            .with("found", loaded)
-            .with("largest", LARGEST_BIT_MM);
+        let why = Diagnostic::error("job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
         return Err(Refusal::usage(why));
     }
     Ok(PlanOptions {
@@ -273,7 +267,7 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
 /// Spindles by their numbers as a set; none where nobody says.
 fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
     if let Some(wrong) = numbers.iter().find(|number| !(1..=6).contains(*number)) {
-        let why = Diagnostic::new(Severity::Error, "job.bad_spindle").with("found", wrong);
+        let why = Diagnostic::error("job.bad_spindle").with("found", wrong);
         return Err(Refusal::usage(why));
     }
     let set = numbers.iter().fold(0, |set, number| set | 1 << (number - 1));
@@ -298,8 +292,8 @@ fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnost
         }
     }
     let toolpaths = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count();
-    let error = (toolpaths > 0)
-        .then(|| Diagnostic::new(Severity::Error, "job.toolpaths_left_out").with("toolpaths", toolpaths));
+    let error =
+        (toolpaths > 0).then(|| Diagnostic::error("job.toolpaths_left_out").with("toolpaths", toolpaths));
     let diagnostics: Vec<Diagnostic> = error.into_iter().collect();
     unseen(&diagnostics, accept)?;
     // A program is called after its board and side; planned anew it is called the same.

@@ -30,7 +30,7 @@ mod templates;
 
 use crate::refusal::{Exit, Refusal};
 
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
@@ -140,7 +140,7 @@ impl MachineArgs {
 
     /// A note that `machine` was assumed, where nobody named one.
     pub(crate) fn assumed(&self, machine: &Machine) -> Option<Diagnostic> {
-        let note = Diagnostic::new(Severity::Note, "cli.machine_assumed").with("machine", &machine.name);
+        let note = Diagnostic::note("cli.machine_assumed").with("machine", &machine.name);
         self.machine.is_none().then_some(note)
     }
 }
@@ -300,7 +300,7 @@ fn explain(error: &clap::Error) -> ExitCode {
     if asked {
         let text = error.render().to_string();
         let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        let refusal = Refusal::usage(Diagnostic::new(Severity::Error, "cli.usage").with("what", first));
+        let refusal = Refusal::usage(Diagnostic::error("cli.usage").with("what", first));
         return ended(refusal.exit, print(format_args!("{}\n", refusal.object())));
     }
     Exit::Usage.into()
@@ -322,7 +322,7 @@ pub(crate) fn say(line: impl Display) {
 fn ended(exit: Exit, printed: io::Result<()>) -> ExitCode {
     match printed {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            let why = Diagnostic::new(Severity::Error, "cli.not_printed").with("reason", error);
+            let why = Diagnostic::error("cli.not_printed").with("reason", error);
             let refusal = Refusal::surroundings(why);
             say(&refusal);
             refusal.exit.into()

@@ -11,7 +11,7 @@ use crate::cli::job;
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
 use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Program, Promised};
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
@@ -103,7 +103,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let has_copper = |board: &Board| board.copper.iter().any(|copper| copper.face == face);
     if !has_copper(&board) {
         let side = if face == Face::Top { "top" } else { "bottom" };
-        let why = Diagnostic::new(Severity::Error, "proof.no_copper").with("side", side);
+        let why = Diagnostic::error("proof.no_copper").with("side", side);
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
     // Against an outline that is not the board's nothing is proved.
@@ -119,7 +119,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let verdict = proof::prove(&board, &programs, &options);
     let copper = board.copper.iter().find(|copper| copper.face == face);
     if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-        let why = Diagnostic::new(Severity::Error, "proof.no_island").with("path", args.job.display());
+        let why = Diagnostic::error("proof.no_island").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
     let mut object = verdict_object(&verdict, &args.accept);
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     if unread == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Diagnostic::new(Severity::Error, "proof.unread_findings").with("count", unread);
+    let why = Diagnostic::error("proof.unread_findings").with("count", unread);
     Ok(Answer::refused(object, &text, why))
 }
 
@@ -149,7 +149,7 @@ fn files(
     let sides = prove_files::laid(board, &work, face, given);
     let has_copper = |face| board.copper.iter().any(|copper| copper.face == face);
     if let Some(side) = sides.iter().find(|side| !has_copper(side.face)) {
-        let why = Diagnostic::new(Severity::Error, "proof.no_copper").with("side", side.face.name());
+        let why = Diagnostic::error("proof.no_copper").with("side", side.face.name());
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
     let options = |face| {

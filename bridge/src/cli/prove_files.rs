@@ -16,7 +16,7 @@ use crate::cli::job;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Program};
 use annulus_core::locale;
@@ -44,7 +44,7 @@ pub(super) fn given(path: &Path, tools: &BTreeMap<u32, Bit>) -> Result<Given, Re
         return Ok(Given::Own(program));
     }
     let bytes = fs::read(path).map_err(|error| {
-        let why = Diagnostic::new(Severity::Error, "job.unreadable").with("file", path.display());
+        let why = Diagnostic::error("job.unreadable").with("file", path.display());
         Refusal::surroundings(why.with("reason", error))
     })?;
     let text = String::from_utf8_lossy(&bytes);
@@ -58,9 +58,7 @@ pub(super) fn tools(said: &[String]) -> Result<BTreeMap<u32, Bit>, Refusal> {
         let (number, title) = text.split_once('=')?;
         Some((number.trim().parse().ok()?, post::titled(title)?))
     };
-    let faulty = |text: &String| {
-        Refusal::usage(Diagnostic::new(Severity::Error, "prove.bad_tool").with("found", text))
-    };
+    let faulty = |text: &String| Refusal::usage(Diagnostic::error("prove.bad_tool").with("found", text));
     said.iter().map(|text| tool(text).ok_or_else(|| faulty(text))).collect()
 }
 
@@ -121,9 +119,7 @@ pub(super) fn prove(
         let verdict = proof::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
         if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-            return Err(Refusal::content(
-                Diagnostic::new(Severity::Error, "proof.no_island").with("path", "JOB"),
-            ));
+            return Err(Refusal::content(Diagnostic::error("proof.no_island").with("path", "JOB")));
         }
         lost += verdict.lost_mm2;
         open += unread(&verdict.findings, accept);
@@ -154,7 +150,7 @@ pub(super) fn prove(
     if open + unseen == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Diagnostic::new(Severity::Error, "proof.unread_findings").with("count", open + unseen);
+    let why = Diagnostic::error("proof.unread_findings").with("count", open + unseen);
     Ok(Answer::refused(object, &text, why))
 }
 
@@ -202,7 +198,7 @@ fn hole_diagnostics(drilled: &Drilled) -> Vec<Diagnostic> {
     let said = rows.into_iter().filter(|(_, places)| !places.is_empty()).map(|(code, places)| {
         let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
         let named: Vec<String> = named.collect();
-        Diagnostic::new(Severity::Error, code).with("count", places.len()).with("places", named.join(", "))
+        Diagnostic::error(code).with("count", places.len()).with("places", named.join(", "))
     });
     said.collect()
 }

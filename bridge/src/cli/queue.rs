@@ -8,7 +8,7 @@ use crate::drill::Drill;
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::State;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::queue::{self, Checked, Mode, Queue, RowState, Standing, check, print, read};
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
@@ -83,7 +83,7 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
 }
 
 fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 fn text_of(args: &FileArgs) -> Result<String, Refusal> {

@@ -9,7 +9,7 @@ use crate::drill::{Drill, RECORD};
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
 }
 
 fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 /// Stands in for the person at the machine.
@@ -271,7 +271,7 @@ impl<'a> Operator<'a> {
         let mut text = format!("{holes} holes drilled.{milled}\n");
         rested.slips.iter().for_each(|slip| text += &lost(slip));
         for hole in &rested.drilled_twice {
-            let note = Diagnostic::new(Severity::Note, "run.drilled_twice").with("hole", hole);
+            let note = Diagnostic::note("run.drilled_twice").with("hole", hole);
             text += &format!("{} {}\n", note.message("en"), note.advice("en"));
         }
         if exit != Exit::Done {

@@ -11,7 +11,7 @@ use crate::server::runtime::{self, Claim};
 use crate::server::{self, Bridge};
 use crate::signals::Signals;
 use annulus_core::control::Timing;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Scope;
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
@@ -126,19 +126,17 @@ pub(crate) fn is_free(port: u16) -> bool {
 
 fn cannot_listen(port: u16, error: &io::Error) -> Refusal {
     if error.kind() == ErrorKind::AddrInUse {
-        return Refusal::surroundings(
-            Diagnostic::new(Severity::Error, "serve.port_in_use").with("port", port),
-        );
+        return Refusal::surroundings(Diagnostic::error("serve.port_in_use").with("port", port));
     }
-    let why = Diagnostic::new(Severity::Error, "serve.port").with("port", port);
+    let why = Diagnostic::error("serve.port").with("port", port);
     Refusal::surroundings(why.with("reason", error))
 }
 
 fn already_running(port: Option<u16>) -> Refusal {
     let port = port.map_or_else(|| "?".to_owned(), |port| port.to_string());
-    Refusal::surroundings(Diagnostic::new(Severity::Error, "serve.already_running").with("port", port))
+    Refusal::surroundings(Diagnostic::error("serve.already_running").with("port", port))
 }
 
 fn trouble(code: &str, error: &io::Error) -> Refusal {
-    Refusal::surroundings(Diagnostic::new(Severity::Error, code).with("reason", error))
+    Refusal::surroundings(Diagnostic::error(code).with("reason", error))
 }

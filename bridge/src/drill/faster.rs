@@ -11,7 +11,7 @@
 use super::moves::Work;
 use super::owner::Owner;
 use super::prepare::Prepared;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;
 
 /// Least and most that can be ordered, percent of what was planned.
@@ -20,7 +20,7 @@ const RANGE: std::ops::RangeInclusive<u8> = 10..=200;
 impl Owner {
     /// How fast the job goes from now on. More than 100 % comes with its plan.
     pub(super) fn feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
-        let refuse = |code| Err(Diagnostic::new(Severity::Error, code).with("percent", percent));
+        let refuse = |code| Err(Diagnostic::error(code).with("percent", percent));
         if !RANGE.contains(&percent) {
             return refuse("control.bad_feed_override");
         }

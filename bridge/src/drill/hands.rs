@@ -7,7 +7,7 @@ use super::board::Board;
 use super::owner::Message;
 use crate::executor::{Executor, Heard, Shared, process};
 use annulus_core::control::{Lateness, Timing};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::Steady;
 use annulus_core::virtual_drill::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, VirtualDrill};
@@ -80,7 +80,7 @@ impl Hands {
         let twin = VirtualDrill::new(machine, seed, self.faults.clone(), drilled).watched(watch);
         let twin = Steady::new(twin.watched_for_breaks(breaks));
         let executor = Executor::start(machine, Box::new(twin), (speed, self.faults.late_host), shared, hear)
-            .map_err(|error| Diagnostic::new(Severity::Error, "control.no_thread").with("reason", error))?;
+            .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
         Ok((executor, None))
     }
 }

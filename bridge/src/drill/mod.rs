@@ -31,7 +31,7 @@ use crate::journal::{self, Contents, Journal};
 use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::control::Timing;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
@@ -85,11 +85,11 @@ impl Drill {
         faults: Faults,
     ) -> Result<Self, Refusal> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
-            let why = Diagnostic::new(Severity::Error, "control.speed_range").with("speed", speed);
+            let why = Diagnostic::error("control.speed_range").with("speed", speed);
             return Err(Refusal::usage(why));
         }
         if machine.output != Output::Virtual && speed != 1.0 {
-            return Err(Refusal::usage(Diagnostic::new(Severity::Error, "control.speed_is_real")));
+            return Err(Refusal::usage(Diagnostic::error("control.speed_is_real")));
         }
         let unwritable = |error: std::io::Error| unwritable(folder, &error);
         own::root(folder).and_then(|()| own::mend(&folder.join(JOURNAL))).map_err(unwritable)?;
@@ -99,7 +99,7 @@ impl Drill {
             let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
             let holes = holes.iter().filter(|byte| **byte == b'\n').count();
             let job = damage.job.as_deref().unwrap_or("?");
-            let why = Diagnostic::new(Severity::Error, DAMAGED).with("file", &damage.file);
+            let why = Diagnostic::error(DAMAGED).with("file", &damage.file);
             why.with("job", job).with("holes", holes)
         });
         Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
@@ -218,7 +218,7 @@ impl Drill {
     fn arm(&self, job: &str, ticket: Option<Ticket>) -> Result<Vec<Tell>, Diagnostic> {
         ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket))?;
         let _planning = self.planner.lock();
-        let bytes = self.job(job).ok_or_else(|| Diagnostic::new(Severity::Error, "control.no_such_job"))?;
+        let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
         let prepared = prepare::prepare(job, &bytes, &context)?;
         self.send(|reply| Message::Prepared(Box::new(prepared), reply)).unwrap_or_else(|| Err(gone()))
@@ -277,11 +277,11 @@ impl Begun {
 }
 
 fn gone() -> Diagnostic {
-    Diagnostic::new(Severity::Error, "control.shut_down")
+    Diagnostic::error("control.shut_down")
 }
 
 fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
-    let why = Diagnostic::new(Severity::Error, "control.folder_unwritable").with("folder", folder.display());
+    let why = Diagnostic::error("control.folder_unwritable").with("folder", folder.display());
     Refusal::surroundings(why.with("reason", error))
 }
 
@@ -296,7 +296,7 @@ fn drilled_record(path: &Path, owner: Sender<Message>) -> std::io::Result<Drille
         if let Err(error) = file.write_all(line.as_bytes()) {
             // No half line stays.
             let _ = before.and_then(|before| file.set_len(before));
-            let why = Diagnostic::new(Severity::Error, "control.record_unwritable").with("reason", error);
+            let why = Diagnostic::error("control.record_unwritable").with("reason", error);
             let _ = owner.send(Message::CannotRecord(why));
         }
     }))

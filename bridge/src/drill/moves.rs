@@ -13,7 +13,7 @@ use super::recorder::Record;
 use crate::executor::{Ended, Report, Task};
 use crate::journal::{Progress, Ruler};
 use annulus_core::control::{Event, State, Trust, lateness};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
@@ -156,7 +156,7 @@ pub(super) fn ruler(machine: &Machine) -> Ruler {
 }
 
 fn alarm(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 fn name(input: Input) -> String {

@@ -9,7 +9,7 @@
 
 use super::owner::Owner;
 use annulus_core::control::State;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Outputs, Tell};
 use std::time::{Duration, Instant};
 
@@ -83,7 +83,7 @@ impl Bench {
 }
 
 fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 impl Owner {

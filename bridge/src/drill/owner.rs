@@ -17,7 +17,7 @@ use crate::executor::{Executor, Report, Shared};
 use crate::journal::{Contents, JobRecord, Journal, Progress, WorkZero};
 use crate::machine_file;
 use annulus_core::control::{Action, Event, Session, State, Timing, Trust, step};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Bit;
 use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
 use annulus_core::pins::AxisSet;
@@ -134,7 +134,7 @@ pub(super) fn zero_of(job: &JobRecord, machine: &Machine) -> Option<[i64; 2]> {
 }
 
 pub(super) fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 impl Owner {

@@ -4,7 +4,7 @@
 
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
@@ -154,7 +154,7 @@ fn row(verdict: Verdict, finding: Diagnostic) -> PreflightRow {
 }
 
 fn note(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Note, code)
+    Diagnostic::note(code)
 }
 
 /// The job `bytes` prepared for the drill as it stands.
@@ -175,7 +175,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     checks.push(if program.machine == machine.fingerprint() {
         row(Verdict::Pass, note("preflight.same_machine"))
     } else {
-        row(Verdict::Fail, Diagnostic::new(Severity::Error, "preflight.other_machine"))
+        row(Verdict::Fail, Diagnostic::error("preflight.other_machine"))
     });
     let (digest, verdict) = judged(stream, machine, plane.map(|_| zero));
     match verdict {
@@ -188,8 +188,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     checks.extend(unknown_bit(program).map(|why| row(Verdict::Fail, why)));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
-        let why =
-            Diagnostic::new(Severity::Warning, "preflight.bit_not_in_rack").with("bits", missing.join(", "));
+        let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
         checks.push(row(Verdict::Warn, why));
     }
     if let Some(bit) = program.bits.first() {
@@ -197,14 +196,10 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     }
     if !program.accepted.is_empty() {
         let codes = program.accepted.join(", ");
-        checks.push(row(
-            Verdict::Warn,
-            Diagnostic::new(Severity::Warning, "preflight.accepted").with("codes", codes),
-        ));
+        checks.push(row(Verdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)));
     }
     if let Some((other, ..)) = context.offer.as_ref().filter(|(offered, ..)| offered != key) {
-        let why =
-            Diagnostic::new(Severity::Warning, "preflight.forgets").with("job", &other[..other.len().min(8)]);
+        let why = Diagnostic::warning("preflight.forgets").with("job", &other[..other.len().min(8)]);
         checks.push(row(Verdict::Warn, why));
     }
     let holes = program.hole_count();
@@ -262,9 +257,9 @@ pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnosti
     let machine = &job.context.machine;
     let plan = planned(program::decode(&job.bytes)?.at_feed(percent), machine)?;
     let (digest, verdict) = judged(&plan.stream, machine, Some(job.zero));
-    verdict.unwrap_or(Ok(())).map_err(|reasons| {
-        reasons.into_iter().next().unwrap_or_else(|| Diagnostic::new(Severity::Error, "control.busy"))
-    })?;
+    verdict
+        .unwrap_or(Ok(()))
+        .map_err(|reasons| reasons.into_iter().next().unwrap_or_else(|| Diagnostic::error("control.busy")))?;
     let too_fast = |safe_hz| lateness::too_fast(plan.stream.segments(), safe_hz);
     if let Some(why) = job.context.safe_hz.and_then(too_fast) {
         return Err(why);
@@ -282,13 +277,13 @@ fn unknown_bit(program: &Program) -> Option<Diagnostic> {
         _ => None,
     });
     let bit = waits.find(|bit| *bit as usize >= program.bits.len())?;
-    let why = Diagnostic::new(Severity::Error, "preflight.no_such_bit").with("bit", u64::from(bit) + 1);
+    let why = Diagnostic::error("preflight.no_such_bit").with("bit", u64::from(bit) + 1);
     Some(why.with("bits", program.bits.len()))
 }
 
 /// The rows about the drill itself.
 fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
-    let lost = |code| row(Verdict::Fail, Diagnostic::new(Severity::Error, code));
+    let lost = |code| row(Verdict::Fail, Diagnostic::error(code));
     vec![
         match context.trust {
             Trust::Trusted => row(Verdict::Pass, note("preflight.homed")),

@@ -12,7 +12,7 @@ use super::moves::Doing;
 use super::owner::Owner;
 use crate::executor::{Ended, Report};
 use annulus_core::control::{Event, State, Trust};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;
 use annulus_core::pins::Outcome;
 use annulus_core::queue::{self, Action, Harm, Mode, Queue, Rest, RowResult, Run, Standing, check};
@@ -39,7 +39,7 @@ pub(super) struct Lab {
 }
 
 fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 impl Owner {

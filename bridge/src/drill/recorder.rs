@@ -6,7 +6,7 @@
 use super::owner::Message;
 use crate::executor::Shared;
 use crate::journal::{JobRecord, Journal, Progress, WorkZero};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -64,7 +64,7 @@ struct Over(Sender<Message>);
 
 impl Drop for Over {
     fn drop(&mut self) {
-        let _ = self.0.send(Message::Begun(Err(Diagnostic::new(Severity::Error, "control.shut_down"))));
+        let _ = self.0.send(Message::Begun(Err(Diagnostic::error("control.shut_down"))));
     }
 }
 

@@ -9,7 +9,7 @@
 //! or what it set in motion is stopped by what comes behind it: there is no moment in between. Comes in: changes. Goes out:
 //! tickets, refusals. Does not know pages.
 
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How often control changed hands and how often somebody pressed STOP.
@@ -48,7 +48,7 @@ impl Tickets {
             _ if ticket.stops != now.stops => "socket.stopped_meanwhile",
             _ => return Ok(()),
         };
-        Err(Diagnostic::new(Severity::Error, code))
+        Err(Diagnostic::error(code))
     }
 }
 

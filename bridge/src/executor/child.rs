@@ -17,7 +17,7 @@ use super::thread::{self, Message};
 use super::{Glimpse, Shared, realtime};
 use crate::outputs::{self, Trouble};
 use annulus_core::control::{Lateness, Timing, lateness};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use annulus_core::pins::Steady;
 use std::io;
@@ -123,7 +123,7 @@ pub(crate) fn run() -> io::Result<()> {
         End::Gone => hands.end("bridge_gone", Message::Abandon),
         End::Silent => {
             hands.end("bridge_silent", Message::Abandon);
-            let _ = up.send(Up::Refused(Diagnostic::new(Severity::Error, "output.bridge_silent")));
+            let _ = up.send(Up::Refused(Diagnostic::error("output.bridge_silent")));
         }
     }
     drop(up);
@@ -200,8 +200,7 @@ fn begin(
     measured: Option<Lateness>,
     up: &Sender<Up>,
 ) -> Result<(Hands, Trouble, Offsets), Diagnostic> {
-    let cannot =
-        |error: io::Error| Diagnostic::new(Severity::Error, "output.executor_failed").with("reason", error);
+    let cannot = |error: io::Error| Diagnostic::error("output.executor_failed").with("reason", error);
     let wires = outputs::open(machine)?;
     let trouble = wires.trouble();
     let (offsets, why) = (Offsets::default(), Why::new(Mutex::new(RUNNING)));
@@ -257,8 +256,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
         };
         if hands.died() {
             // Without its thread this process can do nothing: the bridge makes the outputs safe.
-            let why =
-                Diagnostic::new(Severity::Error, "output.executor_failed").with("reason", "its thread ended");
+            let why = Diagnostic::error("output.executor_failed").with("reason", "its thread ended");
             let _ = frames::send(&mut pipe, &Up::Refused(why));
             std::process::exit(1);
         }
@@ -266,7 +264,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
             refused = true;
             hands.say("port_refused");
             hands.shared.stop(u64::MAX);
-            let why = Diagnostic::new(Severity::Error, "output.port_refused").with("reason", reason);
+            let why = Diagnostic::error("output.port_refused").with("reason", reason);
             let _ = frames::send(&mut pipe, &Up::Refused(why));
         }
         if sent.is_err() {

@@ -14,7 +14,7 @@ use super::thread::Message;
 use super::{Heard, Shared};
 use crate::outputs;
 use annulus_core::control::{Lateness, Timing};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use std::io::{self, Write};
 use std::path::Path;
@@ -62,7 +62,7 @@ struct Link {
 }
 
 fn failed(error: impl std::fmt::Display) -> Diagnostic {
-    Diagnostic::new(Severity::Error, "output.executor_failed").with("reason", error)
+    Diagnostic::error("output.executor_failed").with("reason", error)
 }
 
 /// Starts the executor of `machine`, whose record is `record`, and waits until its outputs are safe and its clock is
@@ -201,7 +201,7 @@ impl Link {
         }
         outputs::make_safe(&self.machine).map_err(|why| {
             tracing::error!("{}", why.message("en"));
-            Diagnostic::new(Severity::Error, "output.not_safe").with("reason", why.message("en"))
+            Diagnostic::error("output.not_safe").with("reason", why.message("en"))
         })
     }
 }
@@ -233,7 +233,7 @@ impl Reader {
                 Ok(None) | Err(_) => {
                     let silent = self.link.silent.load(Ordering::SeqCst);
                     let code = if silent { "output.executor_silent" } else { "output.executor_gone" };
-                    break Diagnostic::new(Severity::Error, code);
+                    break Diagnostic::error(code);
                 }
             }
         };

@@ -20,7 +20,7 @@ mod timeline;
 
 pub(crate) use tally::Tally;
 
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Dynamics;
 use document::{Document, Node};
 
@@ -130,7 +130,7 @@ fn at<'a, T>(node: &'a Node<'_>) -> impl Fn(Diagnostic) -> Result<T, Diagnostic>
 
 /// An error.
 fn error(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //! Whatever is opened is written to, so nothing else is: no document that somebody named by mistake, no disk, no memory.
 //! Comes in: a path. Goes out: an open device, or why not. Does not know what the bytes mean.
 
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -67,7 +67,7 @@ impl Trouble {
                 _ => "output.cannot_open",
             },
         };
-        let why = Diagnostic::new(Severity::Error, code).with("device", path.display());
+        let why = Diagnostic::error(code).with("device", path.display());
         if let Self::Io(error) = self { why.with("reason", error) } else { why }
     }
 }

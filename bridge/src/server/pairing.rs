@@ -7,7 +7,7 @@
 //! Comes in: tokens people were given, with the time in ms. Goes out: sessions. Nothing here is ever written to disk or
 //! to the log. Does not know HTTP.
 
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Paired, Scope, auth};
 use std::net::IpAddr;
 
@@ -29,7 +29,7 @@ pub(crate) fn secret<const N: usize>() -> Result<String, Diagnostic> {
     let mut bytes = [0; N];
     match getrandom::fill(&mut bytes) {
         Ok(()) => Ok(auth::hex(&bytes)),
-        Err(error) => Err(Diagnostic::new(Severity::Error, "door.no_chance").with("reason", error)),
+        Err(error) => Err(Diagnostic::error("door.no_chance").with("reason", error)),
     }
 }
 

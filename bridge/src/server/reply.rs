@@ -3,7 +3,7 @@
 //! Comes in: a status and a diagnostic. Goes out: a response. Does not know who asked.
 
 use crate::refusal::Refusal;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
@@ -20,7 +20,7 @@ pub(crate) struct Refused {
 impl Refused {
     /// A refusal by code, without arguments.
     pub(crate) fn new(status: StatusCode, code: &str) -> Self {
-        Self { status, why: Diagnostic::new(Severity::Error, code) }
+        Self { status, why: Diagnostic::error(code) }
     }
 
     /// The same with one argument of its sentence.

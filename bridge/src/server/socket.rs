@@ -15,7 +15,7 @@ use super::desk::Seat;
 use super::pairing::{self, Session};
 use crate::drill::Begun;
 use annulus_core::control::lease::{Event, Viewer};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -47,7 +47,7 @@ pub(crate) const TRANSPORT_LIMIT: usize = 4 * FRAME_LIMIT;
 
 /// A refusal by code.
 fn no(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 /// One page from challenge to goodbye.

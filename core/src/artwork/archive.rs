@@ -8,7 +8,7 @@
 //! local header ─ data ─ … ─ central directory ─ end record (found from the back, tells where the directory is)
 //! ```
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ struct Row<'a> {
 
 /// Takes a zip apart. The error is the diagnostic why none of it can be read.
 pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Diagnostic> {
-    let refused = |code| Diagnostic::new(Severity::Error, code);
+    let refused = |code| Diagnostic::error(code);
     let end = end_record(zip).ok_or(refused("archive.damaged"))?;
     let count = usize::from(number::<2>(zip, end + 10).ok_or(refused("archive.damaged"))? as u16);
     let mut at = number::<4>(zip, end + 16).ok_or(refused("archive.damaged"))? as usize;
@@ -127,14 +127,14 @@ pub fn lists(bytes: &[u8], name: &str) -> bool {
 pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Diagnostic> {
     let together: usize = members.iter().map(|(_, bytes)| bytes.len()).sum();
     if together > MOST_BYTES_TOGETHER {
-        return Err(Diagnostic::new(Severity::Error, "archive.too_large"));
+        return Err(Diagnostic::error("archive.too_large"));
     }
     if members.len() > MOST_MEMBERS {
-        let why = Diagnostic::new(Severity::Error, "archive.too_many_members");
+        let why = Diagnostic::error("archive.too_many_members");
         return Err(why.with("count", members.len()).with("most", MOST_MEMBERS));
     }
     if let Some((name, _)) = members.iter().find(|(name, _)| name.contains('\\')) {
-        return Err(Diagnostic::new(Severity::Error, "archive.path_leads_out").at(name, 0, 0));
+        return Err(Diagnostic::error("archive.path_leads_out").at(name, 0, 0));
     }
     let (mut zip, mut directory) = (Vec::new(), Vec::new());
     for (name, bytes) in members {

@@ -110,8 +110,7 @@ fn measured(
     let size = drill.centre_bounds().map_or(String::new(), |bounds| {
         format!("{:.1} × {:.1} mm", (bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm())
     });
-    let diagnostic =
-        Diagnostic::new(Severity::Error, code).at(task.name, 0, 0).with("reading", shown(&task.reading));
+    let diagnostic = Diagnostic::error(code).at(task.name, 0, 0).with("reading", shown(&task.reading));
     diagnostics.push(diagnostic.with("other", shown(&first)).with("size", size));
     Ok((task.reading, drill, diagnostics))
 }
@@ -119,7 +118,7 @@ fn measured(
 /// Says of a tool that no bit is as thin or as thick.
 fn impossible(name: &str, tool: &ToolEntry) -> Diagnostic {
     let size = tool.diameter.map_or(String::new(), |length| format!("{:.3}", length.mm()));
-    let diagnostic = Diagnostic::new(Severity::Error, "drill.impossible_bit").at(name, tool.line, 1);
+    let diagnostic = Diagnostic::error("drill.impossible_bit").at(name, tool.line, 1);
     diagnostic.with("tool", format!("T{}", tool.code)).with("size", size)
 }
 
@@ -321,9 +320,8 @@ fn disagreements(name: &str, drill: &DrillFile, companion: &super::companion::Co
         let Some(row) = companion.tools.get(&tool.code) else { continue };
         let holes = counts.hits + counts.slots + counts.routed_paths;
         let said = |code: &str, found: String, promised: String| {
-            let diagnostic = Diagnostic::new(Severity::Warning, code)
-                .at(name, tool.line, 1)
-                .with("tool", format!("T{}", tool.code));
+            let diagnostic =
+                Diagnostic::warning(code).at(name, tool.line, 1).with("tool", format!("T{}", tool.code));
             diagnostic.with("found", found).with("promised", promised)
         };
         if let Some(promised) = row.holes.filter(|&promised| promised != holes && holes > 0) {

@@ -69,17 +69,14 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
     reader.end_of_group();
     let mut findings = reader.findings;
     if columns.unsure {
-        findings.whole(Diagnostic::new(Severity::Warning, "drill.columns_by_shape"));
+        findings.whole(Diagnostic::warning("drill.columns_by_shape"));
     }
     match units_by {
         Source::Shape => {
-            findings.whole(
-                Diagnostic::new(Severity::Warning, "drill.units_by_sizes").with("reading", units.name()),
-            );
+            findings.whole(Diagnostic::warning("drill.units_by_sizes").with("reading", units.name()));
         }
         Source::Default => {
-            findings
-                .whole(Diagnostic::new(Severity::Error, "drill.units_unknown").with("reading", units.name()));
+            findings.whole(Diagnostic::error("drill.units_unknown").with("reading", units.name()));
         }
         _ => {}
     }
@@ -160,7 +157,7 @@ impl Reader<'_> {
     }
 
     fn refusal(&self, code: &str, line: u32) -> Diagnostic {
-        Diagnostic::new(Severity::Error, code).at(self.name, line, 1)
+        Diagnostic::error(code).at(self.name, line, 1)
     }
 
     /// The tool of this diameter; numbers are given in the order of first use.
@@ -176,8 +173,7 @@ impl Reader<'_> {
         let tool = self.out.tools.len() as u16;
         let code = u32::from(tool) + 1;
         if diameter.is_none() {
-            let diagnostic =
-                Diagnostic::new(Severity::Error, "drill.tool_without_diameter").at(self.name, line.number, 1);
+            let diagnostic = Diagnostic::error("drill.tool_without_diameter").at(self.name, line.number, 1);
             self.findings.push(diagnostic.with("tool", format!("T{code}")).with("holes", "?"));
         }
         self.out.tools.push(ToolEntry { code, diameter, plated: None, line: line.number });
@@ -189,8 +185,7 @@ impl Reader<'_> {
         if let Some((_, line, Some(promised), before)) = self.group.take() {
             let found = self.out.hits.len() - before;
             if found != promised as usize {
-                let diagnostic =
-                    Diagnostic::new(Severity::Warning, "drill.count_differs").at(self.name, line, 1);
+                let diagnostic = Diagnostic::warning("drill.count_differs").at(self.name, line, 1);
                 self.findings.push(diagnostic.with("found", found).with("promised", promised));
             }
         }

@@ -31,7 +31,7 @@ fn tapes(files: &mut [FileRead]) {
         let tape = file.diagnostics.iter_mut().find(|diagnostic| diagnostic.code == "refused.eia_tape");
         if let (Some(twin), Some(tape)) = (twin, tape) {
             tape.severity = Severity::Note;
-            let told = Diagnostic::new(Severity::Note, "set.tape_twin").at(&file.name, 0, 0);
+            let told = Diagnostic::note("set.tape_twin").at(&file.name, 0, 0);
             file.diagnostics.push(told.with("twin", base(twin)));
         }
     }
@@ -48,8 +48,7 @@ fn shifts(files: &mut [FileRead]) {
         let lies_well = evidence.score.is_some_and(|score| score >= FITS);
         if evidence.shift_mm.is_none() && !lies_well && beside.all(agree) {
             evidence.shift_mm = Some(by);
-            file.diagnostics
-                .push(Diagnostic::new(Severity::Note, "drill.shifted_with_others").at(&file.name, 0, 0));
+            file.diagnostics.push(Diagnostic::note("drill.shifted_with_others").at(&file.name, 0, 0));
         }
     }
 }

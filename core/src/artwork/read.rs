@@ -143,7 +143,7 @@ impl Artwork {
         let layers = self.files.iter_mut().filter(|file| file.gerber.is_some() && file.name == name);
         for file in layers {
             (file.role, file.side) = (role, side);
-            file.reason = Diagnostic::new(Severity::Note, "kind.person");
+            file.reason = Diagnostic::note("kind.person");
         }
     }
 
@@ -165,7 +165,7 @@ impl Artwork {
         for &index in others {
             if let Some(file) = self.files.get_mut(index) {
                 (file.role, file.side) = (Role::Other, None);
-                file.reason = Diagnostic::new(Severity::Note, "kind.other_board").with("board", &file.board);
+                file.reason = Diagnostic::note("kind.other_board").with("board", &file.board);
             }
         }
     }
@@ -177,7 +177,7 @@ impl Artwork {
         }
         for file in &mut self.files {
             if file.kind == Kind::Gerber && file.drill.is_some() {
-                let told = Diagnostic::new(Severity::Note, "set.drill_layer_beside").at(&file.name, 0, 0);
+                let told = Diagnostic::note("set.drill_layer_beside").at(&file.name, 0, 0);
                 file.diagnostics.push(told);
             }
         }
@@ -276,11 +276,8 @@ fn collect<'a>(
         out.push(Pending { name, bytes, what, settled: None });
         return;
     }
-    let unpacked = if depth > 1 {
-        Err(Diagnostic::new(Severity::Error, "archive.too_deep"))
-    } else {
-        unpack(&bytes, budget)
-    };
+    let unpacked =
+        if depth > 1 { Err(Diagnostic::error("archive.too_deep")) } else { unpack(&bytes, budget) };
     let at = out.len();
     let members = match unpacked {
         Ok(members) => members,
@@ -290,7 +287,7 @@ fn collect<'a>(
             return;
         }
     };
-    let reason = Diagnostic::new(Severity::Note, "kind.archive").with("count", members.len());
+    let reason = Diagnostic::note("kind.archive").with("count", members.len());
     let archive = FileRead::new(&name, Kind::Archive, Role::Other, reason);
     let inside = format!("{name}!/");
     out.push(Pending { name, bytes, what, settled: Some(archive) });
@@ -333,7 +330,7 @@ fn boards_of(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> Vec<String> 
 /// A layer; what it is for is found when all layers of its folder are known.
 fn gerber_file(name: &str, bytes: &[u8], person: &Overrides) -> FileRead {
     let (layer, diagnostics) = gerber::read(name, &decode(bytes), person);
-    let unknown = Diagnostic::new(Severity::Note, "kind.gerber");
+    let unknown = Diagnostic::note("kind.gerber");
     let mut file = FileRead::new(name, Kind::Gerber, Role::Other, unknown);
     file.diagnostics = diagnostics;
     (file.units, file.number_format, file.zeros) = (layer.units, layer.digits, layer.zeros);
@@ -351,7 +348,7 @@ fn headless(file: &Pending<'_>, all: &[Pending<'_>], person: &Overrides) -> Opti
     let mut text = aperture_list::head(&lists, person).filter(|_| !lists.is_empty())?.into_bytes();
     text.extend_from_slice(&decode(&file.bytes));
     let mut read = gerber_file(&file.name, &text, person);
-    read.diagnostics.push(Diagnostic::new(Severity::Note, "gerber.head_from_list").at(&file.name, 0, 0));
+    read.diagnostics.push(Diagnostic::note("gerber.head_from_list").at(&file.name, 0, 0));
     Some(read)
 }
 
@@ -379,8 +376,7 @@ fn drill_file(
 
 fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnostic> {
     let list = drill_list::read(name, text, person)?;
-    let mut file =
-        FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::new(Severity::Note, "kind.drill_list"));
+    let mut file = FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::note("kind.drill_list"));
     file.units = Some(list.units);
     file.zeros = Some(Zeros::Decimal);
     let source = list.units_by;
@@ -392,7 +388,7 @@ fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnos
 
 /// A drill program's file, still without content.
 pub(super) fn drill_program(name: &str) -> FileRead {
-    FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::new(Severity::Note, "kind.drill_program"))
+    FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::note("kind.drill_program"))
 }
 
 fn same_plating(file: &FileRead) -> Option<bool> {
@@ -415,7 +411,7 @@ fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
     let text = decode(bytes);
     let unread = matches!(what, What::Report | What::Unknown);
     if let Some((count, line)) = unread.then(|| detect::coordinates(&text)).flatten() {
-        let warning = Diagnostic::new(Severity::Warning, "file.coordinates_unread").at(name, line, 1);
+        let warning = Diagnostic::warning("file.coordinates_unread").at(name, line, 1);
         file.diagnostics.push(warning.with("count", count));
     }
     file
@@ -424,37 +420,27 @@ fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
 fn plain_kind(name: &str, what: What) -> FileRead {
     match what {
         What::Refused(code) => match names::foreign(companion::base(name), code) {
-            Some(reason) => {
-                FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::new(Severity::Note, reason))
-            }
-            None => FileRead::refused(name, Diagnostic::new(Severity::Error, code)),
+            Some(reason) => FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note(reason)),
+            None => FileRead::refused(name, Diagnostic::error(code)),
         },
-        What::Report => {
-            FileRead::new(name, Kind::Report, Role::Other, Diagnostic::new(Severity::Note, "kind.report"))
-        }
+        What::Report => FileRead::new(name, Kind::Report, Role::Other, Diagnostic::note("kind.report")),
         What::Placement => {
-            FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::new(Severity::Note, "kind.placement"))
+            FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note("kind.placement"))
         }
         What::Packed(format) => {
-            let reason = Diagnostic::new(Severity::Note, "kind.packed").with("format", format);
+            let reason = Diagnostic::note("kind.packed").with("format", format);
             let mut file = FileRead::new(name, Kind::Unknown, Role::Other, reason);
-            let warning = Diagnostic::new(Severity::Warning, "archive.not_opened").at(name, 0, 0);
+            let warning = Diagnostic::warning("archive.not_opened").at(name, 0, 0);
             file.diagnostics.push(warning.with("format", format));
             file
         }
         _ => {
-            let mut file = FileRead::new(
-                name,
-                Kind::Unknown,
-                Role::Other,
-                Diagnostic::new(Severity::Note, "kind.unknown"),
-            );
+            let mut file = FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note("kind.unknown"));
             if holds(name.as_bytes(), ".drl")
                 || holds(name.as_bytes(), ".xln")
                 || holds(name.as_bytes(), ".exc")
             {
-                file.diagnostics
-                    .push(Diagnostic::new(Severity::Error, "drill.not_recognised").at(name, 0, 0));
+                file.diagnostics.push(Diagnostic::error("drill.not_recognised").at(name, 0, 0));
             }
             file
         }

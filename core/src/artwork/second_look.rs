@@ -108,7 +108,7 @@ fn common(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit: Fit) -> 
 
 fn told(code: &str, own: f64, other: f64) -> Diagnostic {
     let percent = |share: f64| format!("{:.0}", share * 100.0);
-    Diagnostic::new(Severity::Warning, code).with("own", percent(own)).with("other", percent(other))
+    Diagnostic::warning(code).with("own", percent(own)).with("other", percent(other))
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use super::role::{by_content, by_function, by_words};
 use super::text::holds;
 use super::words::stem_words;
 use super::{Evidence, FileRead, Gerber, Role, Side, Source, gerber};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Bounds;
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -80,7 +80,7 @@ fn votes(files: &[&FileRead]) -> BTreeMap<&'static str, usize> {
 }
 
 fn find(name: &str, gerber: &Gerber, cads: &BTreeMap<&'static str, usize>) -> Found {
-    let reason = |code: &str, word: &str| Diagnostic::new(Severity::Note, code).with("found", word);
+    let reason = |code: &str, word: &str| Diagnostic::note(code).with("found", word);
     if let Some(function) = &gerber.file_function {
         let (role, side) = by_function(function);
         if role != Role::Other || !function.is_empty() && side.is_some() {
@@ -165,9 +165,9 @@ fn rivals(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
             let name = file.name.clone();
             if ground < best {
                 file.role = Role::Other;
-                file.diagnostics.push(Diagnostic::new(Severity::Note, "set.better_layer").at(&name, 0, 0));
+                file.diagnostics.push(Diagnostic::note("set.better_layer").at(&name, 0, 0));
             } else {
-                file.diagnostics.push(Diagnostic::new(Severity::Warning, "set.two_layers").at(&name, 0, 0));
+                file.diagnostics.push(Diagnostic::warning("set.two_layers").at(&name, 0, 0));
             }
         }
     }
@@ -192,7 +192,7 @@ fn only_copper(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
     let ([only], false) = (found.as_slice(), of_side) else { return };
     if let Some(file) = layers.get_mut(*only).and_then(Option::as_mut) {
         (file.role, file.side) = (Role::Copper, Some(Side::Top));
-        file.diagnostics.push(Diagnostic::new(Severity::Warning, "set.only_copper").at(&file.name, 0, 0));
+        file.diagnostics.push(Diagnostic::warning("set.only_copper").at(&file.name, 0, 0));
     }
 }
 
@@ -223,8 +223,7 @@ fn outline(layers: &mut [Option<FileRead>], members: &[usize]) {
     let (Some((only, _)), None) = (candidates.next(), candidates.next()) else { return };
     if let Some(file) = layers.get_mut(only).and_then(Option::as_mut) {
         (file.role, file.side) = (Role::Outline, None);
-        file.reason =
-            Diagnostic::new(Severity::Note, "kind.gerber_outline_shape").with("found", base(&file.name));
+        file.reason = Diagnostic::note("kind.gerber_outline_shape").with("found", base(&file.name));
     }
 }
 

@@ -48,8 +48,7 @@ pub(super) fn settle(drill: &mut DrillFile, units: Units, sizes: &[Decimal]) -> 
         }
     }
     let code = if mended { "drill.tools_in_units_of_places" } else { "drill.tools_in_other_units" };
-    let warning =
-        Diagnostic::new(Severity::Warning, code).with("tools", other.name()).with("places", units.name());
+    let warning = Diagnostic::warning(code).with("tools", other.name()).with("places", units.name());
     Some(warning.with("read", span(&read)).with("meant", span(&in_units)))
 }
 

@@ -36,7 +36,7 @@ pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], diagnost
         for (island, names) in found.meeting {
             let at = region.islands.get(island).map_or(Point::default(), |island| island.outer.start);
             diagnostics.push(
-                Diagnostic::new(Severity::Warning, "board.nets_meet")
+                Diagnostic::warning("board.nets_meet")
                     .at(&file.name, 0, 0)
                     .with("nets", names.join(", "))
                     .with("x", format!("{:.3}", at.x.mm()))
@@ -86,8 +86,7 @@ pub(super) fn layers<'a>(
 /// The outline less what is drawn.
 fn inverted(board: &Board, file: &FileRead, drawn: &Region, diagnostics: &mut Vec<Diagnostic>) -> Region {
     if board.outline.is_empty() {
-        diagnostics
-            .push(Diagnostic::new(Severity::Error, "board.negative_without_outline").at(&file.name, 0, 0));
+        diagnostics.push(Diagnostic::error("board.negative_without_outline").at(&file.name, 0, 0));
     }
     combine(&board.outline, drawn, Rule::Difference)
 }

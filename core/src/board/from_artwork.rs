@@ -69,7 +69,7 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
         copper::add(&mut board, artwork, used, &mut diagnostics);
         legend::add(&mut board, artwork, used);
         if board.holes.is_empty() && board.slots.is_empty() && !board.copper.is_empty() {
-            diagnostics.push(Diagnostic::new(Severity::Note, "board.no_holes"));
+            diagnostics.push(Diagnostic::note("board.no_holes"));
         }
     }
     (board, diagnostics)
@@ -87,7 +87,7 @@ fn moved(point: Point, by: Point) -> Point {
 
 fn told(code: &str, name: &str, by: Point) -> Diagnostic {
     let mm = |length: Length| format!("{:+.3}", length.mm());
-    Diagnostic::new(Severity::Note, code).at(name, 0, 0).with("x", mm(by.x)).with("y", mm(by.y))
+    Diagnostic::note(code).at(name, 0, 0).with("x", mm(by.x)).with("y", mm(by.y))
 }
 
 fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
@@ -287,7 +287,7 @@ fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path
     let count = gaps.len();
     let mended = gaps.into_iter().max().map(|(gap, at)| {
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let diagnostic = Diagnostic::new(Severity::Warning, "board.outline_mended").with("count", count);
+        let diagnostic = Diagnostic::warning("board.outline_mended").with("count", count);
         diagnostic.with("gap", mm(gap)).with("x", mm(at.x)).with("y", mm(at.y))
     });
     (region, rest, mended)

@@ -66,7 +66,7 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
             let most = common >= MANY && 2 * common > places.len().min(others.len());
             let namesakes = base(&file.name).eq_ignore_ascii_case(base(&other.name));
             if file.fingerprint != other.fingerprint && (most || namesakes) {
-                let warning = Diagnostic::new(Severity::Warning, "board.two_drills").at(&file.name, 0, 0);
+                let warning = Diagnostic::warning("board.two_drills").at(&file.name, 0, 0);
                 let warning = warning.with("file", &file.name).with("other", &other.name);
                 diagnostics.push(warning.with("common", common).with("holes", places.len()));
             }
@@ -77,7 +77,7 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     });
     for (_, file) in programs {
         if let Some((twin, _)) = files.iter().find(|(twin, _)| twin.fingerprint == file.fingerprint) {
-            let note = Diagnostic::new(Severity::Note, "board.same_drill").at(&file.name, 0, 0);
+            let note = Diagnostic::note("board.same_drill").at(&file.name, 0, 0);
             diagnostics.push(note.with("file", &file.name).with("taken", &twin.name));
         }
     }
@@ -94,7 +94,7 @@ pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Diagnostic> {
     let all = artwork.files.iter().enumerate().filter(|(index, file)| made(*index, file));
     let all: Vec<usize> = all.map(|(index, _)| index).collect();
     let names: Vec<String> = artwork.boards(&all).into_iter().map(|(name, _)| name).collect();
-    let told = Diagnostic::new(Severity::Error, "board.several").with("count", names.len());
+    let told = Diagnostic::error("board.several").with("count", names.len());
     (names.len() > 1).then(|| told.with("names", names.join(", ")))
 }
 

@@ -9,7 +9,7 @@
 //! Comes in: an operation, a machine. Goes out: the operation as it can be, and what was bounded. Does not know controllers.
 
 use super::work::{Action, Operation};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 
 /// The greatest feed along the board, mm/s.
@@ -41,7 +41,7 @@ pub(super) fn within(operation: &Operation, machine: &Machine) -> Operation {
 /// A note for every value of the operation that is bounded.
 pub(super) fn bounded(operation: &Operation, machine: &Machine) -> Vec<Diagnostic> {
     let note = |code: &str, wanted: String, most: String| {
-        Diagnostic::new(Severity::Note, code).with("wanted", wanted).with("most", most)
+        Diagnostic::note(code).with("wanted", wanted).with("most", most)
     };
     let feed = |code: &str, wanted: f64, most: f64| {
         (wanted > most).then(|| note(code, format!("{wanted:.1}"), format!("{most:.1}")))

@@ -26,7 +26,7 @@ pub mod usual;
 pub mod work;
 
 use crate::board::Board;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use crate::machine::Machine;
 use crate::units::Length;
@@ -113,9 +113,7 @@ fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Diagnostic>
     match wanted {
         None => Ok(installed),
         Some(set) if set != 0 && set & !installed == 0 => Ok(set),
-        Some(_) => Err(vec![
-            Diagnostic::new(Severity::Error, "plan.no_such_spindle").with("count", machine.spindles),
-        ]),
+        Some(_) => Err(vec![Diagnostic::error("plan.no_such_spindle").with("count", machine.spindles)]),
     }
 }
 
@@ -130,12 +128,12 @@ fn loaded_first(
         return Err(None);
     }
     let Some(loaded) = options.loaded else {
-        return Err(Some(Diagnostic::new(Severity::Warning, "plan.loaded_not_said")));
+        return Err(Some(Diagnostic::warning("plan.loaded_not_said")));
     };
     let found = rack::nearest(sizes, loaded, tolerance);
-    found.and_then(|bit| sizes.iter().position(|&size| size == bit)).ok_or_else(|| {
-        Some(Diagnostic::new(Severity::Note, "plan.loaded_not_used").with("size", rack::size_text(loaded)))
-    })
+    found
+        .and_then(|bit| sizes.iter().position(|&size| size == bit))
+        .ok_or_else(|| Some(Diagnostic::note("plan.loaded_not_used").with("size", rack::size_text(loaded))))
 }
 
 /// The lower left corner of the outline's box if there is an outline, else of the holes' box, else of the slots', else of the

@@ -17,7 +17,7 @@ use super::work::{
     Setup, Work, Zero,
 };
 use crate::board::Face;
-use crate::diagnostic::{Diagnostic, Severity, nearest};
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
 use crate::machine::{Kind, Value};
@@ -56,7 +56,7 @@ impl<T> Parameter<T> {
     /// Sets it in `of`, or says why not; then nothing is changed.
     pub fn set(&self, of: &mut T, value: &Value) -> Result<(), Diagnostic> {
         if self.value(of).is_none() {
-            return Err(Diagnostic::new(Severity::Error, "work.not_of_this_kind").with("key", self.key));
+            return Err(Diagnostic::error("work.not_of_this_kind").with("key", self.key));
         }
         let group = match (self.key, value) {
             ("setup.exclusions", Value::Numbers(_)) => 4,
@@ -66,7 +66,7 @@ impl<T> Parameter<T> {
         if let Value::Numbers(numbers) = value
             && !numbers.len().is_multiple_of(group)
         {
-            let uneven = Diagnostic::new(Severity::Error, "work.uneven_list").with("key", self.key);
+            let uneven = Diagnostic::error("work.uneven_list").with("key", self.key);
             return Err(uneven.with("count", numbers.len()).with("group", group));
         }
         match self.kind.refusal(self.key, self.unit, value) {
@@ -90,7 +90,7 @@ pub fn find<T>(table: &'static [Parameter<T>], name: &str) -> Option<&'static Pa
 pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> {
     let unknown = || {
         let known = SETUP.iter().map(|row| row.key).chain(OPERATION.iter().map(|row| row.key));
-        let diagnostic = Diagnostic::new(Severity::Error, "work.unknown_key").with("key", key);
+        let diagnostic = Diagnostic::error("work.unknown_key").with("key", key);
         diagnostic.with("nearest", nearest(key, known))
     };
     if let Some(row) = SETUP.iter().find(|row| row.key == key) {
@@ -109,7 +109,7 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> 
         row.set(operation, &valued(row.kind, text))?;
         found = true;
     }
-    if found { Ok(()) } else { Err(Diagnostic::new(Severity::Error, "work.nothing_has").with("key", key)) }
+    if found { Ok(()) } else { Err(Diagnostic::error("work.nothing_has").with("key", key)) }
 }
 
 /// Text as the kind of value that is wanted; text where it is no number.

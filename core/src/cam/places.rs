@@ -9,7 +9,7 @@
 //! Comes in: strokes one after the other: bit, place, depth. Goes out: whether each is one too many, and what to say about
 //! them. Does not know why there are two.
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -51,7 +51,7 @@ impl Twice {
     pub(super) fn note(self, code: &str) -> Option<Diagnostic> {
         let (count, at) = self.0?;
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let note = Diagnostic::new(Severity::Note, code).with("count", count);
+        let note = Diagnostic::note(code).with("count", count);
         Some(note.with("x", mm(at.x)).with("y", mm(at.y)))
     }
 }

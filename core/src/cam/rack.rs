@@ -9,7 +9,7 @@
 //! Comes in: a size and a rack. Goes out: its bit, how deep that goes, and the errors where there is none. Does not know
 //! the order of drilling.
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
 use crate::locale;
 use crate::machine::Process;
@@ -73,16 +73,15 @@ pub(super) fn errors(
         let mut sizes: Vec<String> = without.iter().take(MOST_SIZES).map(told).collect();
         sizes.extend((without.len() > MOST_SIZES).then(|| "…".to_owned()));
         let holes: usize = without.iter().map(|(_, holes)| holes).sum();
-        let diagnostic = Diagnostic::new(Severity::Error, "plan.no_bit")
-            .with("holes", holes)
-            .with("sizes", sizes.join(", "));
+        let diagnostic =
+            Diagnostic::error("plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
         diagnostics.push(diagnostic.with("tolerance", size_text(tolerance)));
     }
     if unsized_holes > 0 {
-        diagnostics.push(Diagnostic::new(Severity::Error, "plan.no_size").with("holes", unsized_holes));
+        diagnostics.push(Diagnostic::error("plan.no_size").with("holes", unsized_holes));
     }
     if slots > 0 {
-        diagnostics.push(Diagnostic::new(Severity::Error, "plan.slots_not_drilled").with("slots", slots));
+        diagnostics.push(Diagnostic::error("plan.slots_not_drilled").with("slots", slots));
     }
     diagnostics
 }

@@ -3,7 +3,7 @@
 //! Comes in: segments, the heights of the spindles in them, and where they stand in time. Goes out: rules broken. Looks at
 //! single pulses only where plane and spindles step at the same time.
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::{Effect, Stage};
 use crate::machine::{MOST_RPM, Machine};
 use crate::steps::replay;
@@ -67,7 +67,7 @@ impl Interlocks {
         let rpm = self.spindle_rpm;
         let mut refuse = |broken: bool, code: &str| {
             if broken {
-                let diagnostic = Diagnostic::new(Severity::Error, code).with("height_steps", low_z);
+                let diagnostic = Diagnostic::error(code).with("height_steps", low_z);
                 found.push(diagnostic.with("rpm", rpm).with("most", MOST_RPM));
             }
         };

@@ -15,7 +15,7 @@
 //! Comes in: runs of one axis, segment after segment. Goes out: the first rule broken. Knows no other axis.
 
 use super::known::{Known, Sweep};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::Stage;
 use crate::machine::{DriveKind, Machine};
 use crate::steps::stream::{PARTS, Run, rounded};
@@ -315,7 +315,7 @@ fn least_span(period: f64) -> u64 {
 }
 
 fn refuse(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 /// The pace of one axis within one sweep, which begins and ends at rest.

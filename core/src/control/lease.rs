@@ -10,7 +10,7 @@
 //! Comes in: what viewers do, with the time in ms of any clock that only goes forward. Goes out: who has control and
 //! what changed. A job that runs goes on whoever has control; this floor does not know jobs, sockets or clocks.
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 
 /// Silence after which control lapses, in ms.
 pub const LAPSE_MS: u64 = 3_000;
@@ -80,7 +80,7 @@ impl Lease {
                     self.holder = Some((viewer, now_ms));
                     lost = Some(holder);
                 } else {
-                    refused = Some(Diagnostic::new(Severity::Error, "control.taken"));
+                    refused = Some(Diagnostic::error("control.taken"));
                 }
             }
             (Event::Take { viewer, .. }, _) => self.holder = Some((viewer, now_ms)),

@@ -17,7 +17,7 @@
 //! the executor answers every moving action with exactly one report, at rest. Does not know how anything is moved.
 
 use super::{Alarm, Ending, State, Trust};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 
 /// Work zeros that can be taken back.
 const ZEROS_KEPT: usize = 5;
@@ -186,7 +186,7 @@ impl Default for Session {
 }
 
 fn refuse(code: &str) -> Vec<Action> {
-    vec![Action::Refuse(Diagnostic::new(Severity::Error, code))]
+    vec![Action::Refuse(Diagnostic::error(code))]
 }
 
 /// The session after `event`, and what to do.
@@ -503,7 +503,7 @@ mod tests {
     use super::*;
 
     fn alarm(code: &str) -> Diagnostic {
-        Diagnostic::new(Severity::Error, code)
+        Diagnostic::error(code)
     }
 
     fn next(seed: &mut u64, below: u64) -> u64 {

@@ -14,7 +14,7 @@
 
 use super::settings::{Kind, Setting, Value};
 use super::{Machine, Output, StrokeEnd};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
 /// A signal that is not wired.
@@ -161,7 +161,7 @@ fn pinout(output: Output) -> Pinout {
 }
 
 fn refuse(code: &str, key: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code).with("key", key)
+    Diagnostic::error(code).with("key", key)
 }
 
 /// Every reason why the wiring cannot be. A machine that lives inside the computer may have any wiring of the right shape.

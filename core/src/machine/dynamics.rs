@@ -15,7 +15,7 @@
 //! laboratory drill; `docs/motion-profiles.md` A.3 to A.6. Does not know lengths.
 
 use super::Dynamics;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 
 /// Most states per direction, rest not counted.
 pub const MOST_STATES: usize = 16;
@@ -78,7 +78,7 @@ pub fn check(dynamics: &Dynamics) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
 
 /// What is wrong with the table before it runs: lengths, sizes, a faster state that is slower.
 fn shape(dynamics: &Dynamics) -> Vec<Diagnostic> {
-    let error = |code: &str| Diagnostic::new(Severity::Error, code);
+    let error = |code: &str| Diagnostic::error(code);
     let states = dynamics.period.len();
     let (enter, leave) = (dynamics.enter.len(), dynamics.leave.len());
     if states == 0 || enter + 1 != states || leave + 1 != states {
@@ -241,7 +241,7 @@ impl<'a> Map<'a> {
         let mut first = |what: &str, is: &dyn Fn(Situation) -> bool| {
             if let Some((state, distance)) = self.situations().find(|situation| is(*situation)) {
                 let retargeted = if state == 0 { "" } else { "_retargeted" };
-                let diagnostic = Diagnostic::new(Severity::Error, &format!("automaton.{what}{retargeted}"));
+                let diagnostic = Diagnostic::error(&format!("automaton.{what}{retargeted}"));
                 let diagnostic = diagnostic.with("distance", distance).with("state", state);
                 diagnostics.push(self.detail(diagnostic, what, (state, distance)));
             }
@@ -300,14 +300,12 @@ impl<'a> Map<'a> {
         let from_rest = |distance: i64| self.fate((0, distance)).unwrap_or_default();
         let slow = period(self.dynamics, 0);
         if let Some(distance) = (1..=self.window).find(|distance| from_rest(*distance).last != slow) {
-            let diagnostic =
-                Diagnostic::new(Severity::Warning, "automaton.fast_end").with("distance", distance);
+            let diagnostic = Diagnostic::warning("automaton.fast_end").with("distance", distance);
             diagnostics.push(diagnostic.with("interval", from_rest(distance).last).with("first", slow));
         }
         let faster = |distance: &i64| from_rest(*distance).time < from_rest(distance - 1).time;
         if let Some(distance) = (2..=self.window).find(faster) {
-            let diagnostic =
-                Diagnostic::new(Severity::Warning, "automaton.longer_is_faster").with("distance", distance);
+            let diagnostic = Diagnostic::warning("automaton.longer_is_faster").with("distance", distance);
             let (time, shorter) = (from_rest(distance).time, from_rest(distance - 1).time);
             diagnostics
                 .push(diagnostic.with("time", time).with("shorter", distance - 1).with("before", shorter));

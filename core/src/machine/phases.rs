@@ -18,7 +18,7 @@
 //! part A.2. Does not know when takts come.
 
 use super::PhaseTable;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 
 /// Most columns of a table.
 pub const MOST_COLUMNS: usize = 64;
@@ -112,7 +112,7 @@ pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagn
     let named = |diagnostics: Vec<Diagnostic>| {
         diagnostics.into_iter().map(|diagnostic| diagnostic.with("key", key)).collect()
     };
-    let error = |code: &str| Diagnostic::new(Severity::Error, code);
+    let error = |code: &str| Diagnostic::error(code);
     let length = table.columns.len();
     if !(1..=MOST_COLUMNS).contains(&length) {
         let diagnostic = error("phases.length").with("columns", length).with("most", MOST_COLUMNS);
@@ -137,7 +137,7 @@ pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagn
 
 /// What one column must never be.
 fn column_refusals(column: usize, byte: u8) -> Vec<Diagnostic> {
-    let at = |code: &str| Diagnostic::new(Severity::Error, code).with("column", column);
+    let at = |code: &str| Diagnostic::error(code).with("column", column);
     let mut diagnostics = Vec::new();
     if byte & !(WINDINGS | FORCING) != 0 {
         diagnostics.push(at("phases.unused_bit").with("byte", format!("{byte:02X}")));
@@ -165,9 +165,7 @@ fn forcing_refusals(table: &PhaseTable) -> Vec<Diagnostic> {
         for (winding, (_, bit)) in (1..).zip(WINDING) {
             if (printed ^ due) & bit != 0 {
                 let code = if printed & bit == 0 { "phases.forcing_missing" } else { "phases.forcing_extra" };
-                diagnostics.push(
-                    Diagnostic::new(Severity::Error, code).with("column", takt).with("winding", winding),
-                );
+                diagnostics.push(Diagnostic::error(code).with("column", takt).with("winding", winding));
             }
         }
     }
@@ -181,7 +179,7 @@ fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
         .map(|takt| (takt, turn(at(takt as i64 - 1), at(takt as i64))))
         .filter(|(_, turn)| *turn != 0)
         .collect();
-    let error = |code: &str| Diagnostic::new(Severity::Error, code);
+    let error = |code: &str| Diagnostic::error(code);
     let sum: i64 = moves.iter().map(|(_, turn)| turn).sum();
     let too_far = moves.iter().filter(|(_, turn)| turn.abs() > 2);
     let mut refusals: Vec<Diagnostic> = too_far
@@ -197,7 +195,7 @@ fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     if !refusals.is_empty() {
         return Err(refusals);
     }
-    let backwards = (sum < 0).then(|| Diagnostic::new(Severity::Warning, "phases.backwards"));
+    let backwards = (sum < 0).then(|| Diagnostic::warning("phases.backwards"));
     Ok(backwards.into_iter().collect())
 }
 

@@ -6,7 +6,7 @@
 
 use super::table::SECTIONS;
 use super::{Machine, validate};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -108,7 +108,7 @@ impl Kind {
         let diagnostic = |what: &str| {
             let code = format!("machine.setting_{what}");
             let measure = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            let diagnostic = Diagnostic::new(Severity::Error, &code).with("key", key).with("value", value);
+            let diagnostic = Diagnostic::error(&code).with("key", key).with("value", value);
             Some(diagnostic.with("unit", unit).with("measure", measure))
         };
         let inside = |number: f64, low: f64, high: f64| number.is_finite() && (low..=high).contains(&number);
@@ -179,7 +179,7 @@ pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, 
     let mut refusals = Vec::new();
     for (key, value) in changes {
         let Some(setting) = setting(key) else {
-            refusals.push(Diagnostic::new(Severity::Error, "machine.setting_unknown").with("key", key));
+            refusals.push(Diagnostic::error("machine.setting_unknown").with("key", key));
             continue;
         };
         match setting.refusal(value) {

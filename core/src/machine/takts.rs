@@ -14,7 +14,7 @@
 
 use super::dynamics::{self, period, state_within, top};
 use super::{Axis, DriveKind, Machine, Output};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 
 /// Bounds of speeds are said to 0.1 µm/s, rounded so that they can be typed.
 const SAID: f64 = 1e4;
@@ -72,7 +72,7 @@ pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
         return Vec::new();
     }
     let error = |code: &str, key: &str, value: f64, bound: f64| {
-        Diagnostic::new(Severity::Error, code).with("key", key).with("value", value).with("bound", bound)
+        Diagnostic::error(code).with("key", key).with("value", value).with("bound", bound)
     };
     let feed = ("stroke.feed", &machine.z, machine.process.feed_mm_per_s);
     let slow = speeds(machine).into_iter().chain([feed]).filter_map(|(key, axis, speed)| {
@@ -98,15 +98,14 @@ pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
     let cut = speeds(machine).into_iter().filter_map(|(key, axis, speed)| {
         let state = machine.fastest_state(axis, speed);
         let whole = libm::ceil(machine.step_hz(top) / axis.scale.steps_per_mm() * SAID) / SAID;
-        let diagnostic =
-            Diagnostic::new(Severity::Warning, "machine.table_cut").with("key", key).with("value", speed);
+        let diagnostic = Diagnostic::warning("machine.table_cut").with("key", key).with("value", speed);
         let diagnostic = diagnostic.with("rate", libm::round(machine.step_hz(state))).with("bound", whole);
         (state < top).then(|| diagnostic.with("fastest", libm::round(machine.step_hz(top))))
     });
     let mut diagnostics: Vec<Diagnostic> = cut.collect();
     let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
     if fastest > most {
-        let diagnostic = Diagnostic::new(Severity::Warning, "machine.table_loses_steps");
+        let diagnostic = Diagnostic::warning("machine.table_loses_steps");
         let diagnostic =
             diagnostic.with("key", "drive.interrupt_frequency").with("value", machine.interrupt_hz);
         diagnostics.push(diagnostic.with("rate", libm::round(fastest)).with("bound", most));

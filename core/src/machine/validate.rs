@@ -5,7 +5,7 @@
 //! `phases`.
 
 use super::{DriveKind, HomeEnd, Machine, StrokeEnd, card, dynamics, phases, takts};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
 /// The most outputs with a name.
@@ -60,7 +60,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
 fn homing_of_z(machine: &Machine) -> Option<Diagnostic> {
     let (z, process) = (&machine.z, &machine.process);
     if z.home != HomeEnd::Max {
-        return Some(Diagnostic::new(Severity::Error, "machine.homes_into_board").with("key", "z.home_end"));
+        return Some(Diagnostic::error("machine.homes_into_board").with("key", "z.home_end"));
     }
     // Where the safe height itself is out of reach, that is said instead.
     let room = z.max - process.surface - process.safe_height;
@@ -85,7 +85,7 @@ fn outputs(machine: &Machine) -> Option<Diagnostic> {
     };
     let twice = |at: usize| names[..at].contains(&names[at]);
     let bad = (0..names.len()).find(|at| !good(&names[*at]) || twice(*at) || *at >= MOST_OUTPUTS)?;
-    let diagnostic = Diagnostic::new(Severity::Error, "machine.output_name").with("key", "card.output_names");
+    let diagnostic = Diagnostic::error("machine.output_name").with("key", "card.output_names");
     Some(diagnostic.with("name", &names[bad]).with("most", MOST_OUTPUTS))
 }
 
@@ -150,7 +150,7 @@ fn strokes(machine: &Machine) -> Vec<Diagnostic> {
 }
 
 fn refuse(code: &str, key: &str, value: f64, bound: f64) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code).with("key", key).with("value", value).with("bound", bound)
+    Diagnostic::error(code).with("key", key).with("value", value).with("bound", bound)
 }
 
 #[cfg(test)]

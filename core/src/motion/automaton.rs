@@ -15,7 +15,7 @@
 //! command, which is given before interrupt 1. Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5. Does not know
 //! frequencies or lengths.
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Dynamics;
 use crate::machine::dynamics::{period, top};
 use serde::{Deserialize, Serialize};
@@ -107,8 +107,7 @@ pub struct Stretch {
 /// The takts of a move of `distance` takts from rest, either way. A handful of stretches for any distance: the middle, where
 /// the state stays, is one of them. Refused when the table would run over the target, or has no states.
 pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Diagnostic> {
-    let refuse =
-        |code: &str| Diagnostic::new(Severity::Error, code).with("distance", distance).with("state", 0);
+    let refuse = |code: &str| Diagnostic::error(code).with("distance", distance).with("state", 0);
     if dynamics.period.is_empty() {
         return Err(refuse("automaton.lengths").with("states", 0).with("enter", 0).with("leave", 0));
     }

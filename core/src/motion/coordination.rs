@@ -17,7 +17,7 @@
 //! Leetro's.
 
 use super::profile::Stroke;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 
 /// What a spindle's stroke takes, computed once a bit. All in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -175,7 +175,7 @@ pub fn sequential_s(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> 
 
 fn check(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result<(), Diagnostic> {
     let refuse = |field: &str, value: f64| {
-        Err(Diagnostic::new(Severity::Error, "motion.bad_time").with("field", field).with("value", value))
+        Err(Diagnostic::error("motion.bad_time").with("field", field).with("value", value))
     };
     let bad = |time: &f64| !(time.is_finite() && *time >= 0.0);
     if let Some(hop_s) = hops_s.iter().find(|hop_s| bad(hop_s)) {

@@ -5,7 +5,7 @@
 
 use super::timeline::{Motion, Move, Part, Timeline};
 use super::{Limits, path};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, Machine, axis_name};
 use crate::units::TICK_HZ;
 
@@ -17,8 +17,7 @@ pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Diagnostic
     let (mut at, mut now) = (timeline.start, 0);
     let mut broken = Vec::new();
     for (index, planned) in timeline.moves.iter().enumerate() {
-        let diagnostic =
-            |code: &str| Diagnostic::new(Severity::Error, code).with("leg", planned.leg).with("move", index);
+        let diagnostic = |code: &str| Diagnostic::error(code).with("leg", planned.leg).with("move", index);
         if planned.from != at || planned.start_tick != now {
             broken.push(diagnostic("motion.broken_chain"));
         } else if planned.parts.iter().any(|part| part.start_tick > planned.duration_ticks)

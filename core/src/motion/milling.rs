@@ -11,7 +11,7 @@ use super::Limits;
 use super::limits::mm_per_step;
 use super::path::{self, Chain, Path, Piece, Place, Rules, To};
 use super::timeline::{Motion, Part, Route};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Stage};
 use crate::machine::{DriveKind, Machine, Steps};
@@ -44,7 +44,7 @@ pub(super) fn paths(
     pieces: Vec<Piece>,
     down: [bool; 2],
 ) -> Result<Vec<Turned>, Diagnostic> {
-    let refuse = |code: &str| Err(Diagnostic::new(Severity::Error, code));
+    let refuse = |code: &str| Err(Diagnostic::error(code));
     if machine.drive == DriveKind::Table {
         return refuse("motion.path_on_table");
     }

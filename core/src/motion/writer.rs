@@ -17,7 +17,7 @@ use super::milling;
 use super::path::Path;
 use super::profile::Stroke;
 use super::timeline::{Motion, Move, Part, Timeline};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Effect, Gate, Leg, Mark, Program, Stage};
 use crate::machine::{AXES, DriveKind, Machine, Steps};
@@ -164,8 +164,7 @@ impl<'a> Writer<'a> {
     }
 
     fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Diagnostic> {
-        self.leg =
-            u32::try_from(index).map_err(|_| Diagnostic::new(Severity::Error, "motion.too_many_legs"))?;
+        self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
         self.mark = leg.mark;
         match plain_hole(self.machine, leg) {
             Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => self.hop(hole, next),
@@ -313,7 +312,7 @@ impl<'a> Writer<'a> {
     fn retract(&mut self, to: Length) -> Result<(), Diagnostic> {
         let top = self.with_z(to);
         if (2..AXES).any(|axis| top[axis] < self.at[axis]) {
-            return Err(Diagnostic::new(Severity::Error, "motion.retract_downwards").with("to", to.mm()));
+            return Err(Diagnostic::error("motion.retract_downwards").with("to", to.mm()));
         }
         self.line(Stage::Retract, top, f64::INFINITY, None)
     }
@@ -321,10 +320,10 @@ impl<'a> Writer<'a> {
     fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Diagnostic> {
         let bottom = self.with_z(to);
         if (2..AXES).any(|axis| bottom[axis] > self.at[axis]) {
-            return Err(Diagnostic::new(Severity::Error, "motion.plunge_upwards").with("to", to.mm()));
+            return Err(Diagnostic::error("motion.plunge_upwards").with("to", to.mm()));
         }
         if feed_um_per_s == 0 {
-            return Err(Diagnostic::new(Severity::Error, "motion.no_feed"));
+            return Err(Diagnostic::error("motion.no_feed"));
         }
         if !self.settled {
             let ticks = libm::ceil(self.machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64;
@@ -437,7 +436,7 @@ fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Diagnostic> {
     if seconds <= LONGEST_MOVE_S {
         return Ok(());
     }
-    let diagnostic = Diagnostic::new(Severity::Error, "motion.move_too_slow").with("length", length_mm);
+    let diagnostic = Diagnostic::error("motion.move_too_slow").with("length", length_mm);
     Err(diagnostic.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
 }
 

@@ -109,8 +109,6 @@ fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Diagnostic>) {
         }
     }
     let said = Part::ALL.map(shift).into_iter().find(|shift| *shift != [Length::ZERO; 2]);
-    let said = said.map(|[x, y]| {
-        Diagnostic::new(Severity::Warning, "written.moved").with("x", x.mm()).with("y", y.mm())
-    });
+    let said = said.map(|[x, y]| Diagnostic::warning("written.moved").with("x", x.mm()).with("y", y.mm()));
     (moved, said.into_iter().collect())
 }

@@ -12,7 +12,7 @@ use super::arcs::{Curve, Piece, Tip};
 use super::dialect::Arcs;
 use super::number::{Format, Zeros};
 use super::read::Centre;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
@@ -151,7 +151,7 @@ impl<'a> Router<'a> {
     fn route(&mut self, out: &mut String, leg: &Leg, start: Point) -> Result<(), Diagnostic> {
         let bit = self.program.bits.get(self.bit as usize);
         if let Some(bit) = bit.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. })) {
-            return Err(Diagnostic::new(Severity::Error, "post.excellon_vee").with("bit", &bit.name));
+            return Err(Diagnostic::error("post.excellon_vee").with("bit", &bit.name));
         }
         let before = out.len();
         let mut tip = Tip { at: start, height: self.program.safe_height };
@@ -180,7 +180,7 @@ impl<'a> Router<'a> {
         }
         self.raise(out);
         if out.len() == before {
-            let diagnostic = Diagnostic::new(Severity::Error, "post.excellon_depth");
+            let diagnostic = Diagnostic::error("post.excellon_depth");
             return Err(diagnostic.with("lowest", self.floor.mm()));
         }
         out.push_str("G05\n");

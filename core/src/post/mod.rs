@@ -41,7 +41,7 @@ pub use readback::{Written, read_back, titled};
 pub use run_sheet::{RunSheet, SheetRow, run_sheet};
 pub use writer::{OutputFile, write_side, write_with};
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::{Briefing, Program};
 use crate::machine::Machine;
 use crate::units::Length;
@@ -140,7 +140,7 @@ pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
             let referred = ["G28", "G30", "G53"].iter().any(|word| template.says(word));
             if goes && !referred && !names(&["Z", "H", "HC", "U", "B", "DZ", "AZ"]) {
                 let name = format!("{}.{}", part.key(), block.key());
-                warnings.push(Diagnostic::new(Severity::Note, "post.no_height").with("name", name));
+                warnings.push(Diagnostic::note("post.no_height").with("name", name));
             }
         }
     }

@@ -10,7 +10,7 @@
 use super::dialect::Dialect;
 use super::names::{Block, CURVES, HEAD, Part};
 use super::template::{Goes, Line, Piece, Template};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -116,7 +116,7 @@ impl<'a> Sheet<'a> {
             self.forget();
         }
         if self.len() > LARGEST {
-            return Err(Diagnostic::new(Severity::Error, "post.too_large"));
+            return Err(Diagnostic::error("post.too_large"));
         }
         Ok(())
     }

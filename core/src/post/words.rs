@@ -3,7 +3,7 @@
 //! Comes in: text. Goes out: values that were checked against what may stand there; faults with line and column. Does not know
 //! what a dialect is.
 
-use crate::diagnostic::{Diagnostic, Severity, nearest};
+use crate::diagnostic::{Diagnostic, nearest};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -54,8 +54,7 @@ impl<'a> Words<'a> {
         let mut words = Self { file, text, faults: Vec::new() };
         for error in errors {
             let at = error.span().map_or(0, |span| span.start);
-            let why =
-                Diagnostic::new(Severity::Error, "post.dialect_unreadable").with("why", error.message());
+            let why = Diagnostic::error("post.dialect_unreadable").with("why", error.message());
             words.fault(why, at);
         }
         (words, Table::new("", 0, tree.into_inner()))
@@ -75,15 +74,14 @@ impl<'a> Words<'a> {
     }
 
     fn bad(&mut self, table: &Table<'_>, key: &str, expected: &str, at: usize) {
-        let diagnostic = Diagnostic::new(Severity::Error, "post.bad_value");
+        let diagnostic = Diagnostic::error("post.bad_value");
         self.fault(diagnostic.with("name", table.path(key)).with("expected", expected), at);
     }
 
     /// Every key that was not taken out is unknown.
     pub(super) fn unknown(&mut self, table: &Table<'_>, known: &[&str]) {
         for (key, value) in &table.keys {
-            let diagnostic =
-                Diagnostic::new(Severity::Error, "post.unknown_key").with("name", table.path(key));
+            let diagnostic = Diagnostic::error("post.unknown_key").with("name", table.path(key));
             let diagnostic = diagnostic.with("nearest", nearest(key, known.iter().copied()));
             self.fault(diagnostic.with("known", known.join(", ")), value.span().start);
         }
@@ -91,10 +89,7 @@ impl<'a> Words<'a> {
 
     /// `key` is not there.
     pub(super) fn missing(&mut self, table: &Table<'_>, key: &str) {
-        self.fault(
-            Diagnostic::new(Severity::Error, "post.missing_key").with("name", table.path(key)),
-            table.at,
-        );
+        self.fault(Diagnostic::error("post.missing_key").with("name", table.path(key)), table.at);
     }
 
     /// Something that `table` must have is not there.

@@ -21,7 +21,7 @@ use super::names::{Block, Part};
 use super::preview::Sample;
 use super::sheet::Sheet;
 use super::values::{Action, Frame};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Briefing, Command, Leg, Mark, Program};
 use crate::units::Length;
@@ -153,7 +153,7 @@ impl<'a> Writer<'a> {
         };
         self.dialect
             .templates(part)
-            .ok_or_else(|| Diagnostic::new(Severity::Error, code).with("dialect", &self.dialect.name))
+            .ok_or_else(|| Diagnostic::error(code).with("dialect", &self.dialect.name))
     }
 
     fn leg(&mut self, leg: &Leg, part: Part) -> Result<(), Diagnostic> {
@@ -274,8 +274,7 @@ impl<'a> Writer<'a> {
     fn write(&mut self, block: Block, action: Action) -> Result<(), Diagnostic> {
         let templates = self.templates(self.part)?;
         let template = templates.blocks.get(&block).ok_or_else(|| {
-            let diagnostic =
-                Diagnostic::new(Severity::Error, "post.no_block").with("dialect", &self.dialect.name);
+            let diagnostic = Diagnostic::error("post.no_block").with("dialect", &self.dialect.name);
             diagnostic.with("block", block.key()).with("template", self.part.key())
         })?;
         let frame = self.frame(templates, self.files.get(self.done.len()));
@@ -408,7 +407,7 @@ impl<'a> Writer<'a> {
         if height > Length::ZERO || (found - radius).abs() <= RADIUS_SLACK {
             return Ok(());
         }
-        let diagnostic = Diagnostic::new(Severity::Error, "post.tool_radius").with("bit", &bit.name);
+        let diagnostic = Diagnostic::error("post.tool_radius").with("bit", &bit.name);
         Err(diagnostic.with("found", found.mm()).with("expected", radius.mm()))
     }
 

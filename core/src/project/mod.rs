@@ -18,7 +18,7 @@ pub mod text;
 use crate::board::Face;
 use crate::cam::parameters::{self, Parameter};
 use crate::cam::work::{Action, Cure, Operation, Remedy, Work};
-use crate::diagnostic::{Diagnostic, Severity, nearest};
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
 use crate::locale;
@@ -44,14 +44,12 @@ const MOST_CURES: usize = 4_096;
 /// The work that `text` describes; what it leaves out is as in `base`. `file` is its name for diagnostics.
 pub fn read(file: &str, text: &str, base: &Work, machine: &Machine) -> Result<Work, Diagnostic> {
     if text.len() > LONGEST {
-        return Err(Diagnostic::new(Severity::Error, "project.too_long")
-            .at(file, 0, 0)
-            .with("longest", LONGEST));
+        return Err(Diagnostic::error("project.too_long").at(file, 0, 0).with("longest", LONGEST));
     }
     let reader = Reader { file, text, machine };
     let document = DeTable::parse(text).map_err(|error| {
         let what = error.message().lines().next().unwrap_or_default().to_owned();
-        let why = Diagnostic::new(Severity::Error, "project.syntax").with("what", what);
+        let why = Diagnostic::error("project.syntax").with("what", what);
         reader.place(why, error.span().map_or(0, |span| span.start))
     })?;
     reader.work(document.get_ref(), base)
@@ -73,12 +71,12 @@ impl Reader<'_> {
     }
 
     fn refuse<T>(&self, code: &str, key: &str, at: usize) -> Result<T, Diagnostic> {
-        Err(self.place(Diagnostic::new(Severity::Error, code).with("key", key), at))
+        Err(self.place(Diagnostic::error(code).with("key", key), at))
     }
 
     /// There is no row `key` where `known` ones are.
     fn unknown<T>(&self, key: &str, known: &[&str], at: usize) -> Result<T, Diagnostic> {
-        let diagnostic = Diagnostic::new(Severity::Error, "project.unknown_row").with("key", key);
+        let diagnostic = Diagnostic::error("project.unknown_row").with("key", key);
         Err(self.place(diagnostic.with("nearest", nearest(key, known.iter().copied())), at))
     }
 
@@ -103,8 +101,7 @@ impl Reader<'_> {
         }
         if schema != Some(SCHEMA) {
             let found = schema.map_or_else(|| "none".to_owned(), |number| number.to_string());
-            let why =
-                Diagnostic::new(Severity::Error, "project.schema").with("found", found).with("known", SCHEMA);
+            let why = Diagnostic::error("project.schema").with("found", found).with("known", SCHEMA);
             return Err(self.place(why, 0));
         }
         self.names(document, &work)?;
@@ -124,7 +121,7 @@ impl Reader<'_> {
             let at = table.span().start;
             match table.get_ref() {
                 DeValue::Table(_) if found.len() == most => {
-                    let why = Diagnostic::new(Severity::Error, "project.too_many");
+                    let why = Diagnostic::error("project.too_many");
                     return Err(self.place(why.with("key", name).with("most", most), at));
                 }
                 DeValue::Table(rows) => found.push(read(rows, at)?),
@@ -186,7 +183,7 @@ impl Reader<'_> {
             None => ("", at),
         };
         let Some(mut operation) = Operation::usual(word, Face::Top, self.machine) else {
-            let why = Diagnostic::new(Severity::Error, "project.unknown_kind");
+            let why = Diagnostic::error("project.unknown_kind");
             return Err(self.place(why.with("found", word).with("known", Action::WORDS.join(", ")), word_at));
         };
         let others =

@@ -10,7 +10,7 @@
 //! Does not know the job: its text is read once the board is there.
 
 use crate::artwork::{self, Artwork, Digits, Overrides, Role, Side, Units, Zeros};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// Version of the layout.
@@ -128,7 +128,7 @@ pub fn looks_like_one(bytes: &[u8]) -> bool {
 /// The project in `bytes`, called `file` in diagnostics.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Diagnostic> {
     let of_file = |why: Diagnostic| if why.place.is_some() { why } else { why.at(file, 0, 0) };
-    let refuse = |code: &str| Diagnostic::new(Severity::Error, code).at(file, 0, 0);
+    let refuse = |code: &str| Diagnostic::error(code).at(file, 0, 0);
     let members = artwork::members(bytes).map_err(of_file)?;
     let (mut head, mut project) = (None, Project::default());
     for (name, bytes) in members {
@@ -158,7 +158,7 @@ pub fn write(project: &Project) -> Result<Vec<u8>, Diagnostic> {
     said.roles.iter_mut().for_each(|row| row.0 = fitting(&row.0));
     said.used.iter_mut().flatten().for_each(|name| *name = fitting(name));
     let head = serde_json::to_vec_pretty(&Head { annulus_project: SCHEMA, said });
-    let head = head.map_err(|why| Diagnostic::new(Severity::Error, "saved.head").with("what", why))?;
+    let head = head.map_err(|why| Diagnostic::error("saved.head").with("what", why))?;
     let mut members = vec![(HEAD.to_owned(), head)];
     members.extend(project.job.iter().map(|job| (JOB.to_owned(), job.clone().into_bytes())));
     let files =

@@ -10,7 +10,7 @@
 
 use super::finding::{Finding, Kind};
 use super::scene::Scene;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
@@ -101,9 +101,7 @@ impl Whole {
     pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let said = |word: &str| {
-            Diagnostic::new(Severity::Note, &format!("proof.whole.{word}"))
-                .with("gaps", self.gaps)
-                .with("rest", self.rest)
+            Diagnostic::note(&format!("proof.whole.{word}")).with("gaps", self.gaps).with("rest", self.rest)
         };
         let mut diagnostics = Vec::new();
         if let Some(Shallower { bit, depth, width, opens }) = &self.shallower {

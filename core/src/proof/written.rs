@@ -15,7 +15,7 @@
 //! boards or dialects, nor order and direction of cuts, nor feeds.
 
 use super::edges::{Edge, Edges, Spot, around};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Point, chords};
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::locale;
@@ -88,7 +88,7 @@ pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f6
     if !missing.is_empty() && !extra.is_empty() && diagnostics.is_empty() {
         let shifted = both().next().and_then(|pair| shift(pair, tolerance));
         if let Some(by) = shifted.filter(|by| both().all(|pair| is_shifted(pair, *by, tolerance))) {
-            let said = Diagnostic::new(Severity::Error, "written.shifted");
+            let said = Diagnostic::error("written.shifted");
             return vec![said.with("x", micro(by.x)).with("y", micro(by.y))];
         }
     }
@@ -102,7 +102,7 @@ pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f6
 fn tools(wanted: &BTreeMap<Tool, Cuts>, found: &BTreeMap<Tool, Cuts>) -> Vec<Diagnostic> {
     let only = |one: &BTreeMap<Tool, Cuts>, other: &BTreeMap<Tool, Cuts>, code: &str| {
         let alone = one.iter().filter(|(tool, _)| !other.contains_key(tool));
-        let said = alone.map(|(_, cuts)| Diagnostic::new(Severity::Error, code).with("tool", &cuts.title));
+        let said = alone.map(|(_, cuts)| Diagnostic::error(code).with("tool", &cuts.title));
         said.collect::<Vec<_>>()
     };
     [only(wanted, found, "written.tool_missing"), only(found, wanted, "written.tool_extra")].concat()
@@ -115,7 +115,7 @@ fn told(code: &str, tool: &str, uncovered: &Uncovered) -> Diagnostic {
 }
 
 fn placed(code: &str, at: Spot, depth: f64) -> Diagnostic {
-    let said = Diagnostic::new(Severity::Error, code).with("x", format!("{:.2}", at.x));
+    let said = Diagnostic::error(code).with("x", format!("{:.2}", at.x));
     said.with("y", format!("{:.2}", at.y)).with("depth", format!("{depth:.3}"))
 }
 

@@ -14,7 +14,7 @@
 use super::blocks::{Queue, link};
 use super::words::{Argument, Command, Kind, Value, WORDS, Word};
 use super::{LONGEST_TEXT, MOST_ROWS};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::units::{Length, NM_PER_MM};
 
 /// After so many refusals the rest of the text is not read.
@@ -47,7 +47,7 @@ struct Token<'a> {
 type Refused = (usize, Diagnostic);
 
 pub(super) fn refuse(code: &str) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code)
+    Diagnostic::error(code)
 }
 
 /// The queue in `text`, or everything that is wrong with it, line by line; places say `file`.

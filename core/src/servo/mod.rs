@@ -25,7 +25,7 @@ pub use plant::{Plant, State, Zoh, default_plant};
 pub use run::{Load, LoadMetrics, Sample, StepMetrics, StepRun, load_metrics, step_metrics, step_response};
 pub use stroke::{Moment, Reference, StrokeMetrics, StrokeRun, StrokeSample, stroke};
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 
 /// Runs have at most this many samples.
 pub const MOST_SAMPLES: usize = 1_000_000;
@@ -35,8 +35,7 @@ fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Diagnostic
     if value >= low && value <= high {
         return Ok(());
     }
-    let why =
-        Diagnostic::new(Severity::Error, "servo.bad_parameter").with("field", field).with("value", value);
+    let why = Diagnostic::error("servo.bad_parameter").with("field", field).with("value", value);
     Err(why.with("low", low).with("high", high))
 }
 
@@ -46,6 +45,6 @@ fn samples_of(duration_s: f64, sample_s: f64) -> Result<usize, Diagnostic> {
     if count.is_finite() && (0.5..=MOST_SAMPLES as f64).contains(&count) {
         return Ok(libm::round(count) as usize);
     }
-    let why = Diagnostic::new(Severity::Error, "servo.too_long").with("duration", duration_s);
+    let why = Diagnostic::error("servo.too_long").with("duration", duration_s);
     Err(why.with("sample", sample_s).with("most", MOST_SAMPLES))
 }

@@ -12,7 +12,7 @@
 //! not know time, nor what a cut is for.
 
 use super::cuts::{Cut, Shape};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Bounds;
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
@@ -102,7 +102,7 @@ impl Stock {
             x >= 1.0 && y >= 1.0 && x * y <= MOST_CELLS
         };
         let Some(cell_um) = CELLS_UM.into_iter().find(fits) else {
-            let diagnostic = Diagnostic::new(Severity::Warning, "sim.no_stock");
+            let diagnostic = Diagnostic::warning("sim.no_stock");
             return Err(diagnostic.with("width", size[0]).with("height", size[1]));
         };
         let cells = count(cell_um).map(|cells| cells as usize);

@@ -7,7 +7,7 @@
 //! Comes in: a [`Program`]. Goes out: bytes, key (SHA-256). Does not know files or sockets.
 
 use super::{PROGRAM_LIMIT, auth};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::Program;
 
 const MAGIC: &[u8] = b"ANNULUS PROGRAM\n";
@@ -25,7 +25,7 @@ pub fn encode(program: &Program) -> Vec<u8> {
 
 /// The program in `bytes`, or why there is none.
 pub fn decode(bytes: &[u8]) -> Result<Program, Diagnostic> {
-    let refuse = |code: &str| Err(Diagnostic::new(Severity::Error, code));
+    let refuse = |code: &str| Err(Diagnostic::error(code));
     if bytes.len() > PROGRAM_LIMIT {
         return refuse("program.too_large");
     }

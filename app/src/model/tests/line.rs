@@ -7,7 +7,7 @@ use crate::lab::log::Kind;
 use crate::model::link::{Interrupted, Notice, Phase};
 use crate::model::{Clock, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, update};
 use annulus_core::control::{Ending, State, Trust};
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Value;
@@ -57,7 +57,7 @@ fn status(state: State, job: Option<&str>) -> Status {
     status.state = state;
     status.trust = Trust::Trusted;
     status.job = job.map(str::to_owned);
-    status.alarm = (state == State::Alarm).then(|| Diagnostic::new(Severity::Error, "control.limit"));
+    status.alarm = (state == State::Alarm).then(|| Diagnostic::error("control.limit"));
     status
 }
 
@@ -100,7 +100,7 @@ fn control(yours: bool, taken: bool) -> Event {
 }
 
 fn refused(code: &str) -> Event {
-    tell(Tell::Refused { why: Diagnostic::new(Severity::Error, code) })
+    tell(Tell::Refused { why: Diagnostic::error(code) })
 }
 
 fn ended(ending: Ending) -> Event {
@@ -109,8 +109,7 @@ fn ended(ending: Ending) -> Event {
 
 /// The bridge's verdict on `job`, whose steps have `digest`.
 fn armed(job: &str, digest: &str, verdict: Option<Verdict>) -> Event {
-    let row =
-        |verdict| PreflightRow { finding: Diagnostic::new(Severity::Warning, "preflight.lid"), verdict };
+    let row = |verdict| PreflightRow { finding: Diagnostic::warning("preflight.lid"), verdict };
     let checks = verdict.map(row).into_iter().collect();
     tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), checks })
 }
@@ -307,7 +306,7 @@ impl Line {
     fn start_event(&self, word: &str) -> Option<Event> {
         let uploaded = |before: usize, good: bool| {
             let number = *self.uploads.iter().rev().nth(before).expect("nothing was uploaded");
-            let answer = if good { Ok("own".to_owned()) } else { Err(Diagnostic::new(Severity::Error, "x")) };
+            let answer = if good { Ok("own".to_owned()) } else { Err(Diagnostic::error("x")) };
             StartEvent::Uploaded { number, answer }
         };
         let fetched = |answer: Result<Vec<u8>, Diagnostic>| StartEvent::Fetched {
@@ -336,7 +335,7 @@ impl Line {
             }
             "fetched" => fetched(Ok(program::encode(&empty()))),
             "fetched-broken" => fetched(Ok(vec![1, 2, 3])),
-            "not-fetched" => fetched(Err(Diagnostic::new(Severity::Error, "x"))),
+            "not-fetched" => fetched(Err(Diagnostic::error("x"))),
             "timed" => {
                 let number = *self.timings.last().expect("nothing was timed");
                 let timed = Timed { stream_digest: "digest".to_owned(), ..Timed::default() };

@@ -153,7 +153,7 @@ pub(super) fn finding(id: &str) -> Finding {
 }
 
 fn refused(code: &str) -> Result<Answer, Stopped> {
-    Err(Stopped::Refused(vec![Diagnostic::new(Severity::Error, code)]))
+    Err(Stopped::Refused(vec![Diagnostic::error(code)]))
 }
 
 /// What a worker answers, by its word: the kind of request it goes to, and the answer.
@@ -180,7 +180,7 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         "read-refused" => ("read", refused("engine.fell_over")),
         "read-stopped" => ("read", Err(Stopped::Cancelled)),
         "plan" => ("plan", plan(Vec::new())),
-        "plan-error" => ("plan", plan(vec![Diagnostic::new(Severity::Error, "plan.no_tool")])),
+        "plan-error" => ("plan", plan(vec![Diagnostic::error("plan.no_tool")])),
         "plan-refused" => ("plan", refused("plan.nothing")),
         "plan-stopped" => ("plan", Err(Stopped::Cancelled)),
         "gone" => ("plan", refused("engine.board_gone")),

@@ -7,7 +7,7 @@
 use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::machine_file;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
 use annulus_core::motion::drill_cycles;
@@ -238,7 +238,7 @@ fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
     }
     machine::apply(machine, &changes).map_err(|all| {
         let first = all.into_iter().next();
-        Refusal::content(first.unwrap_or_else(|| Diagnostic::new(Severity::Error, "machine.setting_range")))
+        Refusal::content(first.unwrap_or_else(|| Diagnostic::error("machine.setting_range")))
     })
 }
 
@@ -277,7 +277,7 @@ fn hops(texts: &[String]) -> Result<Vec<[f64; 2]>, Refusal> {
         let pair =
             text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
         let usable = pair.filter(|pair: &[f64; 2]| pair.iter().all(|way| way.abs() <= 1e6));
-        let why = || Refusal::usage(Diagnostic::new(Severity::Error, "lab.bad_hop").with("found", text));
+        let why = || Refusal::usage(Diagnostic::error("lab.bad_hop").with("found", text));
         usable.ok_or_else(why)
     };
     if texts.is_empty() { Ok(HOPS_MM.to_vec()) } else { texts.iter().map(one).collect() }
@@ -309,7 +309,7 @@ fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Diagnostic> {
     }
     let full_mm = setting.height_mm + setting.depth_mm;
     if !(setting.clear_mm >= 0.0 && setting.clear_mm < setting.height_mm) {
-        let why = Diagnostic::new(Severity::Error, "lab.bad_clear").with("found", setting.clear_mm);
+        let why = Diagnostic::error("lab.bad_clear").with("found", setting.clear_mm);
         return Err(why.with("height", setting.height_mm));
     }
     let law = shape(setting.down_law, setting.order, full_mm, setting.down)?;

@@ -208,7 +208,7 @@ impl<'a> Reader<'a> {
 
     /// The diagnostic of a file that is refused here.
     pub(super) fn refusal(&self, code: &str) -> Diagnostic {
-        Diagnostic::new(Severity::Error, code).at(self.task.name, self.line, 1)
+        Diagnostic::error(code).at(self.task.name, self.line, 1)
     }
 
     /// Says something about a word of the current line.
@@ -332,8 +332,8 @@ impl<'a> Reader<'a> {
             let holes = count.hits + count.slots + count.routed_paths;
             let diagnostic = match tool.diameter {
                 Some(_) => continue,
-                None if holes > 0 => Diagnostic::new(Severity::Error, "drill.tool_without_diameter"),
-                None => Diagnostic::new(Severity::Note, "drill.unused_tool_without_diameter"),
+                None if holes > 0 => Diagnostic::error("drill.tool_without_diameter"),
+                None => Diagnostic::note("drill.unused_tool_without_diameter"),
             };
             let diagnostic = diagnostic.with("tool", format!("T{}", tool.code)).with("holes", holes);
             self.findings.push(diagnostic.at(self.task.name, tool.line, 1));

@@ -16,7 +16,7 @@ use super::coats::{Piece, coats};
 use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, Object, Shape};
 use super::transform::{Place, Transform};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{
     Bounds, Enclosing, Fuel, Path, Point, Region, Segment, chords, enclosed, paint_within, stroke,
 };
@@ -47,7 +47,7 @@ pub struct TooMuch {
 impl TooMuch {
     /// The same in words, for a file.
     pub fn diagnostic(&self, file: &str) -> Diagnostic {
-        Diagnostic::new(Severity::Error, "gerber.too_much_work").at(file, self.line, self.column)
+        Diagnostic::error("gerber.too_much_work").at(file, self.line, self.column)
     }
 }
 

@@ -11,7 +11,7 @@
 //! know which bit makes them.
 
 use super::Scene;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 
@@ -31,7 +31,7 @@ impl Beside {
     pub(super) fn error(self) -> Option<Diagnostic> {
         let (count, at) = self.0?;
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let error = Diagnostic::new(Severity::Error, "cam.holes_outside").with("count", count);
+        let error = Diagnostic::error("cam.holes_outside").with("count", count);
         Some(error.with("x", mm(at.x)).with("y", mm(at.y)))
     }
 }

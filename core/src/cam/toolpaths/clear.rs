@@ -11,7 +11,7 @@ use super::isolate::turned;
 use super::narrow::{NEARER, half};
 use super::route::{Rules, arranged};
 use super::{Desk, Part};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Region, grow, rectangle, union};
 use crate::units::Length;
 
@@ -19,7 +19,7 @@ use crate::units::Length;
 pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
     let Some(copper) = desk.scene.copper(desk.operation.face) else {
-        desk.say(Diagnostic::new(Severity::Note, "cam.no_copper"));
+        desk.say(Diagnostic::note("cam.no_copper"));
         return Ok(part);
     };
     let copper = &copper.region;
@@ -46,7 +46,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Diagnosti
         let closed = desk.scene.closed_to(width);
         let (paths, touched) = desk.scene.trimmed(turned(filled.paths, clear.direction), closed.as_ref());
         if touched {
-            desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
+            desk.say(Diagnostic::warning("cam.zone_in_the_way"));
         }
         let rules = Rules {
             start: desk.scene.origin,
@@ -74,9 +74,7 @@ fn board(desk: &Desk<'_>, copper: &Region) -> Option<Region> {
 
 fn stopped(desk: &Desk<'_>, why: Stopped) -> Diagnostic {
     match why {
-        Stopped::Cancelled => Diagnostic::new(Severity::Error, "plan.cancelled"),
-        Stopped::TooMany => {
-            Diagnostic::new(Severity::Error, "cam.too_many_rings").with("operation", desk.operation.title())
-        }
+        Stopped::Cancelled => Diagnostic::error("plan.cancelled"),
+        Stopped::TooMany => Diagnostic::error("cam.too_many_rings").with("operation", desk.operation.title()),
     }
 }

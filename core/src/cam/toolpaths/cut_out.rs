@@ -24,7 +24,7 @@ use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
 use super::weak::{self, BITE_TOLERANCE};
 use super::{Desk, Entry, Part, Stroke, Task, Toolpath};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
 use crate::units::Length;
@@ -39,7 +39,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Diagno
     let mut part = Part::default();
     let outline = &desk.scene.board.outline;
     if outline.is_empty() {
-        desk.say(Diagnostic::new(Severity::Warning, "cam.no_outline"));
+        desk.say(Diagnostic::warning("cam.no_outline"));
         return Ok(part);
     }
     let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
@@ -127,8 +127,8 @@ fn narrower(
 fn told(desk: &mut Desk<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
     let inner =
         closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", &thin.name));
-    let merged = (closed.merged > 0)
-        .then(|| Diagnostic::new(Severity::Error, "cam.contours_merged").with("missing", closed.merged));
+    let merged =
+        (closed.merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", closed.merged));
     inner.chain(merged.map(|error| error.with("bit", &bit.name))).for_each(|error| desk.say(error));
 }
 
@@ -145,8 +145,7 @@ fn pins_hit(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit) {
     let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
     let hit: Vec<Point> = pins.filter(near).collect();
     let Some(first) = hit.first() else { return };
-    let error =
-        Diagnostic::new(Severity::Error, "cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
+    let error = Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
     desk.say(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
@@ -210,11 +209,11 @@ fn kept_out(
         left.extend(parts.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
     }
     if touched {
-        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
     }
     for (from, to) in &cut_through {
         let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
-        desk.say(at(Diagnostic::new(Severity::Warning, "cam.zone_too_short"), middle).with("bit", &bit.name));
+        desk.say(at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", &bit.name));
     }
     let through = |place: Point| {
         let within =
@@ -223,7 +222,7 @@ fn kept_out(
     };
     for place in middles.iter().filter_map(|middle| place_at(whole, *middle)) {
         if zone.contains(place) && !through(place) {
-            desk.say(at(Diagnostic::new(Severity::Warning, "cam.tab_in_zone"), place));
+            desk.say(at(Diagnostic::warning("cam.tab_in_zone"), place));
         }
     }
     left
@@ -260,10 +259,10 @@ fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit, ha
         hand.to_vec()
     };
     if middles.is_empty() && !cut_out.tab_at.is_empty() {
-        desk.say(at(Diagnostic::new(Severity::Error, "cam.cut_free"), path.start));
+        desk.say(at(Diagnostic::error("cam.cut_free"), path.start));
     }
     if wide * middles.len() as f64 > 0.8 * whole {
-        desk.say(Diagnostic::new(Severity::Error, "cam.no_room_for_tabs").with("tabs", middles.len()));
+        desk.say(Diagnostic::error("cam.no_room_for_tabs").with("tabs", middles.len()));
         return Vec::new();
     }
     middles
@@ -379,7 +378,7 @@ fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Optio
     let places: Vec<Point> = places.into_iter().filter(free).collect();
     let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, BITE_TOLERANCE) else {
         let size = rack::size_text(cut_out.bite_hole);
-        desk.say(Diagnostic::new(Severity::Error, "cam.no_bit_for_bites").with("size", size));
+        desk.say(Diagnostic::error("cam.no_bit_for_bites").with("size", size));
         return None;
     };
     let process = &desk.machine.process;

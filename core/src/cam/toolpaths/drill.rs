@@ -14,7 +14,7 @@ use super::super::work::{Drill, Holes};
 use super::super::{Order, default_iterations, loaded_first, order, rack};
 use super::beside::Beside;
 use super::{Desk, Part, Stroke, Task, WHOLE};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Diagnosti
     }
     if missing > 0 {
         let size = rack::size_text(desk.work.setup.alignment.diameter);
-        desk.say(Diagnostic::new(Severity::Error, "cam.no_bit_for_pins").with("size", size));
+        desk.say(Diagnostic::error("cam.no_bit_for_pins").with("size", size));
     }
     let mut kept_out = 0_usize;
     once(desk, &mut part, &mut by_bit);
@@ -55,12 +55,12 @@ pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Diagnosti
         beside.error().into_iter().for_each(|error| desk.say(error));
     }
     if kept_out > 0 {
-        desk.say(Diagnostic::new(Severity::Error, "cam.holes_in_zone").with("count", kept_out));
+        desk.say(Diagnostic::error("cam.holes_in_zone").with("count", kept_out));
     }
     by_bit.retain(|_, holes| !holes.is_empty());
     let total: usize = by_bit.values().map(Vec::len).sum();
     if total == 0 {
-        desk.say(Diagnostic::new(Severity::Note, "cam.no_holes"));
+        desk.say(Diagnostic::note("cam.no_holes"));
     }
     let kicks = match drill.order {
         Order::File => 0,
@@ -129,7 +129,7 @@ fn task(
         (desk.means.hop_time, desk.scene.origin, &mut *desk.tick, desk.done);
     let mut tick = |done: u64| tick(before.max(share(WHOLE, made + done, all)));
     let order = order::arrange(holes, origin, drill.order, hop_time, effort, &mut tick);
-    let order = order.ok_or_else(|| Diagnostic::new(Severity::Error, "plan.cancelled"))?;
+    let order = order.ok_or_else(|| Diagnostic::error("plan.cancelled"))?;
     let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
     let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
     let bit = rack::drill(diameter);

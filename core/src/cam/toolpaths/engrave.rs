@@ -5,7 +5,7 @@
 use super::super::work::{Engrave, Lines};
 use super::route::arranged;
 use super::{Desk, Part};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Path;
 
 /// Plans the operation.
@@ -27,10 +27,10 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Diagn
     let stamped = board.legend.iter().filter(|legend| legend.face == face).map(|legend| legend.flashes);
     let stamped: u32 = if engrave.of == Lines::Legend { stamped.sum() } else { 0 };
     if stamped > 0 {
-        desk.say(Diagnostic::new(Severity::Note, "cam.legend_flashes").with("count", stamped));
+        desk.say(Diagnostic::note("cam.legend_flashes").with("count", stamped));
     }
     if lines.is_empty() {
-        desk.say(Diagnostic::new(Severity::Note, "cam.no_lines"));
+        desk.say(Diagnostic::note("cam.no_lines"));
         return Ok(part);
     }
     let name = desk.operation.bit.clone();
@@ -39,7 +39,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Diagn
     let closed = desk.scene.closed_to(bit.width_at(depth));
     let (lines, touched) = desk.scene.trimmed(lines, closed.as_ref());
     if touched {
-        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
     }
     let rules = desk.free();
     let lines = chained(arranged(lines, &rules));

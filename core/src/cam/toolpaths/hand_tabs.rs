@@ -13,7 +13,7 @@ use super::super::work::{CutOut, Panel};
 use super::Desk;
 use super::cut_out::{at, nearest};
 use super::narrow::half;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Path, Point, path_bounds};
 use crate::job::Bit;
 use crate::units::Length;
@@ -44,7 +44,7 @@ pub(super) fn middles(desk: &mut Desk<'_>, cut_out: &CutOut, paths: &[Path], bit
             }
         }
         if missed {
-            desk.say(at(Diagnostic::new(Severity::Error, "cam.tab_out_of_reach"), tab));
+            desk.say(at(Diagnostic::error("cam.tab_out_of_reach"), tab));
         }
     }
     middles

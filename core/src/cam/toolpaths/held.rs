@@ -10,7 +10,7 @@
 
 use super::super::work::{Action, Operation, Work};
 use super::{Desk, Part, Task, planned_operations};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::units::Length;
 
@@ -25,11 +25,11 @@ pub(super) fn depths(desk: &mut Desk<'_>, part: &Part) {
     let thickness = desk.machine.process.board_thickness;
     let mm = |length: Length| format!("{:.2}", length.mm());
     if deepest < thickness {
-        let warning = Diagnostic::new(Severity::Warning, "cam.not_through").with("depth", mm(deepest));
+        let warning = Diagnostic::warning("cam.not_through").with("depth", mm(deepest));
         desk.say(warning.with("thickness", mm(thickness)));
     }
     if deepest > thickness + BED {
-        let warning = Diagnostic::new(Severity::Warning, "cam.far_below").with("depth", mm(deepest));
+        let warning = Diagnostic::warning("cam.far_below").with("depth", mm(deepest));
         desk.say(warning.with("below", mm(deepest - thickness)));
     }
 }
@@ -60,7 +60,7 @@ pub(super) fn too_early(work: &Work, machine: &Machine, parts: &[Part]) -> Vec<D
             .filter(|(next, own)| *next > index && busy(*next) && !matches!(own.action, Action::CutOut(_)));
         let there = work.operations.iter().filter(|own| own.on && later.contains(&own.face));
         if let Some(next) = here.map(|(_, own)| own).chain(there).next() {
-            let error = Diagnostic::new(Severity::Error, "cam.cut_out_too_early").with("next", next.title());
+            let error = Diagnostic::error("cam.cut_out_too_early").with("next", next.title());
             errors.push(error.with("side", next.face.name()).with("operation", operation.title()));
         }
     }

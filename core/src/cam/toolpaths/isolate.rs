@@ -33,7 +33,7 @@ const LINK_SLACK: Length = Length::from_um(4);
 pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
     let Some(copper) = desk.scene.copper(desk.operation.face) else {
-        desk.say(Diagnostic::new(Severity::Note, "cam.no_copper"));
+        desk.say(Diagnostic::note("cam.no_copper"));
         return Ok(part);
     };
     let copper = &copper.region;
@@ -69,7 +69,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Diagn
 fn cut_width(desk: &mut Desk<'_>, bit: &Bit, depth: Length) -> Length {
     let width = bit.width_at(depth);
     if matches!(bit.cutter, Cutter::Vee { .. }) && width >= bit.diameter {
-        let said = Diagnostic::new(Severity::Warning, "cam.bit_too_deep");
+        let said = Diagnostic::warning("cam.bit_too_deep");
         desk.say(said.with("bit", &bit.name).with("depth", depth.mm()));
     }
     width
@@ -175,7 +175,7 @@ fn finished(
     let closed = desk.scene.closed_to(width);
     let (paths, touched) = desk.scene.trimmed(paths, closed.as_ref());
     if touched {
-        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
     }
     let islands = (isolate.passes > 1).then(|| Area::of(groove.copper));
     let rules = Rules {
@@ -240,7 +240,7 @@ fn cured(
         let necks = groove.necks(wider, fits);
         let (x, y) = narrow::middle_text(cure);
         let Some(neck) = necks.at(cure) else {
-            desk.say(Diagnostic::new(Severity::Warning, "cam.cure_without_gap").with("x", x).with("y", y));
+            desk.say(Diagnostic::warning("cam.cure_without_gap").with("x", x).with("y", y));
             continue;
         };
         if cure.with != Remedy::Centred {

@@ -20,7 +20,7 @@ use super::missing::Missing;
 use super::route::{Rules, arranged};
 use super::twice::Milled;
 use super::{Desk, Entry, Part, Shape, Task, Toolpath};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Point, circle, grow, path_bounds, sweep};
 use crate::job::Bit;
 use crate::units::Length;
@@ -157,7 +157,7 @@ fn task(desk: &mut Desk<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)>) -> Opti
         rings.extend((!ring.is_empty()).then_some((shape, ring)));
     }
     if touched {
-        desk.say(Diagnostic::new(Severity::Warning, "cam.zone_in_the_way"));
+        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
     }
     let depth = desk.depth();
     let depths = desk.depths(depth);

@@ -8,7 +8,7 @@
 //! Comes in: sizes and places, one after the other. Goes out: diagnostics. Does not know what has these sizes.
 
 use super::super::rack::size_text;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ impl Missing {
     pub(super) fn errors(&self, code: &str) -> Vec<Diagnostic> {
         let error = |size: String, count: usize, at: Point| {
             let mm = |length: Length| format!("{:.3}", length.mm());
-            let error = Diagnostic::new(Severity::Error, code).with("count", count).with("size", size);
+            let error = Diagnostic::error(code).with("count", count).with("size", size);
             error.with("x", mm(at.x)).with("y", mm(at.y))
         };
         let one = |(size, (count, at)): (&Length, &(usize, Point))| error(size_text(*size), *count, *at);

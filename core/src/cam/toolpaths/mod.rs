@@ -287,7 +287,7 @@ pub fn assemble(
     if parts.iter().all(|part| part.tasks.is_empty()) {
         let mut why: Vec<Diagnostic> =
             diagnostics.into_iter().filter(|diagnostic| diagnostic.is_unacknowledged(accept)).collect();
-        why.push(Diagnostic::new(Severity::Error, "cam.nothing_to_do"));
+        why.push(Diagnostic::error("cam.nothing_to_do"));
         return Err(why);
     }
     let seen = diagnostics
@@ -352,7 +352,7 @@ impl Desk<'_> {
 
     /// Refuses to go on when nobody wants it any more.
     fn go_on(&mut self) -> Result<(), Diagnostic> {
-        if (self.tick)(self.done) { Ok(()) } else { Err(Diagnostic::new(Severity::Error, "plan.cancelled")) }
+        if (self.tick)(self.done) { Ok(()) } else { Err(Diagnostic::error("plan.cancelled")) }
     }
 
     /// The bits called `names` that can mill, widest first. What is no bit, or only drills, is told.
@@ -371,7 +371,7 @@ impl Desk<'_> {
                     continue;
                 }
             };
-            self.say(Diagnostic::new(Severity::Error, code).with("bit", name));
+            self.say(Diagnostic::error(code).with("bit", name));
         }
         bits.sort_by_key(|bit| std::cmp::Reverse(bit.width_at(depth)));
         bits

@@ -5,7 +5,7 @@
 use super::super::work::{Flip, Work, Zero};
 use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Path, Point, grow, path_bounds, rectangle, union};
 use crate::machine::Machine;
 use crate::units::Length;
@@ -88,7 +88,7 @@ impl Scene {
         };
         let mm = |length: Length| format!("{:.2}", length.mm());
         let told = |zone: &Bounds| {
-            let warning = Diagnostic::new(Severity::Warning, "cam.zone_beside").with("x", mm(zone.min.x));
+            let warning = Diagnostic::warning("cam.zone_beside").with("x", mm(zone.min.x));
             let warning = warning.with("y", mm(zone.min.y));
             warning.with("to_x", mm(zone.max.x)).with("to_y", mm(zone.max.y))
         };

@@ -14,7 +14,7 @@
 //! Comes in: end points and centres in mm. Goes out: place, direction and curvature at any length along the piece, and
 //! the length at which an axis passes a place. Does not know time.
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use serde::{Deserialize, Serialize};
 
@@ -75,7 +75,7 @@ pub(super) fn arc(from: Place, end: Place, center: [f64; 2], ccw: bool) -> Resul
     let (start, to) = ([from[0], from[1]], [end[0], end[1]]);
     let (r0, r1) = (distance(&start, &center), distance(&to, &center));
     if !(r0 >= LEAST_RADIUS_MM && r1 >= LEAST_RADIUS_MM && (r0 - r1).abs() <= ARC_MISMATCH_MM) {
-        return Err(Diagnostic::new(Severity::Error, "motion.bad_arc").with("start", r0).with("end", r1));
+        return Err(Diagnostic::error("motion.bad_arc").with("start", r0).with("end", r1));
     }
     let angle = |at: [f64; 2]| libm::atan2(at[1] - center[1], at[0] - center[0]);
     let turn = angle(to) - angle(start);

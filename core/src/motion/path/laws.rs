@@ -14,7 +14,7 @@
 use super::bounds::{OF_CORNERS, pulls, turn};
 use super::plan::Rules;
 use super::{Curve, Path, Place, Planned, Run};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
 
@@ -27,8 +27,7 @@ const SAME: f64 = 1e-9;
 /// The first broken law, with the number of the piece in the chain, from 1.
 pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagnostic> {
     let axes = &axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
-    let diagnostic =
-        |code: &str, source: u32| Diagnostic::new(Severity::Error, code).with("piece", source + 1);
+    let diagnostic = |code: &str, source: u32| Diagnostic::error(code).with("piece", source + 1);
     let (mut at, mut speed, mut now, mut counted) = (path.start, 0.0, 0.0, 0);
     for (index, run) in path.runs.iter().enumerate() {
         let pieces = path.pieces_of(run);

@@ -15,7 +15,7 @@
 use super::bounds::{Pulls, along, corner, pulls, turn};
 use super::curve::{self, Curve, Place};
 use super::{Path, Planned, Run};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::motion::profile::{Limits, Shape, Span};
 
@@ -123,8 +123,7 @@ pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Diagnostic> {
     let mut found: Vec<Fed> = Vec::with_capacity(chain.pieces.len());
     let mut at = chain.start;
     for (index, piece) in chain.pieces.iter().enumerate() {
-        let source =
-            u32::try_from(index).map_err(|_| Diagnostic::new(Severity::Error, "motion.too_many_legs"))?;
+        let source = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
         let curves = match piece.to {
             To::Line(to) => vec![curve::line(at, to)],
             To::Arc { to, center, ccw } => {
@@ -271,7 +270,7 @@ fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
 
 pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagnostic> {
     axes.iter().try_for_each(|axis| Shape::SCurve.check(*axis))?;
-    let wrong = |code: &str, value: f64| Err(Diagnostic::new(Severity::Error, code).with("value", value));
+    let wrong = |code: &str, value: f64| Err(Diagnostic::error(code).with("value", value));
     if !(rules.share > 1e-3 && rules.share <= 1.0) {
         return wrong("motion.bad_share", rules.share);
     }
@@ -283,7 +282,7 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<
     for (index, piece) in chain.pieces.iter().enumerate() {
         let feed = piece.feed_mm_per_s;
         if !(LEAST_FEED..=f64::INFINITY).contains(&feed) {
-            return Err(Diagnostic::new(Severity::Error, "motion.bad_path_feed")
+            return Err(Diagnostic::error("motion.bad_path_feed")
                 .with("value", feed)
                 .with("piece", index + 1));
         }
@@ -292,7 +291,7 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<
             To::Arc { to, center, .. } => usable(&to) && usable(&center),
         };
         if !sound {
-            return Err(Diagnostic::new(Severity::Error, "motion.bad_place").with("piece", index + 1));
+            return Err(Diagnostic::error("motion.bad_place").with("piece", index + 1));
         }
     }
     Ok(())

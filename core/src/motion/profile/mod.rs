@@ -37,7 +37,7 @@ pub use stop::{point_of_no_return_s, stopping_mm};
 pub use stroke::{Stroke, TwoSpeeds, two_speeds};
 pub use vibration::residual_mm;
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// Shorter moves than this (a millionth of a nanometre) take no time: below it a power of the length could vanish.
@@ -107,7 +107,7 @@ impl Shape {
 
 /// A diagnostic about a number that cannot be planned with.
 pub(super) fn wrong(code: &str, value: f64) -> Diagnostic {
-    Diagnostic::new(Severity::Error, code).with("value", value)
+    Diagnostic::error(code).with("value", value)
 }
 
 /// Which limits a move reaches.

@@ -11,7 +11,7 @@
 
 use super::titles::{Named, named};
 use super::{MOST_REMARKS, Written};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Leg, Mark, Program};
 use crate::units::Length;
@@ -82,15 +82,14 @@ impl Hand {
 
     /// A refusal at the line being read.
     pub(super) fn refuse(&self, code: &str, found: impl ToString) -> Diagnostic {
-        Diagnostic::new(Severity::Error, code).with("found", found).at(&self.file, self.line, 0)
+        Diagnostic::error(code).with("found", found).at(&self.file, self.line, 0)
     }
 
     /// Something that may have been meant otherwise.
     pub(super) fn warning(&mut self, code: &str, found: impl ToString) {
         if self.diagnostics.len() < MOST_REMARKS && !self.diagnostics.iter().any(|known| known.code == code) {
-            self.diagnostics.push(
-                Diagnostic::new(Severity::Warning, code).with("found", found).at(&self.file, self.line, 0),
-            );
+            self.diagnostics
+                .push(Diagnostic::warning(code).with("found", found).at(&self.file, self.line, 0));
         }
     }
 
@@ -261,14 +260,14 @@ impl Hand {
         let mut bits = Vec::new();
         for number in &self.used {
             let Some(bit) = self.known.get(number) else {
-                let why = Diagnostic::new(Severity::Error, "readback.no_tool").with("number", number);
+                let why = Diagnostic::error("readback.no_tool").with("number", number);
                 return Err(why.at(&self.file, 0, 0));
             };
             bits.push(bit.clone());
         }
         let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_)));
         if bits.is_empty() && cuts {
-            let why = Diagnostic::new(Severity::Error, "readback.no_tool").with("number", 1);
+            let why = Diagnostic::error("readback.no_tool").with("number", 1);
             return Err(why.at(&self.file, 0, 0));
         }
         let name = self.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();

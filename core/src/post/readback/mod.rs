@@ -21,7 +21,7 @@ mod words;
 
 pub use titles::titled;
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Program};
 use hand::Hand;
 use std::collections::BTreeMap;
@@ -58,10 +58,10 @@ enum Kind {
 /// Reads `text`; `file` names it in diagnostics, `tools` are those that a person says have these numbers.
 pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<Written, Diagnostic> {
     if text.len() > LARGEST {
-        return Err(Diagnostic::new(Severity::Error, "readback.too_large").at(file, 0, 0));
+        return Err(Diagnostic::error("readback.too_large").at(file, 0, 0));
     }
     let Some(kind) = kind(text) else {
-        return Err(Diagnostic::new(Severity::Error, "readback.unknown").with("path", file).at(file, 0, 0));
+        return Err(Diagnostic::error("readback.unknown").with("path", file).at(file, 0, 0));
     };
     let mut hand = Hand::new(file, tools);
     match kind {
