@@ -17,10 +17,10 @@ const SMALL = { width: 1024, height: 768 };
 const digits = async (page, axis) => Number(await page.locator(`.digits[data-axis=${axis}]`).innerText());
 const still = (page, axis) => settled(() => digits(page, axis), `${axis} at rest`, 700);
 
-/** At the machine, initialised. */
+/** At the machine, homed. */
 async function homed(page) {
   await tab(page, "Machine").click();
-  await press(page, page.getByRole("button", { name: "Initialise" }));
+  await press(page, page.getByRole("button", { name: "Home", exact: true }));
   await page.getByText("At rest, position known.").waitFor();
 }
 
@@ -100,7 +100,7 @@ test("a page that was stuck for seconds has control again by itself, and so has 
         for (const end = Date.now() + 4500; Date.now() < end; );
       });
       await until(() => has.isVisible(), "control again");
-      await until(() => page.getByRole("button", { name: "Initialise" }).isEnabled(), "a page that may move the machine");
+      await until(() => page.getByRole("button", { name: "Home", exact: true }).isEnabled(), "a page that may move the machine");
     }
     await page.reload();
     await has.waitFor();
@@ -189,8 +189,8 @@ test("an executor that died is one clear alarm, STOP is still answered, and it s
     await page.waitForTimeout(1000);
     assert.equal(await page.locator(".not-confirmed").count(), 0, "STOP was answered");
     await press(page, page.getByRole("button", { name: "Acknowledge" }));
-    await until(async () => (await alarm.count()) === 0, "a machine that can be initialised again");
-    await page.getByText("The position is not known. Initialise first.").waitFor();
+    await until(async () => (await alarm.count()) === 0, "a machine that can be homed again");
+    await page.getByText("The position is not known. Home first.").waitFor();
   } finally {
     await context.close();
     await bridge.stop();

@@ -239,10 +239,10 @@ export async function press(page, button) {
   await button.click();
 }
 
-/** Initialises, sets the work zero and starts the planned job. */
+/** Homes, sets the work zero and starts the planned job. */
 export async function startJob(page) {
   await tab(page, "Machine").click();
-  await press(page, page.getByRole("button", { name: "Initialise" }));
+  await press(page, page.getByRole("button", { name: "Home", exact: true }));
   await page.getByText("At rest, position known.").waitFor();
   await press(page, page.getByRole("button", { name: /^Base/ }));
   await page.getByText(/Zero at/).waitFor();

@@ -79,8 +79,8 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
   const { page, problems } = await lab(browser, {});
   try {
     await open(page, "Phases");
-    const cell = (line, takt) => page.getByRole("gridcell", { name: new RegExp(`^${line}, takt ${takt}:`) });
-    await page.getByRole("combobox", { name: "Table" }).selectOption({ label: "Twelve takts with forcing" });
+    const cell = (line, takt) => page.getByRole("gridcell", { name: new RegExp(`^${line}, row ${takt}:`) });
+    await page.getByRole("combobox", { name: "Table" }).selectOption({ label: "Twelve rows with forcing" });
     const is = (line, takt, state) =>
       until(async () => (await cell(line, takt).getAttribute("aria-label")).endsWith(state), `${line} ${takt} ${state}`);
     await is("1a", 1, "on");
@@ -136,7 +136,7 @@ test("motion by keyboard: what is typed changes the plot, wrong tables are refus
     await open(page, "Motion");
     const plot = page.getByRole("slider", { name: "Speed of the move: cursor" });
     const before = await plot.getAttribute("aria-valuetext");
-    const period = page.getByRole("textbox", { name: "State 3: interrupts a takt" });
+    const period = page.getByRole("textbox", { name: "State 3: interrupts per step" });
     await period.focus();
     await page.keyboard.press("Control+a");
     await page.keyboard.type("2");

@@ -60,10 +60,10 @@ test("the screens are reached by their numbers, and no key starts anything", asy
       await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
     }
     await page.keyboard.press("4");
-    await page.getByText("Initialise first", { exact: false }).first().waitFor();
+    await page.getByText("Home first", { exact: false }).first().waitFor();
     for (const key of ["Enter", "Space", "s", "h", "r"]) await page.keyboard.press(key);
     await page.waitForTimeout(500);
-    assert.ok(await page.getByText("Initialise first", { exact: false }).first().isVisible(), "nothing moved");
+    assert.ok(await page.getByText("Home first", { exact: false }).first().isVisible(), "nothing moved");
   } finally {
     await browser.close();
   }

@@ -76,7 +76,7 @@ test("a closed page leaves the job running; another page watches it and may stop
     await new Promise((later) => setTimeout(later, 500));
     await first.context.close();
     second = await openLinked(browser, bridge, SMALL);
-    // On a slow computer the job has come to a bit change meanwhile: its dialog is put off.
+    // On a slow computer the job has come to a tool change meanwhile: its dialog is put off.
     const later = second.page.getByRole("button", { name: "Not yet" });
     await until(async () => {
       if (await later.isVisible()) await later.click().catch(() => {});

@@ -56,7 +56,7 @@ async function bitIsIn(page) {
 }
 
 describe("a person", { concurrency: true }, () => {
-  test("takes half a minute at a bit change and loads the page again in between", async () => {
+  test("takes half a minute at a tool change and loads the page again in between", async () => {
     const { page, end } = await begun(60);
     try {
       const { holes, start } = await preflight(page);
@@ -80,7 +80,7 @@ describe("a person", { concurrency: true }, () => {
         return done.isVisible();
       };
       await until(step, "the end of the job", 2 * PATIENCE_MS);
-      assert.ok(changes >= 2, `${changes} bit changes`);
+      assert.ok(changes >= 2, `${changes} tool changes`);
       const said = await done.innerText();
       assert.match(said, new RegExp(`Holes drilled: ${holes}\\b`), "every hole");
     } finally {
@@ -88,7 +88,7 @@ describe("a person", { concurrency: true }, () => {
     }
   });
 
-  test("stops in a bit change, and is told that it was her or him", async () => {
+  test("stops in a tool change, and is told that it was her or him", async () => {
     const { page, end } = await begun(60);
     try {
       const { start } = await preflight(page);

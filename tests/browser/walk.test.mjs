@@ -1,4 +1,4 @@
-// The walk of a board through the page, against the real bridge: open, look, play, initialise, drill, done.
+// The walk of a board through the page, against the real bridge: open, look, play, home, drill, done.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

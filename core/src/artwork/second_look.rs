@@ -12,7 +12,7 @@
 //! and what to say, in shares from 0 to 1. Moves nothing and turns nothing over.
 
 use super::registration::{Copper, FITS, Fit, Layer, fit_shifted, share};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use std::collections::BTreeMap;
 

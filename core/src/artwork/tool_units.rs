@@ -12,7 +12,7 @@
 use super::Units;
 use super::drill::DrillFile;
 use super::number::Decimal;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
 /// Between these, in mm, drills are.

@@ -61,7 +61,7 @@ enum Wish {
 /// Something asked, or something that happened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// Initialise.
+    /// Home.
     Home,
     /// The place in the plane, machine steps, becomes work zero.
     SetZero([i64; 2]),

@@ -152,6 +152,16 @@ impl Part {
         }
     }
 
+    /// How far it goes, in mm; a step table moves one axis.
+    pub fn length_mm(&self, mm_per_step: &[f64; AXES]) -> f64 {
+        let travel = |axis: usize| (self.to[axis] - self.from[axis]).abs() as f64 * mm_per_step[axis];
+        match &self.motion {
+            Motion::Line(stroke) => stroke.length_mm(),
+            Motion::Path(route) => route.path.length_mm(),
+            Motion::TableSteps(_) => (0..AXES).map(travel).fold(0.0, f64::max),
+        }
+    }
+
     /// Second of the move at which it begins.
     pub fn start_s(&self) -> f64 {
         self.start_tick as f64 / TICK_HZ as f64

@@ -395,7 +395,7 @@ impl<'a> Writer<'a> {
     /// The longest way of any of `parts`.
     fn longest_mm(&self, parts: &[Part]) -> f64 {
         let mm = &self.timeline.mm_per_step;
-        parts.iter().map(|part| part_mm(part, mm)).fold(0.0, f64::max)
+        parts.iter().map(|part| part.length_mm(mm)).fold(0.0, f64::max)
     }
 
     /// A move that goes nowhere and takes no time.
@@ -438,16 +438,6 @@ fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Diagnostic> {
     }
     let diagnostic = Diagnostic::error("motion.move_too_slow").with("length", length_mm);
     Err(diagnostic.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
-}
-
-/// Toolpath of a part; takts move one axis.
-fn part_mm(part: &Part, mm_per_step: &[f64; AXES]) -> f64 {
-    let way = |axis: usize| (part.to[axis] - part.from[axis]).abs() as f64 * mm_per_step[axis];
-    match &part.motion {
-        Motion::Line(stroke) => stroke.length_mm(),
-        Motion::Path(route) => route.path.length_mm(),
-        Motion::TableSteps(_) => (0..AXES).map(way).fold(0.0, f64::max),
-    }
 }
 
 /// The parts of a straight line of the motors: first the play of X and Y that turn, then all axes together. Axes driven by

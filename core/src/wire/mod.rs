@@ -122,7 +122,7 @@ pub enum Ask {
     },
     /// Give control back.
     ReleaseControl,
-    /// Initialise: Z up, then to the end sensors.
+    /// Home: Z up, then to the end sensors.
     Home,
     /// Base: the place the head is at becomes work zero. Nothing moves.
     SetZero,

@@ -1,6 +1,6 @@
 //! The pad that moves by hand: a short press is one step, a long one goes on until it is let go. By mouse, finger and armed keys.
 //!
-//! Comes in: what the machine allows now, presses. Goes out: presses as events. Initialise is not among its keys.
+//! Comes in: what the machine allows now, presses. Goes out: presses as events. Home is not among its keys.
 
 use crate::i18n::{key, say, t};
 use crate::keys;

@@ -13,7 +13,7 @@ use leptos::ev;
 use leptos::html::{button, div, h2, header, p, section, span};
 use leptos::prelude::*;
 
-/// The sentence under Initialise.
+/// The sentence under Home.
 const HOME_IS: &str = "home-is";
 
 /// The key of the sentence why the machine cannot be initialised now; none when it can.
@@ -33,7 +33,7 @@ fn ready(line: Link) -> bool {
     line.may_act() && line.state() == Some(State::Ready)
 }
 
-/// Initialise and base.
+/// Home and base.
 pub(crate) fn set_up() -> impl IntoView {
     let line = link::link();
     let homed = move || line.state().is_some_and(|state| state != State::NotHomed);

@@ -66,7 +66,7 @@ impl Ramp {
         }
     }
 
-    /// Toolpath of the rise that begins with `base` mm/s.
+    /// Length of the rise that begins with `base` mm/s.
     pub fn length_mm(&self, base: f64) -> f64 {
         (base + 0.5 * self.rise_mm_per_s) * self.duration_s()
     }
@@ -76,7 +76,7 @@ impl Ramp {
         2.0 * self.jerk_time_s + self.hold_s
     }
 
-    /// Toolpath gained `t` seconds after the beginning, `t` from 0 to the end.
+    /// Length gained `t` seconds after the beginning, `t` from 0 to the end.
     #[inline]
     pub fn position_mm(&self, t: f64) -> f64 {
         let theta = self.jerk_time_s;
@@ -123,7 +123,7 @@ impl Ramp {
         }
     }
 
-    /// Toolpath of the first edge alone.
+    /// Length of the first edge alone.
     #[inline]
     pub(super) fn edge_position_mm(&self, x: f64) -> f64 {
         if self.shape.order() == 0.0 {
@@ -141,7 +141,7 @@ impl Ramp {
         self.power_edge(x).speed
     }
 
-    /// Toolpath and speed on the first edge.
+    /// Length and speed on the first edge.
     #[inline]
     fn edge(&self, x: f64) -> (f64, f64) {
         if self.shape.order() == 0.0 {
@@ -264,7 +264,7 @@ fn later(speed: f64, acceleration: f64, way: f64) -> f64 {
     2.0 * way / (speed + libm::sqrt(speed * speed + 2.0 * acceleration * way))
 }
 
-/// Toolpath, speed, acceleration and jerk at one second.
+/// Length, speed, acceleration and jerk at one second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Point {
     pub(super) position_mm: f64,

@@ -21,7 +21,7 @@ use crate::diagnostic::Diagnostic;
 /// How often the time is halved in when the point of no return is looked for: more than a number has digits.
 const HALVINGS: u32 = 80;
 
-/// Toolpath of the fastest stop from `speed` (mm/s, not negative) and `acceleration` (mm/s²) within acceleration and jerk of
+/// Length of the fastest stop from `speed` (mm/s, not negative) and `acceleration` (mm/s²) within acceleration and jerk of
 /// `limits`. The linear law stops with its full acceleration at once.
 ///
 /// Where the speed is less than braking already takes away, the way is that to the moment of standing still.
