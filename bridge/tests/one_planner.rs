@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The job file of a job that only makes holes and slots.
-const HOLES: &str = "schema = 1\n[setup]\nface = \"top\"\npairs = 0\n[[operation]]\nkind = \"drill\"\n[[operation]]\nkind = \"bore\"\n";
+const HOLES: &str = "schema = 1\n[setup]\nface = \"top\"\npairs = 0\n[[operation]]\nkind = \"drill\"\n[[operation]]\nkind = \"mill_holes\"\n";
 /// Findings of a proof, which `cam` wants read.
 const FINDINGS: &str = "short,gap,break,gone,lost,hit,ring,sliver,shallow,remnant";
 /// More holes than this are not turned into steps here.

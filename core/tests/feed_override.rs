@@ -3,7 +3,7 @@
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Output, Steps, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Clock, Desk, Line, Motors, Order, Outcome, Recorder, Written, play};
+use annulus_core::pins::{Clock, Line, Motors, Operator, Order, Outcome, Recorder, Written, play};
 use annulus_core::steps::{Segment, TICK_HZ, replay, segment};
 
 /// Time that is always on time, or late by chance.
@@ -27,7 +27,7 @@ impl Clock for TestClock {
 /// Orders at ticks, in order of time; the last one stands.
 struct Script(Vec<(u64, Order)>, u64);
 
-impl Desk for Script {
+impl Operator for Script {
     fn order(&mut self) -> Order {
         self.0.iter().rev().find(|(from, _)| *from <= self.1).map_or(Order::Go, |(_, order)| *order)
     }

@@ -6,11 +6,11 @@ mod automaton;
 #[cfg(not(target_arch = "wasm32"))]
 mod carve;
 #[cfg(not(target_arch = "wasm32"))]
-mod desk;
-#[cfg(not(target_arch = "wasm32"))]
 mod feed_override;
 #[cfg(not(target_arch = "wasm32"))]
 mod motion;
+#[cfg(not(target_arch = "wasm32"))]
+mod operator;
 #[cfg(not(target_arch = "wasm32"))]
 mod phases;
 #[cfg(not(target_arch = "wasm32"))]

@@ -16,7 +16,7 @@ use crate::said::key;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
 use annulus_core::locale;
-use annulus_core::wire::{Ask, MissingTold, PreflightRow, Verdict, program};
+use annulus_core::wire::{Ask, MissingReport, PreflightRow, Verdict, program};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ enum Then {
     /// Its pre-flight, from this leg on.
     Preflight { from_leg: u32 },
     /// The pre-flight of what of it is missing.
-    Again { missing: MissingTold },
+    Again { missing: MissingReport },
 }
 
 /// A program on its way.
@@ -91,7 +91,7 @@ pub enum StartEvent {
     /// The pre-flight of what the last run left out is wanted.
     Again {
         /// What.
-        missing: MissingTold,
+        missing: MissingReport,
     },
     /// A program came from the bridge, or did not.
     Fetched {

@@ -204,8 +204,8 @@ mod tests {
         assert_eq!(words(&moved(&before, 2, 1)), "isolate cut_out drill");
         assert_eq!(moved(&before, 1, 9), before);
         assert_eq!(moved(&moved(&before, 0, 2), 2, 0), before, "and back");
-        let (more, at) = added(&before, "bore", Some(1), &virtual_drill()).unwrap();
-        assert_eq!((words(&more).as_str(), at), ("isolate drill bore cut_out", 2));
+        let (more, at) = added(&before, "mill_holes", Some(1), &virtual_drill()).unwrap();
+        assert_eq!((words(&more).as_str(), at), ("isolate drill mill_holes cut_out", 2));
         assert_eq!(removed(&more, at), before);
         assert_eq!(added(&before, "fold", None, &virtual_drill()), None);
     }

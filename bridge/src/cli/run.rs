@@ -13,7 +13,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
-use annulus_core::wire::{Ask, DrilledTold, SlipTold, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, DrilledReport, SlipReport, Status, Tell, Verdict, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
@@ -252,7 +252,7 @@ impl<'a> Operator<'a> {
     ) -> Answer {
         let drilled = rested.drilled.unwrap_or_default();
         let exit = match ending {
-            Ending::Done if drilled == DrilledTold::default() => Exit::Done,
+            Ending::Done if drilled == DrilledReport::default() => Exit::Done,
             _ if self.interrupted => Exit::Interrupted,
             _ => Exit::Content,
         };
@@ -284,7 +284,7 @@ impl<'a> Operator<'a> {
 }
 
 /// Where a motor of the virtual drill lost steps, and why.
-fn lost(slip: &SlipTold) -> String {
+fn lost(slip: &SlipReport) -> String {
     let arguments = [
         ("axis", axis_name(usize::from(slip.axis))),
         ("place", format!("{:.2}", slip.place_mm)),

@@ -18,7 +18,7 @@ use annulus_core::control::{Event, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Output;
 use annulus_core::virtual_drill::{Drilled, made_again, missing_legs, tally};
-use annulus_core::wire::{DrilledTold, MissingTold};
+use annulus_core::wire::{DrilledReport, MissingReport};
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::PathBuf;
@@ -46,8 +46,8 @@ pub(super) struct Judged {
     before: Vec<Drilled>,
     /// Holes that were there when it was taken up, and were drilled again: by their order, the first is 1.
     pub(super) twice: Vec<u32>,
-    pub(super) told: Option<DrilledTold>,
-    pub(super) missing: Option<MissingTold>,
+    pub(super) told: Option<DrilledReport>,
+    pub(super) missing: Option<MissingReport>,
 }
 
 impl Owner {
@@ -93,8 +93,8 @@ impl Owner {
         self.judged.twice = again.by_design;
         let legs = runs(&missing_legs(program, &self.machine, run, zero_mm, &log.holes));
         let told = !legs.is_empty() && legs.len() <= MOST_RUNS;
-        self.judged.missing = told.then(|| MissingTold { job: work.job.key.clone(), legs });
-        let told = DrilledTold {
+        self.judged.missing = told.then(|| MissingReport { job: work.job.key.clone(), legs });
+        let told = DrilledReport {
             missing: found.missing,
             doubled: found.doubled + again.besides,
             shifted: found.shifted,
@@ -102,7 +102,7 @@ impl Owner {
             slipped_steps: self.slipped().saturating_sub(self.judged.slipped_before),
         };
         self.judged.told = Some(told);
-        if told != DrilledTold::default() {
+        if told != DrilledReport::default() {
             let why = Diagnostic::error("control.board_differs")
                 .with("missing", told.missing)
                 .with("doubled", told.doubled)

@@ -7,7 +7,7 @@ use super::owner::Owner;
 use annulus_core::job::{Command, Mark};
 use annulus_core::machine::{self, Steps, phases};
 use annulus_core::steps::{Stage, TICK_HZ};
-use annulus_core::wire::{SlipTold, Status, Tell};
+use annulus_core::wire::{SlipReport, Status, Tell};
 use std::time::{Duration, Instant};
 
 /// Small changes are told at most this often.
@@ -151,9 +151,9 @@ impl Owner {
     }
 
     /// Where the virtual drill lost steps.
-    pub(super) fn slips(&self) -> Vec<SlipTold> {
+    pub(super) fn slips(&self) -> Vec<SlipReport> {
         let Ok(slips) = self.hands.slips.lock() else { return Vec::new() };
-        let told = slips.iter().map(|slip| SlipTold {
+        let told = slips.iter().map(|slip| SlipReport {
             axis: slip.axis as u8,
             place_mm: self.machine.axis(slip.axis).scale.length(slip.place).mm(),
             lost: slip.lost,

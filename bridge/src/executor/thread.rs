@@ -7,7 +7,7 @@ use super::{Ended, Glimpse, Report, Shared, Task};
 use annulus_core::job::{Bit, Mark};
 use annulus_core::machine::{Machine, Output, Steps};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Clock, Desk, Line, Motors, Order, Outcome, Pins, play};
+use annulus_core::pins::{Clock, Line, Motors, Operator, Order, Outcome, Pins, play};
 use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay, segment};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -170,8 +170,8 @@ impl Place {
         let Ok(way) = cycles::retract(&self.machine, self.line.position, top) else { return };
         for planned in &way.moves {
             let segment = segment(planned, &self.machine);
-            let desk = &mut Nobody;
-            play(&segment, &self.motors, &mut self.line, &mut *self.pins, &mut *self.clock, desk);
+            let operator = &mut Nobody;
+            play(&segment, &self.motors, &mut self.line, &mut *self.pins, &mut *self.clock, operator);
             self.pins.rest(self.line.tick);
         }
     }
@@ -195,7 +195,7 @@ impl Place {
     fn play(&mut self, task: &Task, segment: &Segment) -> Ended {
         let hole = segment.stage == Stage::NextHole && matches!(segment.mark, Mark::Hole(_));
         let begins = if hole { next_hole_begins(segment) } else { None };
-        let mut desk = Counter {
+        let mut operator = Counter {
             id: task.id,
             shared: &self.shared,
             left: 0,
@@ -204,7 +204,7 @@ impl Place {
             granted: task.granted,
         };
         let outcome =
-            play(segment, &self.motors, &mut self.line, &mut *self.pins, &mut *self.clock, &mut desk);
+            play(segment, &self.motors, &mut self.line, &mut *self.pins, &mut *self.clock, &mut operator);
         match outcome {
             Outcome::Completed => Ended::Completed,
             Outcome::Gated(at) => Ended::Gated(at),
@@ -237,10 +237,10 @@ fn next_hole_begins(segment: &Segment) -> Option<u64> {
     replay(segment).find(leaves).map(|pulse| pulse.tick)
 }
 
-/// The desk when nobody is left.
+/// The operator when nobody is left.
 struct Nobody;
 
-impl Desk for Nobody {
+impl Operator for Nobody {
     fn order(&mut self) -> Order {
         Order::Go
     }
@@ -248,7 +248,7 @@ impl Desk for Nobody {
     fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
 }
 
-/// The desk of one task.
+/// The operator of one task.
 struct Counter<'a> {
     id: u64,
     shared: &'a Shared,
@@ -261,7 +261,7 @@ struct Counter<'a> {
     granted: bool,
 }
 
-impl Desk for Counter<'_> {
+impl Operator for Counter<'_> {
     fn order(&mut self) -> Order {
         if self.shared.stop_upto.load(Ordering::Relaxed) >= self.id {
             return Order::Stop;

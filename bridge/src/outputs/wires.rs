@@ -260,7 +260,7 @@ mod tests {
     use super::*;
     use annulus_core::job::{Effect, Mark, Stage};
     use annulus_core::machine::{Output, lab};
-    use annulus_core::pins::{Clock, Desk, Line, Motors, Order, Outcome, play};
+    use annulus_core::pins::{Clock, Line, Motors, Operator, Order, Outcome, play};
     use annulus_core::steps::{Run, Segment, Steps};
     use std::collections::VecDeque;
     use std::sync::Mutex;
@@ -422,10 +422,10 @@ mod tests {
         }
     }
 
-    /// A desk without wishes.
+    /// A operator without wishes.
     struct Idle;
 
-    impl Desk for Idle {
+    impl Operator for Idle {
         fn order(&mut self) -> Order {
             Order::Go
         }

@@ -4,13 +4,12 @@
 //! 127.0.0.1, [::1] ─▶ connection (limits, deadlines) ─▶ guard ─▶ routes ─┬─ page     embedded files
 //!                                                                         ├─ pairing  token → session
 //!                                                                         ├─ jobs     programs in and out
-//!                                                                         └─ socket   asks and tells ─▶ desk ─▶ drill
+//!                                                                         └─ socket   asks and tells ─▶ watchers ─▶ drill
 //! ```
 //!
 //! Comes in: connections from this computer, and only from it. Goes out: answers. The drill goes on whatever happens
 //! here. Does not know what a program means.
 
-mod desk;
 mod guard;
 mod hall;
 mod jobs;
@@ -19,6 +18,7 @@ mod pairing;
 mod reply;
 pub(crate) mod runtime;
 mod socket;
+mod watchers;
 
 use crate::drill::{Begun, Drill, Ticket};
 use annulus_core::control::lease::{Event, Outcome, Viewer};
@@ -31,7 +31,6 @@ use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use desk::Desk;
 use hall::Hall;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
@@ -51,6 +50,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{interval, sleep, timeout};
+use watchers::Watchers;
 
 /// HTTP connections at the same time; one more, and one that said least goes.
 const CONNECTIONS: usize = 256;
@@ -81,7 +81,7 @@ pub(crate) struct Bridge {
     policy: HeaderValue,
     secret: String,
     pairing: Mutex<Pairing>,
-    desk: Mutex<Desk>,
+    watchers: Mutex<Watchers>,
     connections: Hall,
     callers: Hall,
     /// Sockets in work, so that the end can wait for them.
@@ -100,7 +100,7 @@ impl Bridge {
             policy: HeaderValue::from_str(&policy).unwrap_or(HeaderValue::from_static("default-src 'none'")),
             secret: pairing::secret::<32>()?,
             pairing: Mutex::default(),
-            desk: Mutex::new(Desk::new()),
+            watchers: Mutex::new(Watchers::new()),
             connections: Hall::new(CONNECTIONS),
             callers: Hall::new(CALLERS),
             sockets: Arc::new(Semaphore::new(SOCKETS)),
@@ -127,44 +127,44 @@ impl Bridge {
         self.pairing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    fn watchers(&self) -> MutexGuard<'_, Watchers> {
+        self.watchers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn leave(&self, viewer: Viewer) {
-        let mut desk = self.desk();
-        let outcome = desk.leave(viewer, self.now_ms());
-        self.after_control(&desk, &outcome);
+        let mut watchers = self.watchers();
+        let outcome = watchers.leave(viewer, self.now_ms());
+        self.after_control(&watchers, &outcome);
     }
 
     /// Something happened to control.
     fn control(&self, viewer: Viewer, event: Event) {
-        let mut desk = self.desk();
-        let outcome = desk.control(event, self.now_ms());
-        self.after_control(&desk, &outcome);
-        drop(desk);
+        let mut watchers = self.watchers();
+        let outcome = watchers.control(event, self.now_ms());
+        self.after_control(&watchers, &outcome);
+        drop(watchers);
         if let Some(why) = outcome.refused {
             self.refuse(viewer, why);
         }
     }
 
     /// Whoever lost control no longer watches what moved by hand: that comes to rest, and what waits is not begun. A job goes
-    /// on. The desk is kept meanwhile, so that nobody gets a ticket in between.
-    fn after_control(&self, desk: &Desk, outcome: &Outcome) {
+    /// on. The watchers is kept meanwhile, so that nobody gets a ticket in between.
+    fn after_control(&self, watchers: &Watchers, outcome: &Outcome) {
         if outcome.changed {
-            tracing::info!(holder = desk.holder(), lost = ?outcome.lost, "control");
+            tracing::info!(holder = watchers.holder(), lost = ?outcome.lost, "control");
             self.drill.control_changed();
         }
     }
 
     /// What `viewer` may ask now: a ticket, or none where another page, or nobody, has control.
     fn ticket(&self, viewer: Viewer) -> Option<Ticket> {
-        let desk = self.desk();
-        desk.has_control(viewer).then(|| self.drill.ticket())
+        let watchers = self.watchers();
+        watchers.has_control(viewer).then(|| self.drill.ticket())
     }
 
     fn tell(&self, viewer: Viewer, tell: &Tell) {
-        self.desk().tell(viewer, tell);
+        self.watchers().tell(viewer, tell);
     }
 
     fn refuse(&self, viewer: Viewer, why: Diagnostic) {
@@ -175,7 +175,7 @@ impl Bridge {
     /// Says why and lets the page go.
     fn dismiss(&self, viewer: Viewer, why: Diagnostic) {
         self.refuse(viewer, why);
-        self.desk().dismiss(viewer);
+        self.watchers().dismiss(viewer);
     }
 
     /// Stops, at once, whoever asks.
@@ -205,24 +205,24 @@ pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: i
     doors.iter().for_each(tokio::task::JoinHandle::abort);
     let drill = bridge.drill.clone();
     let _ = tokio::task::spawn_blocking(move || drill.shutdown()).await;
-    bridge.desk().close();
+    bridge.watchers().close();
     let all = u32::try_from(SOCKETS).unwrap_or(u32::MAX);
     let _ = timeout(Duration::from_secs(2), bridge.sockets.acquire_many(all)).await;
     pump.abort();
 }
 
-/// Carries what the drill says to the desk, and looks for silence.
+/// Carries what the drill says to the watchers, and looks for silence.
 async fn pump(bridge: Arc<Bridge>) {
     let mut tells = bridge.drill.watch();
     let mut check = interval(LEASE_CHECK);
     loop {
         tokio::select! {
             tell = tells.recv() => match tell {
-                Ok(tell) => bridge.desk().tell_all(&tell),
+                Ok(tell) => bridge.watchers().tell_all(&tell),
                 Err(RecvError::Lagged(_)) => {
                     let drill = bridge.drill.clone();
                     let all = tokio::task::spawn_blocking(move || drill.greeting()).await.unwrap_or_default();
-                    all.iter().for_each(|tell| bridge.desk().tell_all(tell));
+                    all.iter().for_each(|tell| bridge.watchers().tell_all(tell));
                 }
                 Err(RecvError::Closed) => return,
             },

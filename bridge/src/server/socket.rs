@@ -1,18 +1,18 @@
 //! The socket: challenge, hello, then asks and tells.
 //!
 //! ```text
-//!            ┌─ read ── Ping, control ──▶ desk
+//!            ┌─ read ── Ping, control ──▶ watchers
 //! frames ──▶ │       ── Stop ───────────▶ drill, at once, past everything that waits
 //!            │       ── all others ─────▶ drill, in the order in which they come; their answers: queue ─ work
-//!            └─ write ◀── desk: tells in order, latest status
+//!            └─ write ◀── watchers: tells in order, latest status
 //! ```
 //!
 //! Comes in: text frames of at most [`FRAME_LIMIT`] bytes, at most [`RATE`] a second. Goes out: the same way. A frame
 //! that cannot be understood moves nothing. Does not know HTTP.
 
 use super::Bridge;
-use super::desk::Seat;
 use super::pairing::{self, Session};
+use super::watchers::Seat;
 use crate::drill::Begun;
 use annulus_core::control::lease::{Event, Viewer};
 use annulus_core::diagnostic::Diagnostic;
@@ -76,7 +76,7 @@ async fn let_in(bridge: &Bridge, socket: &mut WebSocket) -> Option<(Session, Sea
         }
     };
     let seated = greeted.and_then(|session| {
-        let seat = bridge.desk().join(session.id()).ok_or_else(|| Some(no("door.full")))?;
+        let seat = bridge.watchers().join(session.id()).ok_or_else(|| Some(no("door.full")))?;
         Ok((session, seat))
     });
     match seated {

@@ -28,7 +28,7 @@ impl Action {
                 point_deg: POINT_DEG,
                 points: Vec::new(),
             }),
-            "bore" => Self::MillHoles(MillHoles {
+            "mill_holes" => Self::MillHoles(MillHoles {
                 slots: true,
                 holes: true,
                 direction: Direction::Climb,
@@ -129,7 +129,10 @@ impl Work {
 /// The kinds of operations that make the holes and slots of `board`.
 fn makes_holes(board: &Board, machine: &Machine) -> impl Iterator<Item = &'static str> + use<> {
     let mills = !board.slots.is_empty() || board.holes.iter().any(|hole| !drilled(hole.diameter, machine));
-    [("drill", !board.holes.is_empty()), ("bore", mills)].into_iter().filter(|row| row.1).map(|row| row.0)
+    [("drill", !board.holes.is_empty()), ("mill_holes", mills)]
+        .into_iter()
+        .filter(|row| row.1)
+        .map(|row| row.0)
 }
 
 /// Whether a drill of the rack fits a hole of this size; a hole without a size is no milling matter.

@@ -400,7 +400,7 @@ impl Action {
             Self::Clear(_) => "clear",
             Self::Engrave(_) => "engrave",
             Self::Drill(_) => "drill",
-            Self::MillHoles(_) => "bore",
+            Self::MillHoles(_) => "mill_holes",
             Self::CutOut(_) => "cut_out",
         }
     }
@@ -411,7 +411,7 @@ impl Action {
     }
 
     /// The words of all kinds, in the order in which a job does them.
-    pub const WORDS: [&'static str; 6] = ["isolate", "clear", "engrave", "drill", "bore", "cut_out"];
+    pub const WORDS: [&'static str; 6] = ["isolate", "clear", "engrave", "drill", "mill_holes", "cut_out"];
 }
 
 impl Work {

@@ -4,7 +4,7 @@
 //!   ┌──┬──┬──┐    edges are sorted into cells, and in every cell each is held against the others:
 //!   │ ╲│╱ │  │    3,000 long edges at random meet some million times, and then become as many pieces
 //!   ├──╳──┼──┤
-//!   │ ╱│╲ │──│    an edge costs 1, a meeting 2, 24 pairs that were looked at 1; for every doubling of coats ⅛ more
+//!   │ ╱│╲ │──│    an edge costs 1, a meeting 2, 24 pairs that were looked at 1; for every doubling of exposures ⅛ more
 //!   └──┴──┴──┘
 //! ```
 //!
@@ -13,7 +13,7 @@
 use super::Path;
 use super::clusters::{NOTHING, with};
 use super::grid::Grid;
-use super::sheet::{Edge, Pile, Sheet};
+use super::overlay::{Edge, Overlay, Pile};
 
 /// Edges for every cell, about.
 const EDGES_PER_CELL: f64 = 2.0;
@@ -25,7 +25,7 @@ const SMALLEST_CELL_NM: f64 = 2_000.0;
 const NEAR_NM: i64 = 1;
 /// Pairs looked at that cost as much as a pass over an edge.
 const PAIRS: u64 = 24;
-/// What an edge costs more for every doubling of the coats, in parts of a pass.
+/// What an edge costs more for every doubling of the exposures, in parts of a pass.
 const EIGHTHS: u32 = 8;
 /// A cell with more edges is swept from left to right.
 const FEW: usize = 12;
@@ -79,12 +79,12 @@ pub(super) fn afford(pile: &Pile, doublings: u32, fuel: &mut Fuel) -> Result<(),
 /// Whether a path neither meets itself nor comes by one place twice, so that it goes round its area once; none where
 /// finding out and laying it down, and what comes of it once more, costs more than there is fuel.
 pub(super) fn is_simple(path: &Path, fuel: &mut Fuel) -> Option<bool> {
-    let mut sheet = Sheet::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
-    sheet.path(path);
-    if sheet.is_full() {
+    let mut overlay = Overlay::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
+    overlay.path(path);
+    if overlay.is_full() {
         return None;
     }
-    let edges = sheet.take().edges;
+    let edges = overlay.take().edges;
     fuel.spend(2 * edges.len() as u64).then_some(())?;
     if meetings(&edges, 4, fuel).ok()? > 0 {
         return Some(false);
@@ -253,9 +253,9 @@ mod tests {
     }
 
     fn pile(outlines: &[Path]) -> Pile {
-        let mut sheet = Sheet::default();
-        outlines.iter().for_each(|outline| sheet.path(outline));
-        sheet.take()
+        let mut overlay = Overlay::default();
+        outlines.iter().for_each(|outline| overlay.path(outline));
+        overlay.take()
     }
 
     fn found(outlines: &[Path]) -> u64 {

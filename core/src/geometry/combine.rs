@@ -4,9 +4,9 @@
 //!   union        everything any of the paths encloses
 //!   even_odd     what an odd number of them encloses
 //!   combine      two regions by a rule
-//!   paint        dark and clear coats, one over the other, as a photoplotter lays them down:
+//!   paint        dark and clear exposures, one over the other, as a photoplotter lays them down:
 //!
-//!     coats    d d c d c c d d         neighbours of one colour are one coat; halves are painted apart and laid
+//!     exposures    d d c d c c d d         neighbours of one colour are one exposure; halves are painted apart and laid
 //!              └─┬─┘ └┬┘└─┬─┘          over each other, so thousands of changes cost a few passes over everything
 //!                └──┬─┘   │
 //!                   └──┬──┘
@@ -18,11 +18,11 @@
 //! are drawn together, islands and holes thinner than 20 nm dropped. Knows no boards.
 
 use super::afford::{Fuel, afford, is_simple};
-use super::coarse::coarse;
+use super::compose::{Role, laid};
 use super::measure::path_area_mm2;
-use super::parts::{Part, laid};
+use super::overlay::{Circle, Fill, Overlay, Pile, Shape, trace, trace_two};
 use super::rebuild;
-use super::sheet::{Circle, Fill, Pile, Shape, Sheet, trace, trace_two};
+use super::simplify::simplify;
 use super::{Path, Region, Segment};
 use i_overlay::core::overlay_rule::OverlayRule;
 
@@ -51,11 +51,11 @@ pub enum Enclosing {
     Odd,
 }
 
-/// One coat of paint: outlines with their inside on the left, as [`settled`], [`super::circle`],
+/// One exposure of paint: outlines with their inside on the left, as [`settled`], [`super::circle`],
 /// [`super::rectangle`], [`super::stroke()`] and the paths of a [`Region`] are. A clockwise outline is a hole in its
-/// own coat and hides nothing beneath.
+/// own exposure and hides nothing beneath.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Coat {
+pub struct Exposure {
     /// Whether it takes away what is beneath it.
     pub clear: bool,
     /// Its outlines.
@@ -67,7 +67,7 @@ fn is_convex(path: &Path) -> bool {
     if path.segments.iter().any(|segment| matches!(segment, Segment::Arc { clockwise: true, .. })) {
         return false;
     }
-    let corners: Vec<_> = path.flattened(0.05).into_iter().map(super::sheet::spot).collect();
+    let corners: Vec<_> = path.flattened(0.05).into_iter().map(super::overlay::spot).collect();
     let sides: Vec<_> = corners
         .iter()
         .zip(corners.iter().cycle().skip(1))
@@ -94,9 +94,9 @@ pub fn settled(path: &Path) -> Vec<Path> {
     if path.is_closed() && is_convex(&back) {
         return vec![back];
     }
-    let mut sheet = Sheet::default();
-    sheet.path(path);
-    rebuild::traced(&mut sheet, Fill::NonZero, FRAGMENT_NM).paths().cloned().collect()
+    let mut overlay = Overlay::default();
+    overlay.path(path);
+    rebuild::traced(&mut overlay, Fill::NonZero, FRAGMENT_NM).paths().cloned().collect()
 }
 
 /// The outlines of what one path encloses, by `rule`, with their inside on the left; none where that costs more than there is
@@ -119,48 +119,48 @@ pub fn enclosed(path: &Path, rule: Enclosing, fuel: &mut Fuel) -> Option<Vec<Pat
 
 /// Everything that any of the paths encloses, whichever way each of them turns.
 pub fn union(paths: &[Path]) -> Region {
-    let mut sheet = Sheet::default();
+    let mut overlay = Overlay::default();
     for path in paths.iter().flat_map(settled) {
-        sheet.path(&path);
+        overlay.path(&path);
     }
-    rebuild::traced(&mut sheet, Fill::NonZero, FRAGMENT_NM)
+    rebuild::traced(&mut overlay, Fill::NonZero, FRAGMENT_NM)
 }
 
 /// What an odd number of the paths encloses: contours in contours are holes, whichever way they turn.
 pub fn even_odd(paths: &[Path]) -> Region {
-    let mut sheet = Sheet::default();
+    let mut overlay = Overlay::default();
     for path in paths {
-        sheet.path(path);
+        overlay.path(path);
     }
-    rebuild::traced(&mut sheet, Fill::EvenOdd, FRAGMENT_NM)
+    rebuild::traced(&mut overlay, Fill::EvenOdd, FRAGMENT_NM)
 }
 
 /// What is inside of `outlines`, whose inside is on their left and which may overlap.
 pub(super) fn together<'a>(outlines: impl IntoIterator<Item = &'a Path>) -> Region {
-    let mut sheet = Sheet::default();
+    let mut overlay = Overlay::default();
     for outline in outlines {
-        sheet.path(outline);
+        overlay.path(outline);
     }
-    rebuild::traced(&mut sheet, Fill::NonZero, FRAGMENT_NM)
+    rebuild::traced(&mut overlay, Fill::NonZero, FRAGMENT_NM)
 }
 
 /// Two regions combined by `rule`.
 pub fn combine(first: &Region, second: &Region, rule: Rule) -> Region {
-    let mut sheet = Sheet::default();
-    first.paths().for_each(|path| sheet.path(path));
-    let subject = sheet.take();
-    second.paths().for_each(|path| sheet.path(path));
-    let [subject, clip] = coarse([&subject, &sheet.take()]);
+    let mut overlay = Overlay::default();
+    first.paths().for_each(|path| overlay.path(path));
+    let subject = overlay.take();
+    second.paths().for_each(|path| overlay.path(path));
+    let [subject, clip] = simplify([&subject, &overlay.take()]);
     let rule = match rule {
         Rule::Union => OverlayRule::Union,
         Rule::Difference => OverlayRule::Difference,
         Rule::Intersection => OverlayRule::Intersect,
         Rule::Xor => OverlayRule::Xor,
     };
-    rebuild::region(&trace_two(&subject, &clip, rule), &sheet.circles, FRAGMENT_NM)
+    rebuild::region(&trace_two(&subject, &clip, rule), &overlay.circles, FRAGMENT_NM)
 }
 
-/// What a row of coats does to whatever lies beneath: takes `clear` away, then adds `dark`. The shapes of either do not
+/// What a row of exposures does to whatever lies beneath: takes `clear` away, then adds `dark`. The shapes of either do not
 /// overlap.
 #[derive(Default)]
 struct Layer {
@@ -172,9 +172,9 @@ struct Layer {
 fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
     let clear = match keep_clear {
         false => Vec::new(),
-        true => laid([(Part::Ground, first.clear), (Part::Cover, second.clear.clone())]),
+        true => laid([(Role::Ground, first.clear), (Role::Cover, second.clear.clone())]),
     };
-    let dark = laid([(Part::Ground, first.dark), (Part::Away, second.clear), (Part::Cover, second.dark)]);
+    let dark = laid([(Role::Ground, first.dark), (Role::Away, second.clear), (Role::Cover, second.dark)]);
     Layer { clear, dark }
 }
 
@@ -184,61 +184,61 @@ impl Layer {
     }
 }
 
-/// The layer that a row of coats makes. Parted where either side has half of the edges, so that nothing is laid down more
+/// The layer that a row of exposures makes. Parted where either side has half of the edges, so that nothing is laid down more
 /// often than there are doublings in their number.
-fn layer(coats: &mut [Layer], keep_clear: bool) -> Layer {
-    match coats {
+fn layer(exposures: &mut [Layer], keep_clear: bool) -> Layer {
+    match exposures {
         [] => Layer::default(),
         [one] => std::mem::take(one),
         _ => {
-            let sizes: Vec<usize> = coats.iter().map(Layer::edges).collect();
+            let sizes: Vec<usize> = exposures.iter().map(Layer::edges).collect();
             let half = sizes.iter().sum::<usize>() / 2;
             let sums = sizes.iter().scan(0, |sum, size| {
                 *sum += size;
                 Some(*sum)
             });
-            let middle = sums.take_while(|&sum| sum <= half).count().clamp(1, coats.len() - 1);
-            let (first, second) = coats.split_at_mut(middle);
+            let middle = sums.take_while(|&sum| sum <= half).count().clamp(1, exposures.len() - 1);
+            let (first, second) = exposures.split_at_mut(middle);
             let first = layer(first, keep_clear);
             over(first, layer(second, true), keep_clear)
         }
     }
 }
 
-/// What is dark after all coats, laid down one over the other on a clear ground.
-pub fn paint(coats: &[Coat]) -> Region {
-    let mut sheet = Sheet::default();
-    coats.iter().flat_map(|coat| &coat.outlines).for_each(|outline| sheet.path(outline));
-    painted(coats, &sheet.take(), &sheet.circles)
+/// What is dark after all exposures, laid down one over the other on a clear ground.
+pub fn paint(exposures: &[Exposure]) -> Region {
+    let mut overlay = Overlay::default();
+    exposures.iter().flat_map(|exposure| &exposure.outlines).for_each(|outline| overlay.path(outline));
+    painted(exposures, &overlay.take(), &overlay.circles)
 }
 
-/// The same, if there is fuel for it; else the number of an outline at which it ran out, counted through all coats.
-pub fn paint_within(coats: &[Coat], fuel: &mut Fuel) -> Result<Region, usize> {
-    let mut sheet = Sheet::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
-    for (number, outline) in coats.iter().flat_map(|coat| &coat.outlines).enumerate() {
-        sheet.path(outline);
-        if sheet.is_full() {
+/// The same, if there is fuel for it; else the number of an outline at which it ran out, counted through all exposures.
+pub fn paint_within(exposures: &[Exposure], fuel: &mut Fuel) -> Result<Region, usize> {
+    let mut overlay = Overlay::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
+    for (number, outline) in exposures.iter().flat_map(|exposure| &exposure.outlines).enumerate() {
+        overlay.path(outline);
+        if overlay.is_full() {
             return Err(number);
         }
     }
-    let [pile] = coarse([&sheet.take()]);
-    afford(&pile, coats.len().next_power_of_two().trailing_zeros(), fuel)?;
-    Ok(painted(coats, &pile, &sheet.circles))
+    let [pile] = simplify([&overlay.take()]);
+    afford(&pile, exposures.len().next_power_of_two().trailing_zeros(), fuel)?;
+    Ok(painted(exposures, &pile, &overlay.circles))
 }
 
-/// What is dark after all coats, whose outlines are the pile's, in order.
-fn painted(coats: &[Coat], pile: &Pile, circles: &[Circle]) -> Region {
+/// What is dark after all exposures, whose outlines are the pile's, in order.
+fn painted(exposures: &[Exposure], pile: &Pile, circles: &[Circle]) -> Region {
     let mut outlines = pile.outlines();
     let mut layers: Vec<Layer> = Vec::new();
-    for same in coats.chunk_by(|one, two| one.clear == two.clear) {
+    for same in exposures.chunk_by(|one, two| one.clear == two.clear) {
         let mut part = Pile::default();
-        for outline in outlines.by_ref().take(same.iter().map(|coat| coat.outlines.len()).sum()) {
+        for outline in outlines.by_ref().take(same.iter().map(|exposure| exposure.outlines.len()).sum()) {
             part.edges.extend_from_slice(outline);
             part.ends.push(part.edges.len());
         }
         match same.first() {
-            Some(Coat { clear: true, .. }) if layers.is_empty() => {}
-            Some(Coat { clear: true, .. }) => {
+            Some(Exposure { clear: true, .. }) if layers.is_empty() => {}
+            Some(Exposure { clear: true, .. }) => {
                 layers.push(Layer { clear: trace(&part, Fill::NonZero), dark: Vec::new() });
             }
             _ => layers.push(Layer { clear: Vec::new(), dark: trace(&part, Fill::NonZero) }),

@@ -18,7 +18,7 @@ use super::clusters::{groups, unite};
 use super::index::{Entry, Index, entries, point};
 use super::measure::segment_bounds;
 use super::nearest::{Piece, nearest_pair};
-use super::sheet::{Spot, apart};
+use super::overlay::{Spot, apart};
 use super::{Bounds, Point, Region};
 use crate::units::Length;
 

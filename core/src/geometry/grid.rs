@@ -12,7 +12,7 @@
 //! edge. Exact. Does not know what its users keep of a cell.
 
 use super::clusters::Extent;
-use super::sheet::Edge;
+use super::overlay::Edge;
 
 /// Cells by row and column.
 pub(super) struct Grid {

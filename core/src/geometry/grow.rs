@@ -20,8 +20,8 @@
 //! such and they would grow into gouges. Knows no tools.
 
 use super::combine::FRAGMENT_NM;
+use super::overlay::{Circle, Fill, Overlay, Spot, apart, spot};
 use super::rebuild;
-use super::sheet::{Circle, Fill, Sheet, Spot, apart, spot};
 use super::{Path, Point, REACH, Region, Segment, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
@@ -138,7 +138,7 @@ fn corner(first: &Strip, second: &Strip, by: f64) -> Corner {
 }
 
 /// Lays down the outline moved to the right by `by` nm, above zero.
-fn lay(path: &Path, by: f64, sheet: &mut Sheet) {
+fn lay(path: &Path, by: f64, overlay: &mut Overlay) {
     let mut strips = strips(path, by);
     let count = strips.len();
     let corners: Vec<Corner> = strips
@@ -159,37 +159,37 @@ fn lay(path: &Path, by: f64, sheet: &mut Sheet) {
     let following = strips.iter().cycle().skip(1);
     for ((strip, next), corner) in strips.iter().zip(following).zip(&corners) {
         match strip.arc {
-            None => sheet.line(strip.far[0], strip.far[1]),
+            None => overlay.line(strip.far[0], strip.far[1]),
             Some((circle, clockwise)) if circle.radius >= 1.0 => {
-                sheet.arc(strip.far[0], strip.far[1], circle, clockwise);
+                overlay.arc(strip.far[0], strip.far[1], circle, clockwise);
             }
             Some(_) => {}
         }
         let (end, start) = (strip.far[1], next.far[0]);
         match *corner {
-            Corner::Straight | Corner::Trimmed(_) => sheet.line(end, start),
+            Corner::Straight | Corner::Trimmed(_) => overlay.line(end, start),
             Corner::Inner(by_way) | Corner::Pointed(by_way) => {
-                sheet.line(end, by_way);
-                sheet.line(by_way, start);
+                overlay.line(end, by_way);
+                overlay.line(by_way, start);
             }
-            Corner::Round(circle) => sheet.arc(end, start, circle, false),
+            Corner::Round(circle) => overlay.arc(end, start, circle, false),
         }
     }
-    sheet.end_outline();
+    overlay.end_outline();
 }
 
 fn grown(region: &Region, by: f64, fragment: f64) -> Region {
-    let mut sheet = Sheet::default();
-    region.paths().for_each(|path| lay(path, by, &mut sheet));
-    rebuild::traced(&mut sheet, Fill::Positive, fragment)
+    let mut overlay = Overlay::default();
+    region.paths().for_each(|path| lay(path, by, &mut overlay));
+    rebuild::traced(&mut overlay, Fill::Positive, fragment)
 }
 
 fn shrunk(region: &Region, by: f64) -> Region {
     let closed = grown(region, CLOSING_NM, FRAGMENT_NM);
-    let mut sheet = Sheet::default();
-    closed.paths().for_each(|path| lay(&path.reversed(), by + CLOSING_NM, &mut sheet));
-    sheet.turn();
-    rebuild::traced(&mut sheet, Fill::Positive, GROWN_CRUMB_NM)
+    let mut overlay = Overlay::default();
+    closed.paths().for_each(|path| lay(&path.reversed(), by + CLOSING_NM, &mut overlay));
+    overlay.turn();
+    rebuild::traced(&mut overlay, Fill::Positive, GROWN_CRUMB_NM)
 }
 
 /// All that is at most `by` away from `region`; for a negative `by` all of it that is farther than that from its
@@ -222,10 +222,10 @@ mod tests {
         for radius_um in [75, 99, 100, 149, 199, 250] {
             let grown = grow(&copper, Length::from_um(radius_um));
             for more_nm in [-1.0, 0.0, 1.0, 20.0] {
-                let mut sheet = Sheet::default();
+                let mut overlay = Overlay::default();
                 let by = Length::from_um(radius_um).nm() as f64 + more_nm;
-                grown.paths().for_each(|path| lay(&path.reversed(), by, &mut sheet));
-                for outline in sheet.take().outlines() {
+                grown.paths().for_each(|path| lay(&path.reversed(), by, &mut overlay));
+                for outline in overlay.take().outlines() {
                     let ends = outline.iter().zip(outline.iter().cycle().skip(1));
                     ends.for_each(|(edge, next)| {
                         assert_eq!(edge.b, next.a, "{radius_um} µm and {more_nm} nm");

@@ -5,7 +5,7 @@
 
 use super::measure::{crossings, segment_bounds};
 use super::nearest::Piece;
-use super::sheet::{Spot, apart, spot};
+use super::overlay::{Spot, apart, spot};
 use super::{Bounds, Point, Region, Segment};
 use crate::units::Length;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};

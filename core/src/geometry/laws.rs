@@ -27,7 +27,7 @@ impl Chance {
     }
 }
 
-/// The grid of a board in mm: coarse so that much coincides, or as fine as nanometres.
+/// The grid of a board in mm: simplify so that much coincides, or as fine as nanometres.
 fn grid(seed: u64) -> f64 {
     [0.25, 0.5, 0.1, 1e-6].get(seed as usize % 4).copied().unwrap_or(0.25)
 }
@@ -85,8 +85,9 @@ fn areas_add_up() {
         close(area_mm2(&again), area_mm2(&a), slack(&a), seed);
         assert_eq!(again.islands.len(), a.islands.len(), "seed {seed}");
         assert!(combine(&a, &a, Rule::Difference).is_empty(), "seed {seed}");
-        let coats = [false, true, false].map(|clear| Coat { clear, outlines: b.paths().cloned().collect() });
-        close(area_mm2(&paint(&coats)), area_mm2(&b), slack(&b), seed);
+        let exposures =
+            [false, true, false].map(|clear| Exposure { clear, outlines: b.paths().cloned().collect() });
+        close(area_mm2(&paint(&exposures)), area_mm2(&b), slack(&b), seed);
     }
 }
 

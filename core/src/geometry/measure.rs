@@ -10,7 +10,7 @@
 //! Comes in: paths and regions. Goes out: mm², boxes in whole nanometres, yes or no. Exact up to the rounding of f64: arcs are not
 //! cut into chords. A point on the edge may count either way. Knows no boards.
 
-use super::sheet::{Spot, apart, spot};
+use super::overlay::{Spot, apart, spot};
 use super::{Bounds, Island, Path, Point, Region, Segment, chords};
 use crate::units::Length;
 use std::f64::consts::TAU;

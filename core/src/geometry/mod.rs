@@ -5,25 +5,27 @@
 mod afford;
 pub mod chords;
 mod clusters;
-mod coarse;
 mod combine;
+mod compose;
 mod gaps;
 mod grid;
 mod grow;
 mod index;
 mod measure;
 mod nearest;
-mod parts;
+mod overlay;
 mod placement;
 mod rebuild;
 mod shape;
-mod sheet;
+mod simplify;
 mod strips;
 mod stroke;
 mod voronoi;
 
 pub use afford::Fuel;
-pub use combine::{Coat, Enclosing, Rule, combine, enclosed, even_odd, paint, paint_within, settled, union};
+pub use combine::{
+    Enclosing, Exposure, Rule, combine, enclosed, even_odd, paint, paint_within, settled, union,
+};
 pub use gaps::{Gap, gaps};
 pub use grow::grow;
 pub use index::{Edge, Index, Near};

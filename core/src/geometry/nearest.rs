@@ -9,7 +9,7 @@
 //! Comes in: pieces of paths. Goes out: places in nm. Exact up to the rounding of f64, for pieces that do not cross.
 //! Knows no regions.
 
-use super::sheet::{Spot, apart, spot};
+use super::overlay::{Spot, apart, spot};
 use super::{Point, Segment, chords};
 use std::f64::consts::TAU;
 

@@ -9,7 +9,7 @@
 //! Comes in: points, paths, regions. Goes out: the same, placed. Quarter turns are exact; any other rotation rounds every point
 //! to the nearest nanometre. Knows no boards.
 
-use super::sheet::spot;
+use super::overlay::spot;
 use super::{Island, Path, Point, Region, Segment};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};

@@ -12,8 +12,8 @@
 //! piece shorter than the fragment length given is drawn together to a point beside or on it; a contour thinner on average than
 //! [`DUST_WIDTH_NM`] is dropped. Knows no boards.
 
-use super::coarse::coarse;
-use super::sheet::{CHORD_ERROR_NM, Circle, Fill, Found, Shape, Sheet, Spot, apart, trace};
+use super::overlay::{CHORD_ERROR_NM, Circle, Fill, Found, Overlay, Shape, Spot, apart, trace};
+use super::simplify::simplify;
 use super::{Island, Path, Point, Region, Segment};
 use crate::units::Length;
 
@@ -405,10 +405,10 @@ fn path(contour: &[Found], circles: &[Circle], fragment: f64) -> Option<Path> {
     path_of(&nodes)
 }
 
-/// What is inside of the outlines on a sheet by `fill`; they are used up.
-pub(super) fn traced(sheet: &mut Sheet, fill: Fill, fragment: f64) -> Region {
-    let [pile] = coarse([&sheet.take()]);
-    region(&trace(&pile, fill), &sheet.circles, fragment)
+/// What is inside of the outlines on a overlay by `fill`; they are used up.
+pub(super) fn traced(overlay: &mut Overlay, fill: Fill, fragment: f64) -> Region {
+    let [pile] = simplify([&overlay.take()]);
+    region(&trace(&pile, fill), &overlay.circles, fragment)
 }
 
 /// The region of shapes. Pieces shorter than `fragment` nm are drawn together.

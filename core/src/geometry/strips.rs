@@ -14,7 +14,7 @@
 use super::index::{Entry, Index, Near, entries, point};
 use super::measure::segment_bounds;
 use super::nearest::{Piece, nearest_pair};
-use super::sheet::{Spot, apart};
+use super::overlay::{Spot, apart};
 use super::{Point, Region};
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -169,14 +169,14 @@ impl Search<'_> {
         self.open.own = own && (self.open.own || self.open.middle.is_empty());
         self.open.middle.push((point(middle), Length::from_nm(width as i64)));
         if let Some(&(behind, _)) = self.open.middle.iter().rev().nth(TRAIL) {
-            self.told.add(super::sheet::spot(behind));
+            self.told.add(super::overlay::spot(behind));
         }
     }
 
     fn end(&mut self) {
         let mut strip = std::mem::take(&mut self.open);
         for &(at, _) in strip.middle.iter().rev().take(TRAIL) {
-            self.told.add(super::sheet::spot(at));
+            self.told.add(super::overlay::spot(at));
         }
         if let Some(&(first, _)) = strip.middle.first() {
             strip.beside = self.index.nearest(first, super::REACH);

@@ -10,7 +10,7 @@
 //! whose union is the area. Tolerance: every corner is the nearest whole nanometre. Knows no tools but their width.
 
 use super::combine::together;
-use super::sheet::{Spot, apart, spot};
+use super::overlay::{Spot, apart, spot};
 use super::{Path, Point, Region, Segment, chords};
 use crate::units::Length;
 use std::f64::consts::PI;

@@ -117,24 +117,24 @@ fn paths_that_cross_themselves_hide_nothing() {
 
 #[test]
 fn coats_are_painted_in_order() {
-    let coat = |clear: bool, outlines: Vec<Path>| Coat { clear, outlines };
-    let coats = [
-        coat(true, vec![square(-9.0, -9.0, 2.0)]),
-        coat(false, vec![square(0.0, 0.0, 10.0)]),
-        coat(true, vec![square(1.0, 1.0, 8.0)]),
-        coat(false, vec![square(2.0, 2.0, 6.0)]),
-        coat(true, vec![square(3.0, 3.0, 4.0)]),
-        coat(false, vec![circle(at(5.0, 5.0), mm(2.0)), square(3.0, 3.0, 1.0)]),
-        coat(true, vec![square(0.0, 0.0, 0.5)]),
+    let exposure = |clear: bool, outlines: Vec<Path>| Exposure { clear, outlines };
+    let exposures = [
+        exposure(true, vec![square(-9.0, -9.0, 2.0)]),
+        exposure(false, vec![square(0.0, 0.0, 10.0)]),
+        exposure(true, vec![square(1.0, 1.0, 8.0)]),
+        exposure(false, vec![square(2.0, 2.0, 6.0)]),
+        exposure(true, vec![square(3.0, 3.0, 4.0)]),
+        exposure(false, vec![circle(at(5.0, 5.0), mm(2.0)), square(3.0, 3.0, 1.0)]),
+        exposure(true, vec![square(0.0, 0.0, 0.5)]),
     ];
-    let region = paint(&coats);
+    let region = paint(&exposures);
     close(area_mm2(&region), 100.0 - 64.0 + 36.0 - 16.0 + PI + 1.0 - 0.25, 1e-6);
     assert_eq!(region.islands.len(), 3);
     // One by one gives the same as in halves.
     let mut slow = Region::default();
-    for coat in &coats {
-        let rule = if coat.clear { Rule::Difference } else { Rule::Union };
-        slow = combine(&slow, &union(&coat.outlines), rule);
+    for exposure in &exposures {
+        let rule = if exposure.clear { Rule::Difference } else { Rule::Union };
+        slow = combine(&slow, &union(&exposure.outlines), rule);
     }
     assert_eq!(region, slow);
 }

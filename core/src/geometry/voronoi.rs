@@ -15,7 +15,7 @@
 use super::index::{Entry, Index, entries, point};
 use super::measure::segment_bounds;
 use super::nearest::{Piece, nearest_pair};
-use super::sheet::{Spot, apart, spot};
+use super::overlay::{Spot, apart, spot};
 use super::{Bounds, Path, Point, Region};
 use crate::units::Length;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};

@@ -24,7 +24,7 @@ mod play;
 mod recorder;
 mod steady;
 
-pub use play::{Desk, Line, Motors, Order, Outcome, play};
+pub use play::{Line, Motors, Operator, Order, Outcome, play};
 pub use recorder::{Recorder, Written};
 pub use steady::Steady;
 

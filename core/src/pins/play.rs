@@ -42,7 +42,7 @@ pub enum Order {
 }
 
 /// Where orders come from and the latest position goes. Both are called between pulses and must not block.
-pub trait Desk {
+pub trait Operator {
     /// The order now.
     fn order(&mut self) -> Order;
     /// Where things are.
@@ -150,7 +150,7 @@ pub fn play(
     line: &mut Line,
     pins: &mut dyn Pins,
     clock: &mut dyn Clock,
-    desk: &mut dyn Desk,
+    operator: &mut dyn Operator,
 ) -> Outcome {
     let start = line.tick;
     let (guard, feed_override) = (guard(segment), FeedOverride::new(start));
@@ -167,7 +167,7 @@ pub fn play(
         line,
         pins,
         clock,
-        desk,
+        operator,
     };
     play.run()
 }
@@ -198,7 +198,7 @@ struct Play<'a> {
     line: &'a mut Line,
     pins: &'a mut dyn Pins,
     clock: &'a mut dyn Clock,
-    desk: &'a mut dyn Desk,
+    operator: &'a mut dyn Operator,
 }
 
 impl Play<'_> {
@@ -294,7 +294,7 @@ impl Play<'_> {
             if self.moving || at <= self.line.tick {
                 return self.wait(at);
             }
-            match self.desk.order() {
+            match self.operator.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
                 Order::Hold => self.feed_override.wait(SLICE),
                 Order::Go | Order::At(_) => {}
@@ -322,7 +322,7 @@ impl Play<'_> {
     /// Looks at the inputs: is this where it ends?
     fn look(&mut self) {
         let inputs = self.pins.inputs(self.line.tick);
-        self.desk.passed(self.line.tick, &self.line.position, inputs);
+        self.operator.passed(self.line.tick, &self.line.position, inputs);
         if self.end.is_some() {
             return;
         }
@@ -356,7 +356,7 @@ impl Play<'_> {
         while self.feed_override.at_rest() {
             self.wait(self.feed_override.at(tick));
             self.look();
-            match (self.end, self.desk.order()) {
+            match (self.end, self.operator.order()) {
                 (Some(_), _) => return true,
                 (None, Order::Stop) => self.end = Some(Outcome::Stopped),
                 (None, Order::Hold) => self.feed_override.wait(SLICE),
@@ -371,7 +371,7 @@ impl Play<'_> {
 
     /// Tells the feed override what is ordered.
     fn want(&mut self) {
-        let order = if self.end.is_some() { Order::Stop } else { self.desk.order() };
+        let order = if self.end.is_some() { Order::Stop } else { self.operator.order() };
         self.feed_override.want(match order {
             Order::Go => 1.0,
             Order::At(percent) => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,

@@ -28,6 +28,9 @@ use std::fmt::Write as _;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// What older job files call `mill_holes`.
+const MILL_HOLES_ONCE: &str = "bore";
+
 /// Version of the file's layout.
 const SCHEMA: i64 = 1;
 /// What stands outside of every table.
@@ -178,6 +181,7 @@ impl Reader<'_> {
     fn operation(&self, rows: &Table<'_>, at: usize) -> Result<Operation, Diagnostic> {
         let kind = rows.iter().find(|(name, _)| name.get_ref() == "kind");
         let (word, word_at) = match kind.map(|(_, value)| (value.get_ref(), value.span().start)) {
+            Some((DeValue::String(word), at)) if word == MILL_HOLES_ONCE => ("mill_holes", at),
             Some((DeValue::String(word), at)) => (word.as_ref(), at),
             Some((_, at)) => ("", at),
             None => ("", at),

@@ -14,7 +14,8 @@ use super::replay::{Cut, Still, replay};
 use super::strokes::outlines;
 use crate::board::{Board, Copper};
 use crate::geometry::{
-    Bounds, Coat, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, path_bounds, rectangle,
+    Bounds, Exposure, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, path_bounds,
+    rectangle,
 };
 use crate::job::{Bit, Program};
 use crate::units::Length;
@@ -80,9 +81,9 @@ impl<'a> Scene<'a> {
         let outline = Some(&board.outline).filter(|outline| !outline.is_empty());
         let blank = outline.cloned().unwrap_or_else(|| around(copper, &cuts));
         let (copper, design, net_of, labels) = islands(copper, outline);
-        let material = Coat { clear: false, outlines: blank.paths().cloned().collect() };
+        let material = Exposure { clear: false, outlines: blank.paths().cloned().collect() };
 
-        let left = paint(&[material, Coat { clear: true, outlines: strokes(&cuts) }]);
+        let left = paint(&[material, Exposure { clear: true, outlines: strokes(&cuts) }]);
         let left_edges = Edges::of(&left);
         let kept_region = kept_region((&copper, &design), (&left, &left_edges));
         let kept: Vec<Option<Kept>> =

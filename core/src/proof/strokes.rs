@@ -141,7 +141,7 @@ fn side(outline: &mut Path, piece: (Point, Segment), half: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Coat, Rule, area_mm2, combine, paint};
+    use crate::geometry::{Exposure, Rule, area_mm2, combine, paint};
 
     /// Lines, arcs either way, a corner, a tight arc, a loop over itself.
     fn toolpaths() -> Vec<Path> {
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn outlines_cover_what_single_pieces_cover() {
-        let painted = |outlines: Vec<Path>| paint(&[Coat { clear: false, outlines }]);
+        let painted = |outlines: Vec<Path>| paint(&[Exposure { clear: false, outlines }]);
         for path in toolpaths().into_iter().flat_map(|path| [path.reversed(), path]) {
             for width in [0.2, 0.5] {
                 let width = Length::from_mm(width);

@@ -15,7 +15,7 @@ use super::text::read;
 use crate::diagnostic::Diagnostic;
 use crate::machine::{Machine, Steps};
 use crate::motion::cycles;
-use crate::pins::{Clock, Desk, Line, Motors, Order, Outcome, Pins, play};
+use crate::pins::{Clock, Line, Motors, Operator, Order, Outcome, Pins, play};
 use crate::steps::Segment;
 
 /// Where a drill on a bench stands between two queues.
@@ -144,7 +144,7 @@ impl Clock for AtOnce {
 /// Nobody orders anything.
 struct Nobody;
 
-impl Desk for Nobody {
+impl Operator for Nobody {
     fn order(&mut self) -> Order {
         Order::Go
     }

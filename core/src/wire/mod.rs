@@ -373,7 +373,7 @@ pub enum Verdict {
 
 /// A place where a motor of the virtual drill lost steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SlipTold {
+pub struct SlipReport {
     /// 0 X, 1 Y, 2 Z.
     pub axis: u8,
     /// Where the axis really was, machine mm.
@@ -386,7 +386,7 @@ pub struct SlipTold {
 
 /// How a board differs from its program, by the virtual drill's own record. All zero where it does not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct DrilledTold {
+pub struct DrilledReport {
     /// Holes that are not there.
     pub missing: u32,
     /// Holes made again.
@@ -401,7 +401,7 @@ pub struct DrilledTold {
 
 /// Legs of the last run whose holes are not in the board, by the virtual drill's own record.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MissingTold {
+pub struct MissingReport {
     /// SHA-256 of the program's bytes.
     pub job: String,
     /// The first leg and the one behind the last, run by run.
@@ -467,13 +467,13 @@ pub struct Status {
     pub phases: [u8; 3],
     /// Where the virtual drill lost steps, since it was built.
     #[serde(default)]
-    pub slips: Vec<SlipTold>,
+    pub slips: Vec<SlipReport>,
     /// How the board of the last run differs from its program, by the virtual drill's own record; none before one ended.
     #[serde(default)]
-    pub drilled: Option<DrilledTold>,
+    pub drilled: Option<DrilledReport>,
     /// What of it is missing, where that can be said.
     #[serde(default)]
-    pub missing: Option<MissingTold>,
+    pub missing: Option<MissingReport>,
     /// Holes that the board of the last run had already when the job was taken up, and that were drilled again: by their order
     /// of drilling, the first is 1. By design one at most, and no fault.
     #[serde(default)]

@@ -2,7 +2,7 @@
 //! moves over a low bit: on the streams of two hundred thousand random cycles, half of them stopped anywhere.
 
 use super::vectors::{limits, near, number};
-use crate::desk::{OnTime, Orders};
+use crate::operator::{OnTime, Orders};
 use crate::programs::{Chance, random_program, rounds};
 use crate::reference::vectors;
 use annulus_core::check::{corner_zero, verify};
@@ -190,9 +190,9 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
                     let then = if stop { Order::Stop } else { Order::At(10 + (chance.next() % 91) as u8) };
                     let mut line = Line { position: before, ..Line::default() };
                     let mut pins = Recorder { position: before, ..Recorder::default() };
-                    let mut desk = Orders([(at, order), (at + 700_000, then)], 0);
+                    let mut operator = Orders([(at, order), (at + 700_000, then)], 0);
                     let motors = Motors::of(&machine);
-                    let outcome = play(segment, &motors, &mut line, &mut pins, &mut OnTime(0), &mut desk);
+                    let outcome = play(segment, &motors, &mut line, &mut pins, &mut OnTime(0), &mut operator);
                     let clear = machine.z.scale.steps(Length::from_mm(machine.overlap.clear_mm));
                     let low = dragged(&pins, before, machine.spindles as usize, clear);
                     assert!(!low, "seed {seed} on {} at {at}: {outcome:?}", machine.name);
@@ -245,9 +245,9 @@ fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_
                 let at = chance.next() % segment.duration_ticks;
                 let mut line = Line { position: before, ..Line::default() };
                 let mut pins = Recorder { position: before, ..Recorder::default() };
-                let mut desk = Orders([(at, Order::Stop), (u64::MAX, Order::Stop)], 0);
+                let mut operator = Orders([(at, Order::Stop), (u64::MAX, Order::Stop)], 0);
                 let outcome =
-                    play(segment, &Motors::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut desk);
+                    play(segment, &Motors::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut operator);
                 let low = dragged(&pins, before, machine.spindles as usize, clear);
                 assert!(!low, "seed {seed} stopped at {at}: {outcome:?} on {machine:?}");
                 assert_eq!(line.position, pins.position, "every step is counted");
@@ -278,8 +278,8 @@ fn a_bit_that_is_still_in_the_board_keeps_the_plane_where_it_is() {
         let mut line = Line { position: from, ..Line::default() };
         let stuck = vec![(0, Input::Contact.bit())];
         let mut pins = Recorder { position: from, script: stuck, ..Recorder::default() };
-        let mut desk = Orders([(u64::MAX, Order::Go); 2], 0);
-        let outcome = play(hop, &Motors::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut desk);
+        let mut operator = Orders([(u64::MAX, Order::Go); 2], 0);
+        let outcome = play(hop, &Motors::of(&machine), &mut line, &mut pins, &mut OnTime(0), &mut operator);
         assert_eq!(outcome, Outcome::Guarded(Input::Contact), "{}", machine.name);
         assert_eq!(line.position[..2], from[..2], "the plane did not move");
         assert_eq!(line.position[2], machine.z.scale.steps(machine.process.safe_height), "the bit is up");

@@ -149,7 +149,7 @@ fn two_sides() -> (Briefing, Vec<Program>) {
         flip: Some("left_right".to_owned()),
         sides: vec![
             side("bottom", vec![tool(&vee, &["isolate", "engrave"], 754.2)]),
-            side("top", vec![tool(&drill, &["drill"], 30.0), tool(&mill, &["bore", "cut_out"], 61.0)]),
+            side("top", vec![tool(&drill, &["drill"], 30.0), tool(&mill, &["mill_holes", "cut_out"], 61.0)]),
         ],
     };
     let named = |bits: Vec<Bit>, legs: usize| {

@@ -1,7 +1,7 @@
 //! Sensors that chatter, glitch and stick, and gated moves that live with them.
 
 use super::{bit, drive, twin};
-use crate::desk::{OnTime, Orders};
+use crate::operator::{OnTime, Orders};
 use annulus_core::job::{Cutter, Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps, StrokeEnd, virtual_drill};
 use annulus_core::motion::cycles;
@@ -25,8 +25,8 @@ fn switches_chatter_from_the_edge_on_and_only_for_a_moment() {
 }
 
 fn played(machine: &Machine, segment: &Segment, pins: &mut dyn Pins, line: &mut Line) -> Outcome {
-    let (mut clock, mut desk) = (OnTime(line.tick), Orders([(0, Order::Go); 2], line.tick));
-    play(segment, &Motors::of(machine), line, pins, &mut clock, &mut desk)
+    let (mut clock, mut operator) = (OnTime(line.tick), Orders([(0, Order::Go); 2], line.tick));
+    play(segment, &Motors::of(machine), line, pins, &mut clock, &mut operator)
 }
 
 /// Looks for the low end of X as homing does. Gives how it ended, and how far from the edge the gate was met.

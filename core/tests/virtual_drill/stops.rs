@@ -1,7 +1,7 @@
 //! Stops and other paces at any moment of a move: the motors keep up, whatever the two axes of the plane ask together.
 
 use super::twin;
-use crate::desk::{OnTime, Orders};
+use crate::operator::{OnTime, Orders};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, Steps, six_spindles, virtual_drill};
@@ -32,8 +32,8 @@ fn ordered(
     orders: [Order; 2],
 ) -> Outcome {
     let at = line.tick + (share * segment.duration_ticks as f64) as u64;
-    let mut desk = Orders([(at, orders[0]), (at + 500_000, orders[1])], line.tick);
-    play(segment, &Motors::of(machine), line, drill, &mut OnTime(0), &mut desk)
+    let mut operator = Orders([(at, orders[0]), (at + 500_000, orders[1])], line.tick);
+    play(segment, &Motors::of(machine), line, drill, &mut OnTime(0), &mut operator)
 }
 
 #[test]

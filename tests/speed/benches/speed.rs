@@ -194,13 +194,13 @@ fn copper_layer(criterion: &mut Criterion) {
     group.bench_function("lines midway", |bencher| {
         bencher.iter(|| black_box(geometry::voronoi(&layer, &area)));
     });
-    let coats = |(index, outlines): (usize, &[geometry::Path])| geometry::Coat {
+    let exposures = |(index, outlines): (usize, &[geometry::Path])| geometry::Exposure {
         clear: index % 3 == 2,
         outlines: outlines.to_vec(),
     };
-    let coats: Vec<geometry::Coat> = outlines.chunks(10).enumerate().map(coats).collect();
-    group.bench_function(BenchmarkId::new("coats", coats.len()), |bencher| {
-        bencher.iter(|| black_box(geometry::paint(&coats)));
+    let exposures: Vec<geometry::Exposure> = outlines.chunks(10).enumerate().map(exposures).collect();
+    group.bench_function(BenchmarkId::new("exposures", exposures.len()), |bencher| {
+        bencher.iter(|| black_box(geometry::paint(&exposures)));
     });
     group.finish();
 }

@@ -12,7 +12,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, MissingTold, Paired, PreflightRow, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, MissingReport, Paired, PreflightRow, Status, Tell, Verdict, program};
 use std::sync::Arc;
 
 /// A model with a bridge beside it.
@@ -330,9 +330,9 @@ impl Line {
                     holes_total: 9,
                 },
             },
-            "missing" => {
-                StartEvent::Again { missing: MissingTold { job: "k".to_owned(), ..MissingTold::default() } }
-            }
+            "missing" => StartEvent::Again {
+                missing: MissingReport { job: "k".to_owned(), ..MissingReport::default() },
+            },
             "fetched" => fetched(Ok(program::encode(&empty()))),
             "fetched-broken" => fetched(Ok(vec![1, 2, 3])),
             "not-fetched" => fetched(Err(Diagnostic::error("x"))),

@@ -303,7 +303,7 @@ impl Story {
             "up" => JobEvent::Shift { up: true },
             "down" => JobEvent::Shift { up: false },
             "drag" => JobEvent::Move { from: 0, to: 2 },
-            "add" => JobEvent::Add { word: "bore".to_owned() },
+            "add" => JobEvent::Add { word: "mill_holes".to_owned() },
             "add-nothing" => JobEvent::Add { word: "fold".to_owned() },
             "remove" => JobEvent::Remove,
             "mark" => JobEvent::Mark { at: 1 },

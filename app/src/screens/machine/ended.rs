@@ -10,7 +10,7 @@ use crate::page::link::{self, Ended, Link, Notice};
 use crate::page::send;
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::{Ending, State};
-use annulus_core::wire::{DrilledTold, Status};
+use annulus_core::wire::{DrilledReport, Status};
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
 
@@ -18,16 +18,16 @@ use leptos::prelude::*;
 const ALARM: &str = "control.board_differs";
 
 /// What of the board is not as programmed; none where nothing is, or where a job is in work.
-pub(super) fn differs(line: Link) -> Option<DrilledTold> {
+pub(super) fn differs(line: Link) -> Option<DrilledReport> {
     let told = line.status.with(|status| status.as_ref().and_then(|status| status.drilled));
-    told.filter(|told| *told != DrilledTold::default() && !line.busy())
+    told.filter(|told| *told != DrilledReport::default() && !line.busy())
 }
 
 /// The notice.
 pub(super) fn ended() -> impl IntoView {
     let line = link::link();
     let differs = Memo::new(move |_| differs(line));
-    let closed = RwSignal::new(None::<DrilledTold>);
+    let closed = RwSignal::new(None::<DrilledReport>);
     let in_alarm = Memo::new(move |_| {
         let code = |status: &Status| status.alarm.as_ref().is_some_and(|alarm| alarm.code == ALARM);
         line.status.with(|status| status.as_deref().is_some_and(code))
@@ -60,9 +60,9 @@ fn as_told(ended: Ended) -> impl IntoView {
 
 fn not_as_programmed(
     line: Link,
-    told: DrilledTold,
+    told: DrilledReport,
     ended: Option<&Ended>,
-    closed: RwSignal<Option<DrilledTold>>,
+    closed: RwSignal<Option<DrilledReport>>,
 ) -> impl IntoView + use<> {
     let run = ended.map(|ended| ended.holes_done);
     let title = move || match run {

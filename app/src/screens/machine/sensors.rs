@@ -8,7 +8,7 @@ use crate::page::link;
 use crate::widgets::{shape, unseen};
 use annulus_core::job::Input;
 use annulus_core::machine::axis_name;
-use annulus_core::wire::SlipTold;
+use annulus_core::wire::SlipReport;
 use leptos::html::{div, h3, li, section, span, ul};
 use leptos::prelude::*;
 
@@ -35,7 +35,7 @@ fn cause(name: &str) -> &'static str {
 }
 
 /// One place where steps were lost.
-fn slip(slip: &SlipTold) -> impl IntoView + use<> {
+fn slip(slip: &SlipReport) -> impl IntoView + use<> {
     let (axis, place) = (axis_name(usize::from(slip.axis)), format!("{:.2}", slip.place_mm));
     let (lost, why) = (slip.lost, cause(&slip.cause));
     let line = move || say!("page.slip.line", axis = axis, place = place, lost = lost);

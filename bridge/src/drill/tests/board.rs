@@ -1,7 +1,7 @@
 //! The board against the program, at the end of every run, and what is refused before one.
 
 use super::*;
-use annulus_core::wire::DrilledTold;
+use annulus_core::wire::DrilledReport;
 
 /// Ten holes, the last five of them with a spindle that hardly turns.
 fn slow_spindle() -> Program {
@@ -21,7 +21,7 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
     assert_eq!(bench.ended(), (Ending::Done, 10), "no sensor of this machine tells");
     assert_eq!(bench.record().len(), 5, "the board itself");
     let status = bench.wait(|status| status.state == State::Alarm);
-    let told = DrilledTold { missing: 5, broken: 1, ..DrilledTold::default() };
+    let told = DrilledReport { missing: 5, broken: 1, ..DrilledReport::default() };
     assert_eq!((status.drilled, status.trust), (Some(told), Trust::Trusted));
     let missing = status.missing.unwrap();
     let again = slow_spindle().only(|leg| missing.legs.iter().any(|(a, b)| (*a..*b).contains(&(leg as u32))));
@@ -36,7 +36,7 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
     bench.start_here(&grid(&machine(), 4));
     assert_eq!(bench.ended(), (Ending::Done, 4));
     let status = bench.wait(|status| status.state == State::Ready);
-    assert_eq!((status.drilled, status.missing), (Some(DrilledTold::default()), None));
+    assert_eq!((status.drilled, status.missing), (Some(DrilledReport::default()), None));
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn a_hole_made_twice_or_beside_its_place_is_counted() {
     bench.start(&twice);
     bench.ended();
     let status = bench.wait(|status| status.drilled.is_some());
-    assert_eq!(status.drilled, Some(DrilledTold::default()), "the program asks for it twice");
+    assert_eq!(status.drilled, Some(DrilledReport::default()), "the program asks for it twice");
     // Twelve steps of Y lost on the way to the second hole: it and the third are elsewhere.
     let faults = Faults { lost_steps: vec![(1, 16_500), (1, 16_600), (1, 16_700)], ..Faults::default() };
     let mut program = grid(&machine(), 3);
@@ -100,7 +100,7 @@ fn the_hole_a_job_goes_on_with_may_be_there_already_and_any_other_made_again_is_
         let status = bench.wait(|status| status.state == state && status.drilled.is_some());
         let expected: Vec<u32> = (0..twice).map(|_| done + 1).collect();
         assert_eq!(status.drilled_twice, expected, "{there:?}");
-        assert_eq!(status.drilled, Some(DrilledTold { doubled, ..DrilledTold::default() }), "{there:?}");
+        assert_eq!(status.drilled, Some(DrilledReport { doubled, ..DrilledReport::default() }), "{there:?}");
         assert_eq!(
             status.alarm.map(|why| why.code),
             (doubled > 0).then(|| "control.board_differs".to_owned())

@@ -7,12 +7,12 @@
 //!
 //! Comes in: [`Form`]s. Goes out: closed paths in whole nanometres with their inside on the left. Does not flash them.
 
-use super::coats::{Piece, coats};
+use super::exposures::{Piece, exposures};
 use super::object::{Aperture, Form, Opening};
 use super::primitives::Primitive;
 use super::transform::sin_cos;
 use crate::geometry::{
-    Bounds, Coat, Enclosing, Fuel, Path, Point, Segment, circle, enclosed, paint_within, rectangle,
+    Bounds, Enclosing, Exposure, Fuel, Path, Point, Segment, circle, enclosed, paint_within, rectangle,
 };
 use crate::units::Length;
 
@@ -32,7 +32,7 @@ pub(super) fn outlines(aperture: &Aperture, fuel: &mut Fuel) -> Option<Vec<Path>
         Some(Opening::Round(diameter)) => vec![circle(Point::default(), diameter)],
         Some(Opening::Rectangle(width, height)) => box_of(width, height),
     };
-    painted(&[Coat { clear: false, outlines: whole }, Coat { clear: true, outlines: opening }], fuel)
+    painted(&[Exposure { clear: false, outlines: whole }, Exposure { clear: true, outlines: opening }], fuel)
 }
 
 /// The outlines of primitives laid down one over the other. One path of a primitive may run either way; several are rings
@@ -46,16 +46,16 @@ fn worked_out(primitives: &[Primitive], fuel: &mut Fuel) -> Option<Vec<Path>> {
         };
         pieces.push(Piece { clear: !dark, outlines });
     }
-    let (mut coats, _) = coats(pieces);
-    match coats.as_mut_slice() {
+    let (mut exposures, _) = exposures(pieces);
+    match exposures.as_mut_slice() {
         [only] if !only.clear && primitives.len() == 1 => Some(std::mem::take(&mut only.outlines)),
-        _ => painted(&coats, fuel),
+        _ => painted(&exposures, fuel),
     }
 }
 
 /// Coats painted, as outlines.
-fn painted(coats: &[Coat], fuel: &mut Fuel) -> Option<Vec<Path>> {
-    Some(paint_within(coats, fuel).ok()?.paths().cloned().collect())
+fn painted(exposures: &[Exposure], fuel: &mut Fuel) -> Option<Vec<Path>> {
+    Some(paint_within(exposures, fuel).ok()?.paths().cloned().collect())
 }
 
 fn box_of(width: Length, height: Length) -> Vec<Path> {
@@ -153,7 +153,7 @@ mod tests {
     fn area(form: Form, opening: Option<Opening>) -> f64 {
         let aperture = Aperture { code: 10, form, opening, function: None, copies: 1, depth: 0 };
         let paths = outlines(&aperture, &mut Fuel::new(100_000)).unwrap();
-        area_mm2(&paint(&[Coat { clear: false, outlines: paths }]))
+        area_mm2(&paint(&[Exposure { clear: false, outlines: paths }]))
     }
 
     #[test]

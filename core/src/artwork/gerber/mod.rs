@@ -15,10 +15,10 @@
 mod aperture;
 mod aperture_shapes;
 mod attributes;
-mod coats;
 mod commands;
 mod crossing;
 mod draw;
+mod exposures;
 mod expression;
 mod flatten;
 mod format;

@@ -4,7 +4,7 @@
 //! inverse needs the board's outline. Takes its time: call it where an area is needed.
 //!
 //! ```text
-//!  object ─▶ outlines ─▶ coats, dark and clear in the order of the file ─▶ region
+//!  object ─▶ outlines ─▶ exposures, dark and clear in the order of the file ─▶ region
 //!  flash     the aperture as one piece: an opening in it clears nothing below
 //!  stroke    round aperture: the exact round sweep. Others: the hull of the aperture at both ends, which is the exact
 //!            sweep for convex ones along a line; arcs are then cut into chords of 1 µm
@@ -12,7 +12,7 @@
 //! ```
 
 use super::aperture_shapes::{hull, outlines};
-use super::coats::{Piece, coats};
+use super::exposures::{Piece, exposures};
 use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, Object, Shape};
 use super::transform::{Place, Transform};
@@ -77,9 +77,9 @@ pub fn painted(layer: &Gerber) -> Result<Region, TooMuch> {
     if let Some(place) = stopped {
         return Err(place);
     }
-    let (coats, owners) = coats(pieces);
+    let (exposures, owners) = exposures(pieces);
     let place = |outline: usize| places.get(*owners.get(outline)?).copied();
-    let region = paint_within(&coats, &mut brush.fuel);
+    let region = paint_within(&exposures, &mut brush.fuel);
     Ok(moved(region.map_err(|outline| place(outline).unwrap_or_default())?, centre))
 }
 

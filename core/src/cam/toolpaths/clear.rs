@@ -10,30 +10,30 @@ use super::fill::{Field, Stopped, fill, without};
 use super::isolate::turned;
 use super::narrow::{NEARER, half};
 use super::route::{Rules, arranged};
-use super::{Desk, Part};
+use super::{Part, PlanContext};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Region, grow, rectangle, union};
 use crate::units::Length;
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Diagnostic> {
+pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
-    let Some(copper) = desk.scene.copper(desk.operation.face) else {
-        desk.say(Diagnostic::note("cam.no_copper"));
+    let Some(copper) = context.scene.copper(context.operation.face) else {
+        context.report(Diagnostic::note("cam.no_copper"));
         return Ok(part);
     };
     let copper = &copper.region;
-    let Some(board) = board(desk, copper) else { return Ok(part) };
-    let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
+    let Some(board) = board(context, copper) else { return Ok(part) };
+    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
         .chain(clear.further.iter().map(String::as_str))
         .collect();
-    let depth = desk.depth();
+    let depth = context.depth();
     let kept = grow(copper, clear.margin);
     let islands = Area::of(copper);
-    let outlined = !desk.scene.board.outline.is_empty();
-    let margin = if outlined { desk.work.setup.margin } else { Length::ZERO };
+    let outlined = !context.scene.board.outline.is_empty();
+    let margin = if outlined { context.work.setup.margin } else { Length::ZERO };
     let field = Field { kept: &kept, board: &board, margin };
-    let bits = desk.mills(&names, false);
+    let bits = context.mills(&names, false);
     let mut left: Option<Region> = None;
     for (number, bit) in bits.iter().enumerate() {
         let width = bit.width_at(depth);
@@ -41,22 +41,22 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Diagnosti
             continue;
         }
         let step = Length::from_mm(width.mm() * clear.stepover_percent / 100.0);
-        let filled = fill(&field, left.as_ref(), (width, step), &mut || desk.go_on().is_ok());
-        let filled = filled.map_err(|why| stopped(desk, why))?;
-        let closed = desk.scene.closed_to(width);
-        let (paths, touched) = desk.scene.trimmed(turned(filled.paths, clear.direction), closed.as_ref());
+        let filled = fill(&field, left.as_ref(), (width, step), &mut || context.go_on().is_ok());
+        let filled = filled.map_err(|why| stopped(context, why))?;
+        let closed = context.scene.closed_to(width);
+        let (paths, touched) = context.scene.trimmed(turned(filled.paths, clear.direction), closed.as_ref());
         if touched {
-            desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+            context.report(Diagnostic::warning("cam.zone_in_the_way"));
         }
         let rules = Rules {
-            start: desk.scene.origin,
+            start: context.scene.origin,
             overlap: Length::ZERO,
             both_ways: true,
             link: Some((width, half(width) + clear.margin - Length::from_um(4), &islands)),
-            seed: desk.means.options.seed,
+            seed: context.means.options.seed,
         };
         let paths = arranged(paths, &rules);
-        part.tasks.extend(desk.milling(bit, paths, depth));
+        part.tasks.extend(context.milling(bit, paths, depth));
         if number + 1 < bits.len() {
             left = Some(without(left.as_ref().unwrap_or(&board), &filled.swept));
         }
@@ -65,16 +65,18 @@ pub(super) fn plan(desk: &mut Desk<'_>, clear: &Clear) -> Result<Part, Diagnosti
 }
 
 /// What is to be cleared, copper included: the board, or without an outline the copper's box.
-fn board(desk: &Desk<'_>, copper: &Region) -> Option<Region> {
-    if !desk.scene.board.outline.is_empty() {
-        return Some(desk.scene.board.outline.clone());
+fn board(context: &PlanContext<'_>, copper: &Region) -> Option<Region> {
+    if !context.scene.board.outline.is_empty() {
+        return Some(context.scene.board.outline.clone());
     }
-    copper.bounds().map(|bounds| union(&[rectangle(bounds.grown(desk.work.setup.margin))]))
+    copper.bounds().map(|bounds| union(&[rectangle(bounds.grown(context.work.setup.margin))]))
 }
 
-fn stopped(desk: &Desk<'_>, why: Stopped) -> Diagnostic {
+fn stopped(context: &PlanContext<'_>, why: Stopped) -> Diagnostic {
     match why {
         Stopped::Cancelled => Diagnostic::error("plan.cancelled"),
-        Stopped::TooMany => Diagnostic::error("cam.too_many_rings").with("operation", desk.operation.title()),
+        Stopped::TooMany => {
+            Diagnostic::error("cam.too_many_rings").with("operation", context.operation.title())
+        }
     }
 }

@@ -16,14 +16,14 @@
 use super::super::rack;
 use super::super::usual::POINT_DEG;
 use super::super::work::{CutOut, CutSide};
-use super::closed::{Closed, closed, made};
+use super::checks::no_clearance::{Closed, closed, made};
+use super::checks::tab_strength::{self, BITE_TOLERANCE};
 use super::cut::{self, Area};
 use super::hand_tabs;
 use super::isolate::turned;
 use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
-use super::weak::{self, BITE_TOLERANCE};
-use super::{Desk, Entry, Part, Stroke, Task, Toolpath};
+use super::{Entry, Part, PlanContext, Stroke, Task, Toolpath};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
@@ -34,18 +34,18 @@ use std::f64::consts::PI;
 type Tabs = Vec<(f64, f64)>;
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Diagnostic> {
-    desk.go_on()?;
+pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Part, Diagnostic> {
+    context.go_on()?;
     let mut part = Part::default();
-    let outline = &desk.scene.board.outline;
+    let outline = &context.scene.board.outline;
     if outline.is_empty() {
-        desk.say(Diagnostic::warning("cam.no_outline"));
+        context.report(Diagnostic::warning("cam.no_outline"));
         return Ok(part);
     }
-    let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
+    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
         .chain(cut_out.further.iter().map(String::as_str))
         .collect();
-    let bits = desk.mills(&names, true);
+    let bits = context.mills(&names, true);
     let Some((bit, smaller)) = bits.split_first() else { return Ok(part) };
     let offset = half(bit.diameter) - NEARER;
     let region = match cut_out.side {
@@ -55,42 +55,42 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Diagno
     if cut_out.side == CutSide::Outside {
         let thin = smaller.last().unwrap_or(bit);
         let between = Closed {
-            inner: closed(&desk.scene.board, half(thin.diameter) - NEARER).inner,
-            ..closed(&desk.scene.board, offset)
+            inner: closed(&context.scene.board, half(thin.diameter) - NEARER).inner,
+            ..closed(&context.scene.board, offset)
         };
-        told(desk, &between, (bit, thin));
+        told(context, &between, (bit, thin));
     }
-    pins_hit(desk, cut_out, bit);
-    weak::tabs(desk, cut_out);
+    pins_hit(context, cut_out, bit);
+    tab_strength::tabs(context, cut_out);
     let (inner, outer): (Vec<Path>, Vec<Path>) =
         turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
             let area = path_area_mm2(path);
             (area < 0.0) != (cut_out.direction == super::super::work::Direction::Climb)
         });
     let first =
-        if cut_out.side == CutSide::Outside { narrower(desk, cut_out, bit, smaller)? } else { Vec::new() };
-    let closed = desk.scene.closed_to(bit.diameter);
+        if cut_out.side == CutSide::Outside { narrower(context, cut_out, bit, smaller)? } else { Vec::new() };
+    let closed = context.scene.closed_to(bit.diameter);
     let mut bites = Vec::new();
     let mut toolpaths = Vec::new();
-    let mut start = desk.scene.origin;
+    let mut start = context.scene.origin;
     for (paths, tabbed) in [(inner, false), (outer, true)] {
         let rules = Rules {
             start,
             overlap: Length::ZERO,
             both_ways: false,
             link: None,
-            seed: desk.means.options.seed,
+            seed: context.means.options.seed,
         };
         let paths = arranged(paths, &rules);
-        let by_hand = if tabbed { hand_tabs::middles(desk, cut_out, &paths, bit) } else { Vec::new() };
+        let by_hand = if tabbed { hand_tabs::middles(context, cut_out, &paths, bit) } else { Vec::new() };
         for (index, path) in paths.into_iter().enumerate() {
             start = path.end();
             let hand = by_hand.get(index).map_or(&[][..], Vec::as_slice);
-            let middles = if tabbed { tab_middles(desk, cut_out, &path, bit, hand) } else { Vec::new() };
-            contour(desk, cut_out, path, &middles, closed.as_ref(), bit, (&mut toolpaths, &mut bites));
+            let middles = if tabbed { tab_middles(context, cut_out, &path, bit, hand) } else { Vec::new() };
+            contour(context, cut_out, path, &middles, closed.as_ref(), bit, (&mut toolpaths, &mut bites));
         }
     }
-    part.tasks.extend(bite_task(desk, cut_out, bites));
+    part.tasks.extend(bite_task(context, cut_out, bites));
     part.tasks.extend(first);
     part.tasks.extend((!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) }));
     Ok(part)
@@ -99,23 +99,23 @@ pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Diagno
 /// What each of the `smaller` bits cuts of inlets and inner contours that are too narrow for the bits before it. What a hole or
 /// a slot of the board makes is left to it.
 fn narrower(
-    desk: &mut Desk<'_>,
+    context: &mut PlanContext<'_>,
     cut_out: &CutOut,
     bit: &Bit,
     smaller: &[Bit],
 ) -> Result<Vec<Task>, Diagnostic> {
-    let (outline, mut wider) = (&desk.scene.board.outline, bit.diameter);
+    let (outline, mut wider) = (&context.scene.board.outline, bit.diameter);
     let mut tasks = Vec::new();
     for thin in smaller {
-        desk.go_on()?;
+        context.go_on()?;
         let mut places = narrow::inlets(outline, wider);
-        places.retain(|place| !made(&desk.scene.board, path_bounds(&place.outer)));
+        places.retain(|place| !made(&context.scene.board, path_bounds(&place.outer)));
         let paths = turned(narrow::ways_through(outline, &places, thin.diameter), cut_out.direction);
-        let rules = Rules { both_ways: true, ..desk.free() };
-        let closed = desk.scene.closed_to(thin.diameter);
+        let rules = Rules { both_ways: true, ..context.free() };
+        let closed = context.scene.closed_to(thin.diameter);
         let mut toolpaths = Vec::new();
         for path in arranged(paths, &rules) {
-            contour(desk, cut_out, path, &[], closed.as_ref(), thin, (&mut toolpaths, &mut Vec::new()));
+            contour(context, cut_out, path, &[], closed.as_ref(), thin, (&mut toolpaths, &mut Vec::new()));
         }
         tasks.extend((!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(thin) }));
         wider = thin.diameter;
@@ -124,34 +124,34 @@ fn narrower(
 }
 
 /// Tells what the bits do not come between: the widest round the boards, the thinnest inside of them.
-fn told(desk: &mut Desk<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
+fn told(context: &mut PlanContext<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
     let inner =
         closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", &thin.name));
     let merged =
         (closed.merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", closed.merged));
-    inner.chain(merged.map(|error| error.with("bit", &bit.name))).for_each(|error| desk.say(error));
+    inner.chain(merged.map(|error| error.with("bit", &bit.name))).for_each(|error| context.report(error));
 }
 
 /// What stays between the cut and a pin, at least.
 const BESIDE_PINS: Length = Length::from_um(100);
 
 /// Tells that the bit runs into pins, which stand where they were drilled while the board is cut out.
-fn pins_hit(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit) {
-    let scene = desk.scene;
+fn pins_hit(context: &mut PlanContext<'_>, cut_out: &CutOut, bit: &Bit) {
+    let scene = context.scene;
     let width = if cut_out.side == CutSide::On { half(bit.diameter) } else { bit.diameter };
-    let clear = half(desk.work.setup.alignment.diameter) + width + BESIDE_PINS;
+    let clear = half(context.work.setup.alignment.diameter) + width + BESIDE_PINS;
     let edge = Area::of(&scene.board.outline);
     let near = |pin: &Point| edge.index().nearest(*pin, clear).is_some_and(|near| near.distance < clear);
     let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
     let hit: Vec<Point> = pins.filter(near).collect();
     let Some(first) = hit.first() else { return };
     let error = Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
-    desk.say(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
+    context.report(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
 /// The toolpaths of one contour, and the mouse-bites along it.
 fn contour(
-    desk: &mut Desk<'_>,
+    context: &mut PlanContext<'_>,
     cut_out: &CutOut,
     path: Path,
     middles: &[f64],
@@ -168,10 +168,10 @@ fn contour(
         paths = without(&path, &tabs).into_iter().map(|path| (path, Vec::new())).collect();
     }
     if let Some(zone) = closed {
-        paths = kept_out(desk, paths, (&path, middles), zone, bit);
+        paths = kept_out(context, paths, (&path, middles), zone, bit);
     }
-    let depths = desk.depths(desk.depth());
-    let thickness = desk.machine.process.board_thickness;
+    let depths = context.depths(context.depth());
+    let thickness = context.machine.process.board_thickness;
     let tab_depth = (thickness - cut_out.tab_height).max(Length::ZERO);
     for (path, tabs) in paths {
         let slope = libm::tan(cut_out.ramp_deg * PI / 180.0);
@@ -183,7 +183,7 @@ fn contour(
 /// What is left of ways, with their tabs, outside of a zone. Told is where the zone takes away less of them than the bit is
 /// wide, which holds nothing, and what of the tabs with these `middles` along the whole contour falls into it.
 fn kept_out(
-    desk: &mut Desk<'_>,
+    context: &mut PlanContext<'_>,
     toolpaths: Vec<(Path, Tabs)>,
     (whole, middles): (&Path, &[f64]),
     zone: &Area,
@@ -209,11 +209,11 @@ fn kept_out(
         left.extend(parts.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
     }
     if touched {
-        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(Diagnostic::warning("cam.zone_in_the_way"));
     }
     for (from, to) in &cut_through {
         let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
-        desk.say(at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", &bit.name));
+        context.report(at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", &bit.name));
     }
     let through = |place: Point| {
         let within =
@@ -222,7 +222,7 @@ fn kept_out(
     };
     for place in middles.iter().filter_map(|middle| place_at(whole, *middle)) {
         if zone.contains(place) && !through(place) {
-            desk.say(at(Diagnostic::warning("cam.tab_in_zone"), place));
+            context.report(at(Diagnostic::warning("cam.tab_in_zone"), place));
         }
     }
     left
@@ -249,7 +249,13 @@ fn spans_on(part: &Path, path: &Path, tabs: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// Where the middles of tabs are: lengths along the way; `hand` are those of tabs put on it by hand.
-fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit, hand: &[f64]) -> Vec<f64> {
+fn tab_middles(
+    context: &mut PlanContext<'_>,
+    cut_out: &CutOut,
+    path: &Path,
+    bit: &Bit,
+    hand: &[f64],
+) -> Vec<f64> {
     let whole = path.length_mm();
     let wide = (cut_out.tab_width + bit.diameter).mm();
     let middles: Vec<f64> = if cut_out.tab_at.is_empty() {
@@ -259,10 +265,10 @@ fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit, ha
         hand.to_vec()
     };
     if middles.is_empty() && !cut_out.tab_at.is_empty() {
-        desk.say(at(Diagnostic::error("cam.cut_free"), path.start));
+        context.report(at(Diagnostic::error("cam.cut_free"), path.start));
     }
     if wide * middles.len() as f64 > 0.8 * whole {
-        desk.say(Diagnostic::error("cam.no_room_for_tabs").with("tabs", middles.len()));
+        context.report(Diagnostic::error("cam.no_room_for_tabs").with("tabs", middles.len()));
         return Vec::new();
     }
     middles
@@ -369,19 +375,19 @@ fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
 }
 
 /// The drilling of mouse-bites with the nearest drill of the rack.
-fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<Task> {
+fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<Task> {
     if places.is_empty() {
         return None;
     }
-    let closed = desk.scene.closed_to(cut_out.bite_hole);
+    let closed = context.scene.closed_to(cut_out.bite_hole);
     let free = |at: &Point| closed.as_ref().is_none_or(|zone| !zone.contains(*at));
     let places: Vec<Point> = places.into_iter().filter(free).collect();
-    let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, BITE_TOLERANCE) else {
+    let Some(diameter) = rack::nearest(&context.machine.rack, cut_out.bite_hole, BITE_TOLERANCE) else {
         let size = rack::size_text(cut_out.bite_hole);
-        desk.say(Diagnostic::error("cam.no_bit_for_bites").with("size", size));
+        context.report(Diagnostic::error("cam.no_bit_for_bites").with("size", size));
         return None;
     };
-    let process = &desk.machine.process;
+    let process = &context.machine.process;
     let strokes = places.into_iter().map(|at| Stroke { at, hole: None }).collect();
     let depth = rack::through(process, process.breakthrough, diameter, POINT_DEG);
     Some(Task { strokes, depth, ..Task::with(&rack::drill(diameter)) })

@@ -4,18 +4,18 @@
 
 use super::super::work::{Engrave, Lines};
 use super::route::arranged;
-use super::{Desk, Part};
+use super::{Part, PlanContext};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Path;
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Diagnostic> {
-    desk.go_on()?;
-    let (board, face) = (&desk.scene.board, desk.operation.face);
+pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<Part, Diagnostic> {
+    context.go_on()?;
+    let (board, face) = (&context.scene.board, context.operation.face);
     let lines: Vec<Path> = match engrave.of {
         Lines::Outline => board.outline.paths().cloned().collect(),
         Lines::Copper => {
-            let copper = desk.scene.copper(face);
+            let copper = context.scene.copper(face);
             copper.iter().flat_map(|copper| copper.region.paths()).cloned().collect()
         }
         Lines::Legend => {
@@ -27,23 +27,23 @@ pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Diagn
     let stamped = board.legend.iter().filter(|legend| legend.face == face).map(|legend| legend.flashes);
     let stamped: u32 = if engrave.of == Lines::Legend { stamped.sum() } else { 0 };
     if stamped > 0 {
-        desk.say(Diagnostic::note("cam.legend_flashes").with("count", stamped));
+        context.report(Diagnostic::note("cam.legend_flashes").with("count", stamped));
     }
     if lines.is_empty() {
-        desk.say(Diagnostic::note("cam.no_lines"));
+        context.report(Diagnostic::note("cam.no_lines"));
         return Ok(part);
     }
-    let name = desk.operation.bit.clone();
-    let Some(bit) = desk.mills(&[&name], false).pop() else { return Ok(part) };
-    let depth = desk.depth();
-    let closed = desk.scene.closed_to(bit.width_at(depth));
-    let (lines, touched) = desk.scene.trimmed(lines, closed.as_ref());
+    let name = context.operation.bit.clone();
+    let Some(bit) = context.mills(&[&name], false).pop() else { return Ok(part) };
+    let depth = context.depth();
+    let closed = context.scene.closed_to(bit.width_at(depth));
+    let (lines, touched) = context.scene.trimmed(lines, closed.as_ref());
     if touched {
-        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(Diagnostic::warning("cam.zone_in_the_way"));
     }
-    let rules = desk.free();
+    let rules = context.free();
     let lines = chained(arranged(lines, &rules));
-    part.tasks.extend(desk.milling(&bit, lines, depth));
+    part.tasks.extend(context.milling(&bit, lines, depth));
     Ok(part)
 }
 

@@ -14,8 +14,8 @@
 use super::cut::{self, Area};
 use super::narrow::{NEARER, half, is_fragment};
 use crate::geometry::{
-    Coat, Island, Path, Point, Region, Rule, combine, grow, island_area_mm2, paint, path_bounds, rectangle,
-    sweep, union,
+    Exposure, Island, Path, Point, Region, Rule, combine, grow, island_area_mm2, paint, path_bounds,
+    rectangle, sweep, union,
 };
 use crate::units::Length;
 
@@ -116,8 +116,8 @@ fn frame(region: &Region, width: Length) -> Region {
 
 /// `region` without what was swept.
 pub(super) fn without(region: &Region, swept: &[Path]) -> Region {
-    let there = Coat { clear: false, outlines: region.paths().cloned().collect() };
-    paint(&[there, Coat { clear: true, outlines: swept.to_vec() }])
+    let there = Exposure { clear: false, outlines: region.paths().cloned().collect() };
+    paint(&[there, Exposure { clear: true, outlines: swept.to_vec() }])
 }
 
 /// The outlines of what a bit sweeps along `paths`, stretch by stretch: a stretch has far fewer outlines than segments.

@@ -10,7 +10,7 @@
 //! Does not know how wide a tab is.
 
 use super::super::work::{CutOut, Panel};
-use super::Desk;
+use super::PlanContext;
 use super::cut_out::{at, nearest};
 use super::narrow::half;
 use crate::diagnostic::Diagnostic;
@@ -23,15 +23,20 @@ const REACH: i64 = 4;
 
 /// Where on each of `paths` the middles of tabs are that were put by hand: lengths along it. A tab out of reach of every
 /// contour, here or on another copy, is told with the place it was given.
-pub(super) fn middles(desk: &mut Desk<'_>, cut_out: &CutOut, paths: &[Path], bit: &Bit) -> Vec<Vec<f64>> {
+pub(super) fn middles(
+    context: &mut PlanContext<'_>,
+    cut_out: &CutOut,
+    paths: &[Path],
+    bit: &Bit,
+) -> Vec<Vec<f64>> {
     let mut middles = vec![Vec::new(); paths.len()];
-    let Some(bounds) = desk.scene.board.outline.bounds() else { return middles };
+    let Some(bounds) = context.scene.board.outline.bounds() else { return middles };
     let reach = bit.diameter * REACH;
     let boxes: Vec<Bounds> = paths.iter().map(|path| path_bounds(path).grown(reach)).collect();
     let mut done = std::collections::BTreeSet::new();
     for &tab in &cut_out.tab_at {
         let mut missed = false;
-        for place in copies(&desk.work.setup.panel, bounds, tab) {
+        for place in copies(&context.work.setup.panel, bounds, tab) {
             if !done.insert(place) {
                 continue;
             }
@@ -44,7 +49,7 @@ pub(super) fn middles(desk: &mut Desk<'_>, cut_out: &CutOut, paths: &[Path], bit
             }
         }
         if missed {
-            desk.say(at(Diagnostic::error("cam.tab_out_of_reach"), tab));
+            context.report(at(Diagnostic::error("cam.tab_out_of_reach"), tab));
         }
     }
     middles

@@ -16,7 +16,7 @@ use super::super::work::{Cure, Direction, Isolate, Remedy};
 use super::cut::{self, Area};
 use super::narrow::{self, NEARER, Necks, half};
 use super::route::{Rules, arranged};
-use super::{Desk, Part, Task};
+use super::{Part, PlanContext, Task};
 use super::{shared, slivers};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
 use crate::diagnostic::{Diagnostic, Severity};
@@ -30,47 +30,47 @@ use std::rc::Rc;
 const LINK_SLACK: Length = Length::from_um(4);
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, isolate: &Isolate) -> Result<Part, Diagnostic> {
+pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
-    let Some(copper) = desk.scene.copper(desk.operation.face) else {
-        desk.say(Diagnostic::note("cam.no_copper"));
+    let Some(copper) = context.scene.copper(context.operation.face) else {
+        context.report(Diagnostic::note("cam.no_copper"));
         return Ok(part);
     };
     let copper = &copper.region;
-    let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
+    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
         .chain(isolate.further.iter().map(String::as_str))
         .collect();
-    let bits = desk.mills(&names, false);
-    let depth = desk.depth();
+    let bits = context.mills(&names, false);
+    let depth = context.depth();
     let mut groove = Groove::of(copper);
     let mut wider: Option<Length> = None;
     for bit in &bits {
-        desk.go_on()?;
-        let width = cut_width(desk, bit, depth);
+        context.go_on()?;
+        let width = cut_width(context, bit, depth);
         if width <= NEARER + NEARER {
             continue;
         }
         let paths = match wider {
-            None if isolate.voronoi => between_islands(desk, copper, width),
-            None => rings(desk, copper, isolate, bit)?,
+            None if isolate.voronoi => between_islands(context, copper, width),
+            None => rings(context, copper, isolate, bit)?,
             Some(wider) => groove.rest(wider, width),
         };
-        let task = finished(desk, &groove, paths, bit, width, isolate);
+        let task = finished(context, &groove, paths, bit, width, isolate);
         part.tasks.extend(task);
         wider = Some(width);
     }
     if let (Some(bit), Some(thin), Some(_)) = (bits.first(), bits.last(), wider) {
-        part.tasks.extend(cured(desk, &mut groove, isolate, (bit, thin))?);
+        part.tasks.extend(cured(context, &mut groove, isolate, (bit, thin))?);
     }
     Ok(part)
 }
 
 /// The width that `bit` cuts at `depth`; told when the bit is already as wide as it gets.
-fn cut_width(desk: &mut Desk<'_>, bit: &Bit, depth: Length) -> Length {
+fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length {
     let width = bit.width_at(depth);
     if matches!(bit.cutter, Cutter::Vee { .. }) && width >= bit.diameter {
         let said = Diagnostic::warning("cam.bit_too_deep");
-        desk.say(said.with("bit", &bit.name).with("depth", depth.mm()));
+        context.report(said.with("bit", &bit.name).with("depth", depth.mm()));
     }
     width
 }
@@ -112,12 +112,12 @@ impl<'a> Groove<'a> {
 
 /// The rings of the first bit, and the toolpaths along the slivers between them.
 fn rings(
-    desk: &mut Desk<'_>,
+    context: &mut PlanContext<'_>,
     copper: &Region,
     isolate: &Isolate,
     bit: &Bit,
 ) -> Result<Vec<Path>, Diagnostic> {
-    let depth = desk.depth();
+    let depth = context.depth();
     let width = bit.width_at(depth);
     let through = bit.width_at(depth - COPPER_THICKNESS) - NEARER;
     let step = Length::from_mm(width.mm() * (1.0 - isolate.overlap_percent / 100.0));
@@ -127,7 +127,7 @@ fn rings(
     let mut region = grow(copper, half(width) - NEARER);
     let mut paths = Vec::new();
     for pass in 1..=isolate.passes {
-        desk.go_on()?;
+        context.go_on()?;
         let next = (pass < isolate.passes).then_some(step);
         let toolpaths = match isolate.slivers {
             true => slivers::with_slivers(&region, through, next),
@@ -143,9 +143,9 @@ fn rings(
 
 /// The lines midway between islands, as far as they lie on the board, or without an outline in the copper's box, and as
 /// far as a cut of `width` has room there.
-fn between_islands(desk: &Desk<'_>, copper: &Region, width: Length) -> Vec<Path> {
-    let outline = &desk.scene.board.outline;
-    let margin = desk.work.setup.margin;
+fn between_islands(context: &PlanContext<'_>, copper: &Region, width: Length) -> Vec<Path> {
+    let outline = &context.scene.board.outline;
+    let margin = context.work.setup.margin;
     let around = match copper.bounds() {
         _ if !outline.is_empty() => grow(outline, margin),
         Some(bounds) => union(&[rectangle(bounds.grown(margin))]),
@@ -165,28 +165,28 @@ pub(super) fn turned(paths: Vec<Path>, direction: Direction) -> Vec<Path> {
 
 /// Trimmed, in order and joined.
 fn finished(
-    desk: &mut Desk<'_>,
+    context: &mut PlanContext<'_>,
     groove: &Groove<'_>,
     paths: Vec<Path>,
     bit: &Bit,
     width: Length,
     isolate: &Isolate,
 ) -> Option<Task> {
-    let closed = desk.scene.closed_to(width);
-    let (paths, touched) = desk.scene.trimmed(paths, closed.as_ref());
+    let closed = context.scene.closed_to(width);
+    let (paths, touched) = context.scene.trimmed(paths, closed.as_ref());
     if touched {
-        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(Diagnostic::warning("cam.zone_in_the_way"));
     }
     let islands = (isolate.passes > 1).then(|| Area::of(groove.copper));
     let rules = Rules {
-        start: desk.scene.origin,
+        start: context.scene.origin,
         overlap: isolate.loop_overlap,
         both_ways: true,
         link: islands.as_ref().map(|islands| (width, half(width) - LINK_SLACK, islands)),
-        seed: desk.means.options.seed,
+        seed: context.means.options.seed,
     };
     let paths = arranged(paths, &rules);
-    desk.milling(bit, paths, desk.depth())
+    context.milling(bit, paths, context.depth())
 }
 
 /// How deep `bit` goes through a gap of width `gap`: a V-bit as deep as fits, any other as the operation goes.
@@ -208,12 +208,16 @@ struct Remedied<'c> {
 }
 
 /// How a cure is done, with the operation's first bit or its thinnest.
-fn remedied<'c>(desk: &mut Desk<'_>, (own, thin): (&Bit, &Bit), cure: &'c Cure) -> Option<Remedied<'c>> {
-    let depth = desk.depth();
+fn remedied<'c>(
+    context: &mut PlanContext<'_>,
+    (own, thin): (&Bit, &Bit),
+    cure: &'c Cure,
+) -> Option<Remedied<'c>> {
+    let depth = context.depth();
     let gap = Length::from_mm(cure.from.distance_mm(cure.to));
     let (bit, depth) = match &cure.with {
         Remedy::Bit(name) => {
-            let bit = desk.mills(&[name], false).pop()?;
+            let bit = context.mills(&[name], false).pop()?;
             let depth = fitting_depth(&bit, gap, depth);
             (bit, depth)
         }
@@ -226,21 +230,21 @@ fn remedied<'c>(desk: &mut Desk<'_>, (own, thin): (&Bit, &Bit), cure: &'c Cure) 
 
 /// What cures add, a task for all that one bit does at one depth; told where a gap is not found, and how much copper one takes.
 fn cured(
-    desk: &mut Desk<'_>,
+    context: &mut PlanContext<'_>,
     groove: &mut Groove<'_>,
     isolate: &Isolate,
     bits: (&Bit, &Bit),
 ) -> Result<Vec<Task>, Diagnostic> {
-    let wider = bits.0.width_at(desk.depth());
+    let wider = bits.0.width_at(context.depth());
     let mut alike: Vec<(Bit, Length, Vec<Path>)> = Vec::new();
     let mut fitted: Vec<(Bit, Length, BTreeSet<Island>)> = Vec::new();
     for cure in &isolate.cures {
-        desk.go_on()?;
-        let Some(Remedied { cure, bit, depth, fits }) = remedied(desk, bits, cure) else { continue };
+        context.go_on()?;
+        let Some(Remedied { cure, bit, depth, fits }) = remedied(context, bits, cure) else { continue };
         let necks = groove.necks(wider, fits);
         let (x, y) = narrow::middle_text(cure);
         let Some(neck) = necks.at(cure) else {
-            desk.say(Diagnostic::warning("cam.cure_without_gap").with("x", x).with("y", y));
+            context.report(Diagnostic::warning("cam.cure_without_gap").with("x", x).with("y", y));
             continue;
         };
         if cure.with != Remedy::Centred {
@@ -259,7 +263,7 @@ fn cured(
             false => ("cam.cure_takes", Severity::Note),
         };
         let said = Diagnostic::new(severity, code).with("x", x).with("y", y);
-        desk.say(said.with("lost", format!("{:.3}", lost.mm())));
+        context.report(said.with("lost", format!("{:.3}", lost.mm())));
         match alike.iter_mut().find(|(known, deep, _)| (known, *deep) == (&bit, depth)) {
             Some((_, _, known)) => known.extend(toolpaths),
             None => alike.push((bit, depth, toolpaths)),
@@ -271,19 +275,19 @@ fn cured(
         (bit, depth, toolpaths)
     });
     let all: Vec<(Bit, Length, Vec<Path>)> = fitted.chain(alike).collect();
-    Ok(all.into_iter().filter_map(|cut| at_depth(desk, groove, isolate, cut)).collect())
+    Ok(all.into_iter().filter_map(|cut| at_depth(context, groove, isolate, cut)).collect())
 }
 
 /// Single toolpaths of a bit at a depth of their own.
 fn at_depth(
-    desk: &mut Desk<'_>,
+    context: &mut PlanContext<'_>,
     groove: &Groove<'_>,
     isolate: &Isolate,
     (bit, depth, paths): (Bit, Length, Vec<Path>),
 ) -> Option<Task> {
     let single = Isolate { passes: 1, loop_overlap: Length::ZERO, ..isolate.clone() };
-    let mut task = finished(desk, groove, paths, &bit, bit.width_at(depth), &single)?;
-    let depths = desk.depths(depth);
+    let mut task = finished(context, groove, paths, &bit, bit.width_at(depth), &single)?;
+    let depths = context.depths(depth);
     task.toolpaths.iter_mut().for_each(|way| way.depths.clone_from(&depths));
     Some(task)
 }

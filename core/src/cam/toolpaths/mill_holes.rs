@@ -15,11 +15,11 @@
 use super::super::places::Twice;
 use super::super::rack;
 use super::super::work::{Direction, MillHoles};
-use super::beside::Beside;
-use super::missing::Missing;
+use super::checks::duplicates::Milled;
+use super::checks::no_tool::Missing;
+use super::checks::outside_outline::Beside;
 use super::route::{Rules, arranged};
-use super::twice::Milled;
-use super::{Desk, Entry, Part, Shape, Task, Toolpath};
+use super::{Entry, Part, PlanContext, Shape, Task, Toolpath};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Point, circle, grow, path_bounds, sweep};
 use crate::job::Bit;
@@ -40,18 +40,19 @@ struct Wanted {
 }
 
 /// Plans the operation.
-pub(super) fn plan(desk: &mut Desk<'_>, bore: &MillHoles) -> Result<Part, Diagnostic> {
+pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
-    let names: Vec<&str> =
-        std::iter::once(desk.operation.bit.as_str()).chain(bore.further.iter().map(String::as_str)).collect();
-    let bits = desk.mills(&names, true);
-    let tolerance = desk.scene.tolerance(desk.work, desk.machine);
+    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
+        .chain(bore.further.iter().map(String::as_str))
+        .collect();
+    let bits = context.mills(&names, true);
+    let tolerance = context.scene.tolerance(context.work, context.machine);
     let mut by_bit: Vec<Vec<(Shape, Vec<Path>)>> = bits.iter().map(|_| Vec::new()).collect();
     let (mut no_hole, mut no_slot) = (Missing::default(), Missing::default());
     let (mut beside, mut twice) = (Beside::default(), Twice::default());
     let mut milled = Milled::default();
-    for wanted in wanted(desk, bore, tolerance) {
-        desk.go_on()?;
+    for wanted in wanted(context, bore, tolerance) {
+        context.go_on()?;
         let again = milled.again(&wanted.middle, wanted.width, Length::ZERO);
         // The widest bit that fits; else the thinnest, if it is too wide by no more than a drill may be.
         let fits = |slack: Length| move |bit: &Bit| bit.diameter <= wanted.width + slack;
@@ -73,7 +74,7 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &MillHoles) -> Result<Part, Diagno
         match wanted.middle.first().filter(|_| again) {
             Some(at) => twice.add(*at),
             None => {
-                beside.look(desk.scene, &wanted.middle, wanted.width);
+                beside.look(context.scene, &wanted.middle, wanted.width);
                 paths.push((wanted.shape, rings(&wanted, bit, bore.direction)));
             }
         }
@@ -87,19 +88,19 @@ pub(super) fn plan(desk: &mut Desk<'_>, bore: &MillHoles) -> Result<Part, Diagno
         .into_iter()
         .chain(no_slot.errors("cam.slots_missing"))
         .chain(beside.error());
-    errors.chain(twice.note("cam.holes_twice")).for_each(|diagnostic| desk.say(diagnostic));
+    errors.chain(twice.note("cam.holes_twice")).for_each(|diagnostic| context.report(diagnostic));
     for (bit, paths) in bits.iter().zip(by_bit) {
-        part.tasks.extend(task(desk, bit, paths));
+        part.tasks.extend(task(context, bit, paths));
     }
     Ok(part)
 }
 
 /// What there is to mill: holes that no drill of the rack fits, but for pins, and slots.
-fn wanted(desk: &Desk<'_>, bore: &MillHoles, tolerance: Length) -> Vec<Wanted> {
-    let undrilled = |size: Length| rack::nearest(&desk.machine.rack, size, tolerance).is_none();
-    let board = &desk.scene.board;
+fn wanted(context: &PlanContext<'_>, bore: &MillHoles, tolerance: Length) -> Vec<Wanted> {
+    let undrilled = |size: Length| rack::nearest(&context.machine.rack, size, tolerance).is_none();
+    let board = &context.scene.board;
     let holes = (0..).zip(&board.holes).filter(|_| bore.holes).filter_map(|(index, hole)| {
-        let width = hole.diameter.filter(|size| undrilled(*size) && !desk.scene.pins.contains(&index))?;
+        let width = hole.diameter.filter(|size| undrilled(*size) && !context.scene.pins.contains(&index))?;
         Some(Wanted { middle: vec![hole.at], width, shape: Shape::Hole(index) })
     });
     let slots = (0..).zip(&board.slots).filter(|_| bore.slots).filter_map(|(index, slot)| {
@@ -135,8 +136,8 @@ fn rings(wanted: &Wanted, bit: &Bit, direction: Direction) -> Vec<Path> {
 }
 
 /// What `bit` mills: shapes that are one plunge first, then the others.
-fn task(desk: &mut Desk<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)>) -> Option<Task> {
-    let closed = desk.scene.closed_to(bit.diameter);
+fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)>) -> Option<Task> {
+    let closed = context.scene.closed_to(bit.diameter);
     let mut touched = false;
     let mut free = |path: &Path| {
         let open = closed.as_ref().is_none_or(|zone| {
@@ -157,15 +158,15 @@ fn task(desk: &mut Desk<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)>) -> Opti
         rings.extend((!ring.is_empty()).then_some((shape, ring)));
     }
     if touched {
-        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(Diagnostic::warning("cam.zone_in_the_way"));
     }
-    let depth = desk.depth();
-    let depths = desk.depths(depth);
+    let depth = context.depth();
+    let depths = context.depths(depth);
     let way = |(clears, path): (Option<Shape>, Path)| {
         let entry = if path.is_closed() { Entry::Helix } else { Entry::Plunge };
         Toolpath { path, depths: depths.clone(), entry, tabs: Vec::new(), tab_depth: Length::ZERO, clears }
     };
-    let rules = desk.free();
+    let rules = context.free();
     let mut toolpaths: Vec<Toolpath> = points.into_iter().map(way).collect();
     toolpaths.extend(grouped(rings, &rules).into_iter().map(way));
     (!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) })

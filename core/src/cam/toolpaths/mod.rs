@@ -13,20 +13,17 @@
 //! Comes in: a board, a [`Work`], a machine. Goes out: [`Planned`] and what there is to say. Lengths in whole nanometres in
 //! the coordinates of the board as it lies. Does not know how fast anything goes: the time of a hop it is told.
 
-mod beside;
+mod checks;
 mod clear;
-mod closed;
 pub(crate) mod cut;
 mod cut_out;
 mod drill;
 mod engrave;
 mod fill;
 mod hand_tabs;
-mod held;
 mod isolate;
 mod lower;
 mod mill_holes;
-mod missing;
 mod narrow;
 mod route;
 mod scene;
@@ -34,8 +31,6 @@ mod shared;
 mod slivers;
 #[cfg(test)]
 mod tests;
-mod twice;
-mod weak;
 
 pub use lower::lower_work;
 pub use scene::Scene;
@@ -48,6 +43,7 @@ use crate::geometry::{Path, Point};
 use crate::job::{Bit, Cutter, Leg, Mark, Program};
 use crate::machine::Machine;
 use crate::units::Length;
+use checks::{duplicates, holding};
 use sha2::{Digest, Sha256};
 
 /// One way of a bit: a path of its middle, at one depth after the other.
@@ -229,19 +225,20 @@ pub fn plan_operation(
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Result<Part, Diagnostic> {
     let Some(operation) = work.operations.get(index) else { return Ok(Part::default()) };
-    let mut desk = Desk { scene, work, operation, machine, means, tick, done: 0, diagnostics: Vec::new() };
+    let mut context =
+        PlanContext { scene, work, operation, machine, means, tick, done: 0, diagnostics: Vec::new() };
     let mut part = match &operation.action {
-        Action::Isolate(isolate) => isolate::plan(&mut desk, isolate),
-        Action::Clear(clear) => clear::plan(&mut desk, clear),
-        Action::Engrave(engrave) => engrave::plan(&mut desk, engrave),
-        Action::Drill(drill) => drill::plan(&mut desk, drill),
-        Action::MillHoles(bore) => mill_holes::plan(&mut desk, bore),
-        Action::CutOut(cut_out) => cut_out::plan(&mut desk, cut_out),
+        Action::Isolate(isolate) => isolate::plan(&mut context, isolate),
+        Action::Clear(clear) => clear::plan(&mut context, clear),
+        Action::Engrave(engrave) => engrave::plan(&mut context, engrave),
+        Action::Drill(drill) => drill::plan(&mut context, drill),
+        Action::MillHoles(bore) => mill_holes::plan(&mut context, bore),
+        Action::CutOut(cut_out) => cut_out::plan(&mut context, cut_out),
     }?;
-    held::depths(&mut desk, &part);
-    limits::bounded(operation, machine).into_iter().for_each(|note| desk.say(note));
+    holding::depths(&mut context, &part);
+    limits::bounded(operation, machine).into_iter().for_each(|note| context.report(note));
     part.operation = index as u32;
-    part.diagnostics = desk.diagnostics;
+    part.diagnostics = context.diagnostics;
     Ok(part)
 }
 
@@ -281,8 +278,8 @@ pub fn assemble(
         parts.iter().flat_map(|part| part.diagnostics.iter().cloned()).collect();
     diagnostics.extend(left_out(&scene, work, machine, &parts));
     diagnostics.extend(scene.idle_zones(work));
-    diagnostics.extend(twice::once(work, &scene.board, &mut parts));
-    diagnostics.extend(held::too_early(work, machine, &parts));
+    diagnostics.extend(duplicates::once(work, &scene.board, &mut parts));
+    diagnostics.extend(holding::too_early(work, machine, &parts));
     let accept = &means.options.accept;
     if parts.iter().all(|part| part.tasks.is_empty()) {
         let mut why: Vec<Diagnostic> =
@@ -327,7 +324,7 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
 }
 
 /// What planning one operation has at hand.
-struct Desk<'a> {
+struct PlanContext<'a> {
     scene: &'a Scene,
     work: &'a Work,
     operation: &'a Operation,
@@ -339,14 +336,14 @@ struct Desk<'a> {
     diagnostics: Vec<Diagnostic>,
 }
 
-impl Desk<'_> {
+impl PlanContext<'_> {
     /// Toolpaths in whatever order and direction is shortest from the work zero, none joined.
     fn free(&self) -> route::Rules<'static> {
         let (start, seed) = (self.scene.origin, self.means.options.seed);
         route::Rules { start, overlap: Length::ZERO, both_ways: true, link: None, seed }
     }
 
-    fn say(&mut self, diagnostic: Diagnostic) {
+    fn report(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic.with("operation", self.operation.title()));
     }
 
@@ -371,7 +368,7 @@ impl Desk<'_> {
                     continue;
                 }
             };
-            self.say(Diagnostic::error(code).with("bit", name));
+            self.report(Diagnostic::error(code).with("bit", name));
         }
         bits.sort_by_key(|bit| std::cmp::Reverse(bit.width_at(depth)));
         bits

@@ -47,7 +47,7 @@ fn what_lies_beside_the_board_is_a_error_and_is_made_where_that_is_accepted() {
 fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not() {
     let mut board = coupon();
     board.slots[0].path = vec![at(28.0, 17.0), at(33.0, 17.0)];
-    let bore = only(&board, "bore", |_| {});
+    let bore = only(&board, "mill_holes", |_| {});
     let (_, diagnostics) = planned(&board, &bore);
     assert_eq!(said(&diagnostics, "cam.holes_outside").len(), 1, "{diagnostics:?}");
     board.outline = Region::default();
@@ -109,7 +109,7 @@ fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
 #[test]
 fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
     let board = coupon();
-    let once = planned(&board, &only(&board, "bore", |_| {})).0.toolpaths().count();
+    let once = planned(&board, &only(&board, "mill_holes", |_| {})).0.toolpaths().count();
     // Depths of the two, the bit of the second, and what of the second is left: all, the 5 mm hole, or nothing.
     let rows = [
         (0.0, 0.0, "Mill 1.5 mm", 0),
@@ -118,7 +118,7 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
         (0.5, 0.0, "Mill 1.5 mm", once),
     ];
     for (first, second, bit, left) in rows {
-        let mut work = only(&board, "bore", |operation| operation.depth = mm(first));
+        let mut work = only(&board, "mill_holes", |operation| operation.depth = mm(first));
         work.bits.push(mill("Mill 2.0 mm", 2.0));
         let again = Operation { depth: mm(second), bit: bit.to_owned(), ..work.operations[0].clone() };
         work.operations.push(again);
@@ -145,7 +145,7 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
 #[test]
 fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
     let board = coupon();
-    let mut work = only(&board, "bore", |operation| {
+    let mut work = only(&board, "mill_holes", |operation| {
         operation.bit = "wide".to_owned();
         operation.action = Action::MillHoles(MillHoles {
             slots: true,

@@ -46,7 +46,7 @@ fn the_default_job_does_all_there_is_to_do() {
     let machine = virtual_drill();
     let work = Work::default_for(&board, &machine);
     let words: Vec<_> = work.operations.iter().map(|operation| operation.action.word()).collect();
-    assert_eq!(words, ["isolate", "drill", "bore", "cut_out"]);
+    assert_eq!(words, ["isolate", "drill", "mill_holes", "cut_out"]);
     let (planned, diagnostics) = planned(&board, &work);
     assert!(diagnostics.iter().all(|diagnostic| diagnostic.severity < Severity::Error), "{diagnostics:?}");
     let program = lower_work(&planned, &work, &machine);
@@ -68,7 +68,7 @@ fn the_default_job_does_all_there_is_to_do() {
 #[test]
 fn bored_holes_and_slots_have_their_size() {
     let board = coupon();
-    let work = only(&board, "bore", |_| {});
+    let work = only(&board, "mill_holes", |_| {});
     let (planned, _) = planned(&board, &work);
     assert_eq!((planned.parts[0].holes.as_slice(), planned.parts[0].slots.as_slice()), (&[3][..], &[0][..]));
     let [wide, thin] = planned.parts[0].tasks.as_slice() else { panic!("two bits") };
@@ -93,7 +93,7 @@ fn a_slot_a_little_narrower_than_the_thinnest_mill_is_milled_within_the_toleranc
     for (width, made) in [(0.7874, 1), (0.751, 1), (0.749, 0)] {
         let mut board = coupon();
         board.slots[0].width = Some(mm(width));
-        let (planned, diagnostics) = planned(&board, &only(&board, "bore", |_| {}));
+        let (planned, diagnostics) = planned(&board, &only(&board, "mill_holes", |_| {}));
         assert_eq!(planned.parts[0].slots.len(), made, "{width}");
         assert_eq!(
             diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.slots_missing"),

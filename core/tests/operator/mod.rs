@@ -1,7 +1,7 @@
-//! A clock and a desk for segments played in tests.
+//! A clock and a operator for segments played in tests.
 
 use annulus_core::machine::Steps;
-use annulus_core::pins::{Clock, Desk, Order};
+use annulus_core::pins::{Clock, Operator, Order};
 
 /// Time that is always on time.
 pub(crate) struct OnTime(pub(crate) u64);
@@ -19,7 +19,7 @@ impl Clock for OnTime {
 /// One order from a tick on, another from a later one on; then the tick it is.
 pub(crate) struct Orders(pub(crate) [(u64, Order); 2], pub(crate) u64);
 
-impl Desk for Orders {
+impl Operator for Orders {
     fn order(&mut self) -> Order {
         self.0.iter().rev().find(|(from, _)| *from <= self.1).map_or(Order::Go, |(_, order)| *order)
     }

@@ -7,7 +7,7 @@
 //!
 //! Comes in: sizes and places, one after the other. Goes out: diagnostics. Does not know what has these sizes.
 
-use super::super::rack::size_text;
+use crate::cam::rack::size_text;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
@@ -18,16 +18,16 @@ const MOST_SIZES: usize = 40;
 
 /// How many there are of every size, and where the first of them is.
 #[derive(Default)]
-pub(super) struct Missing(BTreeMap<Length, (usize, Point)>);
+pub(in crate::cam::toolpaths) struct Missing(BTreeMap<Length, (usize, Point)>);
 
 impl Missing {
     /// One more of `size`.
-    pub(super) fn add(&mut self, size: Length, at: Point) {
+    pub(in crate::cam::toolpaths) fn add(&mut self, size: Length, at: Point) {
         self.0.entry(size).or_insert((0, at)).0 += 1;
     }
 
     /// An error called `code` for every size, thin ones first, with `count`, `size`, `x` and `y`; lengths in mm.
-    pub(super) fn errors(&self, code: &str) -> Vec<Diagnostic> {
+    pub(in crate::cam::toolpaths) fn errors(&self, code: &str) -> Vec<Diagnostic> {
         let error = |size: String, count: usize, at: Point| {
             let mm = |length: Length| format!("{:.3}", length.mm());
             let error = Diagnostic::error(code).with("count", count).with("size", size);

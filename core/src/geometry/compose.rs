@@ -10,11 +10,11 @@
 //!
 //! Comes in: shapes of a part each; those of one part do not overlap. Goes out: the shapes of what is dark in the end.
 //! Whether a cover is free of the edges of the others is told by square cells, which may say no too often. Knows no
-//! coats and no paths.
+//! exposures and no paths.
 
 use super::clusters::{Extent, NOTHING, clusters, with};
 use super::grid::Grid;
-use super::sheet::{Edge, Shape, cover, edges_of, extent_of, turned};
+use super::overlay::{Edge, Shape, cover, edges_of, extent_of, turned};
 
 /// Cells for every edge of ground and away, about; up to four times as many.
 const CELLS_PER_EDGE: f64 = 32.0;
@@ -27,7 +27,7 @@ const NEAR_NM: i64 = 1_000;
 
 /// What shapes do where they are laid over each other.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum Role {
     /// Lies at the bottom.
     Ground,
     /// Takes the ground away.
@@ -157,18 +157,18 @@ impl Cells {
 
 /// Shapes laid over each other. A group of shapes that hang together by their boxes is worked on apart, and stays as it is
 /// where all are of one part.
-pub(super) fn laid<const N: usize>(parts: [(Part, Vec<Shape>); N]) -> Vec<Shape> {
-    let all: Vec<(Part, Shape)> = parts
+pub(super) fn laid<const N: usize>(parts: [(Role, Vec<Shape>); N]) -> Vec<Shape> {
+    let all: Vec<(Role, Shape)> = parts
         .into_iter()
         .flat_map(|(part, shapes)| shapes.into_iter().map(move |shape| (part, shape)))
         .collect();
     let of = |wanted| all.iter().filter(move |of| of.0 == wanted).flat_map(|(_, shape)| edges_of(shape));
-    let under: Vec<Edge> = of(Part::Ground).chain(of(Part::Away).map(turned)).collect();
+    let under: Vec<Edge> = of(Role::Ground).chain(of(Role::Away).map(turned)).collect();
     let cells = Cells::of(&under);
     let mut found = Vec::new();
-    let mut meeting: Vec<Option<(Part, Shape)>> = Vec::new();
+    let mut meeting: Vec<Option<(Role, Shape)>> = Vec::new();
     for (part, shape) in all {
-        match if part == Part::Cover { cells.fate(&shape) } else { Fate::Meets } {
+        match if part == Role::Cover { cells.fate(&shape) } else { Fate::Meets } {
             Fate::Meets => meeting.push(Some((part, shape))),
             Fate::Stays => found.push(shape),
             Fate::Goes => {}
@@ -176,14 +176,14 @@ pub(super) fn laid<const N: usize>(parts: [(Part, Vec<Shape>); N]) -> Vec<Shape>
     }
     let extents: Vec<_> = meeting.iter().flatten().map(|(_, shape)| extent_of(shape)).collect();
     for group in clusters(&extents) {
-        let group: Vec<(Part, Shape)> =
+        let group: Vec<(Role, Shape)> =
             group.into_iter().filter_map(|index| meeting.get_mut(index).and_then(Option::take)).collect();
         let Some((first, _)) = group.first() else { continue };
         if group.iter().any(|(part, _)| part != first) {
             let of = |wanted| group.iter().filter(move |(part, _)| *part == wanted);
             let edges = |wanted| of(wanted).flat_map(|(_, shape)| edges_of(shape));
-            found.extend(cover(edges(Part::Ground), edges(Part::Away), edges(Part::Cover)));
-        } else if *first != Part::Away {
+            found.extend(cover(edges(Role::Ground), edges(Role::Away), edges(Role::Cover)));
+        } else if *first != Role::Away {
             found.extend(group.into_iter().map(|(_, shape)| shape));
         }
     }

@@ -1,4 +1,4 @@
-//! The desk: who watches, who has control, and what they are told.
+//! The watchers: who watches, who has control, and what they are told.
 //!
 //! ```text
 //! drill ── Tell ──▶ pump ──┬─ Status ─────▶ latest value ──▶ every page, as fast as it reads
@@ -21,7 +21,7 @@ const QUEUE: usize = 256;
 const VIEWERS: usize = 64;
 
 /// Pages, control and the last status.
-pub(crate) struct Desk {
+pub(crate) struct Watchers {
     lease: Lease,
     next: Viewer,
     viewers: BTreeMap<Viewer, Sitting>,
@@ -45,8 +45,8 @@ pub(crate) struct Seat {
     pub(crate) status: watch::Receiver<Utf8Bytes>,
 }
 
-impl Desk {
-    /// An empty desk.
+impl Watchers {
+    /// An empty watchers.
     pub(crate) fn new() -> Self {
         let (status, _) = watch::channel(Utf8Bytes::default());
         Self { lease: Lease::default(), next: 1, viewers: BTreeMap::new(), status, state: None }
@@ -183,39 +183,41 @@ mod tests {
 
     #[test]
     fn everybody_hears_who_has_control() {
-        let mut desk = Desk::new();
-        let mut one = desk.join("a").unwrap();
+        let mut watchers = Watchers::new();
+        let mut one = watchers.join("a").unwrap();
         assert_eq!(drain(&mut one).len(), 2, "welcome and control");
-        let mut two = desk.join("b").unwrap();
+        let mut two = watchers.join("b").unwrap();
         assert_eq!(drain(&mut two).len(), 2);
         assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":false,"viewers":2}"#]);
-        desk.control(Event::Take { viewer: two.viewer, force: false }, 0);
-        assert!(desk.has_control(two.viewer) && !desk.has_control(one.viewer));
+        watchers.control(Event::Take { viewer: two.viewer, force: false }, 0);
+        assert!(watchers.has_control(two.viewer) && !watchers.has_control(one.viewer));
         assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":true,"viewers":2}"#]);
         assert_eq!(drain(&mut two), [r#"{"t":"control","yours":true,"taken":true,"viewers":2}"#]);
-        assert_eq!(desk.leave(two.viewer, 1).lost, Some(two.viewer));
+        assert_eq!(watchers.leave(two.viewer, 1).lost, Some(two.viewer));
         assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":false,"viewers":1}"#]);
     }
 
     #[test]
     fn a_known_page_gets_a_seat_from_whoever_has_most() {
-        let mut desk = Desk::new();
-        let mut seats: Vec<Seat> = (0..VIEWERS - 1).map(|_| desk.join("many").unwrap()).collect();
-        let own = desk.join("own").unwrap();
-        desk.control(Event::Take { viewer: seats[0].viewer, force: false }, 0);
+        let mut watchers = Watchers::new();
+        let mut seats: Vec<Seat> = (0..VIEWERS - 1).map(|_| watchers.join("many").unwrap()).collect();
+        let own = watchers.join("own").unwrap();
+        watchers.control(Event::Take { viewer: seats[0].viewer, force: false }, 0);
         // Reloaded before the bridge saw that the old one is gone.
-        let again = desk.join("own").unwrap();
-        assert_eq!(desk.viewers.len(), VIEWERS);
-        assert!(desk.has_control(seats[0].viewer) && desk.viewers.contains_key(&seats[0].viewer));
+        let again = watchers.join("own").unwrap();
+        assert_eq!(watchers.viewers.len(), VIEWERS);
+        assert!(watchers.has_control(seats[0].viewer) && watchers.viewers.contains_key(&seats[0].viewer));
         assert!(
-            !desk.viewers.contains_key(&seats[1].viewer),
+            !watchers.viewers.contains_key(&seats[1].viewer),
             "the oldest without control of those who have most"
         );
-        assert!(desk.viewers.contains_key(&own.viewer) && desk.viewers.contains_key(&again.viewer));
-        let seat = desk.join("many").unwrap();
-        assert!(!desk.viewers.contains_key(&seats[0].viewer) && desk.viewers.contains_key(&seat.viewer));
+        assert!(watchers.viewers.contains_key(&own.viewer) && watchers.viewers.contains_key(&again.viewer));
+        let seat = watchers.join("many").unwrap();
+        assert!(
+            !watchers.viewers.contains_key(&seats[0].viewer) && watchers.viewers.contains_key(&seat.viewer)
+        );
         seats.clear();
-        let mut all = Desk::new();
+        let mut all = Watchers::new();
         let full: Vec<Seat> = (0..VIEWERS).map(|page| all.join(&page.to_string()).unwrap()).collect();
         assert!(all.join("another").is_none(), "everybody has one");
         assert!(all.join("7").is_some(), "but a page that has one gets it anew");
@@ -224,14 +226,14 @@ mod tests {
 
     #[test]
     fn a_page_that_does_not_read_is_dropped_and_the_others_are_not() {
-        let mut desk = Desk::new();
-        let mut slow = desk.join("a").unwrap();
-        let mut good = desk.join("a").unwrap();
+        let mut watchers = Watchers::new();
+        let mut slow = watchers.join("a").unwrap();
+        let mut good = watchers.join("a").unwrap();
         for _ in 0..2 * QUEUE {
-            desk.tell_all(&Tell::Pong { stamp: 0.0 });
+            watchers.tell_all(&Tell::Pong { stamp: 0.0 });
             drain(&mut good);
         }
-        assert_eq!(desk.viewers.keys().copied().collect::<Vec<_>>(), [good.viewer]);
+        assert_eq!(watchers.viewers.keys().copied().collect::<Vec<_>>(), [good.viewer]);
         assert_eq!(drain(&mut slow).len(), QUEUE);
         assert_eq!(slow.tells.try_recv(), Err(mpsc::error::TryRecvError::Disconnected));
     }

@@ -8,8 +8,8 @@
 //!
 //! Comes in: a [`Work`], its parts. Goes out: diagnostics. Does not know toolpaths.
 
-use super::super::work::{Action, Operation, Work};
-use super::{Desk, Part, Task, planned_operations};
+use crate::cam::toolpaths::{Part, PlanContext, Task, planned_operations};
+use crate::cam::work::{Action, Operation, Work};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::units::Length;
@@ -18,19 +18,19 @@ use crate::units::Length;
 const BED: Length = Length::from_um(10_000);
 
 /// Tells of depths that end in the board though it is to be cut through, or far below it.
-pub(super) fn depths(desk: &mut Desk<'_>, part: &Part) {
+pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Part) {
     let through =
-        matches!(desk.operation.action, Action::Drill(_) | Action::MillHoles(_) | Action::CutOut(_));
+        matches!(context.operation.action, Action::Drill(_) | Action::MillHoles(_) | Action::CutOut(_));
     let Some(deepest) = part.tasks.iter().filter_map(deepest).max().filter(|_| through) else { return };
-    let thickness = desk.machine.process.board_thickness;
+    let thickness = context.machine.process.board_thickness;
     let mm = |length: Length| format!("{:.2}", length.mm());
     if deepest < thickness {
         let warning = Diagnostic::warning("cam.not_through").with("depth", mm(deepest));
-        desk.say(warning.with("thickness", mm(thickness)));
+        context.report(warning.with("thickness", mm(thickness)));
     }
     if deepest > thickness + BED {
         let warning = Diagnostic::warning("cam.far_below").with("depth", mm(deepest));
-        desk.say(warning.with("below", mm(deepest - thickness)));
+        context.report(warning.with("below", mm(deepest - thickness)));
     }
 }
 
@@ -43,7 +43,11 @@ fn deepest(task: &Task) -> Option<Length> {
 
 /// An error for every operation of this side that cuts the board out while others are still to be done, here or on the side
 /// that comes after it.
-pub(super) fn too_early(work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Diagnostic> {
+pub(in crate::cam::toolpaths) fn too_early(
+    work: &Work,
+    machine: &Machine,
+    parts: &[Part],
+) -> Vec<Diagnostic> {
     let busy = |index: usize| {
         let own = |part: &&Part| part.operation as usize == index;
         parts.iter().find(own).is_some_and(|part| !part.tasks.is_empty())

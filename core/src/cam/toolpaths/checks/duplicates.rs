@@ -10,10 +10,10 @@
 //! made, and a note for every operation that loses some. A bit that comes back to go deeper stays, as one does that only marks
 //! holes.
 
-use super::super::places::{Places, Twice};
-use super::super::work::{Operation, Work};
-use super::{Part, Shape, Task};
 use crate::board::Board;
+use crate::cam::places::{Places, Twice};
+use crate::cam::toolpaths::{Part, Shape, Task};
+use crate::cam::work::{Operation, Work};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 /// Holes and slots that are milled already: how wide, where, how deep.
 #[derive(Default)]
-pub(super) struct Milled {
+pub(in crate::cam::toolpaths) struct Milled {
     holes: Places,
     slots: BTreeMap<(Length, Vec<Point>), Length>,
 }
@@ -29,7 +29,12 @@ pub(super) struct Milled {
 impl Milled {
     /// Whether what is `width` wide along `middle` was milled before, and at least to `depth`; else it has been now. A slot is
     /// the same from whichever end.
-    pub(super) fn again(&mut self, middle: &[Point], width: Length, depth: Length) -> bool {
+    pub(in crate::cam::toolpaths) fn again(
+        &mut self,
+        middle: &[Point],
+        width: Length,
+        depth: Length,
+    ) -> bool {
         if let [at] = middle {
             return self.holes.again(width, *at, depth);
         }
@@ -43,7 +48,7 @@ impl Milled {
 
 /// Takes strokes away whose hole was drilled before as deep with the same bit, and toolpaths whose hole or slot was milled before
 /// as deep with whatever bit. Parts keep the holes and slots that they count as made.
-pub(super) fn once(work: &Work, board: &Board, parts: &mut [Part]) -> Vec<Diagnostic> {
+pub(in crate::cam::toolpaths) fn once(work: &Work, board: &Board, parts: &mut [Part]) -> Vec<Diagnostic> {
     let (mut places, mut milled) = (Places::default(), Milled::default());
     let mut notes = Vec::new();
     for part in parts {

@@ -10,9 +10,9 @@
 //! Comes in: the board as it lies, how far the bit's middle keeps off the outline. Goes out: what is closed. Does not know
 //! operations.
 
-use super::missing::Missing;
-use super::narrow::half;
+use super::no_tool::Missing;
 use crate::board::{Board, Hole, Slot};
+use crate::cam::toolpaths::narrow::half;
 use crate::geometry::{Bounds, Island, Point, Region, Rule, combine, grow, path_bounds, rectangle, union};
 use crate::units::Length;
 
@@ -23,15 +23,15 @@ const SAME: Length = Length::from_um(100);
 
 /// What a bit does not come between.
 #[derive(Default)]
-pub(super) struct Closed {
+pub(in crate::cam::toolpaths) struct Closed {
     /// Inner contours that are not cut, and that no hole or slot makes, by their width.
-    pub(super) inner: Missing,
+    pub(in crate::cam::toolpaths) inner: Missing,
     /// Contours that run into others.
-    pub(super) merged: usize,
+    pub(in crate::cam::toolpaths) merged: usize,
 }
 
 /// What is closed to a bit whose middle keeps `offset` off the outline of `board`.
-pub(super) fn closed(board: &Board, offset: Length) -> Closed {
+pub(in crate::cam::toolpaths) fn closed(board: &Board, offset: Length) -> Closed {
     let mut closed = Closed::default();
     let Some(bounds) = board.outline.bounds() else { return closed };
     let all = union(&[rectangle(bounds.grown(offset + offset + AROUND))]);
@@ -57,7 +57,7 @@ pub(super) fn closed(board: &Board, offset: Length) -> Closed {
 }
 
 /// Whether a hole or a slot of the board has this box.
-pub(super) fn made(board: &Board, around: Bounds) -> bool {
+pub(in crate::cam::toolpaths) fn made(board: &Board, around: Bounds) -> bool {
     let same = |own: Bounds| {
         let near = |a: Length, b: Length| (a - b).abs() <= SAME;
         let (low, high) = (near(own.min.x, around.min.x), near(own.max.x, around.max.x));

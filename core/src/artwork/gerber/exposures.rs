@@ -1,15 +1,15 @@
-//! Dark and clear pieces sorted into as few coats as may be.
+//! Dark and clear pieces sorted into as few exposures as may be.
 //!
 //! ```text
 //!   file    ● ○ ● ○ ● ○        dark and clear by turns, but only the last two lie on others
-//!   coat    1 2 1 2 1 2 3      what lies on nothing of the other colour belongs to the coat below
+//!   exposure    1 2 1 2 1 2 3      what lies on nothing of the other colour belongs to the exposure below
 //! ```
 //!
-//! Comes in: pieces in the order of the file, with the boxes they lie in. Goes out: the same pieces by coat, each in
-//! the order of the file. Where two pieces may lie on each other, the later one is not in a lower coat than the earlier, and two of
+//! Comes in: pieces in the order of the file, with the boxes they lie in. Goes out: the same pieces by exposure, each in
+//! the order of the file. Where two pieces may lie on each other, the later one is not in a lower exposure than the earlier, and two of
 //! different colour never in one. Told by cells of a grid, which may say too often that they do. Does not paint.
 
-use crate::geometry::{Bounds, Coat, Path, path_bounds};
+use crate::geometry::{Bounds, Exposure, Path, path_bounds};
 use crate::units::Length;
 
 /// What is drawn by one object, its outlines with the inside on the left.
@@ -26,26 +26,26 @@ const SIZES: [f64; 5] = [65_536.0, 4_096.0, 256.0, 16.0, 1.0];
 const CELLS_PER_PIECE: u64 = 24;
 
 /// Coats, and for every outline in them the number of the piece that it belongs to.
-pub(super) fn coats(pieces: Vec<Piece>) -> (Vec<Coat>, Vec<usize>) {
+pub(super) fn exposures(pieces: Vec<Piece>) -> (Vec<Exposure>, Vec<usize>) {
     let heights = heights(&pieces);
     let mut order: Vec<(u32, usize)> = heights.into_iter().zip(0..).collect();
     order.sort_unstable();
     let mut pieces: Vec<Option<Piece>> = pieces.into_iter().map(Some).collect();
-    let (mut coats, mut owners): (Vec<Coat>, Vec<usize>) = (Vec::new(), Vec::new());
+    let (mut exposures, mut owners): (Vec<Exposure>, Vec<usize>) = (Vec::new(), Vec::new());
     let mut last = None;
     for (height, number) in order {
         let Some(mut piece) = pieces.get_mut(number).and_then(Option::take) else { continue };
         owners.extend(std::iter::repeat_n(number, piece.outlines.len()));
-        match coats.last_mut().filter(|_| last == Some(height)) {
-            Some(coat) => coat.outlines.append(&mut piece.outlines),
-            None => coats.push(Coat { clear: piece.clear, outlines: piece.outlines }),
+        match exposures.last_mut().filter(|_| last == Some(height)) {
+            Some(exposure) => exposure.outlines.append(&mut piece.outlines),
+            None => exposures.push(Exposure { clear: piece.clear, outlines: piece.outlines }),
         }
         last = Some(height);
     }
-    (coats, owners)
+    (exposures, owners)
 }
 
-/// The coat of every piece: even numbers are dark, odd ones clear.
+/// The exposure of every piece: even numbers are dark, odd ones clear.
 fn heights(pieces: &[Piece]) -> Vec<u32> {
     if pieces.iter().all(|piece| !piece.clear) {
         return vec![0; pieces.len()];
@@ -128,13 +128,13 @@ mod tests {
         let row = |index: i32| piece(index % 2 == 1, f64::from(index) * 2.0);
         let found = heights(&(0..1_000).map(row).collect::<Vec<_>>());
         assert!(found.iter().zip(0..).all(|(&height, index)| height == index % 2), "{found:?}");
-        // All on one place: each in a coat of its own.
+        // All on one place: each in an exposure of its own.
         let pile: Vec<Piece> = (0..9).map(|index| piece(index % 2 == 1, 0.0)).collect();
         assert_eq!(heights(&pile), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
-        let (coats, owners) =
-            coats(vec![piece(false, 0.0), piece(true, 0.0), piece(false, 9.0), piece(false, 0.5)]);
+        let (exposures, owners) =
+            exposures(vec![piece(false, 0.0), piece(true, 0.0), piece(false, 9.0), piece(false, 0.5)]);
         assert_eq!(
-            coats.iter().map(|coat| (coat.clear, coat.outlines.len())).collect::<Vec<_>>(),
+            exposures.iter().map(|exposure| (exposure.clear, exposure.outlines.len())).collect::<Vec<_>>(),
             [(false, 2), (true, 1), (false, 1)]
         );
         assert_eq!(owners, [0, 2, 1, 3]);

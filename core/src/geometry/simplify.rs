@@ -13,7 +13,7 @@
 
 use super::clusters::{Extent, NOTHING, with};
 use super::grid::Grid;
-use super::sheet::{Edge, Pile, Tag};
+use super::overlay::{Edge, Pile, Tag};
 use std::ops::RangeInclusive;
 
 /// Cells for every edge, about; up to four times as many.
@@ -116,7 +116,7 @@ fn is_flat(run: &[Edge]) -> bool {
 }
 
 /// Outlines that are laid over each other, of fewer edges.
-pub(super) fn coarse<const COUNT: usize>(piles: [&Pile; COUNT]) -> [Pile; COUNT] {
+pub(super) fn simplify<const COUNT: usize>(piles: [&Pile; COUNT]) -> [Pile; COUNT] {
     let Some(mut cells) = Cells::over(&piles) else { return piles.map(Pile::clone) };
     for (owner, run) in (1..MANY).zip(piles.iter().flat_map(|pile| pile.outlines()).flat_map(runs)) {
         let owner = if run.len() == 1 { MANY } else { owner };

@@ -53,7 +53,7 @@ pub(super) struct Tag(u32);
 impl Tag {
     pub(super) const STRAIGHT: Self = Self(0);
 
-    /// Its place in [`Sheet::circles`].
+    /// Its place in [`Overlay::circles`].
     pub(super) const fn circle(self) -> Option<usize> {
         if self.0 == 0 { None } else { Some(self.0 as usize - 1) }
     }
@@ -106,7 +106,7 @@ pub(super) struct Pile {
 
 /// Outlines being laid down, and the circles that their edges belong to.
 #[derive(Default)]
-pub(super) struct Sheet {
+pub(super) struct Overlay {
     pub(super) circles: Vec<Circle>,
     pile: Pile,
     wheels: BTreeMap<usize, Vec<Spot>>,
@@ -182,8 +182,8 @@ fn wheel(eighths: usize) -> Vec<Spot> {
         .collect()
 }
 
-impl Sheet {
-    /// A sheet for so many edges at most.
+impl Overlay {
+    /// A overlay for so many edges at most.
     pub(super) fn with_room(room: usize) -> Self {
         Self { room: Some(room), ..Self::default() }
     }
@@ -300,7 +300,7 @@ impl Sheet {
         self.pile.edges = self.pile.outlines().flat_map(back).collect();
     }
 
-    /// What was laid down. The sheet is empty after that, but knows its circles.
+    /// What was laid down. The overlay is empty after that, but knows its circles.
     pub(super) fn take(&mut self) -> Pile {
         std::mem::take(&mut self.pile)
     }
