@@ -41,7 +41,7 @@ fn hole(x_um: i64, y_um: i64, size_um: i64) -> Hole {
 }
 
 /// A time for a hop that is no distance: the slower axis decides, and starting costs.
-fn hop_time(a: Point, b: Point) -> f64 {
+fn rapid_time(a: Point, b: Point) -> f64 {
     let way = (a.x - b.x).abs().max((a.y - b.y).abs()).mm();
     libm::sqrt(way) * 0.1
 }
@@ -93,8 +93,8 @@ fn planned(
 ) -> Result<Made, Vec<Diagnostic>> {
     let work = Work::drilling(board, machine, order);
     let (planned, diagnostics) =
-        plan_work(board, &work, machine, &Means { options, hop_time: &hop_time }, progress)?;
-    let figures = figures(&planned, &hop_time);
+        plan_work(board, &work, machine, &Means { options, rapid_time: &rapid_time }, progress)?;
+    let figures = figures(&planned, &rapid_time);
     let program = lower_work(&planned, &work, machine);
     Ok(Made { planned, diagnostics, figures, program })
 }
@@ -135,7 +135,7 @@ fn holds(board: &Board, made: &Made, order: Order) {
                 assert!(ring(&planned) <= ring(&file) + 1e-9, "{} > {}", ring(&planned), ring(&file));
             }
             Order::Fastest => {
-                assert!(round(zero, &planned, hop_time) <= round(zero, &file, hop_time) + 1e-9);
+                assert!(round(zero, &planned, rapid_time) <= round(zero, &file, rapid_time) + 1e-9);
             }
         }
         for hole in &drill.holes {
@@ -244,8 +244,8 @@ fn few_holes_are_ordered_as_well_as_can_be() {
         let fastest = plan(&board, &machine, Order::Fastest, &options);
         if fastest.figures.hop_time_after_s < fastest.figures.hop_time_before_s {
             let zero = fastest.planned.origin;
-            let best = least(&mut places, 0, &|places| way(zero, places.iter().copied(), hop_time));
-            let found = way(zero, ordered(&fastest), hop_time);
+            let best = least(&mut places, 0, &|places| way(zero, places.iter().copied(), rapid_time));
+            let found = way(zero, ordered(&fastest), rapid_time);
             assert!(found <= best + 1e-9, "seed {seed}: {found} > {best}");
         }
     }

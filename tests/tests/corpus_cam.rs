@@ -48,8 +48,8 @@ fn the_paths_of_a_real_board_are_no_slower_than_corners_arcs_and_jerk_make_them(
     let mut work = Work::default_for(&board, &machine);
     work.setup.face = work.faces()[0];
     let options = PlanOptions::default();
-    let hop_time = |from: Point, to: Point| motion::hop_time_s(&machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let (planned, _) = plan_work(&board, &work, &machine, &means, &mut |_| true).expect("a plan");
     let mut program = lower_work(&planned, &work, &machine);
     for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
@@ -83,8 +83,8 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
     let Some(corpus) = corpus() else { return };
     let machine = virtual_drill();
     let options = PlanOptions::default();
-    let hop_time = |from: Point, to: Point| motion::hop_time_s(&machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let mut wrong = Vec::new();
     println!("board, side: islands, contours, findings, with cures, milled m, retracts, time s");
     for name in BOARDS {
@@ -135,8 +135,8 @@ fn lost_by_the_motors(board: &Board, machine: &Machine) -> Vec<Slip> {
     let mut work = Work::default_for(board, machine);
     work.setup.face = work.faces()[0];
     let options = PlanOptions::default();
-    let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from: Point, to: Point| motion::rapid_time_s(machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let (planned, _) = plan_work(board, &work, machine, &means, &mut |_| true).expect("a plan");
     let timeline = motion::timeline(&lower_work(&planned, &work, machine), machine).expect("a timeline");
     let stream = steps::stream(&timeline, machine).expect("a stream");

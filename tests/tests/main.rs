@@ -12,6 +12,7 @@ mod mutations;
 mod page_floors;
 mod page_words;
 mod pairing;
+mod public_words;
 #[allow(
     clippy::disallowed_methods,
     reason = "a checker apart from the product computes with what the platform has"

@@ -47,8 +47,8 @@ pub(super) fn side(
         lost: shelf.lost(),
         ..cam::PlanOptions::default()
     };
-    let hop_time = |from, to| motion::hop_time_s(&machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from, to| motion::rapid_time_s(&machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let operations: Vec<usize> = toolpaths::planned_operations(work).map(|(index, _)| index).collect();
     let mut parts = Vec::new();
     for (done, &index) in operations.iter().enumerate() {
@@ -84,7 +84,7 @@ pub(super) fn plan(
     let laid_key = laid_key(wanted.board_key, work);
     let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
     let bits = bits(&planned.parts, &planned.board);
-    let figures = figures(&planned, &|from, to| motion::hop_time_s(&machine, from, to));
+    let figures = figures(&planned, &|from, to| motion::rapid_time_s(&machine, from, to));
     let toolpath_operations = planned.parts.iter().flat_map(|part| {
         let count: usize = part.tasks.iter().map(|task| task.toolpaths.len()).sum();
         std::iter::repeat_n(part.operation as u16, count)

@@ -229,8 +229,8 @@ fn side(
         lost,
         ..PlanOptions::default()
     };
-    let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from: Point, to: Point| motion::rapid_time_s(machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let (mut curing, mut known) = (Curing::default(), BTreeMap::new());
     loop {
         let planned = planned(board, work, machine, &means, &mut known);

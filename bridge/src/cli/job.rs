@@ -218,14 +218,14 @@ fn planned(
         bar.set_position(at.done);
         true
     };
-    let hop_time = |from: Point, to: Point| motion::hop_time_s(&machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let planned = plan_work(&board, &work, &machine, &means, &mut tell);
     bar.finish_and_clear();
     let (planned, said) = planned.map_err(|errors| nothing(errors, &args.accept))?;
     unseen(&said, &args.accept)?;
     let program = lower_work(&planned, &work, &machine);
-    let figures = Some(figures(&planned, &hop_time));
+    let figures = Some(figures(&planned, &rapid_time));
     diagnostics.extend(said);
     Ok(Job { machine, program, figures, diagnostics })
 }

@@ -117,7 +117,8 @@ impl Owner {
             hole: leg.and_then(|leg| if let Mark::Hole(hole) = leg.mark { Some(hole) } else { None }),
             holes_done: work.map_or(0, |work| work.holes),
             holes_total: work.map_or(0, |work| count(work.job.program.hole_count())),
-            way: leg.and_then(|leg| if let Mark::Toolpath(way) = leg.mark { Some(way) } else { None }),
+            toolpath: leg
+                .and_then(|leg| if let Mark::Toolpath(number) = leg.mark { Some(number) } else { None }),
             toolpaths_done: work.map_or(0, |work| work.toolpaths),
             toolpaths_total: work.map_or(0, |work| count(work.job.program.toolpath_count())),
             stage,

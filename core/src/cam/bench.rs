@@ -18,7 +18,7 @@ pub fn tsplib_coordinates(text: &str) -> Vec<(f64, f64)> {
     numbers.collect()
 }
 
-/// How much longer than `optimum` the closed tour through the instance is, as a fraction, every hop rounded to a whole
+/// How much longer than `optimum` the closed tour through the instance is, as a fraction, every rapid rounded to a whole
 /// unit as TSPLIB does. None for an instance without coordinates.
 pub fn tsplib_gap(text: &str, optimum: f64, seed: u64) -> Option<f64> {
     let coordinates = tsplib_coordinates(text);
@@ -27,10 +27,10 @@ pub fn tsplib_gap(text: &str, optimum: f64, seed: u64) -> Option<f64> {
     places.sort_unstable();
     places.dedup();
     let effort = Effort { kicks: default_iterations(coordinates.len()), seed };
-    let ring = tour::closed(&places, &order::straight_hop(&places), effort, &mut |_| true)?;
+    let ring = tour::closed(&places, &order::straight_rapid(&places), effort, &mut |_| true)?;
     let first = *ring.first()?;
-    let hops = ring.iter().zip(ring.iter().skip(1).chain([&first]));
-    let length: f64 = hops
+    let rapids = ring.iter().zip(ring.iter().skip(1).chain([&first]));
+    let length: f64 = rapids
         .map(|(&a, &b)| libm::floor(order::straight_mm(places[a as usize], places[b as usize]) * 100.0 + 0.5))
         .sum();
     Some(length / optimum - 1.0)

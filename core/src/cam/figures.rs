@@ -8,7 +8,7 @@
 //! Before: the holes of every drill as in the file. After: as planned. Toolpaths between slots and holes that are milled have no
 //! order in the file and are not in it.
 //!
-//! Comes in: [`Planned`], the time of a hop as a function. Goes out: [`Figures`]. Lengths in mm, times in s. Does not know
+//! Comes in: [`Planned`], the time of a rapid as a function. Goes out: [`Figures`]. Lengths in mm, times in s. Does not know
 //! programs.
 
 use super::toolpaths::{Planned, Shape, Task};
@@ -52,8 +52,8 @@ pub struct Row {
     pub toolpaths: usize,
 }
 
-/// The figures of `planned`. `hop_time` tells the seconds from one place to another.
-pub fn figures(planned: &Planned, hop_time: &dyn Fn(Point, Point) -> f64) -> Figures {
+/// The figures of `planned`. `rapid_time` tells the seconds from one place to another.
+pub fn figures(planned: &Planned, rapid_time: &dyn Fn(Point, Point) -> f64) -> Figures {
     let mut figures =
         Figures { iterations: planned.parts.iter().map(|part| part.iterations).sum(), ..Figures::default() };
     let tasks: Vec<&Task> = planned.parts.iter().flat_map(|part| &part.tasks).collect();
@@ -72,8 +72,8 @@ pub fn figures(planned: &Planned, hop_time: &dyn Fn(Point, Point) -> f64) -> Fig
         let straight = |a: Point, b: Point| a.distance_mm(b);
         figures.travel_before_mm += round(planned.origin, &before, &straight);
         figures.travel_after_mm += round(planned.origin, &after, &straight);
-        figures.hop_time_before_s += round(planned.origin, &before, hop_time);
-        figures.hop_time_after_s += round(planned.origin, &after, hop_time);
+        figures.hop_time_before_s += round(planned.origin, &before, rapid_time);
+        figures.hop_time_after_s += round(planned.origin, &after, rapid_time);
     }
     figures
 }

@@ -1,7 +1,7 @@
 //! The order of one bit's holes: as in the file, the shortest closed tour, or the least machine time.
 //!
 //! ```text
-//!  shortest   a closed tour, opened at the hop that makes the way in cheapest
+//!  shortest   a closed tour, opened at the rapid that makes the way in cheapest
 //!
 //!       zero ┄┄┄▶ o───o            holes at the same place are one stop;
 //!                 ┊   │            they are drilled one after the other
@@ -17,7 +17,7 @@ use crate::geometry::Point;
 use std::cell::Cell;
 use tour::Effort;
 
-/// How many hops are remembered.
+/// How many rapids are remembered.
 const REMEMBERED: usize = 1 << 16;
 
 /// What it costs from one place through others.
@@ -40,7 +40,7 @@ pub(super) fn arrange(
     holes: &[(u32, Point)],
     from: Point,
     order: Order,
-    hop_time: &dyn Fn(Point, Point) -> f64,
+    rapid_time: &dyn Fn(Point, Point) -> f64,
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
@@ -49,7 +49,7 @@ pub(super) fn arrange(
     let (tour, cost): (Vec<u32>, &dyn Fn(Point, Point) -> f64) = match order {
         Order::File => return Some(in_file),
         Order::Shortest => (shortest(&places, &stops, from, effort, tick)?, &straight_mm),
-        Order::Fastest => (fastest(&places, from, hop_time, effort, tick)?, hop_time),
+        Order::Fastest => (fastest(&places, from, rapid_time, effort, tick)?, rapid_time),
     };
     let before = way(from, holes.iter().map(|(_, at)| *at).chain([from]), cost);
     let after = way(from, tour.iter().map(|&stop| places[stop as usize]).chain([from]), cost);
@@ -67,7 +67,7 @@ fn shortest(
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
-    let ring = tour::closed(places, &straight_hop(places), effort, tick)?;
+    let ring = tour::closed(places, &straight_rapid(places), effort, tick)?;
     let by_first_hole = file_ring(stops);
     let length = |ring: &[u32]| ring_length(places, ring);
     let ring = if length(&by_first_hole) <= length(&ring) { by_first_hole } else { ring };
@@ -78,19 +78,19 @@ fn shortest(
 fn fastest(
     places: &[Point],
     from: Point,
-    hop_time: &dyn Fn(Point, Point) -> f64,
+    rapid_time: &dyn Fn(Point, Point) -> f64,
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
     let mut points = vec![from];
     points.extend_from_slice(places);
-    let hop = remembered(|a, b| hop_time(points[a as usize], points[b as usize]));
-    let path = tour::open(&points, &hop, effort, tick)?;
+    let rapid = remembered(|a, b| rapid_time(points[a as usize], points[b as usize]));
+    let path = tour::open(&points, &rapid, effort, tick)?;
     Some(path.into_iter().filter(|&node| node != 0).map(|node| node - 1).collect())
 }
 
-/// `hop` with the hops asked for lately at hand: the search asks for the same few again and again, and times are dear.
-fn remembered(hop: impl Fn(u32, u32) -> f64) -> impl Fn(u32, u32) -> f64 {
+/// `rapid` with the rapids asked for lately at hand: the search asks for the same few again and again, and times are dear.
+fn remembered(rapid: impl Fn(u32, u32) -> f64) -> impl Fn(u32, u32) -> f64 {
     let slots = vec![Cell::new((u32::MAX, u32::MAX, 0.0)); REMEMBERED];
     move |a, b| {
         let (a, b) = (a.min(b), a.max(b));
@@ -100,14 +100,14 @@ fn remembered(hop: impl Fn(u32, u32) -> f64) -> impl Fn(u32, u32) -> f64 {
         if (from, to) == (a, b) {
             return known;
         }
-        let cost = hop(a, b);
+        let cost = rapid(a, b);
         slot.set((a, b, cost));
         cost
     }
 }
 
 /// [`straight_mm`] between places by index, with the coordinates in mm at hand.
-pub(super) fn straight_hop(places: &[Point]) -> impl Fn(u32, u32) -> f64 + use<> {
+pub(super) fn straight_rapid(places: &[Point]) -> impl Fn(u32, u32) -> f64 + use<> {
     let mm: Vec<(f64, f64)> = places.iter().map(|at| (at.x.mm(), at.y.mm())).collect();
     move |a, b| {
         let ((ax, ay), (bx, by)) = (mm[a as usize], mm[b as usize]);

@@ -43,7 +43,7 @@ pub(super) struct Low {
 }
 
 /// The parts of a hop, without a place in the timeline.
-pub(super) struct Hop {
+pub(super) struct NextHole {
     pub(super) parts: Vec<Part>,
     pub(super) to: Steps,
     pub(super) duration_ticks: u64,
@@ -99,7 +99,7 @@ impl DrillCycles {
         (at, plane, turned): (Steps, Steps, [bool; AXES]),
         hole: Hole,
         low: Option<Low>,
-    ) -> Result<(Hop, Low), Diagnostic> {
+    ) -> Result<(NextHole, Low), Diagnostic> {
         let with_z = |steps: Steps, height: i64| {
             let mut steps = steps;
             for axis in spindles {
@@ -138,7 +138,7 @@ impl DrillCycles {
         let dwell_ticks = u64::from(hole.dwell_us) * (TICK_HZ / 1_000_000);
         parts.push(down);
         let low = Low { up: stored.up, times: stored.times, top_steps: stored.top_steps };
-        Ok((Hop { parts, to, duration_ticks: end_tick + dwell_ticks + REST_TICKS }, low))
+        Ok((NextHole { parts, to, duration_ticks: end_tick + dwell_ticks + REST_TICKS }, low))
     }
 
     /// The strokes from the top of `hole` to its bottom and back.

@@ -145,8 +145,8 @@ pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Res
     Ok(TableSteps { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })
 }
 
-/// Time of a hop in the plane, X and Y moving together; infinite when the machine's limits are not usable.
-pub fn hop_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
+/// Time of a rapid in the plane, X and Y moving together; infinite when the machine's limits are not usable.
+pub fn rapid_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
     if machine.drive == DriveKind::Table {
         let way = |axis: usize, from, to| {
             let scale = machine.axis(axis).scale;

@@ -21,7 +21,7 @@ pub mod profile;
 mod timeline;
 mod writer;
 
-pub use limits::{Limits, hop_time_s};
+pub use limits::{Limits, rapid_time_s};
 pub use profile::Profile;
 pub use timeline::{Motion, Move, Part, Route, TableSteps, Timeline};
 pub use writer::{each_leg, leg_alone, timeline, timeline_from};

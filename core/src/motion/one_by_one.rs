@@ -144,7 +144,7 @@ fn reached_s(planned: &Move, there: impl Fn(f64) -> bool) -> f64 {
 mod tests {
     use super::*;
     use crate::machine::{Overlap, lab, virtual_drill};
-    use crate::motion::hop_time_s;
+    use crate::motion::rapid_time_s;
 
     #[test]
     fn a_hole_of_the_laboratory_drill_takes_what_its_table_takes() {
@@ -174,7 +174,7 @@ mod tests {
         }
         // From 10 to 15 mm are 24 steps of X; for its ramps the table needs 21 interrupts more (A.5 of the reference).
         let hop = &found.cycles[1];
-        let by_table = hop_time_s(&machine, Point::from_mm(10.0, 0.0), Point::from_mm(15.0, 0.0));
+        let by_table = rapid_time_s(&machine, Point::from_mm(10.0, 0.0), Point::from_mm(15.0, 0.0));
         assert!((hop.arrive_s - hop.release_s - by_table).abs() < 3e-6, "{hop:?} {by_table}");
         assert_eq!(libm::round(by_table * 500.0), 45.0);
     }

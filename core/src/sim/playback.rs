@@ -48,7 +48,7 @@ pub struct Drilled {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Milled {
     /// Index into the job's toolpaths.
-    pub way: u32,
+    pub toolpath: u32,
     /// When its leg begins.
     pub from_s: f64,
     /// When its leg is done.
@@ -101,12 +101,12 @@ impl Playback {
                 drilled_leg = Some(planned.leg);
                 drilled.push(Drilled { hole, done_s: seconds(tick) });
             }
-            if let Mark::Toolpath(way) = planned.mark {
+            if let Mark::Toolpath(toolpath) = planned.mark {
                 let from_s = seconds(planned.start_tick);
                 let done_s = seconds(planned.start_tick + planned.duration_ticks);
                 match milled.last_mut().filter(|_| milled_leg == Some(planned.leg)) {
                     Some(last) => last.done_s = done_s,
-                    None => milled.push(Milled { way, from_s, done_s }),
+                    None => milled.push(Milled { toolpath, from_s, done_s }),
                 }
                 milled_leg = Some(planned.leg);
             }
@@ -151,8 +151,8 @@ impl Playback {
     }
 
     /// When way `way` begins.
-    pub fn time_of_toolpath(&self, way: u32) -> Option<f64> {
-        self.milled.iter().find(|milled| milled.way == way).map(|milled| milled.from_s)
+    pub fn time_of_toolpath(&self, toolpath: u32) -> Option<f64> {
+        self.milled.iter().find(|milled| milled.toolpath == toolpath).map(|milled| milled.from_s)
     }
 
     /// The moment at second `t_s`; before the start it is the start, after the end the end. None for an empty timeline.
@@ -248,7 +248,7 @@ mod tests {
     #[test]
     fn ways_are_counted_while_they_are_milled() {
         let mill = |x, height| Command::Mill { to: Point::from_mm(x, 5.0), height, feed_um_per_s: 10_000 };
-        let way = |index, x| Leg {
+        let toolpath = |index, x| Leg {
             mark: Mark::Toolpath(index),
             commands: vec![
                 Command::Rapid { to: Point::from_mm(x, 5.0) },
@@ -260,10 +260,10 @@ mod tests {
             ],
         };
         let mut program = two_holes_program();
-        program.legs.extend([way(4, 10.0), way(2, 30.0)]);
+        program.legs.extend([toolpath(4, 10.0), toolpath(2, 30.0)]);
         let play = Playback::new(timeline(&program, &virtual_drill()).unwrap());
         let [first, second] = play.milled() else { panic!("{:?}", play.milled()) };
-        assert_eq!((first.way, second.way, play.time_of_toolpath(2)), (4, 2, Some(second.from_s)));
+        assert_eq!((first.toolpath, second.toolpath, play.time_of_toolpath(2)), (4, 2, Some(second.from_s)));
         assert!(first.done_s <= second.from_s && second.done_s == play.total_s());
         let mut milled = 0;
         for part in 0..=200 {
@@ -284,8 +284,11 @@ mod tests {
         for index in 1..=(play.total_s() / dt) as u32 {
             let moment = play.at(f64::from(index) * dt).unwrap();
             for (axis, limit) in [150.0, 150.0, 50.0].into_iter().enumerate() {
-                let way = (moment.position_mm[axis] - before.position_mm[axis]).abs();
-                assert!(way <= limit * dt * (1.0 + 1e-9), "axis {axis} jumps {way} mm at {index} ms");
+                let toolpath = (moment.position_mm[axis] - before.position_mm[axis]).abs();
+                assert!(
+                    toolpath <= limit * dt * (1.0 + 1e-9),
+                    "axis {axis} jumps {toolpath} mm at {index} ms"
+                );
             }
             before = moment;
         }

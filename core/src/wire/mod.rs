@@ -439,9 +439,9 @@ pub struct Status {
     pub holes_done: u32,
     /// Holes in all.
     pub holes_total: u32,
-    /// Way in work (index into the job's toolpaths).
+    /// Toolpath in work (index into the job's toolpaths).
     #[serde(default)]
-    pub way: Option<u32>,
+    pub toolpath: Option<u32>,
     /// Toolpaths milled.
     #[serde(default)]
     pub toolpaths_done: u32,

@@ -4,7 +4,7 @@ use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
 use annulus_core::job::Command;
 use annulus_core::machine::{AXES, Axis, Law, Machine, Overlap, Scale, lab, virtual_drill};
-use annulus_core::motion::{Motion, Move, Part, Timeline, hop_time_s, laws, timeline};
+use annulus_core::motion::{Motion, Move, Part, Timeline, laws, rapid_time_s, timeline};
 use annulus_core::steps::{self, Segment, TICK_HZ};
 use annulus_core::units::Length;
 
@@ -206,7 +206,7 @@ fn any_program_gives_a_timeline_or_a_diagnostic() {
 #[test]
 fn a_hop_takes_as_long_as_its_slower_axis_needs() {
     let machine = virtual_drill();
-    let hop = |x, y| hop_time_s(&machine, Point::default(), Point::from_mm(x, y));
+    let hop = |x, y| rapid_time_s(&machine, Point::default(), Point::from_mm(x, y));
     assert_eq!(hop(0.0, 0.0), 0.0);
     assert_eq!(hop(10.0, 0.0), hop(0.0, -10.0));
     assert!((hop(10.0, 10.0) - hop(10.0, 0.0)).abs() < 1e-9, "both axes do the same at once");

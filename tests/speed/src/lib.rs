@@ -38,8 +38,8 @@ pub fn timeline_on(machine: &Machine, holes: usize) -> Timeline {
 
 /// A drill job as planned.
 pub fn drilled(board: &Board, work: &Work, machine: &Machine) -> Planned {
-    let hop_time = |from, to| motion::hop_time_s(machine, from, to);
-    let means = Means { options: &PlanOptions::default(), hop_time: &hop_time };
+    let rapid_time = |from, to| motion::rapid_time_s(machine, from, to);
+    let means = Means { options: &PlanOptions::default(), rapid_time: &rapid_time };
     plan_work(board, work, machine, &means, &mut |_| true).expect("0.8 mm is in the rack").0
 }
 

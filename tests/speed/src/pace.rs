@@ -34,7 +34,7 @@ pub fn pace(machine: &Machine, pitch_mm: f64) -> Option<Pace> {
         .collect();
     let planned_s = (bottoms.last()? - bottoms.first()?) / f64::from(HOLES - 1);
     let hop =
-        |machine: &Machine| motion::hop_time_s(machine, Point::default(), Point::from_mm(pitch_mm, 0.0));
+        |machine: &Machine| motion::rapid_time_s(machine, Point::default(), Point::from_mm(pitch_mm, 0.0));
     let rules = |machine: &Machine| Rules {
         settle_s: machine.settle_ms * 1e-3,
         latency_s: machine.overlap.latency_ms * 1e-3,

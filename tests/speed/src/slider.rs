@@ -42,8 +42,8 @@ impl Slider {
         }
         let scene = Scene::of(&self.board, &work);
         let options = PlanOptions::default();
-        let hop_time = |from: Point, to: Point| motion::hop_time_s(&self.machine, from, to);
-        let means = Means { options: &options, hop_time: &hop_time };
+        let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&self.machine, from, to);
+        let means = Means { options: &options, rapid_time: &rapid_time };
         // As the page does: what is on its shelf is found by this.
         std::hint::black_box(toolpaths::key(&work, 0, &self.machine));
         let part = toolpaths::plan_operation(&scene, &work, 0, &self.machine, &means, &mut |_| true);

@@ -45,8 +45,8 @@ struct Side {
 
 fn planned_side(board: &Board, work: &Work, machine: &Machine) -> Side {
     let options = PlanOptions::default();
-    let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from: Point, to: Point| motion::rapid_time_s(machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let (planned, _) = plan_work(board, work, machine, &means, &mut |_| true).expect("a plan");
     let program = lower_work(&planned, work, machine);
     let mut briefed = briefing::briefing("sweep", work, machine);

@@ -33,14 +33,14 @@ fn ways_are_milled_and_the_bit_is_whole_afterwards() {
     let status = bench.wait(|status| status.stage == Some(Stage::Mill));
     assert_eq!((status.toolpaths_total, status.command.as_deref()), (WAYS, Some("mill")));
     assert!((0.0..0.9).contains(&status.done_share), "{}", status.done_share);
-    let later = bench.wait(|status| status.way == Some(WAYS - 1) && status.stage == Some(Stage::Mill));
+    let later = bench.wait(|status| status.toolpath == Some(WAYS - 1) && status.stage == Some(Stage::Mill));
     assert!(
         later.done_share > status.done_share,
         "toolpaths count too: {} {}",
         status.done_share,
         later.done_share
     );
-    assert!(status.way.is_some() && status.hole.is_none() && status.bit == Some(1), "{status:?}");
+    assert!(status.toolpath.is_some() && status.hole.is_none() && status.bit == Some(1), "{status:?}");
     assert!(status.lower_dead_point_mm.is_some_and(|low| low < -0.1), "{status:?}");
     assert_eq!(bench.ended(), (Ending::Done, 2));
     // The last hole is made by the mill that milled all the toolpaths.
@@ -54,7 +54,7 @@ fn a_way_that_was_stopped_is_milled_again_from_its_beginning_and_none_is_left_ou
     for way in 0..WAYS {
         let mut bench = slow();
         bench.start(&program);
-        bench.wait(|status| status.way == Some(way) && status.stage == Some(Stage::Mill));
+        bench.wait(|status| status.toolpath == Some(way) && status.stage == Some(Stage::Mill));
         bench.drill.ask(Ask::Stop).unwrap();
         let status = bench.wait(|status| status.state == State::Ready);
         assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0), "way {way}");
@@ -88,7 +88,7 @@ fn a_way_that_was_stopped_is_milled_again_from_its_beginning_and_none_is_left_ou
 fn stop_after_hole_stops_after_a_way_too() {
     let mut bench = slow();
     bench.start(&milling(&machine()));
-    bench.wait(|status| status.way == Some(0) && status.stage == Some(Stage::Mill));
+    bench.wait(|status| status.toolpath == Some(0) && status.stage == Some(Stage::Mill));
     bench.drill.ask(Ask::StopAfterHole).unwrap();
     let (ending, holes) = bench.ended();
     assert_eq!((ending, holes), (Ending::StoppedAfterHole, 1));

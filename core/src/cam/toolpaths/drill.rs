@@ -129,10 +129,10 @@ fn task(
     (made, until, all): (u64, u64, u64),
 ) -> Result<Task, Diagnostic> {
     let effort = Effort { kicks: until - made, seed: context.means.options.seed };
-    let (hop_time, origin, tick, before) =
-        (context.means.hop_time, context.scene.origin, &mut *context.tick, context.done);
+    let (rapid_time, origin, tick, before) =
+        (context.means.rapid_time, context.scene.origin, &mut *context.tick, context.done);
     let mut tick = |done: u64| tick(before.max(share(WHOLE, made + done, all)));
-    let order = order::arrange(holes, origin, drill.order, hop_time, effort, &mut tick);
+    let order = order::arrange(holes, origin, drill.order, rapid_time, effort, &mut tick);
     let order = order.ok_or_else(|| Diagnostic::error("plan.cancelled"))?;
     let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
     let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };

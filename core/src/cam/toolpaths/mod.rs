@@ -11,7 +11,7 @@
 //! change: [`key`] tells whether one did.
 //!
 //! Comes in: a board, a [`Work`], a machine. Goes out: [`Planned`] and what there is to say. Lengths in whole nanometres in
-//! the coordinates of the board as it lies. Does not know how fast anything goes: the time of a hop it is told.
+//! the coordinates of the board as it lies. Does not know how fast anything goes: the time of a rapid it is told.
 
 mod checks;
 mod clear;
@@ -177,7 +177,7 @@ pub struct Means<'a> {
     /// Seed, bound of the search, spindles and accepted errors.
     pub options: &'a PlanOptions,
     /// Seconds from one place to another, the same there and back.
-    pub hop_time: &'a dyn Fn(Point, Point) -> f64,
+    pub rapid_time: &'a dyn Fn(Point, Point) -> f64,
 }
 
 /// A digest of all that the part of operation `index` depends on, apart from the board's files: as long as it and the

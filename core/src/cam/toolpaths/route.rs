@@ -12,7 +12,7 @@
 //!
 //! Comes in: paths. Goes out: paths in order, turned and joined. Does not know operations.
 
-use super::super::order::{straight_hop, straight_mm};
+use super::super::order::{straight_mm, straight_rapid};
 use super::super::tour::{self, Effort};
 use super::cut::{self, Area};
 use crate::geometry::{Path, Point, Segment, path_bounds};
@@ -70,7 +70,7 @@ fn ordered(places: &[Point], rules: &Rules<'_>) -> Vec<u32> {
         points.push(apart);
     }
     let effort = Effort { kicks: (places.len() as u64).min(MOST_KICKS), seed: rules.seed };
-    let found = tour::open(&points, &straight_hop(&points), effort, &mut |_| true).unwrap_or_default();
+    let found = tour::open(&points, &straight_rapid(&points), effort, &mut |_| true).unwrap_or_default();
     found.into_iter().filter(|&node| node != 0).map(|node| node - 1).collect()
 }
 

@@ -77,8 +77,8 @@ fn coupon() -> Board {
 
 fn planned(board: &Board, work: &Work) -> (Planned, Vec<Diagnostic>) {
     let options = PlanOptions { seed: 1, iterations: Some(200), ..PlanOptions::default() };
-    let hop_time = |a: Point, b: Point| a.distance_mm(b);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     plan_work(board, work, &virtual_drill(), &means, &mut |_| true).unwrap()
 }
 

@@ -2,7 +2,7 @@
 //! Felten: local search to a local optimum, a small kick, local search around the kick, keep it unless it got worse.
 //!
 //! ```text
-//!  one link of a move: hop (t1,t2) is open, t2 finds a near t3, t4 comes just before t3 and is the new t2
+//!  one link of a move: rapid (t1,t2) is open, t2 finds a near t3, t4 comes just before t3 and is the new t2
 //!
 //!    t1 → t2 … t4 → t3 … ⟲           t1 → t4 … t2 → t3 … ⟲
 //!         └── reverse ──┘      ⇒          (t1,t4) is open now
@@ -12,7 +12,7 @@
 //!    t1 → [t2 … t5][t6 … t3] → t4    ⇒    t1 → [t6 … t3][t2 … t5] → t4
 //! ```
 //!
-//! Comes in: a ring, lists of near nodes, the cost of a hop. Goes out: a cheaper ring. Does not know what hops mean.
+//! Comes in: a ring, lists of near nodes, the cost of a rapid. Goes out: a cheaper ring. Does not know what rapids mean.
 
 use super::chance::Chance;
 use super::ring::Ring;
@@ -26,13 +26,13 @@ const DEPTH: usize = 3;
 /// Gains below this are rounding, not gains.
 pub(crate) const EPSILON: f64 = 1e-9;
 
-/// The cost of a hop that must stay: so cheap that no move gains by leaving it.
+/// The cost of a rapid that must stay: so cheap that no move gains by leaving it.
 pub(crate) const FIXED: f64 = -1e12;
 
 /// Longest stretch turned: on very large rings longer ones cost more time than they gain.
 const LONGEST_TURN: usize = 50_000;
 
-/// How many hops between near nodes the ends of a kick lie apart. Kicks must be small to be repaired at a gain.
+/// How many rapids between near nodes the ends of a kick lie apart. Kicks must be small to be repaired at a gain.
 const WALK: u32 = 3;
 
 /// The way from t2 round to t1 as a move would leave it. Every link turns a front piece of it, so a list of lengths is
@@ -87,7 +87,7 @@ pub(crate) struct Search<'a, C: Fn(u32, u32) -> f64> {
 }
 
 impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
-    /// A search that begins with `ring`. `near` holds for every node the near ones with the cost of the hop, cheapest
+    /// A search that begins with `ring`. `near` holds for every node the near ones with the cost of the rapid, cheapest
     /// first.
     pub(crate) fn new(ring: Ring, near: &'a [Vec<(f64, u32)>], cost: C) -> Self {
         let n = ring.len();
@@ -127,11 +127,11 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         self.turns.clear();
         let Some([a, b, c]) = self.three_near(chance) else { return 0.0 };
         let (a2, b2, c2) = (self.ring.next(a), self.ring.next(b), self.ring.next(c));
-        let cut = [(a, a2), (b, b2), (c, c2)].map(|(from, to)| self.hop(from, to));
+        let cut = [(a, a2), (b, b2), (c, c2)].map(|(from, to)| self.rapid(from, to));
         if cut.contains(&FIXED) {
             return 0.0;
         }
-        let mut gain = cut.iter().sum::<f64>() - self.hop(a, b2) - self.hop(c, a2) - self.hop(b, c2);
+        let mut gain = cut.iter().sum::<f64>() - self.rapid(a, b2) - self.rapid(c, a2) - self.rapid(b, c2);
         self.swap_stretches(a2, b, b2, c);
         [a, a2, b, b2, c, c2].into_iter().for_each(|node| self.look_again(node));
         while let Some(more) = self.improve_next() {
@@ -159,7 +159,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         (a != b && b != c && far.min(self.ring.len() - far) <= LONGEST_TURN).then_some([a, b, c])
     }
 
-    fn hop(&self, a: u32, b: u32) -> f64 {
+    fn rapid(&self, a: u32, b: u32) -> f64 {
         (self.cost)(a, b)
     }
 
@@ -209,16 +209,16 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         Some(gained)
     }
 
-    /// Tries to replace the hop from `t1` to the node after it.
+    /// Tries to replace the rapid from `t1` to the node after it.
     fn improve_forward(&mut self, t1: u32) -> Option<f64> {
         let t2 = self.ring.next(t1);
-        let open = self.hop(t1, t2);
+        let open = self.rapid(t1, t2);
         let gain = self.deepen(t1, open, Path::new(t2)).or_else(|| self.swap(t1, t2, open))?;
         self.look_again(t1);
         Some(gain)
     }
 
-    /// Looks for links that close with a gain, and turns them. `open` is what was gained so far with the hop from the
+    /// Looks for links that close with a gain, and turns them. `open` is what was gained so far with the rapid from the
     /// first node of `path` back to `t1` still missing. Nothing is turned when none is found.
     fn deepen(&mut self, t1: u32, open: f64, path: Path) -> Option<f64> {
         let t2 = path.node_at(&self.ring, 0);
@@ -228,7 +228,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
             if length.min(self.ring.len() - length) > LONGEST_TURN {
                 continue;
             }
-            let gain = value - self.hop(t4, t1);
+            let gain = value - self.rapid(t4, t1);
             let deeper = path.turned(length);
             let found = if gain > EPSILON {
                 deeper.lengths().iter().for_each(|&length| self.turn_front(t1, length));
@@ -256,8 +256,8 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         let breadth = BREADTH[path.depth];
         let mut best = [(0.0, 0, 0); 5];
         let mut count = 0;
-        for &(hop, t3) in &self.near[t2 as usize] {
-            if open - hop <= EPSILON {
+        for &(rapid, t3) in &self.near[t2 as usize] {
+            if open - rapid <= EPSILON {
                 break;
             }
             let rank = path.rank(&self.ring, t3);
@@ -265,7 +265,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
                 continue;
             }
             let t4 = path.node_at(&self.ring, rank - 1);
-            let value = open - hop + self.hop(t4, t3);
+            let value = open - rapid + self.rapid(t4, t3);
             let place = best[..count].partition_point(|other| other.0 >= value);
             if value <= EPSILON || place >= breadth {
                 continue;
@@ -292,7 +292,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
             if length > LONGEST_TURN {
                 continue;
             }
-            let missing = open - hop23 + self.hop(t3, t4);
+            let missing = open - hop23 + self.rapid(t3, t4);
             for &(hop45, t5) in &near[t4 as usize] {
                 if missing - hop45 <= EPSILON {
                     break;
@@ -312,7 +312,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         let mut done = None;
         if t5 != t3 {
             let t6 = self.ring.next(t5);
-            let gain = missing + self.hop(t5, t6) - self.hop(t6, t1);
+            let gain = missing + self.rapid(t5, t6) - self.rapid(t6, t1);
             if gain > EPSILON {
                 self.swap_stretches(t2, t5, t6, t3);
                 done = Some((gain, t6));
@@ -320,7 +320,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         }
         if t5 != t2 && done.is_none() {
             let t6 = self.ring.prev(t5);
-            let gain = missing + self.hop(t5, t6) - self.hop(t6, t1);
+            let gain = missing + self.rapid(t5, t6) - self.rapid(t6, t1);
             if gain > EPSILON {
                 self.turn(t2, t6);
                 self.turn(t5, t3);

@@ -1,7 +1,7 @@
 //! Good orders of points: greedy start, Lin–Kernighan moves, kicks. Bounded by a number of kicks and seeded, so equal
 //! input gives equal output everywhere; time is nowhere asked.
 //!
-//! Comes in: points, the cost of a hop. Goes out: an order as indices of the points. Does not know holes, bits or
+//! Comes in: points, the cost of a rapid. Goes out: an order as indices of the points. Does not know holes, bits or
 //! machines.
 
 mod chance;
@@ -28,48 +28,48 @@ pub(crate) struct Effort {
     pub(crate) seed: u64,
 }
 
-/// A short ring through all `points`, which are all different; `hop` is the cost between two of them by index, the same
+/// A short ring through all `points`, which are all different; `rapid` is the cost between two of them by index, the same
 /// there and back. None when `tick`, told the kicks done, said false.
 pub(crate) fn closed(
     points: &[Point],
-    hop: &impl Fn(u32, u32) -> f64,
+    rapid: &impl Fn(u32, u32) -> f64,
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
     let near = near::lists(points, QUADRANT, NEAR);
-    let ring = Ring::new(start::greedy(points, &near, hop));
+    let ring = Ring::new(start::greedy(points, &near, rapid));
     if points.len() < 4 {
         return Some(ring.from(0));
     }
-    let near = priced(&near, hop);
-    let mut search = Search::new(ring, &near, hop);
+    let near = priced(&near, rapid);
+    let mut search = Search::new(ring, &near, rapid);
     anneal(&mut search, effort, tick).then(|| search.ring.from(0))
 }
 
 /// A cheap path from the first of `points` through all others, ending anywhere; the same arguments otherwise, and the
 /// first point may lie where another one does.
 ///
-/// The path is a ring with one node more, the end: every hop to the end is free, and the hop from the end back to the
+/// The path is a ring with one node more, the end: every rapid to the end is free, and the rapid from the end back to the
 /// first must stay.
 pub(crate) fn open(
     points: &[Point],
-    hop: &impl Fn(u32, u32) -> f64,
+    rapid: &impl Fn(u32, u32) -> f64,
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
     let end = points.len() as u32;
-    let hop = |a: u32, b: u32| match (a.min(b), a.max(b)) {
+    let rapid = |a: u32, b: u32| match (a.min(b), a.max(b)) {
         (0, b) if b == end => FIXED,
         (_, b) if b == end => 0.0,
-        (a, b) => hop(a, b),
+        (a, b) => rapid(a, b),
     };
     let near = near::lists(points, QUADRANT, NEAR);
-    let mut order = Ring::new(start::greedy(points, &near, &hop)).from(0);
+    let mut order = Ring::new(start::greedy(points, &near, &rapid)).from(0);
     order.push(end);
-    let mut near = priced(&near, &hop);
+    let mut near = priced(&near, &rapid);
     near.iter_mut().skip(1).for_each(|list| list.insert(0, (0.0, end)));
     near.push(Vec::new());
-    let mut search = Search::new(Ring::new(order), &near, hop);
+    let mut search = Search::new(Ring::new(order), &near, rapid);
     if points.len() > 2 && !anneal(&mut search, effort, tick) {
         return None;
     }
@@ -79,10 +79,10 @@ pub(crate) fn open(
     Some(search.ring.from(0).into_iter().filter(|&node| node != end).collect())
 }
 
-/// Lists of near nodes with the cost of the hop, cheapest first.
-fn priced(near: &[Vec<u32>], hop: &impl Fn(u32, u32) -> f64) -> Vec<Vec<(f64, u32)>> {
+/// Lists of near nodes with the cost of the rapid, cheapest first.
+fn priced(near: &[Vec<u32>], rapid: &impl Fn(u32, u32) -> f64) -> Vec<Vec<(f64, u32)>> {
     let price = |(from, list): (u32, &Vec<u32>)| {
-        let mut list: Vec<_> = list.iter().map(|&to| (hop(from, to), to)).collect();
+        let mut list: Vec<_> = list.iter().map(|&to| (rapid(from, to), to)).collect();
         list.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         list
     };

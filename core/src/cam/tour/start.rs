@@ -1,4 +1,4 @@
-//! A good first tour: greedy fragments. The cheapest hops between near nodes are taken first, as long as they make
+//! A good first tour: greedy fragments. The cheapest rapids between near nodes are taken first, as long as they make
 //! neither a fork nor a ring; what is left in pieces is joined at their ends in further rounds.
 //!
 //! ```text
@@ -6,7 +6,7 @@
 //!  round 2   o──o──o───o──o─────o──o──o──o
 //! ```
 //!
-//! Comes in: points, lists of near nodes, the cost of a hop. Goes out: an order. Does not know what hops mean.
+//! Comes in: points, lists of near nodes, the cost of a rapid. Goes out: an order. Does not know what rapids mean.
 
 use super::near::Tree;
 use crate::geometry::Point;
@@ -56,9 +56,9 @@ impl Pieces {
         self.joined += 1;
     }
 
-    fn take(&mut self, mut hops: Vec<(f64, u32, u32)>) {
-        hops.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        for (_, a, b) in hops {
+    fn take(&mut self, mut rapids: Vec<(f64, u32, u32)>) {
+        rapids.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        for (_, a, b) in rapids {
             self.join(a, b);
         }
     }
@@ -83,19 +83,19 @@ impl Pieces {
 pub(crate) fn greedy(points: &[Point], near: &[Vec<u32>], cost: &impl Fn(u32, u32) -> f64) -> Vec<u32> {
     let n = points.len();
     let mut pieces = Pieces::new(n);
-    let hops = |lists: &mut dyn Iterator<Item = (u32, &Vec<u32>)>| {
-        let mut hops = Vec::new();
+    let rapids = |lists: &mut dyn Iterator<Item = (u32, &Vec<u32>)>| {
+        let mut rapids = Vec::new();
         for (a, list) in lists {
-            hops.extend(list.iter().map(|&b| (cost(a.min(b), a.max(b)), a.min(b), a.max(b))));
+            rapids.extend(list.iter().map(|&b| (cost(a.min(b), a.max(b)), a.min(b), a.max(b))));
         }
-        hops
+        rapids
     };
-    pieces.take(hops(&mut (0..).zip(near)));
+    pieces.take(rapids(&mut (0..).zip(near)));
     while pieces.joined + 1 < n {
         let ends: Vec<u32> = (0..n as u32).filter(|&node| pieces.is_open(node)).collect();
         let tree = Tree::new(points, ends.clone());
         let lists: Vec<Vec<u32>> = ends.iter().map(|&end| tree.nearest(end, ENDS, None)).collect();
-        pieces.take(hops(&mut ends.iter().copied().zip(&lists)));
+        pieces.take(rapids(&mut ends.iter().copied().zip(&lists)));
     }
     pieces.walk()
 }

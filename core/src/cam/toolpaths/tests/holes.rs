@@ -181,8 +181,8 @@ fn the_loaded_bit_goes_first_where_that_is_wanted() {
     for (group, loaded, expected, code) in rows {
         let loaded = loaded.map(mm);
         let options = PlanOptions { group, loaded, iterations: Some(20), ..PlanOptions::default() };
-        let hop_time = |a: Point, b: Point| a.distance_mm(b);
-        let means = Means { options: &options, hop_time: &hop_time };
+        let rapid_time = |a: Point, b: Point| a.distance_mm(b);
+        let means = Means { options: &options, rapid_time: &rapid_time };
         let (planned, diagnostics) =
             plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).expect("a plan");
         let bits: Vec<Length> =

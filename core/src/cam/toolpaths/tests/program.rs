@@ -112,10 +112,10 @@ fn what_no_bit_fits_is_left_out_and_told_by_size() {
     board.slots[0].width = Some(mm(0.3));
     board.holes.extend([hole(5.0, 1.0, 0.2), hole(6.0, 1.0, 0.22), hole(7.0, 1.0, 0.2)]);
     let work = Work::default_for(&board, &virtual_drill());
-    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
     let mut options = PlanOptions { iterations: Some(0), ..PlanOptions::default() };
     let plan = |options: &PlanOptions| {
-        plan_work(&board, &work, &virtual_drill(), &Means { options, hop_time: &hop_time }, &mut |_| true)
+        plan_work(&board, &work, &virtual_drill(), &Means { options, rapid_time: &rapid_time }, &mut |_| true)
     };
     let (planned, diagnostics) = plan(&options).unwrap();
     let errors: Vec<_> =
@@ -140,9 +140,9 @@ fn what_no_bit_fits_is_left_out_and_told_by_size() {
 fn a_job_of_which_nothing_is_left_is_refused_with_what_is_missing() {
     let board = Board { holes: vec![hole(5.0, 1.0, 0.2)], ..Board::default() };
     let work = Work::default_for(&board, &virtual_drill());
-    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
     let options = PlanOptions::default();
-    let means = Means { options: &options, hop_time: &hop_time };
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let why = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap_err();
     let codes: Vec<_> = why.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
     assert_eq!(codes, ["cam.holes_missing", "cam.nothing_to_do"]);
@@ -348,9 +348,9 @@ fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
     let mut work = only(&board, "drill", |_| {});
     work.setup.exclusions = vec![Bounds::of(at(0.0, 0.0)).with(at(5.0, 5.0))];
     let machine = virtual_drill();
-    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
     let options = PlanOptions { iterations: Some(200), ..PlanOptions::default() };
-    let means = Means { options: &options, hop_time: &hop_time };
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let (planned, diagnostics) = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap();
     let told = diagnostics
         .iter()
@@ -388,8 +388,8 @@ fn drills_go_deeper_by_the_height_of_their_points() {
             accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
             ..PlanOptions::default()
         };
-        let hop_time = |a: Point, b: Point| a.distance_mm(b);
-        let means = Means { options: &options, hop_time: &hop_time };
+        let rapid_time = |a: Point, b: Point| a.distance_mm(b);
+        let means = Means { options: &options, rapid_time: &rapid_time };
         let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
         let task = planned.parts[0].tasks.iter().find(|task| task.bit.diameter == mm(size)).unwrap();
         (task.depth - through).mm()
@@ -421,8 +421,8 @@ fn pecks_come_up_between() {
         accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
         ..PlanOptions::default()
     };
-    let hop_time = |a: Point, b: Point| a.distance_mm(b);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
     let program = lower_work(&planned, &work, &virtual_drill());
     let leg = program.legs.iter().find(|leg| matches!(leg.mark, Mark::Hole(_))).unwrap();
