@@ -279,7 +279,7 @@ fn plots_and_tables_are_written_as_asked() {
     let home = home.path();
     for (command, words) in [
         ("lab profile", &["speed / mm/s", "jerk / mm/s³", "power law α = 0.5", "time / ms"][..]),
-        ("lab automaton", &["position / takts", "state", "rate / 1/s"]),
+        ("lab automaton", &["position / steps", "state", "rate / 1/s"]),
         ("lab servo", &["control / V", "staged fuzzy PID", "place / mm"]),
         ("lab servo --stroke", &["contact", "surface", "return"]),
     ] {

@@ -217,14 +217,14 @@ fn a_table_is_refused_for_what_it_does() {
             "16",
         ),
         // Enters state 1 for a move of 3 with 2 takts left and state 2 with 1 left.
-        (&[7, 4, 2], &[0, 0], &[1, 2], "automaton.overshoots", "3 takts"),
+        (&[7, 4, 2], &[0, 0], &[1, 2], "automaton.overshoots", "3 steps"),
         // Never slows down before the target.
-        (&[7, 4], &[1], &[0], "automaton.overshoots", "3 takts"),
+        (&[7, 4], &[1], &[0], "automaton.overshoots", "3 steps"),
         // Motors five takts before the end and finds room to go faster again.
-        (&[7, 4, 2], &[1, 2], &[2, 6], "automaton.hunts", "takts"),
+        (&[7, 4, 2], &[1, 2], &[2, 6], "automaton.hunts", "steps"),
         // From rest it is exact; a new target close ahead of a fast motor is missed although it could have stopped.
         (&[7, 4, 2], &[2, 0], &[1, 2], "automaton.overshoots_retargeted", "state 1"),
-        (&[3, 2], &[0], &[4], "automaton.hunts", "takts"),
+        (&[3, 2], &[0], &[4], "automaton.hunts", "steps"),
     ];
     for (period, enter, leave, code, part) in rows {
         let table = dynamics(period, enter, leave);
@@ -244,7 +244,7 @@ fn what_is_accepted_may_still_deserve_a_look() {
     assert!(warnings(Dynamics::arendt()).is_empty());
     assert!(warnings(dynamics(&[7], &[], &[])).is_empty());
     let early = warnings(dynamics(&[7, 4, 2, 1], &[0, 1, 2], &[1, 2, 4]));
-    assert!(early.len() == 1 && early[0].contains("2 takts") && early[0].contains('4'), "{early:?}");
+    assert!(early.len() == 1 && early[0].contains("2 steps") && early[0].contains('4'), "{early:?}");
 }
 
 /// What a table does, found by serving interrupts alone: from rest, and after a change of target in every state at every

@@ -128,7 +128,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     await page.getByRole("button", { name: "Run sheet…" }).click();
     const sheet = page.getByRole("dialog", { name: "Run sheet" });
     for (const name of programs) await sheet.getByText(name, { exact: true }).waitFor();
-    await sheet.getByText(/Turn the board over/).waitFor();
+    await sheet.getByText(/Flip the board/).waitFor();
     assert.ok(await sheet.getByRole("button", { name: /STOP/ }).isVisible(), "STOP is in the dialog");
     assert.deepEqual(await findings(page), [], "accessible");
     await page.screenshot({ path: picture("run-sheet-1440") });

@@ -374,7 +374,7 @@ fn a_cut_while_the_spindle_stands_is_told_once_for_every_time() {
     assert_eq!((still.leg, still.mark, still.must_be_read()), (Some((0, 1)), Some(Mark::Toolpath(0)), true));
     let said = still.diagnostic().message("en");
     assert!(said.starts_with("The program cuts 0.100 mm deep at X -0.10 Y -0.10"), "{said}");
-    assert!(said.contains("piece 2") && said.contains("(way 1)"), "{said}");
+    assert!(said.contains("piece 2") && said.contains("(toolpath 1)"), "{said}");
     let named = Finding { operation: Some("Isolate the top".to_owned()), ..still.clone() };
     assert!(named.diagnostic().message("en").starts_with("Isolate the top cuts"), "{said}");
     program.legs[2].commands.insert(0, ON);

@@ -177,7 +177,11 @@ fn names_read_in_the_order_of_running_and_heads_say_what_is_needed() {
     let names: Vec<&str> = files.iter().flatten().map(|file| file.name.as_str()).collect();
     assert_eq!(
         names,
-        ["01-bottom-isolate-engrave-V30-0.1.nc", "02-top-drill-0.8.nc", "03-top-bore-cut-out-mill-0.8.nc"]
+        [
+            "01-bottom-isolate-engrave-V30-0.1.nc",
+            "02-top-drill-0.8.nc",
+            "03-top-mill-holes-cut-out-mill-0.8.nc"
+        ]
     );
     let head: Vec<&str> = files[1][1].text.lines().take_while(|line| line.starts_with('(')).collect();
     assert_eq!(
@@ -227,10 +231,10 @@ fn the_run_sheet_has_all_that_a_person_needs_in_order() {
         "15 min",
         "01-bottom-isolate-engrave-V30-0.1.nc",
         "V-bit 30°, tip 0.1",
-        "Turn the board over",
+        "Flip the board",
         "02-top-drill-0.8.nc",
         "drill 0.8",
-        "03-top-bore-cut-out-mill-0.8.nc",
+        "03-top-mill-holes-cut-out-mill-0.8.nc",
         "end mill 0.8",
     ] {
         let found = sheet[at..].find(needed);

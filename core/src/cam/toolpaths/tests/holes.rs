@@ -127,7 +127,7 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
         let notes = said(&diagnostics, "cam.holes_twice");
         let counts: Vec<_> = notes.iter().map(|note| arg(note, "count")).collect();
         assert_eq!(counts, if left == 0 { vec!["2"] } else { vec![] }, "{first} {second} {bit}");
-        let named = |note: &&Diagnostic| note.message("en").starts_with("MillHoles: 2 holes");
+        let named = |note: &&Diagnostic| note.message("en").starts_with("Mill holes and slots: 2 holes");
         assert!(notes.iter().all(named), "an operation without a name is called as the page calls it");
         assert!(planned.parts[1].tasks.iter().all(|task| !task.toolpaths.is_empty()), "no bit for nothing");
         assert_eq!(
