@@ -45,7 +45,7 @@ const OUTSIDE: &[&str] = &["web_sys", "js_sys", "wasm_bindgen", "leptos"];
 const KNOWN: &[&str] = &[
     "engine/exporting ─ engine/planning ─ engine/work ─ engine/writing",
     "lab/bench ─ lab/motion",
-    "screens/lab/operator ─ screens/lab/motion ─ screens/lab/queue",
+    "screens/lab/desk ─ screens/lab/motion ─ screens/lab/queue",
     "screens/lab/motion/dynamics ─ screens/lab/motion/takts",
     "screens/shown ─ screens/simulate",
     "view/areas ─ view/gpu",

@@ -162,7 +162,7 @@ pub enum Direction {
     Conventional,
 }
 
-/// Grooves round the copper.
+/// Isolation passes round the copper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Isolate {
     /// How many grooves beside each other, 1 … 20.

@@ -42,7 +42,7 @@ pub(super) struct Low {
     top_steps: i64,
 }
 
-/// The parts of a hop, without a place in the timeline.
+/// The parts of the move to the next hole, without a place in the timeline.
 pub(super) struct NextHole {
     pub(super) parts: Vec<Part>,
     pub(super) to: Steps,
@@ -90,9 +90,9 @@ pub(super) fn plain_hole(machine: &Machine, leg: &Leg) -> Option<Hole> {
 }
 
 impl DrillCycles {
-    /// The hop to `hole` from rest at `at`, where the motors of X and Y go to `plane`: from the bottom of a hole when the
+    /// The move to `hole` from rest at `at`, where the motors of X and Y go to `plane`: from the bottom of a hole when the
     /// chain is `low`, else from the top.
-    pub(super) fn hop(
+    pub(super) fn next_hole(
         &mut self,
         machine: &Machine,
         spindles: &[usize],

@@ -167,25 +167,25 @@ impl<'a> Writer<'a> {
         self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
         self.mark = leg.mark;
         match plain_hole(self.machine, leg) {
-            Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => self.hop(hole, next),
+            Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => self.next_hole(hole, next),
             _ => self.commands(&leg.commands),
         }
     }
 
     /// One hole of a chain: from the bottom of the one before, or from the top; up again where the chain ends.
-    fn hop(&mut self, hole: Hole, next: Option<&Leg>) -> Result<(), Diagnostic> {
+    fn next_hole(&mut self, hole: Hole, next: Option<&Leg>) -> Result<(), Diagnostic> {
         let mut to = self.at;
         to[0] = self.machine.x.scale.steps(hole.to.x);
         to[1] = self.machine.y.scale.steps(hole.to.y);
         let plane = self.play(&to);
         let stands = (self.at, plane, self.turned);
-        let (hop, low) = self.strokes.hop(self.machine, &self.spindles, stands, hole, self.low.take())?;
-        let duration_s = hop.duration_ticks as f64 / TICK_HZ as f64;
-        refuse_slow(self.longest_mm(&hop.parts), duration_s)?;
+        let (to_next, low) = self.strokes.next_hole(self.machine, &self.spindles, stands, hole, self.low.take())?;
+        let duration_s = to_next.duration_ticks as f64 / TICK_HZ as f64;
+        refuse_slow(self.longest_mm(&to_next.parts), duration_s)?;
         self.push(Move {
-            parts: hop.parts,
-            to: hop.to,
-            duration_ticks: hop.duration_ticks,
+            parts: to_next.parts,
+            to: to_next.to,
+            duration_ticks: to_next.duration_ticks,
             ..self.blank(Stage::NextHole)
         });
         self.settled = true;

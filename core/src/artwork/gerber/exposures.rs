@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_apart_share_their_coats() {
+    fn pieces_apart_share_their_exposures() {
         let row = |index: i32| piece(index % 2 == 1, f64::from(index) * 2.0);
         let found = heights(&(0..1_000).map(row).collect::<Vec<_>>());
         assert!(found.iter().zip(0..).all(|(&height, index)| height == index % 2), "{found:?}");

@@ -110,7 +110,7 @@ fn narrower(
         context.go_on()?;
         let mut places = narrow::inlets(outline, wider);
         places.retain(|place| !made(&context.scene.board, path_bounds(&place.outer)));
-        let paths = turned(narrow::ways_through(outline, &places, thin.diameter), cut_out.direction);
+        let paths = turned(narrow::paths_through(outline, &places, thin.diameter), cut_out.direction);
         let rules = Rules { both_ways: true, ..context.free() };
         let closed = context.scene.closed_to(thin.diameter);
         let mut toolpaths = Vec::new();

@@ -1,4 +1,4 @@
-//! Grooves round the copper (N7).
+//! Isolation: passes round the copper (N7).
 //!
 //! ```text
 //!   ▓▓▓▓▓▓▓   copper
@@ -42,7 +42,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<P
         .collect();
     let bits = context.mills(&names, false);
     let depth = context.depth();
-    let mut groove = Groove::of(copper);
+    let mut isolated = Isolated::of(copper);
     let mut wider: Option<Length> = None;
     for bit in &bits {
         context.go_on()?;
@@ -53,14 +53,14 @@ pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<P
         let paths = match wider {
             None if isolate.voronoi => between_islands(context, copper, width),
             None => rings(context, copper, isolate, bit)?,
-            Some(wider) => groove.rest(wider, width),
+            Some(wider) => isolated.rest(wider, width),
         };
-        let task = finished(context, &groove, paths, bit, width, isolate);
+        let task = finished(context, &isolated, paths, bit, width, isolate);
         part.tasks.extend(task);
         wider = Some(width);
     }
     if let (Some(bit), Some(thin), Some(_)) = (bits.first(), bits.last(), wider) {
-        part.tasks.extend(cured(context, &mut groove, isolate, (bit, thin))?);
+        part.tasks.extend(cured(context, &mut isolated, isolate, (bit, thin))?);
     }
     Ok(part)
 }
@@ -76,7 +76,7 @@ fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length 
 }
 
 /// Copper and what is made of it once.
-pub(super) struct Groove<'a> {
+pub(super) struct Isolated<'a> {
     copper: &'a Region,
     islands: Option<Area>,
     /// Grown by what the toolpaths of cuts of these widths keep.
@@ -85,7 +85,7 @@ pub(super) struct Groove<'a> {
     necks: BTreeMap<(Length, Length), Rc<Necks>>,
 }
 
-impl<'a> Groove<'a> {
+impl<'a> Isolated<'a> {
     pub(super) fn of(copper: &'a Region) -> Self {
         Self { copper, islands: None, grown: BTreeMap::new(), necks: BTreeMap::new() }
     }
@@ -106,7 +106,7 @@ impl<'a> Groove<'a> {
     /// The toolpaths of a cut of `width` where one of width `wider` did not fit.
     pub(super) fn rest(&mut self, wider: Length, width: Length) -> Vec<Path> {
         let necks = self.necks(wider, width).of_a_bit(self.islands(), (wider, width));
-        narrow::ways_in(self.copper, &necks, width)
+        narrow::paths_in(self.copper, &necks, width)
     }
 }
 
@@ -166,7 +166,7 @@ pub(super) fn turned(paths: Vec<Path>, direction: Direction) -> Vec<Path> {
 /// Trimmed, in order and joined.
 fn finished(
     context: &mut PlanContext<'_>,
-    groove: &Groove<'_>,
+    isolated: &Isolated<'_>,
     paths: Vec<Path>,
     bit: &Bit,
     width: Length,
@@ -177,7 +177,7 @@ fn finished(
     if touched {
         context.report(Diagnostic::warning("cam.zone_in_the_way"));
     }
-    let islands = (isolate.passes > 1).then(|| Area::of(groove.copper));
+    let islands = (isolate.passes > 1).then(|| Area::of(isolated.copper));
     let rules = Rules {
         start: context.scene.origin,
         overlap: isolate.loop_overlap,
@@ -231,7 +231,7 @@ fn remedied<'c>(
 /// What cures add, a task for all that one bit does at one depth; told where a gap is not found, and how much copper one takes.
 fn cured(
     context: &mut PlanContext<'_>,
-    groove: &mut Groove<'_>,
+    isolated: &mut Isolated<'_>,
     isolate: &Isolate,
     bits: (&Bit, &Bit),
 ) -> Result<Vec<Task>, Diagnostic> {
@@ -241,7 +241,7 @@ fn cured(
     for cure in &isolate.cures {
         context.go_on()?;
         let Some(Remedied { cure, bit, depth, fits }) = remedied(context, bits, cure) else { continue };
-        let necks = groove.necks(wider, fits);
+        let necks = isolated.necks(wider, fits);
         let (x, y) = narrow::middle_text(cure);
         let Some(neck) = necks.at(cure) else {
             context.report(Diagnostic::warning("cam.cure_without_gap").with("x", x).with("y", y));
@@ -255,7 +255,7 @@ fn cured(
             }
             continue;
         }
-        let toolpaths = narrow::centred(groove.copper, groove.islands(), neck, cure);
+        let toolpaths = narrow::centred(isolated.copper, isolated.islands(), neck, cure);
         let gap = Length::from_mm(cure.from.distance_mm(cure.to));
         let lost = (half(bit.width_at(depth)) - half(gap)).max(Length::ZERO);
         let (code, severity) = match toolpaths.is_empty() {
@@ -271,22 +271,22 @@ fn cured(
     }
     let fitted = fitted.into_iter().map(|(bit, depth, necks)| {
         let necks: Vec<Island> = necks.into_iter().collect();
-        let toolpaths = narrow::ways_in(groove.copper, &necks, bit.width_at(depth));
+        let toolpaths = narrow::paths_in(isolated.copper, &necks, bit.width_at(depth));
         (bit, depth, toolpaths)
     });
     let all: Vec<(Bit, Length, Vec<Path>)> = fitted.chain(alike).collect();
-    Ok(all.into_iter().filter_map(|cut| at_depth(context, groove, isolate, cut)).collect())
+    Ok(all.into_iter().filter_map(|cut| at_depth(context, isolated, isolate, cut)).collect())
 }
 
 /// Single toolpaths of a bit at a depth of their own.
 fn at_depth(
     context: &mut PlanContext<'_>,
-    groove: &Groove<'_>,
+    isolated: &Isolated<'_>,
     isolate: &Isolate,
     (bit, depth, paths): (Bit, Length, Vec<Path>),
 ) -> Option<Task> {
     let single = Isolate { passes: 1, loop_overlap: Length::ZERO, ..isolate.clone() };
-    let mut task = finished(context, groove, paths, &bit, bit.width_at(depth), &single)?;
+    let mut task = finished(context, isolated, paths, &bit, bit.width_at(depth), &single)?;
     let depths = context.depths(depth);
     task.toolpaths.iter_mut().for_each(|way| way.depths.clone_from(&depths));
     Some(task)

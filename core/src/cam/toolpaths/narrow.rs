@@ -110,7 +110,7 @@ impl Necks {
 }
 
 /// The parts of the toolpaths of a cut of `width` round `copper` that lie in `necks`.
-pub(super) fn ways_in(copper: &Region, necks: &[Island], width: Length) -> Vec<Path> {
+pub(super) fn paths_in(copper: &Region, necks: &[Island], width: Length) -> Vec<Path> {
     let zone = grow(&Region { islands: necks.to_vec() }, TOUCH);
     if zone.is_empty() {
         return Vec::new();
@@ -142,7 +142,7 @@ fn touched(place: &Island, islands: &Area, reach: Length) -> usize {
 }
 
 /// The toolpaths of a bit that cuts `width` round `copper`, as far as they lie in `places` or near enough to clean them.
-pub(super) fn ways_through(copper: &Region, places: &[Island], width: Length) -> Vec<Path> {
+pub(super) fn paths_through(copper: &Region, places: &[Island], width: Length) -> Vec<Path> {
     let radius = half(width) - NEARER;
     let zone = grow(&Region { islands: places.to_vec() }, half(width) + TOUCH);
     if zone.is_empty() {
