@@ -35,7 +35,7 @@ const LONGEST_EVEN: u64 = 1 << 16;
 const BLOCK: u64 = 4096;
 
 /// A trial is not repeated for less than this share more steps.
-const WORTH: f64 = 1.125;
+const WORTH: f64 = 1.06;
 
 /// Buffers that are used again for every axis and move.
 #[derive(Debug, Default)]
