@@ -2,9 +2,9 @@
 //! Everything that the bit fits around is isolated, nothing of a net is lost, and no loose copper is thinner than holds.
 
 use annulus_core::board::{Board, Wanted, from_artwork_with};
-use annulus_core::cam::{Order, PlanOptions};
 use annulus_core::cam::ways::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
+use annulus_core::cam::{Order, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Program, Stage};
 use annulus_core::machine::{Machine, lab, virtual_drill};
