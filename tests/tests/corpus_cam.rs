@@ -2,16 +2,16 @@
 //! Everything that the bit fits around is isolated, nothing of a net is lost, and no loose copper is thinner than holds.
 
 use annulus_core::board::{Board, Wanted, from_artwork_with};
-use annulus_core::cam::PlanOptions;
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
+use annulus_core::cam::{Order, PlanOptions};
 use annulus_core::geometry::Point;
-use annulus_core::job::Command;
-use annulus_core::machine::{Machine, virtual_drill};
+use annulus_core::job::{Command, Program, Stage};
+use annulus_core::machine::{Machine, lab, virtual_drill};
 use annulus_core::motion;
 use annulus_core::pins::Pins;
 use annulus_core::proof::{self, Kind};
-use annulus_core::steps;
+use annulus_core::steps::{self, StepStream};
 use annulus_core::virtual_drill::{Cause, Faults, Slip, VirtualDrill};
 use annulus_tests::{corpus, read_folder};
 use std::collections::BTreeMap;
@@ -35,6 +35,74 @@ const SLIVERS: [(&str, usize, usize); 1] = [("kicad/2013-clockblock", 9, 1)];
 fn board(folder: &Path) -> Board {
     let artwork = read_folder(folder);
     from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0
+}
+
+/// The first face's usual job of a board, or its holes alone, as a program on `machine`; its toolpaths at `feed_um_per_s` where
+/// it is given.
+fn program_of(board: &Board, machine: &Machine, toolpaths: bool, feed: Option<u32>) -> Program {
+    let mut work = if toolpaths {
+        Work::default_for(board, machine)
+    } else {
+        Work::drilling(board, machine, Order::Shortest)
+    };
+    work.setup.face = work.faces()[0];
+    let options = PlanOptions::default();
+    let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let (planned, _) = plan_work(board, &work, machine, &means, &mut |_| true).expect("a plan");
+    let mut program = lower_work(&planned, &work, machine);
+    for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
+        if let Command::Mill { feed_um_per_s, .. } | Command::MillArc { feed_um_per_s, .. } = command {
+            *feed_um_per_s = feed.unwrap_or(*feed_um_per_s);
+        }
+    }
+    program
+}
+
+/// Steps of a stream, and its bytes as it would be sent.
+fn told(stream: &StepStream) -> (u64, u64) {
+    let steps = steps::replay_stream(stream).map(|pulse| u64::from(pulse.axes.count_ones())).sum();
+    (steps, steps::compact(stream).len() as u64)
+}
+
+/// Boards of the corpus isolated, at their own feed and fast, and drilled, also by the laboratory drill: no more than a byte a
+/// step, of the milled toolpaths alone as of everything.
+#[test]
+fn streams_of_real_boards_take_no_more_than_a_byte_a_step() {
+    let Some(corpus) = corpus() else { return };
+    let (uno, clock) = ("eagle/arduino-uno", "kicad/2013-clockblock");
+    let rows = [
+        (uno, virtual_drill(), true, None),
+        (uno, virtual_drill(), true, Some(20_000)),
+        (clock, virtual_drill(), true, None),
+        (clock, virtual_drill(), true, Some(20_000)),
+        (uno, virtual_drill(), false, None),
+        (uno, lab(), false, None),
+    ];
+    let mut wrong = Vec::new();
+    for (name, machine, toolpaths, feed) in rows {
+        let program = program_of(&board(&corpus.join(name)), &machine, toolpaths, feed);
+        let timeline = motion::timeline(&program, &machine).expect("a timeline");
+        let began = std::time::Instant::now();
+        let mut stream = steps::stream(&timeline, &machine).expect("a stream");
+        let took_ms = began.elapsed().as_millis();
+        let (all, bytes) = told(&stream);
+        stream.segments.retain(|segment| segment.stage == Stage::Mill);
+        let (milled, milled_bytes) = told(&stream);
+        let runs = stream.segments.iter().flat_map(|segment| &segment.runs);
+        let (runs, pairs) = (runs.clone().count(), runs.filter(|run| run.count == 2).count());
+        let each = |bytes: u64, steps: u64| bytes as f64 / steps.max(1) as f64;
+        println!(
+            "{name} on {}, feed {feed:?}: {:.3} bytes a step of {all}; milled {:.3} of {milled}, {runs} runs, {pairs} of 2 steps; {took_ms} ms",
+            machine.name,
+            each(bytes, all),
+            each(milled_bytes, milled),
+        );
+        if bytes > all || (toolpaths && milled_bytes > milled) {
+            wrong.push(name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 /// How long the Arduino Uno's isolation takes at 20 mm/s with corners of 5 µm: some 58,700 pieces, 17.47 m, 873 s if nothing

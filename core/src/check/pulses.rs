@@ -24,6 +24,9 @@ use crate::units::TICK_HZ;
 /// Forgiven over a stretch between two steps: 1 µs at either end, and a tick of rounding.
 const SLACK_TICKS: f64 = 21.0;
 
+/// A move keeps still for so long before its end. A path may end where its last step comes: that one may be earlier by as much.
+const STILL_TICKS: f64 = 20.0;
+
 /// Steps over which the mean speed is taken.
 const SPEED_STEPS: usize = 8;
 
@@ -404,8 +407,11 @@ impl Pace {
 
     /// The end of the segment, at rest.
     fn rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Diagnostic> {
-        self.long.rest(tick, 2 * self.place, axis)?;
-        if self.milled { Ok(()) } else { self.short.rest(tick, 2 * self.place, axis) }
+        if self.milled {
+            return self.long.rest(tick, 2 * self.place, axis, SLACK_TICKS + STILL_TICKS);
+        }
+        self.long.rest(tick, 2 * self.place, axis, SLACK_TICKS)?;
+        self.short.rest(tick, 2 * self.place, axis, SLACK_TICKS)
     }
 
     /// A rest after the last step, which came at `tick`.
@@ -425,18 +431,22 @@ impl Stretch {
         Self { length: 0.0, speed: 0.0, known: true, since: now, from_twice: 0, telling: 0 }
     }
 
-    /// Ends one at `tick`, from which on the axis rests.
-    fn rest(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Diagnostic> {
-        self.end(tick, twice, axis)?;
-        self.end(tick, twice, axis)
+    /// Ends one at `tick`, from which on the axis rests; so many ticks are forgiven.
+    fn rest(&mut self, tick: u64, twice: i64, axis: &Walker, slack: f64) -> Result<(), Diagnostic> {
+        self.ends(tick, twice, axis, slack)?;
+        self.ends(tick, twice, axis, slack)
+    }
+
+    fn end(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Diagnostic> {
+        self.ends(tick, twice, axis, SLACK_TICKS)
     }
 
     /// Ends a stretch at `tick`, at half the place `twice`, and compares its mean speed with that of the one before.
     /// Mean speeds of neighbouring stretches differ by no more than the acceleration times half their joint length.
-    fn end(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Diagnostic> {
+    fn ends(&mut self, tick: u64, twice: i64, axis: &Walker, slack: f64) -> Result<(), Diagnostic> {
         let length = (tick - self.since) as f64;
         let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
-        let blur = |speed: f64, length: f64| speed.abs() * SLACK_TICKS / length.max(1.0);
+        let blur = |speed: f64, length: f64| speed.abs() * slack / length.max(1.0);
         let allowed = axis.jump + 0.5 * axis.acceleration * (self.length + length) * (1.0 + ROUNDING);
         let blurred = blur(speed, length) + blur(self.speed, self.length);
         let change = (speed - self.speed).abs();

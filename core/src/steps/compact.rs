@@ -1,51 +1,101 @@
 //! A stream in few bytes, as it would be sent: what the digest hashes has fixed widths, this has not.
 //!
 //! ```text
-//! segment   its data (postcard)   how many runs   run run run …
-//! run       head                  what the interval is off the guess     what the change is off the last one
-//!           axes? way exact count
+//! segment   its data (postcard)   how many runs   run run run … to the end of a byte
+//! run       head   what the interval is off the guess     what the change is off the guess
+//! head      1                                       the same axes the same way, coarse
+//!           0  axes follow? axes  way  grain        whatever differs
+//!           how many steps
 //! ```
 //!
-//! The guess of an interval is what it would be had the run before of the same axes gone on. Both numbers are counted in the
-//! fineness that runs of so many steps are made with (`fineness`), those of other runs in parts of a tick (`exact`).
+//! The guess of an interval is what it would be had the run before of the same axes gone on; that of a change, what leads
+//! from the last interval of that run to the first of this one as steadily. Both are counted in the fineness that runs of so
+//! many steps are made with (`fineness`), those of other runs in ticks or in parts of one: the grain.
+//!
+//! A number off a guess is written as how many bits it has, against how many such numbers had of late, and then those bits:
+//! numbers that are alike cost little more than what is in them.
 //!
 //! Comes in: a stream. Goes out: bytes, and the same stream from them. Does not know how runs are made.
 
-use super::stream::{Run, Segment, StepStream, fineness};
+use super::bits::{Reader, Usual, Writer};
+use super::stream::{PARTS, Run, Segment, StepStream, fineness};
 
-/// Bits of the head of a run: the axes follow; it counts up; its numbers are exact; the rest is how many steps it has.
-const AXES_FOLLOW: u8 = 1;
-const FORWARD: u8 = 2;
-const EXACT: u8 = 4;
-const COUNT_SHIFT: u32 = 3;
+/// No interval is longer, in parts of a tick, and no guess: whatever a run says, nothing overflows.
+const LONGEST: i64 = 1 << 48;
 
-/// A count that is not in the head but follows.
-const COUNT_FOLLOWS: u8 = 31;
-
-/// What is known of the runs before, for one after the other.
-#[derive(Default)]
-struct Guess {
-    axes: u8,
-    interval: i64,
-    change: i64,
+/// What the numbers of a run are multiples of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Grain {
+    /// What runs of so many steps are made with.
+    Coarse = 0,
+    Ticks = 1,
+    Parts = 2,
 }
 
-impl Guess {
-    /// Learns from a run: how it would go on.
-    fn learn(&mut self, run: &Run) {
-        let next = run.parts_before(run.count);
-        self.axes = run.axes;
-        self.interval = i64::try_from(next).unwrap_or(0).clamp(0, 1 << 48);
-        if run.count > 1 {
-            self.change = i64::from(run.change);
+impl Grain {
+    /// The coarsest that a run can be told in.
+    fn of(run: &Run) -> Self {
+        let fits = |grain: Self| {
+            let (interval_bits, change_bits) = grain.bits(run.count);
+            run.first_parts() % (1 << interval_bits) == 0
+                && run.change % (1 << change_bits) == 0
+                && (run.count > 1 || run.change == 0)
+        };
+        [Self::Coarse, Self::Ticks].into_iter().find(|grain| fits(*grain)).unwrap_or(Self::Parts)
+    }
+
+    /// Of a run of `count` steps the powers of two for interval and change.
+    fn bits(self, count: u32) -> (u32, u32) {
+        match self {
+            Self::Coarse => fineness(count),
+            Self::Ticks => (PARTS.trailing_zeros(), PARTS.trailing_zeros()),
+            Self::Parts => (0, 0),
         }
     }
 
-    /// Forgets where the axes of `run` are others than before.
-    fn of(&mut self, axes: u8) {
+    /// Whether the change of a run of `count` steps is told.
+    fn tells_change(self, count: u32) -> bool {
+        count > 1 || self == Self::Parts
+    }
+}
+
+/// What is known of the runs before, for one after the other.
+struct Guess {
+    axes: u8,
+    forward: bool,
+    /// Interval before the last step, and what the next one would be.
+    last: i64,
+    next: i64,
+    /// How long such numbers were, grain by grain.
+    interval_bits: [Usual; 3],
+    change_bits: [Usual; 3],
+}
+
+impl Guess {
+    /// At the start of a segment.
+    fn new() -> Self {
+        let usual = [7, 12, 24].map(Usual::new);
+        Self { axes: 0, forward: false, last: 0, next: 0, interval_bits: usual, change_bits: usual }
+    }
+
+    /// Learns from a run: how it would go on.
+    fn learn(&mut self, run: &Run) {
+        let before = |index: u32| run.parts_before(index).clamp(0, i128::from(LONGEST)) as i64;
+        (self.last, self.next) = (before(run.count.saturating_sub(1)), before(run.count));
+    }
+
+    /// Which axes go which way. Of others than before nothing is known.
+    fn turn(&mut self, axes: u8, forward: bool) {
         if axes != self.axes {
-            *self = Self { axes, ..Self::default() };
+            (self.last, self.next) = (0, 0);
         }
+        (self.axes, self.forward) = (axes, forward);
+    }
+
+    /// The change of a run of `count` steps that begins with `interval`.
+    fn change(&self, interval: i64, count: u32, grain: Grain) -> i64 {
+        // Whole ticks are those of takts, which come evenly.
+        if grain == Grain::Coarse { 2 * (interval - self.last) / (i64::from(count) + 1) } else { 0 }
     }
 }
 
@@ -62,10 +112,11 @@ pub fn compact(stream: &StepStream) -> Vec<u8> {
 pub(super) fn put_segment(segment: &Segment, bytes: &mut Vec<u8>) {
     bytes.extend(postcard::to_allocvec(&bare(segment)).unwrap_or_default());
     put(segment.runs.len() as u64, bytes);
-    let mut guess = Guess::default();
+    let (mut guess, mut bits) = (Guess::new(), Writer::onto(bytes));
     for run in &segment.runs {
-        put_run(run, &mut guess, bytes);
+        put_run(run, &mut guess, &mut bits);
     }
+    bits.end();
 }
 
 /// A segment without its runs.
@@ -89,66 +140,72 @@ pub(super) fn take_segment(bytes: &mut &[u8]) -> Option<Segment> {
     let (mut segment, rest): (Segment, &[u8]) = postcard::take_from_bytes(bytes).ok()?;
     *bytes = rest;
     let runs = take(bytes)?;
-    let mut guess = Guess::default();
-    // A run has two bytes at least.
-    segment.runs.reserve_exact(usize::try_from(runs).unwrap_or(usize::MAX).min(bytes.len() / 2));
+    let (mut guess, mut bits) = (Guess::new(), Reader::of(bytes));
+    // Most runs have two bytes or more; what says that it has many more runs than bytes may be damaged.
+    segment.runs.reserve_exact(usize::try_from(runs).unwrap_or(usize::MAX).min(bytes.len()));
     for _ in 0..runs {
-        segment.runs.push(take_run(&mut guess, bytes)?);
+        segment.runs.push(take_run(&mut guess, &mut bits)?);
     }
+    *bytes = bits.rest();
     Some(segment)
 }
 
-fn put_run(run: &Run, guess: &mut Guess, bytes: &mut Vec<u8>) {
-    let (interval_bits, change_bits) = fineness(run.count);
-    let (interval, change) = (run.first_parts(), i64::from(run.change));
-    let coarse = interval % (1 << interval_bits) == 0
-        && change % (1 << change_bits) == 0
-        && (run.count > 1 || change == 0);
-    let follows = run.axes != guess.axes;
-    guess.of(run.axes);
-    let count = u8::try_from(run.count).ok().filter(|count| *count < COUNT_FOLLOWS).unwrap_or(COUNT_FOLLOWS);
-    let flag = |set: bool, bit: u8| if set { bit } else { 0 };
-    bytes.push(
-        flag(follows, AXES_FOLLOW) | flag(run.forward, FORWARD) | flag(!coarse, EXACT) | count << COUNT_SHIFT,
-    );
-    if follows {
-        bytes.push(run.axes);
+fn put_run(run: &Run, guess: &mut Guess, bits: &mut Writer) {
+    let grain = Grain::of(run);
+    let goes_on = (run.axes, run.forward, grain) == (guess.axes, guess.forward, Grain::Coarse);
+    bits.put(u64::from(goes_on), 1);
+    if !goes_on {
+        bits.put(u64::from(run.axes != guess.axes), 1);
+        if run.axes != guess.axes {
+            bits.put(u64::from(run.axes), 8);
+        }
+        bits.put(u64::from(run.forward), 1);
+        bits.put(grain as u64, 2);
     }
-    if count == COUNT_FOLLOWS {
-        put(u64::from(run.count), bytes);
-    }
-    let (interval_bits, change_bits) = if coarse { (interval_bits, change_bits) } else { (0, 0) };
-    put_signed((interval >> interval_bits) - (guess.interval >> interval_bits), bytes);
-    if !coarse || run.count > 1 {
-        put_signed((change >> change_bits) - (guess.change >> change_bits), bytes);
+    guess.turn(run.axes, run.forward);
+    // Two is the most usual.
+    bits.put_small(u64::from(run.count ^ 2));
+    let (interval_bits, change_bits) = grain.bits(run.count);
+    let interval = run.first_parts();
+    let off = (interval >> interval_bits) - (guess.next >> interval_bits);
+    bits.put_usual(off, &mut guess.interval_bits[grain as usize]);
+    if grain.tells_change(run.count) {
+        let off = (i64::from(run.change) >> change_bits)
+            - (guess.change(interval, run.count, grain) >> change_bits);
+        bits.put_usual(off, &mut guess.change_bits[grain as usize]);
     }
     guess.learn(run);
 }
 
-fn take_run(guess: &mut Guess, bytes: &mut &[u8]) -> Option<Run> {
-    let (head, rest) = bytes.split_first()?;
-    *bytes = rest;
-    let mut axes = guess.axes;
-    if head & AXES_FOLLOW != 0 {
-        let (follows, rest) = bytes.split_first()?;
-        (axes, *bytes) = (*follows, rest);
+fn take_run(guess: &mut Guess, bits: &mut Reader<'_>) -> Option<Run> {
+    let (mut axes, mut forward, mut grain) = (guess.axes, guess.forward, Grain::Coarse);
+    if bits.take(1)? == 0 {
+        if bits.take(1)? == 1 {
+            axes = bits.take(8)? as u8;
+        }
+        forward = bits.take(1)? == 1;
+        grain = match bits.take(2)? {
+            0 => Grain::Coarse,
+            1 => Grain::Ticks,
+            2 => Grain::Parts,
+            _ => return None,
+        };
     }
-    guess.of(axes);
-    let count = match head >> COUNT_SHIFT {
-        COUNT_FOLLOWS => u32::try_from(take(bytes)?).ok()?,
-        count => u32::from(count),
-    };
-    let coarse = head & EXACT == 0;
-    let (interval_bits, change_bits) = if coarse { fineness(count) } else { (0, 0) };
-    let interval = (take_signed(bytes)?.checked_add(guess.interval >> interval_bits)?) << interval_bits;
+    guess.turn(axes, forward);
+    let count = u32::try_from(bits.take_small()?).ok()? ^ 2;
+    let (interval_bits, change_bits) = grain.bits(count);
+    let off = bits.take_usual(&mut guess.interval_bits[grain as usize])?;
+    let interval = within(off.checked_add(guess.next >> interval_bits)?, interval_bits)?;
     let mut change = 0;
-    if !coarse || count > 1 {
-        change = (take_signed(bytes)?.checked_add(guess.change >> change_bits)?) << change_bits;
+    if grain.tells_change(count) {
+        let off = bits.take_usual(&mut guess.change_bits[grain as usize])?;
+        let guessed = guess.change(interval, count, grain) >> change_bits;
+        change = within(off.checked_add(guessed)?, change_bits)?;
     }
     let parts = u64::try_from(interval).ok()?;
     let run = Run {
         axes,
-        forward: head & FORWARD != 0,
+        forward,
         interval: u32::try_from(parts >> 16).ok()?,
         fraction: (parts & 0xFFFF) as u16,
         count,
@@ -158,6 +215,11 @@ fn take_run(guess: &mut Guess, bytes: &mut &[u8]) -> Option<Run> {
     Some(run)
 }
 
+/// A number times a power of two; none where it is greater than any interval.
+fn within(number: i64, bits: u32) -> Option<i64> {
+    number.checked_mul(1 << bits).filter(|parts| (-LONGEST..=LONGEST).contains(parts))
+}
+
 /// A number in groups of seven bits, the lowest first; the highest bit says that more follow.
 pub(super) fn put(mut number: u64, bytes: &mut Vec<u8>) {
     while number >= 0x80 {
@@ -165,11 +227,6 @@ pub(super) fn put(mut number: u64, bytes: &mut Vec<u8>) {
         number >>= 7;
     }
     bytes.push(number as u8);
-}
-
-/// The same with the sign as the lowest bit.
-fn put_signed(number: i64, bytes: &mut Vec<u8>) {
-    put(((number << 1) ^ (number >> 63)) as u64, bytes);
 }
 
 pub(super) fn take(bytes: &mut &[u8]) -> Option<u64> {
@@ -183,9 +240,4 @@ pub(super) fn take(bytes: &mut &[u8]) -> Option<u64> {
         }
     }
     None
-}
-
-fn take_signed(bytes: &mut &[u8]) -> Option<i64> {
-    let number = take(bytes)?;
-    Some((number >> 1) as i64 ^ -((number & 1) as i64))
 }

@@ -8,17 +8,22 @@
 //!      +-----------------------> step
 //! ```
 //!
-//! The parabola goes through the last tick, the middle and the end of the stretch it is tried on. What is furthest off its
-//! time grows about as the cube of the length, which says how long the next trial should be: two or three find the
-//! longest run. Where the times are known to lie evenly, one run takes them all and only its ends are looked at.
+//! How much the parabola bends is read off the last tick, the middle and the end of the stretch it is tried on. Every window
+//! then says between which intervals the run must have begun, and the coarsest grid that runs of so many steps are told in
+//! (`fineness`) has one of them or not: nothing is told finer than the windows ask for. Where none is left, the step that it
+//! failed at says how long the next trial should be: two or three find the longest run. Where the times are known to lie
+//! evenly, one run takes them all and only its ends are looked at.
 //!
 //! Comes in: times of the steps of one axis in one segment, in ticks. Goes out: runs. Knows no profiles.
 
-use super::stream::{PARTS, Run, fineness, to_fineness};
+use super::stream::{PARTS, Run, fineness};
 
 /// Greatest distance of a run from the time of a step, in ticks: 1 µs, less half a tick for the whole tick that the step
 /// comes in, and a little for rounding.
 const TOLERANCE: f64 = 9.49;
+
+/// The same in parts of a tick.
+const ROOM: f64 = TOLERANCE * PARTS as f64;
 
 /// The longest run through times that are not known to lie evenly, and the length of the look ahead.
 const LONGEST: usize = 1024;
@@ -30,10 +35,7 @@ const LONGEST_EVEN: u64 = 1 << 16;
 const BLOCK: u64 = 4096;
 
 /// A trial is not repeated for less than this share more steps.
-const WORTH: f64 = 1.125;
-
-/// Times compared side by side.
-const LANES: usize = 4;
+const WORTH: f64 = 1.06;
 
 /// Buffers that are used again for every axis and move.
 #[derive(Debug, Default)]
@@ -98,7 +100,7 @@ impl Fitter {
 
     /// The steps `next` to `last`, whatever way their times lie.
     fn curved(&mut self, mut next: u64, last: u64, time_of: &impl Fn(u64) -> f64, pen: &mut Pen<'_>) {
-        let mut guess = 16_usize;
+        let mut guess = 4_usize;
         let mut begin = 0;
         self.times.clear();
         while next <= last {
@@ -125,12 +127,12 @@ fn even(mut next: u64, last: u64, time_of: &impl Fn(u64) -> f64, pen: &mut Pen<'
         let count = (last - next + 1).min(LONGEST_EVEN);
         let (begin, end) = (time_of(next), time_of(next + count - 1));
         let base = pen.last_tick as f64;
-        let (interval_bits, _) = fineness(count as u32);
-        let each = to_fineness((end - base) / count as f64 * PARTS as f64, interval_bits);
-        let interval = each.max(pen.least());
-        let off = |steps: f64, time: f64| (base + steps * interval / PARTS as f64 - time).abs();
         // Both lie on lines: what lies between is no further off.
-        if off(1.0, begin).max(off(count as f64, end)) <= TOLERANCE {
+        let [(low, high), (least, most)] =
+            [(1.0, begin), (count as f64, end)].map(|(steps, time)| window(time - base, steps));
+        let (interval_bits, _) = fineness(count as u32);
+        let between = (low.max(least).max(pen.least()), high.min(most));
+        if let Some(interval) = on_grid(between, interval_bits) {
             pen.write(Found { interval, change: 0.0, count: count as u32 });
             next += count;
         } else {
@@ -166,9 +168,24 @@ impl Pen<'_> {
     }
 }
 
-/// A run of one step after the tick `base`, in the whole tick nearest to `time` that is not too close.
+/// Between which even intervals a run reaches a time in so many steps, in parts of a tick.
+fn window(ticks: f64, steps: f64) -> (f64, f64) {
+    let (mean, room) = (ticks * PARTS as f64 / steps, ROOM / steps);
+    (mean - room, mean + room)
+}
+
+/// The number next to the middle between two that is a multiple of a power of two; none where there is no such number.
+fn on_grid((low, high): (f64, f64), bits: u32) -> Option<f64> {
+    let each = f64::from(1_u32 << bits);
+    let (first, last) = (libm::ceil(low / each), libm::floor(high / each));
+    (first <= last).then(|| libm::round(0.5 * (low + high) / each).clamp(first, last) * each)
+}
+
+/// A run of one step after the tick `base`: coarsely, or else in the whole tick nearest to `time` that is not too close.
 fn single(time: f64, base: f64, least: f64) -> Found {
-    let interval = (libm::round(time - base) * PARTS as f64).max(least);
+    let (low, high) = window(time - base, 1.0);
+    let coarse = on_grid((low.max(least), high), fineness(1).0);
+    let interval = coarse.unwrap_or_else(|| (libm::round(time - base) * PARTS as f64).max(least));
     Found { interval, change: 0.0, count: 1 }
 }
 
@@ -179,60 +196,82 @@ fn longest(times: &[f64], base: f64, least: f64, guess: usize) -> Found {
     let mut trial = guess;
     while fits + 1 < fails {
         trial = trial.clamp(fits + 1, fails - 1);
-        let (found, worst) = parabola(&times[..trial], base, least);
-        let room = libm::cbrt((TOLERANCE / worst).min(8.0));
-        let next = if worst <= TOLERANCE {
-            (best, fits) = (found, trial);
-            0.98 * room
-        } else {
-            fails = trial;
-            (0.96 * room).clamp(0.25, 0.95)
-        };
-        trial = (trial as f64 * next) as usize;
-        let most = trial.max(fits + 1).min(fails - 1);
-        if fits > 1 && (most as f64) < WORTH * fits as f64 {
+        match parabola(&times[..trial], base, least) {
+            Ok(found) => {
+                (best, fits) = (found, trial);
+                trial += (trial / 2).max(1);
+                if fails <= times.len() {
+                    trial = trial.min(fits.midpoint(fails));
+                }
+            }
+            Err(good) => {
+                fails = trial;
+                trial = good.max(fits.midpoint(fails));
+            }
+        }
+        if fits > 1 && ((fails - 1) as f64) < WORTH * fits as f64 {
             break;
         }
     }
     best
 }
 
-/// The run through `base`, the middle and the end of `times`, as far as steps keep their distance, and how far off its
-/// time the worst step is, in ticks; infinite where no run can be written down so.
-fn parabola(times: &[f64], base: f64, least: f64) -> (Found, f64) {
-    let (parts, count, middle) = (PARTS as f64, times.len(), times.len() / 2);
-    let (steps, half) = (count as f64, middle as f64);
-    let (end, mid) = ((times[count - 1] - base) * parts, (times[middle - 1] - base) * parts);
-    let (interval_bits, change_bits) = fineness(count as u32);
-    let mut change = to_fineness(2.0 * (end / steps - mid / half) / (steps - half), change_bits);
-    let mut interval = to_fineness(end / steps - 0.5 * change * (steps - 1.0), interval_bits);
-    let last = interval + change * (steps - 1.0);
-    if interval < least || last < least {
-        interval = interval.max(least);
-        let each = f64::from(1_u32 << change_bits);
-        change = libm::trunc((last.max(least) - interval) / (steps - 1.0) / each) * each;
+/// A run through the windows of all `times` after the tick `base`; or how many of them a run may well be found for.
+fn parabola(times: &[f64], base: f64, least: f64) -> Result<Found, usize> {
+    if let [first, second] = *times {
+        return pair(first - base, second - base, least).ok_or(1);
     }
-    let found = Found { interval, change, count: count as u32 };
-    let sayable = interval < parts * f64::from(u32::MAX) && change.abs() < f64::from(i32::MAX);
-    let worst = if sayable { furthest(times, base, found) } else { f64::INFINITY };
-    (found, worst)
+    let (count, middle) = (times.len(), times.len() / 2);
+    let (steps, half) = (count as f64, middle as f64);
+    let (end, mid) = (times[count - 1] - base, times[middle - 1] - base);
+    let (interval_bits, change_bits) = fineness(count as u32);
+    let each = f64::from(1_u32 << change_bits);
+    let bend = 2.0 * (end / steps - mid / half) / (steps - half) * PARTS as f64 / each;
+    let near = libm::round(bend);
+    let mut good = 1;
+    for change in [near, if bend > near { near + 1.0 } else { near - 1.0 }].map(|change| change * each) {
+        match intervals(times, base, change, least) {
+            Ok(between) => match on_grid(between, interval_bits).map(|interval| (interval, change)) {
+                Some((interval, change)) if sayable(interval, change) => {
+                    return Ok(Found { interval, change, count: count as u32 });
+                }
+                _ => good = count - 1,
+            },
+            Err(fitting) => good = good.max(fitting),
+        }
+    }
+    Err(good)
 }
 
-/// How far off its time the worst step of a run is, in ticks.
-fn furthest(times: &[f64], base: f64, found: Found) -> f64 {
-    let bend = 0.5 * found.change / PARTS as f64;
-    let slope = found.interval / PARTS as f64 - bend;
-    let mut worst = [0.0_f64; LANES];
-    let mut step = 1.0;
-    for some in times.chunks(LANES) {
-        for (lane, time) in some.iter().enumerate() {
-            let i = step + lane as f64;
-            let off = (base + i * (slope + bend * i) - time).abs();
-            if off > worst[lane] {
-                worst[lane] = off;
-            }
+/// A run of two steps, so many ticks after the one before: the first interval is free, and the change then says the second.
+fn pair(first: f64, second: f64, least: f64) -> Option<Found> {
+    let (interval_bits, change_bits) = fineness(2);
+    let (low, high) = window(first, 1.0);
+    let interval = on_grid((low.max(least), high), interval_bits)?;
+    let (low, high) = window(second, 1.0);
+    let change = on_grid(((low - 2.0 * interval).max(least - interval), high - 2.0 * interval), change_bits)?;
+    sayable(interval, change).then_some(Found { interval, change, count: 2 })
+}
+
+/// Whether a run can be written down so.
+fn sayable(interval: f64, change: f64) -> bool {
+    interval < PARTS as f64 * f64::from(u32::MAX) && change.abs() < f64::from(i32::MAX)
+}
+
+/// Between which intervals a run that changes by `change` begins if it goes through the windows of all `times`, no step closer
+/// than `least`; or how many of them one goes through.
+fn intervals(times: &[f64], base: f64, change: f64, least: f64) -> Result<(f64, f64), usize> {
+    let (bend, last) = (0.5 * change, times.len() as f64 - 1.0);
+    let (mut low, mut high) = (least.max(least - change * last), f64::INFINITY);
+    let mut steps = 1.0;
+    for (index, time) in times.iter().enumerate() {
+        let (from, to) = window(time - base, steps);
+        let bent = bend * (steps - 1.0);
+        (low, high) = (low.max(from - bent), high.min(to - bent));
+        if low > high {
+            return Err(index);
         }
-        step += LANES as f64;
+        steps += 1.0;
     }
-    worst.into_iter().fold(0.0, f64::max)
+    Ok((low, high))
 }

@@ -10,6 +10,7 @@
 //! Comes in: a timeline. Goes out: a [`StepStream`]. Does not know why a move is made.
 
 pub mod bench;
+mod bits;
 pub mod compact;
 pub mod digest;
 mod fit;

@@ -99,17 +99,13 @@ impl Run {
     }
 }
 
-/// How finely a run of `count` steps is made: its interval and its change are multiples of so many parts of a tick, as powers of
-/// two. Half of them moves its last step by a tick at most.
+/// How coarsely a run of `count` steps is made: its interval and its change are multiples of so many parts of a tick, as powers
+/// of two. Half of the first moves its last step by 8 ticks at most, half of the second its middle by 4 beside its ends: both
+/// within 1 µs, so that there mostly is such a run where there is any.
 pub(crate) fn fineness(count: u32) -> (u32, u32) {
     let length = u32::BITS - count.max(1).saturating_sub(1).leading_zeros();
-    (16_u32.saturating_sub(length.saturating_sub(1)), 18_u32.saturating_sub(2 * length))
-}
-
-/// A number of parts, rounded to a multiple of a power of two.
-pub(crate) fn to_fineness(parts: f64, bits: u32) -> f64 {
-    let each = f64::from(1_u32 << bits);
-    libm::round(parts / each) * each
+    // The change of a pair makes up for its interval.
+    (20_u32.saturating_sub(if count > 2 { length } else { 0 }), 22_u32.saturating_sub(2 * length))
 }
 
 /// Whole ticks of so many parts: the nearest, of two the later.
