@@ -3,6 +3,7 @@
 //! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging, forgetting.
 
 use super::{ended, words};
+use crate::health::observer;
 use crate::i18n::{advice, key, message, say, t};
 use crate::model::{LinkEvent, StartEvent};
 use crate::page::link::{self, Freshness, Link, Notice, Ousted, Phase};
@@ -49,8 +50,9 @@ fn control(line: Link) -> impl IntoView {
         } else {
             let taken = control.taken;
             let take = move |_| link::ask(Ask::TakeControl { force: taken });
-            (span().child(t!("page.control.observer")), push("button small", t!("page.control.take"), take))
-                .into_any()
+            let said = observer(line.ousted.get(), taken)
+                .map(|word| span().child(move || crate::i18n::text(word, &[])));
+            (said, push("button small", t!("page.control.take"), take)).into_any()
         };
         Some(div().class("row").child((viewers, button)))
     }
