@@ -50,12 +50,16 @@ impl Document {
         self.reading.remarks.iter().filter(move |remark| !said(remark))
     }
 
-    /// Codes of what is missing from the board.
-    pub fn losses(&self) -> BTreeSet<String> {
-        self.remarks()
-            .filter(|remark| remark.weight == Weight::Loss)
-            .map(|remark| remark.code.clone())
-            .collect()
+    /// What a person has to see first, of losses whose codes are not among those `accepted`.
+    pub fn unseen(&self, accepted: &BTreeSet<String>) -> Option<Unseen> {
+        let open = |remark: &&Remark| remark.weight == Weight::Loss && !accepted.contains(&remark.code);
+        let losses = self.remarks().filter(open);
+        let kinds = losses.map(|remark| match remark.code.as_str() {
+            "board.several" => Unseen::Several,
+            code if code.starts_with("board.") => Unseen::Board,
+            _ => Unseen::Unread,
+        });
+        kinds.min()
     }
 
     /// Whether a person has to look before anything is planned.
@@ -63,6 +67,17 @@ impl Document {
         let empty = self.reading.board.holes.is_empty() && self.meshes.is_empty();
         empty || self.remarks().any(|remark| remark.weight > Weight::Note)
     }
+}
+
+/// What has to be seen before a board is used, the first thing first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Unseen {
+    /// The files are of several boards.
+    Several,
+    /// Something in them could not be read.
+    Unread,
+    /// All was read, and yet something of the board is missing or not certain.
+    Board,
 }
 
 /// The triangles of `layers`, which have none of their own from then on.

@@ -28,7 +28,7 @@ mod worker;
 mod tests;
 
 pub use asked::Task;
-pub use board::{Document, Job, LaidBoard, OpenBoard};
+pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
 pub use files::FilesEvent;

@@ -85,7 +85,7 @@ pub(super) fn work() -> Work {
     Work { bits: usual_bits(), operations, ..Work::default() }
 }
 
-fn row(remarks: Vec<Remark>) -> FileRow {
+pub(super) fn row(remarks: Vec<Remark>) -> FileRow {
     FileRow {
         name: "a.drl".to_owned(),
         kind: "drill".to_owned(),

@@ -5,7 +5,7 @@
 use super::{ended, words};
 use crate::format::clock;
 use crate::i18n::{language, say, t};
-use crate::model::StartEvent;
+use crate::model::{StartEvent, Unseen};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::page::{frame, open_board};
@@ -107,7 +107,7 @@ fn controls(line: Link) -> impl IntoView {
     let can_start = move || {
         may(&[State::Ready])
             && open_board().job.with(Option::is_some)
-            && !open_board().losses_unseen()
+            && open_board().unseen().is_none()
             && open_board().cleared()
     };
     let paused = Memo::new(move |_| line.state() == Some(State::Paused));
@@ -180,8 +180,12 @@ fn reason(line: Link) -> Option<String> {
     if !line.control.get().yours {
         return Some(say!("page.job.needs_control"));
     }
-    if open_board().losses_unseen() {
-        return Some(say!("page.job.losses_unseen"));
+    if let Some(unseen) = open_board().unseen() {
+        return Some(match unseen {
+            Unseen::Several => say!("page.job.several_unseen"),
+            Unseen::Unread => say!("page.job.losses_unseen"),
+            Unseen::Board => say!("page.job.board_unseen"),
+        });
     }
     if !open_board().refused.with(Vec::is_empty) {
         return Some(say!("page.job.refused"));
