@@ -7,6 +7,7 @@
 //! Comes in: files, boards, programs. Goes out: futures of what became of them; remarks where it is refused. Does not know
 //! what the page shows.
 
+mod copper;
 mod exporting;
 mod mesh;
 pub mod messages;
