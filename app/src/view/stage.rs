@@ -5,8 +5,8 @@
 
 use super::backend::{Painter, Wanted};
 use super::camera::Camera;
-use super::gestures::Gestures;
 use super::gpu::{Look, Painted};
+use super::held::Gestures;
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
