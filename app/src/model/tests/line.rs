@@ -276,6 +276,7 @@ impl Line {
             "welcome" => tell(Tell::Welcome { viewer: 1 }),
             "unknown" => refused("socket.session"),
             "refused" => refused("control.busy"),
+            "taken" => refused("control.taken"),
             "nothing-to-do" => refused("control.nothing_to_do"),
             "yours" => control(true, true),
             "others" => control(false, true),

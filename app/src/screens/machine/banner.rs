@@ -14,19 +14,11 @@ use annulus_core::wire::Ask;
 use leptos::html::{div, p, span, strong};
 use leptos::prelude::*;
 
-fn look(line: Link) -> words::Look {
-    if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
-        let lost = line.ever.get();
-        return words::phase(if lost { Phase::Lost } else { line.phase.get() });
-    }
-    line.state().map_or_else(|| words::phase(Phase::Connecting), words::state)
-}
-
 /// State, its meaning, and who has control.
 pub(crate) fn banner() -> impl IntoView {
     let line = link::link();
     move || {
-        let look = look(line);
+        let look = words::of(line);
         let (word, meaning) = (look.word, look.meaning);
         div().class(format!("banner {}", look.tone)).attr("role", "status").child((
             icon(look.icon),
@@ -39,7 +31,7 @@ pub(crate) fn banner() -> impl IntoView {
 
 fn control(line: Link) -> impl IntoView {
     move || {
-        if line.phase.get() != Phase::Open {
+        if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
             return None;
         }
         let control = line.control.get();
