@@ -159,6 +159,7 @@ impl Flat {
         self.context.set_global_alpha(1.0);
         let halos = [
             (state == State::Current, 4.0, palette.current),
+            (state == State::Failed, 2.0, palette.bore),
             (state == State::Failed, 4.0, palette.failed),
             (selected || hovered, 3.0, palette.selected),
         ];

@@ -211,6 +211,7 @@ fn disc_colour(stroke: Stroke) -> vec4f {
   }
   if state == DIMMED { out = out * 0.35; }
   if state == FAILED {
+    out = lay(out, frame.bore.rgb, band(distance - 1.5 * density, 3.0 * density));
     out = lay(out, ring, band(distance - 4.0 * density, 2.0 * density));
   }
   if state == CURRENT {

@@ -47,6 +47,9 @@ fn progress(line: Link) -> impl IntoView {
         let told = ended::differs(line)?;
         let run = line.ended.with(|ended| ended.as_ref().map(|ended| ended.holes_done));
         let run = run.unwrap_or_else(planned);
+        if run == 0 {
+            return None;
+        }
         Some((run.saturating_sub(told.missing.saturating_add(told.shifted)), run))
     });
     let counts = Memo::new(move |_| match from(line, |status| (status.holes_done, status.holes_total)) {
@@ -66,14 +69,16 @@ fn progress(line: Link) -> impl IntoView {
         let ((done, total), (way, ways)) = (counts.get(), ways.get());
         match (there.get().is_some(), ways, total) {
             (true, ..) => say!("page.job.there", done = done, total = total),
+            (_, 0, 0) => String::new(),
             (_, 0, _) => say!("page.job.holes", done = done, total = total),
             (_, _, 0) => say!("page.job.ways", done = way, total = ways),
             _ => say!("page.job.both", way = way, ways = ways, done = done, total = total),
         }
     };
     let times = move || {
-        let (elapsed, left) = from(line, |status| (status.elapsed_s, status.left_s));
-        say!("page.job.times", elapsed = clock(elapsed), left = clock(left))
+        let of_job = |status: &Status| status.job.is_some().then_some((status.elapsed_s, status.left_s));
+        from(line, of_job)
+            .map(|(elapsed, left)| say!("page.job.times", elapsed = clock(elapsed), left = clock(left)))
     };
     div().class("job-progress").child((
         div().class("big").child((strong().child(holes), span().child(percent))),
