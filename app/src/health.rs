@@ -7,6 +7,7 @@
 //!
 //! Comes in: times in ms of one clock. Goes out: verdicts. Knows no socket.
 
+use crate::said::key;
 use annulus_core::control::State;
 
 /// How old the last word of the bridge is.
@@ -48,6 +49,13 @@ pub enum Ousted {
 /// been given back on purpose (`released`).
 pub fn ousted(before: bool, yours: bool, taken: bool, released: bool) -> Option<Ousted> {
     (before && !yours && !released).then_some(if taken { Ousted::Taken } else { Ousted::Silent })
+}
+
+/// What a page without control says of who has it: another page (`taken`), or none. Nothing where the page says already why it
+/// lost control.
+pub fn observer(ousted: Option<Ousted>, taken: bool) -> Option<&'static str> {
+    let word = if taken { key!("page.control.observer") } else { key!("page.control.free") };
+    ousted.is_none().then_some(word)
 }
 
 /// Whether this page holds on to control: it had it, and neither gave it back nor lost it to another page. Then it asks for
@@ -180,6 +188,19 @@ mod tests {
         ];
         for ((before, yours, taken, released), expected) in rows {
             assert_eq!(ousted(before, yours, taken, released), expected);
+        }
+    }
+
+    #[test]
+    fn who_has_control_is_said_once_and_as_it_is() {
+        let rows = [
+            (None, true, Some("page.control.observer")),
+            (None, false, Some("page.control.free")),
+            (Some(Ousted::Silent), false, None),
+            (Some(Ousted::Taken), true, None),
+        ];
+        for (ousted, taken, said) in rows {
+            assert_eq!(observer(ousted, taken), said, "{ousted:?}, taken {taken}");
         }
     }
 

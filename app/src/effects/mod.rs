@@ -14,7 +14,7 @@ mod store;
 mod worker;
 
 use crate::browser;
-use crate::model::{Clock, Effect, LinkEvent, PlayEvent};
+use crate::model::{Clock, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use leptos::prelude::{request_animation_frame, set_timeout};
@@ -32,6 +32,9 @@ pub fn surroundings() -> Surroundings {
 /// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
 pub fn begin() {
     files::listen();
+    if let Some(text) = session::kept_bench() {
+        send(LabEvent::Kept { text });
+    }
     socket::begin();
 }
 
@@ -54,6 +57,7 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::Connect => line.connect(),
         Effect::Send { text } => line.send(&text),
         Effect::KeepControl { had } => session::keep_control(had),
+        Effect::KeepBench { text } => session::keep_bench(&text),
         Effect::ForgetSession => session::forget(),
         Effect::Renew { on } => line.renew(on),
         Effect::Upload { number, bytes, session } => jobs::upload(number, bytes, session),

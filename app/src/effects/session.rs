@@ -67,3 +67,18 @@ pub(super) fn forget() {
         let _ = storage.remove_item(KEPT_AS);
     }
 }
+
+/// The bench of the Lab, kept for this tab alone.
+const BENCH: &str = "annulus.lab";
+
+/// Keeps the bench of the Lab.
+pub(super) fn keep_bench(text: &str) {
+    if let Some(storage) = tab_storage() {
+        let _ = storage.set_item(BENCH, text);
+    }
+}
+
+/// The bench of the Lab as it was kept.
+pub(super) fn kept_bench() -> Option<String> {
+    tab_storage()?.get_item(BENCH).ok()?
+}

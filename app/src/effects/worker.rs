@@ -23,9 +23,11 @@ impl Workers {
             Lane::Template => self.template.clone(),
             Lane::Beside => Engine::new(),
         };
+        // Handed over at once, so that what is called off behind it is called off.
+        let answer = engine.ask(request, move |share| send(Event::Progress { number, share }));
         leptos::task::spawn_local(async move {
-            let progress = move |share| send(Event::Progress { number, share });
-            let answer = engine.ask(request, progress).await;
+            let answer = answer.await;
+            drop(engine);
             send(Event::Answered { number, answer });
         });
     }

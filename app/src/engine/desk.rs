@@ -44,18 +44,21 @@ pub(super) struct Desk {
     last_words: Option<String>,
 }
 
-/// Hands `request` over and waits for its answer; `progress` is told shares from 0 to 1 meanwhile.
-pub(super) async fn ask(
+/// Hands `request` over at once; its answer is to be waited for. `progress` is told shares from 0 to 1 meanwhile.
+pub(super) fn ask(
     desk: &Rc<RefCell<Desk>>,
     request: Request,
     progress: Box<dyn FnMut(f64)>,
-) -> Result<Answer, Stopped> {
+) -> impl Future<Output = Result<Answer, Stopped>> + use<> {
     let (answer, coming) = oneshot::channel();
-    if let Err(reason) = hand_over(desk, request, Pending { answer, progress }) {
-        let diagnostic = Diagnostic::error("engine.cannot_start").with("reason", reason);
-        return Err(Stopped::Refused(vec![diagnostic]));
+    let handed = hand_over(desk, request, Pending { answer, progress });
+    async move {
+        if let Err(reason) = handed {
+            let diagnostic = Diagnostic::error("engine.cannot_start").with("reason", reason);
+            return Err(Stopped::Refused(vec![diagnostic]));
+        }
+        coming.await.unwrap_or(Err(Stopped::Cancelled))
     }
-    coming.await.unwrap_or(Err(Stopped::Cancelled))
 }
 
 /// Ends whatever is in work; who waits for it is told that it was cancelled.

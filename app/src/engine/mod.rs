@@ -7,6 +7,7 @@
 //! Comes in: files, boards, programs. Goes out: futures of what became of them; diagnostics where it is refused. Does not know
 //! what the page shows.
 
+mod copper;
 mod exporting;
 mod mesh;
 pub mod messages;
@@ -56,13 +57,13 @@ mod handle {
             Self::default()
         }
 
-        /// Hands `request` over and waits for its answer; `progress` is told shares from 0 to 1.
-        pub async fn ask(
+        /// Hands `request` over at once; its answer is to be waited for. `progress` is told shares from 0 to 1.
+        pub fn ask<P: FnMut(f64) + 'static>(
             &self,
             request: Request,
-            progress: impl FnMut(f64) + 'static,
-        ) -> Result<Answer, Stopped> {
-            desk::ask(&self.0, request, Box::new(progress)).await
+            progress: P,
+        ) -> impl Future<Output = Result<Answer, Stopped>> + use<P> {
+            desk::ask(&self.0, request, Box::new(progress))
         }
 
         /// Calls off whatever is in work; who waits is told [`Stopped::Cancelled`].

@@ -8,9 +8,9 @@
 //!
 //! Comes in: what to plan, the shelf. Goes out: [`Planned`]. Does not know workers.
 
+use super::copper::layers;
 use super::messages::{Laid, Planned, PlannedBit, ToPlan};
 use super::shelf::{Last, Shelf};
-use super::work::layers;
 use crate::picture;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam;

@@ -2,6 +2,7 @@
 //!
 //! Comes in: a [`Request`], somebody to tell how far it is. Goes out: an [`Answer`] or diagnostics. Does not know workers.
 
+use super::copper::layers;
 use super::mesh::mesh;
 use super::messages::{
     Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
@@ -153,28 +154,6 @@ fn other_layers(artwork: &Artwork, body: Option<Bounds>, diagnostics: &mut Vec<D
         });
     }
     rows
-}
-
-/// What is to be seen of the copper, the lower side first.
-pub(super) fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow> {
-    let origin = picture::origin(body);
-    let row = |copper: &board::Copper| LayerRow {
-        file: None,
-        role: "copper".to_owned(),
-        side: Some(face_word(copper.face).to_owned()),
-        islands: copper.region.islands.len() as u32,
-        mesh: mesh(&copper.region, origin),
-    };
-    let mut sides: Vec<&board::Copper> = board.copper.iter().collect();
-    sides.sort_by_key(|copper| std::cmp::Reverse(copper.face));
-    sides.into_iter().map(row).collect()
-}
-
-fn face_word(face: board::Face) -> &'static str {
-    match face {
-        board::Face::Top => "top",
-        board::Face::Bottom => "bottom",
-    }
 }
 
 fn file_row(file: &FileRead) -> FileRow {

@@ -2,7 +2,7 @@
 //!
 //! Comes in: an edit. Goes out: the next bench; and as text, to be kept over a reload. Does not know the machine.
 
-use super::motion;
+use super::motion::{self, StateRow};
 use super::phases::{self, Edit};
 use super::queue::{self, Line};
 use crate::format;
@@ -32,17 +32,6 @@ pub struct Bench {
     pub fields: BTreeMap<String, String>,
     /// Work commands.
     pub queue: Vec<Line>,
-}
-
-/// One state of the dynamics as typed. State 0 is not entered and not left.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct StateRow {
-    /// A step every so many interrupts.
-    pub period: String,
-    /// Entered above this distance, takts.
-    pub enter: String,
-    /// Left below this distance, takts.
-    pub leave: String,
 }
 
 impl Bench {

@@ -7,10 +7,21 @@
 //!
 //! Comes in: typed rows, tables, profiles. Goes out: points. Whether a table may be used is `core`'s to say.
 
-use super::bench::StateRow;
 use annulus_core::machine::Dynamics;
 use annulus_core::motion::profile::Profile;
 use annulus_core::steps::automaton::{Automaton, TableStep};
+use serde::{Deserialize, Serialize};
+
+/// One state of the dynamics as typed. State 0 is not entered and not left.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StateRow {
+    /// A step every so many interrupts.
+    pub period: String,
+    /// Entered above this distance, takts.
+    pub enter: String,
+    /// Left below this distance, takts.
+    pub leave: String,
+}
 
 /// The longest move that is shown takt by takt.
 pub const MOST_TAKTS: u64 = 20_000;

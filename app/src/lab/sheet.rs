@@ -2,6 +2,23 @@
 //!
 //! Comes in: an address. Goes out: a sheet. Knows no layout.
 
+/// A part of the sheet of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Part {
+    /// The integer table.
+    #[default]
+    Dynamics,
+    /// Profiles in closed form.
+    Profiles,
+    /// Table and spindles together.
+    Cycle,
+}
+
+impl Part {
+    /// All of them, in the order they stand.
+    pub const ALL: [Self; 3] = [Self::Dynamics, Self::Profiles, Self::Cycle];
+}
+
 /// One sheet of the Lab.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sheet {

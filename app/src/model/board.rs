@@ -52,12 +52,18 @@ impl Document {
         self.reading.diagnostics.iter().filter(move |diagnostic| !said(diagnostic))
     }
 
-    /// Codes of what is missing from the board.
-    pub fn errors(&self) -> BTreeSet<String> {
-        self.diagnostics()
-            .filter(|diagnostic| diagnostic.severity == Severity::Error)
-            .map(|diagnostic| diagnostic.code.clone())
-            .collect()
+    /// What a person has to see first, of errors whose codes are not among those `accepted`.
+    pub fn unseen(&self, accepted: &BTreeSet<String>) -> Option<Unseen> {
+        let open = |diagnostic: &&Diagnostic| {
+            diagnostic.severity == Severity::Error && !accepted.contains(&diagnostic.code)
+        };
+        let errors = self.diagnostics().filter(open);
+        let kinds = errors.map(|diagnostic| match diagnostic.code.as_str() {
+            "board.several" => Unseen::Several,
+            code if code.starts_with("board.") => Unseen::Board,
+            _ => Unseen::Unread,
+        });
+        kinds.min()
     }
 
     /// Whether a person has to look before anything is planned.
@@ -65,6 +71,17 @@ impl Document {
         let empty = self.reading.board.holes.is_empty() && self.meshes.is_empty();
         empty || self.diagnostics().any(|diagnostic| diagnostic.severity > Severity::Note)
     }
+}
+
+/// What has to be seen before a board is used, the first thing first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Unseen {
+    /// The files are of several boards.
+    Several,
+    /// Something in them could not be read.
+    Unread,
+    /// All was read, and yet something of the board is missing or not certain.
+    Board,
 }
 
 /// The triangles of `layers`, which have none of their own from then on.

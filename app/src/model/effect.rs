@@ -72,6 +72,11 @@ pub enum Effect {
         /// It has, or had it and did not give it away.
         had: bool,
     },
+    /// Keep the bench of the Lab in this tab over a reload.
+    KeepBench {
+        /// As text.
+        text: String,
+    },
     /// Forget the session of this tab.
     ForgetSession,
     /// Begin the beat of a move by hand, or end it; comes as [`super::LinkEvent::Renew`].

@@ -17,6 +17,7 @@ pub mod files;
 pub mod frame;
 pub mod job;
 pub mod keeping;
+pub mod lab;
 pub mod link;
 pub mod planning;
 pub mod play;
@@ -28,13 +29,14 @@ mod worker;
 mod tests;
 
 pub use asked::Task;
-pub use board::{Document, Job, LaidBoard, OpenBoard};
+pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
 pub use files::FilesEvent;
 pub use frame::{Frame, FrameEvent, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
+pub use lab::{Lab, LabEvent};
 pub use link::{HandEvent, Link, LinkEvent};
 pub use planning::{OnTheWay, Step};
 pub use play::{Play, PlayEvent};
@@ -56,7 +58,7 @@ pub struct Clock {
 }
 
 /// Everything the page knows.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Model {
     /// What the clocks said last.
     pub clock: Clock,
@@ -78,6 +80,8 @@ pub struct Model {
     pub link: Link,
     /// Programs of the machine, and the pre-flight.
     pub start: Start,
+    /// The Lab.
+    pub lab: Lab,
     /// The playback.
     pub play: Play,
     /// What is kept in this browser.
@@ -108,6 +112,8 @@ pub enum Event {
     Export(ExportEvent),
     /// The template editor.
     Template(TemplateEvent),
+    /// The Lab.
+    Lab(LabEvent),
     /// The playback.
     Play(PlayEvent),
     /// What is kept.
@@ -150,6 +156,7 @@ from_parts!(
     Export(ExportEvent),
     Template(TemplateEvent),
     Keep(KeepEvent),
+    Lab(LabEvent),
     Play(PlayEvent),
     Link(LinkEvent),
     Start(StartEvent)
@@ -168,6 +175,7 @@ impl Default for Model {
             template: Template::default(),
             link: Link::default(),
             start: Start::default(),
+            lab: Lab::default(),
             play: Play::default(),
             keeping: Keeping::default(),
             asked: None,
@@ -235,7 +243,8 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Progress { number, share } => worker::progress(model, number, share),
         Event::Answered { number, answer } => worker::answered(model, number, answer),
         Event::Cancelled => planning::cancelled(model),
-        Event::Link(event) => link::update(model, event),
+        Event::Lab(event) => lab::update(model, event),
+        Event::Link(event) => linked(model, event),
         Event::Play(event) => play::update(model, event),
         Event::Start(event) => start::update(model, event),
     };
@@ -258,4 +267,13 @@ fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>, job: Option<Stri
         Ok(None) => Vec::new(),
         Err(effect) => vec![effect],
     }
+}
+
+/// What the line tells of the inputs goes to the Lab too.
+fn linked(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
+    let effects = link::update(model, event);
+    if let Some(status) = &model.link.status {
+        model.lab.told(model.clock.wall_ms, status.inputs);
+    }
+    effects
 }

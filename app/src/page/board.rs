@@ -6,7 +6,7 @@ use super::signals as all;
 use super::slots::Slots;
 use crate::engine::messages::{Planned, Proved, Timed};
 use crate::model::board::{left_out, problems, unread};
-use crate::model::{Document, Job, LaidBoard, Offer, Task};
+use crate::model::{Document, Job, LaidBoard, Offer, Task, Unseen};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -106,13 +106,10 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
 }
 
 impl OpenBoard {
-    /// Errors of the files that nobody has seen yet.
-    pub fn errors_unacknowledged(self) -> bool {
+    /// What of the files a person has to see first.
+    pub fn unseen(self) -> Option<Unseen> {
         let accepted = self.accepted.get();
-        self.document.with(|document| {
-            let errors = document.as_ref().map(|document| document.errors()).unwrap_or_default();
-            errors.iter().any(|code| !accepted.contains(code))
-        })
+        self.document.with(|document| document.as_ref()?.unseen(&accepted))
     }
 
     /// Errors of files or plan that nobody has seen yet; planning waits for that.

@@ -10,6 +10,7 @@
 mod board;
 mod frame;
 mod job;
+mod lab;
 pub mod link;
 mod play;
 mod slots;
@@ -18,6 +19,7 @@ pub use board::{OpenBoard, open_board};
 pub use frame::{Frame, frame};
 pub use job::{OpenJob, open_job};
 
+pub use lab::{Lab, open_lab};
 pub use play::{Play, play};
 
 use crate::model::{Clock, Effect, Event, Model, update};
@@ -34,6 +36,7 @@ struct Signals {
     frame: Frame,
     link: Link,
     play: Play,
+    lab: Lab,
 }
 
 /// What the page needs of its surroundings.
@@ -60,13 +63,14 @@ thread_local! {
 /// Makes the page, in its root. Called once.
 pub fn begin(around: Surroundings) {
     let model = Model::default();
-    let mut slots = Slots::new(&model);
+    let mut slots = Slots::new();
     let signals = Signals {
         board: board::signals(&mut slots),
         job: job::signals(&mut slots),
         frame: frame::signals(&mut slots),
         link: link::signals(&mut slots),
         play: play::signals(&mut slots),
+        lab: lab::signals(&mut slots),
     };
     let (model, waiting, busy) = (RefCell::new(model), RefCell::default(), Cell::new(false));
     PAGE.with(|page| drop(page.set(Page { model, waiting, busy, slots, signals, around })));

@@ -21,9 +21,9 @@ pub(super) struct Slots {
 }
 
 impl Slots {
-    /// None yet; signals begin as `first` has them.
-    pub(super) fn new(first: &Model) -> Self {
-        Self { first: first.clone(), slots: Vec::new() }
+    /// None yet; signals begin as the model does.
+    pub(super) fn new() -> Self {
+        Self { first: Model::default(), slots: Vec::new() }
     }
 
     /// A part that is made of the model, compared by its value.

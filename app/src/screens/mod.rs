@@ -24,7 +24,6 @@ use leptos::prelude::*;
 
 /// The whole page, once it runs.
 pub fn app() -> impl IntoView {
-    lab::begin();
     if let Some(word) = settings::kept_theme() {
         send(FrameEvent::Colours { theme: top_bar::theme_of(&word) });
     }

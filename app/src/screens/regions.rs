@@ -5,9 +5,11 @@
 use crate::i18n::key;
 use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Sheet;
+use crate::model::LabEvent;
 use crate::model::LinkEvent;
 use crate::model::{FilesEvent, FrameEvent};
 use crate::page::link;
+use crate::page::open_lab;
 use crate::page::{frame, send};
 use crate::said::Text;
 use crate::screens::{cam, lab, machine, simulate};
@@ -35,7 +37,7 @@ pub(crate) fn listen() {
     follow_address();
     Effect::new(|_| {
         let address = match frame().tab.get() {
-            Tab::Lab => format!("#/{}/{}", Tab::Lab.word(), lab::desk().sheet.get().word()),
+            Tab::Lab => format!("#/{}/{}", Tab::Lab.word(), open_lab().sheet.get().word()),
             tab => format!("#/{}", tab.word()),
         };
         if let Ok(history) = window().history() {
@@ -50,7 +52,7 @@ fn follow_address() {
         send(FrameEvent::Show { tab });
     }
     if let Some(sheet) = Sheet::of_address(&hash) {
-        lab::desk().sheet.set(sheet);
+        send(LabEvent::Show { sheet });
     }
 }
 
@@ -91,7 +93,7 @@ pub(crate) fn act(action: Action) {
             simulate::act(action);
         }
         Action::Speak => speak(),
-        Action::Undo(back) => lab::desk().undo(back),
+        Action::Undo(back) => send(LabEvent::Undo { back }),
         Action::Queue(key) => lab::queue_key(key),
         Action::Cam(key) => cam::act(key),
     }

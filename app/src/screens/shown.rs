@@ -3,11 +3,10 @@
 //! Comes in: the open document, its plan, the job of the machine, the playback. Goes out: [`Shown`] and [`Moment`].
 //! Knows no pixels.
 
-use super::simulate;
 use crate::keys::Tab;
 use crate::model::Job;
 use crate::page::link;
-use crate::page::{frame, open_board};
+use crate::page::{frame, open_board, play};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use crate::view::{Layer, Progress};
@@ -211,10 +210,21 @@ fn hole(program: &Program, leg: &Leg, diameter: Option<annulus_core::units::Leng
 /// How far the screen's board is.
 pub(crate) fn moment() -> Moment {
     match frame().tab.get() {
-        Tab::Simulate => simulate::moment(),
+        Tab::Simulate => at_playback(),
         Tab::Machine => at_machine(),
         _ => Moment::default(),
     }
+}
+
+/// How far the playback is.
+fn at_playback() -> Moment {
+    let Some(now) = play().now() else { return Moment::default() };
+    let drilling = matches!(now.mark, Mark::Hole(_)) && matches!(now.stage, Stage::Approach | Stage::Drill);
+    let [x, y, _] = now.position_mm;
+    let done = open_board().toolpaths.with(|toolpaths| {
+        toolpaths.as_ref().map_or(now.holes_done, |toolpaths| toolpaths.done(now.leg, now.holes_done))
+    });
+    Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 
 /// Nothing runs: what the last job left behind, if it is the one shown.

@@ -17,7 +17,7 @@ use crate::model::FrameEvent;
 use crate::model::Theme;
 use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
-use crate::view::{Backend, Line, Palette, Scene, View, Wanted, Width};
+use crate::view::{Backend, Line, Palette, Scene, State, View, Wanted, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
 use annulus_core::board::Face;
 use annulus_core::proof;
@@ -172,6 +172,8 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
 /// Whatever changes goes to the picture, each in its own effect so that little is written.
 fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
     let missing = missing_holes();
+    // Another scene is bare of all that was marked in the one before.
+    let drawn = RwSignal::new(0_u32);
     Effect::new(move |before: Option<Option<usize>>| {
         if !ready.get() {
             return None;
@@ -186,6 +188,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
                 view.fit();
             }
         });
+        drawn.update(|count| *count += 1);
         board
     });
     Effect::new(move |_| {
@@ -212,19 +215,28 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
         }
     });
     Effect::new(move |_| {
-        let (ready, shown) = (ready.get(), shown.get());
-        let mut holes: Vec<u32> = frame().selected.get().into_iter().collect();
-        if frame().tab.get() == Tab::Machine {
-            holes.extend(missing.get());
-        }
-        let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
-        let chosen: Vec<usize> = holes.iter().filter_map(disc).collect();
+        let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
+        let disc = |hole: u32| shown.as_ref()?.disc_of_hole(hole);
+        let chosen: Vec<usize> = frame().selected.get().and_then(disc).into_iter().collect();
         if ready {
             with_view(picture, |view| view.set_selected(&chosen));
         }
     });
+    // What is missing is no longer so where the job runs again, or on another screen.
+    Effect::new(move |before: Option<Vec<usize>>| {
+        let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
+        let holes = if frame().tab.get() == Tab::Machine { missing.get() } else { Vec::new() };
+        let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
+        let failed: Vec<usize> = holes.iter().filter_map(disc).collect();
+        let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, State::Planned));
+        let states: Vec<_> = planned.chain(failed.iter().map(|disc| (*disc, State::Failed))).collect();
+        if ready && !states.is_empty() {
+            with_view(picture, |view| view.set_states(&states));
+        }
+        failed
+    });
     Effect::new(move |_| {
-        let moment = moment();
+        let (moment, _) = (moment(), drawn.get());
         let head = shown.with(|shown| {
             let at = moment.head_mm?;
             Some(shown.as_ref()?.picture_of_work(at))

@@ -7,7 +7,7 @@ use crate::i18n::{self, key, say, t};
 use crate::keys::Tab;
 use crate::model::FrameEvent;
 use crate::model::Theme;
-use crate::page::link::{self, Phase};
+use crate::page::link;
 use crate::page::{frame, open_board, send};
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, menu_word, stop_zone};
@@ -123,10 +123,7 @@ fn languages() -> impl IntoView {
 
 fn connection() -> impl IntoView {
     let line = link::link();
-    let look = move || match line.state() {
-        Some(state) if line.phase.get() == Phase::Open => words::state(state),
-        _ => words::phase(line.phase.get()),
-    };
+    let look = move || words::of(line);
     let text = move || {
         let state = i18n::text(look().word, &[]);
         if line.ever.get() { format!("{}: {state}", state_name()) } else { state }

@@ -7,7 +7,7 @@
 //!
 //! Comes in: [`Layer`]s, the lowest first. Goes out: draws. Does not know what they show.
 
-use super::gpu::{fill, vertex_buffer};
+use super::buffers::{fill, vertex_buffer};
 use super::palette::Colour;
 use super::scene::{Layer, Mesh};
 use std::sync::Arc;

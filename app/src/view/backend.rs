@@ -4,7 +4,6 @@
 
 use super::flat::Flat;
 use super::gpu::Gpu;
-use super::handle::wake_all;
 use wasm_bindgen::JsCast;
 use web_sys::{HtmlCanvasElement, HtmlElement};
 
@@ -66,7 +65,11 @@ pub(super) enum Painter {
     None,
 }
 
-async fn make_painter(canvas: &HtmlCanvasElement, wanted: Wanted) -> Result<Painter, String> {
+async fn make_painter(
+    canvas: &HtmlCanvasElement,
+    wanted: Wanted,
+    when_lost: fn(),
+) -> Result<Painter, String> {
     let backends = match wanted {
         Wanted::Flat => return Flat::new(canvas).map(Painter::Flat),
         Wanted::WebGl2 => wgpu::Backends::GL,
@@ -74,14 +77,15 @@ async fn make_painter(canvas: &HtmlCanvasElement, wanted: Wanted) -> Result<Pain
         Wanted::Auto if wgpu::util::is_browser_webgpu_supported().await => wgpu::Backends::BROWSER_WEBGPU,
         Wanted::Auto => wgpu::Backends::GL,
     };
-    Gpu::new(canvas, backends, wake_all).await.map(|gpu| Painter::Gpu(Box::new(gpu)))
+    Gpu::new(canvas, backends, when_lost).await.map(|gpu| Painter::Gpu(Box::new(gpu)))
 }
 
 /// A painter of the wanted kind, or the next worse that works, each on a canvas of its own: a canvas that was asked for
-/// one kind gives no other.
+/// one kind gives no other. `when_lost` is called when its device goes.
 pub(super) async fn set_up(
     host: &HtmlElement,
     wanted: Wanted,
+    when_lost: fn(),
 ) -> Result<(HtmlCanvasElement, Painter), String> {
     let ladder: &[Wanted] = match wanted {
         Wanted::Auto => &[Wanted::Auto, Wanted::WebGl2, Wanted::Flat],
@@ -92,7 +96,7 @@ pub(super) async fn set_up(
     let mut why = String::new();
     for rung in ladder {
         let canvas = new_canvas(host).ok_or("the page has no document")?;
-        match make_painter(&canvas, *rung).await {
+        match make_painter(&canvas, *rung, when_lost).await {
             Ok(painter) => return Ok((canvas, painter)),
             Err(reason) => why = reason,
         }

@@ -157,8 +157,12 @@ impl Flat {
             self.segment([at[0] - arm, at[1] + arm], [at[0] + arm, at[1] - arm], rim, ring);
         }
         self.context.set_global_alpha(1.0);
-        let halos =
-            [(state == State::Current, 4.0, palette.current), (selected || hovered, 3.0, palette.selected)];
+        let halos = [
+            (state == State::Current, 4.0, palette.current),
+            (state == State::Failed, 2.0, palette.bore),
+            (state == State::Failed, 4.0, palette.failed),
+            (selected || hovered, 3.0, palette.selected),
+        ];
         for (_, away, colour) in halos.into_iter().filter(|halo| halo.0) {
             self.circle(at, radius + away);
             self.stroke(2.0, colour);

@@ -7,47 +7,14 @@
 //!
 //! Comes in: pointer and wheel events of the canvas. Goes out: camera moves and presses. Does not know what a press means.
 
-use super::camera::Camera;
 use super::handle::View;
-use std::cell::RefCell;
+use super::held::{Held, Pressed, tell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{AddEventListenerOptions, HtmlCanvasElement, PointerEvent, WheelEvent};
 
 /// A pointer that moved less is still.
 const STILL_PX: f64 = 4.0;
-
-/// A click or tap.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pressed {
-    /// Where on the board.
-    pub at_mm: [f64; 2],
-    /// The disc there.
-    pub disc: Option<usize>,
-    /// Shift, Ctrl or Command was held: add to what is selected.
-    pub adding: bool,
-}
-
-type Act<T> = Option<Rc<RefCell<dyn FnMut(T)>>>;
-
-/// Pointers that are down, and who wants to know.
-#[derive(Default)]
-pub(super) struct Gestures {
-    held: Vec<Held>,
-    dragged: bool,
-    pub(super) on_press: Act<Pressed>,
-    pub(super) on_hover: Act<Option<([f64; 2], Option<usize>)>>,
-    pub(super) on_camera: Act<Camera>,
-    listeners: Vec<Closure<dyn FnMut(PointerEvent)>>,
-    wheel: Option<Closure<dyn FnMut(WheelEvent)>>,
-}
-
-#[derive(Clone, Copy)]
-struct Held {
-    id: i32,
-    from_px: [f64; 2],
-    at_px: [f64; 2],
-}
 
 type Handler = fn(&View, &PointerEvent);
 
@@ -181,19 +148,4 @@ fn left(view: &View, _: &PointerEvent) {
     view.set_hovered(None);
     let act = view.0.borrow().gestures.on_hover.clone();
     tell(act, None);
-}
-
-/// Tells whoever asked that the camera moved.
-pub(super) fn tell_camera(view: &View) {
-    let act = view.0.borrow().gestures.on_camera.clone();
-    tell(act, view.camera());
-}
-
-/// Nothing of the view is borrowed while `act` runs, so it may call the view.
-fn tell<T>(act: Act<T>, what: T) {
-    if let Some(act) = act
-        && let Ok(mut act) = act.try_borrow_mut()
-    {
-        act(what);
-    }
 }

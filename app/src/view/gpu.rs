@@ -6,6 +6,7 @@
 //! Where the adapter can, every pixel is sampled four times, so that the edges of triangles are smooth too.
 
 use super::areas::Layers;
+use super::buffers::{fill, vertex_buffer};
 use super::camera::Camera;
 use super::marks::{self, Emphasis, Mark};
 use super::palette::Palette;
@@ -383,23 +384,6 @@ fn smooth(
         })
     };
     (samples > 1).then(|| made().create_view(&wgpu::TextureViewDescriptor::default()))
-}
-
-/// Puts `bytes` into `buffer`, or into a larger one.
-pub(super) fn fill(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &mut wgpu::Buffer, bytes: &[u8]) {
-    if buffer.size() < bytes.len() as u64 {
-        *buffer = vertex_buffer(device, bytes.len() as u64);
-    }
-    queue.write_buffer(buffer, 0, bytes);
-}
-
-pub(super) fn vertex_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("vertices"),
-        size: bytes.max(MARK_SIZE).next_power_of_two(),
-        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
 }
 
 fn surface_config(

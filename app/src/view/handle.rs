@@ -1,17 +1,11 @@
-//! The handle by which the page has a picture: painted when something changed and never otherwise.
+//! The handle by which the page has a picture: what it shows, where one looks from, what lies under the pointer.
 //!
-//! ```text
-//! set_… ──▶ repaint ──▶ requestAnimationFrame ──▶ paint ─┬─ shown
-//!                            ▲                           └─ device lost: new canvas, new painter, same scene
-//!                            └── ResizeObserver
-//! ```
-//!
-//! Comes in: scene, palette, marks. Goes out: a canvas in its host. Does not know what the discs are.
+//! Comes in: scene, palette, marks. Goes out: frames that are asked for. Does not know what the discs are, nor how it came to
+//! stand in the page.
 
-use super::backend::{Backend, Painter, Wanted, set_up};
+use super::backend::{Backend, Painter};
 use super::camera::Camera;
-use super::gestures::{self, Gestures, Pressed};
-use super::gpu::Painted;
+use super::held::{Pressed, tell};
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
@@ -20,12 +14,9 @@ use super::stage::{Frames, Stage};
 use std::cell::RefCell;
 use std::rc::{Rc, Weak};
 use wasm_bindgen::prelude::*;
-use web_sys::{HtmlElement, ResizeObserver};
 
 /// How far beside a disc a pointer still means it, in CSS pixels.
 const PICK_TOLERANCE_PX: f64 = 6.0;
-/// A device that is lost more often than this is not asked again.
-const MOST_LOSSES: u32 = 3;
 
 /// The picture. Cheap to clone: all clones are the same picture. It goes when the last clone goes.
 #[derive(Clone)]
@@ -34,6 +25,11 @@ pub struct View(pub(super) Rc<RefCell<Stage>>);
 thread_local! {
     /// Every picture there is, so that a lost device, which can only send a message, finds its own.
     static STAGES: RefCell<Vec<Weak<RefCell<Stage>>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Keeps `view` among those that a lost device wakes.
+pub(super) fn keep(view: &View) {
+    STAGES.with_borrow_mut(|stages| stages.push(Rc::downgrade(&view.0)));
 }
 
 /// Asks every picture for a frame.
@@ -45,74 +41,6 @@ pub(super) fn wake_all() {
 }
 
 impl View {
-    /// A picture that fills `host`, which must have a size. Fails only where there is not even a 2D canvas.
-    pub async fn new(host: &HtmlElement, wanted: Wanted, palette: Palette) -> Result<Self, String> {
-        let (canvas, painter) = set_up(host, wanted).await?;
-        let view = Self(Rc::new(RefCell::new(Stage {
-            host: host.clone(),
-            canvas,
-            painter,
-            wanted,
-            scene: Scene::default(),
-            palette,
-            camera: Camera::default(),
-            density: 1.0,
-            emphasis: Emphasis::default(),
-            progress: Progress::default(),
-            head_mm: None,
-            picker: None,
-            fitted: true,
-            frames: Frames::default(),
-            recent_ms: [0.0; 60],
-            frame_asked: None,
-            on_frame: None,
-            observer: None,
-            on_context_lost: None,
-            gestures: Gestures::default(),
-        })));
-        STAGES.with_borrow_mut(|stages| stages.push(Rc::downgrade(&view.0)));
-        view.watch_frames_and_size();
-        view.listen_to_canvas();
-        view.measure();
-        Ok(view)
-    }
-
-    fn watch_frames_and_size(&self) {
-        let stage = Rc::downgrade(&self.0);
-        let on_frame = Closure::new(move || {
-            if let Some(stage) = stage.upgrade() {
-                View(stage).paint();
-            }
-        });
-        let stage = Rc::downgrade(&self.0);
-        let on_size = Closure::<dyn FnMut()>::new(move || {
-            if let Some(stage) = stage.upgrade() {
-                View(stage).measure();
-            }
-        });
-        let mut stage = self.0.borrow_mut();
-        stage.on_frame = Some(on_frame);
-        if let Ok(observer) = ResizeObserver::new(on_size.as_ref().unchecked_ref()) {
-            observer.observe(&stage.host);
-            stage.observer = Some((observer, on_size));
-        }
-    }
-
-    fn listen_to_canvas(&self) {
-        gestures::listen(self);
-        let stage = Rc::downgrade(&self.0);
-        let on_lost = Closure::<dyn FnMut()>::new(move || {
-            if let Some(stage) = stage.upgrade() {
-                View(stage).lose_device();
-            }
-        });
-        let mut stage = self.0.borrow_mut();
-        let listener = on_lost.as_ref().unchecked_ref();
-        // WebGPU's device tells of its loss itself; WebGL2's only by this event.
-        let _ = stage.canvas.add_event_listener_with_callback("webglcontextlost", listener);
-        stage.on_context_lost = Some(on_lost);
-    }
-
     /// Shows something else. Selection and progress are taken back; the camera stays.
     pub fn set_scene(&self, scene: Scene) {
         {
@@ -266,8 +194,9 @@ impl View {
         self.moved();
     }
 
-    fn moved(&self) {
-        gestures::tell_camera(self);
+    pub(super) fn moved(&self) {
+        let act = self.0.borrow().gestures.on_camera.clone();
+        tell(act, self.camera());
         self.repaint();
     }
 
@@ -324,49 +253,5 @@ impl View {
         }
         let (Some(window), Some(act)) = (web_sys::window(), &stage.on_frame) else { return };
         stage.frame_asked = window.request_animation_frame(act.as_ref().unchecked_ref()).ok();
-    }
-
-    fn measure(&self) {
-        self.0.borrow_mut().measure();
-        self.moved();
-    }
-
-    pub(super) fn paint(&self) {
-        let painted = self.0.borrow_mut().paint();
-        match painted {
-            Painted::Shown => {}
-            Painted::Later => self.repaint(),
-            Painted::Lost => self.restore(),
-        }
-    }
-
-    /// A new canvas and painter for the same scene.
-    fn restore(&self) {
-        let (host, wanted) = {
-            let mut stage = self.0.borrow_mut();
-            stage.painter = Painter::None;
-            stage.canvas.remove();
-            stage.frames.losses += 1;
-            let wanted = if stage.frames.losses > MOST_LOSSES { Wanted::Flat } else { stage.wanted };
-            (stage.host.clone(), wanted)
-        };
-        let stage = Rc::downgrade(&self.0);
-        wasm_bindgen_futures::spawn_local(async move {
-            let Ok((canvas, painter)) = set_up(&host, wanted).await else { return };
-            let Some(stage) = stage.upgrade() else { return canvas.remove() };
-            {
-                let mut stage = stage.borrow_mut();
-                let label = stage.canvas.get_attribute("aria-label");
-                stage.canvas = canvas;
-                stage.painter = painter;
-                if let Some(label) = label {
-                    let _ = stage.canvas.set_attribute("aria-label", &label);
-                }
-                stage.rebuild();
-            }
-            let view = Self(stage);
-            view.listen_to_canvas();
-            view.measure();
-        });
     }
 }

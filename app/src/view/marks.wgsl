@@ -165,7 +165,7 @@ fn progressed(bits: u32) -> u32 {
     radius = max(radius, thinnest);
   }
   var room = 1.0;
-  if (bits & (SELECTED | HOVERED)) != 0u || (bits & 7u) == CURRENT { room = 9.0 * frame.density; }
+  if (bits & (SELECTED | HOVERED)) != 0u || (bits & 7u) == CURRENT || (bits & 7u) == FAILED { room = 9.0 * frame.density; }
   let reach = radius + room;
   let corner = vec2f(
     select(-reach, length_px + reach, (index & 1u) == 1u),
@@ -210,6 +210,10 @@ fn disc_colour(stroke: Stroke) -> vec4f {
     out = lay(out, ring, inside(min(slash, backslash) - 0.6 * ring_width) * inside(distance));
   }
   if state == DIMMED { out = out * 0.35; }
+  if state == FAILED {
+    out = lay(out, frame.bore.rgb, band(distance - 1.5 * density, 3.0 * density));
+    out = lay(out, ring, band(distance - 4.0 * density, 2.0 * density));
+  }
   if state == CURRENT {
     out = lay(out, frame.current.rgb, band(distance - 4.0 * density, 2.0 * density));
   }

@@ -22,6 +22,8 @@ mod areas;
 #[cfg(target_arch = "wasm32")]
 mod backend;
 #[cfg(target_arch = "wasm32")]
+mod buffers;
+#[cfg(target_arch = "wasm32")]
 mod flat;
 #[cfg(target_arch = "wasm32")]
 mod gestures;
@@ -29,6 +31,10 @@ mod gestures;
 mod gpu;
 #[cfg(target_arch = "wasm32")]
 mod handle;
+#[cfg(target_arch = "wasm32")]
+mod held;
+#[cfg(target_arch = "wasm32")]
+mod life;
 #[cfg(target_arch = "wasm32")]
 mod stage;
 
@@ -40,9 +46,9 @@ pub use scene::{Disc, Layer, Line, Mesh, Plate, Progress, Scene, Slot, State, UN
 #[cfg(target_arch = "wasm32")]
 pub use backend::{Backend, Wanted};
 #[cfg(target_arch = "wasm32")]
-pub use gestures::Pressed;
-#[cfg(target_arch = "wasm32")]
 pub use handle::View;
+#[cfg(target_arch = "wasm32")]
+pub use held::Pressed;
 #[cfg(target_arch = "wasm32")]
 pub use stage::Frames;
 

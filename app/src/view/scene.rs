@@ -84,7 +84,7 @@ pub enum State {
     Current = 2,
     /// Left out: struck through.
     Skipped = 3,
-    /// Went wrong: crossed.
+    /// Went wrong: crossed, with a second ring around it.
     Failed = 4,
     /// Not of interest now: faint.
     Dimmed = 5,

@@ -5,8 +5,8 @@
 
 use super::backend::{Painter, Wanted};
 use super::camera::Camera;
-use super::gestures::Gestures;
 use super::gpu::{Look, Painted};
+use super::held::Gestures;
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
@@ -137,11 +137,13 @@ impl Stage {
     /// Says in attributes what is to be seen.
     fn publish(&self) {
         let states = self.scene.discs.iter().map(|disc| self.progress.state(disc.order, disc.state));
-        let done = states.filter(|state| *state == State::Done).count();
+        let count = |wanted| states.clone().filter(|state| *state == wanted).count();
+        let (done, failed) = (count(State::Done), count(State::Failed));
         let rows = [
             ("data-backend", self.painter.backend().name().to_owned()),
             ("data-holes", self.scene.discs.len().to_string()),
             ("data-done", done.to_string()),
+            ("data-failed", failed.to_string()),
             ("data-layers", self.scene.layers.len().to_string()),
             ("data-lines", self.scene.lines.len().to_string()),
             ("data-mirrored", self.camera.mirrored.to_string()),

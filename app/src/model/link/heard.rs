@@ -59,6 +59,8 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::Outputs(outputs) => link.outputs = outputs,
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
+        // Who has control is told by itself, also where this page asked for it because nobody seemed to have it.
+        Tell::Refused { why } if why.code == "control.taken" => link.note(wall_ms, Noted::Refused(why)),
         Tell::Refused { why } => refused(link, wall_ms, why),
         Tell::Pong { stamp } => {
             stop::pong(link, stamp);

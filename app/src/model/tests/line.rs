@@ -47,7 +47,7 @@ fn session() -> Paired {
 }
 
 /// A status in `state`, of the job `job`.
-fn status(state: State, job: Option<&str>) -> Status {
+pub(super) fn status(state: State, job: Option<&str>) -> Status {
     let text = r#"{"steps":STEPS,"machine_mm":[0,0,0],"work_mm":[0,0,0],"zero_mm":null,"target_mm":null,
         "lower_dead_point_mm":null,"job":null,"job_name":null,"leg":null,"hole":null,"holes_done":0,"holes_total":0,
         "stage":null,"command":null,"bit":null,"bit_mm":null,"spindle_rpm":0,"inputs":0,"phases":[0,0,0],
@@ -276,6 +276,7 @@ impl Line {
             "welcome" => tell(Tell::Welcome { viewer: 1 }),
             "unknown" => refused("socket.session"),
             "refused" => refused("control.busy"),
+            "taken" => refused("control.taken"),
             "nothing-to-do" => refused("control.nothing_to_do"),
             "yours" => control(true, true),
             "others" => control(false, true),

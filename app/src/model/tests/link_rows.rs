@@ -311,6 +311,7 @@ fn notices_stay_until_they_are_closed() {
             ("linked refused status:Ready", "refused"),
             ("linked refused close:refused", ""),
             ("linked nothing-to-do", ""),
+            ("linked taken", ""),
             ("linked ended", "ended"),
             ("linked ended close:ended", ""),
             ("linked stop stopped", "ended by-you"),

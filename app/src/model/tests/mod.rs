@@ -7,9 +7,11 @@
 mod line;
 mod story;
 
+mod board_rows;
 mod files_rows;
 mod job_rows;
 mod keeping_rows;
+mod lab_rows;
 mod link_rows;
 mod planning_rows;
 mod play_rows;

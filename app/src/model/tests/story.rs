@@ -85,7 +85,7 @@ pub(super) fn work() -> Work {
     Work { bits: usual_bits(), operations, ..Work::default() }
 }
 
-fn row(diagnostics: Vec<Diagnostic>) -> FileRow {
+pub(super) fn row(diagnostics: Vec<Diagnostic>) -> FileRow {
     FileRow {
         name: "a.drl".to_owned(),
         kind: "drill".to_owned(),

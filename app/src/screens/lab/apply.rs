@@ -2,11 +2,11 @@
 //!
 //! Comes in: the bench and the machine. Goes out: `Configure`. Refused while the machine moves, and then it says so.
 
-use super::desk::desk;
 use crate::i18n::{advice, message, say, t};
 use crate::lab::Bench;
 use crate::model::LinkEvent;
 use crate::page::open_board;
+use crate::page::open_lab;
 use crate::page::{link, send};
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
@@ -33,7 +33,7 @@ pub(super) fn refusals(changes: &[(String, Value)]) -> Vec<Diagnostic> {
 
 /// The bar; shown while there is something to apply. `sound` says that the sheet itself finds nothing wrong.
 pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> impl IntoView {
-    let (lab, line) = (desk(), link::link());
+    let (lab, line) = (open_lab(), link::link());
     let staged = Memo::new(move |_| {
         open_board().machine.with(|machine| lab.bench.with(|bench| bench.changes(machine)))
     });

@@ -2,9 +2,10 @@
 //!
 //! Comes in: a name, a unit, the value it has by itself. Goes out: a field, and the number or nothing.
 
-use super::desk::desk;
 use crate::format::{plain, typed};
 use crate::i18n::{say, t};
+use crate::model::LabEvent;
+use crate::page::{open_lab, send};
 use leptos::ev;
 use leptos::html::{input, label, small, span};
 use leptos::prelude::*;
@@ -25,7 +26,7 @@ pub(super) struct Field {
 impl Field {
     /// The text on show.
     pub(super) fn text(self) -> String {
-        let typed = desk().bench.with(|bench| bench.fields.get(self.name).cloned());
+        let typed = open_lab().bench.with(|bench| bench.fields.get(self.name).cloned());
         typed.unwrap_or_else(|| plain(self.own.get()))
     }
 
@@ -41,7 +42,7 @@ impl Field {
 
     /// The field with its words.
     pub(super) fn view(self, words: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
-        let lab = desk();
+        let lab = open_lab();
         let wrong = Memo::new(move |_| self.number().is_none());
         let why = format!("{}-why", self.id());
         let (low, high) = self.range;
@@ -60,7 +61,7 @@ impl Field {
                         let text = event_target_value(&event);
                         lab.change(Some(self.name), |bench| bench.with_field(self.name, text));
                     })
-                    .on(ev::change, move |_| lab.rest()),
+                    .on(ev::change, move |_| send(LabEvent::Rest)),
                 span().child(self.unit),
             )),
             small().class("refusal").attr("id", why).child(move || {

@@ -6,12 +6,13 @@
 //!
 //! Comes in: the status. Goes out: nothing that moves; a report as text.
 
-use super::desk::desk;
 use crate::browser;
 use crate::i18n::{self, say, t};
-use crate::lab::io::{Check, Found, Inputs};
+use crate::lab::io::{Check, Found};
+use crate::model::LabEvent;
 use crate::page::link;
 use crate::page::open_board;
+use crate::page::{open_lab, send};
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, push, push_if, save_file, shape};
 use annulus_core::job::Input;
@@ -40,7 +41,7 @@ pub(super) fn io() -> impl IntoView {
 }
 
 fn inputs() -> impl IntoView {
-    let inputs = desk().inputs;
+    let inputs = open_lab().inputs;
     let head = |text: fn() -> String| th().attr("scope", "col").child(text);
     let rows = Input::ALL.into_iter().enumerate().map(|(index, input)| {
         let on = Memo::new(move |_| inputs.with(|inputs| inputs.on(input)));
@@ -63,9 +64,7 @@ fn inputs() -> impl IntoView {
     section().class("block").attr("aria-label", t!("page.lab.io.inputs")).child((
         div().class("row spread").child((
             h3().child(t!("page.lab.io.inputs")),
-            push("button small", t!("page.lab.io.count_anew"), move |_| {
-                inputs.update(|inputs| *inputs = inputs.counted_anew());
-            }),
+            push("button small", t!("page.lab.io.count_anew"), |_| send(LabEvent::CountAnew)),
         )),
         table().class("io-table").child((
             caption().class("unseen").child(t!("page.lab.io.inputs")),
@@ -102,10 +101,9 @@ fn report(check: &Check) -> String {
 }
 
 fn check() -> impl IntoView {
-    let lab = desk();
-    let (check, inputs) = (lab.check, lab.inputs);
-    let bits = move || inputs.with_untracked(|inputs: &Inputs| inputs.bits.unwrap_or_default());
-    let begin = move |_| check.set(Some(Check::begin(bits())));
+    let lab = open_lab();
+    let check = lab.check;
+    let begin = |_| send(LabEvent::Check);
     let asked = move || {
         let now = check.get();
         match now.as_ref().and_then(Check::input) {
@@ -113,9 +111,7 @@ fn check() -> impl IntoView {
                 .class("check-now")
                 .child((
                     strong().child(t!("page.lab.io.press", input = sensor(input))),
-                    push("button", t!("page.lab.io.skip"), move |_| {
-                        check.update(|check| *check = check.map(|check| check.skipped(bits())));
-                    }),
+                    push("button", t!("page.lab.io.skip"), |_| send(LabEvent::Skip)),
                 ))
                 .into_any(),
             None if now.is_some() => {

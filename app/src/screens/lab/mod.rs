@@ -9,7 +9,6 @@
 //! says so itself. The maths comes from `annulus-core`.
 
 mod apply;
-mod desk;
 mod fields;
 mod io;
 mod log;
@@ -19,11 +18,12 @@ mod phases;
 mod queue;
 mod servo;
 
-pub(crate) use desk::desk;
 pub(crate) use queue::key as queue_key;
 
-use crate::i18n::{say, t};
+use crate::i18n::{say, sentence, t};
 use crate::lab::Sheet;
+use crate::model::LabEvent;
+use crate::page::{open_lab, send};
 use crate::widgets::{Icon, icon, picture_button_if};
 use leptos::ev::{self, KeyboardEvent};
 use leptos::html::{button, div, h2, header, p, span};
@@ -42,15 +42,9 @@ fn name_of(sheet: Sheet) -> String {
     }
 }
 
-/// Makes the Lab in the root of the page, after link and state.
-pub(crate) fn begin() {
-    desk::begin();
-    queue::begin();
-}
-
 /// The screen.
 pub(crate) fn lab() -> impl IntoView {
-    let lab = desk();
+    let lab = open_lab();
     let sheet = move || match lab.sheet.get() {
         Sheet::Io => io::io().into_any(),
         Sheet::Queue => queue::queue().into_any(),
@@ -69,7 +63,10 @@ pub(crate) fn lab() -> impl IntoView {
                 .attr("id", "lab-sheet")
                 .attr("aria-labelledby", move || tab_id(lab.sheet.get()))
                 .child((h2().class("unseen").child(move || name_of(lab.sheet.get())), sheet)),
-            div().class("unseen").attr("role", "status").child(move || lab.said.get()),
+            div()
+                .class("unseen")
+                .attr("role", "status")
+                .child(move || lab.said.get().map(|text| sentence(&text))),
         )),
     )
 }
@@ -80,7 +77,7 @@ fn tab_id(sheet: Sheet) -> String {
 
 /// The arrows go from tab to tab, Enter and Space open one.
 fn sheets() -> impl IntoView {
-    let lab = desk();
+    let lab = open_lab();
     let tabs = Sheet::ALL.map(|this| {
         let chosen = move || lab.sheet.get() == this;
         button()
@@ -91,7 +88,7 @@ fn sheets() -> impl IntoView {
             .attr("aria-selected", move || if chosen() { "true" } else { "false" })
             .attr("tabindex", move || if chosen() { "0" } else { "-1" })
             .class("tab")
-            .on(ev::click, move |_| lab.sheet.set(this))
+            .on(ev::click, move |_| send(LabEvent::Show { sheet: this }))
             .on(ev::keydown, move |event| go_along(&event, this))
             .child(move || name_of(this))
     });
@@ -118,20 +115,32 @@ fn go_along(event: &KeyboardEvent, from: Sheet) {
 }
 
 fn undo_buttons() -> impl IntoView {
-    let lab = desk();
+    let lab = open_lab();
     let can = move |back: bool| {
-        !lab.locked.get()
-            && lab.history.with(|history| if back { history.can_undo() } else { history.can_redo() })
+        !lab.locked.get() && {
+            let (undo, redo) = lab.can_undo.get();
+            if back { undo } else { redo }
+        }
     };
     div().class("row").child((
-        picture_button_if(Icon::Undo, move || can(true), t!("page.lab.undo"), move |_| lab.undo(true)),
-        picture_button_if(Icon::Redo, move || can(false), t!("page.lab.redo"), move |_| lab.undo(false)),
+        picture_button_if(
+            Icon::Undo,
+            move || can(true),
+            t!("page.lab.undo"),
+            |_| send(LabEvent::Undo { back: true }),
+        ),
+        picture_button_if(
+            Icon::Redo,
+            move || can(false),
+            t!("page.lab.redo"),
+            |_| send(LabEvent::Undo { back: false }),
+        ),
     ))
 }
 
 /// A job runs: look, but do not touch.
 fn locked() -> impl IntoView {
-    let lab = desk();
+    let lab = open_lab();
     move || {
         lab.locked.get().then(|| {
             p().class("notice tone-pause")

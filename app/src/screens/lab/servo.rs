@@ -8,11 +8,12 @@
 //!
 //! Comes in: what was typed. Goes out: plots and numbers. Changes nothing.
 
-use super::desk::desk;
 use super::fields::{self, Field};
 use crate::i18n::{advice, message, say, t};
 use crate::lab::servo::{self, Run, Step, Stroke, Typed};
+use crate::model::LabEvent;
 use crate::page::open_board;
+use crate::page::{open_lab, send};
 use crate::readout::short;
 use crate::widgets::{choice, plotted};
 use annulus_core::diagnostic::Diagnostic;
@@ -121,7 +122,7 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
 /// The sheet.
 pub(super) fn servo() -> impl IntoView {
     let fields = typed_fields();
-    let strokes = desk().stroke;
+    let strokes = open_lab().stroke;
     let found = Memo::new(move |_| found(fields, strokes.get()));
     let plot =
         Memo::new(move |_| Arc::new(found.with(|found| found.as_ref().map(drawn).unwrap_or_default())));
@@ -150,14 +151,14 @@ pub(super) fn servo() -> impl IntoView {
     ))
 }
 
-fn parts(strokes: RwSignal<bool>) -> impl IntoView {
+fn parts(strokes: ReadSignal<bool>) -> impl IntoView {
     div().class("segmented").attr("role", "group").attr("aria-label", t!("page.lab.motion.parts")).child((
-        choice(move || !strokes.get(), t!("page.lab.servo.step"), move |_| strokes.set(false)),
-        choice(move || strokes.get(), t!("page.lab.servo.stroke"), move |_| strokes.set(true)),
+        choice(move || !strokes.get(), t!("page.lab.servo.step"), |_| send(LabEvent::Stroke { on: false })),
+        choice(move || strokes.get(), t!("page.lab.servo.stroke"), |_| send(LabEvent::Stroke { on: true })),
     ))
 }
 
-fn asked(fields: Fields, strokes: RwSignal<bool>) -> impl IntoView {
+fn asked(fields: Fields, strokes: ReadSignal<bool>) -> impl IntoView {
     section().class("block pairs").child(move || {
         if strokes.get() {
             (

@@ -3,6 +3,7 @@
 //! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging, forgetting.
 
 use super::{ended, words};
+use crate::health::observer;
 use crate::i18n::{advice, key, message, say, t};
 use crate::model::{LinkEvent, StartEvent};
 use crate::page::link::{self, Freshness, Link, Notice, Ousted, Phase};
@@ -13,19 +14,11 @@ use annulus_core::wire::Ask;
 use leptos::html::{div, p, span, strong};
 use leptos::prelude::*;
 
-fn look(line: Link) -> words::Look {
-    if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
-        let lost = line.ever.get();
-        return words::phase(if lost { Phase::Lost } else { line.phase.get() });
-    }
-    line.state().map_or_else(|| words::phase(Phase::Connecting), words::state)
-}
-
 /// State, its meaning, and who has control.
 pub(crate) fn banner() -> impl IntoView {
     let line = link::link();
     move || {
-        let look = look(line);
+        let look = words::of(line);
         let (word, meaning) = (look.word, look.meaning);
         div().class(format!("banner {}", look.tone)).attr("role", "status").child((
             icon(look.icon),
@@ -38,7 +31,7 @@ pub(crate) fn banner() -> impl IntoView {
 
 fn control(line: Link) -> impl IntoView {
     move || {
-        if line.phase.get() != Phase::Open {
+        if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
             return None;
         }
         let control = line.control.get();
@@ -49,8 +42,9 @@ fn control(line: Link) -> impl IntoView {
         } else {
             let taken = control.taken;
             let take = move |_| link::ask(Ask::TakeControl { force: taken });
-            (span().child(t!("page.control.observer")), push("button small", t!("page.control.take"), take))
-                .into_any()
+            let said = observer(line.ousted.get(), taken)
+                .map(|word| span().child(move || crate::i18n::text(word, &[])));
+            (said, push("button small", t!("page.control.take"), take)).into_any()
         };
         Some(div().class("row").child((viewers, button)))
     }

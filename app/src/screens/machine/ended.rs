@@ -4,7 +4,8 @@
 //! a program with what is missing. Nothing moves before that.
 
 use super::words;
-use crate::i18n::{key, say, t};
+use crate::i18n::{key, say, sentence, t};
+use crate::model::link::drilled;
 use crate::model::{LinkEvent, StartEvent};
 use crate::page::link::{self, Ended, Link, Notice};
 use crate::page::send;
@@ -53,9 +54,22 @@ fn as_told(ended: Ended) -> impl IntoView {
     };
     div().class(class).attr("role", "status").child((
         icon(sign),
-        span().class("grow").child(text),
+        div().class("grow").child((span().child(text), really_there(link::link()))),
         push("button small quiet", t!("page.close"), |_| send(LinkEvent::Close { notice: Notice::Ended })),
     ))
+}
+
+/// What of the run is not as programmed, and what was drilled twice; nothing while the next one runs.
+fn really_there(line: Link) -> impl IntoView {
+    let lines = Memo::new(move |_| {
+        let status = line.status.get().filter(|_| !line.busy());
+        status.map(|status| drilled::lines(&status)).unwrap_or_default()
+    });
+    move || {
+        let rows: Vec<_> =
+            lines.get().into_iter().map(|text| li().child(move || sentence(&text)).into_any()).collect();
+        (!rows.is_empty()).then(|| ul().class("differs").child(rows))
+    }
 }
 
 fn not_as_programmed(
@@ -72,16 +86,6 @@ fn not_as_programmed(
         }
         None => say!("page.ended.differs"),
     };
-    let rows = [
-        (u64::from(told.missing), key!("page.ended.missing")),
-        (u64::from(told.shifted), key!("page.ended.shifted")),
-        (u64::from(told.doubled), key!("page.ended.doubled")),
-        (u64::from(told.broken), key!("page.ended.broken")),
-        (told.slipped_steps, key!("page.ended.slipped")),
-    ];
-    let rows = rows.into_iter().filter(|(count, _)| *count > 0).map(|(count, key)| {
-        li().child(move || crate::i18n::text(key, &[("count", count.to_string())])).into_any()
-    });
     let uncertain = told.slipped_steps > 0 || told.shifted > 0;
     let advice = move || {
         if uncertain { say!("page.ended.differs_lost") } else { say!("page.ended.differs_do") }
@@ -98,11 +102,7 @@ fn not_as_programmed(
     };
     div().class("notice tone-alarm").attr("role", "alert").child((
         icon(Icon::Alarm),
-        div().class("grow").child((
-            strong().child(title),
-            ul().class("differs").child(rows.collect::<Vec<_>>()),
-            p().child(advice),
-        )),
+        div().class("grow").child((strong().child(title), really_there(line), p().child(advice))),
         again,
         push("button small quiet", t!("page.close"), move |_| {
             closed.set(Some(told));

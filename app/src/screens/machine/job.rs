@@ -5,7 +5,7 @@
 use super::{ended, words};
 use crate::format::clock;
 use crate::i18n::{language, say, t};
-use crate::model::StartEvent;
+use crate::model::{StartEvent, Unseen};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::page::{frame, open_board};
@@ -47,6 +47,9 @@ fn progress(line: Link) -> impl IntoView {
         let told = ended::differs(line)?;
         let run = line.ended.with(|ended| ended.as_ref().map(|ended| ended.holes_done));
         let run = run.unwrap_or_else(planned);
+        if run == 0 {
+            return None;
+        }
         Some((run.saturating_sub(told.missing.saturating_add(told.shifted)), run))
     });
     let counts = Memo::new(move |_| match from(line, |status| (status.holes_done, status.holes_total)) {
@@ -67,14 +70,16 @@ fn progress(line: Link) -> impl IntoView {
         let ((done, total), (way, toolpaths)) = (counts.get(), toolpaths.get());
         match (there.get().is_some(), toolpaths, total) {
             (true, ..) => say!("page.job.there", done = done, total = total),
+            (_, 0, 0) => String::new(),
             (_, 0, _) => say!("page.job.holes", done = done, total = total),
             (_, _, 0) => say!("page.job.toolpaths", done = way, total = toolpaths),
             _ => say!("page.job.both", way = way, toolpaths = toolpaths, done = done, total = total),
         }
     };
     let times = move || {
-        let (elapsed, left) = from(line, |status| (status.elapsed_s, status.left_s));
-        say!("page.job.times", elapsed = clock(elapsed), left = clock(left))
+        let of_job = |status: &Status| status.job.is_some().then_some((status.elapsed_s, status.left_s));
+        from(line, of_job)
+            .map(|(elapsed, left)| say!("page.job.times", elapsed = clock(elapsed), left = clock(left)))
     };
     div().class("job-progress").child((
         div().class("big").child((strong().child(holes), span().child(percent))),
@@ -108,7 +113,7 @@ fn controls(line: Link) -> impl IntoView {
     let can_start = move || {
         may(&[State::Ready])
             && open_board().job.with(Option::is_some)
-            && !open_board().errors_unacknowledged()
+            && open_board().unseen().is_none()
             && open_board().cleared()
     };
     let paused = Memo::new(move |_| line.state() == Some(State::Paused));
@@ -181,8 +186,12 @@ fn reason(line: Link) -> Option<String> {
     if !line.control.get().yours {
         return Some(say!("page.job.needs_control"));
     }
-    if open_board().errors_unacknowledged() {
-        return Some(say!("page.job.errors_unacknowledged"));
+    if let Some(unseen) = open_board().unseen() {
+        return Some(match unseen {
+            Unseen::Several => say!("page.job.several_unseen"),
+            Unseen::Unread => say!("page.job.errors_unacknowledged"),
+            Unseen::Board => say!("page.job.board_unseen"),
+        });
     }
     if !open_board().refused.with(Vec::is_empty) {
         return Some(say!("page.job.refused"));

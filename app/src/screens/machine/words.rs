@@ -1,14 +1,15 @@
 //! The words, colours and signs of what the machine does.
 //!
-//! Comes in: states of `control`. Goes out: keys of the locale tables, classes, icons. Knows no layout.
+//! Comes in: states of `control`, the line. Goes out: keys of the locale tables, classes, icons. Knows no layout.
 
 use crate::i18n::key;
-use crate::page::link::Phase;
+use crate::page::link::{Freshness, Link, Phase};
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
 use annulus_core::job::Input;
 use annulus_core::steps::Stage;
 use annulus_core::wire::Verdict;
+use leptos::prelude::Get;
 
 /// How a state is shown: word, colour class, sign.
 pub struct Look {
@@ -75,6 +76,15 @@ pub fn phase(phase: Phase) -> Look {
             look(key!("page.state.link_lost"), key!("page.state.link_lost_is"), "tone-alarm", Icon::Warning)
         }
     }
+}
+
+/// How things stand: the machine's state, or that it is not known.
+pub fn of(line: Link) -> Look {
+    if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
+        let lost = line.ever.get();
+        return phase(if lost { Phase::Lost } else { line.phase.get() });
+    }
+    line.state().map_or_else(|| phase(Phase::Connecting), state)
 }
 
 /// The stages of a hole, in their order.

@@ -11,8 +11,7 @@ pub(crate) use finding::finding;
 
 use crate::engine::messages::FileRow;
 use crate::i18n::{key, say, t};
-use crate::model::Document;
-use crate::model::FilesEvent;
+use crate::model::{Document, FilesEvent, Unseen};
 use crate::page::{open_board, send};
 use crate::widgets::{menu_word, push, push_if};
 use leptos::ev;
@@ -30,13 +29,19 @@ pub(crate) fn review() -> impl IntoView {
         push("button", t!("page.review.discard"), |_| send(FilesEvent::Discarded)),
         push_if(
             "button primary large",
-            move || !desk.errors_unacknowledged(),
+            move || desk.unseen().is_none(),
             t!("page.review.go"),
             |_| send(FilesEvent::Reviewed),
         ),
     ));
-    let unseen =
-        move || desk.errors_unacknowledged().then(|| p().class("quiet").child(t!("page.review.unseen")));
+    let unseen = move || {
+        let word = match desk.unseen()? {
+            Unseen::Several => key!("page.review.unseen_several"),
+            Unseen::Unread => key!("page.review.unseen"),
+            Unseen::Board => key!("page.review.unseen_board"),
+        };
+        Some(p().class("quiet").child(move || crate::i18n::text(word, &[])))
+    };
     let body = move || desk.document.get().map(|document| files(&document));
     div().class("whole").child(div().class("review").child((head, unseen, body)))
 }

@@ -13,10 +13,7 @@ mod scrub;
 use crate::i18n::t;
 use crate::keys::Action;
 use crate::model::PlayEvent;
-use crate::page::{open_board, play, send};
-use crate::screens::shown::Moment;
-use crate::view::Progress;
-use annulus_core::job::{Mark, Stage};
+use crate::page::send;
 use leptos::html::div;
 use leptos::prelude::*;
 
@@ -30,17 +27,6 @@ pub(crate) fn act(action: Action) {
         Action::Faster(more) => PlayEvent::Faster { more },
         _ => return,
     });
-}
-
-/// How far the picture is.
-pub(crate) fn moment() -> Moment {
-    let Some(now) = play().now() else { return Moment::default() };
-    let drilling = matches!(now.mark, Mark::Hole(_)) && matches!(now.stage, Stage::Approach | Stage::Drill);
-    let [x, y, _] = now.position_mm;
-    let done = open_board().toolpaths.with(|toolpaths| {
-        toolpaths.as_ref().map_or(now.holes_done, |toolpaths| toolpaths.done(now.leg, now.holes_done))
-    });
-    Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 
 /// The panels round the picture.

@@ -8,71 +8,21 @@
 //!
 //! Comes in: the bench, else the machine's table. Goes out: `Configure`, once the core's check lets it.
 
+use super::table::{Shown, shown};
 use super::takts;
 use crate::i18n::{advice, message, say, t};
-use crate::lab::bench::{INTERRUPTS, INTERRUPTS_HZ, StateRow};
+use crate::lab::motion::StateRow;
 use crate::lab::motion::{self, Column};
-use crate::page::open_board;
+use crate::model::LabEvent;
+use crate::page::open_lab;
+use crate::page::send;
 use crate::readout::short;
 use crate::screens::lab::apply;
-use crate::screens::lab::desk::desk;
-use crate::screens::lab::fields::Field;
 use crate::widgets::{Icon, icon, push, push_if};
-use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, Dynamics, axis_name};
+use annulus_core::machine::Dynamics;
 use leptos::ev;
 use leptos::html::{div, h3, input, li, p, section, span, strong, table, tbody, td, th, thead, tr, ul};
 use leptos::prelude::*;
-
-/// What is shown and found out.
-#[derive(Clone, Copy)]
-pub(super) struct Shown {
-    /// The rows as typed.
-    pub(super) rows: Memo<Vec<StateRow>>,
-    /// The table, where every cell holds a number.
-    pub(super) table: Memo<Option<Dynamics>>,
-    /// What the core says: refusals, then warnings.
-    findings: Memo<Vec<Diagnostic>>,
-    /// Whether it may be used.
-    pub(super) sound: Memo<bool>,
-    /// Interrupts a second.
-    pub(super) interrupts: Field,
-    /// Length of the move, takts.
-    pub(super) takts: Field,
-}
-
-fn shown() -> Shown {
-    let lab = desk();
-    let rows = Memo::new(move |_| {
-        let typed = lab.bench.with(|bench| bench.dynamics.clone());
-        typed.unwrap_or_else(|| open_board().machine.with(|machine| motion::rows(&machine.dynamics)))
-    });
-    let table = Memo::new(move |_| rows.with(|rows| motion::dynamics(rows).ok()));
-    let checked = Memo::new(move |_| table.with(|table| table.as_ref().map(machine::dynamics::check)));
-    let findings = Memo::new(move |_| match checked.get() {
-        Some(Ok(diagnostics) | Err(diagnostics)) => diagnostics,
-        None => Vec::new(),
-    });
-    let interrupt_hz = Memo::new(|_| open_board().machine.with(|machine| f64::from(machine.interrupt_hz)));
-    Shown {
-        rows,
-        table,
-        findings,
-        sound: Memo::new(move |_| matches!(checked.get(), Some(Ok(_)))),
-        interrupts: Field {
-            name: INTERRUPTS,
-            unit: "Hz",
-            range: (*INTERRUPTS_HZ.start(), *INTERRUPTS_HZ.end()),
-            own: interrupt_hz,
-        },
-        takts: Field {
-            name: "move.takts",
-            unit: "",
-            range: (-20_000.0, 20_000.0),
-            own: Memo::new(|_| 100.0),
-        },
-    }
-}
 
 /// The part.
 pub(super) fn dynamics() -> impl IntoView {
@@ -129,7 +79,7 @@ fn row(shown: Shown, at: usize) -> impl IntoView {
 }
 
 fn cell(shown: Shown, at: usize, column: Column) -> impl IntoView {
-    let lab = desk();
+    let lab = open_lab();
     let text = move || {
         shown.rows.with(|rows| {
             let row = rows.get(at).cloned().unwrap_or_default();
@@ -158,11 +108,11 @@ fn cell(shown: Shown, at: usize, column: Column) -> impl IntoView {
             let rows = motion::with_cell(&shown.rows.get_untracked(), at, column, event_target_value(&event));
             lab.change(Some(&field), |bench| bench.with_dynamics(rows));
         })
-        .on(ev::change, move |_| lab.rest())
+        .on(ev::change, move |_| send(LabEvent::Rest))
 }
 
 fn buttons(shown: Shown) -> impl IntoView {
-    let lab = desk();
+    let lab = open_lab();
     let edit = move |made: fn(&[StateRow]) -> Vec<StateRow>| {
         let rows = shown.rows.with_untracked(|rows| made(rows));
         lab.change(None, |bench| bench.with_dynamics(rows));
@@ -206,9 +156,4 @@ fn findings(shown: Shown) -> impl IntoView {
         p().class("row").attr("role", "status").child(verdict),
         ul().child(list),
     ))
-}
-
-/// The axes whose speed is shown.
-pub(super) fn axes() -> [String; 3] {
-    [0, 1, 2].map(axis_name)
 }

@@ -5,42 +5,35 @@
 mod cycle;
 mod dynamics;
 mod profiles;
+mod table;
 mod takts;
 
 use crate::i18n::{say, t};
+use crate::lab::sheet::Part;
+use crate::model::LabEvent;
+use crate::page::{open_lab, send};
 use crate::widgets::choice;
 use leptos::html::div;
 use leptos::prelude::*;
 
-/// A part of the sheet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Part {
-    /// The integer table.
-    #[default]
-    Dynamics,
-    /// Profiles in closed form.
-    Profiles,
-    /// Table and spindles together.
-    Cycle,
-}
-
-impl Part {
-    const ALL: [Self; 3] = [Self::Dynamics, Self::Profiles, Self::Cycle];
-
-    fn name(self) -> String {
-        match self {
-            Self::Dynamics => say!("page.lab.motion.dynamics"),
-            Self::Profiles => say!("page.lab.motion.profiles"),
-            Self::Cycle => say!("page.lab.motion.cycle"),
-        }
+fn name_of(part: Part) -> String {
+    match part {
+        Part::Dynamics => say!("page.lab.motion.dynamics"),
+        Part::Profiles => say!("page.lab.motion.profiles"),
+        Part::Cycle => say!("page.lab.motion.cycle"),
     }
 }
 
 /// The sheet.
 pub(super) fn motion() -> impl IntoView {
-    let part = super::desk().part;
+    let part = open_lab().part;
     let choices = Part::ALL.map(|this| {
-        choice(move || part.get() == this, move || this.name(), move |_| part.set(this)).into_any()
+        choice(
+            move || part.get() == this,
+            move || name_of(this),
+            move |_| send(LabEvent::Part { part: this }),
+        )
+        .into_any()
     });
     div().class("lab-sheet").child((
         div().class("lab-tools").child(

@@ -9,9 +9,10 @@
 
 use crate::i18n::{advice, message, say, t};
 use crate::lab::motion::curve;
-use crate::page::open_board;
+use crate::model::LabEvent;
+use crate::page::open_lab;
+use crate::page::{open_board, send};
 use crate::readout::short;
-use crate::screens::lab::desk::desk;
 use crate::screens::lab::fields::{self, Field};
 use crate::widgets::{choice, plotted};
 use annulus_core::diagnostic::Diagnostic;
@@ -52,7 +53,7 @@ fn law_name(law: usize) -> String {
 }
 
 fn typed() -> Typed {
-    let motor = desk().motor;
+    let motor = open_lab().motor;
     let of = move |limit: usize| {
         Memo::new(move |_| {
             open_board().machine.with(|machine| {
@@ -135,9 +136,14 @@ pub(super) fn profiles() -> impl IntoView {
 
 /// Whose limits the fields begin with.
 fn axes() -> impl IntoView {
-    let motor = desk().motor;
+    let motor = open_lab().motor;
     let choices = [0, 1, 2].map(|axis| {
-        choice(move || motor.get() == axis, move || axis_name(axis), move |_| motor.set(axis)).into_any()
+        choice(
+            move || motor.get() == axis,
+            move || axis_name(axis),
+            move |_| send(LabEvent::Motor { motor: axis }),
+        )
+        .into_any()
     });
     div().class("field").child((
         span().child(t!("page.lab.motion.axis")),

@@ -2,7 +2,7 @@
 //!
 //! Comes in: the table on show. Goes out: a plot and a list.
 
-use super::dynamics::{Shown, axes};
+use super::table::{Shown, axes};
 use crate::i18n::{say, t};
 use crate::lab::motion::{self, Numbered};
 use crate::page::open_board;

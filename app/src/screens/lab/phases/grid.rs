@@ -9,6 +9,8 @@
 use super::Table;
 use crate::i18n::{say, t};
 use crate::lab::phases::{Block, Cell, Edit, LINES, Line, copied, is_on, whole};
+use crate::model::LabEvent;
+use crate::page::send;
 use leptos::ev::{self, KeyboardEvent, MouseEvent};
 use leptos::html::{div, span};
 use leptos::prelude::*;
@@ -94,11 +96,11 @@ fn cell(table: Table, line: Line, at: Cell) -> impl IntoView {
 }
 
 fn clicked(table: Table, at: Cell, event: &MouseEvent) {
-    let block = table.lab.block;
     if event.shift_key() {
-        block.update(|block| block.cursor = at);
+        let block = table.lab.block.get_untracked();
+        send(LabEvent::Choose { block: Block { cursor: at, ..block } });
     } else {
-        block.set(Block::at(at));
+        send(LabEvent::Choose { block: Block::at(at) });
         table.edit(&Edit::Toggle(Block::at(at)));
     }
     focus(at);
@@ -132,14 +134,13 @@ fn pressed(table: Table, event: &KeyboardEvent) {
     };
     if let Some(moved) = moved {
         event.prevent_default();
-        lab.block.set(moved);
+        send(LabEvent::Choose { block: moved });
         return focus(moved.cursor);
     }
     match (key.as_str(), ctrl) {
         (" ", false) => table.edit(&Edit::Toggle(block)),
         ("c", true) => {
-            lab.clip.set(Some(table.columns.with_untracked(|columns| copied(columns, block))));
-            lab.said.set(say!("page.lab.phases.copied"));
+            send(LabEvent::Copy { clip: table.columns.with_untracked(|columns| copied(columns, block)) });
         }
         ("v", true) => {
             if let Some(clip) = lab.clip.get_untracked() {

@@ -17,10 +17,10 @@ mod verdict;
 mod waves;
 
 use super::apply;
-use super::desk::{Desk, desk};
 use crate::i18n::t;
 use crate::lab::phases::Edit;
 use crate::page::open_board;
+use crate::page::{Lab, open_lab};
 use annulus_core::diagnostic::Severity;
 use annulus_core::machine::phases::{Commutator, check};
 use annulus_core::machine::{Machine, PhaseTable};
@@ -30,7 +30,7 @@ use leptos::prelude::*;
 /// The table on show and the takt it stands at.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
-    lab: Desk,
+    lab: Lab,
     /// Its columns.
     columns: Memo<Vec<u8>>,
     /// What the motor gets, takt by takt.
@@ -61,7 +61,7 @@ const KEYS: [&str; 3] = ["x.phases", "y.phases", "z.phases"];
 
 /// The sheet.
 pub(super) fn phases() -> impl IntoView {
-    let lab = desk();
+    let lab = open_lab();
     let columns = Memo::new(move |_| {
         let motor = lab.motor.get();
         let edited = lab.bench.with(|bench| bench.tables.get(motor).cloned().flatten());

@@ -6,6 +6,8 @@ use super::Table;
 use crate::i18n::{self, key, say, t};
 use crate::lab::bench::MOTORS;
 use crate::lab::phases::{Block, Edit, MOST_COLUMNS, whole};
+use crate::model::LabEvent;
+use crate::page::send;
 use crate::widgets::{choice, menu_word, push_if};
 use annulus_core::machine::axis_name;
 use annulus_core::machine::phases::{self, PRESETS};
@@ -46,7 +48,12 @@ fn chosen(table: Table) -> Block {
 fn motors(table: Table) -> impl IntoView {
     let motor = table.lab.motor;
     let choices = (0..MOTORS).map(|this| {
-        choice(move || motor.get() == this, move || axis_name(this), move |_| motor.set(this)).into_any()
+        choice(
+            move || motor.get() == this,
+            move || axis_name(this),
+            move |_| send(LabEvent::Motor { motor: this }),
+        )
+        .into_any()
     });
     div().class("field").child((
         span().child(t!("page.lab.phases.motor")),

@@ -9,6 +9,8 @@
 use super::Work;
 use crate::i18n::{self, advice, message, say, t};
 use crate::lab::queue::{Edit, Line, levels};
+use crate::model::LabEvent;
+use crate::page::send;
 use crate::readout::short;
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
@@ -67,7 +69,7 @@ fn row(work: Work, at: usize) -> impl IntoView {
         .class(("chosen", chosen))
         .class(("next", next))
         .class(("wrong", move || wrong.with(Option::is_some)))
-        .on(ev::focusin, move |_| work.lab.row.set(at))
+        .on(ev::focusin, move |_| send(LabEvent::Row { at }))
         .child((
             div().attr("role", "gridcell").class("number tabular").child(at + 1),
             div().attr("role", "gridcell").child(breakpoint(work, at)),
@@ -165,7 +167,7 @@ fn arguments(work: Work, at: usize, wrong: Memo<Option<Diagnostic>>) -> impl Int
                 let field = format!("queue.arguments.{at}");
                 work.edit(Some(&field), &Edit::Arguments(at, event_target_value(&event)));
             })
-            .on(ev::change, move |_| work.lab.rest()),
+            .on(ev::change, move |_| send(LabEvent::Rest)),
         small().class("quiet").attr("aria-hidden", "true").child(takes),
     )
 }
@@ -181,7 +183,7 @@ fn note(work: Work, at: usize) -> impl IntoView {
             let field = format!("queue.note.{at}");
             work.edit(Some(&field), &Edit::Note(at, event_target_value(&event)));
         })
-        .on(ev::change, move |_| work.lab.rest())
+        .on(ev::change, move |_| send(LabEvent::Rest))
 }
 
 fn result(work: Work, at: usize, wrong: Option<Diagnostic>) -> AnyView {
@@ -253,6 +255,6 @@ fn pressed(work: Work, event: &KeyboardEvent) {
         _ => return,
     };
     event.prevent_default();
-    work.lab.row.set(to);
+    send(LabEvent::Row { at: to });
     focus(to);
 }

@@ -9,35 +9,29 @@
 //! Comes in: lines of the bench. Goes out: edits; runs in this page's own drill, or asks to the machine.
 
 mod grid;
-mod runs;
 mod text;
 mod tools;
 mod verdict;
 
-pub(super) use runs::Runs;
-
-use super::desk::{Desk, desk};
-use crate::i18n::{say, t};
+use crate::i18n::{key, t};
 use crate::keys::QueueKey;
+use crate::lab::Sheet;
 use crate::lab::queue::{Edit, Line, to_text};
-use crate::lab::{Sheet, rehearsal};
+use crate::model::LabEvent;
 use crate::model::LinkEvent;
-use crate::page::open_board;
+use crate::page::{Lab, open_lab};
 use crate::page::{link, send};
-use annulus_core::control::Trust;
+use crate::said::Text;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Machine;
-use annulus_core::queue::{self, Checked, Mode, Queue, RowResult, Standing};
-use annulus_core::units::Length;
+use annulus_core::queue::{Checked, Mode, Queue, RowResult};
 use annulus_core::wire::{Ask, QueuePhase};
 use leptos::html::{div, p};
 use leptos::prelude::*;
-use std::cell::Cell;
 
 /// The queue on show and what the core says of it.
 #[derive(Clone, Copy)]
 pub(super) struct Work {
-    lab: Desk,
+    lab: Lab,
     /// Its lines as typed.
     lines: Memo<Vec<Line>>,
     /// The same as rows that may be run, or what is wrong with them, line by line.
@@ -54,7 +48,7 @@ impl Work {
             at = to;
             next
         });
-        self.lab.row.set(at);
+        send(LabEvent::Row { at });
     }
 
     /// Everything that is wrong with the queue.
@@ -114,51 +108,14 @@ impl Work {
     }
 
     /// Runs it in the page, as far as `mode` says.
-    fn run(self, mode: Mode) {
-        let queue = self.read.with_untracked(|read| read.as_ref().ok().cloned());
-        if let Some(queue) = queue.filter(|_| !self.lab.locked.get_untracked()) {
-            self.lab.runs.go(&queue, mode);
-        }
+    fn run(mode: Mode) {
+        send(LabEvent::Run { mode });
     }
-}
-
-/// How the drill stands, as far as the machine told it; without a machine nothing is known.
-fn told(machine: &Machine) -> Standing {
-    let Some(status) = link::link().status.get() else { return Standing::default() };
-    let steps = |mm: f64, axis: usize| machine.axis(axis).scale.steps(Length::from_mm(mm));
-    Standing {
-        position: status.steps,
-        zero: status.zero_mm.map(|[x, y]| [steps(x, 0), steps(y, 1)]),
-        homed: [status.trust == Trust::Trusted; 3],
-        rpm: status.spindle_rpm,
-    }
-}
-
-thread_local! {
-    static WORK: Cell<Option<Work>> = const { Cell::new(None) };
 }
 
 fn work() -> Work {
-    WORK.get().expect("the queue is made before the first screen")
-}
-
-/// Makes it in the root of the page, after the desk.
-pub(super) fn begin() {
-    let lab = desk();
-    let lines = Memo::new(move |_| lab.bench.with(|bench| bench.queue.clone()));
-    let read = Memo::new(move |_| queue::read("", &lines.with(|lines| to_text(lines))));
-    let standing = Memo::new(move |_| {
-        let machine = open_board().machine.get();
-        if lab.on_machine.get() { told(&machine) } else { rehearsal::standing(&machine).unwrap_or_default() }
-    });
-    let checked = Memo::new(move |_| {
-        let machine = open_board().machine.get();
-        let standing = standing.get();
-        read.with(|read| {
-            read.as_ref().ok().map(|queue| queue::check(queue, &machine, &machine.card.names(), &standing))
-        })
-    });
-    WORK.set(Some(Work { lab, lines, read, checked }));
+    let lab = open_lab();
+    Work { lab, lines: lab.lines, read: lab.read, checked: lab.checked }
 }
 
 /// The sheet.
@@ -184,19 +141,19 @@ pub(super) fn queue() -> impl IntoView {
 }
 
 /// What a key asks of the queue; elsewhere in the Lab it means nothing.
-pub(crate) fn key(key: QueueKey) {
-    let lab = desk();
+pub(crate) fn key(pressed: QueueKey) {
+    let lab = open_lab();
     if lab.sheet.get_untracked() != Sheet::Queue {
         return;
     }
     let work = work();
-    match key {
+    match pressed {
         QueueKey::Break => work.edit(None, &Edit::Break(work.lab.row.get_untracked())),
         // No key moves a machine: there the buttons do.
         QueueKey::Step | QueueKey::Run if lab.on_machine.get_untracked() => {
-            lab.said.set(say!("page.lab.queue.no_key"));
+            send(LabEvent::Say { text: Text::of(key!("page.lab.queue.no_key")) });
         }
-        QueueKey::Step => work.run(Mode::Step),
-        QueueKey::Run => work.run(Mode::ToBreakpoint),
+        QueueKey::Step => Work::run(Mode::Step),
+        QueueKey::Run => Work::run(Mode::ToBreakpoint),
     }
 }

@@ -5,6 +5,8 @@
 use super::Work;
 use crate::i18n::t;
 use crate::lab::queue::{Edit, to_text};
+use crate::model::LabEvent;
+use crate::page::send;
 use leptos::ev;
 use leptos::html::{div, pre, textarea};
 use leptos::prelude::*;
@@ -32,7 +34,7 @@ pub(super) fn text(work: Work) -> impl IntoView {
             })
             .on(ev::blur, move |_| {
                 typing.set(None);
-                work.lab.rest();
+                send(LabEvent::Rest);
             }),
     ))
 }

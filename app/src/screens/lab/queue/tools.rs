@@ -5,7 +5,8 @@
 use super::{Work, grid};
 use crate::i18n::{say, t};
 use crate::lab::queue::{Edit, to_text};
-use crate::page::link;
+use crate::model::LabEvent;
+use crate::page::{link, send};
 use crate::widgets::{choice, push_if, save_file};
 use annulus_core::control::State;
 use annulus_core::queue::Mode;
@@ -32,8 +33,16 @@ pub(super) fn tools(work: Work) -> impl IntoView {
             .attr("role", "group")
             .attr("aria-label", t!("page.lab.queue.shown_as"))
             .child((
-                choice(move || !as_text.get(), t!("page.lab.queue.rows"), move |_| as_text.set(false)),
-                choice(move || as_text.get(), t!("page.lab.queue.text"), move |_| as_text.set(true)),
+                choice(
+                    move || !as_text.get(),
+                    t!("page.lab.queue.rows"),
+                    |_| send(LabEvent::AsText { on: false }),
+                ),
+                choice(
+                    move || as_text.get(),
+                    t!("page.lab.queue.text"),
+                    |_| send(LabEvent::AsText { on: true }),
+                ),
             )),
         div().class("row").child((
             push_if(
@@ -93,10 +102,10 @@ fn runs(work: Work) -> impl IntoView {
         }
     };
     let go = move |mode: Mode| {
-        if on_machine.get_untracked() { work.run_on_machine(mode) } else { work.run(mode) }
+        if on_machine.get_untracked() { work.run_on_machine(mode) } else { Work::run(mode) }
     };
     let anew = move |_| {
-        if on_machine.get_untracked() { link::ask(Ask::QueueClear) } else { lab.runs.clear() }
+        if on_machine.get_untracked() { link::ask(Ask::QueueClear) } else { send(LabEvent::Anew) }
     };
     let key =
         move |words: String, key: &str| if on_machine.get() { words } else { format!("{words} ({key})") };
@@ -109,12 +118,12 @@ fn runs(work: Work) -> impl IntoView {
                 choice(
                     move || !on_machine.get(),
                     t!("page.lab.queue.in_page"),
-                    move |_| on_machine.set(false),
+                    |_| send(LabEvent::OnMachine { on: false }),
                 ),
                 choice(
                     move || on_machine.get(),
                     t!("page.lab.queue.on_machine"),
-                    move |_| on_machine.set(true),
+                    |_| send(LabEvent::OnMachine { on: true }),
                 ),
             )),
         push_if("button", ready, move || key(say!("page.lab.queue.step"), "F10"), move |_| go(Mode::Step)),

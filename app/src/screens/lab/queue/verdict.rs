@@ -3,8 +3,9 @@
 //! Comes in: the queue. Goes out: sentences; whoever presses one is led to its row.
 
 use super::{Work, grid};
-use crate::i18n::{advice, message, say, t};
-use crate::page::link;
+use crate::i18n::{advice, message, say, sentence, t};
+use crate::model::LabEvent;
+use crate::page::{link, send};
 use crate::widgets::{Icon, icon, push};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::QueuePhase;
@@ -36,16 +37,14 @@ pub(super) fn verdict(work: Work) -> impl IntoView {
         .child((
             p().class("row").attr("role", "status").child(headline),
             p().class("quiet").attr("role", "status").child(move || running(work)),
-            ul().child(move || {
-                wrong.get().into_iter().map(|why| line(work, why).into_any()).collect::<Vec<_>>()
-            }),
+            ul().child(move || wrong.get().into_iter().map(|why| line(why).into_any()).collect::<Vec<_>>()),
         ))
 }
 
 /// How the run stands, in the page or on the machine.
 fn running(work: Work) -> String {
     if !work.lab.on_machine.get() {
-        return work.lab.runs.said.get();
+        return work.lab.runs.said.get().map(|text| sentence(&text)).unwrap_or_default();
     }
     let line = link::link();
     if let Some(why) = line.refused.get() {
@@ -63,15 +62,15 @@ fn running(work: Work) -> String {
     })
 }
 
-fn line(work: Work, why: Diagnostic) -> impl IntoView {
+fn line(why: Diagnostic) -> impl IntoView {
     let place = why.place.clone();
     let cure = why.clone();
     let show = place.map(|place| {
         let (row, column) = (place.line, place.column);
         let at = (row as usize).saturating_sub(1);
         push("button small", t!("page.lab.queue.place", line = row, column = column), move |_| {
-            work.lab.as_text.set(false);
-            work.lab.row.set(at);
+            send(LabEvent::AsText { on: false });
+            send(LabEvent::Row { at });
             grid::focus(at);
         })
     });

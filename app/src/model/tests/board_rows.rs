@@ -1,0 +1,72 @@
+//! What a person has to see of a board before it is used, and what of a run is really in it.
+
+use super::line::status;
+use super::story::row;
+use crate::engine::messages::Reading;
+use crate::model::link::drilled;
+use crate::model::{Document, Unseen};
+use crate::said::Text;
+use annulus_core::control::State;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::project::saved::Said;
+use annulus_core::wire::DrilledTold;
+
+/// Errors of a file and of the board, what was accepted of them, and what is to be seen first.
+#[test]
+fn what_has_to_be_seen_is_called_what_it_is() {
+    let rows: [(&[&str], &[&str], &[&str], Option<Unseen>); 9] = [
+        (&[], &[], &[], None),
+        (&["drill.no_tool"], &[], &[], Some(Unseen::Unread)),
+        (&["drill.no_tool"], &[], &["drill.no_tool"], None),
+        (&["refused.eia_tape"], &["board.two_coppers"], &[], Some(Unseen::Unread)),
+        (&["refused.eia_tape"], &["board.two_coppers"], &["refused.eia_tape"], Some(Unseen::Board)),
+        (&["board.two_coppers"], &[], &[], Some(Unseen::Board)),
+        (&[], &["board.several"], &[], Some(Unseen::Several)),
+        (&["drill.no_tool"], &["board.several"], &[], Some(Unseen::Several)),
+        (&["drill.no_tool"], &["board.several"], &["board.several"], Some(Unseen::Unread)),
+    ];
+    for (of_file, of_board, accepted, expected) in rows {
+        let errors = |codes: &[&str]| codes.iter().map(|code| Diagnostic::error(code)).collect::<Vec<_>>();
+        let mut of_file = errors(of_file);
+        of_file.push(Diagnostic::warning("drill.no_end"));
+        let reading = Reading {
+            files: vec![row(of_file.clone())],
+            diagnostics: errors(of_board),
+            ..Reading::default()
+        };
+        let document = Document::new(Vec::new(), Said::default(), None, reading);
+        let accepted = accepted.iter().map(|code| (*code).to_owned()).collect();
+        assert_eq!(document.unseen(&accepted), expected, "{of_file:?} {of_board:?} {accepted:?}");
+    }
+}
+
+/// What the drill's own record says, and the sentences that follow.
+#[test]
+fn what_is_not_as_programmed_is_said_and_what_was_drilled_twice() {
+    let none = DrilledTold::default();
+    let rows = [
+        (None, vec![], ""),
+        (Some(none), vec![], ""),
+        (Some(none), vec![7], "run.drilled_twice 7"),
+        (
+            Some(DrilledTold { missing: 3, broken: 1, ..none }),
+            vec![],
+            "page.ended.missing 3, page.ended.broken 1",
+        ),
+        (Some(DrilledTold { missing: 3, ..none }), vec![4], "page.ended.missing 3, run.drilled_twice 4"),
+        (
+            Some(DrilledTold { shifted: 2, doubled: 1, slipped_steps: 40, ..none }),
+            vec![],
+            "page.ended.shifted 2, page.ended.doubled 1, page.ended.slipped 40",
+        ),
+    ];
+    for (drilled, drilled_twice, expected) in rows {
+        let status = annulus_core::wire::Status { drilled, drilled_twice, ..status(State::Ready, None) };
+        let word = |text: &Text| match text {
+            Text::Key { key, args } => format!("{key} {}", args[0].1),
+            Text::Found(diagnostic) => format!("{} {}", diagnostic.code, diagnostic.args[0].1),
+        };
+        let said: Vec<_> = drilled::lines(&status).iter().map(word).collect();
+        assert_eq!(said.join(", "), expected);
+    }
+}

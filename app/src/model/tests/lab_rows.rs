@@ -1,0 +1,214 @@
+//! The Lab by rows: edits and undo, the lock, the queue's run in the page, inputs and their check.
+
+use super::line;
+use crate::lab::queue::Edit;
+use crate::lab::{Bench, Sheet};
+use crate::model::{Effect, Event, LabEvent, LinkEvent, Model, update};
+use crate::said::Text;
+use annulus_core::control::State;
+use annulus_core::queue::Mode;
+use annulus_core::wire::{Status, Tell};
+
+fn status(state: State, inputs: u32) -> Event {
+    let status = Status { inputs, ..line::status(state, None) };
+    LinkEvent::Heard { tell: Some(Box::new(Tell::Status(Box::new(status)))) }.into()
+}
+
+/// A Lab to which a story is told.
+#[derive(Default)]
+struct Story {
+    model: Model,
+    out: Vec<Effect>,
+    count: u32,
+}
+
+impl Story {
+    fn told(words: &str) -> Self {
+        let mut story = Self::default();
+        words.split_whitespace().for_each(|word| story.tell(word));
+        story
+    }
+
+    fn tell(&mut self, word: &str) {
+        self.count += 1;
+        let event = self.event(word);
+        self.out = update(&mut self.model, event);
+    }
+
+    fn event(&self, word: &str) -> Event {
+        let bench = &self.model.lab.bench;
+        let change = |field: Option<&str>, bench: Bench| LabEvent::Change {
+            field: field.map(str::to_owned),
+            bench: Box::new(bench),
+        };
+        let text = |text: String| bench.with_queue(&Edit::Text(text)).0;
+        let event = match word {
+            "edit" => change(None, bench.with_field("a", self.count.to_string())),
+            "type" => change(Some("a"), bench.with_field("a", self.count.to_string())),
+            "same" => change(None, (**bench).clone()),
+            "queue" => change(None, text("HOME ALL\nSPINDLE 20000\n".to_owned())),
+            "queue-other" => change(None, text("HOME ALL\n".to_owned())),
+            "queue-wrong" => change(None, text("DANCE\n".to_owned())),
+            "rest" => LabEvent::Rest,
+            "undo" => LabEvent::Undo { back: true },
+            "redo" => LabEvent::Undo { back: false },
+            "step" => LabEvent::Run { mode: Mode::Step },
+            "run" => LabEvent::Run { mode: Mode::ToEnd },
+            "anew" => LabEvent::Anew,
+            "breathed" => self.breathed(),
+            "breathed-before" => LabEvent::Breathed { number: 0, mode: Mode::ToEnd },
+            "count-anew" => LabEvent::CountAnew,
+            "check" => LabEvent::Check,
+            "skip" => LabEvent::Skip,
+            "io" => LabEvent::Show { sheet: Sheet::Io },
+            "kept" => LabEvent::Kept { text: Bench::default().with_field("a", "7".to_owned()).kept() },
+            "ready" => return status(State::Ready, 0),
+            "job" => return status(State::Running, 0),
+            "pressed" => return status(State::Ready, 1),
+            other => panic!("no such word: {other}"),
+        };
+        event.into()
+    }
+
+    fn breathed(&self) -> LabEvent {
+        let found = self.out.iter().find_map(|effect| match effect {
+            Effect::Wake { event, .. } => match &**event {
+                Event::Lab(event) => Some(event.clone()),
+                _ => None,
+            },
+            _ => None,
+        });
+        found.expect("nothing breathes")
+    }
+
+    /// Lets the queue run until it rests.
+    fn rested(mut self) -> Self {
+        while self.model.lab.run.running {
+            self.tell("breathed");
+        }
+        self
+    }
+}
+
+fn compare(rows: &[(&str, &str)], after: impl Fn(Story) -> String) {
+    let wrong: Vec<String> = rows
+        .iter()
+        .filter_map(|(words, expected)| {
+            let found = after(Story::told(words));
+            (found != *expected).then(|| format!("{words}\n  expected {expected}\n  found    {found}"))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+fn key_of(text: Option<&Text>) -> String {
+    match text {
+        None => String::new(),
+        Some(Text::Key { key, .. }) => (*key).to_owned(),
+        Some(Text::Found(diagnostic)) => diagnostic.code.clone(),
+    }
+}
+
+#[test]
+fn every_edit_can_be_taken_back_unless_a_job_has_the_machine() {
+    let steps = |story: Story| {
+        let (undo, redo) = story.model.lab.can_undo();
+        let kept = story.out.iter().any(|effect| matches!(effect, Effect::KeepBench { .. }));
+        let words = [(undo, "<"), (redo, ">"), (kept, " kept")];
+        words.iter().filter(|(on, _)| *on).map(|(_, word)| *word).collect()
+    };
+    compare(
+        &[
+            ("", ""),
+            ("edit", "< kept"),
+            ("edit same", "<"),
+            ("edit undo", "> kept"),
+            ("edit undo redo", "< kept"),
+            ("edit edit undo", "<> kept"),
+            ("type type undo", "> kept"),
+            ("type rest type undo", "<> kept"),
+            ("undo", ""),
+            ("redo", ""),
+            ("job edit", ""),
+            ("edit job undo", "<"),
+            ("edit job ready undo", "> kept"),
+            ("kept", ""),
+            ("kept edit", "< kept"),
+            ("io", ""),
+        ],
+        steps,
+    );
+    assert_eq!(Story::told("kept").model.lab.bench.fields["a"], "7");
+}
+
+#[test]
+fn undo_is_said_to_those_who_do_not_see() {
+    compare(
+        &[
+            ("edit undo", "page.lab.undone"),
+            ("edit undo redo", "page.lab.redone"),
+            ("undo", "page.lab.nothing_to_undo"),
+            ("redo", "page.lab.nothing_to_redo"),
+            ("edit job undo", ""),
+        ],
+        |story| key_of(story.model.lab.said.as_ref()),
+    );
+}
+
+#[test]
+fn a_queue_runs_in_the_page_until_it_rests_or_is_edited() {
+    let run = |story: Story| {
+        let story = story.rested();
+        let run = &story.model.lab.run;
+        format!("{} {} {:?}", run.results.len(), key_of(run.said.as_ref()), run.next)
+    };
+    compare(
+        &[
+            ("run", "0  None"),
+            ("queue-wrong run", "0  None"),
+            ("queue run", "2 page.lab.queue.ended None"),
+            ("queue step", "2 page.lab.queue.held Some(1)"),
+            ("job queue run", "0  None"),
+            ("queue job run", "0  None"),
+        ],
+        run,
+    );
+    // rests in between
+    let mut story = Story::told("queue step").rested();
+    story.tell("step");
+    let mut story = story.rested();
+    assert_eq!(key_of(story.model.lab.run.said.as_ref()), "page.lab.queue.ended");
+    story.tell("edit");
+    assert!(!story.model.lab.run.results.is_empty(), "another field is another thing");
+    story.tell("queue-other");
+    assert!(story.model.lab.run.results.is_empty());
+    let mut story = Story::told("queue step").rested();
+    story.tell("anew");
+    assert!(story.model.lab.run.results.is_empty() && story.model.lab.run.said.is_none());
+    story.tell("breathed-before");
+    assert!(!story.model.lab.run.running, "it is of an older run");
+}
+
+#[test]
+fn inputs_are_counted_and_checked_as_statuses_come() {
+    let inputs = |story: Story| {
+        let lab = &story.model.lab;
+        format!("{} {:?}", lab.inputs.edges[0], lab.check.map(|check| check.at))
+    };
+    compare(
+        &[
+            ("ready", "0 None"),
+            ("ready pressed", "1 None"),
+            ("ready pressed pressed", "1 None"),
+            ("ready pressed ready", "2 None"),
+            ("ready pressed count-anew", "0 None"),
+            ("ready pressed count-anew ready", "1 None"),
+            ("ready check", "0 Some(0)"),
+            ("ready check pressed", "1 Some(0)"),
+            ("ready check pressed ready", "2 Some(1)"),
+            ("ready check skip", "0 Some(1)"),
+            ("skip", "0 None"),
+        ],
+        inputs,
+    );
+}
