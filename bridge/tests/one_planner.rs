@@ -2,7 +2,7 @@
 //! and `cam` as real processes and the worker of the page beside them, on every board of ours and of the corpus (S5, N9, N24).
 
 use annulus_app::engine::messages::{Answer, Planned, Request, Settings, ToPlan, ToRead};
-use annulus_app::engine::{Shelf, perform};
+use annulus_app::engine::{Cache, perform};
 use annulus_core::cam::Order;
 use annulus_core::cam::work::Work;
 use annulus_core::job::Program;
@@ -56,7 +56,7 @@ fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Va
 
 /// What the worker of the page makes of the same files.
 fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<Planned> {
-    let mut shelf = Shelf::default();
+    let mut cache = Cache::default();
     let machine = Settings::of(&virtual_drill());
     let wanted = ToRead {
         files: files.to_vec(),
@@ -64,13 +64,13 @@ fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<Planne
         machine: Some(machine.clone()),
         ..ToRead::default()
     };
-    let Ok(Answer::Read(reading)) = perform(Request::Read(wanted), &mut shelf, &mut |_, _| {}) else {
+    let Ok(Answer::Read(reading)) = perform(Request::Read(wanted), &mut cache, &mut |_, _| {}) else {
         panic!("reading is no trouble")
     };
     let work = Work::drilling(&reading.board, &virtual_drill(), Order::Shortest);
     let accept = accept.iter().cloned().collect();
     let plan = ToPlan { board_key: 0, machine, work, loaded: None, accept, laid: None };
-    match perform(Request::Plan(plan), &mut shelf, &mut |_, _| {}) {
+    match perform(Request::Plan(plan), &mut cache, &mut |_, _| {}) {
         Ok(Answer::Planned(planned)) => Some(*planned),
         _ => None,
     }

@@ -47,8 +47,8 @@ fn program_of(board: &Board, machine: &Machine, toolpaths: bool, feed: Option<u3
     };
     work.setup.face = work.faces()[0];
     let options = PlanOptions::default();
-    let hop_time = |from: Point, to: Point| motion::hop_time_s(machine, from, to);
-    let means = Means { options: &options, hop_time: &hop_time };
+    let rapid_time = |from: Point, to: Point| motion::rapid_time_s(machine, from, to);
+    let means = Means { options: &options, rapid_time: &rapid_time };
     let (planned, _) = plan_work(board, &work, machine, &means, &mut |_| true).expect("a plan");
     let mut program = lower_work(&planned, &work, machine);
     for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {

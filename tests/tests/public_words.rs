@@ -21,7 +21,7 @@ const SAID: &[(&str, &str)] = &[
     ("pace", "feed override"),
     ("bore", "mill holes"),
     ("coat", "exposure"),
-    ("shelf", "cache"),
+    ("cache", "cache"),
     ("initialise", "home"),
     ("waist", "(prose only)"),
     ("groove", "isolation pass"),
@@ -40,7 +40,7 @@ const KEPT: &[(&str, &str)] = &[
     ("tape_twin", "a drill file's second writing"),
 ];
 
-/// The words of a name: `HopTime` and `hop_time` are `hop`, `time`.
+/// The words of a name: `HopTime` and `rapid_time` are `hop`, `time`.
 fn words(name: &str) -> Vec<String> {
     let mut found: Vec<String> = vec![String::new()];
     let mut before = '_';

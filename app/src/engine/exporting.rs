@@ -7,10 +7,10 @@
 //!
 //! Comes in: the job, what was read of its findings, a dialect. Goes out: [`Exported`]. Does not know workers, nor downloads.
 
+use super::cache::Cache;
 use super::messages::{Exported, ToExport, ToPlan};
 use super::planning::{self, Side};
 use super::proving;
-use super::shelf::Shelf;
 use annulus_core::board::Face;
 use annulus_core::cam::briefing;
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -28,7 +28,7 @@ const NAMELESS: &str = "board";
 /// Writes what is `wanted`, or says what nobody has read of it.
 pub(super) fn export(
     wanted: &ToExport,
-    shelf: &mut Shelf,
+    cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Exported, Vec<Diagnostic>> {
     let machine = wanted.plan.machine.machine()?;
@@ -39,8 +39,8 @@ pub(super) fn export(
         let mut plan: ToPlan = wanted.plan.clone();
         plan.work.setup.face = face;
         let mut share = |part, parts| progress(done * parts + part, faces.len() as u64 * parts);
-        let side = planning::side(&plan, shelf, &mut share)?;
-        let names = proving::to_be_read(&side.planned.board, &side.program, &plan.work, shelf);
+        let side = planning::side(&plan, cache, &mut share)?;
+        let names = proving::to_be_read(&side.planned.board, &side.program, &plan.work, cache);
         let findings = names.iter().filter(|name| !wanted.read.contains(name)).count();
         let errors =
             side.diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&plan.accept)).count();

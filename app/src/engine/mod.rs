@@ -7,22 +7,22 @@
 //! Comes in: files, boards, programs. Goes out: futures of what became of them; diagnostics where it is refused. Does not know
 //! what the page shows.
 
+mod cache;
 mod copper;
 mod exporting;
 mod mesh;
 pub mod messages;
 mod planning;
 mod proving;
-mod shelf;
 mod work;
 mod writing;
 
 #[cfg(target_arch = "wasm32")]
-mod desk;
+mod requests;
 #[cfg(target_arch = "wasm32")]
 pub mod worker;
 
-pub use shelf::Shelf;
+pub use cache::Cache;
 pub use work::perform;
 
 use annulus_core::diagnostic::Diagnostic;
@@ -42,14 +42,14 @@ pub use handle::Engine;
 #[cfg(target_arch = "wasm32")]
 mod handle {
     use super::messages::{Answer, Request};
-    use super::{Stopped, desk};
+    use super::{Stopped, requests};
     use std::cell::RefCell;
     use std::rc::Rc;
 
     /// A worker of the page's own. Cheap to clone: clones share the worker. Requests are done one after the other; two
     /// engines work side by side.
     #[derive(Clone, Default)]
-    pub struct Engine(Rc<RefCell<desk::Desk>>);
+    pub struct Engine(Rc<RefCell<requests::Requests>>);
 
     impl Engine {
         /// An engine; its worker starts with the first request.
@@ -63,12 +63,12 @@ mod handle {
             request: Request,
             progress: P,
         ) -> impl Future<Output = Result<Answer, Stopped>> + use<P> {
-            desk::ask(&self.0, request, Box::new(progress))
+            requests::ask(&self.0, request, Box::new(progress))
         }
 
         /// Calls off whatever is in work; who waits is told [`Stopped::Cancelled`].
         pub fn cancel(&self) {
-            desk::cancel(&self.0);
+            requests::cancel(&self.0);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Planning of a job: operations whose values did not change are taken from the shelf.
+//! Planning of a job: operations whose values did not change are taken from the cache.
 //!
 //! ```text
 //! board ─ laid as the job says ─▶ scene ─┬─ operation 1   key known: the part from last time
@@ -6,11 +6,11 @@
 //!                                        └─ … ─▶ assemble ─▶ lower ─▶ program
 //! ```
 //!
-//! Comes in: what to plan, the shelf. Goes out: [`Planned`]. Does not know workers.
+//! Comes in: what to plan, the cache. Goes out: [`Planned`]. Does not know workers.
 
+use super::cache::{Cache, Last};
 use super::copper::layers;
 use super::messages::{Laid, Planned, PlannedBit, ToPlan};
-use super::shelf::{Last, Shelf};
 use crate::picture;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam;
@@ -34,17 +34,17 @@ pub(super) struct Side {
 /// Plans the side that is up in what is `wanted`.
 pub(super) fn side(
     wanted: &ToPlan,
-    shelf: &mut Shelf,
+    cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Side, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let scene = Scene::of(shelf.board(wanted.board_key)?, work);
+    let scene = Scene::of(cache.board(wanted.board_key)?, work);
     let options = cam::PlanOptions {
         group: if wanted.loaded.is_some() { cam::Group::LoadedFirst } else { cam::Group::Ascending },
         loaded: wanted.loaded,
         accept: wanted.accept.clone(),
-        lost: shelf.lost(),
+        lost: cache.lost(),
         ..cam::PlanOptions::default()
     };
     let rapid_time = |from, to| motion::rapid_time_s(&machine, from, to);
@@ -54,7 +54,7 @@ pub(super) fn side(
     for (done, &index) in operations.iter().enumerate() {
         progress(done as u64, operations.len() as u64);
         let key = format!("{}|{:?}", toolpaths::key(work, index, &machine), wanted.loaded);
-        let known = shelf.part(&key).map(|part| Part { operation: index as u32, ..part });
+        let known = cache.part(&key).map(|part| Part { operation: index as u32, ..part });
         let part = match known {
             Some(part) => part,
             None => {
@@ -62,7 +62,7 @@ pub(super) fn side(
                 made.map_err(|why| vec![why])?
             }
         };
-        shelf.keep_part(key, part.clone(), operations.len());
+        cache.keep_part(key, part.clone(), operations.len());
         parts.push(part);
     }
     let (planned, diagnostics) = toolpaths::assemble(scene, work, &machine, &means, parts)?;
@@ -73,12 +73,12 @@ pub(super) fn side(
 /// Plans what is `wanted`, as the page shows it.
 pub(super) fn plan(
     wanted: &ToPlan,
-    shelf: &mut Shelf,
+    cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Planned, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let Side { planned, program, diagnostics } = side(wanted, shelf, progress)?;
+    let Side { planned, program, diagnostics } = side(wanted, cache, progress)?;
     let made = program::encode(&program);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
@@ -103,7 +103,7 @@ pub(super) fn plan(
         hop_time_before_s: figures.hop_time_before_s,
         hop_time_after_s: figures.hop_time_after_s,
     };
-    shelf.keep_last(Last { planned, titles, program: key });
+    cache.keep_last(Last { planned, titles, program: key });
     Ok(answer)
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Comes in: a board as it lies, its program, the job. Goes out: [`Proved`]; names of findings. Does not know workers.
 
+use super::cache::Cache;
 use super::messages::{Proved, ToProve};
-use super::shelf::Shelf;
 use annulus_core::board::Board;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
@@ -12,8 +12,8 @@ use annulus_core::proof::{self, Finding, Verdict};
 use annulus_core::wire::program;
 
 /// What copper the program leaves, against the board as it lies.
-pub(super) fn prove(wanted: &ToProve, shelf: &mut Shelf) -> Result<Proved, Vec<Diagnostic>> {
-    let last = shelf.last(wanted.board_key)?;
+pub(super) fn prove(wanted: &ToProve, cache: &mut Cache) -> Result<Proved, Vec<Diagnostic>> {
+    let last = cache.last(wanted.board_key)?;
     let program = program::decode(&wanted.program).map_err(|diagnostic| vec![diagnostic])?;
     let key = program::key(&wanted.program);
     let mut verdict = verdict(&last.planned.board, &program, &wanted.work);
@@ -22,7 +22,7 @@ pub(super) fn prove(wanted: &ToProve, shelf: &mut Shelf) -> Result<Proved, Vec<D
         let index = finding.leg.and_then(|(_, leg)| last.planned.operation_at(&program, leg));
         finding.operation = index.and_then(|index| last.titles.get(index as usize).cloned());
     }
-    shelf.keep_proof(key, must_be_read(&verdict.findings));
+    cache.keep_proof(key, must_be_read(&verdict.findings));
     Ok(Proved {
         findings: verdict.findings,
         more: verdict.more,
@@ -34,13 +34,13 @@ pub(super) fn prove(wanted: &ToProve, shelf: &mut Shelf) -> Result<Proved, Vec<D
 }
 
 /// Names of the findings of `program` on `board` that a person must have read. A program that was proved is not proved again.
-pub(super) fn to_be_read(board: &Board, program: &Program, work: &Work, shelf: &mut Shelf) -> Vec<String> {
+pub(super) fn to_be_read(board: &Board, program: &Program, work: &Work, cache: &mut Cache) -> Vec<String> {
     let key = program::key(&program::encode(program));
-    if let Some(known) = shelf.proof(&key) {
+    if let Some(known) = cache.proof(&key) {
         return known;
     }
     let names = must_be_read(&verdict(board, program, work).findings);
-    shelf.keep_proof(key, names.clone());
+    cache.keep_proof(key, names.clone());
     names
 }
 

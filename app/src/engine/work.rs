@@ -2,12 +2,12 @@
 //!
 //! Comes in: a [`Request`], somebody to tell how far it is. Goes out: an [`Answer`] or diagnostics. Does not know workers.
 
+use super::cache::Cache;
 use super::copper::layers;
 use super::mesh::mesh;
 use super::messages::{
     Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
 };
-use super::shelf::Shelf;
 use super::{exporting, planning, proving, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
@@ -26,30 +26,30 @@ const MOST_LAYERS: usize = 24;
 /// The most boards of which there is a picture to choose from.
 const MOST_PICTURES: usize = 12;
 
-/// Does what is asked, with what `shelf` keeps. `progress` is told what is done and how much there is.
+/// Does what is asked, with what `cache` keeps. `progress` is told what is done and how much there is.
 pub fn perform(
     request: Request,
-    shelf: &mut Shelf,
+    cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Answer, Vec<Diagnostic>> {
     let one = |diagnostic| vec![diagnostic];
     match request {
         Request::Open(wanted) => saved::read(&wanted.name, &wanted.bytes).map(Answer::Opened).map_err(one),
         Request::Save(project) => saved::write(&project).map(Answer::Saved).map_err(one),
-        Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, shelf)))),
+        Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, cache)))),
         Request::Plan(wanted) => {
-            planning::plan(&wanted, shelf, progress).map(|planned| Answer::Planned(Box::new(planned)))
+            planning::plan(&wanted, cache, progress).map(|planned| Answer::Planned(Box::new(planned)))
         }
-        Request::Prove(wanted) => proving::prove(&wanted, shelf).map(Answer::Proved),
+        Request::Prove(wanted) => proving::prove(&wanted, cache).map(Answer::Proved),
         Request::Export(wanted) => {
-            exporting::export(&wanted, shelf, progress).map(|exported| Answer::Exported(Box::new(exported)))
+            exporting::export(&wanted, cache, progress).map(|exported| Answer::Exported(Box::new(exported)))
         }
         Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
     }
 }
 
-fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
+fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
     let said = &wanted.said;
     let mut artwork = artwork::read_set(&wanted.files, &said.numbers.overrides());
     let boards = several(&artwork);
@@ -69,7 +69,7 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
         .chain(artwork.missing(&all))
         .filter(|diagnostic| diagnostic.severity == Severity::Error);
     let lost = errors.map(|error| error.code.clone()).collect();
-    shelf.keep(wanted.board_key, board.clone(), lost);
+    cache.keep(wanted.board_key, board.clone(), lost);
     board.copper.clear();
     Reading {
         files: artwork.files.iter().map(file_row).collect(),
@@ -228,13 +228,13 @@ mod tests {
     const DRILL: &[u8] =
         b"M48\nMETRIC\nT1C0.800\nT2C1.000\n%\nG90\nT1\nX10.0Y10.0\nX40.0Y10.0\nX12.0Y10.0\nX38.0Y11.0\nT2\nX20.0Y20.0\nM30\n";
 
-    fn reading() -> (Reading, Shelf) {
+    fn reading() -> (Reading, Cache) {
         let files =
             vec![("board.drl".to_owned(), DRILL.to_vec()), ("notes.txt".to_owned(), b"hello".to_vec())];
         let wanted = ToRead { files, board_key: 3, ..ToRead::default() };
-        let mut shelf = Shelf::default();
-        match perform(Request::Read(wanted), &mut shelf, &mut |_, _| {}) {
-            Ok(Answer::Read(reading)) => (*reading, shelf),
+        let mut cache = Cache::default();
+        match perform(Request::Read(wanted), &mut cache, &mut |_, _| {}) {
+            Ok(Answer::Read(reading)) => (*reading, cache),
             other => panic!("{other:?}"),
         }
     }
@@ -289,7 +289,7 @@ mod tests {
         for (aligned, y) in [(false, -20.124), (true, 0.0)] {
             let said = Said { aligned, ..Said::default() };
             let wanted = ToRead { files: files.clone(), said, ..ToRead::default() };
-            let reading = read(&wanted, &mut Shelf::default());
+            let reading = read(&wanted, &mut Cache::default());
             let found = reading.board.holes[0].at.y.mm();
             assert!((found - y).abs() < 0.01, "{aligned}: {found}, {:?}", reading.diagnostics);
         }
@@ -307,7 +307,7 @@ mod tests {
         let job = Some(project::write(&work));
         let files = ["a.drl", "b.drl"].map(|name| (name.to_owned(), DRILL.to_vec())).to_vec();
         let kept = Project { files, said, job };
-        let perform = |request| super::perform(request, &mut Shelf::default(), &mut |_, _| {}).unwrap();
+        let perform = |request| super::perform(request, &mut Cache::default(), &mut |_, _| {}).unwrap();
         let Answer::Saved(bytes) = perform(Request::Save(kept.clone())) else { panic!() };
         let name = "board.annulus".to_owned();
         let Answer::Opened(opened) = perform(Request::Open(ToOpen { name, bytes })) else { panic!() };
@@ -338,7 +338,7 @@ mod tests {
     fn a_program_is_timed_and_its_digest_repeats() {
         let planned = planned(cam::Order::Shortest, &mut Vec::new());
         let wanted = ToTime { program: planned.program, machine: Settings::of(&virtual_drill()) };
-        let time = || perform(Request::Time(wanted.clone()), &mut Shelf::default(), &mut |_, _| {});
+        let time = || perform(Request::Time(wanted.clone()), &mut Cache::default(), &mut |_, _| {});
         let Ok(Answer::Timed(timed)) = time() else { panic!("{:?}", time()) };
         assert_eq!(timed.holes, 5);
         assert!(timed.total_s > 1.0 && timed.steps.iter().all(|steps| *steps > 100), "{:?}", timed.steps);
@@ -367,7 +367,7 @@ mod tests {
         let machine = Settings::of(&virtual_drill());
         let wanted =
             ToPlan { board_key: 3, machine, work: Work::default(), loaded: None, accept: vec![], laid: None };
-        let refused = perform(Request::Plan(wanted), &mut Shelf::default(), &mut |_, _| {});
+        let refused = perform(Request::Plan(wanted), &mut Cache::default(), &mut |_, _| {});
         assert!(refused.is_err_and(|diagnostics| diagnostics[0].code == "engine.board_gone"));
     }
 
@@ -390,8 +390,8 @@ mod tests {
 
     #[test]
     fn a_cut_with_a_spindle_that_stands_is_told_with_its_operation() {
-        let mut shelf = Shelf::default();
-        let mut ask = |request| super::perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+        let mut cache = Cache::default();
+        let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
         let copper = b"%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%ADD10C,1*%D10*X1000Y1000D03*X9000Y1000D03*M02*";
         let files = vec![("b-top.gbr".to_owned(), copper.to_vec())];
         let machine = Settings::of(&virtual_drill());
@@ -434,8 +434,8 @@ mod tests {
 
     #[test]
     fn files_of_both_sides_are_numbered_in_the_order_of_running_and_wait_for_what_is_unread() {
-        let mut shelf = Shelf::default();
-        let mut ask = |request| super::perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+        let mut cache = Cache::default();
+        let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
         let plan = two_sided(&mut ask);
         assert_eq!(plan.work.faces().len(), 2);
         let mut export = |read: Vec<String>, target: &str, lines_only| -> Exported {
@@ -476,8 +476,8 @@ mod tests {
 
     #[test]
     fn nothing_is_written_while_the_side_that_is_down_has_something_unread() {
-        let mut shelf = Shelf::default();
-        let mut ask = |request| super::perform(request, &mut shelf, &mut |_, _| {});
+        let mut cache = Cache::default();
+        let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {});
         let mut plan = two_sided(&mut |request| ask(request).unwrap());
         let up = plan.work.setup.face;
         for operation in &mut plan.work.operations {
@@ -509,7 +509,7 @@ mod tests {
             said: Said { board: board.map(str::to_owned), ..Said::default() },
             ..ToRead::default()
         };
-        let both = read(&wanted(None), &mut Shelf::default());
+        let both = read(&wanted(None), &mut Cache::default());
         let names: Vec<_> =
             both.boards.iter().map(|board| (board.name.as_str(), board.files.len())).collect();
         assert_eq!(names, [("left", 2), ("right", 2)]);
@@ -519,7 +519,7 @@ mod tests {
             "{:?}",
             both.diagnostics
         );
-        let right = read(&wanted(Some("right")), &mut Shelf::default());
+        let right = read(&wanted(Some("right")), &mut Cache::default());
         assert_eq!(right.used, [3]);
         assert!(
             right.diagnostics.iter().all(|diagnostic| diagnostic.code != "board.several"),
@@ -571,7 +571,7 @@ mod tests {
     #[test]
     fn a_damaged_program_is_refused_with_a_diagnostic() {
         let wanted = ToTime { program: b"no program".to_vec(), machine: Settings::of(&virtual_drill()) };
-        let refused = perform(Request::Time(wanted), &mut Shelf::default(), &mut |_, _| {});
+        let refused = perform(Request::Time(wanted), &mut Cache::default(), &mut |_, _| {});
         assert!(refused.is_err_and(|diagnostics| diagnostics[0].code == "program.not_one"));
     }
 }

@@ -2,9 +2,9 @@
 //!
 //! Comes in: bytes of an [`Envelope`]. Goes out: bytes of [`Report`]s. Does not know the page.
 
-use super::desk::send;
+use super::cache::Cache;
 use super::messages::{Envelope, Report};
-use super::shelf::Shelf;
+use super::requests::send;
 use super::work;
 use annulus_core::diagnostic::Diagnostic;
 use wasm_bindgen::prelude::*;
@@ -14,11 +14,11 @@ use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
 pub fn serve() {
     let Ok(scope) = js_sys::global().dyn_into::<DedicatedWorkerGlobalScope>() else { return };
     std::panic::set_hook(Box::new(|panic| report(&Report::Panicked(panic.to_string()))));
-    let mut shelf = Shelf::default();
+    let mut cache = Cache::default();
     let listener = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
         let bytes = js_sys::Uint8Array::new(&event.data()).to_vec();
         match postcard::from_bytes::<Envelope>(&bytes) {
-            Ok(envelope) => perform(envelope, &mut shelf),
+            Ok(envelope) => perform(envelope, &mut cache),
             Err(error) => report(&Report::Panicked(error.to_string())),
         }
     });
@@ -26,7 +26,7 @@ pub fn serve() {
     listener.forget();
 }
 
-fn perform(Envelope { id, request }: Envelope, shelf: &mut Shelf) {
+fn perform(Envelope { id, request }: Envelope, cache: &mut Cache) {
     let mut told = 0;
     let mut progress = |done: u64, total: u64| {
         let hundredths = done * 100 / total.max(1);
@@ -35,7 +35,7 @@ fn perform(Envelope { id, request }: Envelope, shelf: &mut Shelf) {
             report(&Report::Progress { id, done, total });
         }
     };
-    let answer = work::perform(request, shelf, &mut progress);
+    let answer = work::perform(request, cache, &mut progress);
     report(&Report::Done { id, answer });
 }
 

@@ -8,7 +8,7 @@
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Steps};
-use annulus_core::queue::{Bench, Mode, Queue, Rehearsal, Rest, RowResult, Standing};
+use annulus_core::queue::{Mode, Queue, Rehearsal, Rest, Rig, RowResult, Standing};
 use annulus_core::virtual_drill::{Faults, VirtualDrill};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -40,14 +40,14 @@ fn drill(machine: &Machine) -> (VirtualDrill, Arc<AtomicU32>) {
 /// How the page's drill stands before a queue: homed, work zero where it rests, spindle off.
 pub fn standing(machine: &Machine) -> Result<Standing, Diagnostic> {
     let (mut twin, _) = drill(machine);
-    Bench::homed(machine, &mut twin).map(|bench| bench.standing)
+    Rig::homed(machine, &mut twin).map(|bench| bench.standing)
 }
 
 impl Trial {
     /// `queue` before its first row on a homed drill. `outputs` are the names that may be switched.
     pub fn begin(machine: &Machine, queue: Queue, outputs: Vec<String>) -> Result<Self, Diagnostic> {
         let (mut twin, holes) = drill(machine);
-        let bench = Bench::homed(machine, &mut twin)?;
+        let bench = Rig::homed(machine, &mut twin)?;
         Ok(Self { machine: machine.clone(), twin, rehearsal: Rehearsal::new(queue, outputs, bench), holes })
     }
 

@@ -1,7 +1,7 @@
 //! The Lab: the sheet on show, the bench with its history, what is chosen and copied, the queue's run in this page, the inputs.
 //!
 //! ```text
-//! Change(field, Bench) ─▶ History ─▶ bench ─▶ kept in this tab over a reload
+//! Change(field, LabEdits) ─▶ History ─▶ bench ─▶ kept in this tab over a reload
 //! Run ─▶ Trial: eight pieces ─▶ breathe ─▶ eight pieces … ─▶ rest: held │ done │ refused        an edit of the queue ends it
 //! ```
 //!
@@ -9,11 +9,11 @@
 
 use super::{Effect, Event, Model};
 use crate::lab::io::{Check, Inputs};
+use crate::lab::panel::Part;
 use crate::lab::phases::{Block, Clip};
 use crate::lab::queue::{Line, to_text};
 use crate::lab::rehearsal::Trial;
-use crate::lab::sheet::Part;
-use crate::lab::{Bench, History, Sheet};
+use crate::lab::{History, LabEdits, Panel};
 use crate::said::{Text, key};
 use annulus_core::control::State;
 use annulus_core::queue::{self, Mode, Rest, RowResult};
@@ -49,10 +49,10 @@ pub struct Run {
 #[derive(Debug)]
 pub struct Lab {
     /// The sheet on show.
-    pub sheet: Sheet,
-    history: History<Bench>,
+    pub sheet: Panel,
+    history: History<LabEdits>,
     /// The bench now: the same handle as long as it is the same bench.
-    pub bench: Arc<Bench>,
+    pub bench: Arc<LabEdits>,
     /// The motor on show: 0 X, 1 Y, 2 Z.
     pub motor: usize,
     /// Chosen cells of the phase table.
@@ -82,8 +82,8 @@ pub struct Lab {
 impl Default for Lab {
     fn default() -> Self {
         Self {
-            sheet: Sheet::default(),
-            history: History::new(Bench::default()),
+            sheet: Panel::default(),
+            history: History::new(LabEdits::default()),
             bench: Arc::default(),
             motor: 0,
             block: Block::default(),
@@ -112,14 +112,14 @@ pub enum LabEvent {
     /// Another sheet.
     Show {
         /// Which.
-        sheet: Sheet,
+        sheet: Panel,
     },
     /// The bench becomes another one. Changes that follow each other from one field are one step back.
     Change {
         /// The field, if it came from one.
         field: Option<String>,
         /// The bench from now on.
-        bench: Box<Bench>,
+        bench: Box<LabEdits>,
     },
     /// The person left a field.
     Rest,
@@ -242,7 +242,7 @@ pub(super) fn update(model: &mut Model, event: LabEvent) -> Vec<Effect> {
     let before = lab.bench.clone();
     match event {
         LabEvent::Kept { text } => {
-            lab.history = History::new(Bench::of_kept(&text));
+            lab.history = History::new(LabEdits::of_kept(&text));
             lab.renew();
             return Vec::new();
         }
@@ -279,7 +279,7 @@ pub(super) fn update(model: &mut Model, event: LabEvent) -> Vec<Effect> {
 }
 
 /// Another bench is kept in this tab.
-fn keep(model: &Model, before: &Arc<Bench>) -> Vec<Effect> {
+fn keep(model: &Model, before: &Arc<LabEdits>) -> Vec<Effect> {
     let now = &model.lab.bench;
     if Arc::ptr_eq(now, before) { Vec::new() } else { vec![Effect::KeepBench { text: now.kept() }] }
 }

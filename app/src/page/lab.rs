@@ -5,10 +5,10 @@
 use super::slots::Slots;
 use super::{send, signals as all};
 use crate::lab::io::{Check, Inputs};
+use crate::lab::panel::Part;
 use crate::lab::phases::{Block, Clip};
 use crate::lab::queue::{Line, to_text};
-use crate::lab::sheet::Part;
-use crate::lab::{Bench, Sheet, rehearsal};
+use crate::lab::{LabEdits, Panel, rehearsal};
 use crate::model::{LabEvent, lab};
 use crate::said::Text;
 use annulus_core::control::Trust;
@@ -24,11 +24,11 @@ use std::sync::Arc;
 #[derive(Clone, Copy)]
 pub struct Lab {
     /// The sheet on show.
-    pub sheet: ReadSignal<Sheet>,
+    pub sheet: ReadSignal<Panel>,
     /// Whether there is a step back, and one on.
     pub can_undo: ReadSignal<(bool, bool)>,
     /// The bench now.
-    pub bench: ReadSignal<Arc<Bench>>,
+    pub bench: ReadSignal<Arc<LabEdits>>,
     /// The motor on show: 0 X, 1 Y, 2 Z.
     pub motor: ReadSignal<usize>,
     /// Chosen cells of the phase table.
@@ -143,7 +143,7 @@ pub(super) fn signals(slots: &mut Slots) -> Lab {
 
 impl Lab {
     /// Makes an edit; those from one field that follow each other are one step back.
-    pub fn change(self, field: Option<&str>, edit: impl FnOnce(&Bench) -> Bench) {
+    pub fn change(self, field: Option<&str>, edit: impl FnOnce(&LabEdits) -> LabEdits) {
         let bench = Box::new(self.bench.with_untracked(|bench| edit(bench)));
         send(LabEvent::Change { field: field.map(str::to_owned), bench });
     }

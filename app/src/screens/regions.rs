@@ -4,7 +4,7 @@
 
 use crate::i18n::key;
 use crate::keys::{self, Action, Press, Tab};
-use crate::lab::Sheet;
+use crate::lab::Panel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
 use crate::model::{FilesEvent, FrameEvent};
@@ -51,7 +51,7 @@ fn follow_address() {
     if let Some(tab) = Tab::of_address(&hash) {
         send(FrameEvent::Show { tab });
     }
-    if let Some(sheet) = Sheet::of_address(&hash) {
+    if let Some(sheet) = Panel::of_address(&hash) {
         send(LabEvent::Show { sheet });
     }
 }

@@ -27,14 +27,14 @@ type Switch = (usize, bool);
 
 /// The lock, and what was switched since it was opened. Knows no executor.
 #[derive(Debug, Default)]
-pub(super) struct Bench {
+pub(super) struct ManualOutputs {
     until: Option<Instant>,
     on: u32,
     /// Pulses: place among the names, what it goes back to, when.
     pulses: Vec<(usize, bool, Instant)>,
 }
 
-impl Bench {
+impl ManualOutputs {
     fn unlock(&mut self, minutes: u8, now: Instant) {
         self.until = Some(now + Duration::from_secs(60 * u64::from(minutes)));
     }
@@ -102,7 +102,7 @@ impl Owner {
             return Ok(());
         }
         self.may_switch()?;
-        self.bench.unlock(minutes, Instant::now());
+        self.by_hand.unlock(minutes, Instant::now());
         self.tell(self.outputs_tell());
         Ok(())
     }
@@ -122,7 +122,7 @@ impl Owner {
         on: bool,
         pulse_ms: Option<u32>,
     ) -> Result<(), Diagnostic> {
-        if self.bench.until.is_none() {
+        if self.by_hand.until.is_none() {
             return Err(diagnostic("control.outputs_locked"));
         }
         self.may_switch()?;
@@ -134,7 +134,7 @@ impl Owner {
         if let Some(ms) = pulse_ms.filter(|ms| !(1..=LONGEST_PULSE).contains(ms)) {
             return Err(diagnostic("control.pulse_range").with("ms", ms).with("most", LONGEST_PULSE));
         }
-        self.bench.switch((place, on), pulse_ms, Instant::now());
+        self.by_hand.switch((place, on), pulse_ms, Instant::now());
         self.put_out(&[(place, on)]);
         Ok(())
     }
@@ -151,27 +151,27 @@ impl Owner {
 
     /// Locks, and turns off what was left on. Where it was locked already, nothing.
     pub(super) fn lock_outputs(&mut self) {
-        if let Some(switches) = self.bench.lock() {
+        if let Some(switches) = self.by_hand.lock() {
             self.put_out(&switches);
         }
     }
 
     /// Ends pulses and the lease when it is time.
     pub(super) fn tick_outputs(&mut self) {
-        if let Some(switches) = self.bench.tick(Instant::now()) {
+        if let Some(switches) = self.by_hand.tick(Instant::now()) {
             self.put_out(&switches);
         }
     }
 
     /// Time until something is to be done here.
     pub(super) fn outputs_due(&self) -> Option<Duration> {
-        self.bench.due().map(|end| end.saturating_duration_since(Instant::now()))
+        self.by_hand.due().map(|end| end.saturating_duration_since(Instant::now()))
     }
 
     pub(super) fn outputs_tell(&self) -> Tell {
-        let left = self.bench.until.map(|until| until.saturating_duration_since(Instant::now()));
+        let left = self.by_hand.until.map(|until| until.saturating_duration_since(Instant::now()));
         let left_s = left.map(|left| (left.as_secs_f64() * 10.0).round() / 10.0);
-        Tell::Outputs(Outputs { names: self.output_names(), on: self.bench.on, left_s })
+        Tell::Outputs(Outputs { names: self.output_names(), on: self.by_hand.on, left_s })
     }
 }
 
@@ -183,7 +183,7 @@ mod tests {
     fn pulses_and_the_lease_end_when_it_is_time() {
         let start = Instant::now();
         let at = |ms: u64| start + Duration::from_millis(ms);
-        let mut bench = Bench::default();
+        let mut bench = ManualOutputs::default();
         assert_eq!((bench.lock(), bench.due(), bench.tick(at(0))), (None, None, None), "locked as it is");
         bench.unlock(5, start);
         bench.switch((1, true), Some(200), at(10));

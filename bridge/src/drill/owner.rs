@@ -7,7 +7,7 @@ use super::begin::Starting;
 use super::board::Judged;
 use super::hands::Hands;
 use super::moves::{Doing, Work, ruler};
-use super::outputs::Bench;
+use super::outputs::ManualOutputs;
 use super::prepare::{Context, Prepared};
 use super::queue::Lab;
 use super::recorder::{Record, Recorder};
@@ -113,7 +113,7 @@ pub(super) struct Owner {
     /// The queue of work commands.
     pub(super) lab: Option<Lab>,
     /// Outputs by hand.
-    pub(super) bench: Bench,
+    pub(super) by_hand: ManualOutputs,
     /// The last run's board.
     pub(super) judged: Judged,
     pub(super) task: u64,
@@ -180,7 +180,7 @@ impl Owner {
             doing: Doing::Nothing,
             in_spindle: None,
             lab: None,
-            bench: Bench::default(),
+            by_hand: ManualOutputs::default(),
             judged: Judged::default(),
             task: 0,
             position: Steps::default(),

@@ -3,7 +3,7 @@
 
 use super::{BOARD, CAM, answer, folder};
 use annulus_app::engine::messages::{Answer, Request, Settings, ToRead};
-use annulus_app::engine::{Shelf, perform};
+use annulus_app::engine::{Cache, perform};
 use annulus_core::machine::virtual_drill;
 use annulus_core::project::saved::{self, Project, Said};
 use std::collections::BTreeSet;
@@ -66,8 +66,8 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
 
 /// The bytes that the page saves of `files` as they open.
 fn saved_by_the_page(files: &[(String, Vec<u8>)]) -> Vec<u8> {
-    let mut shelf = Shelf::default();
-    let mut ask = |request| perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+    let mut cache = Cache::default();
+    let mut ask = |request| perform(request, &mut cache, &mut |_, _| {}).unwrap();
     let machine = Some(Settings::of(&virtual_drill()));
     let Answer::Read(reading) =
         ask(Request::Read(ToRead { files: files.to_vec(), machine, ..ToRead::default() }))

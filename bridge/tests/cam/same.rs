@@ -2,7 +2,7 @@
 
 use super::{BOARD, CAM, answer, codes, folder};
 use annulus_app::engine::messages::{Answer, Request, Settings, ToExport, ToPlan, ToProve, ToRead};
-use annulus_app::engine::{Shelf, perform};
+use annulus_app::engine::{Cache, perform};
 use annulus_core::machine::virtual_drill;
 use annulus_core::project::saved::Said;
 use std::fs;
@@ -10,8 +10,8 @@ use std::path::Path;
 
 /// What the worker of the page makes of `files`, and what it says of the board.
 fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(String, String)>, Vec<String>) {
-    let mut shelf = Shelf::default();
-    let mut ask = |request| perform(request, &mut shelf, &mut |_, _| {}).unwrap();
+    let mut cache = Cache::default();
+    let mut ask = |request| perform(request, &mut cache, &mut |_, _| {}).unwrap();
     let machine = Settings::of(&virtual_drill());
     let said = Said { aligned, ..Said::default() };
     let wanted = ToRead { files: files.to_vec(), said, machine: Some(machine.clone()), ..ToRead::default() };

@@ -167,7 +167,9 @@ impl<'a> Writer<'a> {
         self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
         self.mark = leg.mark;
         match plain_hole(self.machine, leg) {
-            Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => self.next_hole(hole, next),
+            Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => {
+                self.next_hole(hole, next)
+            }
             _ => self.commands(&leg.commands),
         }
     }
@@ -179,7 +181,8 @@ impl<'a> Writer<'a> {
         to[1] = self.machine.y.scale.steps(hole.to.y);
         let plane = self.play(&to);
         let stands = (self.at, plane, self.turned);
-        let (to_next, low) = self.strokes.next_hole(self.machine, &self.spindles, stands, hole, self.low.take())?;
+        let (to_next, low) =
+            self.strokes.next_hole(self.machine, &self.spindles, stands, hole, self.low.take())?;
         let duration_s = to_next.duration_ticks as f64 / TICK_HZ as f64;
         refuse_slow(self.longest_mm(&to_next.parts), duration_s)?;
         self.push(Move {

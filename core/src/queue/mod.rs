@@ -27,7 +27,7 @@ mod work;
 pub use blocks::{Cursor, Queue};
 pub use check::{Checked, check};
 pub use homing::{Homing, Next};
-pub use rehearse::{Bench, Rehearsal};
+pub use rehearse::{Rehearsal, Rig};
 pub use rules::{Standing, after};
 pub use run::{Action, Harm, Mode, Report, Rest, RowResult, RowState, Run, late};
 pub use text::{Row, print, read, read_row};

@@ -20,14 +20,14 @@ use crate::steps::Segment;
 
 /// Where a drill on a bench stands between two queues.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bench {
+pub struct Rig {
     /// What its executor remembers.
     pub line: Line,
     /// What is known of it.
     pub standing: Standing,
 }
 
-impl Bench {
+impl Rig {
     /// A drill that was homed just now; its work zero is where it rests.
     pub fn homed(machine: &Machine, pins: &mut dyn Pins) -> Result<Self, Diagnostic> {
         let home = read("", "HOME ALL").map_err(|whys| whys.into_iter().next());
@@ -56,7 +56,7 @@ pub struct Rehearsal {
 
 impl Rehearsal {
     /// `queue` before its first row, on a drill that stands as `bench` says.
-    pub fn new(queue: super::Queue, outputs: Vec<String>, bench: Bench) -> Self {
+    pub fn new(queue: super::Queue, outputs: Vec<String>, bench: Rig) -> Self {
         let run = Run::new(queue, outputs, bench.standing);
         Self { run, line: bench.line, next: None, trail: Vec::new() }
     }
@@ -72,8 +72,8 @@ impl Rehearsal {
     }
 
     /// How the drill stands now.
-    pub fn bench(&self) -> Bench {
-        Bench { line: self.line, standing: self.run.standing().clone() }
+    pub fn bench(&self) -> Rig {
+        Rig { line: self.line, standing: self.run.standing().clone() }
     }
 
     /// Goes as far as `mode` says, at most `pieces` pieces of motion or waiting; none when there is more to do: then call it

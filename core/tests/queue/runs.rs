@@ -6,7 +6,7 @@ use annulus_core::job::Input;
 use annulus_core::machine::{Machine, lab, virtual_drill};
 use annulus_core::pins::{Line, Pins, Recorder, Written};
 use annulus_core::queue::{
-    Bench, Command, Harm, Mode, Rehearsal, Rest, RowState, Standing, check, print, read,
+    Command, Harm, Mode, Rehearsal, Rest, Rig, RowState, Standing, check, print, read,
 };
 use annulus_core::steps::TICK_HZ;
 use annulus_core::virtual_drill::{Drilled, Faults, VirtualDrill};
@@ -19,7 +19,7 @@ fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<Drill
     (VirtualDrill::new(machine, 3, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)
 }
 
-fn rehearse(text: &str, bench: Bench) -> Rehearsal {
+fn rehearse(text: &str, bench: Rig) -> Rehearsal {
     let queue = read("q", text).unwrap_or_else(|why| panic!("{why:?}"));
     Rehearsal::new(queue, vec!["lamp".into(), "vacuum".into(), "pump".into()], bench)
 }
@@ -42,7 +42,7 @@ END
 fn holes_are_where_the_queue_says() {
     for machine in machines() {
         let (mut twin, holes) = twin(&machine, Faults::default());
-        let bench = Bench::homed(&machine, &mut twin).unwrap();
+        let bench = Rig::homed(&machine, &mut twin).unwrap();
         let home = bench.standing.position;
         assert_eq!(twin.real()[..], home[..3], "{}: homing ends at a known step", machine.name);
         assert_eq!(bench.standing, Standing::just_homed(&machine));
@@ -92,7 +92,7 @@ fn a_queue_is_stepped_row_by_row_and_run_from_breakpoint_to_breakpoint() {
     let machine = virtual_drill();
     let text = "* SPINDLE 9000\nREPEAT 2\n* MOVE_BY 10 0\nEND\nMOVE_BY 0 7\nWAIT 20\n";
     let (mut twin, _) = twin(&machine, Faults::default());
-    let bench = Bench::homed(&machine, &mut twin).unwrap();
+    let bench = Rig::homed(&machine, &mut twin).unwrap();
     let mut run = rehearse(text, bench.clone());
     let mut rows = Vec::new();
     loop {
@@ -127,7 +127,7 @@ fn a_page_that_breathes_between_pieces_gets_the_same() {
     let machine = lab();
     let play = |pieces: usize| {
         let (mut twin, holes) = twin(&machine, Faults::default());
-        let bench = Bench::homed(&machine, &mut twin).unwrap();
+        let bench = Rig::homed(&machine, &mut twin).unwrap();
         let mut run = rehearse(FOUR, bench);
         let mut calls = 0;
         let rest = loop {
@@ -216,7 +216,7 @@ fn what_was_checked_never_leaves_the_range_on_the_drill() {
     let outputs = ["lamp", "vacuum", "pump"].map(str::to_owned);
     for machine in [virtual_drill(), lab()] {
         let (mut base, _) = twin(&machine, Faults::default());
-        let home = Bench::homed(&machine, &mut base).unwrap();
+        let home = Rig::homed(&machine, &mut base).unwrap();
         for seed in 0..250 {
             let mut chance = Chance(seed);
             let text = random_text(&mut chance);
@@ -227,7 +227,7 @@ fn what_was_checked_never_leaves_the_range_on_the_drill() {
             };
             passed += 1;
             let (mut drill, holes) = twin(&machine, Faults::default());
-            let bench = Bench::homed(&machine, &mut drill).unwrap();
+            let bench = Rig::homed(&machine, &mut drill).unwrap();
             assert_eq!(bench, home, "the twin is the same every time");
             let surface = machine.z.scale.steps(machine.process.surface);
             let (lowest, highest) = (drill.real(), drill.real());
@@ -261,7 +261,7 @@ fn what_was_checked_never_leaves_the_range_on_the_drill() {
 /// Runs `text` from a homed bench on a drill with faults.
 fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsal) {
     let (mut sound, _) = twin(machine, Faults::default());
-    let bench = Bench::homed(machine, &mut sound).unwrap();
+    let bench = Rig::homed(machine, &mut sound).unwrap();
     let (mut faulty, _) = twin(machine, faults);
     // The faulty drill is brought to the same place first.
     let here = faulty.real();
@@ -274,7 +274,7 @@ fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsa
         }
     }
     let line = Line { tick: tick + TICK_HZ, ..bench.line };
-    let mut run = rehearse(text, Bench { line, standing: bench.standing });
+    let mut run = rehearse(text, Rig { line, standing: bench.standing });
     let rest = run.go(machine, Mode::ToEnd, &mut faulty, usize::MAX).unwrap();
     (rest, run)
 }
@@ -337,7 +337,7 @@ fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
     let machine = virtual_drill();
     let text = "OUTPUT lamp ON\nOUTPUT vacuum ON 20\nWAIT 10\nOUTPUT pump ON\nOUTPUT lamp OFF";
     let mut pins = Recorder::default();
-    let mut run = rehearse(text, Bench::default());
+    let mut run = rehearse(text, Rig::default());
     assert_eq!(run.go(&machine, Mode::ToEnd, &mut pins, usize::MAX), Some(Rest::Done));
     let ms = TICK_HZ / 1_000;
     let switched =
@@ -346,7 +346,7 @@ fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
     // A wait for an input ends when it comes, and a stop turns off what is on.
     let text = "OUTPUT pump ON\nWAIT_INPUT CONTACT ON 500\nWAIT 900";
     let mut pins = Recorder { script: vec![(42 * ms, Input::Contact.bit())], ..Recorder::default() };
-    let mut run = rehearse(text, Bench::default());
+    let mut run = rehearse(text, Rig::default());
     assert_eq!(run.go(&machine, Mode::Step, &mut pins, usize::MAX), Some(Rest::Held));
     assert_eq!(run.go(&machine, Mode::Step, &mut pins, usize::MAX), Some(Rest::Held));
     let waited = run.run().results()[1].ms;
@@ -357,13 +357,13 @@ fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
 fn a_row_that_no_longer_fits_is_refused_when_its_turn_comes() {
     let machine = virtual_drill();
     let (mut twin, _) = twin(&machine, Faults::default());
-    let bench = Bench::homed(&machine, &mut twin).unwrap();
+    let bench = Rig::homed(&machine, &mut twin).unwrap();
     let mut run = rehearse("WAIT 5\nMOVE_TO -5 0", bench.clone());
     let Some(Rest::Failed(why, Harm::None)) = run.go(&machine, Mode::ToEnd, &mut twin, usize::MAX) else {
         panic!("it moved")
     };
     assert_eq!((why.code.as_str(), twin.real()[0]), ("queue.outside", bench.standing.position[0]));
-    let unknown = Bench { standing: Standing::default(), ..bench };
+    let unknown = Rig { standing: Standing::default(), ..bench };
     let mut run = rehearse("MOVE_BY 1 0", unknown);
     assert!(
         matches!(run.go(&machine, Mode::Step, &mut twin, 5), Some(Rest::Failed(why, _)) if why.code == "queue.not_homed")

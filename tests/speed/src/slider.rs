@@ -44,7 +44,7 @@ impl Slider {
         let options = PlanOptions::default();
         let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&self.machine, from, to);
         let means = Means { options: &options, rapid_time: &rapid_time };
-        // As the page does: what is on its shelf is found by this.
+        // As the page does: what is on its cache is found by this.
         std::hint::black_box(toolpaths::key(&work, 0, &self.machine));
         let part = toolpaths::plan_operation(&scene, &work, 0, &self.machine, &means, &mut |_| true);
         let Ok(part) = part else { return 0 };

@@ -9,7 +9,7 @@ use crate::said::Text;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::project::saved::Said;
-use annulus_core::wire::DrilledTold;
+use annulus_core::wire::DrilledReport;
 
 /// Errors of a file and of the board, what was accepted of them, and what is to be seen first.
 #[test]
@@ -43,19 +43,19 @@ fn what_has_to_be_seen_is_called_what_it_is() {
 /// What the drill's own record says, and the sentences that follow.
 #[test]
 fn what_is_not_as_programmed_is_said_and_what_was_drilled_twice() {
-    let none = DrilledTold::default();
+    let none = DrilledReport::default();
     let rows = [
         (None, vec![], ""),
         (Some(none), vec![], ""),
         (Some(none), vec![7], "run.drilled_twice 7"),
         (
-            Some(DrilledTold { missing: 3, broken: 1, ..none }),
+            Some(DrilledReport { missing: 3, broken: 1, ..none }),
             vec![],
             "page.ended.missing 3, page.ended.broken 1",
         ),
-        (Some(DrilledTold { missing: 3, ..none }), vec![4], "page.ended.missing 3, run.drilled_twice 4"),
+        (Some(DrilledReport { missing: 3, ..none }), vec![4], "page.ended.missing 3, run.drilled_twice 4"),
         (
-            Some(DrilledTold { shifted: 2, doubled: 1, slipped_steps: 40, ..none }),
+            Some(DrilledReport { shifted: 2, doubled: 1, slipped_steps: 40, ..none }),
             vec![],
             "page.ended.shifted 2, page.ended.doubled 1, page.ended.slipped 40",
         ),

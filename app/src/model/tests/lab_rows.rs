@@ -2,7 +2,7 @@
 
 use super::line;
 use crate::lab::queue::Edit;
-use crate::lab::{Bench, Sheet};
+use crate::lab::{LabEdits, Panel};
 use crate::model::{Effect, Event, LabEvent, LinkEvent, Model, update};
 use crate::said::Text;
 use annulus_core::control::State;
@@ -37,7 +37,7 @@ impl Story {
 
     fn event(&self, word: &str) -> Event {
         let bench = &self.model.lab.bench;
-        let change = |field: Option<&str>, bench: Bench| LabEvent::Change {
+        let change = |field: Option<&str>, bench: LabEdits| LabEvent::Change {
             field: field.map(str::to_owned),
             bench: Box::new(bench),
         };
@@ -60,8 +60,8 @@ impl Story {
             "count-anew" => LabEvent::CountAnew,
             "check" => LabEvent::Check,
             "skip" => LabEvent::Skip,
-            "io" => LabEvent::Show { sheet: Sheet::Io },
-            "kept" => LabEvent::Kept { text: Bench::default().with_field("a", "7".to_owned()).kept() },
+            "io" => LabEvent::Show { sheet: Panel::Io },
+            "kept" => LabEvent::Kept { text: LabEdits::default().with_field("a", "7".to_owned()).kept() },
             "ready" => return status(State::Ready, 0),
             "job" => return status(State::Running, 0),
             "pressed" => return status(State::Ready, 1),

@@ -3,7 +3,7 @@
 //! Comes in: the bench and the machine. Goes out: `Configure`. Refused while the machine moves, and then it says so.
 
 use crate::i18n::{advice, message, say, t};
-use crate::lab::Bench;
+use crate::lab::LabEdits;
 use crate::model::LinkEvent;
 use crate::page::open_board;
 use crate::page::open_lab;
@@ -68,7 +68,7 @@ pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> 
                     dl().class("facts grow lab-changes").attr("tabindex", "0").child(list),
                     p().class("quiet lab-why").attr("role", "status").child(why),
                     push("button", t!("page.settings.discard"), move |_| {
-                        lab.change(None, Bench::without_changes);
+                        lab.change(None, LabEdits::without_changes);
                     }),
                     push_if("button primary", may, t!("page.settings.apply"), move |_| {
                         send(LinkEvent::Close { notice: link::Notice::Refused });

@@ -21,7 +21,7 @@ mod servo;
 pub(crate) use queue::key as queue_key;
 
 use crate::i18n::{say, sentence, t};
-use crate::lab::Sheet;
+use crate::lab::Panel;
 use crate::model::LabEvent;
 use crate::page::{open_lab, send};
 use crate::widgets::{Icon, icon, picture_button_if};
@@ -31,14 +31,14 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
-fn name_of(sheet: Sheet) -> String {
+fn name_of(sheet: Panel) -> String {
     match sheet {
-        Sheet::Io => say!("page.lab.sheet.io"),
-        Sheet::Queue => say!("page.lab.sheet.queue"),
-        Sheet::Phases => say!("page.lab.sheet.phases"),
-        Sheet::Motion => say!("page.lab.sheet.motion"),
-        Sheet::Servo => say!("page.lab.sheet.servo"),
-        Sheet::Log => say!("page.lab.sheet.log"),
+        Panel::Io => say!("page.lab.sheet.io"),
+        Panel::Queue => say!("page.lab.sheet.queue"),
+        Panel::Phases => say!("page.lab.sheet.phases"),
+        Panel::Motion => say!("page.lab.sheet.motion"),
+        Panel::Servo => say!("page.lab.sheet.servo"),
+        Panel::Log => say!("page.lab.sheet.log"),
     }
 }
 
@@ -46,12 +46,12 @@ fn name_of(sheet: Sheet) -> String {
 pub(crate) fn lab() -> impl IntoView {
     let lab = open_lab();
     let sheet = move || match lab.sheet.get() {
-        Sheet::Io => io::io().into_any(),
-        Sheet::Queue => queue::queue().into_any(),
-        Sheet::Phases => phases::phases().into_any(),
-        Sheet::Motion => motion::motion().into_any(),
-        Sheet::Servo => servo::servo().into_any(),
-        Sheet::Log => log::log().into_any(),
+        Panel::Io => io::io().into_any(),
+        Panel::Queue => queue::queue().into_any(),
+        Panel::Phases => phases::phases().into_any(),
+        Panel::Motion => motion::motion().into_any(),
+        Panel::Servo => servo::servo().into_any(),
+        Panel::Log => log::log().into_any(),
     };
     div().class("whole").child(
         div().class("lab").child((
@@ -71,14 +71,14 @@ pub(crate) fn lab() -> impl IntoView {
     )
 }
 
-fn tab_id(sheet: Sheet) -> String {
+fn tab_id(sheet: Panel) -> String {
     format!("lab-tab-{}", sheet.word())
 }
 
 /// The arrows go from tab to tab, Enter and Space open one.
 fn sheets() -> impl IntoView {
     let lab = open_lab();
-    let tabs = Sheet::ALL.map(|this| {
+    let tabs = Panel::ALL.map(|this| {
         let chosen = move || lab.sheet.get() == this;
         button()
             .attr("type", "button")
@@ -99,12 +99,12 @@ fn sheets() -> impl IntoView {
         .child(Vec::from(tabs))
 }
 
-fn go_along(event: &KeyboardEvent, from: Sheet) {
+fn go_along(event: &KeyboardEvent, from: Panel) {
     let to = match event.key().as_str() {
         "ArrowRight" => from.beside(1),
         "ArrowLeft" => from.beside(-1),
-        "Home" => Sheet::ALL[0],
-        "End" => Sheet::ALL[Sheet::ALL.len() - 1],
+        "Home" => Panel::ALL[0],
+        "End" => Panel::ALL[Panel::ALL.len() - 1],
         _ => return,
     };
     event.prevent_default();

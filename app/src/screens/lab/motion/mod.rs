@@ -9,7 +9,7 @@ mod table;
 mod takts;
 
 use crate::i18n::{say, t};
-use crate::lab::sheet::Part;
+use crate::lab::panel::Part;
 use crate::model::LabEvent;
 use crate::page::{open_lab, send};
 use crate::widgets::choice;

@@ -2,7 +2,7 @@
 //!
 //! Comes in: the bench, else the machine's table. Goes out: rows, the table, findings. Knows no layout.
 
-use crate::lab::bench::{INTERRUPTS, INTERRUPTS_HZ};
+use crate::lab::edits::{INTERRUPTS, INTERRUPTS_HZ};
 use crate::lab::motion::{self, StateRow};
 use crate::page::{open_board, open_lab};
 use crate::screens::lab::fields::Field;

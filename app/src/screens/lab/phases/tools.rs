@@ -4,7 +4,7 @@
 
 use super::Table;
 use crate::i18n::{self, key, say, t};
-use crate::lab::bench::MOTORS;
+use crate::lab::edits::MOTORS;
 use crate::lab::phases::{Block, Edit, MOST_COLUMNS, whole};
 use crate::model::LabEvent;
 use crate::page::send;

@@ -15,7 +15,7 @@ mod verdict;
 
 use crate::i18n::{key, t};
 use crate::keys::QueueKey;
-use crate::lab::Sheet;
+use crate::lab::Panel;
 use crate::lab::queue::{Edit, Line, to_text};
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
@@ -143,7 +143,7 @@ pub(super) fn queue() -> impl IntoView {
 /// What a key asks of the queue; elsewhere in the Lab it means nothing.
 pub(crate) fn key(pressed: QueueKey) {
     let lab = open_lab();
-    if lab.sheet.get_untracked() != Sheet::Queue {
+    if lab.sheet.get_untracked() != Panel::Queue {
         return;
     }
     let work = work();

@@ -23,7 +23,7 @@ pub const INTERRUPTS_HZ: RangeInclusive<f64> = 10.0..=20_000.0;
 /// What lies on the bench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Bench {
+pub struct LabEdits {
     /// Phase tables as edited; none where the machine's own stands.
     pub tables: [Option<Vec<u8>>; MOTORS],
     /// Rows of the dynamics as typed; none where the machine's own stand.
@@ -34,7 +34,7 @@ pub struct Bench {
     pub queue: Vec<Line>,
 }
 
-impl Bench {
+impl LabEdits {
     /// The bench with the table of `motor` edited, which so far is `columns`.
     #[must_use]
     pub fn with_table(&self, motor: usize, columns: &[u8], edit: &Edit) -> Self {
@@ -142,30 +142,30 @@ mod tests {
     fn what_was_typed_becomes_settings_and_nothing_else_does() {
         let machine = lab();
         let rows = motion::rows(&machine.dynamics);
-        assert_eq!(Bench::default().with_dynamics(rows.clone()).changes(&machine), []);
+        assert_eq!(LabEdits::default().with_dynamics(rows.clone()).changes(&machine), []);
         let slower = motion::with_cell(&rows, 0, Column::Period, "9".into());
-        let bench = Bench::default().with_dynamics(slower).with_field(INTERRUPTS, "520".into());
+        let bench = LabEdits::default().with_dynamics(slower).with_field(INTERRUPTS, "520".into());
         let changed = apply(&machine, &bench.changes(&machine)).unwrap();
         assert_eq!((changed.dynamics.period[0], changed.interrupt_hz), (9, 520));
         let wrong = motion::with_cell(&rows, 0, Column::Period, "x".into());
-        assert_eq!(Bench::default().with_dynamics(wrong).changes(&machine), []);
+        assert_eq!(LabEdits::default().with_dynamics(wrong).changes(&machine), []);
         assert_eq!(bench.without_changes().changes(&machine), []);
     }
 
     #[test]
     fn a_trial_is_of_what_lies_on_the_bench() {
         let machine = lab();
-        assert_eq!(Bench::default().tried(&machine), machine);
+        assert_eq!(LabEdits::default().tried(&machine), machine);
         let rows = motion::with_cell(&motion::rows(&machine.dynamics), 3, Column::Period, "2".into());
-        let bench = Bench::default().with_dynamics(rows).with_field(INTERRUPTS, "700".into());
+        let bench = LabEdits::default().with_dynamics(rows).with_field(INTERRUPTS, "700".into());
         let tried = bench.tried(&machine);
         assert_eq!((tried.dynamics.period, tried.interrupt_hz), (vec![7, 4, 2, 2], 700));
         for wrong in ["", "x", "0", "1e9", "-5"] {
-            let bench = Bench::default().with_field(INTERRUPTS, wrong.into());
+            let bench = LabEdits::default().with_field(INTERRUPTS, wrong.into());
             assert_eq!(bench.tried(&machine), machine, "{wrong}");
         }
         let table = machine.x.phases.clone();
-        let fast = Bench::default().with_field(INTERRUPTS, "700".into()).tried(&machine);
+        let fast = LabEdits::default().with_field(INTERRUPTS, "700".into()).tried(&machine);
         assert_eq!(crate::lab::trial::run(&table, &machine, 0).lost, 0);
         let outcome = crate::lab::trial::run(&table, &fast, 0);
         assert!(outcome.lost > 0 && outcome.interrupt_hz == 700, "{outcome:?}");
@@ -174,17 +174,17 @@ mod tests {
     #[test]
     fn what_is_kept_comes_back_and_rubbish_is_an_empty_bench() {
         let cell = Cell { line: 1, column: 2 };
-        let bench = Bench::default()
+        let bench = LabEdits::default()
             .with_table(1, &[1, 2, 4], &Edit::Toggle(Block::at(cell)))
             .with_field("move.length", "12,5".to_owned());
         assert_eq!(bench.tables, [None, Some(vec![1, 2, 6]), None]);
-        assert_eq!(Bench::of_kept(&bench.kept()), bench);
+        assert_eq!(LabEdits::of_kept(&bench.kept()), bench);
         assert_eq!(bench.changes(&lab()), [("y.phases".to_owned(), Value::Numbers(vec![1.0, 2.0, 6.0]))]);
         for rubbish in ["", "{", "[]", "{\"tables\":3}", "{\"tables\":[null,null]}"] {
-            assert_eq!(Bench::of_kept(rubbish), Bench::default(), "{rubbish}");
+            assert_eq!(LabEdits::of_kept(rubbish), LabEdits::default(), "{rubbish}");
         }
         let long = format!("{{\"tables\":[{:?},null,null]}}", vec![1; 500]);
-        assert_eq!(Bench::of_kept(&long).tables[0].as_ref().map(Vec::len), Some(phases::MOST_COLUMNS));
+        assert_eq!(LabEdits::of_kept(&long).tables[0].as_ref().map(Vec::len), Some(phases::MOST_COLUMNS));
         assert_eq!(bench.with_table(9, &[1], &Edit::Rotate(1)), bench);
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! page     read ──▶ ┌──────┐ ── Envelope ──▶ ┌────────┐
-//!          plan ──▶ │ desk │                 │ worker │
+//!          plan ──▶ │ requests │                 │ worker │
 //!  progress ◀────── │      │ ◀── Report ──── └────────┘
 //!    answer ◀────── └──────┘      cancel, panic: worker ends, the next request starts another
 //! ```
@@ -36,7 +36,7 @@ struct Staff {
 }
 
 #[derive(Default)]
-pub(super) struct Desk {
+pub(super) struct Requests {
     staff: Option<Staff>,
     next: u32,
     pending: BTreeMap<u32, Pending>,
@@ -46,12 +46,12 @@ pub(super) struct Desk {
 
 /// Hands `request` over at once; its answer is to be waited for. `progress` is told shares from 0 to 1 meanwhile.
 pub(super) fn ask(
-    desk: &Rc<RefCell<Desk>>,
+    requests: &Rc<RefCell<Requests>>,
     request: Request,
     progress: Box<dyn FnMut(f64)>,
 ) -> impl Future<Output = Result<Answer, Stopped>> + use<> {
     let (answer, coming) = oneshot::channel();
-    let handed = hand_over(desk, request, Pending { answer, progress });
+    let handed = hand_over(requests, request, Pending { answer, progress });
     async move {
         if let Err(reason) = handed {
             let diagnostic = Diagnostic::error("engine.cannot_start").with("reason", reason);
@@ -62,29 +62,29 @@ pub(super) fn ask(
 }
 
 /// Ends whatever is in work; who waits for it is told that it was cancelled.
-pub(super) fn cancel(desk: &Rc<RefCell<Desk>>) {
+pub(super) fn cancel(requests: &Rc<RefCell<Requests>>) {
     let pending = {
-        let mut desk = desk.borrow_mut();
-        if let Some(staff) = desk.staff.take() {
+        let mut requests = requests.borrow_mut();
+        if let Some(staff) = requests.staff.take() {
             staff.worker.terminate();
         }
-        std::mem::take(&mut desk.pending)
+        std::mem::take(&mut requests.pending)
     };
     drop(pending);
 }
 
-fn hand_over(desk: &Rc<RefCell<Desk>>, request: Request, pending: Pending) -> Result<(), String> {
+fn hand_over(requests: &Rc<RefCell<Requests>>, request: Request, pending: Pending) -> Result<(), String> {
     let words = |error: JsValue| format!("{error:?}");
-    if desk.borrow().staff.is_none() {
-        let staff = hire(desk).map_err(words)?;
-        desk.borrow_mut().staff = Some(staff);
+    if requests.borrow().staff.is_none() {
+        let staff = hire(requests).map_err(words)?;
+        requests.borrow_mut().staff = Some(staff);
     }
-    let mut desk = desk.borrow_mut();
-    desk.next += 1;
-    let id = desk.next;
+    let mut requests = requests.borrow_mut();
+    requests.next += 1;
+    let id = requests.next;
     let bytes = postcard::to_allocvec(&Envelope { id, request }).map_err(|error| error.to_string())?;
-    desk.pending.insert(id, pending);
-    let Some(staff) = &desk.staff else { return Err(String::new()) };
+    requests.pending.insert(id, pending);
+    let Some(staff) = &requests.staff else { return Err(String::new()) };
     send(|message, moved| staff.worker.post_message_with_transfer(message, moved), &bytes).map_err(words)
 }
 
@@ -97,7 +97,7 @@ pub(super) fn send(
     post(&buffer, &js_sys::Array::of1(&buffer))
 }
 
-fn hire(desk: &Rc<RefCell<Desk>>) -> Result<Staff, JsValue> {
+fn hire(requests: &Rc<RefCell<Requests>>) -> Result<Staff, JsValue> {
     let options = WorkerOptions::new();
     options.set_type(WorkerType::Module);
     options.set_name("annulus engine");
@@ -105,17 +105,17 @@ fn hire(desk: &Rc<RefCell<Desk>>) -> Result<Staff, JsValue> {
         js_sys::Reflect::get(&js_sys::global(), &"Worker".into())?.dyn_into()?;
     let arguments = js_sys::Array::of2(&trusted::script_url(SCRIPT), &options);
     let worker: Worker = js_sys::Reflect::construct(&constructor, &arguments)?.unchecked_into();
-    let mine = Rc::downgrade(desk);
+    let mine = Rc::downgrade(requests);
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
-        if let Some(desk) = mine.upgrade() {
-            hear(&desk, &event.data());
+        if let Some(requests) = mine.upgrade() {
+            hear(&requests, &event.data());
         }
     });
-    let mine = Rc::downgrade(desk);
+    let mine = Rc::downgrade(requests);
     let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |event: ErrorEvent| {
         event.prevent_default();
-        if let Some(desk) = mine.upgrade() {
-            fell_over(&desk, &event.message());
+        if let Some(requests) = mine.upgrade() {
+            fell_over(&requests, &event.message());
         }
     });
     worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
@@ -124,48 +124,48 @@ fn hire(desk: &Rc<RefCell<Desk>>) -> Result<Staff, JsValue> {
     Ok(Staff { worker, _on_message: on_message, _on_error: on_error })
 }
 
-fn hear(desk: &Rc<RefCell<Desk>>, data: &JsValue) {
+fn hear(requests: &Rc<RefCell<Requests>>, data: &JsValue) {
     let bytes = js_sys::Uint8Array::new(data).to_vec();
     match postcard::from_bytes(&bytes) {
         Ok(Report::Progress { id, done, total }) => {
-            tell_progress(desk, id, done as f64 / (total as f64).max(1.0));
+            tell_progress(requests, id, done as f64 / (total as f64).max(1.0));
         }
         Ok(Report::Done { id, answer }) => {
-            let pending = desk.borrow_mut().pending.remove(&id);
+            let pending = requests.borrow_mut().pending.remove(&id);
             if let Some(pending) = pending {
                 let _ = pending.answer.send(answer.map_err(Stopped::Refused));
             }
         }
-        Ok(Report::Panicked(words)) => desk.borrow_mut().last_words = Some(words),
-        Err(error) => fell_over(desk, &error.to_string()),
+        Ok(Report::Panicked(words)) => requests.borrow_mut().last_words = Some(words),
+        Err(error) => fell_over(requests, &error.to_string()),
     }
 }
 
-/// The desk is not borrowed while the page is told, so that it may ask for something else.
-fn tell_progress(desk: &Rc<RefCell<Desk>>, id: u32, share: f64) {
-    let taken = desk
+/// The requests is not borrowed while the page is told, so that it may ask for something else.
+fn tell_progress(requests: &Rc<RefCell<Requests>>, id: u32, share: f64) {
+    let taken = requests
         .borrow_mut()
         .pending
         .get_mut(&id)
         .map(|pending| std::mem::replace(&mut pending.progress, Box::new(|_| {})));
     let Some(mut progress) = taken else { return };
     progress(share.clamp(0.0, 1.0));
-    if let Some(pending) = desk.borrow_mut().pending.get_mut(&id) {
+    if let Some(pending) = requests.borrow_mut().pending.get_mut(&id) {
         pending.progress = progress;
     }
 }
 
 /// The worker is gone. Who waits is told why; the next request starts another.
-fn fell_over(desk: &Rc<RefCell<Desk>>, reason: &str) {
+fn fell_over(requests: &Rc<RefCell<Requests>>, reason: &str) {
     let (pending, words) = {
-        let mut desk = desk.borrow_mut();
-        if let Some(staff) = desk.staff.take() {
+        let mut requests = requests.borrow_mut();
+        if let Some(staff) = requests.staff.take() {
             staff.worker.terminate();
             // This runs inside the worker's own handler: it must live until that returns.
             wasm_bindgen_futures::spawn_local(async move { drop(staff) });
         }
-        let words = desk.last_words.take().unwrap_or_else(|| reason.to_owned());
-        (std::mem::take(&mut desk.pending), words)
+        let words = requests.last_words.take().unwrap_or_else(|| reason.to_owned());
+        (std::mem::take(&mut requests.pending), words)
     };
     for (_, pending) in pending {
         let diagnostic = Diagnostic::error("engine.fell_over").with("reason", &words);
@@ -173,7 +173,7 @@ fn fell_over(desk: &Rc<RefCell<Desk>>, reason: &str) {
     }
 }
 
-impl Drop for Desk {
+impl Drop for Requests {
     fn drop(&mut self) {
         if let Some(staff) = &self.staff {
             staff.worker.terminate();

@@ -21,7 +21,7 @@ impl Part {
 
 /// One sheet of the Lab.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sheet {
+pub enum Panel {
     /// Inputs and outputs.
     Io,
     /// Work commands.
@@ -37,7 +37,7 @@ pub enum Sheet {
     Log,
 }
 
-impl Sheet {
+impl Panel {
     /// All of them, in the order they stand.
     pub const ALL: [Self; 6] = [Self::Io, Self::Queue, Self::Phases, Self::Motion, Self::Servo, Self::Log];
 
@@ -77,13 +77,13 @@ mod tests {
 
     #[test]
     fn addresses_find_their_sheet() {
-        for sheet in Sheet::ALL {
-            assert_eq!(Sheet::of_address(&format!("#/lab/{}", sheet.word())), Some(sheet));
+        for sheet in Panel::ALL {
+            assert_eq!(Panel::of_address(&format!("#/lab/{}", sheet.word())), Some(sheet));
         }
         for other in ["#/lab", "#/lab/", "#/lab/none", "#/machine/io", "", "#t=abc"] {
-            assert_eq!(Sheet::of_address(other), None, "{other}");
+            assert_eq!(Panel::of_address(other), None, "{other}");
         }
-        assert_eq!(Sheet::Io.beside(-1), Sheet::Log);
-        assert_eq!(Sheet::Log.beside(1), Sheet::Io);
+        assert_eq!(Panel::Io.beside(-1), Panel::Log);
+        assert_eq!(Panel::Log.beside(1), Panel::Io);
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct Last {
 
 /// The worker's memory. A new worker has none.
 #[derive(Debug, Default)]
-pub struct Shelf {
+pub struct Cache {
     board: Option<(u32, Board)>,
     /// Codes of the errors that its files have.
     lost: Vec<String>,
@@ -40,7 +40,7 @@ pub struct Shelf {
     proofs: VecDeque<(String, Vec<String>)>,
 }
 
-impl Shelf {
+impl Cache {
     /// Keeps `board`, whose files have `lost`, and no other.
     pub(super) fn keep(&mut self, key: u32, board: Board, lost: Vec<String>) {
         *self = Self { board: Some((key, board)), lost, ..Self::default() };
