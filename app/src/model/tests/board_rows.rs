@@ -14,7 +14,8 @@ use annulus_core::wire::DrilledReport;
 /// Errors of a file and of the board, what was accepted of them, and what is to be seen first.
 #[test]
 fn what_has_to_be_seen_is_called_what_it_is() {
-    let rows: [(&[&str], &[&str], &[&str], Option<Unseen>); 9] = [
+    type Row = (&'static [&'static str], &'static [&'static str], &'static [&'static str], Option<Unseen>);
+    let rows: [Row; 9] = [
         (&[], &[], &[], None),
         (&["drill.no_tool"], &[], &[], Some(Unseen::Unread)),
         (&["drill.no_tool"], &[], &["drill.no_tool"], None),
