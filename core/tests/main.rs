@@ -27,4 +27,6 @@ mod same_everywhere;
 #[cfg(not(target_arch = "wasm32"))]
 mod servo;
 #[cfg(not(target_arch = "wasm32"))]
+mod settings;
+#[cfg(not(target_arch = "wasm32"))]
 mod virtual_drill;

@@ -48,7 +48,7 @@ fn rapid_time(a: Point, b: Point) -> f64 {
 
 fn board(chance: &mut Chance) -> Board {
     let count = 1 + chance.below(14);
-    // A coarse grid now and then, so that equal places and equal toolpaths are common.
+    // A coarse grid now and then, so that equal places and equal distances are common.
     let grid = [1_000, 40_000][chance.below(2) as usize];
     let places = 1 + chance.below(60) * chance.below(60);
     let mut place = || (chance.below(places) as i64 * 40_000 / grid) * grid / 40;

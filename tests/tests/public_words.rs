@@ -21,7 +21,7 @@ const SAID: &[(&str, &str)] = &[
     ("pace", "feed override"),
     ("bore", "mill holes"),
     ("coat", "exposure"),
-    ("cache", "cache"),
+    ("shelf", "cache"),
     ("initialise", "home"),
     ("waist", "(prose only)"),
     ("groove", "isolation pass"),

@@ -171,7 +171,6 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
 
 /// Whatever changes goes to the picture, each in its own effect so that little is written.
 fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
-    let missing = missing_holes();
     // Another scene is bare of all that was marked in the one before.
     let drawn = RwSignal::new(0_u32);
     Effect::new(move |before: Option<Option<usize>>| {
@@ -222,19 +221,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
             with_view(picture, |view| view.set_selected(&chosen));
         }
     });
-    // What is missing is no longer so where the job runs again, or on another screen.
-    Effect::new(move |before: Option<Vec<usize>>| {
-        let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
-        let holes = if frame().tab.get() == Tab::Machine { missing.get() } else { Vec::new() };
-        let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
-        let failed: Vec<usize> = holes.iter().filter_map(disc).collect();
-        let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, State::Planned));
-        let states: Vec<_> = planned.chain(failed.iter().map(|disc| (*disc, State::Failed))).collect();
-        if ready && !states.is_empty() {
-            with_view(picture, |view| view.set_states(&states));
-        }
-        failed
-    });
+    show_missing(picture, ready, shown, drawn);
     Effect::new(move |_| {
         let (moment, _) = (moment(), drawn.get());
         let head = shown.with(|shown| {
@@ -247,6 +234,29 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
                 view.set_head(head);
             });
         }
+    });
+}
+
+/// Holes that a run left out are marked in the picture of the machine.
+fn show_missing(
+    picture: Picture,
+    ready: RwSignal<bool>,
+    shown: Memo<Option<Arc<Shown>>>,
+    drawn: RwSignal<u32>,
+) {
+    let missing = missing_holes();
+    // What is missing is no longer so where the job runs again, or on another screen.
+    Effect::new(move |before: Option<Vec<usize>>| {
+        let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
+        let holes = if frame().tab.get() == Tab::Machine { missing.get() } else { Vec::new() };
+        let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
+        let failed: Vec<usize> = holes.iter().filter_map(disc).collect();
+        let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, State::Planned));
+        let states: Vec<_> = planned.chain(failed.iter().map(|disc| (*disc, State::Failed))).collect();
+        if ready && !states.is_empty() {
+            with_view(picture, |view| view.set_states(&states));
+        }
+        failed
     });
 }
 

@@ -7,7 +7,7 @@ use super::{Answer, Exit, Refusal};
 use crate::machine_file;
 use crate::outputs::rehearsal;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, Machine, Output};
+use annulus_core::machine::{self, Machine};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -62,11 +62,7 @@ fn make_rehearsal(path: &Path) -> Result<Answer, Refusal> {
 
 fn row(name: &str, file: Option<&str>, machine: &Machine) -> Value {
     let range = |axis: &machine::Axis| json!([axis.min.mm(), axis.max.mm()]);
-    let output = match machine.output {
-        Output::Virtual => "virtual",
-        Output::Card => "card",
-        Output::Parallel => "parallel",
-    };
+    let output = machine::setting("machine.output").map(|setting| setting.value(machine));
     json!({
         "name": name,
         "ok": true,

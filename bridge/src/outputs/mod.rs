@@ -1,4 +1,4 @@
-//! The toolpaths out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
+//! The ways out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
 //!
 //! ```text
 //! Pins ──▶ wires: which bit is what ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file
@@ -38,6 +38,12 @@ pub(crate) trait Port: Send {
     fn read(&mut self, byte: usize) -> io::Result<u8>;
 }
 
+/// Makes the port of a machine's output from its device; where things lie in it, the driver reads from its own settings.
+type OpenPort = fn(File, &Machine) -> io::Result<Box<dyn Port>>;
+
+/// The outputs that there are besides the virtual drill. Another one is a file or folder beside this, and a row.
+const DRIVERS: &[(Output, OpenPort)] = &[(Output::Card, registers::open), (Output::Parallel, parallel::open)];
+
 /// The pins of `machine`'s hardware, everything off.
 pub(crate) fn open(machine: &Machine) -> Result<Wires, Diagnostic> {
     let file = device(machine)?;
@@ -58,11 +64,9 @@ fn device(machine: &Machine) -> Result<File, Diagnostic> {
 }
 
 fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Diagnostic> {
-    let base = u64::from(machine.card_address);
-    Ok(match machine.output {
-        Output::Parallel => parallel::open(file, base).map_err(|error| trouble(machine, error))?,
-        Output::Card | Output::Virtual => Box::new(registers::Registers::card(file, base, &machine.card)),
-    })
+    let driver = DRIVERS.iter().find(|(output, _)| *output == machine.output);
+    let port = driver.map_or_else(|| Err(io::ErrorKind::Unsupported.into()), |(_, open)| open(file, machine));
+    port.map_err(|error| trouble(machine, error))
 }
 
 fn trouble(machine: &Machine, error: io::Error) -> Diagnostic {
@@ -85,6 +89,23 @@ fn take(file: &File) -> io::Result<()> {
             }
             Err(TryLockError::WouldBlock) => return Err(io::ErrorKind::ResourceBusy.into()),
             Err(TryLockError::Error(error)) => return Err(error),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DRIVERS;
+    use annulus_core::machine::{Kind, Output, setting};
+
+    #[test]
+    fn every_output_but_the_virtual_drill_has_one_driver() {
+        let all = [Output::Virtual, Output::Card, Output::Parallel];
+        let words = setting("machine.output").map(|row| row.kind);
+        assert!(matches!(words, Some(Kind::Choice(words)) if words.len() == all.len()), "{words:?}");
+        for output in all {
+            let drivers = DRIVERS.iter().filter(|(own, _)| *own == output).count();
+            assert_eq!(drivers, usize::from(output != Output::Virtual), "{output:?}");
         }
     }
 }

@@ -11,6 +11,7 @@
 
 use super::Port;
 use super::registers::{get, put};
+use annulus_core::machine::Machine;
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
 
@@ -71,13 +72,13 @@ impl<F: Read + Write + Seek + Send> Lines for Addressed<F> {
     }
 }
 
-/// The port behind `file`: the system's driver where it is one, else registers at `base`.
-pub(super) fn open(file: File, base: u64) -> io::Result<Box<dyn Port>> {
+/// The port behind `file`: the system's driver where it is one, else registers at `machine.card_address`.
+pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
     #[cfg(target_os = "linux")]
     if super::ppdev::is_driver(&file)? {
         return Ok(Box::new(Parallel(super::ppdev::Driver::claim(file)?)));
     }
-    Ok(Box::new(Parallel(Addressed { file, base })))
+    Ok(Box::new(Parallel(Addressed { file, base: u64::from(machine.card_address) })))
 }
 
 #[cfg(test)]

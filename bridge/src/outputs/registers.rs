@@ -9,7 +9,7 @@
 //! Comes in: bytes by number. Goes out: single-byte accesses, none besides those asked for. Does not know bits.
 
 use super::Port;
-use annulus_core::machine::Card;
+use annulus_core::machine::{Card, Machine};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
@@ -27,6 +27,11 @@ impl<F> Registers<F> {
         let (outputs, inputs) = (base + u64::from(card.outputs_at), base + u64::from(card.inputs_at));
         Self { file, outputs, inputs }
     }
+}
+
+/// The card of `machine` behind `file`.
+pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
+    Ok(Box::new(Registers::card(file, u64::from(machine.card_address), &machine.card)))
 }
 
 /// Writes one byte at `at`.

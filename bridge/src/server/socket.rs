@@ -122,7 +122,7 @@ async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Optio
     }
 }
 
-/// Both toolpaths until one side has had enough.
+/// Both ways until one side has had enough.
 async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat, scope: Scope) {
     let viewer = seat.viewer;
     let (sink, frames) = socket.split();

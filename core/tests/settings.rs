@@ -1,0 +1,64 @@
+//! The rows of the table of settings that are said not to shape the stream: changed one by one, they do not. So no such row is
+//! missing from the fingerprint that page and bridge compare.
+
+use crate::programs::{Chance, machines, random_program};
+use annulus_core::machine::{self, Kind, Machine, Setting, Value};
+use annulus_core::{motion, steps};
+
+/// Values of a setting other than the one it has, nearest first.
+fn others(setting: &Setting, now: &Value) -> Vec<Value> {
+    let number = |value: f64| Value::Number(value);
+    match (setting.kind, now) {
+        (Kind::Text(_), _) => vec![Value::Text("another".into())],
+        (Kind::Choice(words), _) => words.iter().map(|word| Value::Text((*word).into())).collect(),
+        (Kind::Number(low, high), Value::Number(own)) => {
+            vec![number(own + 1.0), number(own - 1.0), number(0.5 * (own + low)), number(0.5 * (own + high))]
+        }
+        (Kind::Whole(low, high), Value::Number(own)) => {
+            vec![number((own + 1.0).min(high)), number((own - 1.0).max(low)), number(low), number(high)]
+        }
+        (Kind::Numbers(low, high) | Kind::Wholes(low, high), Value::Numbers(own)) => {
+            let moved = |by: f64| own.iter().map(|own| (own + by).clamp(low, high)).collect();
+            let mut turned = own.clone();
+            turned.rotate_left(own.len().min(1));
+            vec![Value::Numbers(moved(1.0)), Value::Numbers(moved(-1.0)), Value::Numbers(turned)]
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn digest(machine: &Machine, program: &annulus_core::job::Program) -> Option<String> {
+    let plan = motion::timeline(program, machine).ok()?;
+    Some(steps::digest(&steps::stream(&plan, machine).ok()?))
+}
+
+#[test]
+fn what_is_said_not_to_shape_the_stream_does_not() {
+    let mut tried = std::collections::BTreeSet::new();
+    for machine in machines() {
+        let program = random_program(&mut Chance(7), &machine, 3);
+        let (print, stream) = (machine.fingerprint(), digest(&machine, &program));
+        assert!(stream.is_some(), "{}", machine.name);
+        for setting in machine::settings().filter(|setting| !setting.shapes_stream) {
+            let now = setting.value(&machine);
+            for value in others(setting, &now).into_iter().filter(|value| *value != now) {
+                let Ok(changed) = machine::apply(&machine, &[(setting.key.into(), value.clone())]) else {
+                    continue;
+                };
+                let row = format!("{}: {} = {value}", machine.name, setting.key);
+                assert_eq!(changed.fingerprint(), print, "{row}");
+                assert_eq!(digest(&changed, &program), stream, "{row}");
+                tried.insert(setting.key);
+            }
+        }
+    }
+    let all: Vec<_> =
+        machine::settings().filter(|setting| !setting.shapes_stream).map(|row| row.key).collect();
+    let never: Vec<_> = all.iter().filter(|key| !tried.contains(*key)).collect();
+    // A wiring that is changed in one place alone is refused, and so is Z that is homed at the board.
+    assert!(
+        never.iter().all(|key| key.starts_with("card.") || **key == "z.home_end"),
+        "never changed: {never:?}"
+    );
+    assert!(tried.len() > 20, "{tried:?}");
+}
