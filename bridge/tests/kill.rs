@@ -1,6 +1,7 @@
 //! The bridge killed at random moments, as a real process on a real disk (N16). Judged by the drilled-board record alone,
 //! which the virtual drill appends hole by hole and which knows nothing of the journal.
 
+use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
@@ -113,7 +114,7 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
     let most = KILLS[usize::from(std::env::var_os("ANNULUS_LONG").is_some())];
     println!("seed {seed}");
     let bytes = program::encode(&board());
-    let mut chance = seed;
+    let mut chance = Chance::new(seed);
     let (mut kills, mut boards, mut repeats, mut while_drilling) = (0, 0, 0, 0);
     let mut whole_run = Duration::ZERO;
     while kills < most {
@@ -127,8 +128,7 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
             let mut child = start(home);
             let left_in_peace = boards == 0 || round >= KILLS_A_BOARD;
             if !left_in_peace {
-                chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                std::thread::sleep(whole_run.mul_f64((chance >> 40) as f64 / f64::from(1 << 24)));
+                std::thread::sleep(whole_run.mul_f64(chance.unit()));
             }
             let over = left_in_peace || child.try_wait().unwrap().is_some();
             if over {

@@ -78,7 +78,7 @@ fn text_of(name: &str) -> String {
             (10..10 + count).fold(String::new(), |text, code| text + &format!("%ADD{code}M,1*%\n"));
         layer(&format!("%AMM*\n{lines}%\n{apertures}"), "X0Y0D03*\n")
     };
-    let polarity = |mm: i64| {
+    let polarity = |mm: usize| {
         layer(
             circle,
             &many(20_000, |index, chance| format!("%LP{}*%{}D03*", ["D", "C"][index % 2], place(chance, mm))),

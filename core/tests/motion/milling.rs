@@ -196,7 +196,7 @@ fn a_way_that_takes_a_quarter_of_an_hour_is_driven_as_several_from_rest_to_rest(
         vec![circle],
     ];
     for (seed, way) in (0..).zip(ways) {
-        let mut program = milling(&mut Chance(1), &machine, Kind { commands: 0, ..FLAT });
+        let mut program = milling(&mut Chance::new(1), &machine, Kind { commands: 0, ..FLAT });
         let leg = &mut program.legs[0].commands;
         let after = leg.iter().position(|command| matches!(command, Command::Plunge { .. })).unwrap() + 1;
         leg.splice(after..after, way);
