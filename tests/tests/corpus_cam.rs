@@ -2,7 +2,7 @@
 //! Everything that the bit fits around is isolated, nothing of a net is lost, and no loose copper is thinner than holds.
 
 use annulus_core::board::{Board, Wanted, from_artwork_with};
-use annulus_core::cam::ways::{Means, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{Order, PlanOptions};
 use annulus_core::geometry::Point;
@@ -12,7 +12,7 @@ use annulus_core::motion;
 use annulus_core::pins::Pins;
 use annulus_core::proof::{self, Kind};
 use annulus_core::steps::{self, StepStream};
-use annulus_core::twin::{Cause, Faults, Slip, Twin};
+use annulus_core::virtual_drill::{Cause, Faults, Slip, VirtualDrill};
 use annulus_tests::{corpus, read_folder};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -37,10 +37,10 @@ fn board(folder: &Path) -> Board {
     from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0
 }
 
-/// The first face's usual job of a board, or its holes alone, as a program on `machine`; its ways at `feed_um_per_s` where
+/// The first face's usual job of a board, or its holes alone, as a program on `machine`; its toolpaths at `feed_um_per_s` where
 /// it is given.
-fn program_of(board: &Board, machine: &Machine, ways: bool, feed: Option<u32>) -> Program {
-    let mut work = if ways {
+fn program_of(board: &Board, machine: &Machine, toolpaths: bool, feed: Option<u32>) -> Program {
+    let mut work = if toolpaths {
         Work::default_for(board, machine)
     } else {
         Work::drilling(board, machine, Order::Shortest)
@@ -66,7 +66,7 @@ fn told(stream: &StepStream) -> (u64, u64) {
 }
 
 /// Boards of the corpus isolated, at their own feed and fast, and drilled, also by the laboratory drill: no more than a byte a
-/// step, of the milled ways alone as of everything.
+/// step, of the milled toolpaths alone as of everything.
 #[test]
 fn streams_of_real_boards_take_no_more_than_a_byte_a_step() {
     let Some(corpus) = corpus() else { return };
@@ -80,8 +80,8 @@ fn streams_of_real_boards_take_no_more_than_a_byte_a_step() {
         (uno, lab(), false, None),
     ];
     let mut wrong = Vec::new();
-    for (name, machine, ways, feed) in rows {
-        let program = program_of(&board(&corpus.join(name)), &machine, ways, feed);
+    for (name, machine, toolpaths, feed) in rows {
+        let program = program_of(&board(&corpus.join(name)), &machine, toolpaths, feed);
         let timeline = motion::timeline(&program, &machine).expect("a timeline");
         let began = std::time::Instant::now();
         let mut stream = steps::stream(&timeline, &machine).expect("a stream");
@@ -98,7 +98,7 @@ fn streams_of_real_boards_take_no_more_than_a_byte_a_step() {
             each(bytes, all),
             each(milled_bytes, milled),
         );
-        if bytes > all || (ways && milled_bytes > milled) {
+        if bytes > all || (toolpaths && milled_bytes > milled) {
             wrong.push(name);
         }
     }
@@ -178,8 +178,8 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
             println!(
                 "{name}, {face:?}: {}, {}, {counts:?}, {cures}, {:.2}, {retracts}, {seconds:.0}",
                 verdict.islands,
-                planned.ways().count(),
-                planned.ways_mm() / 1e3,
+                planned.toolpaths().count(),
+                planned.toolpaths_mm() / 1e3,
             );
             assert!(verdict.islands > 0, "{name} has no islands");
             let never =
@@ -208,7 +208,7 @@ fn lost_by_the_motors(board: &Board, machine: &Machine) -> Vec<Slip> {
     let (planned, _) = plan_work(board, &work, machine, &means, &mut |_| true).expect("a plan");
     let timeline = motion::timeline(&lower_work(&planned, &work, machine), machine).expect("a timeline");
     let stream = steps::stream(&timeline, machine).expect("a stream");
-    let mut twin = Twin::new(machine, 1, Faults::default(), Box::new(|_| {}));
+    let mut twin = VirtualDrill::new(machine, 1, Faults::default(), Box::new(|_| {}));
     for pulse in steps::replay_stream(&stream) {
         twin.step(pulse.tick, pulse.axes, pulse.forward);
     }

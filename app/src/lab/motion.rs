@@ -10,7 +10,7 @@
 use super::bench::StateRow;
 use annulus_core::machine::Dynamics;
 use annulus_core::motion::profile::Profile;
-use annulus_core::steps::automaton::{Automaton, Takt};
+use annulus_core::steps::automaton::{Automaton, TableStep};
 
 /// The longest move that is shown takt by takt.
 pub const MOST_TAKTS: u64 = 20_000;
@@ -93,7 +93,7 @@ pub fn without_state(rows: &[StateRow]) -> Vec<StateRow> {
 }
 
 /// One takt of a move: the interrupt it comes at, counted from the command, and what it does.
-pub type Numbered = (u64, Takt);
+pub type Numbered = (u64, TableStep);
 
 /// Every takt of a move of `distance` takts from rest. Empty for a move longer than [`MOST_TAKTS`], and cut off where a
 /// table that runs on would never end.

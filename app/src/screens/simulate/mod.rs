@@ -37,9 +37,9 @@ pub(crate) fn moment() -> Moment {
     let Some(now) = play().now() else { return Moment::default() };
     let drilling = matches!(now.mark, Mark::Hole(_)) && matches!(now.stage, Stage::Approach | Stage::Drill);
     let [x, y, _] = now.position_mm;
-    let done = open_board()
-        .ways
-        .with(|ways| ways.as_ref().map_or(now.holes_done, |ways| ways.done(now.leg, now.holes_done)));
+    let done = open_board().toolpaths.with(|toolpaths| {
+        toolpaths.as_ref().map_or(now.holes_done, |toolpaths| toolpaths.done(now.leg, now.holes_done))
+    });
     Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 

@@ -18,8 +18,8 @@ use crate::screens::lab::apply;
 use crate::screens::lab::desk::desk;
 use crate::screens::lab::fields::Field;
 use crate::widgets::{Icon, icon, push, push_if};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Dynamics, axis_name};
-use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{div, h3, input, li, p, section, span, strong, table, tbody, td, th, thead, tr, ul};
 use leptos::prelude::*;
@@ -31,8 +31,8 @@ pub(super) struct Shown {
     pub(super) rows: Memo<Vec<StateRow>>,
     /// The table, where every cell holds a number.
     pub(super) table: Memo<Option<Dynamics>>,
-    /// What the core says: refusals, then doubts.
-    findings: Memo<Vec<Remark>>,
+    /// What the core says: refusals, then warnings.
+    findings: Memo<Vec<Diagnostic>>,
     /// Whether it may be used.
     pub(super) sound: Memo<bool>,
     /// Interrupts a second.
@@ -50,7 +50,7 @@ fn shown() -> Shown {
     let table = Memo::new(move |_| rows.with(|rows| motion::dynamics(rows).ok()));
     let checked = Memo::new(move |_| table.with(|table| table.as_ref().map(machine::dynamics::check)));
     let findings = Memo::new(move |_| match checked.get() {
-        Some(Ok(remarks) | Err(remarks)) => remarks,
+        Some(Ok(diagnostics) | Err(diagnostics)) => diagnostics,
         None => Vec::new(),
     });
     let interrupt_hz = Memo::new(|_| open_board().machine.with(|machine| f64::from(machine.interrupt_hz)));

@@ -6,7 +6,7 @@ use super::{Work, grid};
 use crate::i18n::{advice, message, say, t};
 use crate::page::link;
 use crate::widgets::{Icon, icon, push};
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::QueuePhase;
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
@@ -63,7 +63,7 @@ fn running(work: Work) -> String {
     })
 }
 
-fn line(work: Work, why: Remark) -> impl IntoView {
+fn line(work: Work, why: Diagnostic) -> impl IntoView {
     let place = why.place.clone();
     let cure = why.clone();
     let show = place.map(|place| {
