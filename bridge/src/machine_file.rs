@@ -237,6 +237,7 @@ fn explain(row: &Setting) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use annulus_core::chance::Chance;
 
     #[test]
     fn what_is_saved_loads() {
@@ -280,12 +281,11 @@ mod tests {
         for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
             let _ = parse("cut", &text[..end]);
         }
-        let mut seed = 7_u64;
+        let mut chance = Chance::new(7);
         for _ in 0..2_000 {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let mut bytes = text.clone().into_bytes();
-            let at = (seed >> 33) as usize % bytes.len();
-            bytes[at] = (seed >> 20) as u8 & 0x7f;
+            let at = chance.below(bytes.len());
+            bytes[at] = chance.below(128) as u8;
             let _ = parse("mutated", &String::from_utf8_lossy(&bytes));
         }
     }

@@ -1,6 +1,7 @@
 //! The bridge killed at random moments, as a real process on a real disk (N16). Judged by the drilled-board record alone,
 //! which the virtual drill appends hole by hole and which knows nothing of the journal.
 
+use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
@@ -124,7 +125,7 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
     let most = KILLS[usize::from(std::env::var_os("ANNULUS_LONG").is_some())];
     println!("seed {seed}");
     let bytes = program::encode(&board());
-    let mut chance = seed;
+    let mut chance = Chance::new(seed);
     let (mut kills, mut boards, mut repeats, mut while_drilling) = (0, 0, 0, 0);
     let mut whole_run = Duration::ZERO;
     while kills < most {
@@ -138,10 +139,9 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
             let mut child = start(home);
             let left_in_peace = boards == 0 || round >= KILLS_A_BOARD;
             if !left_in_peace {
-                chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                let share = (chance >> 40) as f64 / f64::from(1 << 24);
+                let (at_once, share) = (chance.below(2) == 0, chance.unit());
                 // One half at any moment of the life; the other once it has drilled, so that a slow start takes none away.
-                if chance >> 39 & 1 == 0 {
+                if at_once {
                     std::thread::sleep(whole_run.mul_f64(share));
                 } else {
                     drilled(home, known, &mut child);

@@ -38,6 +38,7 @@
 pub mod artwork;
 pub mod board;
 pub mod cam;
+pub mod chance;
 pub mod check;
 pub mod control;
 pub mod diagnostic;

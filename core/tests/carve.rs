@@ -1,27 +1,11 @@
 //! The board as it is carved, against areas and depths that are known, and against the tip itself at random places.
 
+use annulus_core::chance::Chance;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::sim::{Cut, Stock, TILE, cuts, reach};
 use annulus_core::units::Length;
 use core::f64::consts::{PI, TAU};
-
-/// Seeded chance (SplitMix64).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 fn um(um: i64) -> Length {
     Length::from_um(um)
@@ -112,19 +96,19 @@ fn known_shapes_have_their_volumes() {
 fn every_place_is_as_deep_as_the_deepest_passing_of_the_bit() {
     let mut looked = 0;
     for seed in 0..40 {
-        let mut chance = Chance(seed);
-        let bit = if chance.next().is_multiple_of(2) {
-            bit(200 + (chance.next() & 0x3FF) as i64, Cutter::Mill)
+        let mut chance = Chance::new(seed);
+        let bit = if chance.bits().is_multiple_of(2) {
+            bit(200 + (chance.bits() & 0x3FF) as i64, Cutter::Mill)
         } else {
             bit(3_175, vee())
         };
         let mut commands = vec![rapid(5.0, 5.0), plunge(-200)];
         let mut at = (5.0, 5.0);
         for _ in 0..4 {
-            let height = -((chance.next() & 0x3FF) as i64);
+            let height = -((chance.bits() & 0x3FF) as i64);
             let (dx, dy) = (chance.between(-3.0, 3.0), chance.between(-3.0, 3.0));
             let center = (at.0 + 0.3 * dx, at.1 + 0.3 * dy);
-            if chance.next().is_multiple_of(2) {
+            if chance.bits().is_multiple_of(2) {
                 commands.push(turn(at, center, height));
             } else {
                 at = ((at.0 + dx).clamp(2.0, 10.0), (at.1 + dy).clamp(2.0, 10.0));
@@ -135,7 +119,7 @@ fn every_place_is_as_deep_as_the_deepest_passing_of_the_bit() {
         let mut stock = stock(16.0, 16.0);
         let cuts = carved(&mut stock, &program);
         for _ in 0..40 {
-            let tip = cuts[chance.next() as usize % cuts.len()].at(chance.between(0.0, 1.0));
+            let tip = cuts[chance.bits() as usize % cuts.len()].at(chance.between(0.0, 1.0));
             let place = [tip[0] + chance.between(-0.8, 0.8), tip[1] + chance.between(-0.8, 0.8)];
             // The places around decide between edges that lie within a cell and ramps cut in pieces.
             let passed = |aside: f64, lower: f64| {

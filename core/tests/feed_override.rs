@@ -1,5 +1,6 @@
 //! Feed override: holds and stops at any moment keep the path and the machine's limits, and every step is counted (N15, N12).
 
+use annulus_core::chance::Chance;
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Output, Steps, virtual_drill};
 use annulus_core::motion::cycles;
@@ -9,7 +10,7 @@ use annulus_core::steps::{Segment, TICK_HZ, replay, segment};
 /// Time that is always on time, or late by chance.
 struct TestClock {
     late_by: u64,
-    seed: u64,
+    chance: Chance,
     now: u64,
 }
 
@@ -18,7 +19,7 @@ impl Clock for TestClock {
         self.now
     }
     fn wait_until(&mut self, tick: u64) -> u64 {
-        let late = if self.late_by > 0 { chance(&mut self.seed, self.late_by) } else { 0 };
+        let late = if self.late_by > 0 { chance(&mut self.chance, self.late_by) } else { 0 };
         self.now = self.now.max(tick + late);
         self.now
     }
@@ -37,9 +38,8 @@ impl Operator for Script {
     }
 }
 
-fn chance(seed: &mut u64, below: u64) -> u64 {
-    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*seed >> 33) % below.max(1)
+fn chance(chance: &mut Chance, below: u64) -> u64 {
+    chance.bits() % below.max(1)
 }
 
 fn travel(machine: &Machine, to: [i64; 2]) -> Segment {
@@ -63,7 +63,7 @@ fn run(
     late_by: u64,
 ) -> Played {
     let (mut line, mut pins) = (Line::default(), pins);
-    let mut clock = TestClock { late_by, seed: 3, now: 0 };
+    let mut clock = TestClock { late_by, chance: Chance::new(3), now: 0 };
     let outcome =
         play(segment, &Motors::of(machine), &mut line, &mut pins, &mut clock, &mut Script(orders, 0));
     Played { outcome, line, pins }
@@ -107,7 +107,7 @@ fn without_orders_every_pulse_comes_when_it_was_planned() {
 #[test]
 fn stops_and_holds_anywhere_stay_on_the_path_and_inside_the_limits() {
     let machine = virtual_drill();
-    let mut seed = 11;
+    let mut seed = Chance::new(11);
     let axis = &machine.x;
     let per_mm = axis.scale.steps_per_mm();
     let (speed, acceleration) = (axis.max_speed_mm_per_s * per_mm, axis.max_acceleration_mm_per_s2 * per_mm);

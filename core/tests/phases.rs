@@ -1,6 +1,7 @@
 //! Phase tables: bytes as in the reference both ways, no 24 V at rest, and wrong tables refused by column (A3).
 
 use crate::reference::vectors;
+use annulus_core::chance::Chance;
 use annulus_core::machine::phases::{
     Commutator, FORCING, MOST_COLUMNS, PRESETS, WINDINGS, angle, byte, check, column, preset, turn, turns,
 };
@@ -36,14 +37,14 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
         assert_eq!(turns(&table), 1, "{name}");
         let length = table.columns.len() as i64;
         let forces = table.columns.iter().any(|byte| byte & FORCING != 0);
-        let mut seed = 11_u64;
+        let mut chance = Chance::new(11);
         let mut motor = Commutator::new(table.clone(), 5);
         assert_eq!(motor.byte() & FORCING, 0, "nothing is forced before the first takt");
         let mut angle_now = i64::from(angle(motor.byte()).unwrap());
         let begun = angle_now;
         for _ in 0..5_000 {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let (before, forward) = (motor.byte(), seed >> 62 != 0);
+            let number = chance.bits();
+            let (before, forward) = (motor.byte(), number >> 62 != 0);
             let byte = motor.takt(forward);
             let pull = turn(angle_now, i64::from(angle(byte).unwrap()));
             assert!((0..=2).contains(&if forward { pull } else { -pull }), "{name}: {before:02X} {byte:02X}");
@@ -53,7 +54,7 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
                 assert_eq!(byte & force != 0, forces && switched, "{name}: {before:02X} {byte:02X}");
             }
             assert_eq!(byte & WINDINGS, column(&table, motor.takts()) & WINDINGS);
-            if seed >> 60 & 3 == 0 {
+            if number >> 60 & 3 == 0 {
                 let held = motor.hold();
                 assert_eq!((held, motor.hold()), (byte & WINDINGS, byte & WINDINGS), "held on 5 V");
             }

@@ -6,6 +6,7 @@ use annulus_core::cam::figures::{Figures, Row, figures};
 use annulus_core::cam::toolpaths::{Means, Planned, Task, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{self, Group, Order, PlanOptions};
+use annulus_core::chance::Chance;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Program};
@@ -15,19 +16,6 @@ use annulus_core::wire::program::encode;
 
 /// Boards in the property test.
 const BOARDS: u64 = 100_000;
-
-/// SplitMix64, so that a printed seed is all that is needed to see a failure again.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (z ^ (z >> 31)) % bound
-    }
-}
 
 fn hole(x_um: i64, y_um: i64, size_um: i64) -> Hole {
     Hole {
@@ -49,11 +37,11 @@ fn rapid_time(a: Point, b: Point) -> f64 {
 fn board(chance: &mut Chance) -> Board {
     let count = 1 + chance.below(14);
     // A coarse grid now and then, so that equal places and equal distances are common.
-    let grid = [1_000, 40_000][chance.below(2) as usize];
+    let grid = [1_000, 40_000][chance.below(2)];
     let places = 1 + chance.below(60) * chance.below(60);
     let mut place = || (chance.below(places) as i64 * 40_000 / grid) * grid / 40;
     let rows: Vec<(i64, i64)> = (0..count).map(|_| (place(), place())).collect();
-    let holes = rows.into_iter().map(|(x, y)| hole(x, y, [800, 820, 1_000][chance.below(3) as usize]));
+    let holes = rows.into_iter().map(|(x, y)| hole(x, y, [800, 820, 1_000][chance.below(3)]));
     Board { holes: holes.collect(), ..Board::default() }
 }
 
@@ -188,10 +176,11 @@ fn rapids_mm(program: &Program) -> f64 {
 fn every_plan_of_many_small_boards_holds() {
     let machine = virtual_drill();
     for seed in 0..BOARDS {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let board = board(&mut chance);
-        let order = [Order::Shortest, Order::Fastest, Order::File][chance.below(3) as usize];
-        let options = PlanOptions { seed, iterations: Some(chance.below(12)), ..PlanOptions::default() };
+        let order = [Order::Shortest, Order::Fastest, Order::File][chance.below(3)];
+        let options =
+            PlanOptions { seed, iterations: Some(chance.below(12) as u64), ..PlanOptions::default() };
         let one = std::panic::catch_unwind(|| {
             let one = plan(&board, &machine, order, &options);
             holds(&board, &one, order);
@@ -225,7 +214,7 @@ fn least(places: &mut Vec<Point>, fixed: usize, cost: &dyn Fn(&[Point]) -> f64) 
 fn few_holes_are_ordered_as_well_as_can_be() {
     let machine = virtual_drill();
     for seed in 0..200 {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let count = 2 + chance.below(6);
         let mut place = || chance.below(90_000) as i64;
         let holes = (0..count).map(|_| hole(place(), place(), 800)).collect();
@@ -288,7 +277,7 @@ fn progress_grows_to_what_was_promised() {
 
 #[test]
 fn clusters_lines_and_crowds_are_no_trouble() {
-    let mut chance = Chance(9);
+    let mut chance = Chance::new(9);
     let rows: [(&str, Vec<Hole>); 4] = [
         ("one place", (0..20_000).map(|_| hole(7, 7, 800)).collect()),
         ("a line", (0..20_000).map(|i| hole(i * 10, 0, 800)).collect()),

@@ -14,7 +14,7 @@ fn digests() -> String {
     let mut text = String::new();
     for machine in machines() {
         for seed in 0..12 {
-            let program = random_program(&mut Chance(seed), &machine, 40);
+            let program = random_program(&mut Chance::new(seed), &machine, 40);
             let stream =
                 timeline(&program, &machine).and_then(|plan| steps::stream(&plan, &machine)).unwrap();
             let (digest, bytes) = (steps::digest(&stream), steps::encoded_len(&stream));

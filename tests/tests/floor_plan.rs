@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
-/// Folder of `core/src`, and what it may name besides `units`, `diagnostic` and `locale`.
+/// Folder of `core/src`, and what it may name besides `units`, `diagnostic`, `locale` and `chance`.
 const ARROWS: &[(&str, &[&str])] = &[
     ("units", &[]),
+    ("chance", &[]),
     ("diagnostic", &[]),
     ("locale", &[]),
     ("geometry", &[]),

@@ -4,6 +4,7 @@
 //! environment; it may take no more memory than the shell leaves it.
 
 use annulus_core::artwork::{FileRead, Overrides, painted, read_set};
+use annulus_core::chance::Chance;
 use std::fmt::Write;
 use std::process::Command;
 
@@ -14,19 +15,13 @@ const MEMORY_KIB: u32 = 450_000;
 /// Seconds that a child may compute, on a machine ten times slower than one it takes two on.
 const SECONDS: u32 = 40;
 
-/// Small and the same everywhere.
-struct Chance(u64);
+/// A coordinate up to so many millimetres from the middle, in the digits of a layer.
+fn within(chance: &mut Chance, mm: usize) -> i64 {
+    chance.below(2_000_000 * mm) as i64 - 1_000_000 * mm as i64
+}
 
-impl Chance {
-    /// A coordinate up to so many millimetres from the middle, in the digits of a layer.
-    fn within(&mut self, mm: i64) -> i64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as i64 % (2_000_000 * mm) - 1_000_000 * mm
-    }
-
-    fn place(&mut self, mm: i64) -> String {
-        format!("X{}Y{}", self.within(mm), self.within(mm))
-    }
+fn place(chance: &mut Chance, mm: usize) -> String {
+    format!("X{}Y{}", within(chance, mm), within(chance, mm))
 }
 
 fn layer(aperture: &str, body: &str) -> String {
@@ -34,7 +29,7 @@ fn layer(aperture: &str, body: &str) -> String {
 }
 
 fn many(count: usize, mut line: impl FnMut(usize, &mut Chance) -> String) -> String {
-    let mut chance = Chance(1);
+    let mut chance = Chance::new(1);
     (0..count).fold(String::new(), |mut text, index| {
         let _ = writeln!(text, "{}", line(index, &mut chance));
         text
@@ -44,12 +39,12 @@ fn many(count: usize, mut line: impl FnMut(usize, &mut Chance) -> String) -> Str
 /// Arcs in a region whose ends do not fit their middles, almost whole turns.
 fn uneven_arcs(count: usize) -> String {
     let arcs = many(count, |index, chance| {
-        let (x, way) = (100_000_000 + chance.within(2), 2 + index % 2);
+        let (x, way) = (100_000_000 + within(chance, 2), 2 + index % 2);
         format!(
             "G0{way}*X{x}Y{}I{}J{}D01*",
             index as i64 % 2 * -9_000,
-            -x - chance.within(1),
-            chance.within(1)
+            -x - within(chance, 1),
+            within(chance, 1)
         )
     });
     layer("%ADD10C,0.5*%", &format!("G36*\nX100000000Y0D02*\n{arcs}G37*\n"))
@@ -83,23 +78,23 @@ fn text_of(name: &str) -> String {
             (10..10 + count).fold(String::new(), |text, code| text + &format!("%ADD{code}M,1*%\n"));
         layer(&format!("%AMM*\n{lines}%\n{apertures}"), "X0Y0D03*\n")
     };
-    let polarity = |mm: i64| {
+    let polarity = |mm: usize| {
         layer(
             circle,
-            &many(20_000, |index, chance| format!("%LP{}*%{}D03*", ["D", "C"][index % 2], chance.place(mm))),
+            &many(20_000, |index, chance| format!("%LP{}*%{}D03*", ["D", "C"][index % 2], place(chance, mm))),
         )
     };
     match name {
         "uneven arcs, few" => uneven_arcs(8),
         "uneven arcs" => uneven_arcs(500),
         "a region that crosses itself 700,000 times" => {
-            let corners = many(3_000, |_, chance| format!("{}D01*", chance.place(100)));
+            let corners = many(3_000, |_, chance| format!("{}D01*", place(chance, 100)));
             layer(circle, &format!("G36*\nG01*X0Y0D02*\n{corners}G37*\n"))
         }
         "dark and clear by turns, apart" => polarity(100),
         "dark and clear by turns, on one place" => polarity(1),
         "a macro that crosses itself" => {
-            let mm = |chance: &mut Chance| chance.within(50) as f64 / 1e6;
+            let mm = |chance: &mut Chance| within(chance, 50) as f64 / 1e6;
             let line = |index: usize, chance: &mut Chance| {
                 let ends = [0; 4].map(|_| mm(chance).to_string()).join(",");
                 format!("20,{},0.1,{ends},0*", index % 2)
@@ -113,17 +108,17 @@ fn text_of(name: &str) -> String {
             with_macro(&"6,0,0,90,0.001,0.001,1000,0,0,0*\n".repeat(300), 500)
         }
         "large flashes" => {
-            layer("%ADD10C,900*%", &many(50_000, |_, chance| format!("{}D03*", chance.place(1))))
+            layer("%ADD10C,900*%", &many(50_000, |_, chance| format!("{}D03*", place(chance, 1))))
         }
         "long strokes" => {
-            layer("%ADD10C,0.01*%", &many(40_000, |_, chance| format!("{}D01*", chance.place(100))))
+            layer("%ADD10C,0.01*%", &many(40_000, |_, chance| format!("{}D01*", place(chance, 100))))
         }
         "strokes on one line" => {
-            layer("%ADD10R,0.1X0.1*%", &many(60_000, |_, chance| format!("X{}Y0D01*", chance.within(100))))
+            layer("%ADD10R,0.1X0.1*%", &many(60_000, |_, chance| format!("X{}Y0D01*", within(chance, 100))))
         }
         "rectangles along arcs" => {
             let arc = |_: usize, chance: &mut Chance| {
-                format!("G03*{}I{}J{}D01*", chance.place(100), chance.within(100), chance.within(100))
+                format!("G03*{}I{}J{}D01*", place(chance, 100), within(chance, 100), within(chance, 100))
             };
             layer("%ADD10R,0.5X0.5*%", &many(20_000, arc))
         }

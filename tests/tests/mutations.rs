@@ -4,6 +4,7 @@ use annulus_core::artwork::{members, packed};
 use annulus_core::board::Face;
 use annulus_core::cam::usual::usual_bits;
 use annulus_core::cam::work::{Action, Operation, Remedy, Work};
+use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
 use annulus_core::machine::virtual_drill;
 use annulus_core::project;
@@ -16,22 +17,6 @@ const ROUNDS: (u64, u64) = (500, 5_000);
 
 /// Damaged layers, which are painted too.
 const LAYER_ROUNDS: (u64, u64) = (200, 2_000);
-
-/// Small, quick and the same everywhere (splitmix64).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ (mixed >> 31)
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound.max(1) as u64) as usize
-    }
-}
 
 /// Pieces that mean something to a reader.
 const WORDS: [&[u8]; 34] = [
@@ -108,7 +93,7 @@ X0Y0D03*\n%SR*%\nG36*\nX0Y0D02*\nG01X4000000D01*\nY4000000D01*\nG02X0Y0I-4000000
 fn damaged_layers_break_no_promise() {
     let mut small = 0;
     for seed in 0..rounds(LAYER_ROUNDS.0, LAYER_ROUNDS.1) {
-        let bytes = damage(LAYER, &mut Chance(seed));
+        let bytes = damage(LAYER, &mut Chance::new(seed));
         small += usize::from(bytes.len() < LAYER.len());
         if let Err(panic) = std::panic::catch_unwind(|| targets::gerber(&bytes)) {
             println!("seed {seed}: {}", String::from_utf8_lossy(&bytes));
@@ -131,7 +116,7 @@ fn damaged_files_break_no_promise() {
         {
             for round in 0..rounds {
                 let seed = round * 1_000 + count / rounds;
-                let bytes = damage(&sample, &mut Chance(seed));
+                let bytes = damage(&sample, &mut Chance::new(seed));
                 if let Err(panic) = std::panic::catch_unwind(|| target(&bytes)) {
                     println!("{} {name} seed {seed}: {}", path.display(), String::from_utf8_lossy(&bytes));
                     std::panic::resume_unwind(panic);
@@ -204,7 +189,7 @@ fn damaged_projects_and_jobs_break_no_promise() {
     let (mut read, mut refused) = (0, 0);
     let rounds = rounds(PROJECT_ROUNDS.0, PROJECT_ROUNDS.1);
     for seed in 0..rounds {
-        let chance = &mut Chance(seed);
+        let chance = &mut Chance::new(seed);
         // The zip itself; one of its members, packed again; the job alone.
         let (target, bytes): (fn(&[u8]), _) = match seed % 3 {
             0 => (targets::project, damage(&zip, chance)),

@@ -11,6 +11,7 @@ mod starting;
 mod zero;
 
 use super::*;
+use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Gate, Input, Leg, Mark, Otherwise, Program};
@@ -192,14 +193,13 @@ fn a_whole_board_is_drilled_where_it_should_be() {
 #[test]
 fn a_stop_at_any_moment_keeps_the_position_and_the_job_goes_on_at_the_right_hole() {
     let program = grid(&machine(), 20);
-    let mut seed = 99_u64;
+    let mut chance = Chance::new(99);
     for round in 0..12 {
         let mut bench = Bench::new(&machine(), Faults::default());
         bench.start(&program);
         let mut stops = 0;
         loop {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            std::thread::sleep(Duration::from_micros((seed >> 33) % 6_000));
+            std::thread::sleep(Duration::from_micros(chance.bits() % 6_000));
             bench.drill.ask(Ask::Stop).unwrap();
             let status = bench.wait(|status| status.state == State::Ready);
             assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0), "round {round}");
@@ -474,7 +474,7 @@ fn damaged_journals_are_moved_aside() {
     let good = fs::read(bench.folder.path().join(JOURNAL)).unwrap();
     fs::write(&path, &good).unwrap();
     let known = journal::open(&path).unwrap().1.job.expect("an interrupted job").1.done;
-    let mut seed = 5_u64;
+    let mut chance = Chance::new(5);
     let mut damaged = 0;
     for round in 0..100_usize {
         let mut bytes = good.clone();
@@ -482,9 +482,8 @@ fn damaged_journals_are_moved_aside() {
             bytes.truncate(bytes.len() * round / 20);
         } else {
             for _ in 0..(1 << (round % 12)) {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                let at = (seed >> 33) as usize % if round % 2 == 0 { bytes.len() } else { 4096 };
-                bytes[at] = (seed >> 20) as u8;
+                let at = chance.below(if round % 2 == 0 { bytes.len() } else { 4096 });
+                bytes[at] = chance.bits() as u8;
             }
         }
         fs::write(&path, &bytes).unwrap();

@@ -291,6 +291,7 @@ fn behind(text: &[u8], at: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use annulus_core::chance::Chance;
 
     const TEXT: &str =
         "{ \"a\" : [1, {\"b\\\"}\": [ ] ,\n \"c\": \"]\\\\\" }, -2.5e3 ],\n\"d\":null, \"d\" :  true}";
@@ -327,12 +328,11 @@ mod tests {
             assert_eq!(why.code, "lab.not_json");
             assert!(why.place.is_some_and(|place| place.line >= 1 && place.column >= 1));
         }
-        let mut seed = 3_u64;
+        let mut chance = Chance::new(3);
         for _ in 0..5_000 {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let mut bytes = TEXT.as_bytes().to_vec();
-            let at = (seed >> 33) as usize % bytes.len();
-            bytes[at] = (seed >> 20) as u8 & 0x7f;
+            let at = chance.below(bytes.len());
+            bytes[at] = chance.below(128) as u8;
             let text = String::from_utf8_lossy(&bytes).into_owned();
             if let Ok(document) = Document::parse("f", &text) {
                 let mut todo = vec![document.root()];

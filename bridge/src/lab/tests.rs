@@ -1,6 +1,7 @@
 //! The check must be able to fail: every kind of number of every file is altered in turn.
 
 use super::{MOST_WORK, SCHEMAS, check};
+use annulus_core::chance::Chance;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -214,20 +215,18 @@ fn hostile_files_are_refused_with_a_place() {
 
 #[test]
 fn no_cut_and_no_random_byte_panics() {
-    let mut seed = 5_u64;
+    let mut chance = Chance::new(5);
     for (name, file) in vectors() {
         let mut text = file.to_string().into_bytes();
         text.truncate(60_000);
         for _ in 0..60 {
             let mut bytes = text.clone();
             for _ in 0..3 {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                let at = (seed >> 33) as usize % bytes.len();
-                bytes[at] = b"0123456789-.eE,:[]{}\"ntfx "[(seed >> 20) as usize % 26];
+                let at = chance.below(bytes.len());
+                bytes[at] = b"0123456789-.eE,:[]{}\"ntfx "[chance.below(26)];
             }
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            if seed >> 62 == 0 {
-                bytes.truncate((seed >> 33) as usize % bytes.len());
+            if chance.below(4) == 0 {
+                bytes.truncate(chance.below(bytes.len()));
             }
             let _ = check(&name, &String::from_utf8_lossy(&bytes));
         }

@@ -2,6 +2,7 @@
 
 use crate::server::client::{Page, Running};
 use crate::server::work::{home, until_status};
+use annulus_core::chance::Chance;
 use annulus_core::control::State;
 use annulus_core::machine::virtual_drill;
 use annulus_core::wire::{Ask, JOG_GRANT_MS, Status, Tell, auth};
@@ -66,7 +67,7 @@ fn a_page_that_vanishes_after_a_jog_moves_nothing_further() {
     home(&mut first);
     let (session, key) = (first.session.clone(), first.key.clone());
     drop(first);
-    let mut seed = 20_261_122_u64;
+    let mut chance = Chance::new(20_261_122);
     let (mut before, mut moved, mut furthest) = (None::<f64>, 0, 0.0_f64);
     let mut vanished = None;
     for round in 0..=rounds {
@@ -86,10 +87,9 @@ fn a_page_that_vanishes_after_a_jog_moves_nothing_further() {
         page.ask(&Ask::TakeControl { force: true });
         let distance_um = if at < 150.0 { 140_000 } else { -140_000 };
         page.ask(&Ask::Jog { axis: 0, distance_um });
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         // Most vanish within 2 ms, every fourth a while after something began to move.
         let latest_us = if round % 4 == 1 { 60_000 } else { 2_000 };
-        std::thread::sleep(std::time::Duration::from_micros((seed >> 33) % latest_us));
+        std::thread::sleep(std::time::Duration::from_micros(chance.bits() % latest_us));
         // Every other page is torn off with what it has not read; what it said may then be lost with it.
         if round % 2 == 1 {
             page.socket.get_ref().shutdown(std::net::Shutdown::Write).unwrap();

@@ -1,5 +1,6 @@
 //! What is written down, on disks that are full or broken (N16, N20). Judged by the drilled-board record alone.
 
+use annulus_core::chance::Chance;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -55,34 +56,29 @@ fn killed(folder: &Path) -> (Vec<u8>, Vec<u8>) {
     (fs::read(home.join("journal.redb")).unwrap(), fs::read(home.join("drilled.txt")).unwrap())
 }
 
-fn next(seed: &mut u64, below: usize) -> usize {
-    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-    (*seed >> 33) as usize % below
-}
-
 /// The journal broken in one of many ways.
-fn broken(good: &[u8], round: usize, seed: &mut u64) -> Vec<u8> {
+fn broken(good: &[u8], round: usize, chance: &mut Chance) -> Vec<u8> {
     let mut bytes = good.to_vec();
     let used = bytes.iter().rposition(|byte| *byte != 0).unwrap_or(0) + 1;
     match round % 5 {
-        0 => bytes.truncate(next(seed, good.len())),
+        0 => bytes.truncate(chance.below(good.len())),
         1 => {
-            let at = next(seed, used);
-            bytes[at] ^= 1 << next(seed, 8);
+            let at = chance.below(used);
+            bytes[at] ^= 1 << chance.below(8);
         }
         2 => {
-            let (at, length) = (next(seed, used), 1 << next(seed, 13));
+            let (at, length) = (chance.below(used), 1 << chance.below(13));
             bytes.iter_mut().skip(at).take(length).for_each(|byte| *byte = 0);
         }
         3 => {
-            for _ in 0..1 << next(seed, 10) {
-                let at = next(seed, used);
-                bytes[at] = next(seed, 256) as u8;
+            for _ in 0..1 << chance.below(10) {
+                let at = chance.below(used);
+                bytes[at] = chance.below(256) as u8;
             }
         }
         _ => {
             // A sector of another place.
-            let (from, to) = (next(seed, used) & !511, next(seed, used) & !511);
+            let (from, to) = (chance.below(used) & !511, chance.below(used) & !511);
             bytes.copy_within(from..(from + 512).min(good.len()), to.min(good.len() - 512));
         }
     }
@@ -95,12 +91,12 @@ fn a_broken_journal_drills_no_board_anew_in_silence() {
     let folder = shop();
     let home = folder.path().join("home");
     let (journal, record) = killed(folder.path());
-    let mut seed = 2_026_u64;
+    let mut chance = Chance::new(2_026);
     let (mut refused, mut went_on) = (0, 0);
     for round in 0..rounds {
         let _ = fs::remove_dir_all(&home);
         fs::create_dir_all(&home).unwrap();
-        fs::write(home.join("journal.redb"), broken(&journal, round, &mut seed)).unwrap();
+        fs::write(home.join("journal.redb"), broken(&journal, round, &mut chance)).unwrap();
         fs::write(home.join("drilled.txt"), &record).unwrap();
         let before = places(&home);
         let output = run(folder.path(), "", "--speed 2000").env("RUST_BACKTRACE", "1").output().unwrap();

@@ -5,6 +5,7 @@
 use super::tour::{self, Effort};
 use super::{default_iterations, order};
 use crate::board::{Board, Hole};
+use crate::chance::Chance;
 use crate::geometry::Point;
 use crate::units::Length;
 
@@ -38,7 +39,7 @@ pub fn tsplib_gap(text: &str, optimum: f64, seed: u64) -> Option<f64> {
 
 /// A board of `holes` holes of 0.8 mm, scattered evenly over 500 × 500 mm.
 pub fn scattered_board(holes: usize, seed: u64) -> Board {
-    let mut chance = tour::Chance::new(seed);
+    let mut chance = Chance::new(seed);
     let mut coordinate = || Length::from_um(chance.below(500_000) as i64);
     let hole = |line: u32| Hole {
         at: Point::new(coordinate(), coordinate()),

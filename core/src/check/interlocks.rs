@@ -164,6 +164,7 @@ fn drags_by_pulses(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
     use crate::job::Mark;
     use crate::machine::Steps;
 
@@ -171,11 +172,8 @@ mod tests {
     fn what_the_ticks_tell_is_what_the_pulses_tell() {
         let seed = 20_261_123_u64;
         println!("seed {seed}");
-        let mut chance = seed;
-        let mut next = |below: u64| {
-            chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (chance >> 33) % below
-        };
+        let mut chance = Chance::new(seed);
+        let mut next = |below: u64| chance.bits() % below;
         let mut found = [0; 2];
         for round in 0..20_000 {
             let mut runs = Vec::new();

@@ -464,6 +464,7 @@ impl Stretch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
     use crate::check::{corner_zero, runs_of};
     use crate::geometry::Point;
     use crate::machine::{AXES, Steps, presets};
@@ -499,15 +500,12 @@ mod tests {
     fn what_is_not_walked_again_would_have_been_found_lawful_again() {
         let seed = 20_261_123_u64;
         println!("seed {seed}");
-        let mut chance = seed;
-        let mut next = |below: u64| {
-            chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (chance >> 33) % below
-        };
+        let mut chance = Chance::new(seed);
+        let mut next = |below: usize| chance.below(below);
         let rounds = if std::env::var_os("ANNULUS_LONG").is_some() { 400 } else { 40 };
         let (mut refused, mut stricter, mut tried) = (0, 0, 0);
         for (name, machine) in presets() {
-            let pitch = [1.27, 2.54, 2.54, 5.08][next(4) as usize];
+            let pitch = [1.27, 2.54, 2.54, 5.08][next(4)];
             let places =
                 (0..24).map(|hole| Point::from_mm(f64::from(hole % 8) * pitch, f64::from(hole / 8) * 2.54));
             let sound = stream_of(&holes_at(&machine, places), &machine).unwrap();
@@ -517,12 +515,12 @@ mod tests {
             }
             for round in 0..rounds {
                 let mut stream = sound.clone();
-                let at = next(stream.segments.len() as u64) as usize;
+                let at = next(stream.segments.len());
                 let runs = &mut stream.segments[at].runs;
                 if runs.is_empty() {
                     continue;
                 }
-                let place = next(runs.len() as u64) as usize;
+                let place = next(runs.len());
                 let run = &mut runs[place];
                 let parts = run.first_parts() as f64;
                 let (parts, bent) = match next(6) {

@@ -149,20 +149,16 @@ pub fn beyond(fastest: Option<(f64, usize)>, safe_hz: f64) -> Option<Diagnostic>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
     use crate::job::{Effect, Mark, Stage};
     use crate::machine::Steps;
     use crate::steps::{Run, replay};
 
     #[test]
     fn the_histogram_holds_every_beat_and_its_quantiles_are_beats() {
-        let mut seed = 11_u64;
+        let mut chance = Chance::new(11);
         for count in [1, 2, 3, 100, 9_999, 10_000, 10_001, 40_000] {
-            let mut late: Vec<f64> = (0..count)
-                .map(|_| {
-                    seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                    (seed >> 44) as f64 / 7.0
-                })
-                .collect();
+            let mut late: Vec<f64> = (0..count).map(|_| chance.below(1 << 20) as f64 / 7.0).collect();
             let found = Lateness::of(&mut late);
             assert_eq!((found.beats, found.bars.iter().sum::<u32>()), (count, count), "seed 11");
             let within = |bound: f64| late.iter().filter(|late| **late <= bound).count() as f64;
@@ -208,11 +204,8 @@ mod tests {
 
     #[test]
     fn the_fastest_rate_is_that_of_the_pulses() {
-        let mut seed = 5_u64;
-        let mut draw = |below: u64| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 33) % below
-        };
+        let mut chance = Chance::new(5);
+        let mut draw = |below: u64| chance.bits() % below;
         for _ in 0..500 {
             let mut runs = Vec::new();
             for axis in 0..3_u8 {

@@ -207,15 +207,13 @@ pub fn grow(region: &Region, by: Length) -> Region {
 mod tests {
     use super::super::union;
     use super::*;
+    use crate::chance::Chance;
 
     /// Shrinking by what a region was grown by leaves arcs of hardly any radius, whose ends may round differently.
     #[test]
     fn every_outline_laid_down_is_closed() {
-        let mut chance = 5_u64;
-        let mut mm = move || {
-            chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (chance >> 40) as f64 * 1e-7
-        };
+        let mut chance = Chance::new(5);
+        let mut mm = move || (chance.bits() >> 40) as f64 * 1e-7;
         let mut corner = || Point::from_mm(mm() * 6.0, mm() * 6.0);
         let triangles = (0..60).filter_map(|_| Path::through(&[corner(), corner(), corner()]));
         let copper = union(&triangles.collect::<Vec<_>>());

@@ -73,6 +73,7 @@ fn word(value: f64, step: f64, exponent: i32, powers: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
 
     #[test]
     fn steps_are_round_and_words_short() {
@@ -95,12 +96,9 @@ mod tests {
 
     #[test]
     fn any_axis_has_a_bounded_number_of_ticks_inside_it() {
-        let mut seed = 11_u64;
+        let mut chance = Chance::new(11);
         for _ in 0..20_000 {
-            let mut next = || {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                f64::from_bits(seed ^ (seed >> 31))
-            };
+            let mut next = || f64::from_bits(chance.bits());
             let (low, high) = (next(), next());
             let most = 7;
             let found = ticks(low, high, most);

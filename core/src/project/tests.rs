@@ -3,6 +3,7 @@
 use super::*;
 use crate::board::Board;
 use crate::cam::work::{Flip, Isolate};
+use crate::chance::Chance;
 use crate::geometry::Bounds;
 use crate::machine::virtual_drill;
 
@@ -114,12 +115,11 @@ fn no_cut_and_no_changed_byte_panics() {
     for end in (0..text.len()).step_by(7).filter(|end| text.is_char_boundary(*end)) {
         let _ = read("cut", &text[..end], &base(), &machine);
     }
-    let mut seed = 11_u64;
+    let mut chance = Chance::new(11);
     for _ in 0..500 {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         let mut bytes = text.clone().into_bytes();
-        let at = (seed >> 33) as usize % bytes.len();
-        bytes[at] = (seed >> 20) as u8 & 0x7f;
+        let at = chance.below(bytes.len());
+        bytes[at] = chance.below(128) as u8;
         let _ = read("mutated", &String::from_utf8_lossy(&bytes), &base(), &machine);
     }
 }

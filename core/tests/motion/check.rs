@@ -10,7 +10,7 @@ use annulus_core::steps::{self, Run, Segment, StepStream, TICK_HZ};
 use annulus_core::units::Length;
 
 fn planned(machine: &Machine, seed: u64, holes: u32) -> StepStream {
-    let program = random_program(&mut Chance(seed), machine, holes);
+    let program = random_program(&mut Chance::new(seed), machine, holes);
     steps::stream(&timeline(&program, machine).unwrap(), machine).unwrap()
 }
 
@@ -178,12 +178,12 @@ fn damaged_streams_are_refused_or_pass_but_never_panic() {
     let machine = virtual_drill();
     let sound = planned(&machine, 2, 1);
     for seed in 0..rounds(5_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let mut stream = sound.clone();
-        let at = chance.next() as usize % stream.segments.len();
+        let at = chance.bits() as usize % stream.segments.len();
         let segment = &mut stream.segments[at];
-        let wild = chance.next();
-        match (chance.next() % 5, segment.runs.first_mut()) {
+        let wild = chance.bits();
+        match (chance.bits() % 5, segment.runs.first_mut()) {
             (0, Some(run)) => run.change = wild as i32,
             (1, Some(run)) => run.interval = wild as u32,
             (2, Some(run)) => run.count = wild as u32 % 100_000,
@@ -261,11 +261,11 @@ fn runs_made_faster_or_bent_by_three_ticks_are_found_where_they_break_a_law() {
     let kinds = [("40 % faster", 1.4, 0), ("bent up", 1.0, 3), ("bent down", 1.0, -3)];
     let mut counted = [(0_u64, 0_u64, 0_u64); 3];
     for seed in 0..rounds(2_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         for machine in machines().iter().filter(|machine| machine.drive == DriveKind::Planned) {
             let sound = planned(machine, seed, 3);
-            let at = chance.next() as usize % sound.segments.len();
-            let Some(which) = (chance.next() as usize).checked_rem(sound.segments[at].runs.len()) else {
+            let at = chance.bits() as usize % sound.segments.len();
+            let Some(which) = (chance.bits() as usize).checked_rem(sound.segments[at].runs.len()) else {
                 continue;
             };
             for ((_, faster, bent), (tried, broke, found)) in kinds.iter().zip(&mut counted) {

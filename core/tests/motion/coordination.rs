@@ -120,9 +120,9 @@ fn keeps_the_rules(cycle: &Cycle, before: Option<&Cycle>, rules: Rules, spindles
 fn a_million_random_cycles_keep_the_rules_as_formulas() {
     let mut done = 0;
     for seed in 0..rounds(20_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let rules = Rules { settle_s: chance.between(0.0, 0.02), latency_s: chance.between(0.0, 2e-3) };
-        let count = 1 + (chance.next() % 6) as usize;
+        let count = 1 + (chance.bits() % 6) as usize;
         let spindles: Vec<_> = (0..count).map(|_| random_spindle(&mut chance)).collect();
         let hops: Vec<f64> = (0..50).map(|_| chance.scale(1e-3, 0.5)).collect();
         let found = cycles(&hops, rules, &spindles).unwrap();
@@ -177,17 +177,17 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
     let (mut stopped, mut held) = (0, 0);
     for seed in 0..rounds(700) {
         for machine in overlapped() {
-            let mut chance = Chance(seed);
+            let mut chance = Chance::new(seed);
             let program = random_program(&mut chance, &machine, 3);
             let plan = timeline(&program, &machine).unwrap();
             let stream = steps::stream(&plan, &machine).unwrap();
             let mut before = stream.start;
             for segment in &stream.segments {
                 if segment.stage == Stage::NextHole {
-                    let at = chance.next() % segment.duration_ticks;
-                    let stop = chance.next().is_multiple_of(2);
+                    let at = chance.bits() % segment.duration_ticks;
+                    let stop = chance.bits().is_multiple_of(2);
                     let order = if stop { Order::Stop } else { Order::Hold };
-                    let then = if stop { Order::Stop } else { Order::At(10 + (chance.next() % 91) as u8) };
+                    let then = if stop { Order::Stop } else { Order::At(10 + (chance.bits() % 91) as u8) };
                     let mut line = Line { position: before, ..Line::default() };
                     let mut pins = Recorder { position: before, ..Recorder::default() };
                     let mut operator = Orders([(at, order), (at + 700_000, then)], 0);
@@ -227,7 +227,7 @@ fn coarse(chance: &mut Chance) -> Machine {
 fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_a_bit() {
     let (wanted, mut cycles, mut stopped, mut early) = (rounds(200_000), 0, 0, 0);
     for seed in 0.. {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let machine = coarse(&mut chance);
         let mut program = random_program(&mut chance, &machine, 12);
         for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
@@ -241,8 +241,8 @@ fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_
         let clear = machine.z.scale.steps(Length::from_mm(machine.overlap.clear_mm));
         let mut before = stream.start;
         for segment in &stream.segments {
-            if segment.stage == Stage::NextHole && chance.next().is_multiple_of(2) {
-                let at = chance.next() % segment.duration_ticks;
+            if segment.stage == Stage::NextHole && chance.bits().is_multiple_of(2) {
+                let at = chance.bits() % segment.duration_ticks;
                 let mut line = Line { position: before, ..Line::default() };
                 let mut pins = Recorder { position: before, ..Recorder::default() };
                 let mut operator = Orders([(at, Order::Stop), (u64::MAX, Order::Stop)], 0);
@@ -270,7 +270,7 @@ fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_
 fn a_bit_that_is_still_in_the_board_keeps_the_plane_where_it_is() {
     use annulus_core::job::Input;
     for machine in overlapped() {
-        let program = random_program(&mut Chance(5), &machine, 3);
+        let program = random_program(&mut Chance::new(5), &machine, 3);
         let stream = steps::stream(&timeline(&program, &machine).unwrap(), &machine).unwrap();
         let hops: Vec<_> =
             stream.segments.iter().filter(|segment| segment.stage == Stage::NextHole).collect();

@@ -27,7 +27,7 @@ fn printed(plan: &Timeline) -> String {
 #[test]
 fn a_small_program_gives_the_timeline_and_runs_it_always_gave() {
     let machine = virtual_drill();
-    let plan = timeline(&random_program(&mut Chance(4), &machine, 2), &machine).unwrap();
+    let plan = timeline(&random_program(&mut Chance::new(4), &machine, 2), &machine).unwrap();
     let stream = steps::stream(&plan, &machine).unwrap();
     let text =
         format!("{}\n{}\ndigest {}\n", printed(&plan), steps::trace(&stream, 400), steps::digest(&stream));

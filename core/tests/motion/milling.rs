@@ -40,12 +40,12 @@ fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
         let feed_um_per_s = chance.scale(2e3, 1e5) as u32;
         let away = [at[0] + reach * libm::cos(angle), at[1] + reach * libm::sin(angle)];
         let inside = |place: [f64; 2]| place.iter().all(|mm| (25.0..100.0).contains(mm));
-        if kind.heights && !chance.next().is_multiple_of(3) {
-            height = Length::from_um(-(chance.next() as i64 & 0x7FF) + 300);
+        if kind.heights && !chance.bits().is_multiple_of(3) {
+            height = Length::from_um(-(chance.bits() as i64 & 0x7FF) + 300);
         }
-        let ccw = chance.next().is_multiple_of(2);
+        let ccw = chance.bits().is_multiple_of(2);
         let before = commands.len();
-        match chance.next() % 5 {
+        match chance.bits() % 5 {
             0 => {
                 // A full circle around a place nearby.
                 let center = [at[0] + 0.2 * (away[0] - at[0]), at[1] + 0.2 * (away[1] - at[1])];
@@ -61,10 +61,10 @@ fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
             }
             2 if kind.pecks => {
                 // Up, in the board or over it, and deeper again, perhaps milled on from there.
-                height = tip + Length::from_um(100 + (chance.next() as i64 & 0x3FF));
+                height = tip + Length::from_um(100 + (chance.bits() as i64 & 0x3FF));
                 commands.push(Command::Retract { to: height });
-                if !chance.next().is_multiple_of(3) {
-                    height -= Length::from_um(100 + (chance.next() as i64 & 0x3FF));
+                if !chance.bits().is_multiple_of(3) {
+                    height -= Length::from_um(100 + (chance.bits() as i64 & 0x3FF));
                     commands.push(Command::Plunge { to: height, feed_um_per_s: 5_000, gate: None });
                 }
             }
@@ -130,7 +130,7 @@ fn paths_become_steps_that_keep_the_plan_and_pass_the_check() {
     let mut milled = 0;
     for seed in 0..60 {
         for machine in [virtual_drill(), one_by_one(), six_spindles()] {
-            milled += run(&milling(&mut Chance(seed), &machine, FLAT), &machine, seed);
+            milled += run(&milling(&mut Chance::new(seed), &machine, FLAT), &machine, seed);
         }
     }
     assert!(milled >= 180, "{milled} paths, each one move");
@@ -142,7 +142,7 @@ fn ramps_helices_pecks_and_tabs_become_steps_that_keep_the_plan_and_pass_the_che
     let kind = Kind { heights: true, pecks: true, ..FLAT };
     for seed in 0..60 {
         for machine in [virtual_drill(), six_spindles()] {
-            milled += run(&milling(&mut Chance(seed), &machine, kind), &machine, seed);
+            milled += run(&milling(&mut Chance::new(seed), &machine, kind), &machine, seed);
         }
     }
     assert!(milled >= 360, "{milled} paths, several to a leg");
@@ -155,7 +155,7 @@ fn paths_between_half_steps_end_where_they_are_told_to() {
     let half = |steps: i64| Length::from_nm(steps * 6_250);
     assert_eq!(machine.x.scale.steps(Length::from_mm(1.0)), 80, "a step is 12.5 µm");
     for (from, to) in [(-1, 3), (-3, -5), (7, 1), (1, -1), (5, 5)] {
-        let mut program = milling(&mut Chance(1), &machine, Kind { commands: 0, ..FLAT });
+        let mut program = milling(&mut Chance::new(1), &machine, Kind { commands: 0, ..FLAT });
         let place = |at| Point::new(half(at), half(-at));
         let leg = &mut program.legs[0].commands;
         let at = leg.iter().position(|command| matches!(command, Command::Rapid { .. })).unwrap();
@@ -196,7 +196,7 @@ fn a_way_that_takes_a_quarter_of_an_hour_is_driven_as_several_from_rest_to_rest(
         vec![circle],
     ];
     for (seed, way) in (0..).zip(toolpaths) {
-        let mut program = milling(&mut Chance(1), &machine, Kind { commands: 0, ..FLAT });
+        let mut program = milling(&mut Chance::new(1), &machine, Kind { commands: 0, ..FLAT });
         let leg = &mut program.legs[0].commands;
         let after = leg.iter().position(|command| matches!(command, Command::Plunge { .. })).unwrap() + 1;
         leg.splice(after..after, way);
@@ -213,11 +213,11 @@ fn a_way_that_takes_a_quarter_of_an_hour_is_driven_as_several_from_rest_to_rest(
 #[test]
 fn what_cannot_be_milled_is_refused_with_a_sentence() {
     let machine = virtual_drill();
-    let mut down = milling(&mut Chance(3), &machine, FLAT);
+    let mut down = milling(&mut Chance::new(3), &machine, FLAT);
     let last = down.legs[0].commands.len() - 2;
     down.legs[0].commands.insert(last, Command::Retract { to: Length::from_um(-500) });
     for (machine, program, code) in [
-        (lab(), milling(&mut Chance(3), &lab(), FLAT), "motion.path_on_table"),
+        (lab(), milling(&mut Chance::new(3), &lab(), FLAT), "motion.path_on_table"),
         (machine, down, "motion.retract_downwards"),
     ] {
         let why = timeline(&program, &machine).unwrap_err();
@@ -270,9 +270,9 @@ fn distance(line: &[[f64; 2]], at: [f64; 2]) -> f64 {
 fn with_play_the_axes_keep_to_the_path_because_it_is_taken_up_at_every_turn() {
     let mut looked = 0;
     for seed in 0..40 {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let mut machine = virtual_drill();
-        let play = |chance: &mut Chance| Length::from_um(12 * (chance.next() as i64 & 0xF));
+        let play = |chance: &mut Chance| Length::from_um(12 * (chance.bits() as i64 & 0xF));
         (machine.x.backlash, machine.y.backlash) = (play(&mut chance), play(&mut chance));
         let kind = Kind { heights: true, pecks: false, commands: 6, reach: 4.0 };
         let program = milling(&mut chance, &machine, kind);

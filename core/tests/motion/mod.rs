@@ -73,7 +73,7 @@ fn replay_stays_within_half_a_step_of_the_plan_and_ends_exactly() {
     while moves < rounds(100_000) {
         seed += 1;
         for machine in machines() {
-            let mut chance = Chance(seed);
+            let mut chance = Chance::new(seed);
             let program = random_program(&mut chance, &machine, 12);
             let plan = timeline(&program, &machine).unwrap();
             laws::laws(&plan, &machine).unwrap();
@@ -109,17 +109,17 @@ fn random_machine(chance: &mut Chance) -> Machine {
     let laws = [Law::Linear, Law::SCurve, Law::Automatic, Law::Power];
     let motion = &mut machine.motion;
     for law in [&mut motion.plane, &mut motion.down, &mut motion.up] {
-        *law = laws[(chance.next() % 4) as usize];
+        *law = laws[(chance.bits() % 4) as usize];
     }
     motion.order = chance.between(0.05, 2.0);
-    machine.overlap.on = !chance.next().is_multiple_of(4);
+    machine.overlap.on = !chance.bits().is_multiple_of(4);
     machine.overlap.clear_mm = chance.between(0.0, 1.5);
     machine.overlap.latency_ms = chance.between(0.0, 2.0);
     machine.overlap.margin_ms = chance.between(0.0, 10.0);
     machine.overlap.dwell_top_ms = chance.between(0.0, 3.0);
-    machine.spindles = 1 + (chance.next() % 6) as u32;
+    machine.spindles = 1 + (chance.bits() % 6) as u32;
     for axis in [&mut machine.x, &mut machine.y] {
-        axis.backlash = Length::from_um((chance.next() % 300) as i64 * (chance.next() % 2) as i64);
+        axis.backlash = Length::from_um((chance.bits() % 300) as i64 * (chance.bits() % 2) as i64);
     }
     machine
 }
@@ -127,7 +127,7 @@ fn random_machine(chance: &mut Chance) -> Machine {
 #[test]
 fn every_machine_gets_streams_that_keep_the_plan_and_pass_the_check() {
     for seed in 0..rounds(3_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let machine = random_machine(&mut chance);
         let mut program = random_program(&mut chance, &machine, 2);
         for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
@@ -155,7 +155,7 @@ fn a_move_that_takes_too_long_is_refused_with_its_length() {
     for (machine, to_mm, feed_um_per_s, length) in
         [(slow(true), 1.0, 4, "4.1"), (slow(false), 1.0, 4, "2.4"), (table, 200.0, 2_000, "200")]
     {
-        let mut program = random_program(&mut Chance(1), &machine, 1);
+        let mut program = random_program(&mut Chance::new(1), &machine, 1);
         for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
             match command {
                 Command::Rapid { to } => *to = Point::from_mm(to_mm, 0.0),
@@ -173,24 +173,24 @@ fn a_move_that_takes_too_long_is_refused_with_its_length() {
 #[test]
 fn any_program_gives_a_timeline_or_a_diagnostic() {
     for seed in 0..rounds(100_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let machines = machines();
         let machine = &machines[seed as usize % machines.len()];
         let mut program = random_program(&mut chance, machine, 2);
-        let wild = Length::from_nm(chance.next() as i64 >> (chance.next() % 64));
+        let wild = Length::from_nm(chance.bits() as i64 >> (chance.bits() % 64));
         let commands = [
             Command::Rapid { to: Point::new(wild, Length::ZERO) },
-            Command::Plunge { to: wild, feed_um_per_s: chance.next() as u32, gate: None },
+            Command::Plunge { to: wild, feed_um_per_s: chance.bits() as u32, gate: None },
             Command::Plunge {
                 to: Length::from_um(-10),
-                feed_um_per_s: (chance.next() % 3) as u32,
+                feed_um_per_s: (chance.bits() % 3) as u32,
                 gate: None,
             },
             Command::Retract { to: wild },
-            Command::Dwell { us: chance.next() as u32 },
+            Command::Dwell { us: chance.bits() as u32 },
         ];
-        let leg = chance.next() as usize % program.legs.len();
-        program.legs[leg].commands.insert(0, commands[chance.next() as usize % commands.len()]);
+        let leg = chance.bits() as usize % program.legs.len();
+        program.legs[leg].commands.insert(0, commands[chance.bits() as usize % commands.len()]);
         match timeline(&program, machine) {
             Ok(plan) => {
                 let verdict = laws::laws(&plan, machine);

@@ -28,29 +28,29 @@ fn rounded(mm: f64) -> f64 {
 
 /// Half of all arcs are helices.
 fn rise(chance: &mut Chance) -> f64 {
-    if chance.next().is_multiple_of(2) { 0.0 } else { chance.between(-2.0, 2.0) }
+    if chance.bits().is_multiple_of(2) { 0.0 } else { chance.between(-2.0, 2.0) }
 }
 
 fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
-    let feed = if chance.next().is_multiple_of(4) { f64::INFINITY } else { chance.scale(0.5, 200.0) };
-    let length = if chance.next().is_multiple_of(5) { 0.001 } else { chance.scale(0.001, 30.0) };
-    *way += match chance.next() % 6 {
+    let feed = if chance.bits().is_multiple_of(4) { f64::INFINITY } else { chance.scale(0.5, 200.0) };
+    let length = if chance.bits().is_multiple_of(5) { 0.001 } else { chance.scale(0.001, 30.0) };
+    *way += match chance.bits() % 6 {
         0 => PI,
         1 | 2 => 0.0,
         3 => chance.between(-0.1, 0.1),
         _ => chance.between(-PI, PI),
     };
     let beyond = [at[0] + length * libm::cos(*way), at[1] + length * libm::sin(*way)];
-    let to = match chance.next() % 8 {
+    let to = match chance.bits() % 8 {
         0 => To::Line(at),
         1 => To::Line([rounded(beyond[0]), rounded(beyond[1]), rounded(at[2] + chance.between(-2.0, 2.0))]),
         2 => To::Line([at[0], at[1], rounded(at[2] + chance.between(-2.0, 2.0))]),
         3 => {
             let to = [at[0], at[1], rounded(at[2] + rise(chance))];
-            To::Arc { to, center: beyond, ccw: chance.next().is_multiple_of(2) }
+            To::Arc { to, center: beyond, ccw: chance.bits().is_multiple_of(2) }
         }
         4 | 5 => {
-            let ccw = chance.next().is_multiple_of(2);
+            let ccw = chance.bits().is_multiple_of(2);
             let side = if ccw { 0.5 * PI } else { -0.5 * PI };
             let center = [at[0] + length * libm::cos(*way + side), at[1] + length * libm::sin(*way + side)];
             let turn = if ccw { 1.0 } else { -1.0 } * chance.scale(1e-3, TAU);
@@ -74,7 +74,7 @@ fn end_of(piece: &Piece) -> Place {
 fn random_chain(chance: &mut Chance, most: u64) -> Chain {
     let mut chain = Chain { start: [rounded(chance.between(-10.0, 10.0)), 0.0, 2.0], pieces: Vec::new() };
     let (mut at, mut way) = (chain.start, 0.0);
-    for _ in 0..1 + chance.next() % most {
+    for _ in 0..1 + chance.bits() % most {
         let piece = random_piece(chance, at, &mut way);
         at = end_of(&piece);
         chain.pieces.push(piece);
@@ -93,7 +93,7 @@ fn flattened(chance: &mut Chance) -> Chain {
         [rounded(r * libm::cos(angle)), rounded(r * libm::sin(angle)), 0.0]
     };
     let feed_mm_per_s =
-        if chance.next().is_multiple_of(2) { f64::INFINITY } else { chance.scale(1.0, 200.0) };
+        if chance.bits().is_multiple_of(2) { f64::INFINITY } else { chance.scale(1.0, 200.0) };
     let piece = |index| Piece { to: To::Line(at(index)), feed_mm_per_s };
     Chain { start: at(0), pieces: (1..=count).map(piece).collect() }
 }
@@ -132,7 +132,7 @@ fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules,
 fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
     let mut pieces = 0;
     for seed in 0..rounds(60_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
         let rules = Rules { share: chance.between(0.3, 1.0), deviation_mm: chance.scale(1e-4, 1.0), ..RULES };
         let path =
@@ -149,14 +149,14 @@ fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
 fn places_speeds_and_accelerations_of_a_path_belong_together() {
     let mut tried = 0;
     for seed in 0..rounds(20_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (chain, axes) = (random_chain(&mut chance, 6), random_axes(&mut chance));
         let path = plan(&chain, &axes, &RULES).unwrap();
         if path.pieces.is_empty() {
             continue;
         }
-        let run = &path.runs[chance.next() as usize % path.runs.len()];
-        let span = run.spans[chance.next() as usize % run.spans.len()];
+        let run = &path.runs[chance.bits() as usize % path.runs.len()];
+        let span = run.spans[chance.bits() as usize % run.spans.len()];
         let h = 1e-4 * span.duration_s;
         let t = run.start_s + span.start_s + span.duration_s * chance.between(0.05, 0.95);
         let corner = |piece| (path.start_of_piece_s(piece) - t).abs() <= 2.0 * h;
@@ -186,7 +186,7 @@ fn places_speeds_and_accelerations_of_a_path_belong_together() {
 fn steps_of_a_path_are_made_half_way_and_end_where_it_ends() {
     let mut steps = 0;
     for seed in 0..rounds(6_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (chain, axes) = (random_chain(&mut chance, 8), random_axes(&mut chance));
         let path = plan(&chain, &axes, &RULES).unwrap();
         let mm = chance.scale(0.002, 0.2);
@@ -407,8 +407,8 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
     let window_s = 5e-3;
     let (mut worst, mut alike, mut runs) = (0.0_f64, 0, 0);
     for seed in 0..rounds(3_000) {
-        let mut chance = Chance(seed);
-        let short = chance.next().is_multiple_of(2);
+        let mut chance = Chance::new(seed);
+        let short = chance.bits().is_multiple_of(2);
         let chain = if short { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
         let axes = random_axes(&mut chance);
         let path = plan(&chain, &axes, &RULES).unwrap();
@@ -440,7 +440,7 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
 #[test]
 fn the_reserve_is_enough_for_every_change_of_pace() {
     for seed in 0..rounds(10_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
         let rules = Rules { share: chance.between(0.3, 0.95), ..RULES };
         let path = plan(&chain, &axes, &rules).unwrap();
@@ -493,8 +493,8 @@ fn joints(path: &Path) -> Vec<f64> {
 fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept() {
     let (mut even, mut over, mut pulled) = (0, 0, 0);
     for seed in 0..rounds(4_000) {
-        let mut chance = Chance(seed);
-        let lines = chance.next().is_multiple_of(2);
+        let mut chance = Chance::new(seed);
+        let lines = chance.bits().is_multiple_of(2);
         let chain = if lines { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
         let axes = random_axes(&mut chance);
         let path = plan(&chain, &axes, &RULES).unwrap();

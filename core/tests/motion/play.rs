@@ -23,10 +23,10 @@ impl Table {
 fn every_hole_is_where_it_was_meant_from_whatever_side_it_is_come_to() {
     let mut holes = 0;
     for seed in 0..400 {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         for mut machine in machines().into_iter().filter(|machine| machine.drive == DriveKind::Planned) {
             for axis in [&mut machine.x, &mut machine.y] {
-                axis.backlash = Length::from_um((chance.next() % 400) as i64);
+                axis.backlash = Length::from_um((chance.bits() % 400) as i64);
             }
             let program = random_program(&mut chance, &machine, 8);
             let stream = steps::stream(&timeline(&program, &machine).unwrap(), &machine).unwrap();

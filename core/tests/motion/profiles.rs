@@ -16,11 +16,11 @@ fn random_limits(chance: &mut Chance) -> Limits {
 }
 
 fn random_shape(chance: &mut Chance) -> Shape {
-    match chance.next() % 6 {
+    match chance.bits() % 6 {
         0 => Shape::Linear,
         1 | 2 => Shape::SCurve,
         3 => Shape::Power(0.5),
-        4 => Shape::Power([0.25, 1.0, 1.5, 2.0][chance.next() as usize % 4]),
+        4 => Shape::Power([0.25, 1.0, 1.5, 2.0][chance.bits() as usize % 4]),
         _ => Shape::Power(chance.scale(1e-3, 2.0)),
     }
 }
@@ -28,7 +28,7 @@ fn random_shape(chance: &mut Chance) -> Shape {
 /// Lengths that a hand would try, and lengths on the boundaries between the cases.
 fn random_length(chance: &mut Chance, limits: Limits) -> f64 {
     let boundaries = choose(1.0, limits).unwrap();
-    match chance.next() % 8 {
+    match chance.bits() % 8 {
         0 => boundaries.linear_from_mm,
         1 => boundaries.s_curve_from_mm,
         2 => boundaries.s_curve_from_mm * (1.0 - 1e-12),
@@ -65,7 +65,7 @@ fn keeps_its_laws(plan: &Profile, limits: Limits, seed: u64) {
 #[test]
 fn profiles_keep_their_limits_and_end_exactly() {
     for seed in 0..rounds(1_000_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let length = random_length(&mut chance, limits);
         keeps_its_laws(&plan(shape, length, limits).unwrap(), limits, seed);
@@ -75,7 +75,7 @@ fn profiles_keep_their_limits_and_end_exactly() {
 #[test]
 fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
     for seed in 0..rounds(1_000_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let length = random_length(&mut chance, limits);
         let seconds = |shape, length, limits| plan(shape, length, limits).unwrap().duration_s();
@@ -113,11 +113,11 @@ fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
 fn closed_forms_are_each_other_s_derivatives() {
     let mut tried = 0;
     for seed in 0..rounds(200_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let plan = plan(shape, random_length(&mut chance, limits), limits).unwrap();
         let phases = plan.phases();
-        let chosen = chance.next() as usize % phases.len();
+        let chosen = chance.bits() as usize % phases.len();
         let begin: f64 = phases.iter().take(chosen).sum();
         let t = begin + phases[chosen] * chance.between(0.1, 0.9);
         let (h, total) = (1e-3 * phases[chosen], plan.duration_s());
@@ -145,7 +145,7 @@ fn random_stroke(chance: &mut Chance) -> Option<(Stroke, f64, Limits)> {
     let limits = random_limits(chance);
     let (height, depth) = (chance.scale(0.05, 50.0), chance.scale(0.05, 20.0));
     let shape = random_shape(chance);
-    if chance.next().is_multiple_of(4) {
+    if chance.bits().is_multiple_of(4) {
         return Some((Stroke::One(plan(shape, height + depth, limits).unwrap()), height, limits));
     }
     let feed = (limits.speed * chance.scale(1e-3, 1.0)).min(limits.speed);
@@ -156,7 +156,7 @@ fn random_stroke(chance: &mut Chance) -> Option<(Stroke, f64, Limits)> {
 fn strokes_keep_their_limits_and_arrive_with_the_feed() {
     let mut two = 0;
     for seed in 0..rounds(400_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let Some((stroke, height, limits)) = random_stroke(&mut chance) else { continue };
         let (total, length) = (stroke.duration_s(), stroke.length_mm());
         assert!(stroke.position_mm(0.0) == 0.0 && stroke.position_mm(total) == length, "seed {seed}");
@@ -194,7 +194,7 @@ fn strokes_keep_their_limits_and_arrive_with_the_feed() {
 #[test]
 fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
     for seed in 0..rounds(200_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let Limits { acceleration, jerk, .. } = random_limits(&mut chance);
         let limits = Limits { speed: 1e9, acceleration, jerk };
         let speed = chance.scale(1e-3, 1e3);
@@ -223,7 +223,7 @@ fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
 #[test]
 fn before_the_point_of_no_return_every_stop_ends_over_the_gap() {
     for seed in 0..rounds(20_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let Some((stroke, height, limits)) = random_stroke(&mut chance) else { continue };
         let gap = height * chance.between(0.0, 1.0);
         let shape = stroke.shape();
@@ -245,7 +245,7 @@ fn before_the_point_of_no_return_every_stop_ends_over_the_gap() {
 #[test]
 fn the_choice_has_the_peaks_of_the_profiles() {
     for seed in 0..rounds(300_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let limits = random_limits(&mut chance);
         let length = random_length(&mut chance, limits);
         let found = choose(length, limits).unwrap();
@@ -378,7 +378,7 @@ fn the_table_of_swinging_is_the_reference_s() {
 #[test]
 fn what_is_left_swinging_is_the_transform_of_the_acceleration() {
     for seed in 0..rounds(2_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
         let profile = plan(shape, random_length(&mut chance, limits), limits).unwrap();
         let frequency = chance.scale(0.05, 5.0) / profile.duration_s();

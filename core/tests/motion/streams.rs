@@ -31,7 +31,7 @@ fn streams_of_every_preset_are_small_exact_and_complete() {
 #[test]
 fn a_stream_in_few_bytes_is_the_same_stream() {
     for seed in 0..rounds(600) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         for machine in machines() {
             let mut stream = steps::stream(
                 &timeline(&random_program(&mut chance, &machine, 4), &machine).unwrap(),
@@ -41,22 +41,22 @@ fn a_stream_in_few_bytes_is_the_same_stream() {
             if !seed.is_multiple_of(3) {
                 let runs = stream.segments.iter_mut().flat_map(|segment| &mut segment.runs);
                 for run in runs.filter(|_| seed.is_multiple_of(2)) {
-                    let wild = chance.next();
+                    let wild = chance.bits();
                     match wild % 5 {
-                        0 => run.change = chance.next() as i32,
-                        1 => run.interval = chance.next() as u32,
-                        2 => run.count = (chance.next() as u32) >> (wild % 32),
-                        3 => run.fraction = chance.next() as u16,
-                        _ => run.axes = chance.next() as u8,
+                        0 => run.change = chance.bits() as i32,
+                        1 => run.interval = chance.bits() as u32,
+                        2 => run.count = (chance.bits() as u32) >> (wild % 32),
+                        3 => run.fraction = chance.bits() as u16,
+                        _ => run.axes = chance.bits() as u8,
                     }
                 }
             }
             let bytes = steps::compact(&stream);
             assert_eq!(steps::expand(&bytes).as_ref(), Some(&stream), "seed {seed} on {}", machine.name);
-            let cut = chance.next() as usize % bytes.len();
+            let cut = chance.bits() as usize % bytes.len();
             assert_eq!(steps::expand(&bytes[..cut]), None, "seed {seed}: cut off after {cut}");
             let mut damaged = bytes.clone();
-            damaged[cut] ^= 1 << (chance.next() % 8);
+            damaged[cut] ^= 1 << (chance.bits() % 8);
             let _ = steps::expand(&damaged);
         }
     }

@@ -1,42 +1,23 @@
 //! Programs that drill and mill, made by chance from a seed.
 
+use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::units::Length;
 use std::f64::consts::TAU;
 
-/// SplitMix64, so that a printed seed is all that is needed to see a failure again.
-pub(crate) struct Chance(pub(crate) u64);
+fn some_place(chance: &mut Chance) -> Point {
+    let grid = [1, 1_000, 635_000][chance.below(3)];
+    let mut along = || Length::from_nm((chance.below(160_000_000) as i64 - 40_000_000) / grid * grid);
+    Point::new(along(), along())
+}
 
-impl Chance {
-    pub(crate) fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (z ^ (z >> 31)) % bound
-    }
+fn some_height(chance: &mut Chance) -> Length {
+    Length::from_nm([-50_000, -100_000, -1_234_567, -(chance.below(1_800_000) as i64)][chance.below(4)])
+}
 
-    /// Between two numbers.
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.below(1 << 40) as f64 / (1_u64 << 40) as f64
-    }
-
-    fn place(&mut self) -> Point {
-        let grid = [1, 1_000, 635_000][self.below(3) as usize];
-        let mut along = || Length::from_nm((self.below(160_000_000) as i64 - 40_000_000) / grid * grid);
-        Point::new(along(), along())
-    }
-
-    fn height(&mut self) -> Length {
-        Length::from_nm(
-            [-50_000, -100_000, -1_234_567, -(self.below(1_800_000) as i64)][self.below(4) as usize],
-        )
-    }
-
-    fn feed(&mut self) -> u32 {
-        [1_000, 12_000, 16_667, 500 + self.below(50_000) as u32][self.below(4) as usize]
-    }
+fn some_feed(chance: &mut Chance) -> u32 {
+    [1_000, 12_000, 16_667, 500 + chance.below(50_000) as u32][chance.below(4)]
 }
 
 pub(crate) fn home() -> Vec<Command> {
@@ -77,9 +58,9 @@ pub(crate) fn program(legs: Vec<Leg>) -> Program {
 }
 
 fn hole(chance: &mut Chance, index: u32) -> Leg {
-    let mut commands = vec![Command::Rapid { to: chance.place() }];
-    let strokes = [1, 1, 1, 3][chance.below(4) as usize];
-    let (dwell, feed_um_per_s) = (chance.below(2) == 0, chance.feed());
+    let mut commands = vec![Command::Rapid { to: some_place(chance) }];
+    let strokes = [1, 1, 1, 3][chance.below(4)];
+    let (dwell, feed_um_per_s) = (chance.below(2) == 0, some_feed(chance));
     for stroke in 1..=strokes {
         let to = Length::from_um(-600 * stroke - i64::from(strokes == 1) * 1_500);
         commands.push(Command::Plunge { to, feed_um_per_s, gate: None });
@@ -121,20 +102,20 @@ pub(crate) fn arc(chance: &mut Chance, from: Point, height: Length, feed_um_per_
 }
 
 fn way(chance: &mut Chance, index: u32, flat: Option<Length>) -> Leg {
-    let mut at = chance.place();
-    let mut height = flat.unwrap_or_else(|| chance.height());
+    let mut at = some_place(chance);
+    let mut height = flat.unwrap_or_else(|| some_height(chance));
     let mut commands = vec![Command::Rapid { to: at }];
     // A way may also come down on a ramp.
     if flat.is_some() || chance.below(4) > 0 {
-        commands.push(Command::Plunge { to: height, feed_um_per_s: chance.feed(), gate: None });
+        commands.push(Command::Plunge { to: height, feed_um_per_s: some_feed(chance), gate: None });
     }
     for _ in 0..=chance.below(8) {
         if flat.is_none() && chance.below(4) == 0 {
-            height = chance.height();
+            height = some_height(chance);
         }
-        let feed_um_per_s = chance.feed();
+        let feed_um_per_s = some_feed(chance);
         let next = match chance.below(3) {
-            0 => Command::Mill { to: chance.place(), height, feed_um_per_s },
+            0 => Command::Mill { to: some_place(chance), height, feed_um_per_s },
             _ => arc(chance, at, height, feed_um_per_s),
         };
         if let Command::Mill { to, .. } | Command::MillArc { to, .. } = next {
@@ -153,13 +134,13 @@ fn way(chance: &mut Chance, index: u32, flat: Option<Length>) -> Leg {
 
 /// Drilling and milling in any order; `flat` keeps all milling at one height.
 pub(crate) fn random_program(seed: u64, flat: Option<Length>) -> Program {
-    let mut chance = Chance(seed);
+    let mut chance = Chance::new(seed);
     let mut legs = Vec::new();
     for _ in 0..=chance.below(3) {
         let drills = chance.below(2) == 0;
         let bit = if drills { 0 } else { 1 + (chance.below(2) as u32) * u32::from(flat.is_none()) };
-        let wait = [0, 1_500_000][chance.below(2) as usize];
-        legs.push(change(bit, [24_000, 30_000][chance.below(2) as usize], wait));
+        let wait = [0, 1_500_000][chance.below(2)];
+        legs.push(change(bit, [24_000, 30_000][chance.below(2)], wait));
         for index in 0..=chance.below(4) as u32 {
             if chance.below(10) == 0 {
                 // Another speed without another bit.

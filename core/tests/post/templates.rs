@@ -196,7 +196,7 @@ fn a_radius_alone_is_enough_where_arcs_are_cut_for_it() {
         let text = engrave("[number]\ndecimals = 4\n", "line @X@ @Y@", &format!("@X@ @Y@ @{name}@"));
         let dialect = dialect(&text);
         for seed in 0..200 {
-            let mut chance = super::programs::Chance(seed);
+            let mut chance = annulus_core::chance::Chance::new(seed);
             let from = Point::from_mm(12.3456, -3.2109);
             let height = Length::from_um(-100);
             let arc = super::programs::arc(&mut chance, from, height, 1_000);

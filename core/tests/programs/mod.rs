@@ -1,5 +1,6 @@
 //! Programs for the tests of motion: seeded, the same natively and in a browser.
 
+pub(crate) use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::{Machine, Overlap, presets, virtual_drill};
@@ -10,35 +11,6 @@ use annulus_core::units::Length;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn rounds(long: u64) -> u64 {
     if std::env::var_os("ANNULUS_LONG").is_some() { long } else { long / 10 }
-}
-
-/// Small, seeded, the same everywhere (SplitMix64).
-pub(crate) struct Chance(pub(crate) u64);
-
-impl Chance {
-    /// The next number.
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// From 0 up to but not 1.
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Evenly between two numbers.
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Evenly over the powers of ten.
-    pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
-        libm::pow(10.0, self.between(libm::log10(low), libm::log10(high)))
-    }
 }
 
 /// All machines that ship, and the virtual drill with nothing at the same time.
@@ -63,7 +35,7 @@ pub(crate) fn random_program(chance: &mut Chance, machine: &Machine, holes: u32)
         let commands = vec![
             Command::Rapid { to },
             Command::Plunge { to: bottom, feed_um_per_s: (process.feed_mm_per_s * 1e3) as u32, gate: None },
-            Command::Dwell { us: (chance.next() % 3_000) as u32 },
+            Command::Dwell { us: (chance.bits() % 3_000) as u32 },
             Command::Retract { to: process.safe_height },
         ];
         Leg { mark: Mark::Hole(index), commands }

@@ -157,21 +157,21 @@ fn all_refusals_of_a_text_are_told_at_once() {
 
 /// Once in so many times.
 pub(crate) fn one_in(chance: &mut Chance, times: u64) -> bool {
-    chance.next().is_multiple_of(times)
+    chance.bits().is_multiple_of(times)
 }
 
 /// A random row of the table with values inside its ranges.
 pub(crate) fn random_row(chance: &mut Chance) -> Row {
     let text =
-        |chance: &mut Chance, words: &[&str]| words[(chance.next() % words.len() as u64) as usize].to_owned();
-    let small = |chance: &mut Chance, most: u64| (chance.next() % most) as u32;
-    let command = match chance.next() % 10 {
+        |chance: &mut Chance, words: &[&str]| words[(chance.bits() % words.len() as u64) as usize].to_owned();
+    let small = |chance: &mut Chance, most: u64| (chance.bits() % most) as u32;
+    let command = match chance.bits() % 10 {
         0 => Command::MoveBy {
             dx: i64::from(small(chance, 900)) - 450,
             dy: i64::from(small(chance, 900)) - 450,
         },
         1 => Command::MoveTo {
-            x: Length::from_nm((chance.next() % 90_000_000) as i64 - 20_000_000),
+            x: Length::from_nm((chance.bits() % 90_000_000) as i64 - 20_000_000),
             y: Length::from_um(i64::from(small(chance, 60_000))),
         },
         2 => Command::DrillDown,
@@ -197,11 +197,11 @@ pub(crate) fn random_row(chance: &mut Chance) -> Row {
 #[test]
 fn random_queues_are_printed_and_read_back_the_same() {
     for seed in 0..rounds(3_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let mut text = String::new();
         let mut open = 0;
-        for _ in 0..chance.next() % 30 {
-            match chance.next() % 12 {
+        for _ in 0..chance.bits() % 30 {
+            match chance.bits() % 12 {
                 0 => text.push('\n'),
                 1 => text.push_str("; only a note\n"),
                 2 if open < 8 => {
@@ -217,7 +217,7 @@ fn random_queues_are_printed_and_read_back_the_same() {
                     let row = random_row(&mut chance);
                     let (word, values) = row.command.as_ref().unwrap().split();
                     let names: Vec<&str> = word.spellings().collect();
-                    let name = names[(chance.next() % names.len() as u64) as usize];
+                    let name = names[(chance.bits() % names.len() as u64) as usize];
                     let values: Vec<_> = values.iter().map(ToString::to_string).collect();
                     let note = row.note.map_or(String::new(), |note| format!(";{note}"));
                     let mark = if row.breakpoint { "*" } else { "" };
@@ -242,10 +242,10 @@ fn no_text_panics() {
         .chain(["*", ";", "-", "9", ",", ".", " ", "\n", "孔", "\u{0}"])
         .collect();
     for seed in 0..rounds(20_000) {
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let mut text = String::new();
-        for _ in 0..chance.next() % 12 {
-            text.push_str(pieces[(chance.next() % pieces.len() as u64) as usize]);
+        for _ in 0..chance.bits() % 12 {
+            text.push_str(pieces[(chance.bits() % pieces.len() as u64) as usize]);
             if one_in(&mut chance, 2) {
                 text.push(' ');
             }

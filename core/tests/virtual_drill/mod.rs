@@ -3,6 +3,7 @@
 mod sensors;
 mod stops;
 
+use annulus_core::chance::Chance;
 use annulus_core::job::{Bit, Cutter, Input};
 use annulus_core::machine::phases::{PRESETS as TABLES, preset};
 use annulus_core::machine::{Dynamics, Machine, PhaseTable, StrokeEnd, lab, six_spindles, virtual_drill};
@@ -233,12 +234,12 @@ fn the_same_calls_give_the_same_drill() {
         let run = || {
             let (mut twin, holes) =
                 twin(&machine, Faults { lost_steps: vec![(0, 5)], glitches: 0.01, ..Faults::default() });
-            let mut seed = 5_u64;
+            let mut chance = Chance::new(5);
             let mut inputs = Vec::new();
             for _ in 0..20_000_u64 {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                let tick = inputs.len() as u64 * 5_000 + (seed >> 60);
-                twin.step(tick, (seed >> 40) as u8 & 7, (seed >> 50) as u8);
+                let number = chance.bits();
+                let tick = inputs.len() as u64 * 5_000 + (number >> 60);
+                twin.step(tick, (number >> 40) as u8 & 7, (number >> 50) as u8);
                 inputs.push(twin.inputs(tick));
             }
             let holes = holes.lock().unwrap().clone();

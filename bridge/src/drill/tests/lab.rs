@@ -1,6 +1,7 @@
 //! Queues of work commands and outputs by hand, on the virtual drill with and without faults.
 
 use super::{Bench, holes};
+use annulus_core::chance::Chance;
 use annulus_core::control::{State, Trust};
 use annulus_core::job::Input;
 use annulus_core::machine::{Card, Machine, StrokeEnd};
@@ -156,7 +157,7 @@ fn a_queue_may_home_and_gives_trust_when_all_axes_are() {
 
 #[test]
 fn stop_in_the_middle_of_any_row_leaves_a_known_place_and_a_lifted_tip() {
-    let mut seed = 11_u64;
+    let mut chance = Chance::new(11);
     let mut stopped = 0;
     let bench = Bench::new(&machine(), Faults::default());
     bench.ready();
@@ -164,8 +165,7 @@ fn stop_in_the_middle_of_any_row_leaves_a_known_place_and_a_lifted_tip() {
         // Straight back to where it began first, so that the same queue fits again.
         bench.load(&format!("MOVE_TO 0 0\nOUTPUT lamp ON\n{FOUR}")).unwrap();
         bench.go(Mode::ToEnd).unwrap();
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        std::thread::sleep(Duration::from_micros((seed >> 33) % 9_000));
+        std::thread::sleep(Duration::from_micros(chance.bits() % 9_000));
         bench.drill.ask(Ask::Stop).unwrap();
         let status = bench.wait(|status| status.state == State::Ready && status.spindle_rpm == 0);
         assert_eq!(status.trust, Trust::Trusted, "round {round}");

@@ -14,8 +14,8 @@
 //!
 //! Comes in: a ring, lists of near nodes, the cost of a rapid. Goes out: a cheaper ring. Does not know what rapids mean.
 
-use super::chance::Chance;
 use super::ring::Ring;
+use crate::chance::Chance;
 
 /// How many links are tried at each depth of a move; at most 5.
 const BREADTH: [usize; DEPTH] = [5, 3, 1];

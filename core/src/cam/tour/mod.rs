@@ -4,14 +4,13 @@
 //! Comes in: points, the cost of a rapid. Goes out: an order as indices of the points. Does not know holes, bits or
 //! machines.
 
-mod chance;
 mod lin_kernighan;
 mod near;
 mod ring;
 mod start;
 
+use crate::chance::Chance;
 use crate::geometry::Point;
-pub(crate) use chance::Chance;
 use lin_kernighan::{FIXED, Search};
 use ring::Ring;
 

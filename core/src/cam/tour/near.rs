@@ -131,8 +131,8 @@ pub(crate) fn lists(points: &[Point], quadrant: usize, count: usize) -> Vec<Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::super::chance::Chance;
     use super::*;
+    use crate::chance::Chance;
 
     #[test]
     fn the_tree_finds_what_looking_at_all_finds() {

@@ -119,8 +119,8 @@ impl Ring {
 
 #[cfg(test)]
 mod tests {
-    use super::super::chance::Chance;
     use super::*;
+    use crate::chance::Chance;
 
     #[test]
     fn turning_a_stretch_equals_turning_it_in_a_plain_list() {

@@ -1,25 +1,11 @@
 //! Boards from a seed: good programs have no findings; a way taken out, made shallow, moved or widened is found.
 
 use super::*;
-
-/// Chance from a seed.
-struct Chance(u64);
-
-impl Chance {
-    /// From 0 to below 1.
-    fn share(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.share()
-    }
-}
+use crate::chance::Chance;
 
 /// Islands in the cells of an uneven grid, and one way along every border between two cells or to the outside.
 fn cells(chance: &mut Chance) -> (Board, Vec<Toolpath>, Vec<(String, String)>) {
-    let count = 2 + (chance.share() * 3.0) as usize;
+    let count = 2 + (chance.unit() * 3.0) as usize;
     let mut lines = || -> Vec<f64> {
         let mut at = 0.0;
         let mut step = |chance: &mut Chance| {
@@ -59,7 +45,7 @@ fn cells(chance: &mut Chance) -> (Board, Vec<Toolpath>, Vec<(String, String)>) {
 fn any_way_taken_out_of_a_good_program_is_a_short() {
     for seed in 1..=12 {
         println!("seed {seed}");
-        let (board, toolpaths, neighbours) = cells(&mut Chance(seed));
+        let (board, toolpaths, neighbours) = cells(&mut Chance::new(seed));
         assert_eq!(found(&board, &[program(mill(0.2), &toolpaths)]), [], "seed {seed}");
         for (missing, (one, other)) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()) {
             let mut rest = toolpaths.clone();
@@ -85,7 +71,7 @@ fn any_way_taken_out_of_a_good_program_is_a_short() {
 fn any_way_made_shallow_moved_or_widened_is_found() {
     for seed in 1..=6 {
         println!("seed {seed}");
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         let (board, toolpaths, neighbours) = cells(&mut chance);
         for (index, _) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()).step_by(3) {
             let mut shallow = toolpaths.clone();
