@@ -12,8 +12,8 @@ use crate::format::Unit;
 use crate::page;
 use crate::said::Text;
 pub(crate) use crate::said::key;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_core::remark::Remark;
 use leptos::prelude::*;
 use leptos::reactive::diagnostics::SpecialNonReactiveZone;
 
@@ -41,7 +41,7 @@ pub fn language() -> String {
 pub fn sentence(text: &Text) -> String {
     match text {
         Text::Key { key, args } => self::text(key, args),
-        Text::Found(remark) => message(remark),
+        Text::Found(diagnostic) => message(diagnostic),
     }
 }
 
@@ -60,11 +60,11 @@ pub fn unit_word() -> String {
 }
 
 /// What happened and what it means.
-pub fn message(remark: &Remark) -> String {
-    remark.message(&language())
+pub fn message(diagnostic: &Diagnostic) -> String {
+    diagnostic.message(&language())
 }
 
 /// What to do about it.
-pub fn advice(remark: &Remark) -> String {
-    remark.advice(&language())
+pub fn advice(diagnostic: &Diagnostic) -> String {
+    diagnostic.advice(&language())
 }

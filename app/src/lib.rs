@@ -17,8 +17,8 @@ pub mod model;
 pub mod picture;
 pub mod readout;
 pub mod said;
+pub mod toolpaths;
 pub mod view;
-pub mod ways;
 pub mod workbench;
 
 #[cfg(target_arch = "wasm32")]

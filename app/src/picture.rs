@@ -9,8 +9,8 @@
 //! Comes in: a [`Board`], an order of holes. Goes out: a [`Scene`] in millimetres from the board's lower left corner, so
 //! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
 
+use crate::toolpaths::{Cut, Toolpaths, Travel};
 use crate::view::{Colour, Disc, Line, Palette, Plate, Scene, Slot, State, UNORDERED, Width};
-use crate::ways::{Cut, Travel, Ways};
 use annulus_core::board::Board;
 use annulus_core::geometry::{Bounds, Path, Point};
 use annulus_core::units::Length;
@@ -156,7 +156,12 @@ pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette
 
 /// What a program does as lines: swaths as wide as they cut, the middle of each, and the travel between. They bear the
 /// numbers of their stops. `colour` is that of a stop's swaths; the travel is left out unless it is wanted.
-pub fn ways(ways: &Ways, palette: &Palette, colour: impl Fn(u32) -> Colour, with_travel: bool) -> Vec<Line> {
+pub fn toolpaths(
+    toolpaths: &Toolpaths,
+    palette: &Palette,
+    colour: impl Fn(u32) -> Colour,
+    with_travel: bool,
+) -> Vec<Line> {
     let line = |a_mm, b_mm, width, colour, order| Line { a_mm, b_mm, width, colour, order };
     let swath = |cut: &Cut| {
         let tint = colour(cut.stop).mixed(palette.plate, SWATH_SHARE);
@@ -165,9 +170,9 @@ pub fn ways(ways: &Ways, palette: &Palette, colour: impl Fn(u32) -> Colour, with
     let middle = |cut: &Cut| line(cut.a_mm, cut.b_mm, Width::Px(1.0), colour(cut.stop), cut.stop);
     let travel =
         |travel: &Travel| line(travel.a_mm, travel.b_mm, Width::Px(TRAVEL_PX), palette.travel, travel.stop);
-    let wide = ways.cuts.iter().filter(|cut| cut.width_mm > 0.0);
-    let travels = ways.travels.iter().filter(|_| with_travel).map(travel);
-    wide.map(swath).chain(ways.cuts.iter().map(middle)).chain(travels).collect()
+    let wide = toolpaths.cuts.iter().filter(|cut| cut.width_mm > 0.0);
+    let travels = toolpaths.travels.iter().filter(|_| with_travel).map(travel);
+    wide.map(swath).chain(toolpaths.cuts.iter().map(middle)).chain(travels).collect()
 }
 
 /// A finding at `place`: a dot, and a ring where it is the one on show.

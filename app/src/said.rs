@@ -1,12 +1,12 @@
-//! A sentence that is said later: its key in the locale tables with what goes into it, or a remark of the core.
+//! A sentence that is said later: its key in the locale tables with what goes into it, or a diagnostic of the core.
 //!
 //! ```text
 //! key!("page.state.ready")      a key, checked against the tables like those of the screens
 //! ```
 //!
-//! Comes in: keys, arguments, remarks. Goes out: plain data. Does not know the language.
+//! Comes in: keys, arguments, diagnostics. Goes out: plain data. Does not know the language.
 
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 
 /// A key, to be said later.
 macro_rules! key {
@@ -27,7 +27,7 @@ pub enum Text {
         args: Vec<(&'static str, String)>,
     },
     /// What the core found; its message is said.
-    Found(Remark),
+    Found(Diagnostic),
 }
 
 impl Text {

@@ -11,8 +11,8 @@
 //! overwritten, and the new one remembers that until somebody has read it. Does not know what a leg is.
 
 use crate::quiet;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::auth;
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
 use serde::{Deserialize, Serialize};
@@ -58,9 +58,9 @@ pub(crate) struct JobRecord {
     pub(crate) stream_digest: String,
     /// Holes in all.
     pub(crate) holes_total: u32,
-    /// Ways in all; none of a job that an older bridge began.
+    /// Toolpaths in all; none of a job that an older bridge began.
     #[serde(default)]
-    pub(crate) ways_total: u32,
+    pub(crate) toolpaths_total: u32,
     /// How long the drilled-board record was when it began, bytes; not known of a job that an older bridge began.
     #[serde(default)]
     pub(crate) record_from: Option<u64>,
@@ -75,9 +75,9 @@ pub(crate) struct Progress {
     pub(crate) begun: u32,
     /// Holes drilled.
     pub(crate) holes: u32,
-    /// Ways milled.
+    /// Toolpaths milled.
     #[serde(default)]
-    pub(crate) ways: u32,
+    pub(crate) toolpaths: u32,
 }
 
 /// What a journal holds.
@@ -122,7 +122,7 @@ pub(crate) enum Trouble {
 }
 
 /// The journal at `path` and what it holds. A damaged one is moved aside.
-pub(crate) fn open(path: &Path) -> Result<(Journal, Contents), Remark> {
+pub(crate) fn open(path: &Path) -> Result<(Journal, Contents), Diagnostic> {
     if !path.exists() {
         create(path)?;
     }
@@ -143,7 +143,7 @@ pub(crate) fn open(path: &Path) -> Result<(Journal, Contents), Remark> {
 }
 
 /// A journal without anything in it, there whole or not at all: half a one would be taken for a damaged one.
-fn create(path: &Path) -> Result<(), Remark> {
+fn create(path: &Path) -> Result<(), Diagnostic> {
     let beside = path.with_extension("new");
     let cannot = |error: &dyn std::fmt::Display| cannot("journal.cannot_open", path, &error.to_string());
     match fs::remove_file(&beside) {
@@ -158,7 +158,7 @@ fn create(path: &Path) -> Result<(), Remark> {
 }
 
 /// A new journal at `path` that remembers what happened to the one before.
-fn begin_anew(path: &Path, damage: Damage) -> Result<(Journal, Contents), Remark> {
+fn begin_anew(path: &Path, damage: Damage) -> Result<(Journal, Contents), Diagnostic> {
     create(path)?;
     let (journal, contents) = try_open(path).map_err(|trouble| refusal(path, trouble))?;
     journal.write(&[("damage", Some(sealed(&damage)))], None, false).map_err(full)?;
@@ -180,7 +180,7 @@ fn salvaged(path: &Path) -> Option<String> {
 }
 
 /// Whether the journal at `path` can be read; one that is not there yet can. Nothing is moved aside.
-pub(crate) fn examine(path: &Path) -> Result<(), Remark> {
+pub(crate) fn examine(path: &Path) -> Result<(), Diagnostic> {
     if !path.exists() {
         return Ok(());
     }
@@ -191,15 +191,15 @@ pub(crate) fn examine(path: &Path) -> Result<(), Remark> {
     }
 }
 
-fn refusal(path: &Path, trouble: Trouble) -> Remark {
+fn refusal(path: &Path, trouble: Trouble) -> Diagnostic {
     match trouble {
         Trouble::InUse => cannot("journal.in_use", path, ""),
         Trouble::Damaged(why) | Trouble::Disk(why) => cannot("journal.cannot_open", path, &why),
     }
 }
 
-fn cannot(code: &str, path: &Path, why: &str) -> Remark {
-    Remark::new(Weight::Loss, code).with("file", path.display()).with("reason", why)
+fn cannot(code: &str, path: &Path, why: &str) -> Diagnostic {
+    Diagnostic::error(code).with("file", path.display()).with("reason", why)
 }
 
 fn free_name(path: &Path) -> PathBuf {
@@ -288,7 +288,7 @@ impl Journal {
     }
 
     /// Closes and opens it: once the disk refused something, nothing else can be written.
-    pub(crate) fn again(&mut self) -> Result<(), Remark> {
+    pub(crate) fn again(&mut self) -> Result<(), Diagnostic> {
         let closed = self.database.take();
         let opened = quiet::caught(|| {
             drop(closed);
@@ -353,7 +353,12 @@ impl Journal {
     }
 
     /// A job begins at leg `progress.done`. Its program is kept here too, so that it can always be taken up.
-    pub(crate) fn begin(&self, job: &JobRecord, progress: Progress, program: &[u8]) -> Result<(), Remark> {
+    pub(crate) fn begin(
+        &self,
+        job: &JobRecord,
+        progress: Progress,
+        program: &[u8],
+    ) -> Result<(), Diagnostic> {
         let rows = [
             ("job", Some(sealed(job))),
             ("progress", Some(sealed(&progress))),
@@ -363,22 +368,22 @@ impl Journal {
     }
 
     /// A leg is done and the next begun. `stop` is where a sensor ended the stroke of a leg.
-    pub(crate) fn advance(&self, progress: Progress, stop: Option<(u32, Steps)>) -> Result<(), Remark> {
+    pub(crate) fn advance(&self, progress: Progress, stop: Option<(u32, Steps)>) -> Result<(), Diagnostic> {
         self.write(&[("progress", Some(sealed(&progress)))], stop, false).map_err(full)
     }
 
     /// The job came to its end, or is to be forgotten.
-    pub(crate) fn finish(&self) -> Result<(), Remark> {
+    pub(crate) fn finish(&self) -> Result<(), Diagnostic> {
         self.write(&[("job", None), ("progress", None), ("program", None)], None, true).map_err(full)
     }
 
     /// The work zero in force.
-    pub(crate) fn keep_zero(&self, zero: Option<&WorkZero>) -> Result<(), Remark> {
+    pub(crate) fn keep_zero(&self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
         self.write(&[("work_zero", zero.map(sealed))], None, false).map_err(full)
     }
 
     /// Somebody has read that the journal before this one was damaged.
-    pub(crate) fn forget_damage(&self) -> Result<(), Remark> {
+    pub(crate) fn forget_damage(&self) -> Result<(), Diagnostic> {
         self.write(&[("damage", None)], None, false).map_err(full)
     }
 
@@ -390,6 +395,6 @@ impl Journal {
     }
 }
 
-fn full(reason: String) -> Remark {
-    Remark::new(Weight::Loss, "journal.cannot_write").with("reason", reason)
+fn full(reason: String) -> Diagnostic {
+    Diagnostic::error("journal.cannot_write").with("reason", reason)
 }

@@ -5,9 +5,9 @@
 
 use crate::own;
 use crate::refusal::Refusal;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Kind, Machine, SECTIONS, Setting};
 use annulus_core::project::text;
-use annulus_core::remark::{Remark, Weight};
 use std::env;
 use std::fmt::Write as _;
 use std::fs;
@@ -79,7 +79,7 @@ pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
     known.extend(names());
     known.sort();
     known.dedup();
-    let why = Remark::new(Weight::Loss, "machine.no_such").with("name", text).with("names", known.join(", "));
+    let why = Diagnostic::error("machine.no_such").with("name", text).with("names", known.join(", "));
     Err(Refusal::surroundings(why))
 }
 
@@ -87,31 +87,31 @@ pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
 pub(crate) fn load(path: &Path) -> Result<Machine, Refusal> {
     let file = path.display().to_string();
     let bytes = fs::read(path).map_err(|error| unreadable(&file, &error))?;
-    let refuse = |remark: Remark| Refusal::content(remark);
+    let refuse = |diagnostic: Diagnostic| Refusal::content(diagnostic);
     let Ok(text) = std::str::from_utf8(&bytes) else {
         let at = std::str::from_utf8(&bytes).err().map_or(0, |error| error.valid_up_to());
         let (line, column) = text::line_and_column(&bytes, at);
-        return Err(refuse(Remark::new(Weight::Loss, "machine.file_not_text").at(&file, line, column)));
+        return Err(refuse(Diagnostic::error("machine.file_not_text").at(&file, line, column)));
     };
     parse(&file, text).map_err(refuse)
 }
 
 fn unreadable(file: &str, error: &io::Error) -> Refusal {
-    let why = Remark::new(Weight::Loss, "machine.file_unreadable").with("file", file).with("reason", error);
+    let why = Diagnostic::error("machine.file_unreadable").with("file", file).with("reason", error);
     Refusal::surroundings(why)
 }
 
 /// The machine in `written`. Settings that it does not mention are those of the virtual drill.
-fn parse(file: &str, written: &str) -> Result<Machine, Remark> {
+fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
     let document = toml::de::DeTable::parse(written).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let (line, column) = text::line_and_column(written.as_bytes(), at);
         let what = error.message().lines().next().unwrap_or_default().to_owned();
-        Remark::new(Weight::Loss, "machine.file_syntax").at(file, line, column).with("what", what)
+        Diagnostic::error("machine.file_syntax").at(file, line, column).with("what", what)
     })?;
-    let place = |remark: Remark, at: usize| {
+    let place = |diagnostic: Diagnostic, at: usize| {
         let (line, column) = text::line_and_column(written.as_bytes(), at);
-        remark.at(file, line, column)
+        diagnostic.at(file, line, column)
     };
     let mut machine = machine::virtual_drill();
     let mut changes = Vec::new();
@@ -129,11 +129,11 @@ fn parse(file: &str, written: &str) -> Result<Machine, Remark> {
                     let change = [(key.clone(), text::value(value.get_ref()))];
                     // One by one first, so that a refusal has the line of its field; bounds between fields later.
                     if machine::setting(&key).is_none() {
-                        let why = Remark::new(Weight::Loss, "machine.setting_unknown").with("key", key);
+                        let why = Diagnostic::error("machine.setting_unknown").with("key", key);
                         return Err(place(why, name_at));
                     }
                     if let Some(why) = machine::apply(&machine, &change).err().and_then(|all| {
-                        all.into_iter().find(|remark| remark.code.starts_with("machine.setting_"))
+                        all.into_iter().find(|diagnostic| diagnostic.code.starts_with("machine.setting_"))
                     }) {
                         return Err(place(why, value_at));
                     }
@@ -141,14 +141,14 @@ fn parse(file: &str, written: &str) -> Result<Machine, Remark> {
                 }
             }
             _ => {
-                let why = Remark::new(Weight::Loss, "machine.setting_unknown").with("key", section.get_ref());
+                let why = Diagnostic::error("machine.setting_unknown").with("key", section.get_ref());
                 return Err(place(why, at));
             }
         }
     }
     if schema != Some(SCHEMA) {
         let found = schema.map_or_else(|| "none".to_owned(), |number| number.to_string());
-        let why = Remark::new(Weight::Loss, "machine.file_schema").with("found", found).with("known", SCHEMA);
+        let why = Diagnostic::error("machine.file_schema").with("found", found).with("known", SCHEMA);
         return Err(place(why, 0));
     }
     let all: Vec<_> = changes.iter().map(|(change, _)| change.clone()).collect();
@@ -158,10 +158,7 @@ fn parse(file: &str, written: &str) -> Result<Machine, Remark> {
             Ok(machine)
         }
         Err(refusals) => {
-            let why = refusals
-                .into_iter()
-                .next()
-                .unwrap_or_else(|| Remark::new(Weight::Loss, "machine.file_syntax"));
+            let why = refusals.into_iter().next().unwrap_or_else(|| Diagnostic::error("machine.file_syntax"));
             let key = why.args.iter().find(|(name, _)| name == "key").map(|(_, key)| key.clone());
             let at =
                 changes.iter().find(|((name, _), _)| Some(name) == key.as_ref()).map_or(0, |(_, at)| *at);
@@ -171,10 +168,10 @@ fn parse(file: &str, written: &str) -> Result<Machine, Remark> {
 }
 
 /// Writes `machine` to `path`, whole or not at all.
-pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Remark> {
+pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Diagnostic> {
     write_own(path, text_of(machine).as_bytes()).map_err(|error| {
         let file = path.display();
-        Remark::new(Weight::Loss, "machine.file_not_saved").with("file", file).with("reason", error)
+        Diagnostic::error("machine.file_not_saved").with("file", file).with("reason", error)
     })
 }
 

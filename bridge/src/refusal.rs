@@ -1,8 +1,8 @@
 //! Why a command was refused, for people and for scripts, and with which exit code.
 //!
-//! Comes in: a remark or an I/O error. Goes out: sentence, object, exit code. Does not know the commands.
+//! Comes in: a diagnostic or an I/O error. Goes out: sentence, object, exit code. Does not know the commands.
 
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use serde_json::{Value, json};
 use std::fmt;
 use std::process::ExitCode;
@@ -10,9 +10,9 @@ use std::process::ExitCode;
 /// Exit codes of the contract.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
-    /// Done; remarks are allowed.
+    /// Done; diagnostics are allowed.
     Done = 0,
-    /// Refused for content: an unseen loss, a check that failed.
+    /// Refused for content: an error that nobody acknowledged, a check that failed.
     Content = 1,
     /// Wrong usage.
     Usage = 2,
@@ -31,36 +31,36 @@ impl From<Exit> for ExitCode {
 /// A refusal: what, where, what it means, what to do, and a stable code.
 #[derive(Debug)]
 pub(crate) struct Refusal {
-    /// What happened, as a remark whose sentences are in the locale tables.
-    pub(crate) why: Remark,
+    /// What happened, as a diagnostic whose sentences are in the locale tables.
+    pub(crate) why: Diagnostic,
     /// How the process ends.
     pub(crate) exit: Exit,
     /// Everything that was said of the files, this among it.
-    pub(crate) diagnostics: Vec<Remark>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 impl Refusal {
     /// A refusal for content.
-    pub(crate) fn content(why: Remark) -> Self {
+    pub(crate) fn content(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Content, diagnostics: Vec::new() }
     }
 
     /// A refusal of wrong usage.
-    pub(crate) fn usage(why: Remark) -> Self {
+    pub(crate) fn usage(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Usage, diagnostics: Vec::new() }
     }
 
     /// A refusal because of the surroundings.
-    pub(crate) fn surroundings(why: Remark) -> Self {
+    pub(crate) fn surroundings(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Surroundings, diagnostics: Vec::new() }
     }
 
     /// The same with everything else that was said, by file and line.
     #[must_use]
-    pub(crate) fn among(mut self, mut remarks: Vec<Remark>) -> Self {
-        remarks.sort_by(|a, b| a.place.cmp(&b.place));
-        remarks.dedup();
-        self.diagnostics = remarks;
+    pub(crate) fn among(mut self, mut diagnostics: Vec<Diagnostic>) -> Self {
+        diagnostics.sort_by(|a, b| a.place.cmp(&b.place));
+        diagnostics.dedup();
+        self.diagnostics = diagnostics;
         self
     }
 
@@ -81,21 +81,21 @@ impl Refusal {
 }
 
 /// One diagnostic for scripts.
-fn diagnostic(remark: &Remark) -> Value {
-    let severity = match remark.weight {
-        Weight::Note => "note",
-        Weight::Doubt => "warning",
-        Weight::Loss => "error",
+fn diagnostic(diagnostic: &Diagnostic) -> Value {
+    let severity = match diagnostic.severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+        Severity::Error => "error",
     };
-    let place = remark.place.as_ref();
+    let place = diagnostic.place.as_ref();
     json!({
         "severity": severity,
-        "code": remark.code,
+        "code": diagnostic.code,
         "file": place.map(|place| place.file.as_str()),
         "line": place.map_or(0, |place| place.line),
         "column": place.map_or(0, |place| place.column),
-        "message": remark.message("en"),
-        "advice": remark.advice("en"),
+        "message": diagnostic.message("en"),
+        "advice": diagnostic.advice("en"),
     })
 }
 

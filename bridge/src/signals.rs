@@ -1,4 +1,4 @@
-//! The ways a person or the system asks a command to end: Ctrl-C, `kill`, a closed terminal.
+//! The toolpaths a person or the system asks a command to end: Ctrl-C, `kill`, a closed terminal.
 //!
 //! Comes in: signals. Goes out: the exit code that each means for a server. Nothing that comes between two waits is
 //! missed. Does not know what is ended.

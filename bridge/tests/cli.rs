@@ -83,11 +83,11 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
              stream_digest",
         ),
         ("simulate board.annulus-program --machine virtual", "tick_hz total_time_s stream_digest"),
-        ("export board.drl --to excellon -o out.drl", "to file holes remarks"),
-        ("export board.annulus-program --to grbl -o out.nc", "to file holes remarks"),
+        ("export board.drl --to excellon -o out.drl", "to file holes diagnostics"),
+        ("export board.annulus-program --to grbl -o out.nc", "to file holes diagnostics"),
         (
             "export board.drl --to kuka -o . --lines-only",
-            "to file files bytes sha256 holes ways tools remarks",
+            "to file files bytes sha256 holes toolpaths tools diagnostics",
         ),
         ("templates", "blocks parameters dialects"),
         ("templates grbl", "name text"),
@@ -107,7 +107,7 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
         "form": "drill", "diameter_mm": 0.8, "angle_deg": null, "tip_mm": null, "name": "drill 0.8"
     });
     let tool = serde_json::json!({
-        "n": 1, "file_diameter_mm": 0.8, "rack_diameter_mm": 0.8, "holes": 3, "tool": drill, "slots": 0, "ways": 0
+        "n": 1, "file_diameter_mm": 0.8, "rack_diameter_mm": 0.8, "holes": 3, "tool": drill, "slots": 0, "toolpaths": 0
     });
     assert_eq!((&plan["tools"][0], plan["tools"].as_array().unwrap().len()), (&tool, 2));
     let simulated = answer(folder.path(), "simulate board.drl --digest-trace");
@@ -177,11 +177,11 @@ fn a_template_of_ones_own_is_checked_and_used() {
     let output = annulus(folder.path(), "templates mine.toml --json").output().unwrap();
     let told = json(&output);
     assert_eq!(
-        (output.status.code(), told["remarks"].as_array().map(Vec::len)),
+        (output.status.code(), told["diagnostics"].as_array().map(Vec::len)),
         (Some(1), Some(6)),
         "{told}"
     );
-    assert_eq!(told["remarks"][0]["code"], "post.unknown_parameter");
+    assert_eq!(told["diagnostics"][0]["code"], "post.unknown_parameter");
     let output = annulus(folder.path(), "export board.drl --to mine.toml -o c.nc --json").output().unwrap();
     assert_eq!((output.status.code(), &json(&output)["error"]["code"]), (Some(1), &"post.faults".into()));
 }

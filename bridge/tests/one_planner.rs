@@ -22,7 +22,7 @@ const FINDINGS: &str = "short,gap,break,gone,lost,hit,ring,sliver,shallow,remnan
 /// More holes than this are not turned into steps here.
 const MOST_STEPS: u64 = 400;
 
-/// What a command answers when all losses that it tells are accepted one after the other: its exit code, its object, and what
+/// What a command answers when all errors that it tells are accepted one after the other: its exit code, its object, and what
 /// was accepted.
 fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Value, BTreeSet<String>) {
     let mut accepted = given.clone();
@@ -35,18 +35,18 @@ fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Va
         let told = object["error"]["code"].as_str().unwrap_or_default().to_owned();
         let exit = output.status.code().unwrap_or(-1);
         // `cam` tells all that is unseen at once.
-        let losses: Vec<String> = if told == "cam.unseen_losses" {
-            let remarks = object["programs"].as_array().into_iter().flatten();
-            let remarks =
-                remarks.flat_map(|program| program["remarks"].as_array().cloned().unwrap_or_default());
-            let losses = remarks.filter(|remark| remark["weight"] == "loss");
-            losses.filter_map(|loss| loss["code"].as_str().map(str::to_owned)).collect()
+        let errors: Vec<String> = if told == "cam.unacknowledged_errors" {
+            let diagnostics = object["programs"].as_array().into_iter().flatten();
+            let diagnostics = diagnostics
+                .flat_map(|program| program["diagnostics"].as_array().cloned().unwrap_or_default());
+            let errors = diagnostics.filter(|diagnostic| diagnostic["severity"] == "error");
+            errors.filter_map(|error| error["code"].as_str().map(str::to_owned)).collect()
         } else {
             vec![told]
         };
         let before = accepted.len();
         if exit == 1 {
-            accepted.extend(losses);
+            accepted.extend(errors);
         }
         if accepted.len() == before {
             return (exit, object, accepted);
@@ -138,7 +138,8 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     }
     let travel = plan["travel_after_mm"].as_f64().unwrap();
     assert!(travel <= plan["travel_before_mm"].as_f64().unwrap() + 1e-6, "{named}");
-    let drills_alone = program.legs.iter().all(|leg| !matches!(leg.mark, annulus_core::job::Mark::Way(_)));
+    let drills_alone =
+        program.legs.iter().all(|leg| !matches!(leg.mark, annulus_core::job::Mark::Toolpath(_)));
     if drills_alone {
         let all = cam["programs"][0]["travel_mm"].as_f64().unwrap();
         assert!((all - travel).abs() < 1e-5, "{named}: {all} {travel}");
@@ -257,7 +258,7 @@ fn a_run_makes_what_was_planned() {
     let (simulated, run) = (ask("simulate board.drl"), ask("run board.drl --speed 2000"));
     assert_eq!(simulated["stream_digest"], run["stream_digest"]);
     assert_eq!((&simulated["holes"], &run["holes_done"]), (&2.into(), &2.into()), "{run}");
-    assert_eq!(simulated["ways"], run["ways_done"]);
+    assert_eq!(simulated["toolpaths"], run["toolpaths_done"]);
     assert_eq!(run["drilled"]["missing"], 0, "{run}");
     // Without mills two holes are left, and what is missing has to be seen.
     let words = ["plan", "board.drl", "--no-mill"];
@@ -267,5 +268,5 @@ fn a_run_makes_what_was_planned() {
     assert_eq!(told["tools"].as_array().map(Vec::len), Some(1));
     // Planned anew from the program, what it mills is left out and has to be seen.
     let (exit, told, accepted) = answer(home.path(), &["plan", "own.annulus-program"], &none);
-    assert_eq!((exit, accepted), (0, BTreeSet::from(["job.ways_left_out".to_owned()])), "{told}");
+    assert_eq!((exit, accepted), (0, BTreeSet::from(["job.toolpaths_left_out".to_owned()])), "{told}");
 }

@@ -93,8 +93,8 @@ fn the_laboratory_drill_runs_clean_at_500_hz_and_loses_steps_at_600_and_says_so(
             assert!(said.contains("Lost steps: "), "{said}");
         }
         let planned = json(&annulus(folder.path(), &format!("plan wide.drl --machine ./{file} --json")));
-        let doubts = planned["remarks"].as_array().unwrap().iter();
-        let doubted = doubts.filter(|remark| remark["code"] == "machine.table_loses_steps").count();
+        let warnings = planned["diagnostics"].as_array().unwrap().iter();
+        let doubted = warnings.filter(|diagnostic| diagnostic["code"] == "machine.table_loses_steps").count();
         assert_eq!(doubted, usize::from(interrupts == 600), "{planned}");
     }
 }
@@ -108,7 +108,7 @@ fn a_milling_program_runs_as_it_was_simulated() {
     let output = annulus(folder.path(), "run milled.annulus-program --machine virtual --speed 2000 --json");
     let object = json(&output);
     assert_eq!(output.status.code(), Some(0), "{object}");
-    let done = ["holes_done", "ways_done"].map(|key| object[key].as_u64());
+    let done = ["holes_done", "toolpaths_done"].map(|key| object[key].as_u64());
     assert_eq!(done, [Some(2), Some(u64::from(crate::programs::WAYS))], "{object}");
     assert_eq!(simulated["stream_digest"], object["stream_digest"]);
     assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));

@@ -12,7 +12,7 @@
 //! | floor | makes | does not know |
 //! |---|---|---|
 //! | `units` | lengths in whole nanometres | anything else |
-//! | `remark` | what a reader or check has to say, as code and arguments | the sentences |
+//! | `diagnostic` | what a reader or check has to say, as code and arguments | the sentences |
 //! | `locale` | the sentences, one table a language | who asks |
 //! | `geometry` | points, boxes, regions of lines and arcs | boards |
 //! | `machine` | a machine described, its settings table, presets | jobs |
@@ -21,13 +21,13 @@
 //! | `job` | the program: legs of commands with gates and marks | how fast |
 //! | `cam` | plans: rack, order of holes, lowering to a program | motion |
 //! | `post` | programs in other controllers' words | motion |
-//! | `project` | the job file: a work as text | how ways are made |
+//! | `project` | the job file: a work as text | how toolpaths are made |
 //! | `proof` | what copper is left after a program, against the nets | planners |
 //! | `motion` | when each axis is where | steps |
 //! | `steps` | step times as runs, their digest and replay | planners' reasons |
 //! | `check` | an independent verdict on a stream | planners |
 //! | `pins` | the traits under the executor, and its step | who computed the stream |
-//! | `twin` | the virtual drill | programs |
+//! | `virtual_drill` | the virtual drill | programs |
 //! | `queue` | work commands: text, dry check, the next piece of work | sockets |
 //! | `sim` | the moment shown in a playback | pins |
 //! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
@@ -40,6 +40,7 @@ pub mod board;
 pub mod cam;
 pub mod check;
 pub mod control;
+pub mod diagnostic;
 pub mod geometry;
 pub mod job;
 pub mod locale;
@@ -51,10 +52,9 @@ pub mod post;
 pub mod project;
 pub mod proof;
 pub mod queue;
-pub mod remark;
 pub mod servo;
 pub mod sim;
 pub mod steps;
-pub mod twin;
 pub mod units;
+pub mod virtual_drill;
 pub mod wire;

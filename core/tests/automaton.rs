@@ -120,9 +120,9 @@ impl Conditions {
     /// Running a table never finds a fault that the conditions exclude.
     fn agree_with_running(&self, table: &Dynamics) {
         match check(table) {
-            Ok(doubts) => {
-                let fast_end = doubts.iter().any(|remark| remark.code == "automaton.fast_end");
-                assert!(!(self.slow_last && fast_end), "{table:?}: {doubts:?}");
+            Ok(warnings) => {
+                let fast_end = warnings.iter().any(|diagnostic| diagnostic.code == "automaton.fast_end");
+                assert!(!(self.slow_last && fast_end), "{table:?}: {warnings:?}");
             }
             Err(refusals) => {
                 assert!(!(self.exact && self.unimodal), "{table:?}: {refusals:?}");
@@ -238,12 +238,12 @@ fn a_table_is_refused_for_what_it_does() {
 
 #[test]
 fn what_is_accepted_may_still_deserve_a_look() {
-    let doubts = |table: Dynamics| -> Vec<String> {
-        check(&table).unwrap().into_iter().map(|remark| remark.message("en")).collect()
+    let warnings = |table: Dynamics| -> Vec<String> {
+        check(&table).unwrap().into_iter().map(|diagnostic| diagnostic.message("en")).collect()
     };
-    assert!(doubts(Dynamics::arendt()).is_empty());
-    assert!(doubts(dynamics(&[7], &[], &[])).is_empty());
-    let early = doubts(dynamics(&[7, 4, 2, 1], &[0, 1, 2], &[1, 2, 4]));
+    assert!(warnings(Dynamics::arendt()).is_empty());
+    assert!(warnings(dynamics(&[7], &[], &[])).is_empty());
+    let early = warnings(dynamics(&[7, 4, 2, 1], &[0, 1, 2], &[1, 2, 4]));
     assert!(early.len() == 1 && early[0].contains("2 takts") && early[0].contains('4'), "{early:?}");
 }
 

@@ -49,7 +49,7 @@ fn program(bit: Bit, commands: Vec<Command>) -> Program {
         bits: vec![bit],
         spindles: 1,
         safe_height: um(2_000),
-        legs: vec![Leg { mark: Mark::Way(0), commands }],
+        legs: vec![Leg { mark: Mark::Toolpath(0), commands }],
         accepted: Vec::new(),
     }
 }

@@ -8,9 +8,9 @@ mod carve;
 #[cfg(not(target_arch = "wasm32"))]
 mod desk;
 #[cfg(not(target_arch = "wasm32"))]
-mod motion;
+mod feed_override;
 #[cfg(not(target_arch = "wasm32"))]
-mod pace;
+mod motion;
 #[cfg(not(target_arch = "wasm32"))]
 mod phases;
 #[cfg(not(target_arch = "wasm32"))]
@@ -27,4 +27,4 @@ mod same_everywhere;
 #[cfg(not(target_arch = "wasm32"))]
 mod servo;
 #[cfg(not(target_arch = "wasm32"))]
-mod twin;
+mod virtual_drill;

@@ -68,7 +68,7 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
 
 #[test]
 fn wrong_tables_are_refused_with_the_column() {
-    // (columns, code of the first remark, what it names)
+    // (columns, code of the first diagnostic, what it names)
     let rows: [(&[u8], &str, &str); 13] = [
         (&[], "phases.length", "0 columns"),
         (&[5; MOST_COLUMNS + 1], "phases.length", "65"),
@@ -89,12 +89,16 @@ fn wrong_tables_are_refused_with_the_column() {
         let message = refusals[0].message("en");
         assert_eq!(refusals[0].code, code, "{columns:02X?}: {message}");
         assert!(message.contains(part) && message.contains("y.phases"), "{message}");
-        assert!(refusals.iter().all(|remark| !remark.message("en").contains('{')), "{message}");
-        assert!(refusals.iter().all(|remark| remark.advice("en") != format!("{}.advice", remark.code)));
+        assert!(refusals.iter().all(|diagnostic| !diagnostic.message("en").contains('{')), "{message}");
+        assert!(
+            refusals
+                .iter()
+                .all(|diagnostic| diagnostic.advice("en") != format!("{}.advice", diagnostic.code))
+        );
     }
     let mirrored: Vec<u8> = PhaseTable::full_step().columns.into_iter().rev().collect();
-    let doubts = check("x.phases", &table(&mirrored)).unwrap();
-    assert_eq!(doubts[0].code, "phases.backwards");
+    let warnings = check("x.phases", &table(&mirrored)).unwrap();
+    assert_eq!(warnings[0].code, "phases.backwards");
 }
 
 #[test]

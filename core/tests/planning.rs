@@ -3,13 +3,13 @@
 
 use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::cam::figures::{Figures, Row, figures};
-use annulus_core::cam::ways::{Means, Planned, Task, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, Planned, Task, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{self, Group, Order, PlanOptions};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Program};
 use annulus_core::machine::{Machine, StrokeEnd, virtual_drill};
-use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use annulus_core::wire::program::encode;
 
@@ -48,7 +48,7 @@ fn hop_time(a: Point, b: Point) -> f64 {
 
 fn board(chance: &mut Chance) -> Board {
     let count = 1 + chance.below(14);
-    // A coarse grid now and then, so that equal places and equal ways are common.
+    // A coarse grid now and then, so that equal places and equal toolpaths are common.
     let grid = [1_000, 40_000][chance.below(2) as usize];
     let places = 1 + chance.below(60) * chance.below(60);
     let mut place = || (chance.below(places) as i64 * 40_000 / grid) * grid / 40;
@@ -60,7 +60,7 @@ fn board(chance: &mut Chance) -> Board {
 /// A plan that only drills, and what is asked of it.
 struct Made {
     planned: Planned,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
     figures: Figures,
     program: Program,
 }
@@ -90,13 +90,13 @@ fn planned(
     machine: &Machine,
     (order, options): (Order, &PlanOptions),
     progress: &mut dyn FnMut(cam::Progress) -> bool,
-) -> Result<Made, Vec<Remark>> {
+) -> Result<Made, Vec<Diagnostic>> {
     let work = Work::drilling(board, machine, order);
-    let (planned, remarks) =
+    let (planned, diagnostics) =
         plan_work(board, &work, machine, &Means { options, hop_time: &hop_time }, progress)?;
     let figures = figures(&planned, &hop_time);
     let program = lower_work(&planned, &work, machine);
-    Ok(Made { planned, remarks, figures, program })
+    Ok(Made { planned, diagnostics, figures, program })
 }
 
 fn plan(board: &Board, machine: &Machine, order: Order, options: &PlanOptions) -> Made {
@@ -311,7 +311,7 @@ fn clusters_lines_and_crowds_are_no_trouble() {
 }
 
 #[test]
-fn losses_are_told_until_they_are_seen() {
+fn errors_are_told_until_they_are_seen() {
     // Too small for every drill and mill, without a size, and one that is drilled.
     let mut board =
         Board { holes: vec![hole(0, 0, 800), hole(10, 0, 200), hole(20, 0, 800)], ..Board::default() };
@@ -319,11 +319,15 @@ fn losses_are_told_until_they_are_seen() {
     let mut options = PlanOptions::default();
     let machine = virtual_drill();
     let codes = |board: &Board, options: &PlanOptions| -> Vec<String> {
-        let remarks = match planned(board, &machine, (Order::Shortest, options), &mut |_| true) {
-            Ok(made) => made.remarks,
-            Err(remarks) => remarks,
+        let diagnostics = match planned(board, &machine, (Order::Shortest, options), &mut |_| true) {
+            Ok(made) => made.diagnostics,
+            Err(diagnostics) => diagnostics,
         };
-        remarks.into_iter().filter(|r| r.is_unseen(&options.accept)).map(|remark| remark.code).collect()
+        diagnostics
+            .into_iter()
+            .filter(|r| r.is_unacknowledged(&options.accept))
+            .map(|diagnostic| diagnostic.code)
+            .collect()
     };
     assert_eq!(codes(&board, &options), ["cam.holes_missing", "plan.no_size"]);
     options.accept = vec!["cam.holes_missing".into()];
@@ -332,7 +336,7 @@ fn losses_are_told_until_they_are_seen() {
     let seen = plan(&board, &machine, Order::Shortest, &options);
     assert_eq!((seen.drills().len(), &seen.drills()[0].holes[..]), (1, &[0][..]));
     assert_eq!(seen.program.accepted, ["cam.holes_missing", "plan.no_size"]);
-    // Losses of the files stand in the program too, those that were seen.
+    // Errors of the files stand in the program too, those that were seen.
     options.lost = vec!["job.a".into(), "job.b".into()];
     options.accept.push("job.b".into());
     let seen = plan(&board, &machine, Order::Shortest, &options);
@@ -356,10 +360,14 @@ fn slots_and_wide_holes_are_milled() {
     let mut board = Board { holes, slots: vec![slot(20_000, Some(1_000))], ..Board::default() };
     let machine = virtual_drill();
     let made = plan(&board, &machine, Order::Shortest, &PlanOptions::default());
-    assert!(made.remarks.iter().all(|remark| !remark.is_unseen(&[])), "{:?}", made.remarks);
+    assert!(
+        made.diagnostics.iter().all(|diagnostic| !diagnostic.is_unacknowledged(&[])),
+        "{:?}",
+        made.diagnostics
+    );
     let told = |rows: &[Row]| -> Vec<(usize, f64, String, usize, usize, bool)> {
         let row =
-            |row: &Row| (row.n, row.size.mm(), row.bit.name.clone(), row.holes, row.slots, row.ways > 0);
+            |row: &Row| (row.n, row.size.mm(), row.bit.name.clone(), row.holes, row.slots, row.toolpaths > 0);
         rows.iter().map(row).collect()
     };
     let rows = [
@@ -374,7 +382,7 @@ fn slots_and_wide_holes_are_milled() {
     board.holes.clear();
     board.slots.push(slot(30_000, None));
     let made = plan(&board, &machine, Order::Shortest, &PlanOptions::default());
-    let codes: Vec<_> = made.remarks.iter().map(|remark| remark.code.as_str()).collect();
+    let codes: Vec<_> = made.diagnostics.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
     assert_eq!((made.planned.origin, codes), (Point::from_mm(20.0, 0.0), vec!["plan.slots_not_drilled"]));
 }
 
@@ -395,7 +403,7 @@ fn sizes_share_a_bit_and_a_hole_that_two_files_have_is_drilled_once() {
             (um(1_000), vec![um(1_000), um(1_020)], vec![0, 3])
         ]
     );
-    let [note] = made.remarks.as_slice() else { panic!("{:?}", made.remarks) };
+    let [note] = made.diagnostics.as_slice() else { panic!("{:?}", made.diagnostics) };
     assert_eq!(note.code, "cam.holes_twice");
     assert!(note.message("en").contains("2 holes"), "{}", note.message("en"));
 }
@@ -404,7 +412,7 @@ fn sizes_share_a_bit_and_a_hole_that_two_files_have_is_drilled_once() {
 fn the_loaded_bit_can_go_first() {
     let holes = [800, 1_000, 3_000].map(|size| hole(0, 0, size)).to_vec();
     let board = Board { holes, ..Board::default() };
-    // loaded in µm, bits in order, remark
+    // loaded in µm, bits in order, diagnostic
     let rows: [(Option<i64>, [i64; 3], Option<&str>); 5] = [
         (Some(800), [800, 1_000, 3_000], None),
         (Some(1_000), [1_000, 800, 3_000], None),
@@ -420,7 +428,7 @@ fn the_loaded_bit_can_go_first() {
             made.drills().iter().map(|drill| drill.bit).collect::<Vec<_>>(),
             bits.map(Length::from_um)
         );
-        assert_eq!(made.remarks.first().map(|remark| remark.code.as_str()), code);
+        assert_eq!(made.diagnostics.first().map(|diagnostic| diagnostic.code.as_str()), code);
     }
 }
 

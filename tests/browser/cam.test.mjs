@@ -1,4 +1,4 @@
-// From a whole set of files to a proved job: layers, operations, ways, problems, and the export.
+// From a whole set of files to a proved job: layers, operations, toolpaths, problems, and the export.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -56,7 +56,7 @@ for (const scheme of ["dark", "light"]) {
   });
 }
 
-test("more passes mean more ways, by keyboard, and are taken back", async () => {
+test("more passes mean more toolpaths, by keyboard, and are taken back", async () => {
   const { page, context } = await fresh();
   try {
     await job(page);
@@ -65,10 +65,10 @@ test("more passes mean more ways, by keyboard, and are taken back", async () => 
     assert.ok(before > 100, `${before} lines are drawn`);
     await page.getByRole("slider", { name: "Passes" }).focus();
     await page.keyboard.press("ArrowRight");
-    await until(async () => (await lines(page)) > before, "more ways");
+    await until(async () => (await lines(page)) > before, "more toolpaths");
     await planned(page);
     await page.getByRole("button", { name: "Take back" }).click();
-    await until(async () => (await lines(page)) === before, "the ways of before");
+    await until(async () => (await lines(page)) === before, "the toolpaths of before");
     await page.getByRole("button", { name: /1 Isolate/ }).focus();
     await page.keyboard.press("Alt+ArrowDown");
     await page.getByRole("button", { name: /2 Isolate/ }).waitFor();
@@ -111,7 +111,7 @@ async function opened(page, files) {
   await page.getByRole("button", { name: "Open files…" }).click();
   await (await chooser).setFiles(files);
   await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture");
-  // Where something is in doubt the files are looked at first.
+  // Where something is in warning the files are looked at first.
   await atRest(page);
   const use = page.getByRole("button", { name: "Use this board" });
   if (await use.isVisible()) await use.click();
@@ -189,7 +189,7 @@ test("real boards of the corpus are painted, planned and proved", async (t) => {
       const files = readdirSync(join(folder, name)).map((file) => join(folder, name, file));
       await opened(page, files);
       await page.getByText(/Problems \(\d+\)/).waitFor();
-      await until(async () => (await lines(page)) > 100, `the ways of ${name}`);
+      await until(async () => (await lines(page)) > 100, `the toolpaths of ${name}`);
       await atRest(page);
       await page.screenshot({ path: picture(`cam-${name.split("/")[1]}`) });
       assert.deepEqual(problems, [], "nothing was said on the console");

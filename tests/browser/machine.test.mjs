@@ -72,7 +72,7 @@ test("a closed page leaves the job running; another page watches it and may stop
   try {
     await drilling(first.page);
     // Faster than planned: other feeds from the next hole on.
-    await first.page.getByLabel("Pace", { exact: true }).selectOption("150");
+    await first.page.getByLabel("Feed override", { exact: true }).selectOption("150");
     await new Promise((later) => setTimeout(later, 500));
     await first.context.close();
     second = await openLinked(browser, bridge, SMALL);
@@ -82,7 +82,7 @@ test("a closed page leaves the job running; another page watches it and may stop
       if (await later.isVisible()) await later.click().catch(() => {});
       return tab(second.page, "Machine").click({ timeout: 2000 }).then(() => true, () => false);
     }, "the machine in the second page");
-    const pace = second.page.getByLabel("Pace", { exact: true });
+    const pace = second.page.getByLabel("Feed override", { exact: true });
     await until(async () => (await pace.inputValue()) === "150", "the pace that the first page ordered");
     const seen = await until(async () => Number(await data(second.page, "done")) || null, "the job in the second page");
     const waits = second.page.getByText("Waiting for a person.");

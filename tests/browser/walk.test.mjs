@@ -90,7 +90,7 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
     ).expected.totals;
     assert.ok(Number(await data(page, "holes")) >= expected.hits, "every hit is in the picture");
     await planned(page);
-    // Slots are left to no operation now: that is a loss, and the job does not start before it was seen.
+    // Slots are left to no operation now: that is an error, and the job does not start before it was seen.
     const seen = page.getByRole("checkbox", { name: /Seen/ });
     await seen.first().check();
     await planned(page);

@@ -8,11 +8,11 @@ use annulus_core::artwork::{
 };
 use annulus_core::board::from_artwork;
 use annulus_core::cam::work::Work;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
 use annulus_core::project;
 use annulus_core::project::saved;
-use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 
 /// The bytes as a drill file alone.
@@ -44,7 +44,7 @@ pub fn gerber(bytes: &[u8]) {
                 assert_eq!(nets(gerber, &region).names.len(), region.islands.len());
                 assert!(painted_measures(&region).area_mm2 >= 0.0);
             }
-            Err(much) => has_sentences(&much.remark("mutated.gbr")),
+            Err(much) => has_sentences(&much.diagnostic("mutated.gbr")),
         }
     }
     promises(&artwork);
@@ -101,22 +101,25 @@ pub fn job(bytes: &[u8]) {
     }
 }
 
-/// A remark has both sentences (a reason has one), and every place in them is filled.
-pub fn has_sentences(remark: &Remark) {
+/// A diagnostic has both sentences (a reason has one), and every place in them is filled.
+pub fn has_sentences(diagnostic: &Diagnostic) {
     for part in ["message", "advice"] {
-        let key = format!("{}.{part}", remark.code);
+        let key = format!("{}.{part}", diagnostic.code);
         let raw = locale::lookup("en", &key).unwrap_or_else(|| panic!("no sentence {key}"));
         let names = raw.split('{').skip(1).filter_map(|part| part.split(['}', '|']).next());
         for name in names {
-            assert!(remark.args.iter().any(|(argument, _)| argument == name), "{key} does not get {name}");
+            assert!(
+                diagnostic.args.iter().any(|(argument, _)| argument == name),
+                "{key} does not get {name}"
+            );
         }
     }
 }
 
 fn promises(artwork: &Artwork) {
     for file in &artwork.files {
-        assert!(file.remarks.len() <= MOST_KEPT + 2_000, "{} remarks", file.remarks.len());
-        file.remarks.iter().chain([&file.reason]).for_each(has_sentences);
+        assert!(file.diagnostics.len() <= MOST_KEPT + 2_000, "{} diagnostics", file.diagnostics.len());
+        file.diagnostics.iter().chain([&file.reason]).for_each(has_sentences);
         if matches!(file.kind, Kind::Refused | Kind::Unknown) {
             assert!(file.drill.is_none() && file.gerber.is_none(), "{} is half loaded", file.name);
         }

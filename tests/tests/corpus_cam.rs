@@ -3,7 +3,7 @@
 
 use annulus_core::board::{Board, Wanted, from_artwork_with};
 use annulus_core::cam::PlanOptions;
-use annulus_core::cam::ways::{Means, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::geometry::Point;
 use annulus_core::job::Command;
@@ -12,7 +12,7 @@ use annulus_core::motion;
 use annulus_core::pins::Pins;
 use annulus_core::proof::{self, Kind};
 use annulus_core::steps;
-use annulus_core::twin::{Cause, Faults, Slip, Twin};
+use annulus_core::virtual_drill::{Cause, Faults, Slip, VirtualDrill};
 use annulus_tests::{corpus, read_folder};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -110,8 +110,8 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
             println!(
                 "{name}, {face:?}: {}, {}, {counts:?}, {cures}, {:.2}, {retracts}, {seconds:.0}",
                 verdict.islands,
-                planned.ways().count(),
-                planned.ways_mm() / 1e3,
+                planned.toolpaths().count(),
+                planned.toolpaths_mm() / 1e3,
             );
             assert!(verdict.islands > 0, "{name} has no islands");
             let never =
@@ -140,7 +140,7 @@ fn lost_by_the_motors(board: &Board, machine: &Machine) -> Vec<Slip> {
     let (planned, _) = plan_work(board, &work, machine, &means, &mut |_| true).expect("a plan");
     let timeline = motion::timeline(&lower_work(&planned, &work, machine), machine).expect("a timeline");
     let stream = steps::stream(&timeline, machine).expect("a stream");
-    let mut twin = Twin::new(machine, 1, Faults::default(), Box::new(|_| {}));
+    let mut twin = VirtualDrill::new(machine, 1, Faults::default(), Box::new(|_| {}));
     for pulse in steps::replay_stream(&stream) {
         twin.step(pulse.tick, pulse.axes, pulse.forward);
     }

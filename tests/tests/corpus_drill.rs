@@ -3,7 +3,7 @@
 
 use annulus_core::artwork::{Artwork, DrillFile, FileRead, Kind, MOST_HITS, MOST_KEPT, Overrides, read_set};
 use annulus_core::board::{Board, from_artwork};
-use annulus_core::remark::Weight;
+use annulus_core::diagnostic::Severity;
 use annulus_tests::{corpus, data, expectations, read_folder};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -143,14 +143,13 @@ fn dialects_of_one_board_are_one_board() {
             let off = (one.0 - other.0).abs().max((one.1 - other.1).abs()).max((one.2 - other.2).abs());
             assert!(off <= 1_000, "{start}: {one:?} and {other:?}");
         }
-        let text = ["d27-"].contains(&start.as_str()); // its text is left out, and that is a loss
-        assert_eq!(file.has_loss(), text, "{start}: {:?}", file.remarks);
+        let text = ["d27-"].contains(&start.as_str()); // its text is left out, and that is an error
+        assert_eq!(file.has_error(), text, "{start}: {:?}", file.diagnostics);
     }
     let d12 = named("d12-");
     assert!(
-        d12.remarks
-            .iter()
-            .any(|remark| remark.code == "drill.units_by_sizes" && remark.weight == Weight::Doubt)
+        d12.diagnostics.iter().any(|diagnostic| diagnostic.code == "drill.units_by_sizes"
+            && diagnostic.severity == Severity::Warning)
     );
 }
 
@@ -163,8 +162,8 @@ fn kept_bytes(drill: &DrillFile) -> usize {
 }
 
 #[test]
-fn hostile_files_end_in_remarks_within_limits() {
-    // file, kind, hits kept, code that must be among the remarks, its line
+fn hostile_files_end_in_diagnostics_within_limits() {
+    // file, kind, hits kept, code that must be among the diagnostics, its line
     let rows: [(&str, Kind, usize, &str, u32); 15] = [
         ("x01-repeat-bomb.drl", Kind::Refused, 0, "drill.too_many_repeats", 7),
         ("x02-pattern-bomb.drl", Kind::Refused, 0, "drill.too_many_repeats", 2507),
@@ -188,15 +187,17 @@ fn hostile_files_end_in_remarks_within_limits() {
         let file = &artwork.files[0];
         let found = file.drill.as_ref().map_or(0, |drill| drill.hits.len());
         let said: Vec<_> = file
-            .remarks
+            .diagnostics
             .iter()
-            .map(|remark| (remark.code.as_str(), remark.place.as_ref().map_or(0, |place| place.line)))
+            .map(|diagnostic| {
+                (diagnostic.code.as_str(), diagnostic.place.as_ref().map_or(0, |place| place.line))
+            })
             .collect();
         if file.kind != kind || found != hits || !(code.is_empty() || said.contains(&(code, line))) {
             wrong.push(format!("{name}: {:?} {found} hits, {:?}", file.kind, said.get(..8.min(said.len()))));
         }
         for file in &artwork.files {
-            assert!(file.remarks.len() <= MOST_KEPT + 20, "{name}");
+            assert!(file.diagnostics.len() <= MOST_KEPT + 20, "{name}");
             let drill = file.drill.as_ref();
             assert!(
                 drill.is_none_or(|drill| drill.hits.len() <= MOST_HITS && kept_bytes(drill) < 200 << 20),
@@ -221,13 +222,13 @@ fn every_sentence_about_the_corpus_is_filled() {
     for folder in folders {
         let artwork = read_folder(&folder);
         let (_, of_board) = from_artwork(&artwork, &artwork.default_use());
-        let of_files = artwork.files.iter().flat_map(|file| file.remarks.iter().chain([&file.reason]));
-        for remark in of_files.chain(&of_board) {
-            annulus_tests::targets::has_sentences(remark);
+        let of_files = artwork.files.iter().flat_map(|file| file.diagnostics.iter().chain([&file.reason]));
+        for diagnostic in of_files.chain(&of_board) {
+            annulus_tests::targets::has_sentences(diagnostic);
             count += 1;
         }
     }
-    assert!(count > if theirs.is_some() { 500 } else { 100 }, "{count} remarks");
+    assert!(count > if theirs.is_some() { 500 } else { 100 }, "{count} diagnostics");
 }
 
 #[test]
@@ -260,9 +261,9 @@ fn what_must_be_refused_is_refused_with_a_reason() {
     ] {
         let artwork = read_alone(&corpus.join(name));
         let file = &artwork.files[0];
-        let said: Vec<_> = file.remarks.iter().map(|remark| remark.code.as_str()).collect();
+        let said: Vec<_> = file.diagnostics.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
         assert!(
-            file.kind == kind && said.contains(&code) && file.has_loss(),
+            file.kind == kind && said.contains(&code) && file.has_error(),
             "{name}: {:?} {said:?}",
             file.kind
         );
@@ -291,7 +292,7 @@ fn copper_settles_what_words_leave_open() {
             shift.is_none_or(|shift| evidence.shift_mm.is_some_and(|found| near(found, shift))),
             "{name}: {evidence:?}"
         );
-        assert!(!file.has_loss(), "{name}: {:?}", file.remarks);
+        assert!(!file.has_error(), "{name}: {:?}", file.diagnostics);
     }
 }
 
@@ -299,9 +300,9 @@ fn copper_settles_what_words_leave_open() {
 fn a_sample_board_is_whole() {
     let folder = annulus_tests::root().join("www/examples");
     let artwork = read_folder(&folder);
-    let (board, remarks) = from_artwork(&artwork, &artwork.default_use());
+    let (board, diagnostics) = from_artwork(&artwork, &artwork.default_use());
     assert_eq!((board.holes.len(), board.slots.len(), board.outline.islands.len()), (77, 0, 1));
-    assert_eq!(remarks, []);
+    assert_eq!(diagnostics, []);
     assert_eq!(board.name, "sensor");
     assert!(board.holes.iter().all(|hole| hole.diameter.is_some() && hole.plated.is_some()));
 }

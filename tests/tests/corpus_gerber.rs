@@ -3,8 +3,8 @@
 
 use annulus_core::artwork::{FileRead, Kind, Overrides, Role, Side, painted, painted_measures, read_set};
 use annulus_core::board::{Face, Wanted, from_artwork, from_artwork_with};
+use annulus_core::diagnostic::Severity;
 use annulus_core::geometry::Bounds;
-use annulus_core::remark::Weight;
 use annulus_tests::{corpus, data, expectations, read_folder};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -42,7 +42,7 @@ fn box_differs(found: Option<Bounds>, wanted: &Value, raster_mm: Option<f64>) ->
 /// moves and the edges of contours among them.
 fn differences(file: &FileRead, row: &Value) -> Vec<String> {
     let (expected, raster_mm) = (&row["expected"], raster_mm(row));
-    let Some(gerber) = &file.gerber else { return vec![format!("no layer: {:?}", file.remarks)] };
+    let Some(gerber) = &file.gerber else { return vec![format!("no layer: {:?}", file.diagnostics)] };
     let mut out = Vec::new();
     let mut compare = |what: &str, found: Value, wanted: &Value| {
         if !wanted.is_null() && found != *wanted {
@@ -193,16 +193,16 @@ fn holes_with_a_zero_point_of_their_own_are_moved_onto_the_copper_when_asked() {
         let (x, y) = by(index);
         assert!((x - 3.295).abs() < 0.01 && (y - 140.124).abs() < 0.01, "moved by {x}, {y}");
     }
-    assert!(said.iter().any(|remark| remark.code == "drill.shifted_from_copper"), "{said:?}");
-    assert!(told.iter().any(|remark| remark.code == "board.moved"), "{told:?}");
+    assert!(said.iter().any(|diagnostic| diagnostic.code == "drill.shifted_from_copper"), "{said:?}");
+    assert!(told.iter().any(|diagnostic| diagnostic.code == "board.moved"), "{told:?}");
 }
 
 #[test]
 fn a_drill_layer_is_a_drill_file() {
     let Some(corpus) = corpus() else { return };
     let artwork = read_folder(&corpus.join("kicad/9.0-gerber-x2-drill"));
-    let (board, remarks) = from_artwork(&artwork, &artwork.default_use());
-    assert_eq!(remarks, []);
+    let (board, diagnostics) = from_artwork(&artwork, &artwork.default_use());
+    assert_eq!(diagnostics, []);
     assert_eq!((board.holes.len(), board.slots.len()), (679, 0));
     assert!(board.holes.iter().all(|hole| hole.plated == Some(true)));
     let bounds = board.outer_bounds().unwrap();
@@ -228,7 +228,7 @@ fn old_gerber_is_read_with_the_list_beside_it_and_the_format_that_a_person_says(
     let person = Overrides { units: Some(annulus_core::artwork::Units::Inch), digits, zeros: None };
     let artwork = read_set(&files, &person);
     let gerber = artwork.files[1].gerber.as_ref().unwrap();
-    assert!(!artwork.files[1].has_loss(), "{:?}", artwork.files[1].remarks);
+    assert!(!artwork.files[1].has_error(), "{:?}", artwork.files[1].diagnostics);
     assert!(gerber.counts.total() > 1_000, "{:?}", gerber.counts);
     let found = painted_measures(&painted(gerber).unwrap());
     assert!(found.islands > 100 && found.area_mm2 > 100.0, "{found:?}");
@@ -258,10 +258,10 @@ fn hostile_layers_stay_within_their_limits() {
         count += 1;
         let artwork = read_set(&[(name.clone(), fs::read(&path).unwrap())], &Overrides::default());
         let file = &artwork.files[0];
-        let heaviest = file.remarks.iter().map(|remark| remark.weight).max();
-        assert!(heaviest >= Some(Weight::Doubt), "{name} is not remarked: {:?}", file.remarks);
+        let gravest = file.diagnostics.iter().map(|diagnostic| diagnostic.severity).max();
+        assert!(gravest >= Some(Severity::Warning), "{name} is not reported: {:?}", file.diagnostics);
         if name.starts_with("x28") {
-            let codes: Vec<_> = file.remarks.iter().map(|remark| remark.code.as_str()).collect();
+            let codes: Vec<_> = file.diagnostics.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
             assert_eq!((file.kind, codes), (Kind::Gerber, vec!["gerber.contour_crosses"]));
         }
         if let Some(gerber) = &file.gerber {

@@ -2,7 +2,7 @@
 
 use annulus_core::artwork::{Artwork, FileRead, Kind, Overrides, packed, read_set};
 use annulus_core::board::from_artwork;
-use annulus_core::remark::Weight;
+use annulus_core::diagnostic::Severity;
 
 fn set(files: &[(&str, &[u8])]) -> Artwork {
     let files: Vec<_> = files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.to_vec())).collect();
@@ -19,8 +19,12 @@ fn holes(file: &FileRead) -> String {
     rows.collect::<Vec<_>>().join(" ")
 }
 
-fn codes(file: &FileRead, least: Weight) -> Vec<&str> {
-    file.remarks.iter().filter(|remark| remark.weight >= least).map(|remark| remark.code.as_str()).collect()
+fn codes(file: &FileRead, least: Severity) -> Vec<&str> {
+    file.diagnostics
+        .iter()
+        .filter(|diagnostic| diagnostic.severity >= least)
+        .map(|diagnostic| diagnostic.code.as_str())
+        .collect()
 }
 
 const WANT: &str = "-5.08,0,0.8 2.54,1.27,0.8 7.62,3.5,1";
@@ -44,8 +48,8 @@ fn lists_of_every_making_are_read() {
     ] {
         let artwork = set(&[("holes.csv", text.as_bytes())]);
         let file = &artwork.files[0];
-        assert_eq!((file.kind, holes(file).as_str()), (Kind::Drill, WANT), "{name}: {:?}", file.remarks);
-        assert!(!file.has_loss(), "{name}: {:?}", file.remarks);
+        assert_eq!((file.kind, holes(file).as_str()), (Kind::Drill, WANT), "{name}: {:?}", file.diagnostics);
+        assert!(!file.has_error(), "{name}: {:?}", file.diagnostics);
     }
 }
 
@@ -65,18 +69,18 @@ fn programs_of_every_making_are_read() {
     ] {
         let artwork = set(&[("board.drl", text.as_bytes())]);
         let file = &artwork.files[0];
-        assert_eq!((file.kind, holes(file).as_str()), (Kind::Drill, WANT), "{name}: {:?}", file.remarks);
-        assert_eq!(codes(file, Weight::Doubt), Vec::<&str>::new(), "{name}");
+        assert_eq!((file.kind, holes(file).as_str()), (Kind::Drill, WANT), "{name}: {:?}", file.diagnostics);
+        assert_eq!(codes(file, Severity::Warning), Vec::<&str>::new(), "{name}");
     }
     let pattern = format!("{head}T1\nM25\nX1.0Y1.0\nX9000.0Y1.0\nM01\nM02X8000.0Y0.0\nM08\nM30\n");
     let artwork = set(&[("board.drl", pattern.as_bytes())]);
     let file = &artwork.files[0];
     assert_eq!(file.drill.as_ref().unwrap().hits.len(), 2);
-    assert!(codes(file, Weight::Loss).contains(&"drill.out_of_range"), "{:?}", file.remarks);
+    assert!(codes(file, Severity::Error).contains(&"drill.out_of_range"), "{:?}", file.diagnostics);
 }
 
 #[test]
-fn holes_and_bits_that_cannot_be_are_losses() {
+fn holes_and_bits_that_cannot_be_are_errors() {
     let program = |tool: &str, body: &str| format!("M48\nMETRIC\nT1C{tool}\n%\nT1\n{body}M30\n");
     let inside = "X0.1Y0.1\nX0.9Y0.1\nX0.9Y0.8\nX0.1Y0.8\n";
     for (text, code) in [
@@ -85,7 +89,7 @@ fn holes_and_bits_that_cannot_be_are_losses() {
         (program("31.0", "X1.0Y1.0\nX90.0Y1.0\nX90.0Y90.0\n"), "drill.impossible_bit"),
     ] {
         let artwork = set(&[("board.drl", text.as_bytes())]);
-        assert_eq!(codes(&artwork.files[0], Weight::Loss), [code], "{text}");
+        assert_eq!(codes(&artwork.files[0], Severity::Error), [code], "{text}");
     }
 }
 
@@ -97,7 +101,7 @@ fn side_files_lend_their_numbers_and_what_is_no_drill_file_says_so() {
                     Total number of drills: 3\n\nPlotfiles:\n\n board.drd\n";
     let artwork = set(&[("board.drd", program), ("board.dri", station)]);
     assert_eq!(holes(&artwork.files[0]), "5.08,7.62,0.8128 10.16,7.62,0.8128 10.16,20.32,0.8128");
-    assert_eq!((artwork.files[1].kind, artwork.files[0].has_loss()), (Kind::Report, false));
+    assert_eq!((artwork.files[1].kind, artwork.files[0].has_error()), (Kind::Report, false));
     let log = b"Job : board\nCoordinate Format : 3V3\nZero Suppress : Leading\nUnit : MM\n*****  DRILL LIST  *****\nT01 0.8 3\n";
     let artwork =
         set(&[("board.fdr", b"%\nT01\nX5080Y7620\nX10160Y7620\nX10160Y20320\nM30\n"), ("board.fdl", log)]);
@@ -118,7 +122,7 @@ fn side_files_lend_their_numbers_and_what_is_no_drill_file_says_so() {
         let artwork = set(&[(name, bytes)]);
         let file = &artwork.files[0];
         assert_eq!(file.kind, kind, "{name}");
-        assert_eq!(codes(file, Weight::Doubt).first().copied().unwrap_or_default(), code, "{name}");
+        assert_eq!(codes(file, Severity::Warning).first().copied().unwrap_or_default(), code, "{name}");
     }
 }
 
@@ -156,7 +160,7 @@ fn layers_in_lower_case_are_read() {
     let text = b"g04 lower*\n%fslax46y46*%\n%momm*%\n%add10c,1.6*%\nd10*\nx1000000y2000000d03*\nm02*\n";
     let artwork = set(&[("b.gtl", text)]);
     let layer = artwork.files[0].gerber.as_ref().unwrap();
-    assert_eq!(layer.counts.flashes, 1, "{:?}", artwork.files[0].remarks);
+    assert_eq!(layer.counts.flashes, 1, "{:?}", artwork.files[0].diagnostics);
     assert_eq!(layer.pads()[0].y.mm(), 2.0);
 }
 
@@ -199,14 +203,16 @@ fn boards_that_lie_in_one_folder_are_no_job_and_no_evidence() {
             "only its own copper is asked"
         );
     }
-    let (_, remarks) = from_artwork(&artwork, &artwork.default_use());
-    let several =
-        remarks.iter().find(|remark| remark.code == "board.several").expect("three boards are told");
-    assert_eq!(several.weight, Weight::Loss);
+    let (_, diagnostics) = from_artwork(&artwork, &artwork.default_use());
+    let several = diagnostics
+        .iter()
+        .find(|diagnostic| diagnostic.code == "board.several")
+        .expect("three boards are told");
+    assert_eq!(several.severity, Severity::Error);
     assert!(several.message("en").contains("amp, radio, clock"), "{}", several.message("en"));
     artwork.leave_out(&[2, 3, 4, 5]);
-    let (board, remarks) = from_artwork(&artwork, &artwork.default_use());
-    assert_eq!((board.holes.len(), remarks.len()), (30, 0), "{remarks:?}");
+    let (board, diagnostics) = from_artwork(&artwork, &artwork.default_use());
+    assert_eq!((board.holes.len(), diagnostics.len()), (30, 0), "{diagnostics:?}");
 }
 
 #[test]
@@ -219,8 +225,9 @@ fn a_trial_of_units_is_not_switched_back_by_the_file() {
         places.iter().map(|(x, y)| format!("X{:06.0}Y{:06.0}\n", x / 25.4 * 1e4, y / 25.4 * 1e4)).collect();
     let text = format!("M48\n;FILE_FORMAT=2:4\nMETRIC,TZ\nT1C0.0320\n%\nT1\n{hits}M30\n");
     let artwork = set(&[("b.gtl", &layer), ("b.drl", text.as_bytes())]);
-    let doubt = artwork.files[1].remarks.iter().find(|remark| remark.code == "drill.copper_disagrees");
-    let said = doubt.unwrap_or_else(|| panic!("{:?}", artwork.files[1].remarks)).message("en");
+    let warning =
+        artwork.files[1].diagnostics.iter().find(|diagnostic| diagnostic.code == "drill.copper_disagrees");
+    let said = warning.unwrap_or_else(|| panic!("{:?}", artwork.files[1].diagnostics)).message("en");
     assert!(said.contains("inch 2.4"), "{said}");
     let person = Overrides { units: Some(annulus_core::artwork::Units::Inch), ..Overrides::default() };
     let read = read_set(&[("b.drl".to_owned(), text.into_bytes())], &person);

@@ -1,7 +1,7 @@
 //! Small programs and the holes they make, one quirk a row.
 
 use annulus_core::artwork::{DrillFile, read_drill};
-use annulus_core::remark::Weight;
+use annulus_core::diagnostic::Severity;
 
 /// Hits as `x,y`, slots as `x,y-x,y`, routes as `x,y>x,y>x,y` in mm, in this order.
 fn shown(drill: &DrillFile) -> String {
@@ -19,7 +19,7 @@ const HEADER: &str = "M48\nMETRIC\nT1C0.8\n%\nT1\n";
 
 #[test]
 fn every_quirk_makes_its_holes() {
-    // body, holes, the heaviest remark's code
+    // body, holes, the gravest diagnostic's code
     for (body, holes, code) in [
         ("X1.0Y2.0\nX3.0\nY4.0\n", "1,2 3,2 3,4", ""),
         ("X1.0Y2.0\nR2X1.0\nR1Y-1.0\n", "1,2 2,2 3,2 3,1", ""),
@@ -46,12 +46,12 @@ fn every_quirk_makes_its_holes() {
             let text = format!("{HEADER}{body}{end}").replace('\n', ends);
             let file = read_drill("row.drl", text.as_bytes());
             assert_eq!(shown(file.drill.as_ref().unwrap()), holes, "{name}: {body}");
-            let heaviest = file.remarks.iter().max_by_key(|remark| remark.weight);
+            let gravest = file.diagnostics.iter().max_by_key(|diagnostic| diagnostic.severity);
             assert_eq!(
-                heaviest.map_or("", |remark| remark.code.as_str()),
+                gravest.map_or("", |diagnostic| diagnostic.code.as_str()),
                 code,
                 "{name}: {body} {:?}",
-                file.remarks
+                file.diagnostics
             );
         }
     }
@@ -62,8 +62,8 @@ fn findings_go_on_and_are_capped() {
     let text = format!("{HEADER}{}X1.0Y1.0\nM30\n", "X--1\n".repeat(500));
     let file = read_drill("row.drl", text.as_bytes());
     assert_eq!(file.drill.as_ref().map(|drill| drill.hits.len()), Some(1));
-    assert_eq!(file.remarks.len(), annulus_core::artwork::MOST_KEPT + 1);
-    let last = file.remarks.last().unwrap();
-    assert_eq!((last.code.as_str(), last.weight), ("file.more_findings", Weight::Loss));
-    assert_eq!(file.remarks[1].place.as_ref().map(|place| (place.line, place.column)), Some((7, 2)));
+    assert_eq!(file.diagnostics.len(), annulus_core::artwork::MOST_KEPT + 1);
+    let last = file.diagnostics.last().unwrap();
+    assert_eq!((last.code.as_str(), last.severity), ("file.more_findings", Severity::Error));
+    assert_eq!(file.diagnostics[1].place.as_ref().map(|place| (place.line, place.column)), Some((7, 2)));
 }

@@ -173,7 +173,7 @@ fn child() {
         Ok(region) => println!("painted {}", region.islands.len()),
         Err(much) => {
             assert!((1..=lines).contains(&(much.line as usize)), "{much:?}");
-            println!("refused {} {}", much.line, much.remark("hostile.gbr").message("en"));
+            println!("refused {} {}", much.line, much.diagnostic("hostile.gbr").message("en"));
         }
     }
 }

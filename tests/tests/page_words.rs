@@ -98,10 +98,10 @@ fn every_key_of_the_page_has_its_text() {
     for (path, text) in page() {
         for literal in literals(&text).iter().filter(|literal| is_key(literal)) {
             let key = &literal.text;
-            let remark = [".message", ".advice"]
+            let diagnostic = [".message", ".advice"]
                 .iter()
                 .all(|part| locale::lookup("en", &format!("{key}{part}")).is_some());
-            if locale::lookup("en", key).is_none() && !remark {
+            if locale::lookup("en", key).is_none() && !diagnostic {
                 missing.push(format!("{}:{}: {key}", path.display(), literal.line));
             }
         }

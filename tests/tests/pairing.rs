@@ -2,10 +2,10 @@
 //!
 //! Every drill file of the corpus whose numbers have no points, with every copper or outline layer of every other board, once
 //! under their own names and once under names that say nothing. A reading is wrong when its box is not the expected one, and
-//! silent when no doubt and no loss goes with it.
+//! silent when no warning and no error goes with it.
 
 use annulus_core::artwork::{FileRead, Kind, Overrides, Role, read_set};
-use annulus_core::remark::Weight;
+use annulus_core::diagnostic::Severity;
 use annulus_tests::{corpus, files_below};
 use serde_json::Value;
 use std::fs;
@@ -96,19 +96,20 @@ fn copper_of_another_board_never_changes_a_scale_in_silence() {
                     continue;
                 }
                 let codes: Vec<_> =
-                    file.remarks.iter().map(|r| format!("{:?} {}", r.weight, r.code)).collect();
+                    file.diagnostics.iter().map(|r| format!("{:?} {}", r.severity, r.code)).collect();
                 let row = format!(
                     "{} with {} ({plain}): {codes:?} {:?}",
                     drill.path.display(),
                     name(path),
                     file.evidence
                 );
-                let told = file.kind != Kind::Drill || file.remarks.iter().any(|r| r.weight >= Weight::Doubt);
+                let told = file.kind != Kind::Drill
+                    || file.diagnostics.iter().any(|r| r.severity >= Severity::Warning);
                 if told { doubted.push(row) } else { silent.push(row) }
             }
         }
     }
-    println!("{pairs} pairs, {} wrong and silent, {} wrong with a doubt", silent.len(), doubted.len());
+    println!("{pairs} pairs, {} wrong and silent, {} wrong with a warning", silent.len(), doubted.len());
     println!("{}\n\n{}", silent.join("\n"), doubted.join("\n"));
     assert!(pairs > 60, "{pairs} pairs");
     assert!(silent.is_empty(), "wrong and silent:\n{}", silent.join("\n"));

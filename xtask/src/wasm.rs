@@ -1,4 +1,4 @@
-//! The compiler for the page. Two ways: rustup's own target, or Debian's packages where rustup cannot download.
+//! The compiler for the page. Two toolpaths: rustup's own target, or Debian's packages where rustup cannot download.
 //!
 //! Goes out: a [`Toolchain`]. Does not know what is built with it.
 

@@ -6,12 +6,12 @@ use crate::browser::{Answer, request};
 use crate::model::StartEvent;
 use crate::page;
 use crate::said::key;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{PROOF_HEADER, Paired, SESSION_HEADER, auth, program};
 use serde::Deserialize;
 
-fn failed(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn failed(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 #[derive(Deserialize)]
@@ -25,7 +25,7 @@ struct Said {
     advice: String,
 }
 
-fn refused(answer: &Answer) -> Remark {
+fn refused(answer: &Answer) -> Diagnostic {
     match serde_json::from_slice::<Refusal>(&answer.body) {
         Ok(Refusal { error }) => {
             failed(key!("page.link.said")).with("message", error.message).with("advice", error.advice)
@@ -39,7 +39,7 @@ async fn send(
     method: &str,
     key: &str,
     body: Option<&[u8]>,
-) -> Result<Vec<u8>, Remark> {
+) -> Result<Vec<u8>, Diagnostic> {
     let session = session.ok_or_else(|| failed(key!("page.link.unpaired")))?;
     let path = format!("/api/jobs/{key}");
     let proof = auth::request(&session.key, method, &path);

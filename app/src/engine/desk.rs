@@ -13,7 +13,7 @@
 use super::Stopped;
 use super::messages::{Answer, Envelope, Report, Request};
 use crate::trusted;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use futures_channel::oneshot;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -54,8 +54,8 @@ pub(super) fn ask(
     let handed = hand_over(desk, request, Pending { answer, progress });
     async move {
         if let Err(reason) = handed {
-            let remark = Remark::new(Weight::Loss, "engine.cannot_start").with("reason", reason);
-            return Err(Stopped::Refused(vec![remark]));
+            let diagnostic = Diagnostic::error("engine.cannot_start").with("reason", reason);
+            return Err(Stopped::Refused(vec![diagnostic]));
         }
         coming.await.unwrap_or(Err(Stopped::Cancelled))
     }
@@ -168,8 +168,8 @@ fn fell_over(desk: &Rc<RefCell<Desk>>, reason: &str) {
         (std::mem::take(&mut desk.pending), words)
     };
     for (_, pending) in pending {
-        let remark = Remark::new(Weight::Loss, "engine.fell_over").with("reason", &words);
-        let _ = pending.answer.send(Err(Stopped::Refused(vec![remark])));
+        let diagnostic = Diagnostic::error("engine.fell_over").with("reason", &words);
+        let _ = pending.answer.send(Err(Stopped::Refused(vec![diagnostic])));
     }
 }
 

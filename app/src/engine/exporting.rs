@@ -13,13 +13,13 @@ use super::proving;
 use super::shelf::Shelf;
 use annulus_core::board::Face;
 use annulus_core::cam::briefing;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::{Briefing, Program};
 use annulus_core::machine::Machine;
 use annulus_core::post::{self, Dialect, Manner, OutputFile};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::{motion, proof, sim};
 
-/// The name of the person's own dialect in remarks.
+/// The name of the person's own dialect in diagnostics.
 pub(super) const OWN: &str = "template.toml";
 
 /// What a board is called that has no name.
@@ -30,7 +30,7 @@ pub(super) fn export(
     wanted: &ToExport,
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Exported, Vec<Remark>> {
+) -> Result<Exported, Vec<Diagnostic>> {
     let machine = wanted.plan.machine.machine()?;
     let faces = wanted.plan.work.faces();
     let mut sides: Vec<(Face, Side)> = Vec::new();
@@ -42,14 +42,15 @@ pub(super) fn export(
         let side = planning::side(&plan, shelf, &mut share)?;
         let names = proving::to_be_read(&side.planned.board, &side.program, &plan.work, shelf);
         let findings = names.iter().filter(|name| !wanted.read.contains(name)).count();
-        let losses = side.remarks.iter().filter(|remark| remark.is_unseen(&plan.accept)).count();
-        if findings + losses > 0 {
-            unread.push((face, u32::try_from(findings + losses).unwrap_or(u32::MAX)));
+        let errors =
+            side.diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&plan.accept)).count();
+        if findings + errors > 0 {
+            unread.push((face, u32::try_from(findings + errors).unwrap_or(u32::MAX)));
         }
         sides.push((face, side));
     }
     if sides.is_empty() {
-        return Err(vec![Remark::new(Weight::Loss, "cam.nothing_to_do")]);
+        return Err(vec![Diagnostic::error("cam.nothing_to_do")]);
     }
     if !unread.is_empty() {
         return Ok(Exported { unread, ..Exported::default() });
@@ -81,10 +82,10 @@ fn briefed(sides: &[(Face, Side)], wanted: &ToExport, machine: &Machine) -> Brie
 }
 
 /// What writes one side of a job.
-type Writer = Box<dyn Fn(&Program, &Briefing, usize) -> Result<Vec<OutputFile>, Remark>>;
+type Writer = Box<dyn Fn(&Program, &Briefing, usize) -> Result<Vec<OutputFile>, Diagnostic>>;
 
 /// What writes in the words that are `wanted`.
-fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Remark>> {
+fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Diagnostic>> {
     if let Some(text) = &wanted.text {
         let dialect = Dialect::parse(OWN, text).map_err(|why| vec![why])?.in_manner(manner);
         return Ok(Box::new(move |program, briefing, side| {
@@ -96,7 +97,7 @@ fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Remark>> {
     Ok(Box::new(move |program, briefing, side| {
         let files = post::write_for(&target, program, &manner, briefing, side).unwrap_or_else(|| {
             let nearest = post::nearest_target(&target);
-            let unknown = Remark::new(Weight::Loss, "post.unknown_target").with("name", &target);
+            let unknown = Diagnostic::error("post.unknown_target").with("name", &target);
             Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
         });
         proved((dialect.as_ref(), false), program, files?)
@@ -108,10 +109,10 @@ fn proved(
     dialect: (Option<&Dialect>, bool),
     program: &Program,
     files: Vec<OutputFile>,
-) -> Result<Vec<OutputFile>, Remark> {
+) -> Result<Vec<OutputFile>, Diagnostic> {
     let told = post::proved(dialect, program, &files, &proof::differences);
-    match told.into_iter().find(|remark| remark.weight == Weight::Loss) {
-        Some(loss) => Err(loss),
+    match told.into_iter().find(|diagnostic| diagnostic.severity == Severity::Error) {
+        Some(error) => Err(error),
         None => Ok(files),
     }
 }

@@ -6,13 +6,13 @@
 use crate::view::Mesh;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
 use annulus_core::post::RunSheet;
 use annulus_core::project::saved::{Project, Said};
 use annulus_core::proof::{Finding, Group, Whole};
-use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +49,7 @@ pub enum Request {
 /// A project to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToOpen {
-    /// Its name, for remarks.
+    /// Its name, for diagnostics.
     pub name: String,
     /// Its bytes.
     pub bytes: Vec<u8>,
@@ -90,7 +90,7 @@ pub struct Reading {
     /// The job that it opens with.
     pub work: Work,
     /// What was found in making it.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// One of several boards, to be chosen from.
@@ -133,7 +133,7 @@ pub struct FileRow {
     /// `top`, `bottom` or `inner`.
     pub side: Option<String>,
     /// Why it is taken for what it is.
-    pub reason: Remark,
+    pub reason: Diagnostic,
     /// Plated, not plated, or not said.
     pub plated: Option<bool>,
     /// The program that wrote it.
@@ -143,7 +143,7 @@ pub struct FileRow {
     /// Its holes lie on the copper only when they are moved.
     pub shifted: bool,
     /// What was found in it.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// What a drill file holds and how it was read.
@@ -195,7 +195,7 @@ pub struct ToPlan {
     pub work: Work,
     /// The bit in the spindle: it goes first. None for ascending sizes.
     pub loaded: Option<Length>,
-    /// Codes of losses that a person has seen.
+    /// Codes of errors that a person has seen.
     pub accept: Vec<String>,
     /// How the board lies in the picture; it is sent again only where it lies otherwise.
     pub laid: Option<String>,
@@ -236,7 +236,7 @@ pub struct Exported {
     pub files: Vec<(String, String)>,
     /// What the person takes to the machine.
     pub sheet: RunSheet,
-    /// What nobody has read yet, side by side: findings of the proof and losses of the plan.
+    /// What nobody has read yet, side by side: findings of the proof and errors of the plan.
     pub unread: Vec<(Face, u32)>,
 }
 
@@ -256,9 +256,9 @@ pub struct ToWrite {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checked {
     /// What is wrong with it, in the order of its text.
-    pub faults: Vec<Remark>,
+    pub faults: Vec<Diagnostic>,
     /// What it leaves uncertain, where it has no faults.
-    pub doubts: Vec<Remark>,
+    pub warnings: Vec<Diagnostic>,
     /// What it makes of the program, or of a small sample.
     pub output: String,
     /// That is the program, and not the sample.
@@ -316,18 +316,18 @@ pub struct Planned {
     /// The place in the files' coordinates that becomes the work zero.
     pub origin: Point,
     /// For every way of the program, the operation that it belongs to.
-    pub way_operations: Vec<u16>,
+    pub toolpath_operations: Vec<u16>,
     /// How the board lies.
     pub laid_key: String,
     /// The board as it lies, where that was not known.
     pub laid: Option<Laid>,
     /// Bits that drill, in order of use.
     pub bits: Vec<PlannedBit>,
-    /// Length of the ways as in the file, mm.
+    /// Length of the toolpaths as in the file, mm.
     pub travel_before_mm: f64,
     /// The same as planned.
     pub travel_after_mm: f64,
-    /// Time of the ways as in the file, s.
+    /// Time of the toolpaths as in the file, s.
     pub hop_time_before_s: f64,
     /// The same as planned.
     pub hop_time_after_s: f64,
@@ -336,7 +336,7 @@ pub struct Planned {
     /// Their SHA-256.
     pub key: String,
     /// What was found in planning.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// One bit of a plan.
@@ -397,7 +397,7 @@ impl Settings {
     }
 
     /// The machine, or what is wrong with it.
-    pub fn machine(&self) -> Result<Machine, Vec<Remark>> {
+    pub fn machine(&self) -> Result<Machine, Vec<Diagnostic>> {
         let values: Vec<(String, Value)> = serde_json::from_str(&self.0).unwrap_or_default();
         machine::apply(&machine::virtual_drill(), &values)
     }
@@ -420,7 +420,7 @@ pub enum Report {
         /// Which.
         id: u32,
         /// The answer.
-        answer: Result<Answer, Vec<Remark>>,
+        answer: Result<Answer, Vec<Diagnostic>>,
     },
     /// Its last words.
     Panicked(String),

@@ -4,7 +4,7 @@
 //! engine.ask(Request).await ─▶ Answer        reading, planning, proving, timing, writing
 //! ```
 //!
-//! Comes in: files, boards, programs. Goes out: futures of what became of them; remarks where it is refused. Does not know
+//! Comes in: files, boards, programs. Goes out: futures of what became of them; diagnostics where it is refused. Does not know
 //! what the page shows.
 
 mod copper;
@@ -25,7 +25,7 @@ pub mod worker;
 pub use shelf::Shelf;
 pub use work::perform;
 
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 
 /// Why there is no answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub enum Stopped {
     /// It was called off.
     Cancelled,
     /// It cannot be done, for these reasons.
-    Refused(Vec<Remark>),
+    Refused(Vec<Diagnostic>),
 }
 
 #[cfg(target_arch = "wasm32")]

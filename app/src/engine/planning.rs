@@ -15,20 +15,20 @@ use crate::picture;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam;
 use annulus_core::cam::figures::figures;
-use annulus_core::cam::ways::{self, Means, Part, Scene, Stroke};
+use annulus_core::cam::toolpaths::{self, Means, Part, Scene, Stroke};
 use annulus_core::cam::work::{Operation, Work};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Program;
 use annulus_core::motion;
-use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
 use std::collections::BTreeSet;
 
 /// One side of a job.
 pub(super) struct Side {
-    pub(super) planned: ways::Planned,
+    pub(super) planned: toolpaths::Planned,
     pub(super) program: Program,
-    pub(super) remarks: Vec<Remark>,
+    pub(super) diagnostics: Vec<Diagnostic>,
 }
 
 /// Plans the side that is up in what is `wanted`.
@@ -36,7 +36,7 @@ pub(super) fn side(
     wanted: &ToPlan,
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Side, Vec<Remark>> {
+) -> Result<Side, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
     let scene = Scene::of(shelf.board(wanted.board_key)?, work);
@@ -49,25 +49,25 @@ pub(super) fn side(
     };
     let hop_time = |from, to| motion::hop_time_s(&machine, from, to);
     let means = Means { options: &options, hop_time: &hop_time };
-    let operations: Vec<usize> = ways::planned_operations(work).map(|(index, _)| index).collect();
+    let operations: Vec<usize> = toolpaths::planned_operations(work).map(|(index, _)| index).collect();
     let mut parts = Vec::new();
     for (done, &index) in operations.iter().enumerate() {
         progress(done as u64, operations.len() as u64);
-        let key = format!("{}|{:?}", ways::key(work, index, &machine), wanted.loaded);
+        let key = format!("{}|{:?}", toolpaths::key(work, index, &machine), wanted.loaded);
         let known = shelf.part(&key).map(|part| Part { operation: index as u32, ..part });
         let part = match known {
             Some(part) => part,
             None => {
-                let made = ways::plan_operation(&scene, work, index, &machine, &means, &mut |_| true);
+                let made = toolpaths::plan_operation(&scene, work, index, &machine, &means, &mut |_| true);
                 made.map_err(|why| vec![why])?
             }
         };
         shelf.keep_part(key, part.clone(), operations.len());
         parts.push(part);
     }
-    let (planned, remarks) = ways::assemble(scene, work, &machine, &means, parts)?;
-    let program = ways::lower_work(&planned, work, &machine);
-    Ok(Side { planned, program, remarks })
+    let (planned, diagnostics) = toolpaths::assemble(scene, work, &machine, &means, parts)?;
+    let program = toolpaths::lower_work(&planned, work, &machine);
+    Ok(Side { planned, program, diagnostics })
 }
 
 /// Plans what is `wanted`, as the page shows it.
@@ -75,29 +75,29 @@ pub(super) fn plan(
     wanted: &ToPlan,
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Planned, Vec<Remark>> {
+) -> Result<Planned, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let Side { planned, program, remarks } = side(wanted, shelf, progress)?;
+    let Side { planned, program, diagnostics } = side(wanted, shelf, progress)?;
     let made = program::encode(&program);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
     let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
     let bits = bits(&planned.parts, &planned.board);
     let figures = figures(&planned, &|from, to| motion::hop_time_s(&machine, from, to));
-    let way_operations = planned.parts.iter().flat_map(|part| {
-        let count: usize = part.tasks.iter().map(|task| task.ways.len()).sum();
+    let toolpath_operations = planned.parts.iter().flat_map(|part| {
+        let count: usize = part.tasks.iter().map(|task| task.toolpaths.len()).sum();
         std::iter::repeat_n(part.operation as u16, count)
     });
     let answer = Planned {
         origin: planned.origin,
-        way_operations: way_operations.collect(),
+        toolpath_operations: toolpath_operations.collect(),
         bits,
         laid_key,
         laid,
         key: key.clone(),
         program: made,
-        remarks,
+        diagnostics,
         travel_before_mm: figures.travel_before_mm,
         travel_after_mm: figures.travel_after_mm,
         hop_time_before_s: figures.hop_time_before_s,

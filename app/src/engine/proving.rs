@@ -6,15 +6,15 @@ use super::messages::{Proved, ToProve};
 use super::shelf::Shelf;
 use annulus_core::board::Board;
 use annulus_core::cam::work::Work;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Program;
 use annulus_core::proof::{self, Finding, Verdict};
-use annulus_core::remark::Remark;
 use annulus_core::wire::program;
 
 /// What copper the program leaves, against the board as it lies.
-pub(super) fn prove(wanted: &ToProve, shelf: &mut Shelf) -> Result<Proved, Vec<Remark>> {
+pub(super) fn prove(wanted: &ToProve, shelf: &mut Shelf) -> Result<Proved, Vec<Diagnostic>> {
     let last = shelf.last(wanted.board_key)?;
-    let program = program::decode(&wanted.program).map_err(|remark| vec![remark])?;
+    let program = program::decode(&wanted.program).map_err(|diagnostic| vec![diagnostic])?;
     let key = program::key(&wanted.program);
     let mut verdict = verdict(&last.planned.board, &program, &wanted.work);
     let ours = last.program == key;

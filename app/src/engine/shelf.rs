@@ -5,8 +5,8 @@
 //! was made of it when another one is read.
 
 use annulus_core::board::Board;
-use annulus_core::cam::ways::{Part, Planned};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::cam::toolpaths::{Part, Planned};
+use annulus_core::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 
 /// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
@@ -30,7 +30,7 @@ pub(super) struct Last {
 #[derive(Debug, Default)]
 pub struct Shelf {
     board: Option<(u32, Board)>,
-    /// Codes of the losses that its files have.
+    /// Codes of the errors that its files have.
     lost: Vec<String>,
     /// The last plan, with the board as it lies for it.
     last: Option<Last>,
@@ -46,13 +46,13 @@ impl Shelf {
         *self = Self { board: Some((key, board)), lost, ..Self::default() };
     }
 
-    /// Codes of the losses that the files of the board have.
+    /// Codes of the errors that the files of the board have.
     pub(super) fn lost(&self) -> Vec<String> {
         self.lost.clone()
     }
 
     /// The board with number `key`, or that it is not here.
-    pub(super) fn board(&self, key: u32) -> Result<&Board, Vec<Remark>> {
+    pub(super) fn board(&self, key: u32) -> Result<&Board, Vec<Diagnostic>> {
         let here = self.board.as_ref().filter(|(kept, _)| *kept == key);
         here.map(|(_, board)| board).ok_or_else(gone)
     }
@@ -63,7 +63,7 @@ impl Shelf {
     }
 
     /// The last plan of the board with number `key`.
-    pub(super) fn last(&self, key: u32) -> Result<&Last, Vec<Remark>> {
+    pub(super) fn last(&self, key: u32) -> Result<&Last, Vec<Diagnostic>> {
         self.board(key)?;
         self.last.as_ref().ok_or_else(gone)
     }
@@ -97,6 +97,6 @@ impl Shelf {
     }
 }
 
-fn gone() -> Vec<Remark> {
-    vec![Remark::new(Weight::Loss, "engine.board_gone")]
+fn gone() -> Vec<Diagnostic> {
+    vec![Diagnostic::error("engine.board_gone")]
 }

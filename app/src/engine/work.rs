@@ -1,6 +1,6 @@
 //! The work itself: one request in, one answer out. Pure, so that it is tested without a browser.
 //!
-//! Comes in: a [`Request`], somebody to tell how far it is. Goes out: an [`Answer`] or remarks. Does not know workers.
+//! Comes in: a [`Request`], somebody to tell how far it is. Goes out: an [`Answer`] or diagnostics. Does not know workers.
 
 use super::copper::layers;
 use super::mesh::mesh;
@@ -12,10 +12,10 @@ use super::{exporting, planning, proving, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
 use annulus_core::cam::work::Work;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Bounds;
 use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::project::{self, saved};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
 use annulus_core::{board, motion, steps};
@@ -31,8 +31,8 @@ pub fn perform(
     request: Request,
     shelf: &mut Shelf,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Answer, Vec<Remark>> {
-    let one = |remark| vec![remark];
+) -> Result<Answer, Vec<Diagnostic>> {
+    let one = |diagnostic| vec![diagnostic];
     match request {
         Request::Open(wanted) => saved::read(&wanted.name, &wanted.bytes).map(Answer::Opened).map_err(one),
         Request::Save(project) => saved::write(&project).map(Answer::Saved).map_err(one),
@@ -57,15 +57,18 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
     said.say_roles(&mut artwork);
     let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
     let asked = board::Wanted { copper: true, aligned: said.aligned };
-    let (mut board, mut remarks) = board::from_artwork_with(&artwork, &used, asked);
+    let (mut board, mut diagnostics) = board::from_artwork_with(&artwork, &used, asked);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
-    layers.extend(other_layers(&artwork, body, &mut remarks));
+    layers.extend(other_layers(&artwork, body, &mut diagnostics));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
-    let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut remarks);
+    let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut diagnostics);
     let all: Vec<usize> = (0..artwork.files.len()).collect();
-    let losses = remarks.iter().chain(artwork.missing(&all)).filter(|remark| remark.weight == Weight::Loss);
-    let lost = losses.map(|loss| loss.code.clone()).collect();
+    let errors = diagnostics
+        .iter()
+        .chain(artwork.missing(&all))
+        .filter(|diagnostic| diagnostic.severity == Severity::Error);
+    let lost = errors.map(|error| error.code.clone()).collect();
     shelf.keep(wanted.board_key, board.clone(), lost);
     board.copper.clear();
     Reading {
@@ -77,7 +80,7 @@ fn read(wanted: &ToRead, shelf: &mut Shelf) -> Reading {
         body,
         layers,
         work,
-        remarks,
+        diagnostics,
     }
 }
 
@@ -109,17 +112,17 @@ fn several(artwork: &Artwork) -> Vec<BoardRow> {
 }
 
 /// The job that the board opens with: the saved one where there is one that can be read.
-fn work(wanted: &ToRead, board: &board::Board, machine: &Machine, remarks: &mut Vec<Remark>) -> Work {
+fn work(wanted: &ToRead, board: &board::Board, machine: &Machine, diagnostics: &mut Vec<Diagnostic>) -> Work {
     let usual = Work::default_for(board, machine);
     let Some(job) = &wanted.job else { return usual };
     project::read(saved::JOB, job, &usual, machine).unwrap_or_else(|why| {
-        remarks.push(why);
+        diagnostics.push(why);
         usual
     })
 }
 
 /// Mask, legend, paste and inner copper, painted, as far as the picture shows them. The first of each kind and side.
-fn other_layers(artwork: &Artwork, body: Option<Bounds>, remarks: &mut Vec<Remark>) -> Vec<LayerRow> {
+fn other_layers(artwork: &Artwork, body: Option<Bounds>, diagnostics: &mut Vec<Diagnostic>) -> Vec<LayerRow> {
     let origin = picture::origin(body);
     let mut seen = Vec::new();
     let mut rows = Vec::new();
@@ -138,7 +141,7 @@ fn other_layers(artwork: &Artwork, body: Option<Bounds>, remarks: &mut Vec<Remar
             Ok(region) => region,
             Err(much) => {
                 // Only the picture lacks it.
-                remarks.push(Remark { weight: Weight::Doubt, ..much.remark(&file.name) });
+                diagnostics.push(Diagnostic { severity: Severity::Warning, ..much.diagnostic(&file.name) });
                 continue;
             }
         };
@@ -164,7 +167,7 @@ fn file_row(file: &FileRead) -> FileRow {
         generator: file.generator.clone(),
         drill: file.drill.as_ref().map(|drill| drill_row(file, drill)),
         shifted: file.evidence.as_ref().is_some_and(|evidence| evidence.shift_mm.is_some()),
-        remarks: file.remarks.clone(),
+        diagnostics: file.diagnostics.clone(),
     }
 }
 
@@ -191,8 +194,8 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
     }
 }
 
-fn time(wanted: &ToTime) -> Result<Timed, Vec<Remark>> {
-    let one = |remark| vec![remark];
+fn time(wanted: &ToTime) -> Result<Timed, Vec<Diagnostic>> {
+    let one = |diagnostic| vec![diagnostic];
     let machine = wanted.machine.machine()?;
     let program = program::decode(&wanted.program).map_err(one)?;
     let timeline = motion::timeline(&program, &machine).map_err(one)?;
@@ -288,7 +291,7 @@ mod tests {
             let wanted = ToRead { files: files.clone(), said, ..ToRead::default() };
             let reading = read(&wanted, &mut Shelf::default());
             let found = reading.board.holes[0].at.y.mm();
-            assert!((found - y).abs() < 0.01, "{aligned}: {found}, {:?}", reading.remarks);
+            assert!((found - y).abs() < 0.01, "{aligned}: {found}, {:?}", reading.diagnostics);
         }
     }
 
@@ -365,7 +368,7 @@ mod tests {
         let wanted =
             ToPlan { board_key: 3, machine, work: Work::default(), loaded: None, accept: vec![], laid: None };
         let refused = perform(Request::Plan(wanted), &mut Shelf::default(), &mut |_, _| {});
-        assert!(refused.is_err_and(|remarks| remarks[0].code == "engine.board_gone"));
+        assert!(refused.is_err_and(|diagnostics| diagnostics[0].code == "engine.board_gone"));
     }
 
     #[test]
@@ -408,7 +411,7 @@ mod tests {
         let prove = ToProve { board_key: 0, program: planned.program, work };
         let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
         let said: Vec<String> =
-            proved.findings.iter().map(|finding| finding.remark().message("en")).collect();
+            proved.findings.iter().map(|finding| finding.diagnostic().message("en")).collect();
         assert!(said.iter().any(|said| said.starts_with("Isolate cuts 0.080 mm deep")), "{said:?}");
     }
 
@@ -511,10 +514,18 @@ mod tests {
             both.boards.iter().map(|board| (board.name.as_str(), board.files.len())).collect();
         assert_eq!(names, [("left", 2), ("right", 2)]);
         assert!(both.boards.iter().all(|board| !board.mesh.triangles.is_empty()), "each with a picture");
-        assert!(both.remarks.iter().any(|remark| remark.code == "board.several"), "{:?}", both.remarks);
+        assert!(
+            both.diagnostics.iter().any(|diagnostic| diagnostic.code == "board.several"),
+            "{:?}",
+            both.diagnostics
+        );
         let right = read(&wanted(Some("right")), &mut Shelf::default());
         assert_eq!(right.used, [3]);
-        assert!(right.remarks.iter().all(|remark| remark.code != "board.several"), "{:?}", right.remarks);
+        assert!(
+            right.diagnostics.iter().all(|diagnostic| diagnostic.code != "board.several"),
+            "{:?}",
+            right.diagnostics
+        );
         assert_eq!(right.boards.len(), 2, "the other one can still be chosen");
     }
 
@@ -558,9 +569,9 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_program_is_refused_with_a_remark() {
+    fn a_damaged_program_is_refused_with_a_diagnostic() {
         let wanted = ToTime { program: b"no program".to_vec(), machine: Settings::of(&virtual_drill()) };
         let refused = perform(Request::Time(wanted), &mut Shelf::default(), &mut |_, _| {});
-        assert!(refused.is_err_and(|remarks| remarks[0].code == "program.not_one"));
+        assert!(refused.is_err_and(|diagnostics| diagnostics[0].code == "program.not_one"));
     }
 }

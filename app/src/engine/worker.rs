@@ -6,7 +6,7 @@ use super::desk::send;
 use super::messages::{Envelope, Report};
 use super::shelf::Shelf;
 use super::work;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use wasm_bindgen::prelude::*;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
 
@@ -42,9 +42,9 @@ fn perform(Envelope { id, request }: Envelope, shelf: &mut Shelf) {
 fn report(report: &Report) {
     let Ok(scope) = js_sys::global().dyn_into::<DedicatedWorkerGlobalScope>() else { return };
     let bytes = postcard::to_allocvec(report).or_else(|error| {
-        let remark = Remark::new(Weight::Loss, "engine.fell_over").with("reason", error);
+        let diagnostic = Diagnostic::error("engine.fell_over").with("reason", error);
         let Report::Done { id, .. } = report else { return Err(()) };
-        postcard::to_allocvec(&Report::Done { id: *id, answer: Err(vec![remark]) }).map_err(drop)
+        postcard::to_allocvec(&Report::Done { id: *id, answer: Err(vec![diagnostic]) }).map_err(drop)
     });
     if let Ok(bytes) = bytes {
         let _ = send(|message, moved| scope.post_message_with_transfer(message, moved), &bytes);

@@ -1,16 +1,16 @@
 //! Dialects looked through for the template editor.
 //!
-//! Comes in: a program's bytes, the text of a dialect. Goes out: faults, doubts, what it makes. Does not know workers.
+//! Comes in: a program's bytes, the text of a dialect. Goes out: faults, warnings, what it makes. Does not know workers.
 
 use super::exporting::OWN;
 use super::messages::{Checked, Settings, ToWrite};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Briefing;
 use annulus_core::post::{self, Dialect, Manner};
-use annulus_core::remark::Remark;
 use annulus_core::wire::program;
 
 /// How the machine wants it written.
-fn manner(wanted: &ToWrite) -> Result<Manner, Vec<Remark>> {
+fn manner(wanted: &ToWrite) -> Result<Manner, Vec<Diagnostic>> {
     let machine = wanted.machine.as_ref().map(Settings::machine).transpose()?;
     Ok(machine.as_ref().map(Manner::on).unwrap_or_default())
 }
@@ -22,7 +22,7 @@ pub(super) fn check(wanted: &ToWrite) -> Checked {
     let mut checked = Checked::default();
     if faults.is_empty() {
         let parsed = Dialect::parse(OWN, text).map_err(|fault| vec![fault]);
-        checked.doubts = parsed.as_ref().map(post::doubts).unwrap_or_default();
+        checked.warnings = parsed.as_ref().map(post::warnings).unwrap_or_default();
         let made = manner(wanted)
             .and_then(|manner| parsed.and_then(|dialect| made(&dialect.in_manner(&manner), wanted)));
         match made {
@@ -34,7 +34,7 @@ pub(super) fn check(wanted: &ToWrite) -> Checked {
 }
 
 /// The program in the words of `dialect`; without a program, a sample of every block.
-fn made(dialect: &Dialect, wanted: &ToWrite) -> Result<(String, bool), Vec<Remark>> {
+fn made(dialect: &Dialect, wanted: &ToWrite) -> Result<(String, bool), Vec<Diagnostic>> {
     if wanted.program.is_empty() {
         let samples = post::preview(dialect).map_err(|why| vec![why])?;
         let block = |sample: post::Sample| {
@@ -73,10 +73,10 @@ mod tests {
 
     #[test]
     fn a_dialect_that_lifts_no_tip_is_doubted_and_written_all_the_same() {
-        assert_eq!(check(&wanted(grbl())).doubts, []);
+        assert_eq!(check(&wanted(grbl())).warnings, []);
         let checked = check(&wanted(grbl().replace("G0 Z@HC@\n", "")));
-        assert_eq!((checked.faults.len(), checked.doubts.len()), (0, 4), "{:?}", checked.doubts);
-        assert!(checked.doubts[0].message("en").starts_with("drill.change"));
+        assert_eq!((checked.faults.len(), checked.warnings.len()), (0, 4), "{:?}", checked.warnings);
+        assert!(checked.warnings[0].message("en").starts_with("drill.change"));
         assert_ne!(checked.output, "");
     }
 
@@ -104,7 +104,7 @@ mod tests {
             bits: vec![Bit { diameter: Length::from_um(800), name: String::new(), cutter: Cutter::Mill }],
             spindles: 1,
             safe_height: Length::from_um(2_000),
-            legs: vec![Leg { mark: Mark::Way(0), commands }],
+            legs: vec![Leg { mark: Mark::Toolpath(0), commands }],
             accepted: Vec::new(),
         };
         let machine = Some(Settings::of(&virtual_drill()));

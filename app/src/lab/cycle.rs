@@ -8,12 +8,12 @@
 //!
 //! Comes in: a machine, the length of the hop, mm. Goes out: points over ms, and times. Moves nothing.
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, cycle_s, cycles, sequential_s};
 use annulus_core::motion::one_by_one::one_by_one;
 use annulus_core::motion::profile::{Profile, Shape, choose, plan};
-use annulus_core::motion::{Limits, Motion, Part, strokes};
-use annulus_core::remark::Remark;
+use annulus_core::motion::{Limits, Motion, Part, drill_cycles};
 use annulus_core::steps::TICK_HZ;
 
 /// Holes shown.
@@ -44,12 +44,12 @@ pub struct Shown {
 }
 
 /// Some holes in a row, `hop_mm` apart along X.
-pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
-    if strokes::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
+pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
+    if drill_cycles::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
 }
 
 /// Plane and spindles together.
-fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
+fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
     let limits = Limits::of_axis(machine, &machine.x);
     let shape = match machine.motion.plane {
         Law::Linear => Shape::Linear,
@@ -58,7 +58,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
         Law::Automatic => choose(hop_mm, limits)?.choice,
     };
     let hop = plan(shape, hop_mm, limits)?;
-    let (times, down, up) = strokes::own(machine)?;
+    let (times, down, up) = drill_cycles::own(machine)?;
     let rules = Rules { settle_s: machine.settle_ms * 1e-3, latency_s: machine.overlap.latency_ms * 1e-3 };
     let spindles = vec![times; machine.spindles.max(1) as usize];
     let found = cycles(&[hop.duration_s(); HOLES], rules, &spindles)?;
@@ -80,13 +80,13 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
         clear_mm: machine.overlap.clear_mm,
         together_s: Some(cycle_s(hop.duration_s(), rules, &times)),
         apart_s: sequential_s(&[hop.duration_s()], rules, &spindles),
-        last_stop_s: Some(strokes::last_stop_s(machine, &down)?),
+        last_stop_s: Some(drill_cycles::last_stop_s(machine, &down)?),
         spindles: machine.spindles.max(1),
     })
 }
 
 /// One after the other: the machine's own moves, profiles or takts.
-fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Remark> {
+fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
     // A length has no sign.
     let hop_mm = if hop_mm >= 0.0 { hop_mm } else { f64::NAN };
     let found = one_by_one(machine, &[[hop_mm, 0.0]; HOLES])?;
@@ -120,7 +120,7 @@ fn part_speed(part: &Part, from_s: f64, mm_per_step: f64) -> Vec<[f64; 2]> {
     match &part.motion {
         Motion::Line(stroke) => way(from_s, part.duration_s(), |t| stroke.speed(t)),
         Motion::Path(route) => way(from_s, part.duration_s(), |t| route.path.speed(t)),
-        Motion::Takts(takts) => {
+        Motion::TableSteps(takts) => {
             let mut now_s = from_s;
             let mut points = vec![[1000.0 * from_s, 0.0]];
             for some in &takts.stretches {

@@ -7,7 +7,7 @@
 //! Comes in: events with their time. Goes out: entries. Knows no language: the words are found where they are shown.
 
 use annulus_core::control::{Ending, State};
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Status;
 use std::collections::VecDeque;
 
@@ -20,11 +20,11 @@ pub enum Event {
     /// The machine does something else now.
     State(State),
     /// An alarm.
-    Alarm(Remark),
+    Alarm(Diagnostic),
     /// A job ended, after so many holes.
     Ended(Ending, u32),
     /// A wish was refused.
-    Refused(Remark),
+    Refused(Diagnostic),
     /// This page asked for something, by its name on the wire.
     Asked(String),
     /// Control was taken (true: by this page) or given back.
@@ -87,7 +87,7 @@ pub struct Log {
     entries: VecDeque<Entry>,
     count: u64,
     state: Option<State>,
-    alarm: Option<Remark>,
+    alarm: Option<Diagnostic>,
 }
 
 impl Log {

@@ -9,7 +9,7 @@
 
 use annulus_core::machine::Dynamics;
 use annulus_core::motion::profile::Profile;
-use annulus_core::steps::automaton::{Automaton, Takt};
+use annulus_core::steps::automaton::{Automaton, TableStep};
 use serde::{Deserialize, Serialize};
 
 /// One state of the dynamics as typed. State 0 is not entered and not left.
@@ -104,7 +104,7 @@ pub fn without_state(rows: &[StateRow]) -> Vec<StateRow> {
 }
 
 /// One takt of a move: the interrupt it comes at, counted from the command, and what it does.
-pub type Numbered = (u64, Takt);
+pub type Numbered = (u64, TableStep);
 
 /// Every takt of a move of `distance` takts from rest. Empty for a move longer than [`MOST_TAKTS`], and cut off where a
 /// table that runs on would never end.

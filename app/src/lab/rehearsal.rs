@@ -6,10 +6,10 @@
 //!
 //! Comes in: a queue and a machine. Goes out: results. Nothing outside of this page moves.
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::queue::{Bench, Mode, Queue, Rehearsal, Rest, RowResult, Standing};
-use annulus_core::remark::Remark;
-use annulus_core::twin::{Faults, Twin};
+use annulus_core::virtual_drill::{Faults, VirtualDrill};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -22,30 +22,30 @@ const SEED: u64 = 1;
 /// A queue being tried.
 pub struct Trial {
     machine: Machine,
-    twin: Twin,
+    twin: VirtualDrill,
     rehearsal: Rehearsal,
     holes: Arc<AtomicU32>,
 }
 
 /// A virtual drill, and the count of its holes.
-fn drill(machine: &Machine) -> (Twin, Arc<AtomicU32>) {
+fn drill(machine: &Machine) -> (VirtualDrill, Arc<AtomicU32>) {
     let holes = Arc::new(AtomicU32::new(0));
     let count = holes.clone();
     let drilled = Box::new(move |_: &_| {
         count.fetch_add(1, Ordering::Relaxed);
     });
-    (Twin::new(machine, SEED, Faults::default(), drilled), holes)
+    (VirtualDrill::new(machine, SEED, Faults::default(), drilled), holes)
 }
 
 /// How the page's drill stands before a queue: homed, work zero where it rests, spindle off.
-pub fn standing(machine: &Machine) -> Result<Standing, Remark> {
+pub fn standing(machine: &Machine) -> Result<Standing, Diagnostic> {
     let (mut twin, _) = drill(machine);
     Bench::homed(machine, &mut twin).map(|bench| bench.standing)
 }
 
 impl Trial {
     /// `queue` before its first row on a homed drill. `outputs` are the names that may be switched.
-    pub fn begin(machine: &Machine, queue: Queue, outputs: Vec<String>) -> Result<Self, Remark> {
+    pub fn begin(machine: &Machine, queue: Queue, outputs: Vec<String>) -> Result<Self, Diagnostic> {
         let (mut twin, holes) = drill(machine);
         let bench = Bench::homed(machine, &mut twin)?;
         Ok(Self { machine: machine.clone(), twin, rehearsal: Rehearsal::new(queue, outputs, bench), holes })

@@ -6,8 +6,8 @@
 //!
 //! Comes in: numbers as typed, in mm, s and V. Goes out: [`Run`]s, or the core's refusal. Moves nothing.
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{Limits, Profile, Shape, plan};
-use annulus_core::remark::Remark;
 use annulus_core::servo::{
     Controller, Gains, Load, Moment, Plant, Reference, Rules, Stage, StepMetrics, StepRun, StrokeMetrics,
     StrokeRun, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
@@ -83,7 +83,7 @@ pub fn controllers(typed: &Typed) -> [Controller; CONTROLLERS] {
 }
 
 /// All controllers on a step, with what it is judged by.
-pub fn steps(typed: &Typed, step: Step) -> Result<Vec<(Run, Option<StepMetrics>)>, Remark> {
+pub fn steps(typed: &Typed, step: Step) -> Result<Vec<(Run, Option<StepMetrics>)>, Diagnostic> {
     let each = controllers(typed).into_iter().map(|controller| {
         let load = Load { volts: -typed.load_v, from_s: 0.5 * step.duration_s, to_s: None };
         let (setpoint_mm, duration_s) = (step.setpoint_mm, step.duration_s);
@@ -106,7 +106,7 @@ pub fn steps(typed: &Typed, step: Step) -> Result<Vec<(Run, Option<StepMetrics>)
 pub type Strokes = (Vec<[f64; 2]>, Vec<(Run, StrokeMetrics)>);
 
 /// All controllers on a stroke, and the reference they follow.
-pub fn strokes(typed: &Typed, wanted: &Stroke) -> Result<Strokes, Remark> {
+pub fn strokes(typed: &Typed, wanted: &Stroke) -> Result<Strokes, Diagnostic> {
     let way_mm = wanted.height_mm + wanted.depth_mm;
     let down = plan(Shape::SCurve, way_mm, wanted.down)?;
     let up = plan(Shape::SCurve, way_mm, wanted.up)?;

@@ -9,7 +9,7 @@
 use annulus_core::machine::{Machine, PhaseTable};
 use annulus_core::steps::TICK_HZ;
 use annulus_core::steps::automaton::Automaton;
-use annulus_core::twin::{Cause, Push, Rotor};
+use annulus_core::virtual_drill::{Cause, Push, Rotor};
 
 /// Takts there, and the same back.
 pub const WAY: i64 = 480;

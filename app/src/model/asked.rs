@@ -79,5 +79,5 @@ pub(super) fn files_anew(model: &Model, wanted: &ToPlan) -> Option<Request> {
 
 /// Whether a worker refuses because it does not know the board.
 pub(super) fn board_is_gone(answer: &Result<Answer, Stopped>) -> bool {
-    matches!(answer, Err(Stopped::Refused(why)) if why.iter().any(|remark| remark.code == "engine.board_gone"))
+    matches!(answer, Err(Stopped::Refused(why)) if why.iter().any(|diagnostic| diagnostic.code == "engine.board_gone"))
 }

@@ -5,10 +5,10 @@
 
 use crate::engine::messages::{Laid, LayerRow, Planned, Proved, Reading, Timed};
 use crate::view::Mesh;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
 use annulus_core::project::saved::Said;
 use annulus_core::proof::Finding;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -40,21 +40,25 @@ impl Document {
     }
 
     /// Every finding, file by file, then those about the board.
-    pub fn remarks(&self) -> impl Iterator<Item = &Remark> {
-        self.reading.files.iter().flat_map(|file| &file.remarks).chain(self.board_remarks())
+    pub fn diagnostics(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.reading.files.iter().flat_map(|file| &file.diagnostics).chain(self.board_diagnostics())
     }
 
     /// Findings about the board that no file has said already.
-    pub fn board_remarks(&self) -> impl Iterator<Item = &Remark> {
-        let said = |remark: &Remark| self.reading.files.iter().any(|file| file.remarks.contains(remark));
-        self.reading.remarks.iter().filter(move |remark| !said(remark))
+    pub fn board_diagnostics(&self) -> impl Iterator<Item = &Diagnostic> {
+        let said = |diagnostic: &Diagnostic| {
+            self.reading.files.iter().any(|file| file.diagnostics.contains(diagnostic))
+        };
+        self.reading.diagnostics.iter().filter(move |diagnostic| !said(diagnostic))
     }
 
-    /// What a person has to see first, of losses whose codes are not among those `accepted`.
+    /// What a person has to see first, of errors whose codes are not among those `accepted`.
     pub fn unseen(&self, accepted: &BTreeSet<String>) -> Option<Unseen> {
-        let open = |remark: &&Remark| remark.weight == Weight::Loss && !accepted.contains(&remark.code);
-        let losses = self.remarks().filter(open);
-        let kinds = losses.map(|remark| match remark.code.as_str() {
+        let open = |diagnostic: &&Diagnostic| {
+            diagnostic.severity == Severity::Error && !accepted.contains(&diagnostic.code)
+        };
+        let errors = self.diagnostics().filter(open);
+        let kinds = errors.map(|diagnostic| match diagnostic.code.as_str() {
             "board.several" => Unseen::Several,
             code if code.starts_with("board.") => Unseen::Board,
             _ => Unseen::Unread,
@@ -65,7 +69,7 @@ impl Document {
     /// Whether a person has to look before anything is planned.
     pub fn doubtful(&self) -> bool {
         let empty = self.reading.board.holes.is_empty() && self.meshes.is_empty();
-        empty || self.remarks().any(|remark| remark.weight > Weight::Note)
+        empty || self.diagnostics().any(|diagnostic| diagnostic.severity > Severity::Note)
     }
 }
 
@@ -119,7 +123,7 @@ pub struct OpenBoard {
     pub document: Option<Arc<Document>>,
     /// Its import review is on show.
     pub reviewing: bool,
-    /// Losses that were seen, by code.
+    /// Errors that were seen, by code.
     pub accepted: BTreeSet<String>,
     /// The bit in the spindle, if it is to go first.
     pub loaded: Option<Length>,
@@ -136,7 +140,7 @@ pub struct OpenBoard {
     /// The planned job, once it is timed.
     pub job: Option<Arc<Job>>,
     /// Why there is no plan.
-    pub refused: Vec<Remark>,
+    pub refused: Vec<Diagnostic>,
     /// The plan on show is that of an older job.
     pub stale: bool,
     /// The board was just opened and all in it is certain; said once it is planned.
@@ -159,11 +163,11 @@ impl OpenBoard {
     }
 
     /// What files and plan have to say that is more than a note, the first hundred.
-    pub fn problems(&self) -> Vec<Remark> {
+    pub fn problems(&self) -> Vec<Diagnostic> {
         problems(&self.refused, self.plan.as_deref(), self.document.as_deref())
     }
 
-    /// How many findings nobody has read yet (`read` has the names of those that were), and how many losses of the plan nobody
+    /// How many findings nobody has read yet (`read` has the names of those that were), and how many errors of the plan nobody
     /// has seen.
     pub fn unread(&self, read: &BTreeSet<String>) -> usize {
         unread(self.plan.as_deref(), self.proved.as_deref(), &self.accepted, read)
@@ -171,23 +175,27 @@ impl OpenBoard {
 }
 
 /// What refusals, plan and files have to say that is more than a note, the first hundred.
-pub fn problems(refused: &[Remark], plan: Option<&Planned>, document: Option<&Document>) -> Vec<Remark> {
-    let of_plan = plan.into_iter().flat_map(|plan| &plan.remarks);
-    let of_files = document.into_iter().flat_map(Document::remarks);
+pub fn problems(
+    refused: &[Diagnostic],
+    plan: Option<&Planned>,
+    document: Option<&Document>,
+) -> Vec<Diagnostic> {
+    let of_plan = plan.into_iter().flat_map(|plan| &plan.diagnostics);
+    let of_files = document.into_iter().flat_map(Document::diagnostics);
     let all = refused.iter().chain(of_plan).chain(of_files);
-    all.filter(|remark| remark.weight > Weight::Note).take(MOST_PROBLEMS).cloned().collect()
+    all.filter(|diagnostic| diagnostic.severity > Severity::Note).take(MOST_PROBLEMS).cloned().collect()
 }
 
-/// The most losses of a plan that are listed.
-const MOST_LOSSES: usize = 200;
+/// The most errors of a plan that are listed.
+const MOST_ERRORS: usize = 200;
 
-/// Losses of a plan: what of the board it leaves out.
-pub fn left_out(plan: Option<&Planned>) -> impl Iterator<Item = &Remark> {
-    let losses = |remark: &&Remark| remark.weight == Weight::Loss;
-    plan.into_iter().flat_map(move |plan| plan.remarks.iter().filter(losses)).take(MOST_LOSSES)
+/// Errors of a plan: what of the board it leaves out.
+pub fn left_out(plan: Option<&Planned>) -> impl Iterator<Item = &Diagnostic> {
+    let errors = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
+    plan.into_iter().flat_map(move |plan| plan.diagnostics.iter().filter(errors)).take(MOST_ERRORS)
 }
 
-/// Losses of the plan that are not among those `accepted`, and findings that must be read and are not among those `read`.
+/// Errors of the plan that are not among those `accepted`, and findings that must be read and are not among those `read`.
 pub fn unread(
     plan: Option<&Planned>,
     proved: Option<&Proved>,
@@ -196,5 +204,5 @@ pub fn unread(
 ) -> usize {
     let findings = proved.into_iter().flat_map(|proved| &proved.findings);
     let new = |finding: &&Finding| finding.must_be_read() && !read.contains(&finding.id);
-    left_out(plan).filter(|loss| !accepted.contains(&loss.code)).count() + findings.filter(new).count()
+    left_out(plan).filter(|error| !accepted.contains(&error.code)).count() + findings.filter(new).count()
 }

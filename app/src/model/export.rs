@@ -14,10 +14,10 @@ use crate::engine::messages::{Answer, Exported, Request, ToExport};
 use crate::said::key;
 use annulus_core::artwork;
 use annulus_core::board::Face;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::post::RunSheet;
 use annulus_core::project;
 use annulus_core::project::saved::Project;
-use annulus_core::remark::Remark;
 
 /// The name of the run sheet as a file.
 pub const RUN_SHEET: &str = "run-sheet.html";
@@ -41,7 +41,7 @@ pub enum Outcome {
     /// The files could not be packed.
     Refused {
         /// Why.
-        why: Remark,
+        why: Diagnostic,
     },
 }
 
@@ -72,7 +72,7 @@ pub struct Export {
     /// What came of it.
     pub outcome: Option<Outcome>,
     /// Why nothing was written.
-    pub refused: Vec<Remark>,
+    pub refused: Vec<Diagnostic>,
     /// The run sheet on show.
     pub run_sheet: Option<RunSheet>,
 }

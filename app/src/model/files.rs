@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! files ─┬─▶ a saved project: taken apart ─┐
-//!        └─────────────────────────────────┴▶ read ─▶ Document ─┬─ review (forced by doubt and loss) ─┐
+//!        └─────────────────────────────────┴▶ read ─▶ Document ─┬─ review (forced by warning and error) ─┐
 //!                                                               └─ all certain ──────────────────────┴▶ planned
 //! ```
 //!
@@ -67,7 +67,7 @@ pub enum FilesEvent {
         /// They are.
         on: bool,
     },
-    /// A loss was seen, or was not: the other of the two.
+    /// An error was seen, or was not: the other of the two.
     FlipAccepted {
         /// Its code.
         code: String,
@@ -224,5 +224,5 @@ fn layers(model: &mut Model) {
 /// Why files could not be opened is said, sentence by sentence.
 pub(super) fn refused(model: &mut Model, stopped: Stopped) -> Vec<Effect> {
     let Stopped::Refused(why) = stopped else { return Vec::new() };
-    why.into_iter().map(|remark| frame::toast(model, Text::Found(remark), None)).collect()
+    why.into_iter().map(|diagnostic| frame::toast(model, Text::Found(diagnostic), None)).collect()
 }

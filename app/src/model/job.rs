@@ -223,7 +223,7 @@ pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
 fn all_seen(model: &mut Model) {
     let board = &mut model.board;
     let codes: Vec<String> =
-        super::board::left_out(board.plan.as_deref()).map(|loss| loss.code.clone()).collect();
+        super::board::left_out(board.plan.as_deref()).map(|error| error.code.clone()).collect();
     board.accepted.extend(codes);
     if let Some(proved) = &board.proved {
         model.job.read.extend(proved.findings.iter().map(|finding| finding.id.clone()));

@@ -200,7 +200,7 @@ impl Model {
     }
 
     /// Whether the plan on show may be exported or sent: it is that of the job, it is proved, every finding was read and every
-    /// loss seen.
+    /// error seen.
     pub fn cleared(&self) -> bool {
         self.board.proved.is_some() && !self.board.stale && self.board.unread(&self.job.read) == 0
     }

@@ -13,9 +13,9 @@ use super::{Effect, Job, Lane, Model};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, Settings, ToTime};
 use crate::said::key;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
 use annulus_core::locale;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, MissingTold, PreflightRow, Verdict, program};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -98,14 +98,14 @@ pub enum StartEvent {
         /// The request.
         number: u32,
         /// Its bytes, or why there are none.
-        answer: Result<Vec<u8>, Remark>,
+        answer: Result<Vec<u8>, Diagnostic>,
     },
     /// A program went to the bridge, or did not.
     Uploaded {
         /// The request.
         number: u32,
         /// Its key, or why not.
-        answer: Result<String, Remark>,
+        answer: Result<String, Diagnostic>,
     },
     /// A warning was read, or was not: the other of the two.
     Tick {
@@ -122,9 +122,10 @@ pub enum StartEvent {
 pub fn rows(preflight: &Preflight, armed: &Armed) -> Vec<PreflightRow> {
     let same = preflight.own_digest == armed.stream_digest;
     let code = if same { key!("page.preflight.same_steps") } else { key!("page.preflight.other_steps") };
-    let weight = if same { Weight::Note } else { Weight::Loss };
+    let severity = if same { Severity::Note } else { Severity::Error };
     let digest = PreflightRow {
-        finding: Remark::new(weight, code).with("digest", armed.stream_digest.get(..12).unwrap_or_default()),
+        finding: Diagnostic::new(severity, code)
+            .with("digest", armed.stream_digest.get(..12).unwrap_or_default()),
         verdict: if same { Verdict::Pass } else { Verdict::Fail },
     };
     armed.checks.iter().cloned().chain([digest]).collect()
@@ -184,7 +185,7 @@ fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
     vec![Effect::Upload { number, bytes: job.bytes.clone(), session }]
 }
 
-fn uploaded(model: &mut Model, number: u32, answer: Result<String, Remark>) -> Vec<Effect> {
+fn uploaded(model: &mut Model, number: u32, answer: Result<String, Diagnostic>) -> Vec<Effect> {
     if model.start.upload != Some(number) {
         return Vec::new();
     }
@@ -246,7 +247,7 @@ fn take(model: &mut Model, number: u32) -> Option<Coming> {
     Some(model.start.coming.remove(at))
 }
 
-fn fetched(model: &mut Model, number: u32, answer: Result<Vec<u8>, Remark>) -> Vec<Effect> {
+fn fetched(model: &mut Model, number: u32, answer: Result<Vec<u8>, Diagnostic>) -> Vec<Effect> {
     let Some(Coming::Fetched { key, then, .. }) = take(model, number) else { return Vec::new() };
     match answer {
         Ok(bytes) => {

@@ -8,11 +8,11 @@ use crate::engine::messages::{Planned, Proved, Timed};
 use crate::model::board::{left_out, problems, unread};
 use crate::model::{Document, Job, LaidBoard, Offer, Task, Unseen};
 use crate::picture;
-use crate::ways::{self, Ways};
+use crate::toolpaths::{self, Toolpaths};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Machine;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use leptos::prelude::*;
 use std::collections::BTreeSet;
@@ -25,7 +25,7 @@ pub struct OpenBoard {
     pub document: ReadSignal<Option<Arc<Document>>>,
     /// Its import review is on show.
     pub reviewing: ReadSignal<bool>,
-    /// Losses that were seen, by code.
+    /// Errors that were seen, by code.
     pub accepted: ReadSignal<BTreeSet<String>>,
     /// The bit in the spindle, if it is to go first.
     pub loaded: ReadSignal<Option<Length>>,
@@ -42,15 +42,15 @@ pub struct OpenBoard {
     /// The planned job.
     pub job: ReadSignal<Option<Arc<Job>>>,
     /// Why there is no plan.
-    pub refused: ReadSignal<Vec<Remark>>,
+    pub refused: ReadSignal<Vec<Diagnostic>>,
     /// The plan on show is that of an older job.
     pub stale: ReadSignal<bool>,
     /// What files and plan have to say that is more than a note, the first hundred.
-    pub problems: Memo<Vec<Remark>>,
-    /// Losses of the plan on show: what of the board it leaves out.
-    pub left_out: Memo<Vec<Remark>>,
+    pub problems: Memo<Vec<Diagnostic>>,
+    /// Errors of the plan on show: what of the board it leaves out.
+    pub left_out: Memo<Vec<Diagnostic>>,
     /// The paths of the planned program.
-    pub ways: Memo<Option<Arc<Ways>>>,
+    pub toolpaths: Memo<Option<Arc<Toolpaths>>>,
     /// The machine that is planned for.
     pub machine: ReadSignal<Arc<Machine>>,
     /// Long work in the worker.
@@ -90,11 +90,14 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
         stale: slots.part(|model| &model.board.stale),
         problems,
         left_out: Memo::new(move |_| plan.with(|plan| left_out(plan.as_deref()).cloned().collect())),
-        ways: Memo::new(move |_| {
+        toolpaths: Memo::new(move |_| {
             let program = program.get()?;
             let body = laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
             let (corner, origin) = (picture::origin(body), program.origin);
-            Some(Arc::new(ways::ways(&program, Point::new(corner.x - origin.x, corner.y - origin.y))))
+            Some(Arc::new(toolpaths::toolpaths(
+                &program,
+                Point::new(corner.x - origin.x, corner.y - origin.y),
+            )))
         }),
         machine: slots.kept(|model| &model.machine),
         task: slots.made(|model| model.task()),
@@ -109,15 +112,16 @@ impl OpenBoard {
         self.document.with(|document| document.as_ref()?.unseen(&accepted))
     }
 
-    /// Losses of files or plan that nobody has seen yet; planning waits for that.
+    /// Errors of files or plan that nobody has seen yet; planning waits for that.
     pub fn waits_for_person(self) -> bool {
-        let unseen = |remark: &Remark| {
-            remark.weight == Weight::Loss && self.accepted.with(|accepted| !accepted.contains(&remark.code))
+        let unseen = |diagnostic: &Diagnostic| {
+            diagnostic.severity == Severity::Error
+                && self.accepted.with(|accepted| !accepted.contains(&diagnostic.code))
         };
         self.problems.with(|problems| problems.iter().any(unseen))
     }
 
-    /// How many findings nobody has read yet, and how many losses of the plan nobody has seen.
+    /// How many findings nobody has read yet, and how many errors of the plan nobody has seen.
     pub fn unread(self) -> usize {
         let read = all().job.read;
         self.plan.with(|plan| {
@@ -130,7 +134,7 @@ impl OpenBoard {
     }
 
     /// Whether the plan on show may be exported or sent: it is that of the job, it is proved, every finding was read and every
-    /// loss seen.
+    /// error seen.
     pub fn cleared(self) -> bool {
         self.proved.with(Option::is_some) && !self.stale.get() && self.unread() == 0
     }

@@ -9,8 +9,8 @@ use crate::model::JobEvent;
 use crate::model::export::Outcome;
 use annulus_core::cam::Order;
 use annulus_core::cam::work::{Action, Operation, Work};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::post::RunSheet;
-use annulus_core::remark::Remark;
 use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -47,7 +47,7 @@ pub struct OpenJob {
     /// What came of the last export.
     pub outcome: ReadSignal<Option<Outcome>>,
     /// Why nothing was written.
-    pub not_written: ReadSignal<Vec<Remark>>,
+    pub not_written: ReadSignal<Vec<Diagnostic>>,
     /// The run sheet on show.
     pub run_sheet: ReadSignal<Option<RunSheet>>,
 }

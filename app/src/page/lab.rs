@@ -12,9 +12,9 @@ use crate::lab::{Bench, Sheet, rehearsal};
 use crate::model::{LabEvent, lab};
 use crate::said::Text;
 use annulus_core::control::Trust;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::queue::{self, Checked, Queue, RowResult, Standing};
-use annulus_core::remark::Remark;
 use annulus_core::units::Length;
 use annulus_core::wire::Status;
 use leptos::prelude::*;
@@ -58,9 +58,9 @@ pub struct Lab {
     /// The queue's lines as typed.
     pub lines: Memo<Vec<Line>>,
     /// The same as rows that may be run, or what is wrong with them, line by line.
-    pub read: Memo<Result<Queue, Vec<Remark>>>,
+    pub read: Memo<Result<Queue, Vec<Diagnostic>>>,
     /// What the queue will do, or the first row that may not be.
-    pub checked: Memo<Option<Result<Checked, Remark>>>,
+    pub checked: Memo<Option<Result<Checked, Diagnostic>>>,
 }
 
 /// The run of the queue in this page.

@@ -10,8 +10,8 @@ pub use crate::model::link::{Armed, Control, Ended, Hand, Interrupted, Notice, P
 use crate::model::start::Preflight;
 use crate::model::{Job, LinkEvent};
 use annulus_core::control::{State, Timing};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::remark::Remark;
 use annulus_core::wire::{Ask, Outputs, Status};
 use leptos::prelude::*;
 use std::collections::BTreeSet;
@@ -41,7 +41,7 @@ pub struct Link {
     /// What the bridge's clock is worth; none where the drill is virtual.
     pub timing: ReadSignal<Option<Arc<Timing>>>,
     /// Why the last wish was refused.
-    pub refused: ReadSignal<Option<Remark>>,
+    pub refused: ReadSignal<Option<Diagnostic>>,
     /// Why this page lost control.
     pub ousted: ReadSignal<Option<Ousted>>,
     /// There and back, ms.

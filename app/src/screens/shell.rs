@@ -34,6 +34,6 @@ pub(crate) fn shell() -> impl IntoView {
             .attr("aria-label", move || top_bar::name_of(tab.get()))
             .child((h1().class("unseen").child(move || top_bar::name_of(tab.get())), stage::stage(), screen)),
         status_bar::status_bar(),
-        machine::bit_change(),
+        machine::tool_change(),
     ))
 }

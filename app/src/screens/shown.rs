@@ -8,8 +8,8 @@ use crate::model::Job;
 use crate::page::link;
 use crate::page::{frame, open_board, play};
 use crate::picture;
+use crate::toolpaths::{self, Toolpaths};
 use crate::view::{Layer, Progress};
-use crate::ways::{self, Ways};
 use annulus_core::board::{Board, Hole};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Command, Leg, Mark, Program, Stage};
@@ -28,14 +28,14 @@ pub(crate) struct Shown {
     /// The box of the board, whose lower left corner the picture counts from.
     pub body: Option<Bounds>,
     /// What the program does, if there is one.
-    pub ways: Option<Arc<Ways>>,
+    pub toolpaths: Option<Arc<Toolpaths>>,
     /// Disc and stop of every hole.
     pub discs: Vec<(u32, u32)>,
     /// For every way, the operation that it belongs to, where that is known.
-    pub way_operations: Vec<u16>,
+    pub toolpath_operations: Vec<u16>,
     /// Filled layers, the lowest first.
     pub layers: Vec<Layer>,
-    /// Show the ways as in the file instead of the planned ones.
+    /// Show the toolpaths as in the file instead of the planned ones.
     pub before: bool,
 }
 
@@ -52,14 +52,15 @@ impl Shown {
 
     /// The operation that a stop belongs to; where that is not known, its bit tells them apart.
     pub(crate) fn operation_of(&self, stop: u32) -> usize {
-        let ways = self.ways.as_ref();
-        let mark = ways.and_then(|ways| ways.stops.get(stop as usize));
-        if let Some(Mark::Way(way)) = mark
-            && let Some(operation) = self.way_operations.get(*way as usize)
+        let toolpaths = self.toolpaths.as_ref();
+        let mark = toolpaths.and_then(|toolpaths| toolpaths.stops.get(stop as usize));
+        if let Some(Mark::Toolpath(way)) = mark
+            && let Some(operation) = self.toolpath_operations.get(*way as usize)
         {
             return usize::from(*operation);
         }
-        let cut = ways.and_then(|ways| ways.cuts.get(ways.cuts.partition_point(|cut| cut.stop < stop)));
+        let cut = toolpaths
+            .and_then(|toolpaths| toolpaths.cuts.get(toolpaths.cuts.partition_point(|cut| cut.stop < stop)));
         cut.map_or(0, |cut| cut.bit as usize)
     }
 
@@ -79,7 +80,7 @@ impl Shown {
 /// How far the shown board is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
-    /// Holes and ways behind the head.
+    /// Holes and toolpaths behind the head.
     pub progress: Progress,
     /// The head in work coordinates.
     pub head_mm: Option<[f64; 2]>,
@@ -121,12 +122,22 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
         let (order, work_zero) = plan
             .as_ref()
             .map_or_else(|| (Vec::new(), picture::origin(body)), |plan| (plan.order(), plan.origin));
-        let way_operations = plan.map(|plan| plan.way_operations.clone()).unwrap_or_default();
+        let toolpath_operations = plan.map(|plan| plan.toolpath_operations.clone()).unwrap_or_default();
         let turned = desk.laid.with(|laid| laid.as_ref().is_some_and(|laid| laid.laid.turned));
-        let ways = open_board().ways.get().filter(|_| as_laid.get() || !turned);
+        let toolpaths = open_board().toolpaths.get().filter(|_| as_laid.get() || !turned);
         let before = frame().show_before.get();
-        let discs = ways.as_ref().map(|ways| discs(ways, |hole, _| hole)).unwrap_or_default();
-        Some(Arc::new(Shown { board, order, work_zero, body, ways, discs, layers, before, way_operations }))
+        let discs = toolpaths.as_ref().map(|toolpaths| discs(toolpaths, |hole, _| hole)).unwrap_or_default();
+        Some(Arc::new(Shown {
+            board,
+            order,
+            work_zero,
+            body,
+            toolpaths,
+            discs,
+            layers,
+            before,
+            toolpath_operations,
+        }))
     });
     let at_machine = Memo::new(move |_| {
         let Some(job) = link::link().shown_job.get() else { return planned.get() };
@@ -152,23 +163,24 @@ fn of_program(job: &Job) -> Shown {
     let board = Board { name: program.name.clone(), holes, ..Board::default() };
     let body = picture::body_with(&board, milled(program));
     let corner = picture::origin(body);
-    let ways = ways::ways(program, Point::new(corner.x - program.origin.x, corner.y - program.origin.y));
+    let toolpaths =
+        toolpaths::toolpaths(program, Point::new(corner.x - program.origin.x, corner.y - program.origin.y));
     Shown {
         board: Arc::new(board),
         order,
         work_zero: program.origin,
         body,
-        discs: discs(&ways, |_, number| number),
-        ways: Some(Arc::new(ways)),
+        discs: discs(&toolpaths, |_, number| number),
+        toolpaths: Some(Arc::new(toolpaths)),
         layers: Vec::new(),
-        way_operations: Vec::new(),
+        toolpath_operations: Vec::new(),
         before: false,
     }
 }
 
 /// The stop of every hole, by disc; `disc` finds it for a hole and its number in the order of drilling.
-fn discs(ways: &Ways, disc: impl Fn(u32, u32) -> u32) -> Vec<(u32, u32)> {
-    let holes = (0..).zip(&ways.stops).filter_map(|(stop, mark)| match mark {
+fn discs(toolpaths: &Toolpaths, disc: impl Fn(u32, u32) -> u32) -> Vec<(u32, u32)> {
+    let holes = (0..).zip(&toolpaths.stops).filter_map(|(stop, mark)| match mark {
         Mark::Hole(hole) => Some((stop, *hole)),
         _ => None,
     });
@@ -209,9 +221,9 @@ fn at_playback() -> Moment {
     let Some(now) = play().now() else { return Moment::default() };
     let drilling = matches!(now.mark, Mark::Hole(_)) && matches!(now.stage, Stage::Approach | Stage::Drill);
     let [x, y, _] = now.position_mm;
-    let done = open_board()
-        .ways
-        .with(|ways| ways.as_ref().map_or(now.holes_done, |ways| ways.done(now.leg, now.holes_done)));
+    let done = open_board().toolpaths.with(|toolpaths| {
+        toolpaths.as_ref().map_or(now.holes_done, |toolpaths| toolpaths.done(now.leg, now.holes_done))
+    });
     Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 
@@ -230,7 +242,7 @@ fn at_machine() -> Moment {
     let done = link::link().shown_job.with(|job| {
         let (Some(job), Some(leg)) = (job, status.leg) else { return at_end(line) };
         let legs = &job.program.legs;
-        let behind = legs.iter().take(leg as usize).filter(|leg| ways::is_stop(leg.mark)).count() as u32;
+        let behind = legs.iter().take(leg as usize).filter(|leg| toolpaths::is_stop(leg.mark)).count() as u32;
         let here = legs.get(leg as usize).is_some_and(|leg| matches!(leg.mark, Mark::Hole(_)));
         behind + u32::from(here && status.stage == Some(Stage::Retract))
     });

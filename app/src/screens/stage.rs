@@ -271,11 +271,11 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     };
     let corner = picture::origin(shown.body);
     scene.lines = picture::travel(&shown.board, corner, shown.work_zero, order, palette);
-    match &shown.ways {
-        Some(ways) if !(shown.before && frame().tab.get() == Tab::Board) => {
+    match &shown.toolpaths {
+        Some(toolpaths) if !(shown.before && frame().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
             let with_travel = frame().show_travel.get() || frame().tab.get() != Tab::Cam;
-            scene.lines = picture::ways(ways, palette, colour, with_travel);
+            scene.lines = picture::toolpaths(toolpaths, palette, colour, with_travel);
             if frame().tab.get() == Tab::Cam {
                 scene.lines.extend(found(shown, palette));
             }

@@ -99,7 +99,7 @@ pub struct Palette {
     pub travelled: Colour,
     /// One colour a tool; told apart with every common colour blindness.
     pub tools: [Colour; 8],
-    /// One colour an operation, for its ways.
+    /// One colour an operation, for its toolpaths.
     pub operations: [Colour; 6],
 }
 
@@ -152,7 +152,7 @@ impl Palette {
         operations: OPERATIONS,
     };
 
-    /// The colour of the ways of the operation with this index; they repeat after six.
+    /// The colour of the toolpaths of the operation with this index; they repeat after six.
     pub fn operation(&self, index: usize) -> Colour {
         self.operations[index % self.operations.len()]
     }

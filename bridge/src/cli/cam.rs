@@ -3,30 +3,30 @@
 //! ```text
 //!  --to ─▶ target (else nothing is planned)
 //!  JOB… ─▶ Board ─┐
-//!  job file ──────┼─▶ Work ─ side by side: plan ─▶ program ─ proof ─▶ findings ─┬─ unread, or a loss unseen: none is written
+//!  job file ──────┼─▶ Work ─ side by side: plan ─▶ program ─ proof ─▶ findings ─┬─ unread, or an error not acknowledged: none is written
 //!  --set ─────────┘                                                             └─ files of all sides, then written
 //! ```
 //!
-//! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how ways are made.
+//! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how toolpaths are made.
 
 use super::cam_files::{self, Written};
 use super::cures::Curing;
 use super::export::{self, Target};
 use super::findings::{finding_lines, finding_object, groups_object, is_unread, whole_lines, whole_object};
 use super::saving;
-use super::{Answer, Exit, ReadingArgs, Refusal, remark_lines, remark_objects, rounded, tool_object};
+use super::{Answer, Exit, ReadingArgs, Refusal, diagnostic_lines, diagnostic_objects, rounded, tool_object};
 use crate::cli::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::ways::{self, Means, Part, Planned, Scene, lower_work};
+use annulus_core::cam::toolpaths::{self, Means, Part, Planned, Scene, lower_work};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program, milled_mm};
 use annulus_core::machine::Machine;
 use annulus_core::post::{Files, Manner};
 use annulus_core::proof::{self, Verdict};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use annulus_core::{locale, motion, project, sim};
 use serde_json::{Value, json};
@@ -74,7 +74,7 @@ pub(crate) struct CamArgs {
     /// Cure gaps that are not open, first by a lesser depth of the whole, then one by one, until nothing more opens.
     #[arg(long)]
     cure: bool,
-    /// Losses and findings that were seen, by code or by the finding's name.
+    /// Errors and findings that were seen, by code or by the finding's name.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     accept: Vec<String>,
     /// Seed of the search.
@@ -92,7 +92,7 @@ struct Side {
     program: Program,
     verdict: Verdict,
     curing: Curing,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
     /// How long all of it takes and each of its bits, s; none where it cannot be said.
     times_s: Option<(f64, Vec<f64>)>,
 }
@@ -102,8 +102,8 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let target = target(args)?;
     let machine = machine_file::named(args.on.name())?.machine;
     let whole = job::read_whole(&args.jobs, &args.reading, &args.accept)?;
-    let Whole { board, remarks: mut read, given, job } = whole;
-    read.extend(target.iter().flat_map(Target::doubts));
+    let Whole { board, diagnostics: mut read, given, job } = whole;
+    read.extend(target.iter().flat_map(Target::warnings));
     read.extend(args.on.assumed(&machine).filter(|_| target.is_some()));
     let mut work = chosen(args, &board, job.as_deref(), &machine)?;
     let mut sides = Vec::new();
@@ -111,7 +111,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         sides.push(side(args, (&board, job::lost(&read)), &mut work, &machine, face)?);
     }
     if sides.is_empty() {
-        return Err(Refusal::content(Remark::new(Weight::Loss, "cam.nothing_to_do")));
+        return Err(Refusal::content(Diagnostic::error("cam.nothing_to_do")));
     }
     if let Some(path) = &args.save_job {
         job::write_output(path, project::write(&work).as_bytes())?;
@@ -129,7 +129,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         Some(_) => Written::default(),
     };
     let why = why.or_else(|| written.why.clone());
-    read.extend(written.remarks.iter().cloned());
+    read.extend(written.diagnostics.iter().cloned());
     let mut reports = Vec::new();
     let mut text = String::new();
     for (at, side) in sides.iter().enumerate() {
@@ -141,7 +141,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         text += &locale::text("en", "cam.report.run_sheet", &[("file".to_owned(), sheet.clone())]);
         text.push('\n');
     }
-    text += &remark_lines(&read);
+    text += &diagnostic_lines(&read);
     let object = json!({
         "to": args.to,
         "machine": args.on.name(),
@@ -149,27 +149,30 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         "run_sheet": written.run_sheet,
         "programs": reports,
         "findings_unread": unread,
-        "losses_unseen": unseen(args, &sides).count(),
-        "remarks": remark_objects(&read),
+        "errors_unacknowledged": unseen(args, &sides).count(),
+        "diagnostics": diagnostic_objects(&read),
     });
     let Some(why) = why else { return Ok(Answer { object, text, exit: Exit::Done }) };
     Ok(Answer::refused(object, &text, why))
 }
 
-/// The losses of all sides that nobody has accepted.
-fn unseen<'a>(args: &'a CamArgs, sides: &'a [Side]) -> impl Iterator<Item = &'a Remark> {
-    sides.iter().flat_map(|side| &side.remarks).filter(|remark| remark.is_unseen(&args.accept))
+/// The errors of all sides that nobody has accepted.
+fn unseen<'a>(args: &'a CamArgs, sides: &'a [Side]) -> impl Iterator<Item = &'a Diagnostic> {
+    sides
+        .iter()
+        .flat_map(|side| &side.diagnostics)
+        .filter(|diagnostic| diagnostic.is_unacknowledged(&args.accept))
 }
 
-/// Why nothing may be written yet: findings that nobody has read, else losses that nobody has seen.
-fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Remark> {
+/// Why nothing may be written yet: findings that nobody has read, else errors that nobody has seen.
+fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Diagnostic> {
     if unread > 0 {
-        return Some(Remark::new(Weight::Loss, "cam.unread_findings").with("count", unread));
+        return Some(Diagnostic::error("cam.unread_findings").with("count", unread));
     }
-    let mut codes: Vec<&str> = unseen(args, sides).map(|loss| loss.code.as_str()).collect();
+    let mut codes: Vec<&str> = unseen(args, sides).map(|error| error.code.as_str()).collect();
     codes.sort_unstable();
     codes.dedup();
-    let why = Remark::new(Weight::Loss, "cam.unseen_losses").with("codes", codes.join(", "));
+    let why = Diagnostic::error("cam.unacknowledged_errors").with("codes", codes.join(", "));
     (!codes.is_empty()).then_some(why)
 }
 
@@ -177,7 +180,7 @@ fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Remark> {
 fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
     match (args.to.as_str(), args.lines_only) {
         (OWN_FORM, None) => Ok(None),
-        (OWN_FORM, Some(_)) => Err(Refusal::usage(Remark::new(Weight::Loss, "cam.own_form_has_arcs"))),
+        (OWN_FORM, Some(_)) => Err(Refusal::usage(Diagnostic::error("cam.own_form_has_arcs"))),
         (name, _) => Target::named(name).map(Some),
     }
 }
@@ -190,7 +193,7 @@ fn chosen(args: &CamArgs, board: &Board, saved: Option<&str>, machine: &Machine)
     }
     for pair in &args.set {
         let Some((key, value)) = pair.split_once('=') else {
-            return Err(Refusal::usage(Remark::new(Weight::Loss, "cam.bad_set").with("found", pair)));
+            return Err(Refusal::usage(Diagnostic::error("cam.bad_set").with("found", pair)));
         };
         parameters::assign(&mut work, key.trim(), value.trim()).map_err(Refusal::usage)?;
     }
@@ -231,10 +234,10 @@ fn side(
     let (mut curing, mut known) = (Curing::default(), BTreeMap::new());
     loop {
         let planned = planned(board, work, machine, &means, &mut known);
-        let (planned, remarks) = planned.map_err(|losses| {
-            let first = losses.first().cloned();
-            losses.into_iter().skip(1).for_each(|loss| super::say(Refusal::content(loss)));
-            Refusal::content(first.unwrap_or_else(|| Remark::new(Weight::Loss, "cam.nothing_to_do")))
+        let (planned, diagnostics) = planned.map_err(|errors| {
+            let first = errors.first().cloned();
+            errors.into_iter().skip(1).for_each(|error| super::say(Refusal::content(error)));
+            Refusal::content(first.unwrap_or_else(|| Diagnostic::error("cam.nothing_to_do")))
         })?;
         let mut program = lower_work(&planned, work, machine);
         let usual = proof::Options::of(face, work.promised(face));
@@ -255,8 +258,8 @@ fn side(
         program.accepted.dedup();
         let timed = motion::timeline(&program, machine);
         let times_s = timed.as_ref().ok().map(|timed| (timed.total_s(), sim::time_by_bit_s(timed)));
-        let remarks = remarks.into_iter().chain(curing.left(&verdict)).chain(timed.err()).collect();
-        return Ok(Side { face, planned, program, verdict, curing, remarks, times_s });
+        let diagnostics = diagnostics.into_iter().chain(curing.left(&verdict)).chain(timed.err()).collect();
+        return Ok(Side { face, planned, program, verdict, curing, diagnostics, times_s });
     }
 }
 
@@ -267,18 +270,18 @@ fn planned(
     machine: &Machine,
     means: &Means<'_>,
     known: &mut BTreeMap<String, Part>,
-) -> Result<(Planned, Vec<Remark>), Vec<Remark>> {
+) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
     let scene = Scene::of(board, work);
     let mut parts = Vec::new();
-    for (index, _) in ways::planned_operations(work) {
-        let key = ways::key(work, index, machine);
+    for (index, _) in toolpaths::planned_operations(work) {
+        let key = toolpaths::key(work, index, machine);
         if !known.contains_key(&key) {
-            let part = ways::plan_operation(&scene, work, index, machine, means, &mut |_| true);
+            let part = toolpaths::plan_operation(&scene, work, index, machine, means, &mut |_| true);
             known.insert(key.clone(), part.map_err(|why| vec![why])?);
         }
         parts.extend(known.get(&key).cloned());
     }
-    ways::assemble(scene, work, machine, means, parts)
+    toolpaths::assemble(scene, work, machine, means, parts)
 }
 
 /// Writes the files of all sides.
@@ -331,17 +334,17 @@ fn counts(program: &Program) -> Counts {
 fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
     let counts = counts(&side.program);
     let by_leg = milled_mm(&side.program);
-    // Ways are legs of their own, in the order of the tasks.
+    // Toolpaths are legs of their own, in the order of the tasks.
     let legs = side.program.legs.iter().zip(&by_leg);
-    let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Way(_))).map(|(_, mm)| *mm);
+    let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Toolpath(_))).map(|(_, mm)| *mm);
     let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
     let tools: Vec<Value> = tasks
         .map(|(part, task)| {
-            let milled: f64 = by_way.by_ref().take(task.ways.len()).sum();
+            let milled: f64 = by_way.by_ref().take(task.toolpaths.len()).sum();
             let tool = tool_object(&task.bit);
             json!({ "operation": part.operation, "bit": task.bit.name, "form": tool["form"],
                 "diameter_mm": tool["diameter_mm"], "tip_mm": tool["tip_mm"], "angle_deg": tool["angle_deg"],
-                "tool": tool, "holes": task.strokes.len(), "ways": task.ways.len(), "milled_mm": rounded(milled) })
+                "tool": tool, "holes": task.strokes.len(), "toolpaths": task.toolpaths.len(), "milled_mm": rounded(milled) })
         })
         .collect();
     let verdict = &side.verdict;
@@ -357,7 +360,7 @@ fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
         "plunges": counts.plunges,
         "retracts": counts.retracts,
         "holes": side.program.hole_count(),
-        "ways": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count(),
+        "toolpaths": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count(),
         "tool_changes": side.program.bits.len(),
         "tools": tools,
         "groups": groups_object(&verdict.groups, &verdict.findings, accept),
@@ -365,7 +368,7 @@ fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
         "cured": side.curing.object(),
         "findings": findings,
         "more": verdict.more,
-        "remarks": remark_objects(&side.remarks),
+        "diagnostics": diagnostic_objects(&side.diagnostics),
     })
 }
 
@@ -379,7 +382,7 @@ fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
         "cam.report.side",
         &[
             ("side", side.face.name().to_owned()),
-            ("ways", side.planned.ways().count().to_string()),
+            ("toolpaths", side.planned.toolpaths().count().to_string()),
             ("milled", format!("{:.1}", milled_mm(&side.program).iter().sum::<f64>())),
             ("holes", side.program.hole_count().to_string()),
             ("bits", side.program.bits.len().to_string()),
@@ -391,5 +394,5 @@ fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
     }
     let verdict = &side.verdict;
     out += &finding_lines(&verdict.groups, &verdict.findings, accept);
-    out + &whole_lines(verdict.whole.as_ref()) + &remark_lines(&side.remarks)
+    out + &whole_lines(verdict.whole.as_ref()) + &diagnostic_lines(&side.diagnostics)
 }

@@ -6,10 +6,10 @@
 use super::export::Target;
 use super::{Refusal, rounded, tool_object};
 use crate::cli::job;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Briefing, Program, ToolBriefing};
 use annulus_core::locale;
 use annulus_core::post::{self, Manner, OutputFile};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -32,9 +32,9 @@ pub(super) struct Written {
     /// Where the run sheet is, if one was written.
     pub(super) run_sheet: Option<String>,
     /// What the proof of the files says.
-    pub(super) remarks: Vec<Remark>,
+    pub(super) diagnostics: Vec<Diagnostic>,
     /// Why nothing was written: the files would not do what their programs do.
-    pub(super) why: Option<Remark>,
+    pub(super) why: Option<Diagnostic>,
 }
 
 /// Writes the files of all sides into `folder`, once all of them could be made and do what their programs do, but for what is
@@ -63,16 +63,16 @@ pub(super) fn write(
         };
         let program = Program { name, ..(*program).clone() };
         let files = target.files(&program, manner, Some((briefing, index)))?;
-        written.remarks.extend(target.proved(&program, manner, &files));
+        written.diagnostics.extend(target.proved(&program, manner, &files));
         made.push(files.iter().map(output).collect());
         posted.push(files);
     }
-    written.why = written.remarks.iter().find(|remark| remark.is_unseen(accept)).cloned();
+    written.why = written.diagnostics.iter().find(|diagnostic| diagnostic.is_unacknowledged(accept)).cloned();
     if written.why.is_some() {
         return Ok(written);
     }
     std::fs::create_dir_all(folder).map_err(|error| {
-        let why = Remark::new(Weight::Loss, "job.not_written").with("file", folder.display());
+        let why = Diagnostic::error("job.not_written").with("file", folder.display());
         Refusal::surroundings(why.with("reason", error))
     })?;
     for (index, files) in made.into_iter().enumerate() {

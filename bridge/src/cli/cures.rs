@@ -12,9 +12,9 @@
 
 use annulus_core::board::Face;
 use annulus_core::cam::work::{Action, Isolate, Operation, Remedy, Work};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::proof::{self, Finding, Kind, Verdict};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 
@@ -61,10 +61,10 @@ impl Curing {
     }
 
     /// What stays closed though everything was tried, or there were rounds enough: how much, and how narrow it is.
-    pub(super) fn left(&self, verdict: &Verdict) -> Option<Remark> {
+    pub(super) fn left(&self, verdict: &Verdict) -> Option<Diagnostic> {
         let joined = || verdict.findings.iter().filter(|finding| is_joined(finding));
         let narrowest = joined().map(|finding| finding.width).min().filter(|_| self.rounds > 0)?;
-        let said = Remark::new(Weight::Doubt, "cam.cures_left").with("count", joined().count());
+        let said = Diagnostic::warning("cam.cures_left").with("count", joined().count());
         let said = said.with("rounds", self.rounds.min(MOST_ROUNDS));
         Some(said.with("width", format!("{:.3}", narrowest.mm())))
     }

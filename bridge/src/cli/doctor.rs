@@ -10,7 +10,7 @@ use crate::server::runtime;
 use crate::{drill, journal, machine_file};
 use annulus_core::control::Lateness;
 use annulus_core::control::lateness::{EDGES_US, safe_rate};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -30,7 +30,7 @@ pub(crate) struct DoctorArgs {
 /// What one check found.
 struct Check {
     name: &'static str,
-    finding: Remark,
+    finding: Diagnostic,
     numbers: Value,
 }
 
@@ -48,9 +48,9 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
     ];
     checks.push(match browser::opener() {
         Some(path) => good("browser", "doctor.browser").with("path", path.display()),
-        None => Check::new("browser", Weight::Note, "doctor.no_browser"),
+        None => Check::new("browser", Severity::Note, "doctor.no_browser"),
     });
-    let bad = checks.iter().find(|check| check.finding.weight == Weight::Loss);
+    let bad = checks.iter().find(|check| check.finding.severity == Severity::Error);
     let mut text: String = checks.iter().map(Check::line).collect();
     if args.timing {
         text += &histogram(&lateness);
@@ -64,8 +64,8 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
 }
 
 impl Check {
-    fn new(name: &'static str, weight: Weight, code: &str) -> Self {
-        Self { name, finding: Remark::new(weight, code), numbers: Value::Null }
+    fn new(name: &'static str, severity: Severity, code: &str) -> Self {
+        Self { name, finding: Diagnostic::new(severity, code), numbers: Value::Null }
     }
 
     fn with(mut self, name: &str, value: impl ToString) -> Self {
@@ -74,10 +74,10 @@ impl Check {
     }
 
     fn mark(&self) -> &'static str {
-        match self.finding.weight {
-            Weight::Note if self.finding.advice("en").is_empty() => "good",
-            Weight::Note | Weight::Doubt => "note",
-            Weight::Loss => "bad",
+        match self.finding.severity {
+            Severity::Note if self.finding.advice("en").is_empty() => "good",
+            Severity::Note | Severity::Warning => "note",
+            Severity::Error => "bad",
         }
     }
 
@@ -99,7 +99,7 @@ impl Check {
 }
 
 fn good(name: &'static str, code: &str) -> Check {
-    Check::new(name, Weight::Note, code)
+    Check::new(name, Severity::Note, code)
 }
 
 /// Whether a file can be written in `folder`.
@@ -109,7 +109,7 @@ fn folder(name: &'static str, folder: &Path) -> Check {
     let _ = fs::remove_file(&probe);
     match tried {
         Ok(()) => good(name, "doctor.folder").with("folder", folder.display()),
-        Err(error) => Check::new(name, Weight::Loss, "doctor.folder_closed")
+        Err(error) => Check::new(name, Severity::Error, "doctor.folder_closed")
             .with("folder", folder.display())
             .with("reason", error),
     }
@@ -120,7 +120,7 @@ fn port(running: Option<u16>) -> Check {
     match running {
         Some(port) => good("port", "doctor.running").with("port", port),
         None if serve::is_free(port) => good("port", "doctor.port").with("port", port),
-        None => Check::new("port", Weight::Doubt, "doctor.port_taken").with("port", port),
+        None => Check::new("port", Severity::Warning, "doctor.port_taken").with("port", port),
     }
 }
 
@@ -149,7 +149,7 @@ fn timing(late: &Lateness, no_realtime: Option<String>) -> Check {
     let (half, most, worst) = (late.p50_us.round(), late.p99_us.round(), late.worst_us.round());
     let safe_hz = safe_rate(late, 0.0);
     let code = if no_realtime.is_none() { "doctor.timing" } else { "doctor.timing_unfavoured" };
-    let mut check = Check::new("timing", Weight::Note, code)
+    let mut check = Check::new("timing", Severity::Note, code)
         .with("p50", half)
         .with("p99", most)
         .with("max", worst)

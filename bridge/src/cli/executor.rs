@@ -4,14 +4,14 @@
 
 use super::{Answer, Exit, Refusal};
 use crate::executor::child;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use serde_json::Value;
 
 /// Runs the command.
 pub(super) fn run() -> Result<Answer, Refusal> {
     let ended = child::run();
     ended.map_err(|error| {
-        Refusal::surroundings(Remark::new(Weight::Loss, "output.not_by_hand").with("reason", error))
+        Refusal::surroundings(Diagnostic::error("output.not_by_hand").with("reason", error))
     })?;
     Ok(Answer { object: Value::Null, text: String::new(), exit: Exit::Done })
 }

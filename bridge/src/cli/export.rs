@@ -3,14 +3,14 @@
 //! Comes in: a JOB and the name of a controller or a dialect file. Goes out: files, each whole or not at all. Does not know
 //! any controller.
 
-use super::{Answer, Exit, Refusal, remark_lines, remark_objects};
+use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects};
 use crate::cli::job;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::{Briefing, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
 use annulus_core::post::{self, Files, Manner, OutputFile};
 use annulus_core::proof;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::program;
 use serde_json::json;
 use std::fs;
@@ -50,8 +50,8 @@ pub(super) fn chord_error(text: &str) -> Result<f64, String> {
 pub(crate) struct Written {
     /// Names of the files.
     pub(crate) names: Vec<String>,
-    /// What their proof says; no loss.
-    pub(crate) remarks: Vec<Remark>,
+    /// What their proof says; no error.
+    pub(crate) diagnostics: Vec<Diagnostic>,
     /// Their bytes, one behind the other.
     pub(crate) bytes: Vec<u8>,
 }
@@ -66,15 +66,15 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     }
     let written = write(&args.target, &target, program.clone(), &job.machine)?;
     let assumed = args.job.on.assumed(&job.machine).into_iter().collect();
-    let remarks = [job.remarks, target.doubts(), written.remarks, assumed].concat();
+    let diagnostics = [job.diagnostics, target.warnings(), written.diagnostics, assumed].concat();
     let name = written.names.join(", ");
-    let (holes, ways) = (program.hole_count(), ways(&program));
+    let (holes, toolpaths) = (program.hole_count(), toolpaths(&program));
     let words = [
         ("holes".to_owned(), holes.to_string()),
-        ("ways".to_owned(), ways.to_string()),
+        ("toolpaths".to_owned(), toolpaths.to_string()),
         ("file".to_owned(), name),
     ];
-    let said = locale::text("en", "post.report", &words) + "\n" + &remark_lines(&remarks);
+    let said = locale::text("en", "post.report", &words) + "\n" + &diagnostic_lines(&diagnostics);
     let object = json!({
         "to": args.target.to,
         "machine": args.job.on.name(),
@@ -83,15 +83,15 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         "bytes": written.bytes.len(),
         "sha256": program::key(&written.bytes),
         "holes": holes,
-        "ways": ways,
+        "toolpaths": toolpaths,
         "tools": program.bits.len(),
-        "remarks": remark_objects(&remarks),
+        "diagnostics": diagnostic_objects(&diagnostics),
     });
     Ok(Answer { object, text: said, exit: Exit::Done })
 }
 
-fn ways(program: &Program) -> usize {
-    program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count()
+fn toolpaths(program: &Program) -> usize {
+    program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count()
 }
 
 /// A controller.
@@ -109,9 +109,9 @@ impl Target {
             return Ok(Self::Shipped(to.to_owned()));
         }
         if !Path::new(to).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-            let remark = Remark::new(Weight::Loss, "post.unknown_target").with("name", to);
-            let remark = remark.with("nearest", post::nearest_target(to));
-            return Err(Refusal::usage(remark.with("known", post::targets().join(", "))));
+            let diagnostic = Diagnostic::error("post.unknown_target").with("name", to);
+            let diagnostic = diagnostic.with("nearest", post::nearest_target(to));
+            return Err(Refusal::usage(diagnostic.with("known", post::targets().join(", "))));
         }
         let text = read(Path::new(to))?;
         let faults = post::check(to, &text);
@@ -124,10 +124,10 @@ impl Target {
 
 impl Target {
     /// What a template of a person's own leaves uncertain; those that ship leave nothing.
-    pub(crate) fn doubts(&self) -> Vec<Remark> {
+    pub(crate) fn warnings(&self) -> Vec<Diagnostic> {
         match self {
             Self::Shipped(_) => Vec::new(),
-            Self::Own(dialect) => post::doubts(dialect),
+            Self::Own(dialect) => post::warnings(dialect),
         }
     }
 
@@ -152,8 +152,8 @@ impl Target {
     }
 
     /// What `files` do otherwise than the `program` that they were written from in this manner, and what else there is to say of
-    /// them: losses are what must not be run.
-    pub(crate) fn proved(&self, program: &Program, manner: &Manner, files: &[OutputFile]) -> Vec<Remark> {
+    /// them: errors are what must not be run.
+    pub(crate) fn proved(&self, program: &Program, manner: &Manner, files: &[OutputFile]) -> Vec<Diagnostic> {
         let (dialect, own) = match self {
             Self::Shipped(name) => (post::dialect(name).and_then(Result::ok), false),
             Self::Own(dialect) => (Some(dialect.as_ref().clone()), true),
@@ -164,20 +164,22 @@ impl Target {
 }
 
 /// That the dialect file `name` has `faults`: a single one as it is, of several the first and how many there are.
-pub(super) fn faulty(name: &str, faults: &[Remark]) -> Remark {
-    let remark = Remark::new(Weight::Loss, "post.faults").with("count", faults.len()).with("file", name);
+pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
+    let diagnostic = Diagnostic::error("post.faults").with("count", faults.len()).with("file", name);
     match faults {
         [only] => only.clone(),
-        [first, ..] => Remark { place: first.place.clone(), ..remark.with("first", first.message("en")) },
-        [] => remark,
+        [first, ..] => {
+            Diagnostic { place: first.place.clone(), ..diagnostic.with("first", first.message("en")) }
+        }
+        [] => diagnostic,
     }
 }
 
 /// The text of a dialect or job file.
 pub(super) fn read(path: &Path) -> Result<String, Refusal> {
     fs::read_to_string(path).map_err(|error| {
-        let remark = Remark::new(Weight::Loss, "job.unreadable").with("file", path.display());
-        Refusal::surroundings(remark.with("reason", error))
+        let diagnostic = Diagnostic::error("job.unreadable").with("file", path.display());
+        Refusal::surroundings(diagnostic.with("reason", error))
     })
 }
 
@@ -198,14 +200,14 @@ pub(crate) fn write(
     let manner = Manner { lines_only: args.lines_only, files, ..Manner::on(machine) };
     let files = target.files(&program, &manner, None)?;
     if !folder && files.len() > 1 {
-        let remark = Remark::new(Weight::Loss, "post.several_files").with("count", files.len());
-        return Err(Refusal::usage(remark.with("file", args.output.display())));
+        let diagnostic = Diagnostic::error("post.several_files").with("count", files.len());
+        return Err(Refusal::usage(diagnostic.with("file", args.output.display())));
     }
-    let remarks = target.proved(&program, &manner, &files);
-    if let Some(loss) = remarks.iter().find(|remark| remark.weight == Weight::Loss) {
-        return Err(Refusal { diagnostics: remarks.clone(), ..Refusal::content(loss.clone()) });
+    let diagnostics = target.proved(&program, &manner, &files);
+    if let Some(error) = diagnostics.iter().find(|diagnostic| diagnostic.severity == Severity::Error) {
+        return Err(Refusal { diagnostics: diagnostics.clone(), ..Refusal::content(error.clone()) });
     }
-    let mut written = Written { names: Vec::new(), remarks, bytes: Vec::new() };
+    let mut written = Written { names: Vec::new(), diagnostics, bytes: Vec::new() };
     for file in files {
         let path = if folder { args.output.join(&file.name) } else { args.output.clone() };
         job::write_output(&path, file.text.as_bytes())?;

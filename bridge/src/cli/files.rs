@@ -6,8 +6,8 @@
 use super::{ReadingArgs, Units, Zeros};
 use crate::refusal::Refusal;
 use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::project::saved::{self, Numbers, Project, Said};
-use annulus_core::remark::{Remark, Weight};
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -80,7 +80,7 @@ fn of_board(artwork: &mut Artwork, listed: Vec<usize>, asked: Option<&str>) -> R
         asked.filter(|asked| !boards.iter().any(|(name, _)| name.eq_ignore_ascii_case(asked)))
     {
         let names: Vec<String> = boards.into_iter().map(|(name, _)| name).collect();
-        let why = Remark::new(Weight::Loss, "cli.unknown_board").with("found", asked);
+        let why = Diagnostic::error("cli.unknown_board").with("found", asked);
         return Err(Refusal::usage(why.with("names", names.join(", "))));
     }
     let wanted = |board: &str| match asked {
@@ -112,7 +112,7 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
     let project = match paths {
         [path] => project_file(path)?,
         _ if paths.iter().any(|path| matches!(project_file(path), Ok(Some(_)))) => {
-            return Err(Refusal::usage(Remark::new(Weight::Loss, "saved.alone")));
+            return Err(Refusal::usage(Diagnostic::error("saved.alone")));
         }
         _ => None,
     };
@@ -156,9 +156,10 @@ fn project_file(path: &Path) -> Result<Option<Project>, Refusal> {
 fn overrides(reading: &ReadingArgs) -> Result<Overrides, Refusal> {
     let digits = match reading.digits.as_deref() {
         None => None,
-        Some(text) => Some(digits(text).ok_or_else(|| {
-            Refusal::usage(Remark::new(Weight::Loss, "files.bad_digits").with("found", text))
-        })?),
+        Some(text) => Some(
+            digits(text)
+                .ok_or_else(|| Refusal::usage(Diagnostic::error("files.bad_digits").with("found", text)))?,
+        ),
     };
     Ok(Overrides {
         units: reading.units.map(|units| match units {
@@ -206,7 +207,7 @@ impl Collected {
             || self.bytes + kind.len() > MOST_BYTES_TOGETHER
             || self.named.len() >= MOST_FILES
         {
-            let why = Remark::new(Weight::Loss, "files.too_much").with("path", path.display());
+            let why = Diagnostic::error("files.too_much").with("path", path.display());
             return Err(Refusal::content(
                 why.with("files", MOST_FILES).with("megabytes", MOST_BYTES_TOGETHER >> 20),
             ));
@@ -254,7 +255,7 @@ fn trouble(path: &Path, error: &io::Error) -> Refusal {
         io::ErrorKind::PermissionDenied => "files.no_permission",
         _ => "files.unreadable",
     };
-    Refusal::surroundings(Remark::new(Weight::Loss, code).with("path", path.display()).with("why", error))
+    Refusal::surroundings(Diagnostic::error(code).with("path", path.display()).with("why", error))
 }
 
 #[cfg(test)]

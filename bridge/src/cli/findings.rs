@@ -31,13 +31,13 @@ pub(super) fn is_unread(finding: &Finding, accept: &[String]) -> bool {
 
 /// A finding for scripts.
 pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
-    let remark = finding.remark();
+    let diagnostic = finding.diagnostic();
     let mm = |length: Length| rounded(length.mm());
     json!({
         "id": finding.id,
         "kind": finding.kind,
-        "code": remark.code,
-        "weight": remark.weight,
+        "code": diagnostic.code,
+        "severity": diagnostic.severity,
         "agreed": finding.agreed,
         "x_mm": mm(finding.at.x),
         "y_mm": mm(finding.at.y),
@@ -49,8 +49,8 @@ pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
         "cures": finding.cures.iter().map(cure_object).collect::<Vec<_>>(),
         "accepted": accepted(finding, accept),
         "unread": is_unread(finding, accept),
-        "message": remark.message("en"),
-        "advice": remark.advice("en"),
+        "message": diagnostic.message("en"),
+        "advice": diagnostic.advice("en"),
     })
 }
 
@@ -84,20 +84,20 @@ fn cure_object(cure: &Cure) -> Value {
 pub(super) fn groups_object(groups: &[Group], findings: &[Finding], accept: &[String]) -> Value {
     let mm = |length: Length| rounded(length.mm());
     let object = |group: &Group| {
-        let remark = group.remark();
+        let diagnostic = group.diagnostic();
         let unread = members(group, findings).filter(|finding| is_unread(finding, accept)).count();
         let pair = |pair: &annulus_core::proof::Pair| json!({ "nets": pair.nets, "width_min_mm": mm(pair.least), "ids": pair.ids });
         json!({
             "kind": group.kind,
             "code": group.kind.code(),
-            "weight": remark.weight,
+            "severity": diagnostic.severity,
             "count": group.count,
             "unread": unread,
             "tool_mm": group.tool.map(mm),
             "width_min_mm": mm(group.least),
             "width_max_mm": mm(group.most),
-            "message": remark.message("en"),
-            "advice": remark.advice("en"),
+            "message": diagnostic.message("en"),
+            "advice": diagnostic.advice("en"),
             "pairs": group.pairs.iter().map(pair).collect::<Vec<_>>(),
         })
     };
@@ -116,7 +116,7 @@ pub(super) fn whole_object(whole: &Whole) -> Value {
     let shallower = whole.shallower.as_ref().map(|Shallower { bit, depth, width, opens }| {
         json!({ "bit": bit, "depth_mm": mm(*depth), "width_mm": mm(*width), "opens": opens })
     });
-    let said: Vec<String> = whole.remarks().iter().map(|remark| remark.message("en")).collect();
+    let said: Vec<String> = whole.diagnostics().iter().map(|diagnostic| diagnostic.message("en")).collect();
     json!({
         "gaps": whole.gaps,
         "shallower": shallower,
@@ -129,18 +129,26 @@ pub(super) fn whole_object(whole: &Whole) -> Value {
 
 /// The same for people.
 pub(super) fn whole_lines(whole: Option<&Whole>) -> String {
-    let remarks = whole.map(Whole::remarks).unwrap_or_default();
-    remarks.iter().map(|remark| format!("→ {} {}\n", remark.message("en"), remark.advice("en"))).collect()
+    let diagnostics = whole.map(Whole::diagnostics).unwrap_or_default();
+    diagnostics
+        .iter()
+        .map(|diagnostic| format!("→ {} {}\n", diagnostic.message("en"), diagnostic.advice("en")))
+        .collect()
 }
 
 /// Findings for people: by what they have in common, the first of each with their names in front, so that they can be accepted.
 pub(super) fn finding_lines(groups: &[Group], findings: &[Finding], accept: &[String]) -> String {
     let mut out = String::new();
     for group in groups {
-        let remark = group.remark();
+        let diagnostic = group.diagnostic();
         let unread = members(group, findings).any(|finding| is_unread(finding, accept));
         let sign = if unread { "!" } else { "✓" };
-        out += &format!("{sign} {} {} ({})\n", remark.message("en"), remark.advice("en"), group.kind.code());
+        out += &format!(
+            "{sign} {} {} ({})\n",
+            diagnostic.message("en"),
+            diagnostic.advice("en"),
+            group.kind.code()
+        );
         let by_id: BTreeMap<&str, &Finding> =
             members(group, findings).map(|finding| (finding.id.as_str(), finding)).collect();
         let ids = group.pairs.iter().flat_map(|pair| &pair.ids);
@@ -159,7 +167,7 @@ pub(super) fn finding_lines(groups: &[Group], findings: &[Finding], accept: &[St
 /// One finding of a group, and its cures.
 fn finding_line(finding: &Finding, accept: &[String]) -> String {
     let read = if is_unread(finding, accept) { "-" } else { "✓" };
-    let mut out = format!("  {read} {} {}\n", finding.id, finding.remark().message("en"));
+    let mut out = format!("  {read} {} {}\n", finding.id, finding.diagnostic().message("en"));
     for cure in &finding.cures {
         if let Some(text) = cure_object(cure)["message"].as_str() {
             out += &format!("      {text}\n");

@@ -8,13 +8,13 @@ use crate::cli::files;
 use annulus_core::artwork::{
     Counts, DrillFile, FileRead, Gerber, Kind, TooMuch, nets, painted, painted_measures,
 };
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Bounds;
-use annulus_core::remark::{Remark, Weight};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Remarks shown of one file when people read.
+/// Diagnostics shown of one file when people read.
 const SHOWN_REMARKS: usize = 12;
 
 /// Arguments of `annulus inspect`.
@@ -77,8 +77,11 @@ fn file_object(file: &FileRead) -> Value {
             drill_rows(rows, drill);
         }
         let much = file.gerber.as_ref().and_then(|gerber| gerber_rows(rows, gerber));
-        let much = much.map(|much| much.remark(&file.name));
-        rows.insert("remarks".into(), file.remarks.iter().chain(&much).map(remark_object).collect());
+        let much = much.map(|much| much.diagnostic(&file.name));
+        rows.insert(
+            "diagnostics".into(),
+            file.diagnostics.iter().chain(&much).map(diagnostic_object).collect(),
+        );
     }
     object
 }
@@ -146,23 +149,23 @@ fn corners(bounds: Bounds) -> [f64; 4] {
     [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y].map(|length| rounded(length.mm()))
 }
 
-fn remark_object(remark: &Remark) -> Value {
-    let place = remark.place.as_ref();
+fn diagnostic_object(diagnostic: &Diagnostic) -> Value {
+    let place = diagnostic.place.as_ref();
     json!({
-        "weight": weight(remark),
-        "code": remark.code,
+        "severity": severity(diagnostic),
+        "code": diagnostic.code,
         "line": place.map_or(0, |place| place.line),
         "column": place.map_or(0, |place| place.column),
-        "message": remark.message("en"),
-        "advice": remark.advice("en"),
+        "message": diagnostic.message("en"),
+        "advice": diagnostic.advice("en"),
     })
 }
 
-const fn weight(remark: &Remark) -> &'static str {
-    match remark.weight {
-        Weight::Note => "note",
-        Weight::Doubt => "doubt",
-        Weight::Loss => "loss",
+const fn severity(diagnostic: &Diagnostic) -> &'static str {
+    match diagnostic.severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+        Severity::Error => "error",
     }
 }
 
@@ -183,13 +186,18 @@ fn file_text(file: &FileRead) -> String {
             counts.flashes, counts.lines, counts.arcs, counts.regions
         );
     }
-    for remark in file.remarks.iter().take(SHOWN_REMARKS) {
-        let line = remark.place.as_ref().map_or(0, |place| place.line);
+    for diagnostic in file.diagnostics.iter().take(SHOWN_REMARKS) {
+        let line = diagnostic.place.as_ref().map_or(0, |place| place.line);
         let place = if line > 0 { format!("line {line}: ") } else { String::new() };
-        let _ =
-            writeln!(text, "  {}: {place}{} {}", weight(remark), remark.message("en"), remark.advice("en"));
+        let _ = writeln!(
+            text,
+            "  {}: {place}{} {}",
+            severity(diagnostic),
+            diagnostic.message("en"),
+            diagnostic.advice("en")
+        );
     }
-    if let Some(more) = file.remarks.len().checked_sub(SHOWN_REMARKS + 1) {
+    if let Some(more) = file.diagnostics.len().checked_sub(SHOWN_REMARKS + 1) {
         let _ = writeln!(text, "  … {} more", more + 1);
     }
     text.push('\n');

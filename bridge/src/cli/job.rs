@@ -15,16 +15,16 @@ use crate::machine_file;
 use crate::refusal::Refusal;
 use annulus_core::board::{Board, Face, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::figures::{Figures, figures};
-use annulus_core::cam::ways::{Means, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::{Action, Work};
 use annulus_core::cam::{self, PlanOptions, Progress};
+use annulus_core::diagnostic::{Diagnostic, Severity, nearest};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine};
 use annulus_core::motion;
 use annulus_core::proof;
-use annulus_core::remark::{Remark, Weight, nearest};
 use annulus_core::sim;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -46,17 +46,17 @@ pub(crate) struct Job {
     /// What there is to say of its plan, unless it was read as it stands.
     pub(crate) figures: Option<Figures>,
     /// What reading and planning had to say, apart from refusals.
-    pub(crate) remarks: Vec<Remark>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 /// The job as it is to be used: a program file as it stands, anything else read and planned.
 pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
     match program_file(&args.job)? {
-        Some(program) => Ok(Job { machine, program, figures: None, remarks: Vec::new() }),
+        Some(program) => Ok(Job { machine, program, figures: None, diagnostics: Vec::new() }),
         None => {
-            let (board, remarks) = read_board(args)?;
-            planned(args, machine, board, remarks)
+            let (board, diagnostics) = read_board(args)?;
+            planned(args, machine, board, diagnostics)
         }
     }
 }
@@ -65,7 +65,7 @@ pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
 pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
     let job = open(args)?;
     if job.program.machine != job.machine.fingerprint() {
-        let why = Remark::new(Weight::Loss, "job.other_machine").with("machine", &job.machine.name);
+        let why = Diagnostic::error("job.other_machine").with("machine", &job.machine.name);
         return Err(Refusal::content(why));
     }
     Ok(job)
@@ -74,11 +74,11 @@ pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
 /// The job planned anew, even from a program file, and its figures.
 pub(crate) fn plan(args: &JobArgs) -> Result<(Job, Figures), Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
-    let (board, remarks) = match program_file(&args.job)? {
+    let (board, diagnostics) = match program_file(&args.job)? {
         Some(program) => board_of(&program, &args.accept)?,
         None => read_board(args)?,
     };
-    let mut job = planned(args, machine, board, remarks)?;
+    let mut job = planned(args, machine, board, diagnostics)?;
     let figures = job.figures.take().unwrap_or_default();
     Ok((job, figures))
 }
@@ -94,8 +94,7 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
         machine_file::write_whole(&whole, bytes)
     });
     written.map_err(|error| {
-        let why =
-            Remark::new(Weight::Loss, "job.not_written").with("file", path.display()).with("reason", error);
+        let why = Diagnostic::error("job.not_written").with("file", path.display()).with("reason", error);
         Refusal::surroundings(why)
     })
 }
@@ -108,8 +107,7 @@ pub(crate) fn low_corner(program: &Program) -> Point {
 /// The program in the file `path`; none when it is something else.
 pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     let trouble = |error: std::io::Error| {
-        let why =
-            Remark::new(Weight::Loss, "job.unreadable").with("file", path.display()).with("reason", error);
+        let why = Diagnostic::error("job.unreadable").with("file", path.display()).with("reason", error);
         Refusal::surroundings(why)
     };
     if !fs::metadata(path).map_err(trouble)?.is_file() {
@@ -124,23 +122,23 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     let most = annulus_core::wire::PROGRAM_LIMIT as u64 + 1;
     file.take(most).read_to_end(&mut head).map_err(trouble)?;
     let name = path.display().to_string();
-    program::decode(&head).map(Some).map_err(|remark| Refusal::content(remark.at(&name, 0, 0)))
+    program::decode(&head).map(Some).map_err(|diagnostic| Refusal::content(diagnostic.at(&name, 0, 0)))
 }
 
 /// The board of the files at JOB, and what there was to say about them.
-fn read_board(args: &JobArgs) -> Result<(Board, Vec<Remark>), Refusal> {
+fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>), Refusal> {
     can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let used = read.default_use();
     let wanted = Wanted { copper: false, aligned: read.said.aligned };
-    let (board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
-    remarks.extend(read.artwork.missing(&read.listed).cloned());
-    unseen(&remarks, &args.accept)?;
+    let (board, mut diagnostics) = from_artwork_with(&read.artwork, &used, wanted);
+    diagnostics.extend(read.artwork.missing(&read.listed).cloned());
+    unseen(&diagnostics, &args.accept)?;
     if used.is_empty() {
-        let why = Remark::new(Weight::Loss, "job.no_drill_file").with("path", args.job.display());
+        let why = Diagnostic::error("job.no_drill_file").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
-    Ok((board, remarks))
+    Ok((board, diagnostics))
 }
 
 /// A whole board.
@@ -149,7 +147,7 @@ pub(crate) struct Whole {
     /// With copper and outline.
     pub(crate) board: Board,
     /// What there was to say about its files.
-    pub(crate) remarks: Vec<Remark>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
     /// The files it was read from.
     pub(crate) given: Given,
     /// The job file of a saved project.
@@ -166,22 +164,22 @@ pub(crate) fn read_whole(
     let read = files::read_board(jobs, reading)?;
     let used = read.default_use();
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
-    let (mut board, mut remarks) = from_artwork_with(&read.artwork, &used, wanted);
-    remarks.extend(read.artwork.missing(&read.listed).cloned());
-    unseen(&remarks, accept)?;
+    let (mut board, mut diagnostics) = from_artwork_with(&read.artwork, &used, wanted);
+    diagnostics.extend(read.artwork.missing(&read.listed).cloned());
+    unseen(&diagnostics, accept)?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
-        return Err(Refusal::content(Remark::new(Weight::Loss, "job.no_board").with("path", path)));
+        return Err(Refusal::content(Diagnostic::error("job.no_board").with("path", path)));
     }
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
     }
     let files::ReadFiles { artwork, given, asked_for, said, job, .. } = read;
     let used = used.iter().filter_map(|&index| Some(artwork.files.get(index)?.name.clone())).collect();
-    Ok(Whole { board, remarks, given: Given { files: given, asked_for, said, used }, job })
+    Ok(Whole { board, diagnostics, given: Given { files: given, asked_for, said, used }, job })
 }
 
-/// Refuses with the first loss that was not accepted; the others go to standard error before it.
+/// Refuses with the first error that was not accepted; the others go to standard error before it.
 /// Every word of `--accept` is a code, the last word of a finding's code, or a finding's name.
 pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     let codes = locale::entries("en").iter().filter_map(|(key, _)| key.strip_suffix(".message"));
@@ -191,24 +189,29 @@ pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     let Some(word) = accept.iter().find(|word| !known.contains(word.as_str()) && !is_name(word)) else {
         return Ok(());
     };
-    let why = Remark::new(Weight::Loss, "cli.unknown_accept").with("found", word);
+    let why = Diagnostic::error("cli.unknown_accept").with("found", word);
     Err(Refusal::usage(why.with("nearest", nearest(word, known))))
 }
 
-fn unseen(remarks: &[Remark], accept: &[String]) -> Result<(), Refusal> {
-    let mut losses = remarks.iter().filter(|remark| remark.is_unseen(accept));
-    let Some(first) = losses.next() else { return Ok(()) };
-    losses.for_each(|loss| super::say(Refusal::content(loss.clone())));
-    Err(Refusal::content(first.clone()).among(remarks.to_vec()))
+fn unseen(diagnostics: &[Diagnostic], accept: &[String]) -> Result<(), Refusal> {
+    let mut errors = diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(accept));
+    let Some(first) = errors.next() else { return Ok(()) };
+    errors.for_each(|error| super::say(Refusal::content(error.clone())));
+    Err(Refusal::content(first.clone()).among(diagnostics.to_vec()))
 }
 
-fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Remark>) -> Result<Job, Refusal> {
-    let options = PlanOptions { lost: lost(&remarks), ..options(args)? };
+fn planned(
+    args: &JobArgs,
+    machine: Machine,
+    board: Board,
+    mut diagnostics: Vec<Diagnostic>,
+) -> Result<Job, Refusal> {
+    let options = PlanOptions { lost: lost(&diagnostics), ..options(args)? };
     let mut work = Work::drilling(&board, &machine, args.order.into());
     if args.no_mill {
         work.operations.retain(|operation| matches!(operation.action, Action::Drill(_)));
     }
-    remarks.extend(machine::doubts(&machine));
+    diagnostics.extend(machine::warnings(&machine));
     let bar = indicatif::ProgressBar::new(0);
     let mut tell = |at: Progress| {
         bar.set_length(at.total);
@@ -219,33 +222,32 @@ fn planned(args: &JobArgs, machine: Machine, board: Board, mut remarks: Vec<Rema
     let means = Means { options: &options, hop_time: &hop_time };
     let planned = plan_work(&board, &work, &machine, &means, &mut tell);
     bar.finish_and_clear();
-    let (planned, said) = planned.map_err(|losses| nothing(losses, &args.accept))?;
+    let (planned, said) = planned.map_err(|errors| nothing(errors, &args.accept))?;
     unseen(&said, &args.accept)?;
     let program = lower_work(&planned, &work, &machine);
     let figures = Some(figures(&planned, &hop_time));
-    remarks.extend(said);
-    Ok(Job { machine, program, figures, remarks })
+    diagnostics.extend(said);
+    Ok(Job { machine, program, figures, diagnostics })
 }
 
-/// The codes of the losses among `remarks`.
-pub(crate) fn lost(remarks: &[Remark]) -> Vec<String> {
-    let losses = remarks.iter().filter(|remark| remark.weight == Weight::Loss);
-    losses.map(|loss| loss.code.clone()).collect()
+/// The codes of the errors among `diagnostics`.
+pub(crate) fn lost(diagnostics: &[Diagnostic]) -> Vec<String> {
+    let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
+    errors.map(|error| error.code.clone()).collect()
 }
 
 /// Why nothing was planned: what was not accepted, else that there is nothing.
-fn nothing(mut losses: Vec<Remark>, accept: &[String]) -> Refusal {
-    for loss in losses.iter_mut().filter(|loss| loss.code == "cam.nothing_to_do") {
-        *loss = Remark::new(Weight::Loss, "plan.nothing_to_drill");
+fn nothing(mut errors: Vec<Diagnostic>, accept: &[String]) -> Refusal {
+    for error in errors.iter_mut().filter(|error| error.code == "cam.nothing_to_do") {
+        *error = Diagnostic::error("plan.nothing_to_drill");
     }
-    let why = unseen(&losses, accept).err();
-    why.unwrap_or_else(|| Refusal::content(Remark::new(Weight::Loss, "plan.nothing_to_drill")))
+    let why = unseen(&errors, accept).err();
+    why.unwrap_or_else(|| Refusal::content(Diagnostic::error("plan.nothing_to_drill")))
 }
 
 fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
     if let Some(loaded) = args.loaded.filter(|loaded| !(0.0..=LARGEST_BIT_MM).contains(loaded)) {
-        let why =
-            Remark::new(Weight::Loss, "job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
+        let why = Diagnostic::error("job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
         return Err(Refusal::usage(why));
     }
     Ok(PlanOptions {
@@ -265,16 +267,16 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
 /// Spindles by their numbers as a set; none where nobody says.
 fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
     if let Some(wrong) = numbers.iter().find(|number| !(1..=6).contains(*number)) {
-        let why = Remark::new(Weight::Loss, "job.bad_spindle").with("found", wrong);
+        let why = Diagnostic::error("job.bad_spindle").with("found", wrong);
         return Err(Refusal::usage(why));
     }
     let set = numbers.iter().fold(0, |set, number| set | 1 << (number - 1));
     Ok((set != 0).then_some(set))
 }
 
-/// The holes that a program drills, as a board in the files' coordinates. What it mills cannot be planned anew: a loss to be
+/// The holes that a program drills, as a board in the files' coordinates. What it mills cannot be planned anew: an error to be
 /// seen.
-fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Remark>), Refusal> {
+fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnostic>), Refusal> {
     let mut holes = Vec::new();
     let mut bit = 0;
     for (line, leg) in (1..).zip(&program.legs) {
@@ -289,14 +291,15 @@ fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Remark>)
             }
         }
     }
-    let ways = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count();
-    let loss = (ways > 0).then(|| Remark::new(Weight::Loss, "job.ways_left_out").with("ways", ways));
-    let remarks: Vec<Remark> = loss.into_iter().collect();
-    unseen(&remarks, accept)?;
+    let toolpaths = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count();
+    let error =
+        (toolpaths > 0).then(|| Diagnostic::error("job.toolpaths_left_out").with("toolpaths", toolpaths));
+    let diagnostics: Vec<Diagnostic> = error.into_iter().collect();
+    unseen(&diagnostics, accept)?;
     // A program is called after its board and side; planned anew it is called the same.
     let side = format!("-{}", Face::Top.name());
     let name = program.name.strip_suffix(&side).unwrap_or(&program.name).to_owned();
-    Ok((Board { sources: vec![program.name.clone()], name, holes, ..Board::default() }, remarks))
+    Ok((Board { sources: vec![program.name.clone()], name, holes, ..Board::default() }, diagnostics))
 }
 
 /// The name without its folder and ending, made only of letters, digits, `-` and `_`: for the name of an output.

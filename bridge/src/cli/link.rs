@@ -4,7 +4,7 @@
 
 use super::{Answer, Exit, Refusal};
 use crate::server::runtime::{self, Note};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Link, PROOF_HEADER, Scope, auth};
 use serde_json::{Value, json};
 use std::io::{self, Read, Write};
@@ -38,7 +38,7 @@ pub(crate) enum May {
 
 /// Runs the command.
 pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
-    let refuse = |code| Refusal::surroundings(Remark::new(Weight::Loss, code));
+    let refuse = |code| Refusal::surroundings(Diagnostic::error(code));
     let note = runtime::running(&runtime::folder()).ok_or_else(|| refuse("link.no_bridge"))?;
     let scope = match args.scope {
         May::View => Scope::View,
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
         May::Configure => Scope::Configure,
     };
     let body = ask(&note, scope).map_err(|error| {
-        let why = Remark::new(Weight::Loss, "link.no_answer").with("port", note.port);
+        let why = Diagnostic::error("link.no_answer").with("port", note.port);
         Refusal::surroundings(why.with("reason", error))
     })?;
     let answer: Value = serde_json::from_str(&body).unwrap_or_default();

@@ -6,8 +6,8 @@
 use super::{Answer, Exit, Refusal};
 use crate::machine_file;
 use crate::outputs::rehearsal;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine, Output};
-use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -51,11 +51,11 @@ pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
 /// Makes a rehearsal file where nothing is yet.
 fn make_rehearsal(path: &Path) -> Result<Answer, Refusal> {
     rehearsal::make(path).map_err(|error| {
-        let why = Remark::new(Weight::Loss, "output.rehearsal_not_made").with("file", path.display());
+        let why = Diagnostic::error("output.rehearsal_not_made").with("file", path.display());
         Refusal::surroundings(why.with("reason", error))
     })?;
     let file = path.display().to_string();
-    let made = Remark::new(Weight::Note, "output.rehearsal_made").with("file", &file);
+    let made = Diagnostic::note("output.rehearsal_made").with("file", &file);
     let text = format!("{} {}\n", made.message("en"), made.advice("en"));
     Ok(Answer { object: json!({ "rehearsal": file }), text, exit: Exit::Done })
 }

@@ -30,10 +30,10 @@ mod templates;
 
 use crate::refusal::{Exit, Refusal};
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
-use annulus_core::remark::{Remark, Weight};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 use std::fmt::Display;
@@ -113,7 +113,7 @@ pub(crate) struct JobArgs {
     /// Spindles that are to drill, for example 1,2; without it, all that the machine has.
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub(crate) spindles: Vec<u8>,
-    /// Losses and findings that were seen, by code.
+    /// Errors and findings that were seen, by code.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     pub(crate) accept: Vec<String>,
     /// Seed of the search.
@@ -139,8 +139,8 @@ impl MachineArgs {
     }
 
     /// A note that `machine` was assumed, where nobody named one.
-    pub(crate) fn assumed(&self, machine: &Machine) -> Option<Remark> {
-        let note = Remark::new(Weight::Note, "cli.machine_assumed").with("machine", &machine.name);
+    pub(crate) fn assumed(&self, machine: &Machine) -> Option<Diagnostic> {
+        let note = Diagnostic::note("cli.machine_assumed").with("machine", &machine.name);
         self.machine.is_none().then_some(note)
     }
 }
@@ -231,7 +231,7 @@ pub(crate) struct Answer {
 
 impl Answer {
     /// What was found, though it is refused all the same: the object says why, as that of a refusal does.
-    fn refused(mut object: Value, text: &str, why: Remark) -> Self {
+    fn refused(mut object: Value, text: &str, why: Diagnostic) -> Self {
         let refusal = Refusal::content(why);
         object["error"] = refusal.object()["error"].take();
         Self { object, text: format!("{text}{refusal}\n"), exit: Exit::Content }
@@ -259,23 +259,24 @@ fn tool_object(bit: &Bit) -> Value {
     })
 }
 
-/// Remarks for scripts.
-fn remark_objects(remarks: &[Remark]) -> Vec<Value> {
-    let object = |remark: &Remark| {
-        let place = remark.place.as_ref();
-        json!({ "weight": remark.weight, "code": remark.code,
+/// Diagnostics for scripts.
+fn diagnostic_objects(diagnostics: &[Diagnostic]) -> Vec<Value> {
+    let object = |diagnostic: &Diagnostic| {
+        let place = diagnostic.place.as_ref();
+        json!({ "severity": diagnostic.severity, "code": diagnostic.code,
             "file": place.map(|place| place.file.as_str()), "line": place.map(|place| place.line),
-            "column": place.map(|place| place.column), "message": remark.message("en"),
-            "advice": remark.advice("en") })
+            "column": place.map(|place| place.column), "message": diagnostic.message("en"),
+            "advice": diagnostic.advice("en") })
     };
-    remarks.iter().map(object).collect()
+    diagnostics.iter().map(object).collect()
 }
 
-/// Remarks for people, a line each.
-fn remark_lines(remarks: &[Remark]) -> String {
-    let line =
-        |remark: &Remark| format!("- {} {} ({})\n", remark.message("en"), remark.advice("en"), remark.code);
-    remarks.iter().map(line).collect()
+/// Diagnostics for people, a line each.
+fn diagnostic_lines(diagnostics: &[Diagnostic]) -> String {
+    let line = |diagnostic: &Diagnostic| {
+        format!("- {} {} ({})\n", diagnostic.message("en"), diagnostic.advice("en"), diagnostic.code)
+    };
+    diagnostics.iter().map(line).collect()
 }
 
 /// Reads the command line, runs the command and reports.
@@ -299,7 +300,7 @@ fn explain(error: &clap::Error) -> ExitCode {
     if asked {
         let text = error.render().to_string();
         let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        let refusal = Refusal::usage(Remark::new(Weight::Loss, "cli.usage").with("what", first));
+        let refusal = Refusal::usage(Diagnostic::error("cli.usage").with("what", first));
         return ended(refusal.exit, print(format_args!("{}\n", refusal.object())));
     }
     Exit::Usage.into()
@@ -321,7 +322,7 @@ pub(crate) fn say(line: impl Display) {
 fn ended(exit: Exit, printed: io::Result<()>) -> ExitCode {
     match printed {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            let why = Remark::new(Weight::Loss, "cli.not_printed").with("reason", error);
+            let why = Diagnostic::error("cli.not_printed").with("reason", error);
             let refusal = Refusal::surroundings(why);
             say(&refusal);
             refusal.exit.into()

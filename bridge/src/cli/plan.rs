@@ -3,11 +3,11 @@
 //! Comes in: a JOB. Goes out: the keys of the contract, or a table for people; with `-o` a program file. Does not know
 //! how a plan is made.
 
-use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded, tool_object};
+use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded, tool_object};
 use crate::cli::job;
 use annulus_core::cam::figures::Figures;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_core::remark::Remark;
 use annulus_core::wire::program;
 use serde_json::{Value, json};
 
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
         .map(|row| {
             json!({ "n": row.n, "file_diameter_mm": rounded(row.size.mm()),
                 "rack_diameter_mm": rounded(row.bit.diameter.mm()), "holes": row.holes,
-                "tool": tool_object(&row.bit), "slots": row.slots, "ways": row.ways })
+                "tool": tool_object(&row.bit), "slots": row.slots, "toolpaths": row.toolpaths })
         })
         .collect();
     let object = json!({
@@ -44,12 +44,12 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
         "tools": tools,
         "iterations": figures.iterations,
         "program_sha256": program::key(&bytes),
-        "remarks": remark_objects(&job.remarks),
+        "diagnostics": diagnostic_objects(&job.diagnostics),
     });
-    Ok(Answer { object, text: text(&figures, &job.remarks), exit: Exit::Done })
+    Ok(Answer { object, text: text(&figures, &job.diagnostics), exit: Exit::Done })
 }
 
-fn text(figures: &Figures, remarks: &[Remark]) -> String {
+fn text(figures: &Figures, diagnostics: &[Diagnostic]) -> String {
     let say = |key: &str, args: &[(&str, String)]| {
         let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
         locale::text("en", key, &args) + "\n"
@@ -72,5 +72,5 @@ fn text(figures: &Figures, remarks: &[Remark]) -> String {
     out += &say("plan.report.travel", &lengths.map(|(name, mm)| (name, format!("{mm:.1}"))));
     let times = [("before", figures.hop_time_before_s), ("after", figures.hop_time_after_s)];
     out += &say("plan.report.time", &times.map(|(name, s)| (name, format!("{s:.2}"))));
-    out + &remark_lines(remarks)
+    out + &diagnostic_lines(diagnostics)
 }

@@ -6,16 +6,16 @@
 use super::files;
 use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
 use super::prove_files::{self, Given};
-use super::{Answer, Exit, Refusal, cam, remark_lines, remark_objects};
+use super::{Answer, Exit, Refusal, cam, diagnostic_lines, diagnostic_objects};
 use crate::cli::job;
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
-use annulus_core::cam::ways::Scene;
+use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Program, Promised};
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
 use annulus_core::proof::{self, Options, Verdict};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use clap::ValueEnum;
 use serde_json::{Value, json};
@@ -85,13 +85,13 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     job::can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
-    let (board, remarks) = from_artwork_with(&read.artwork, &read.default_use(), wanted);
+    let (board, diagnostics) = from_artwork_with(&read.artwork, &read.default_use(), wanted);
     let tools = prove_files::tools(&args.tools)?;
     let given: Vec<Given> =
         args.programs.iter().map(|path| prove_files::given(path, &tools)).collect::<Result<_, _>>()?;
     let work = work(args, &board, read.job.as_deref())?;
     if given.iter().any(|one| matches!(one, Given::File(_))) {
-        return files(args, &board, work, given, remarks);
+        return files(args, &board, work, given, diagnostics);
     }
     let own = |one: Given| if let Given::Own(program) = one { Some(program) } else { None };
     let programs: Vec<Program> = given.into_iter().filter_map(own).collect();
@@ -103,13 +103,15 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let has_copper = |board: &Board| board.copper.iter().any(|copper| copper.face == face);
     if !has_copper(&board) {
         let side = if face == Face::Top { "top" } else { "bottom" };
-        let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side);
+        let why = Diagnostic::error("proof.no_copper").with("side", side);
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
     // Against an outline that is not the board's nothing is proved.
-    let about_outline = |remark: &&Remark| remark.code.starts_with("board.outline");
-    if let Some(loss) = remarks.iter().filter(about_outline).find(|remark| remark.is_unseen(&args.accept)) {
-        return Err(Refusal::content(loss.clone()));
+    let about_outline = |diagnostic: &&Diagnostic| diagnostic.code.starts_with("board.outline");
+    if let Some(error) =
+        diagnostics.iter().filter(about_outline).find(|diagnostic| diagnostic.is_unacknowledged(&args.accept))
+    {
+        return Err(Refusal::content(error.clone()));
     }
     let board = laid(board, work.as_ref(), face, args.turn);
     let promised = work.map(|work| work.promised(face)).unwrap_or_default();
@@ -117,19 +119,19 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let verdict = proof::prove(&board, &programs, &options);
     let copper = board.copper.iter().find(|copper| copper.face == face);
     if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-        let why = Remark::new(Weight::Loss, "proof.no_island").with("path", args.job.display());
+        let why = Diagnostic::error("proof.no_island").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
     let mut object = verdict_object(&verdict, &args.accept);
     if let Value::Object(rows) = &mut object {
-        rows.insert("remarks".to_owned(), remark_objects(&remarks).into());
+        rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
     }
-    let text = verdict_text(&verdict, &args.accept) + &remark_lines(&remarks);
+    let text = verdict_text(&verdict, &args.accept) + &diagnostic_lines(&diagnostics);
     let unread = unread(&verdict.findings, &args.accept);
     if unread == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Remark::new(Weight::Loss, "proof.unread_findings").with("count", unread);
+    let why = Diagnostic::error("proof.unread_findings").with("count", unread);
     Ok(Answer::refused(object, &text, why))
 }
 
@@ -139,7 +141,7 @@ fn files(
     board: &Board,
     work: Option<Work>,
     given: Vec<Given>,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
 ) -> Result<Answer, Refusal> {
     let planned = work.is_some();
     let work = work.unwrap_or_else(|| Work::default_for(board, &virtual_drill()));
@@ -147,7 +149,7 @@ fn files(
     let sides = prove_files::laid(board, &work, face, given);
     let has_copper = |face| board.copper.iter().any(|copper| copper.face == face);
     if let Some(side) = sides.iter().find(|side| !has_copper(side.face)) {
-        let why = Remark::new(Weight::Loss, "proof.no_copper").with("side", side.face.name());
+        let why = Diagnostic::error("proof.no_copper").with("side", side.face.name());
         return Err(Refusal::content(why.with("path", args.job.display())));
     }
     let options = |face| {
@@ -156,7 +158,7 @@ fn files(
         let bits = || Promised { owned: work.bits.clone(), ..Promised::default() };
         measured(args, Options::of(face, if planned { promised } else { bits() }))
     };
-    prove_files::prove(&sides, &options, &args.accept, remarks)
+    prove_files::prove(&sides, &options, &args.accept, diagnostics)
 }
 
 /// With what a person says of the copper.

@@ -11,17 +11,17 @@
 use super::findings::{
     finding_lines, finding_object, groups_object, is_unread, unread, whole_lines, whole_object,
 };
-use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
+use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::ways::Scene;
+use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Program};
 use annulus_core::locale;
 use annulus_core::post::{self, Written};
 use annulus_core::proof::{self, Drilled, Options, Verdict};
-use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -44,7 +44,7 @@ pub(super) fn given(path: &Path, tools: &BTreeMap<u32, Bit>) -> Result<Given, Re
         return Ok(Given::Own(program));
     }
     let bytes = fs::read(path).map_err(|error| {
-        let why = Remark::new(Weight::Loss, "job.unreadable").with("file", path.display());
+        let why = Diagnostic::error("job.unreadable").with("file", path.display());
         Refusal::surroundings(why.with("reason", error))
     })?;
     let text = String::from_utf8_lossy(&bytes);
@@ -58,8 +58,7 @@ pub(super) fn tools(said: &[String]) -> Result<BTreeMap<u32, Bit>, Refusal> {
         let (number, title) = text.split_once('=')?;
         Some((number.trim().parse().ok()?, post::titled(title)?))
     };
-    let faulty =
-        |text: &String| Refusal::usage(Remark::new(Weight::Loss, "prove.bad_tool").with("found", text));
+    let faulty = |text: &String| Refusal::usage(Diagnostic::error("prove.bad_tool").with("found", text));
     said.iter().map(|text| tool(text).ok_or_else(|| faulty(text))).collect()
 }
 
@@ -68,18 +67,18 @@ pub(super) struct Laid {
     pub(super) face: Face,
     pub(super) board: Board,
     pub(super) programs: Vec<Program>,
-    pub(super) remarks: Vec<Remark>,
+    pub(super) diagnostics: Vec<Diagnostic>,
 }
 
 /// Lays the board for every side that programs are for: as their heads say, else `face`, else the side that the job has up.
 pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Given>) -> Vec<Laid> {
     let mut sides: Vec<Laid> = Vec::new();
     for one in given {
-        let (mut program, side, of_files, remarks) = match one {
+        let (mut program, side, of_files, diagnostics) = match one {
             Given::Own(program) => (program, None, None, Vec::new()),
             Given::File(written) => {
-                let Written { program, side, of_files, remarks } = *written;
-                (program, side, Some(of_files), remarks)
+                let Written { program, side, of_files, diagnostics } = *written;
+                (program, side, Some(of_files), diagnostics)
             }
         };
         let said = side.as_deref().map(|side| if side == "bottom" { Face::Bottom } else { Face::Top });
@@ -96,9 +95,9 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
         match known.and_then(|at| sides.get_mut(at)) {
             Some(side) => {
                 side.programs.push(program);
-                side.remarks.extend(remarks);
+                side.diagnostics.extend(diagnostics);
             }
-            None => sides.push(Laid { face, board: scene.board, programs: vec![program], remarks }),
+            None => sides.push(Laid { face, board: scene.board, programs: vec![program], diagnostics }),
         }
     }
     sides
@@ -109,7 +108,7 @@ pub(super) fn prove(
     sides: &[Laid],
     options: &dyn Fn(Face) -> Options,
     accept: &[String],
-    mut remarks: Vec<Remark>,
+    mut diagnostics: Vec<Diagnostic>,
 ) -> Result<Answer, Refusal> {
     let drilled =
         proof::drilled(&sides.iter().map(|side| (&side.board, side.programs.as_slice())).collect::<Vec<_>>());
@@ -120,7 +119,7 @@ pub(super) fn prove(
         let verdict = proof::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
         if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-            return Err(Refusal::content(Remark::new(Weight::Loss, "proof.no_island").with("path", "JOB")));
+            return Err(Refusal::content(Diagnostic::error("proof.no_island").with("path", "JOB")));
         }
         lost += verdict.lost_mm2;
         open += unread(&verdict.findings, accept);
@@ -129,13 +128,13 @@ pub(super) fn prove(
         );
         text += &sentences(side.face, &verdict, accept);
         reports.push(side_object(side.face, &verdict, accept));
-        remarks.extend(side.remarks.iter().cloned());
+        diagnostics.extend(side.diagnostics.iter().cloned());
     }
-    let holes = hole_remarks(&drilled);
-    let accepted = |remark: &&Remark| accept.contains(&remark.code);
-    let unseen = holes.iter().filter(|remark| !accepted(remark)).count();
-    remarks.extend(holes);
-    text += &remark_lines(&remarks);
+    let holes = hole_diagnostics(&drilled);
+    let accepted = |diagnostic: &&Diagnostic| accept.contains(&diagnostic.code);
+    let unseen = holes.iter().filter(|diagnostic| !accepted(diagnostic)).count();
+    diagnostics.extend(holes);
+    text += &diagnostic_lines(&diagnostics);
     let object = json!({
         "sides": reports,
         "findings": findings,
@@ -146,12 +145,12 @@ pub(super) fn prove(
             "doubled": drilled.doubled.len(),
             "shifted": drilled.shifted.len(),
         },
-        "remarks": remark_objects(&remarks),
+        "diagnostics": diagnostic_objects(&diagnostics),
     });
     if open + unseen == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Remark::new(Weight::Loss, "proof.unread_findings").with("count", open + unseen);
+    let why = Diagnostic::error("proof.unread_findings").with("count", open + unseen);
     Ok(Answer::refused(object, &text, why))
 }
 
@@ -190,7 +189,7 @@ fn sentences(face: Face, verdict: &Verdict, accept: &[String]) -> String {
 }
 
 /// What is wrong with the holes, by kind.
-fn hole_remarks(drilled: &Drilled) -> Vec<Remark> {
+fn hole_diagnostics(drilled: &Drilled) -> Vec<Diagnostic> {
     let rows = [
         ("prove.missing", &drilled.missing),
         ("prove.doubled", &drilled.doubled),
@@ -199,7 +198,7 @@ fn hole_remarks(drilled: &Drilled) -> Vec<Remark> {
     let said = rows.into_iter().filter(|(_, places)| !places.is_empty()).map(|(code, places)| {
         let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
         let named: Vec<String> = named.collect();
-        Remark::new(Weight::Loss, code).with("count", places.len()).with("places", named.join(", "))
+        Diagnostic::error(code).with("count", places.len()).with("places", named.join(", "))
     });
     said.collect()
 }

@@ -3,14 +3,14 @@
 //! Comes in: a text file of rows and a machine. Goes out: what it will do or did, row by row. Both look at it as if the
 //! machine were homed and the work zero set where it rests then. Does not know what a row means.
 
-use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
+use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::drill::Drill;
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::State;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::queue::{self, Checked, Mode, Queue, RowState, Standing, check, print, read};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
 use serde_json::{Value, json};
 use std::fs;
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
         What::Run(run) => {
             let known = machine_file::named(&run.file.machine)?;
             if known.machine.output != Output::Virtual {
-                return Err(Refusal::usage(remark("run.needs_page")));
+                return Err(Refusal::usage(diagnostic("run.needs_page")));
             }
             let text = text_of(&run.file)?;
             match checked(&run.file, &text, &known.machine) {
@@ -82,23 +82,23 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
     }
 }
 
-fn remark(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 fn text_of(args: &FileArgs) -> Result<String, Refusal> {
     let path = args.file.display();
     let bytes = fs::read(&args.file).map_err(|error| {
         Refusal::surroundings(match error.kind() {
-            io::ErrorKind::NotFound => remark("files.missing").with("path", path),
-            _ => remark("files.unreadable").with("path", path).with("why", error),
+            io::ErrorKind::NotFound => diagnostic("files.missing").with("path", path),
+            _ => diagnostic("files.unreadable").with("path", path).with("why", error),
         })
     })?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// The queue and what it will do, or everything that is wrong with it.
-fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, Checked), Vec<Remark>> {
+fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, Checked), Vec<Diagnostic>> {
     let file = args.file.display().to_string();
     let queue = read(&file, text)?;
     match check(&queue, machine, &machine.card.names(), &Standing::just_homed(machine)) {
@@ -112,13 +112,13 @@ fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, Che
     }
 }
 
-fn refused(findings: &[Remark]) -> Answer {
-    let first = findings.first().cloned().unwrap_or_else(|| remark("queue.empty"));
+fn refused(findings: &[Diagnostic]) -> Answer {
+    let first = findings.first().cloned().unwrap_or_else(|| diagnostic("queue.empty"));
     let error = Refusal::content(first).object()["error"].take();
-    let object = json!({ "error": error, "findings": remark_objects(findings) });
-    let place = |why: &Remark| why.place.as_ref().map_or(0, |place| place.line);
+    let object = json!({ "error": error, "findings": diagnostic_objects(findings) });
+    let place = |why: &Diagnostic| why.place.as_ref().map_or(0, |place| place.line);
     let lines =
-        findings.iter().map(|why| format!("{}: {}", place(why), remark_lines(std::slice::from_ref(why))));
+        findings.iter().map(|why| format!("{}: {}", place(why), diagnostic_lines(std::slice::from_ref(why))));
     Answer { object, text: lines.collect(), exit: Exit::Content }
 }
 
@@ -146,7 +146,8 @@ fn perform(
     queue: &Queue,
     text: String,
 ) -> Result<Answer, Refusal> {
-    let no_runtime = |error: io::Error| Refusal::surroundings(remark("run.no_runtime").with("reason", error));
+    let no_runtime =
+        |error: io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let drill = Drill::open(&machine_file::data_folder(), known.machine, args.speed)?;
@@ -254,7 +255,7 @@ impl Operator<'_> {
         let mut text = format!("{} of {} rows done.\n", stands.passed, stands.total);
         if exit != Exit::Done {
             let alarm = status.and_then(|status| status.alarm);
-            let refusal = Refusal::content(alarm.unwrap_or_else(|| remark("queue.stopped")));
+            let refusal = Refusal::content(alarm.unwrap_or_else(|| diagnostic("queue.stopped")));
             object["error"] = refusal.object()["error"].take();
             text += &format!("{refusal}\n");
         }

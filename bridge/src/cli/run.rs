@@ -9,10 +9,10 @@ use crate::drill::{Drill, RECORD};
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::{Ask, DrilledTold, SlipTold, Status, Tell, Verdict, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -47,17 +47,17 @@ fn seconds(text: &str) -> Result<Duration, String> {
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let known = machine_file::named(args.job.on.name())?;
     if known.machine.output != Output::Virtual {
-        return Err(Refusal::usage(remark("run.needs_page")));
+        return Err(Refusal::usage(diagnostic("run.needs_page")));
     }
     job::can_be_accepted(&args.job.accept)?;
     let job = job::open_for_machine(&args.job)?;
-    for remark in &job.remarks {
-        super::say(remark.message("en"));
+    for diagnostic in &job.diagnostics {
+        super::say(diagnostic.message("en"));
     }
     let bytes = program::encode(&job.program);
     let folder = machine_file::data_folder();
     let no_runtime =
-        |error: std::io::Error| Refusal::surroundings(remark("run.no_runtime").with("reason", error));
+        |error: std::io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let drill = Drill::open(&folder, known.machine, args.speed)?;
@@ -71,8 +71,8 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     Ok(answer)
 }
 
-fn remark(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 /// Stands in for the person at the machine.
@@ -93,7 +93,7 @@ impl<'a> Operator<'a> {
     fn new(drill: &'a Drill, signals: Signals, json: bool, change: Duration) -> Self {
         let shown = std::io::stderr().is_terminal() && !json;
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and ways  {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and toolpaths  {msg}") {
             bar.set_style(style);
         }
         Self { drill, tells: drill.watch(), bar, signals, interrupted: false, change, asked: None }
@@ -123,8 +123,8 @@ impl<'a> Operator<'a> {
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
         let offer = self.drill.greeting().into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { job, next_leg, holes_done, ways_done, .. } if job == key => {
-                Some((next_leg, done(holes_done, ways_done)))
+            Tell::Interrupted { job, next_leg, holes_done, toolpaths_done, .. } if job == key => {
+                Some((next_leg, done(holes_done, toolpaths_done)))
             }
             _ => None,
         });
@@ -173,7 +173,7 @@ impl<'a> Operator<'a> {
                 return failed.map_or(Ok(stream_digest), |row| Err(Refusal::content(row.finding)));
             }
         }
-        Err(Refusal::content(remark("control.not_armed")))
+        Err(Refusal::content(diagnostic("control.not_armed")))
     }
 
     /// The next tell; the first signal stops the drill.
@@ -214,13 +214,13 @@ impl<'a> Operator<'a> {
     async fn until_ended(&mut self, key: &str) -> (Ending, (u32, u32)) {
         loop {
             match self.next().await {
-                Some(Tell::Ended { job, ending, holes_done, ways_done }) if job == *key => {
-                    return (ending, (holes_done, ways_done));
+                Some(Tell::Ended { job, ending, holes_done, toolpaths_done }) if job == *key => {
+                    return (ending, (holes_done, toolpaths_done));
                 }
                 Some(Tell::Status(status)) => {
                     self.change_tool(status.state);
-                    self.bar.set_length(u64::from(status.holes_total) + u64::from(status.ways_total));
-                    self.bar.set_position(u64::from(status.holes_done) + u64::from(status.ways_done));
+                    self.bar.set_length(u64::from(status.holes_total) + u64::from(status.toolpaths_total));
+                    self.bar.set_position(u64::from(status.holes_done) + u64::from(status.toolpaths_done));
                     let left = Duration::from_secs_f64(status.left_s.max(0.0));
                     self.bar.set_message(format!("{} left", HumanDuration(left)));
                 }
@@ -237,13 +237,19 @@ impl<'a> Operator<'a> {
             return;
         }
         let since = *self.asked.get_or_insert_with(Instant::now);
-        if since.elapsed() >= self.change && self.drill.ask(Ask::BitChanged).is_ok() {
+        if since.elapsed() >= self.change && self.drill.ask(Ask::ToolChanged).is_ok() {
             self.asked = None;
             super::say("The next bit is in.");
         }
     }
 
-    fn answer(&self, ending: Ending, (holes, ways): (u32, u32), digest: &str, rested: &Status) -> Answer {
+    fn answer(
+        &self,
+        ending: Ending,
+        (holes, toolpaths): (u32, u32),
+        digest: &str,
+        rested: &Status,
+    ) -> Answer {
         let drilled = rested.drilled.unwrap_or_default();
         let exit = match ending {
             Ending::Done if drilled == DrilledTold::default() => Exit::Done,
@@ -255,17 +261,17 @@ impl<'a> Operator<'a> {
             "stopped_because": ending,
             "position_trust": rested.trust,
             "stream_digest": digest,
-            "ways_done": ways,
+            "toolpaths_done": toolpaths,
             "slips": rested.slips,
             "drilled": drilled,
             "drilled_twice": rested.drilled_twice,
         });
-        let why = rested.alarm.clone().unwrap_or_else(|| remark("run.stopped"));
-        let milled = if ways > 0 { format!(" {ways} ways milled.") } else { String::new() };
+        let why = rested.alarm.clone().unwrap_or_else(|| diagnostic("run.stopped"));
+        let milled = if toolpaths > 0 { format!(" {toolpaths} toolpaths milled.") } else { String::new() };
         let mut text = format!("{holes} holes drilled.{milled}\n");
         rested.slips.iter().for_each(|slip| text += &lost(slip));
         for hole in &rested.drilled_twice {
-            let note = Remark::new(Weight::Note, "run.drilled_twice").with("hole", hole);
+            let note = Diagnostic::note("run.drilled_twice").with("hole", hole);
             text += &format!("{} {}\n", note.message("en"), note.advice("en"));
         }
         if exit != Exit::Done {
@@ -292,8 +298,8 @@ fn lost(slip: &SlipTold) -> String {
 }
 
 /// What is done, in words.
-fn done(holes: u32, ways: u32) -> String {
-    if ways == 0 { format!("{holes} holes") } else { format!("{holes} holes and {ways} ways") }
+fn done(holes: u32, toolpaths: u32) -> String {
+    if toolpaths == 0 { format!("{holes} holes") } else { format!("{holes} holes and {toolpaths} toolpaths") }
 }
 
 fn ending_of(status: &Status) -> Ending {

@@ -11,7 +11,7 @@ use crate::server::runtime::{self, Claim};
 use crate::server::{self, Bridge};
 use crate::signals::Signals;
 use annulus_core::control::Timing;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Scope;
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     drill.keep_settings_in(known.path);
     let timing = drill.timing().cloned();
     if let Some(timing) = &timing {
-        for found in timing.remarks() {
+        for found in timing.diagnostics() {
             tracing::info!("{} {}", found.message("en"), found.advice("en"));
         }
     }
@@ -126,17 +126,17 @@ pub(crate) fn is_free(port: u16) -> bool {
 
 fn cannot_listen(port: u16, error: &io::Error) -> Refusal {
     if error.kind() == ErrorKind::AddrInUse {
-        return Refusal::surroundings(Remark::new(Weight::Loss, "serve.port_in_use").with("port", port));
+        return Refusal::surroundings(Diagnostic::error("serve.port_in_use").with("port", port));
     }
-    let why = Remark::new(Weight::Loss, "serve.port").with("port", port);
+    let why = Diagnostic::error("serve.port").with("port", port);
     Refusal::surroundings(why.with("reason", error))
 }
 
 fn already_running(port: Option<u16>) -> Refusal {
     let port = port.map_or_else(|| "?".to_owned(), |port| port.to_string());
-    Refusal::surroundings(Remark::new(Weight::Loss, "serve.already_running").with("port", port))
+    Refusal::surroundings(Diagnostic::error("serve.already_running").with("port", port))
 }
 
 fn trouble(code: &str, error: &io::Error) -> Refusal {
-    Refusal::surroundings(Remark::new(Weight::Loss, code).with("reason", error))
+    Refusal::surroundings(Diagnostic::error(code).with("reason", error))
 }

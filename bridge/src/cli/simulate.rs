@@ -2,10 +2,10 @@
 //!
 //! Comes in: a JOB. Goes out: the keys of the contract, or sentences for people. Does not know how steps are made.
 
-use super::{Answer, Exit, Refusal, remark_lines, remark_objects, rounded};
+use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::milled_mm;
-use annulus_core::remark::Remark;
 use annulus_core::sim::{Summary, summary};
 use annulus_core::{check, locale, motion, steps};
 use serde_json::json;
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         "stream_bytes": steps::compact(&stream).len(),
         "stream_digest": digest,
         "holes": numbers.holes,
-        "ways": numbers.ways,
+        "toolpaths": numbers.toolpaths,
         "milled_mm": rounded(milled_mm),
         "time_s": {
             "drill": rounded(numbers.spent.drill_s),
@@ -56,9 +56,10 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
             "change": rounded(numbers.spent.change_s),
             "other": rounded(numbers.spent.other_s),
         },
-        "remarks": remark_objects(&job.remarks),
+        "diagnostics": diagnostic_objects(&job.diagnostics),
     });
-    let mut text = sentences(&numbers, &digest) + &milled(&numbers, milled_mm) + &remark_lines(&job.remarks);
+    let mut text =
+        sentences(&numbers, &digest) + &milled(&numbers, milled_mm) + &diagnostic_lines(&job.diagnostics);
     if args.digest_trace {
         let trace = steps::trace(&stream, TRACED_RUNS);
         object["digest_trace"] = trace.lines().collect();
@@ -68,7 +69,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
 }
 
 /// Refuses with the first finding, if there is any; the others go to standard error before it.
-fn lawful<T>(verdict: Result<T, Vec<Remark>>) -> Result<(), Refusal> {
+fn lawful<T>(verdict: Result<T, Vec<Diagnostic>>) -> Result<(), Refusal> {
     let mut refusals = verdict.err().into_iter().flatten().map(Refusal::content);
     let Some(first) = refusals.next() else { return Ok(()) };
     refusals.for_each(super::say);
@@ -77,11 +78,11 @@ fn lawful<T>(verdict: Result<T, Vec<Remark>>) -> Result<(), Refusal> {
 
 /// What is milled, where anything is.
 fn milled(numbers: &Summary, milled_mm: f64) -> String {
-    if numbers.ways == 0 {
+    if numbers.toolpaths == 0 {
         return String::new();
     }
     let rows = [
-        ("ways", numbers.ways.to_string()),
+        ("toolpaths", numbers.toolpaths.to_string()),
         ("mm", format!("{milled_mm:.1}")),
         ("seconds", format!("{:.1}", numbers.spent.mill_s)),
         ("between", format!("{:.1}", numbers.spent.between_s)),

@@ -3,10 +3,10 @@
 //! Comes in: nothing, the name of a dialect, or a dialect file. Goes out: the table, the dialect's text, or its faults. Does
 //! not know programs.
 
-use super::{Answer, Exit, Refusal, export, remark_lines, remark_objects};
+use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, export};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
 use annulus_core::post;
-use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
@@ -31,23 +31,23 @@ pub(crate) fn run(args: &TemplatesArgs) -> Result<Answer, Refusal> {
     }
     if !Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let known: Vec<&str> = post::shipped().map(|(name, _)| name).collect();
-        let remark = Remark::new(Weight::Loss, "post.unknown_target").with("name", name);
-        let remark = remark.with("nearest", post::nearest_target(name));
-        return Err(Refusal::usage(remark.with("known", known.join(", "))));
+        let diagnostic = Diagnostic::error("post.unknown_target").with("name", name);
+        let diagnostic = diagnostic.with("nearest", post::nearest_target(name));
+        return Err(Refusal::usage(diagnostic.with("known", known.join(", "))));
     }
     let text = export::read(Path::new(name))?;
     let faults = post::check(name, &text);
     if !faults.is_empty() {
         let told = locale::text("en", "post.fault_count", &[("count".to_owned(), faults.len().to_string())]);
-        let object = json!({ "name": name, "remarks": remark_objects(&faults) });
-        let text = format!("{told}\n{}", remark_lines(&faults));
+        let object = json!({ "name": name, "diagnostics": diagnostic_objects(&faults) });
+        let text = format!("{told}\n{}", diagnostic_lines(&faults));
         return Ok(Answer::refused(object, &text, export::faulty(name, &faults)));
     }
     let dialect = post::Dialect::parse(name, &text).map_err(Refusal::content)?;
-    let doubts = post::doubts(&dialect);
+    let warnings = post::warnings(&dialect);
     let words = [("file".to_owned(), name.to_owned()), ("dialect".to_owned(), dialect.name)];
-    let text = locale::text("en", "post.sound", &words) + "\n" + &remark_lines(&doubts);
-    let object = json!({ "name": name, "remarks": remark_objects(&doubts) });
+    let text = locale::text("en", "post.sound", &words) + "\n" + &diagnostic_lines(&warnings);
+    let object = json!({ "name": name, "diagnostics": diagnostic_objects(&warnings) });
     Ok(Answer { object, text, exit: Exit::Done })
 }
 

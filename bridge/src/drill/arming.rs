@@ -2,10 +2,10 @@
 //!
 //! Comes in: asks for the context, prepared jobs. Goes out: verdicts. Does not know how a job is checked.
 
-use super::owner::{Owner, remark, zero_of};
+use super::owner::{Owner, diagnostic, zero_of};
 use super::prepare::{Context, Prepared};
 use annulus_core::control::Event;
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Tell;
 use std::sync::Arc;
 
@@ -22,9 +22,9 @@ impl Owner {
         }
     }
 
-    pub(super) fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Remark> {
+    pub(super) fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Diagnostic> {
         if self.context() != prepared.context {
-            return Err(remark("control.changed_meanwhile"));
+            return Err(diagnostic("control.changed_meanwhile"));
         }
         let tell = prepared.tell();
         let event = match prepared.refusal() {

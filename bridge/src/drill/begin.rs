@@ -9,18 +9,18 @@
 //! anything moves.
 
 use super::moves::{Work, ruler};
-use super::owner::{Message, Owner, remark, zero_of};
+use super::owner::{Message, Owner, diagnostic, zero_of};
 use super::recorder::Record;
 use super::ticket::Ticket;
 use crate::journal::JobRecord;
 use annulus_core::control::{Action, Ending, Event, step};
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Ask, Tell};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 /// Whoever asked for it waits for this.
-type Reply = Sender<Result<Vec<Tell>, Remark>>;
+type Reply = Sender<Result<Vec<Tell>, Diagnostic>>;
 
 /// A job whose start is being written down.
 pub(super) struct Starting {
@@ -54,7 +54,7 @@ impl Owner {
                 self.starting = Some(Starting { event, work, record, asked, reply, stopped, waits });
                 self.recorder.write(begin);
                 if !self.recorder.lives() {
-                    self.begun(Err(remark("control.shut_down")));
+                    self.begun(Err(diagnostic("control.shut_down")));
                 }
             }
             Err(why) => drop(reply.send(Err(why))),
@@ -79,14 +79,14 @@ impl Owner {
         }
     }
 
-    fn to_be_started(&self, event: &Event) -> Result<(Work, JobRecord), Remark> {
+    fn to_be_started(&self, event: &Event) -> Result<(Work, JobRecord), Diagnostic> {
         self.may_start(event)?;
-        let prepared = self.prepared.as_ref().ok_or_else(|| remark("control.not_armed"))?;
-        let Event::Start(_, _, from_leg) = *event else { return Err(remark("control.not_armed")) };
+        let prepared = self.prepared.as_ref().ok_or_else(|| diagnostic("control.not_armed"))?;
+        let Event::Start(_, _, from_leg) = *event else { return Err(diagnostic("control.not_armed")) };
         let plane = [prepared.zero[0], prepared.zero[1]];
         let begun = self.interrupted.as_ref().map(|(begun, _)| zero_of(begun, &self.machine));
         if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
-            return Err(remark("control.zero_moved"));
+            return Err(diagnostic("control.zero_moved"));
         }
         let taken_up =
             self.interrupted.as_ref().filter(|(begun, _)| from_leg > 0 && begun.key == prepared.key);
@@ -98,13 +98,13 @@ impl Owner {
             ruler: Some(ruler(&self.machine)),
             stream_digest: prepared.digest.clone(),
             holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
-            ways_total: u32::try_from(prepared.program.way_count()).unwrap_or(u32::MAX),
+            toolpaths_total: u32::try_from(prepared.program.toolpath_count()).unwrap_or(u32::MAX),
             record_from: taken_up.map_or_else(|| self.record_length(), |(begun, _)| begun.record_from),
         };
-        Ok((Work::new(Arc::clone(prepared), from_leg as usize, self.executor.shared.pace()), record))
+        Ok((Work::new(Arc::clone(prepared), from_leg as usize, self.executor.shared.feed_override()), record))
     }
 
-    fn may_start(&self, event: &Event) -> Result<(), Remark> {
+    fn may_start(&self, event: &Event) -> Result<(), Diagnostic> {
         match step(&self.session, event.clone()).1.as_slice() {
             [Action::Refuse(why)] => Err(why.clone()),
             _ => Ok(()),
@@ -113,11 +113,11 @@ impl Owner {
 
     /// The journal's answer: the job starts, unless it was stopped or may not start any more. Then it is a job that was
     /// interrupted before its first move, which is what the journal says.
-    pub(super) fn begun(&mut self, written: Result<(), Remark>) {
+    pub(super) fn begun(&mut self, written: Result<(), Diagnostic>) {
         let Some(starting) = self.starting.take() else { return };
         let Starting { event, mut work, record, asked, reply, stopped, waits } = starting;
         let still = written.clone().and_then(|()| self.tickets.check(asked)).and_then(|()| {
-            if stopped { Err(remark("socket.stopped_meanwhile")) } else { self.may_start(&event) }
+            if stopped { Err(diagnostic("socket.stopped_meanwhile")) } else { self.may_start(&event) }
         });
         let record_from = record.record_from;
         if written.is_ok() {
@@ -147,7 +147,7 @@ impl Owner {
 
     pub(super) fn end(&mut self, ending: Ending) {
         let Some(work) = self.work.take() else { return };
-        self.executor.shared.set_pace(work.percent.min(100));
+        self.executor.shared.set_feed_override(work.percent.min(100));
         self.board_ends(&work);
         self.prepared = None;
         self.session.armed = None;
@@ -158,16 +158,16 @@ impl Owner {
             *progress = work.progress();
         }
         self.session.offer = self.left_over();
-        let (holes_done, ways_done) = (work.holes, work.ways);
-        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, ways_done });
+        let (holes_done, toolpaths_done) = (work.holes, work.toolpaths);
+        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, toolpaths_done });
         if let Some(offer) = self.offer() {
             self.tell(offer);
         }
     }
 
-    pub(super) fn forget(&mut self) -> Result<(), Remark> {
+    pub(super) fn forget(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() {
-            return Err(remark("control.busy"));
+            return Err(diagnostic("control.busy"));
         }
         (self.interrupted, self.session.offer) = (None, None);
         self.recorder.write(Record::Finish);

@@ -15,9 +15,9 @@ use super::RECORD;
 use super::moves::Work;
 use super::owner::Owner;
 use annulus_core::control::{Event, Trust};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Output;
-use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{Drilled, made_again, missing_legs, tally};
+use annulus_core::virtual_drill::{Drilled, made_again, missing_legs, tally};
 use annulus_core::wire::{DrilledTold, MissingTold};
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
@@ -103,7 +103,7 @@ impl Owner {
         };
         self.judged.told = Some(told);
         if told != DrilledTold::default() {
-            let why = Remark::new(Weight::Loss, "control.board_differs")
+            let why = Diagnostic::error("control.board_differs")
                 .with("missing", told.missing)
                 .with("doubled", told.doubled)
                 .with("shifted", told.shifted)

@@ -11,7 +11,7 @@
 use super::moves::Work;
 use super::owner::Owner;
 use super::prepare::Prepared;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;
 
 /// Least and most that can be ordered, percent of what was planned.
@@ -19,13 +19,13 @@ const RANGE: std::ops::RangeInclusive<u8> = 10..=200;
 
 impl Owner {
     /// How fast the job goes from now on. More than 100 % comes with its plan.
-    pub(super) fn pace(&mut self, percent: u8) -> Result<(), Remark> {
-        let refuse = |code| Err(Remark::new(Weight::Loss, code).with("percent", percent));
+    pub(super) fn feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
+        let refuse = |code| Err(Diagnostic::error(code).with("percent", percent));
         if !RANGE.contains(&percent) {
-            return refuse("control.bad_pace");
+            return refuse("control.bad_feed_override");
         }
         if percent > 100 && self.work.is_none() {
-            return refuse("control.pace_needs_job");
+            return refuse("control.feed_override_needs_job");
         }
         let mut slower = percent.min(100);
         if let Some(work) = &mut self.work {
@@ -34,7 +34,7 @@ impl Owner {
             work.anew.take_if(|anew| anew.feed_percent != percent.max(100));
             slower = work.slower();
         }
-        self.executor.shared.set_pace(slower);
+        self.executor.shared.set_feed_override(slower);
         Ok(())
     }
 
@@ -48,8 +48,8 @@ impl Owner {
     }
 
     /// Percent of what was planned at first.
-    pub(super) fn pace_percent(&self) -> u8 {
-        self.work.as_ref().map_or_else(|| self.executor.shared.pace(), |work| work.percent)
+    pub(super) fn feed_override_percent(&self) -> u8 {
+        self.work.as_ref().map_or_else(|| self.executor.shared.feed_override(), |work| work.percent)
     }
 }
 

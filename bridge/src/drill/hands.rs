@@ -7,10 +7,10 @@ use super::board::Board;
 use super::owner::Message;
 use crate::executor::{Executor, Heard, Shared, process};
 use annulus_core::control::{Lateness, Timing};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::Steady;
-use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, Twin};
+use annulus_core::virtual_drill::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, VirtualDrill};
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
@@ -38,7 +38,7 @@ impl Hands {
         speed: f64,
         measured: Option<Lateness>,
         shared: Arc<Shared>,
-    ) -> Result<(Executor, Option<Timing>), Remark> {
+    ) -> Result<(Executor, Option<Timing>), Diagnostic> {
         let messages = self.messages.clone();
         let hear = move |heard| {
             let _ = messages.send(match heard {
@@ -77,10 +77,10 @@ impl Hands {
                 board.broken += 1;
             }
         });
-        let twin = Twin::new(machine, seed, self.faults.clone(), drilled).watched(watch);
+        let twin = VirtualDrill::new(machine, seed, self.faults.clone(), drilled).watched(watch);
         let twin = Steady::new(twin.watched_for_breaks(breaks));
         let executor = Executor::start(machine, Box::new(twin), (speed, self.faults.late_host), shared, hear)
-            .map_err(|error| Remark::new(Weight::Loss, "control.no_thread").with("reason", error))?;
+            .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
         Ok((executor, None))
     }
 }

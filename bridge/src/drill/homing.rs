@@ -6,13 +6,13 @@ use super::moves::{Doing, segments};
 use super::owner::Owner;
 use crate::executor::Report;
 use annulus_core::control::{Event, State, Trust};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;
-use annulus_core::queue::{Doubt, Homing, Next};
-use annulus_core::remark::Remark;
+use annulus_core::queue::{Harm, Homing, Next};
 
 impl Owner {
     /// Begins. `counted` says that the position was believed until now: what it was off by is worth an alarm.
-    pub(super) fn home(&mut self, counted: bool) -> Result<(), Remark> {
+    pub(super) fn home(&mut self, counted: bool) -> Result<(), Diagnostic> {
         let mut axes = Vec::new();
         for (axis, timeline) in cycles::home(&self.machine)? {
             self.in_time(segments(&timeline, &self.machine))?;
@@ -32,11 +32,11 @@ impl Owner {
         let told = self.told_to_core(report);
         match homing.reported(&self.machine, &told, &mut self.position) {
             Ok(next) => self.homing_goes_on(homing, next),
-            Err((why, Doubt::None)) => {
+            Err((why, Harm::None)) => {
                 self.pending.push_back(Event::Homed);
                 self.pending.push_back(Event::Failed(why, Trust::Trusted));
             }
-            Err((why, Doubt::Suspect | Doubt::Lost)) => {
+            Err((why, Harm::Suspect | Harm::Lost)) => {
                 self.pending.push_back(Event::Failed(why, Trust::Lost));
             }
         }

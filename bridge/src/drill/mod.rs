@@ -31,9 +31,9 @@ use crate::journal::{self, Contents, Journal};
 use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::control::Timing;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
-use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{DrilledBoard, Faults};
+use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
 use owner::{Message, Owner};
 use std::fs::{self, OpenOptions};
@@ -85,11 +85,11 @@ impl Drill {
         faults: Faults,
     ) -> Result<Self, Refusal> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
-            let why = Remark::new(Weight::Loss, "control.speed_range").with("speed", speed);
+            let why = Diagnostic::error("control.speed_range").with("speed", speed);
             return Err(Refusal::usage(why));
         }
         if machine.output != Output::Virtual && speed != 1.0 {
-            return Err(Refusal::usage(Remark::new(Weight::Loss, "control.speed_is_real")));
+            return Err(Refusal::usage(Diagnostic::error("control.speed_is_real")));
         }
         let unwritable = |error: std::io::Error| unwritable(folder, &error);
         own::root(folder).and_then(|()| own::mend(&folder.join(JOURNAL))).map_err(unwritable)?;
@@ -99,7 +99,7 @@ impl Drill {
             let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
             let holes = holes.iter().filter(|byte| **byte == b'\n').count();
             let job = damage.job.as_deref().unwrap_or("?");
-            let why = Remark::new(Weight::Loss, DAMAGED).with("file", &damage.file);
+            let why = Diagnostic::error(DAMAGED).with("file", &damage.file);
             why.with("job", job).with("holes", holes)
         });
         Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
@@ -110,7 +110,7 @@ impl Drill {
         machine: Machine,
         speed: f64,
         faults: Faults,
-        (journal, contents, alarm): (Journal, Contents, Option<Remark>),
+        (journal, contents, alarm): (Journal, Contents, Option<Diagnostic>),
     ) -> Result<Self, Refusal> {
         let (messages, inbox) = channel();
         let record = drilled_record(&folder.join(RECORD), messages.clone())
@@ -152,7 +152,7 @@ impl Drill {
     }
 
     /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
-    pub(crate) fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Remark> {
+    pub(crate) fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
         store::keep(&self.folder, key, bytes)
     }
 
@@ -162,9 +162,9 @@ impl Drill {
     }
 
     /// Does what is asked, or says why not. The answers are for the asker alone; changes that everybody should
-    /// see come through [`Drill::watch`]. `Arm` and `Pace` take as long as planning does: call them where waiting is allowed.
+    /// see come through [`Drill::watch`]. `Arm` and `Feed override` take as long as planning does: call them where waiting is allowed.
     /// Who may ask is the caller's business.
-    pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Remark> {
+    pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         self.begin(ask, None).finish()
     }
 
@@ -172,7 +172,7 @@ impl Drill {
     /// begun is worked on in the order in which it was begun; only what has to be planned waits for its plan.
     pub(crate) fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun {
         let (drill, (reply, answer)) = (self.clone(), channel());
-        let percent = if let Ask::Pace { percent } = ask { Some(percent) } else { None };
+        let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
         match ask {
             Ask::Arm { job } => Begun::Arm { drill, job, ticket },
             ask => match self.messages.send(Message::Ask(ask, ticket, reply)) {
@@ -199,9 +199,9 @@ impl Drill {
         self.tickets.now()
     }
 
-    /// The plan for a pace that was ordered: feeds other than those in force are planned here, and the owner takes the new
+    /// The plan for a feed override that was ordered: feeds other than those in force are planned here, and the owner takes the new
     /// plan over at the next rest.
-    fn plan_pace(&self, percent: u8) -> Result<(), Remark> {
+    fn plan_feed_override(&self, percent: u8) -> Result<(), Diagnostic> {
         let feed = percent.max(100);
         let _planning = self.planner.lock();
         match self.send(Message::InWork).flatten() {
@@ -215,10 +215,10 @@ impl Drill {
         Ok(())
     }
 
-    fn arm(&self, job: &str, ticket: Option<Ticket>) -> Result<Vec<Tell>, Remark> {
+    fn arm(&self, job: &str, ticket: Option<Ticket>) -> Result<Vec<Tell>, Diagnostic> {
         ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket))?;
         let _planning = self.planner.lock();
-        let bytes = self.job(job).ok_or_else(|| Remark::new(Weight::Loss, "control.no_such_job"))?;
+        let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
         let prepared = prepare::prepare(job, &bytes, &context)?;
         self.send(|reply| Message::Prepared(Box::new(prepared), reply)).unwrap_or_else(|| Err(gone()))
@@ -253,8 +253,8 @@ impl Drill {
 
 /// Something that was put before the owner, or is still to be planned.
 pub(crate) enum Begun {
-    /// The owner has it; for a pace, what is to be planned afterwards.
-    Asked { drill: Drill, percent: Option<u8>, answer: Receiver<Result<Vec<Tell>, Remark>> },
+    /// The owner has it; for a feed override, what is to be planned afterwards.
+    Asked { drill: Drill, percent: Option<u8>, answer: Receiver<Result<Vec<Tell>, Diagnostic>> },
     /// A job to be planned and checked first.
     Arm { drill: Drill, job: String, ticket: Option<Ticket> },
     /// There is no owner any more.
@@ -263,25 +263,25 @@ pub(crate) enum Begun {
 
 impl Begun {
     /// Waits for the answer, as long as planning takes: for threads that may.
-    pub(crate) fn finish(self) -> Result<Vec<Tell>, Remark> {
+    pub(crate) fn finish(self) -> Result<Vec<Tell>, Diagnostic> {
         match self {
             Self::Arm { drill, job, ticket } => drill.arm(&job, ticket),
             Self::Gone => Err(gone()),
             Self::Asked { drill, percent, answer } => {
                 let told = answer.recv().unwrap_or_else(|_| Err(gone()))?;
-                percent.map_or(Ok(()), |percent| drill.plan_pace(percent))?;
+                percent.map_or(Ok(()), |percent| drill.plan_feed_override(percent))?;
                 Ok(told)
             }
         }
     }
 }
 
-fn gone() -> Remark {
-    Remark::new(Weight::Loss, "control.shut_down")
+fn gone() -> Diagnostic {
+    Diagnostic::error("control.shut_down")
 }
 
 fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
-    let why = Remark::new(Weight::Loss, "control.folder_unwritable").with("folder", folder.display());
+    let why = Diagnostic::error("control.folder_unwritable").with("folder", folder.display());
     Refusal::surroundings(why.with("reason", error))
 }
 
@@ -296,7 +296,7 @@ fn drilled_record(path: &Path, owner: Sender<Message>) -> std::io::Result<Drille
         if let Err(error) = file.write_all(line.as_bytes()) {
             // No half line stays.
             let _ = before.and_then(|before| file.set_len(before));
-            let why = Remark::new(Weight::Loss, "control.record_unwritable").with("reason", error);
+            let why = Diagnostic::error("control.record_unwritable").with("reason", error);
             let _ = owner.send(Message::CannotRecord(why));
         }
     }))

@@ -13,11 +13,11 @@ use super::recorder::Record;
 use crate::executor::{Ended, Report, Task};
 use crate::journal::{Progress, Ruler};
 use annulus_core::control::{Event, State, Trust, lateness};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
 use annulus_core::queue::{Homing, late};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub(super) struct Work {
     pub(super) job: Arc<Prepared>,
     /// The same job at other feeds, from the next rest on.
     pub(super) anew: Option<Arc<Prepared>>,
-    /// The pace that is wanted, percent of the one it came with.
+    /// The feed override that is wanted, percent of the one it came with.
     pub(super) percent: u8,
     /// The leg that this run began with.
     pub(super) first: usize,
@@ -39,8 +39,8 @@ pub(super) struct Work {
     given: usize,
     /// Holes drilled.
     pub(super) holes: u32,
-    /// Ways milled.
-    pub(super) ways: u32,
+    /// Toolpaths milled.
+    pub(super) toolpaths: u32,
     pub(super) started: Instant,
     /// Bit in the spindle.
     pub(super) bit: Option<u32>,
@@ -53,12 +53,26 @@ pub(super) struct Work {
 impl Work {
     pub(super) fn new(job: Arc<Prepared>, leg: usize, percent: u8) -> Self {
         let (bit, _) = job.in_force(job.stream.range(leg).start);
-        let (holes, ways) = job.done_before(leg);
+        let (holes, toolpaths) = job.done_before(leg);
         let segments = job.stream.leg(leg);
         let asks = segments.iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop, given, first) = (None, Instant::now(), None, 0, leg);
-        Self { job, anew, percent, first, leg, segments, given, holes, ways, started, bit, stop, confirm_bit }
+        Self {
+            job,
+            anew,
+            percent,
+            first,
+            leg,
+            segments,
+            given,
+            holes,
+            toolpaths,
+            started,
+            bit,
+            stop,
+            confirm_bit,
+        }
     }
 
     /// It begins now, however long ago it was asked for.
@@ -88,7 +102,7 @@ impl Work {
 
     pub(super) fn progress(&self) -> Progress {
         let leg = u32::try_from(self.leg).unwrap_or(u32::MAX);
-        Progress { done: leg, begun: leg, holes: self.holes, ways: self.ways }
+        Progress { done: leg, begun: leg, holes: self.holes, toolpaths: self.toolpaths }
     }
 }
 
@@ -141,8 +155,8 @@ pub(super) fn ruler(machine: &Machine) -> Ruler {
     }
 }
 
-fn alarm(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn alarm(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 fn name(input: Input) -> String {
@@ -185,7 +199,7 @@ impl Owner {
     }
 
     /// `segments`, where this computer can step them in time.
-    pub(super) fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Remark> {
+    pub(super) fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Diagnostic> {
         let safe_hz = self.timing.as_ref().map(|timing| timing.safe_hz);
         match safe_hz.and_then(|safe_hz| lateness::too_fast(&segments, safe_hz)) {
             Some(why) => Err(why),
@@ -193,7 +207,7 @@ impl Owner {
         }
     }
 
-    pub(super) fn jog(&mut self, axis: usize, steps: i64) -> Result<(), Remark> {
+    pub(super) fn jog(&mut self, axis: usize, steps: i64) -> Result<(), Diagnostic> {
         let speed = self.machine.axis(axis).home_speed_mm_per_s;
         let timeline = cycles::jog(&self.machine, self.position, axis, steps, speed)?;
         let segments = self.in_time(segments(&timeline, &self.machine))?;
@@ -203,7 +217,7 @@ impl Owner {
 
     /// The way of a jog in steps: inside the travel where the position is known, with the tip up where XY moves, else no
     /// longer than the travel.
-    pub(super) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Remark> {
+    pub(super) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Diagnostic> {
         let index = usize::from(axis);
         if index > 2 || distance_um == 0 {
             return Err(alarm("control.no_such_jog"));
@@ -225,7 +239,7 @@ impl Owner {
         }
     }
 
-    pub(super) fn approach(&mut self) -> Result<(), Remark> {
+    pub(super) fn approach(&mut self) -> Result<(), Diagnostic> {
         let Some(work) = &self.work else { return Ok(()) };
         let to = work.job.start_of_leg(work.leg);
         let (bit, asks) = (work.bit.unwrap_or(0), work.confirm_bit);
@@ -236,8 +250,8 @@ impl Owner {
         let beside = work.job.before_start(&self.machine, work.leg);
         let there = cycles::go_to(&self.machine, self.position, beside)?;
         let on = cycles::go_to(&self.machine, beside, to)?;
-        let ways = [there, on].iter().flat_map(|way| segments(way, &self.machine)).collect();
-        let mut segments = self.in_time(ways)?;
+        let toolpaths = [there, on].iter().flat_map(|way| segments(way, &self.machine)).collect();
+        let mut segments = self.in_time(toolpaths)?;
         if !work.confirm_bit {
             segments.extend(self.spindle_up());
         }
@@ -266,7 +280,7 @@ impl Owner {
         let mut put_in = None;
         let starts = work.given == 0;
         if starts && work.take_over() {
-            self.executor.shared.set_pace(work.slower());
+            self.executor.shared.set_feed_override(work.slower());
         }
         let up = self.position[2] >= work.job.zero[2];
         if starts && up && work.job.begins_low(work.leg) {
@@ -335,10 +349,10 @@ impl Owner {
             return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
         }
         let mark = work.job.program.legs.get(work.leg).map(|leg| leg.mark);
-        let (hole, way) = (matches!(mark, Some(Mark::Hole(_))), matches!(mark, Some(Mark::Way(_))));
+        let (hole, way) = (matches!(mark, Some(Mark::Hole(_))), matches!(mark, Some(Mark::Toolpath(_))));
         let stop = work.stop.take().map(|at| (u32::try_from(work.leg).unwrap_or(u32::MAX), at));
         work.holes += u32::from(hole);
-        work.ways += u32::from(way);
+        work.toolpaths += u32::from(way);
         work.leg += 1;
         work.unpack();
         let last = work.leg >= work.job.stream.legs();
@@ -354,7 +368,7 @@ impl Owner {
     }
 
     /// A sensor ended a stroke early: what follows in the leg starts from there.
-    fn rejoin(&mut self) -> Result<(), Remark> {
+    fn rejoin(&mut self) -> Result<(), Diagnostic> {
         let Some(work) = &mut self.work else { return Ok(()) };
         let zero = work.job.zero;
         let mut before = Vec::new();

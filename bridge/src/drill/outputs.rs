@@ -9,7 +9,7 @@
 
 use super::owner::Owner;
 use annulus_core::control::State;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Outputs, Tell};
 use std::time::{Duration, Instant};
 
@@ -82,8 +82,8 @@ impl Bench {
     }
 }
 
-fn remark(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 impl Owner {
@@ -92,9 +92,9 @@ impl Owner {
     }
 
     /// Unlocks for `minutes` from now on; 0 locks.
-    pub(super) fn lease_outputs(&mut self, minutes: u8) -> Result<(), Remark> {
+    pub(super) fn lease_outputs(&mut self, minutes: u8) -> Result<(), Diagnostic> {
         if minutes > LONGEST_LEASE {
-            let why = remark("control.lease_range").with("minutes", minutes);
+            let why = diagnostic("control.lease_range").with("minutes", minutes);
             return Err(why.with("most", LONGEST_LEASE));
         }
         if minutes == 0 {
@@ -107,11 +107,11 @@ impl Owner {
         Ok(())
     }
 
-    fn may_switch(&self) -> Result<(), Remark> {
+    fn may_switch(&self) -> Result<(), Diagnostic> {
         match self.session.state {
-            State::Alarm => Err(remark("control.alarm_unread")),
+            State::Alarm => Err(diagnostic("control.alarm_unread")),
             State::Ready | State::NotHomed if !self.session.moving => Ok(()),
-            _ => Err(remark("control.busy")),
+            _ => Err(diagnostic("control.busy")),
         }
     }
 
@@ -121,18 +121,18 @@ impl Owner {
         name: &str,
         on: bool,
         pulse_ms: Option<u32>,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), Diagnostic> {
         if self.bench.until.is_none() {
-            return Err(remark("control.outputs_locked"));
+            return Err(diagnostic("control.outputs_locked"));
         }
         self.may_switch()?;
         let names = self.output_names();
         let Some(place) = names.iter().position(|known| known == name) else {
-            let why = remark("control.no_such_output").with("name", name);
+            let why = diagnostic("control.no_such_output").with("name", name);
             return Err(why.with("known", names.join(", ")));
         };
         if let Some(ms) = pulse_ms.filter(|ms| !(1..=LONGEST_PULSE).contains(ms)) {
-            return Err(remark("control.pulse_range").with("ms", ms).with("most", LONGEST_PULSE));
+            return Err(diagnostic("control.pulse_range").with("ms", ms).with("most", LONGEST_PULSE));
         }
         self.bench.switch((place, on), pulse_ms, Instant::now());
         self.put_out(&[(place, on)]);

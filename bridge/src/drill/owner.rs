@@ -17,12 +17,12 @@ use crate::executor::{Executor, Report, Shared};
 use crate::journal::{Contents, JobRecord, Journal, Progress, WorkZero};
 use crate::machine_file;
 use annulus_core::control::{Action, Event, Session, State, Timing, Trust, step};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Bit;
 use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Steps, Value};
 use annulus_core::pins::AxisSet;
 use annulus_core::queue::Mode;
-use annulus_core::remark::{Remark, Weight};
-use annulus_core::twin::{DrilledBoard, Faults};
+use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Status, Tell};
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -54,23 +54,23 @@ const BUILT_FROM: [&str; 10] = [
 /// What reaches the owner.
 pub(super) enum Message {
     /// An ask, and what it was asked under where a page asks.
-    Ask(Ask, Option<Ticket>, Sender<Result<Vec<Tell>, Remark>>),
+    Ask(Ask, Option<Ticket>, Sender<Result<Vec<Tell>, Diagnostic>>),
     /// Somebody pressed STOP. Nobody waits for an answer.
     Stop,
     /// Who had control has it no more, or somebody has it now: what only he was allowed to leave on ends.
     ControlChanged,
     Context(Sender<Context>),
-    Prepared(Box<Prepared>, Sender<Result<Vec<Tell>, Remark>>),
+    Prepared(Box<Prepared>, Sender<Result<Vec<Tell>, Diagnostic>>),
     /// The plan that was made last for the job in work, and the feeds that are wanted.
     InWork(Sender<Option<(Arc<Prepared>, u8)>>),
     /// The job in work at other feeds.
     Anew(Box<Prepared>),
     /// The start of a job is in the journal, or cannot be.
-    Begun(Result<(), Remark>),
+    Begun(Result<(), Diagnostic>),
     Greeting(Sender<Vec<Tell>>),
     Report(Report),
-    ExecutorGone(Remark),
-    CannotRecord(Remark),
+    ExecutorGone(Diagnostic),
+    CannotRecord(Diagnostic),
     KeepSettingsIn(PathBuf),
     Shutdown,
 }
@@ -84,7 +84,7 @@ pub(super) struct Parts {
     pub(super) record: DrilledBoard,
     pub(super) journal: Journal,
     pub(super) contents: Contents,
-    pub(super) alarm: Option<Remark>,
+    pub(super) alarm: Option<Diagnostic>,
     pub(super) messages: Sender<Message>,
     pub(super) tells: broadcast::Sender<Tell>,
     pub(super) tickets: Arc<Tickets>,
@@ -133,12 +133,12 @@ pub(super) fn zero_of(job: &JobRecord, machine: &Machine) -> Option<[i64; 2]> {
     (job.ruler.as_ref() == Some(&ruler(machine))).then_some(job.zero)
 }
 
-pub(super) fn remark(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+pub(super) fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 impl Owner {
-    pub(super) fn new(parts: Parts) -> Result<Self, Remark> {
+    pub(super) fn new(parts: Parts) -> Result<Self, Diagnostic> {
         let Parts { folder, machine, speed, faults, record, journal, contents, alarm, .. } = parts;
         let Parts { messages, tells, tickets, .. } = parts;
         let record = Arc::new(Mutex::new(record));
@@ -155,7 +155,7 @@ impl Owner {
             let _ = store::keep(&folder, &job.key, &program);
         }
         let recorder = Recorder::start(journal, shared, messages)
-            .map_err(|error| remark("control.no_thread").with("reason", error))?;
+            .map_err(|error| diagnostic("control.no_thread").with("reason", error))?;
         let mut session = Session::default();
         if let Some(why) = alarm {
             (session.state, session.alarm) = (State::Alarm, Some(why));
@@ -262,7 +262,7 @@ impl Owner {
         }
     }
 
-    fn ask(&mut self, ask: Ask) -> Result<Vec<Tell>, Remark> {
+    fn ask(&mut self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         match ask {
             Ask::Home => self.try_event(Event::Home)?,
             Ask::SetZero => self.try_event(Event::SetZero(self.table()))?,
@@ -280,7 +280,7 @@ impl Owner {
             Ask::Resume if self.session.queue => self.queue_run(Mode::ToBreakpoint)?,
             Ask::Resume => self.try_event(Event::Resume)?,
             Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
-            Ask::Pace { percent } => self.pace(percent)?,
+            Ask::FeedOverride { percent } => self.feed_override(percent)?,
             Ask::Stop => {
                 self.stop_start();
                 self.lock_outputs();
@@ -291,7 +291,7 @@ impl Owner {
             Ask::QueueClear => self.queue_clear()?,
             Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
-            Ask::BitChanged => self.try_event(Event::BitChanged)?,
+            Ask::ToolChanged => self.try_event(Event::ToolChanged)?,
             Ask::AcknowledgeAlarm => {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
@@ -310,7 +310,7 @@ impl Owner {
             | Ask::Ping { .. }
             | Ask::TakeControl { .. }
             | Ask::ReleaseControl => {
-                return Err(remark("control.not_for_the_drill"));
+                return Err(diagnostic("control.not_for_the_drill"));
             }
         }
         Ok(Vec::new())
@@ -327,7 +327,7 @@ impl Owner {
     }
 
     /// Does what follows from `event`, or says why it is refused.
-    pub(super) fn try_event(&mut self, event: Event) -> Result<(), Remark> {
+    pub(super) fn try_event(&mut self, event: Event) -> Result<(), Diagnostic> {
         let (next, actions) = step(&self.session, event);
         if let [Action::Refuse(why)] = actions.as_slice() {
             return Err(why.clone());
@@ -358,7 +358,7 @@ impl Owner {
         }
     }
 
-    fn act(&mut self, action: Action, counted: bool) -> Result<(), Remark> {
+    fn act(&mut self, action: Action, counted: bool) -> Result<(), Diagnostic> {
         match action {
             Action::Home => self.home(counted)?,
             Action::Jog(axis, um) => {
@@ -388,13 +388,13 @@ impl Owner {
         Ok(())
     }
 
-    fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Remark> {
+    fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
         // Which hardware is touched is said in the machine's file alone, whoever asks.
         if let Some((key, _)) = changes.iter().find(|(key, _)| IN_FILE_ONLY.contains(&key.as_str())) {
-            return Err(remark("control.in_file_only").with("key", key));
+            return Err(diagnostic("control.in_file_only").with("key", key));
         }
         let changed = machine::apply(&self.machine, changes)
-            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| remark("control.busy")))?;
+            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| diagnostic("control.busy")))?;
         let rebuilt = machine::settings().any(|setting| {
             let differs = setting.value(&self.machine) != setting.value(&changed);
             differs && BUILT_FROM.iter().any(|start| setting.key.starts_with(start))
@@ -422,7 +422,7 @@ impl Owner {
     }
 
     /// Another executor in the place of this one, for the machine as it is now. It knows no position.
-    fn renew_executor(&mut self) -> Result<(), Remark> {
+    fn renew_executor(&mut self) -> Result<(), Diagnostic> {
         let shared = Arc::clone(&self.executor.shared);
         self.executor.finish();
         let measured = self.timing.as_ref().map(|timing| timing.lateness.clone());

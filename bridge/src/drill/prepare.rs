@@ -4,11 +4,11 @@
 
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::{self, Effect, Packed, Segment, TICK_HZ};
 use annulus_core::wire::{PreflightRow, Tell, Verdict, program};
 use std::thread;
@@ -59,7 +59,7 @@ impl Prepared {
     }
 
     /// The first reason against starting.
-    pub(super) fn refusal(&self) -> Option<Remark> {
+    pub(super) fn refusal(&self) -> Option<Diagnostic> {
         self.checks.iter().find(|row| row.verdict == Verdict::Fail).map(|row| row.finding.clone())
     }
 
@@ -111,7 +111,7 @@ impl Prepared {
     }
 
     /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
-    pub(super) fn entry(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
+    pub(super) fn entry(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Diagnostic> {
         let mut alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
         if self.begins_low(leg + 1) {
             alone.moves.pop();
@@ -120,7 +120,7 @@ impl Prepared {
     }
 
     /// What lifts the spindles after leg `leg` when the next one does not follow at once.
-    pub(super) fn lift(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Remark> {
+    pub(super) fn lift(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Diagnostic> {
         let alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
         Ok(alone.moves.last().map(|planned| steps::segment(planned, machine)).into_iter().collect())
     }
@@ -138,27 +138,27 @@ impl Prepared {
         (bit, rpm)
     }
 
-    /// Holes and ways of the legs before `leg`.
+    /// Holes and toolpaths of the legs before `leg`.
     pub(super) fn done_before(&self, leg: usize) -> (u32, u32) {
         let before = self.program.legs.iter().take(leg);
-        before.fold((0, 0), |(holes, ways), leg| match leg.mark {
-            Mark::Hole(_) => (holes + 1, ways),
-            Mark::Way(_) => (holes, ways + 1),
-            _ => (holes, ways),
+        before.fold((0, 0), |(holes, toolpaths), leg| match leg.mark {
+            Mark::Hole(_) => (holes + 1, toolpaths),
+            Mark::Toolpath(_) => (holes, toolpaths + 1),
+            _ => (holes, toolpaths),
         })
     }
 }
 
-fn row(verdict: Verdict, finding: Remark) -> PreflightRow {
+fn row(verdict: Verdict, finding: Diagnostic) -> PreflightRow {
     PreflightRow { finding, verdict }
 }
 
-fn note(code: &str) -> Remark {
-    Remark::new(Weight::Note, code)
+fn note(code: &str) -> Diagnostic {
+    Diagnostic::note(code)
 }
 
 /// The job `bytes` prepared for the drill as it stands.
-pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, Remark> {
+pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, Diagnostic> {
     let machine = &context.machine;
     let program = program::decode(bytes)?;
     let plan = planned(program, machine)?;
@@ -175,7 +175,7 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     checks.push(if program.machine == machine.fingerprint() {
         row(Verdict::Pass, note("preflight.same_machine"))
     } else {
-        row(Verdict::Fail, Remark::new(Weight::Loss, "preflight.other_machine"))
+        row(Verdict::Fail, Diagnostic::error("preflight.other_machine"))
     });
     let (digest, verdict) = judged(stream, machine, plane.map(|_| zero));
     match verdict {
@@ -184,11 +184,11 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
         None => {}
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
-    checks.extend(machine::doubts(machine).into_iter().map(|doubt| row(Verdict::Warn, doubt)));
+    checks.extend(machine::warnings(machine).into_iter().map(|warning| row(Verdict::Warn, warning)));
     checks.extend(unknown_bit(program).map(|why| row(Verdict::Fail, why)));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
-        let why = Remark::new(Weight::Doubt, "preflight.bit_not_in_rack").with("bits", missing.join(", "));
+        let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
         checks.push(row(Verdict::Warn, why));
     }
     if let Some(bit) = program.bits.first() {
@@ -196,18 +196,20 @@ pub(super) fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prep
     }
     if !program.accepted.is_empty() {
         let codes = program.accepted.join(", ");
-        checks
-            .push(row(Verdict::Warn, Remark::new(Weight::Doubt, "preflight.accepted").with("codes", codes)));
+        checks.push(row(Verdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)));
     }
     if let Some((other, ..)) = context.offer.as_ref().filter(|(offered, ..)| offered != key) {
-        let why = Remark::new(Weight::Doubt, "preflight.forgets").with("job", &other[..other.len().min(8)]);
+        let why = Diagnostic::warning("preflight.forgets").with("job", &other[..other.len().min(8)]);
         checks.push(row(Verdict::Warn, why));
     }
     let holes = program.hole_count();
-    let words = if program.way_count() > 0 { "preflight.time_milling" } else { "preflight.time" };
+    let words = if program.toolpath_count() > 0 { "preflight.time_milling" } else { "preflight.time" };
     checks.push(row(
         Verdict::Pass,
-        note(words).with("holes", holes).with("ways", program.way_count()).with("seconds", total_s.round()),
+        note(words)
+            .with("holes", holes)
+            .with("toolpaths", program.toolpath_count())
+            .with("seconds", total_s.round()),
     ));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
@@ -219,7 +221,7 @@ fn missing_drills<'a>(program: &'a Program, machine: &Machine) -> Vec<&'a str> {
     program.bits.iter().filter(lacks).map(|bit| bit.name.as_str()).collect()
 }
 
-fn planned(program: Program, machine: &Machine) -> Result<Planned, Remark> {
+fn planned(program: Program, machine: &Machine) -> Result<Planned, Diagnostic> {
     let stream = Packed::of(&program, machine)?;
     let left_ticks = left_ticks(&stream);
     Ok(Planned { program, stream, left_ticks })
@@ -230,7 +232,7 @@ fn judged(
     stream: &Packed,
     machine: &Machine,
     zero: Option<Steps>,
-) -> (String, Option<Result<(), Vec<Remark>>>) {
+) -> (String, Option<Result<(), Vec<Diagnostic>>>) {
     let digest = || steps::digest_of(&stream.start(), stream.count(), stream.segments());
     let check = |zero| check::verify_each(&stream.start(), || stream.segments(), machine, zero).map(drop);
     thread::scope(|scope| {
@@ -251,13 +253,13 @@ fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepare
 
 /// The job in work with its feeds at `percent` of those it came with: the same legs to the same places, planned and checked
 /// anew. Refused where the check, or this computer's clock, refuses it.
-pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Remark> {
+pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
     let machine = &job.context.machine;
     let plan = planned(program::decode(&job.bytes)?.at_feed(percent), machine)?;
     let (digest, verdict) = judged(&plan.stream, machine, Some(job.zero));
-    verdict.unwrap_or(Ok(())).map_err(|reasons| {
-        reasons.into_iter().next().unwrap_or_else(|| Remark::new(Weight::Loss, "control.busy"))
-    })?;
+    verdict
+        .unwrap_or(Ok(()))
+        .map_err(|reasons| reasons.into_iter().next().unwrap_or_else(|| Diagnostic::error("control.busy")))?;
     let too_fast = |safe_hz| lateness::too_fast(plan.stream.segments(), safe_hz);
     if let Some(why) = job.context.safe_hz.and_then(too_fast) {
         return Err(why);
@@ -268,20 +270,20 @@ pub(super) fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Remark> {
 }
 
 /// A wait for a bit that the program does not have: nobody could put it in.
-fn unknown_bit(program: &Program) -> Option<Remark> {
+fn unknown_bit(program: &Program) -> Option<Diagnostic> {
     let commands = program.legs.iter().flat_map(|leg| &leg.commands);
     let mut waits = commands.filter_map(|command| match command {
         Command::AwaitBit { bit } => Some(*bit),
         _ => None,
     });
     let bit = waits.find(|bit| *bit as usize >= program.bits.len())?;
-    let why = Remark::new(Weight::Loss, "preflight.no_such_bit").with("bit", u64::from(bit) + 1);
+    let why = Diagnostic::error("preflight.no_such_bit").with("bit", u64::from(bit) + 1);
     Some(why.with("bits", program.bits.len()))
 }
 
 /// The rows about the drill itself.
 fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
-    let lost = |code| row(Verdict::Fail, Remark::new(Weight::Loss, code));
+    let lost = |code| row(Verdict::Fail, Diagnostic::error(code));
     vec![
         match context.trust {
             Trust::Trusted => row(Verdict::Pass, note("preflight.homed")),

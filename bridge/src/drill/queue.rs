@@ -12,10 +12,10 @@ use super::moves::Doing;
 use super::owner::Owner;
 use crate::executor::{Ended, Report};
 use annulus_core::control::{Event, State, Trust};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;
 use annulus_core::pins::Outcome;
-use annulus_core::queue::{self, Action, Doubt, Mode, Queue, Rest, RowResult, Run, Standing, check};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::queue::{self, Action, Harm, Mode, Queue, Rest, RowResult, Run, Standing, check};
 use annulus_core::wire::{QueuePhase, QueueStatus, Tell};
 use std::time::{Duration, Instant};
 
@@ -32,14 +32,14 @@ pub(super) struct Lab {
     begun: bool,
     mode: Mode,
     phase: QueuePhase,
-    why: Option<Remark>,
+    why: Option<Diagnostic>,
     /// Results as they were told last.
     told: Vec<RowResult>,
     told_at: Instant,
 }
 
-fn remark(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 impl Owner {
@@ -49,11 +49,12 @@ impl Owner {
     }
 
     /// Reads and checks `text`; it takes the place of the queue before it.
-    pub(super) fn queue_load(&mut self, text: String) -> Result<Vec<Tell>, Remark> {
+    pub(super) fn queue_load(&mut self, text: String) -> Result<Vec<Tell>, Diagnostic> {
         if self.session.queue {
-            return Err(remark("control.busy"));
+            return Err(diagnostic("control.busy"));
         }
-        let first = |whys: Vec<Remark>| whys.into_iter().next().unwrap_or_else(|| remark("queue.empty"));
+        let first =
+            |whys: Vec<Diagnostic>| whys.into_iter().next().unwrap_or_else(|| diagnostic("queue.empty"));
         let queue = queue::read("", &text).map_err(first)?;
         let standing = self.standing();
         let checked = check(&queue, &self.machine, &self.machine.card.names(), &standing)?;
@@ -75,9 +76,9 @@ impl Owner {
     }
 
     /// Begins the queue, or goes on.
-    pub(super) fn queue_run(&mut self, mode: Mode) -> Result<(), Remark> {
+    pub(super) fn queue_run(&mut self, mode: Mode) -> Result<(), Diagnostic> {
         let standing = self.standing();
-        let Some(lab) = &mut self.lab else { return Err(remark("control.no_queue")) };
+        let Some(lab) = &mut self.lab else { return Err(diagnostic("control.no_queue")) };
         if self.session.queue && self.session.state == State::Pausing {
             lab.mode = mode;
             self.try_event(Event::Resume)?;
@@ -88,7 +89,7 @@ impl Owner {
         }
         if !self.session.queue {
             if lab.begun {
-                return Err(remark("control.queue_over"));
+                return Err(diagnostic("control.queue_over"));
             }
             // The drill may stand elsewhere than when the queue was sent.
             let outputs = self.machine.card.names();
@@ -115,9 +116,9 @@ impl Owner {
         }
     }
 
-    pub(super) fn queue_clear(&mut self) -> Result<(), Remark> {
+    pub(super) fn queue_clear(&mut self) -> Result<(), Diagnostic> {
         if self.session.queue {
-            return Err(remark("control.busy"));
+            return Err(diagnostic("control.busy"));
         }
         self.lab = None;
         self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
@@ -162,7 +163,7 @@ impl Owner {
                     self.queue_trust();
                     match self.in_time(segments) {
                         Ok(segments) => self.give(Doing::Queue, segments),
-                        Err(why) => self.queue_rests(Rest::Failed(why, Doubt::None)),
+                        Err(why) => self.queue_rests(Rest::Failed(why, Harm::None)),
                     }
                 }
                 Action::Rest(rest) => {
@@ -198,12 +199,12 @@ impl Owner {
                 lab.phase = QueuePhase::Stopped;
                 Event::Rested
             }
-            Rest::Failed(why, doubt) => {
+            Rest::Failed(why, harm) => {
                 (lab.phase, lab.why) = (QueuePhase::Failed, Some(why.clone()));
-                let left = match doubt {
-                    Doubt::None => Trust::Trusted,
-                    Doubt::Suspect => Trust::Suspect,
-                    Doubt::Lost => Trust::Lost,
+                let left = match harm {
+                    Harm::None => Trust::Trusted,
+                    Harm::Suspect => Trust::Suspect,
+                    Harm::Lost => Trust::Lost,
                 };
                 Event::Failed(why, left)
             }

@@ -1,13 +1,13 @@
 //! The journal's thread: writes records in order and says how many legs are durable.
 //!
-//! Comes in: records. Goes out: the number that lets the next stroke start, or a remark when the disk refuses. After a
+//! Comes in: records. Goes out: the number that lets the next stroke start, or a diagnostic when the disk refuses. After a
 //! refusal it writes no further leg: what the journal says stays true; what else comes is tried anew. Does not know the executor.
 
 use super::owner::Message;
 use crate::executor::Shared;
 use crate::journal::{JobRecord, Journal, Progress, WorkZero};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
-use annulus_core::remark::{Remark, Weight};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
@@ -64,7 +64,7 @@ struct Over(Sender<Message>);
 
 impl Drop for Over {
     fn drop(&mut self) {
-        let _ = self.0.send(Message::Begun(Err(Remark::new(Weight::Loss, "control.shut_down"))));
+        let _ = self.0.send(Message::Begun(Err(Diagnostic::error("control.shut_down"))));
     }
 }
 

@@ -53,8 +53,8 @@ impl Owner {
             next_leg: progress.done,
             holes_done: progress.holes,
             holes_total: job.holes_total,
-            ways_done: progress.ways,
-            ways_total: job.ways_total,
+            toolpaths_done: progress.toolpaths,
+            toolpaths_total: job.toolpaths_total,
         })
     }
 
@@ -84,7 +84,7 @@ impl Owner {
         let work = self.work.as_ref();
         let leg = work.and_then(|work| work.job.program.legs.get(work.leg));
         let target = work.filter(|_| {
-            self.doing == Doing::Leg && matches!(glimpse.stage, Some(Stage::Travel | Stage::Hop))
+            self.doing == Doing::Leg && matches!(glimpse.stage, Some(Stage::Travel | Stage::NextHole))
         });
         let target_mm =
             target.map(|_| [0, 1].map(|axis: usize| axes[axis].scale.length(glimpse.end[axis]).mm()));
@@ -97,7 +97,7 @@ impl Owner {
             depths.reduce(f64::min)
         });
         let stage =
-            glimpse.stage.map(|stage| if stage == Stage::Hop { hop_stage(work_mm[2]) } else { stage });
+            glimpse.stage.map(|stage| if stage == Stage::NextHole { hop_stage(work_mm[2]) } else { stage });
         let left_at = |leg: usize| work.and_then(|work| work.job.left_ticks.get(leg)).copied().unwrap_or(0);
         let (all, ticks) = (left_at(0), left_at(work.map_or(0, |work| work.leg)));
         let bit = work.and_then(|work| work.bit);
@@ -117,15 +117,15 @@ impl Owner {
             hole: leg.and_then(|leg| if let Mark::Hole(hole) = leg.mark { Some(hole) } else { None }),
             holes_done: work.map_or(0, |work| work.holes),
             holes_total: work.map_or(0, |work| count(work.job.program.hole_count())),
-            way: leg.and_then(|leg| if let Mark::Way(way) = leg.mark { Some(way) } else { None }),
-            ways_done: work.map_or(0, |work| work.ways),
-            ways_total: work.map_or(0, |work| count(work.job.program.way_count())),
+            way: leg.and_then(|leg| if let Mark::Toolpath(way) = leg.mark { Some(way) } else { None }),
+            toolpaths_done: work.map_or(0, |work| work.toolpaths),
+            toolpaths_total: work.map_or(0, |work| count(work.job.program.toolpath_count())),
             stage,
             command: self.queue_command().or(stage.map(|stage| command_name(stage).to_owned())),
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
             spindle_rpm: glimpse.rpm,
-            pace_percent: self.pace_percent(),
+            feed_override_percent: self.feed_override_percent(),
             inputs: glimpse.inputs,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
@@ -134,7 +134,7 @@ impl Owner {
             drilled_twice: self.judged.twice.clone(),
             elapsed_s: work.map_or(0.0, |work| work.started.elapsed().as_secs_f64()),
             left_s: ticks as f64 / TICK_HZ as f64 / self.speed * 100.0
-                / f64::from(self.executor.shared.pace().max(1)),
+                / f64::from(self.executor.shared.feed_override().max(1)),
             done_share: if all > 0 { 1.0 - ticks as f64 / all as f64 } else { 0.0 },
             alarm: self.session.alarm.clone(),
         }
@@ -177,7 +177,7 @@ fn command_name(stage: Stage) -> &'static str {
     match stage {
         Stage::Travel => "rapid",
         Stage::Approach | Stage::Drill => "plunge",
-        Stage::Hop => "hole",
+        Stage::NextHole => "hole",
         Stage::Mill => "mill",
         Stage::Retract => "retract",
         Stage::Dwell => "dwell",

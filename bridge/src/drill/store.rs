@@ -4,7 +4,7 @@
 
 use crate::machine_file::write_own;
 use crate::own;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::program;
 use std::fs::{self, OpenOptions};
 use std::io::Read;
@@ -20,14 +20,14 @@ fn path_of(folder: &Path, key: &str) -> Option<PathBuf> {
 }
 
 /// Keeps `bytes` if they are a program and `key` is their digest.
-pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Remark> {
+pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
     let Some(path) = path_of(folder, key).filter(|_| program::key(bytes) == key) else {
-        return Err(Remark::new(Weight::Loss, "control.wrong_key"));
+        return Err(Diagnostic::error("control.wrong_key"));
     };
     program::decode(bytes)?;
     own::folder(&folder.join("jobs"))
         .and_then(|()| write_own(&path, bytes))
-        .map_err(|error| Remark::new(Weight::Loss, "control.job_not_kept").with("reason", error))?;
+        .map_err(|error| Diagnostic::error("control.job_not_kept").with("reason", error))?;
     prune(&path);
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! The drill in one process, on the virtual drill with and without faults. No disk but a temporary folder.
 
 mod board;
+mod feed_override;
 mod lab;
 mod late;
 mod milling;
-mod pace;
 mod play;
 mod rack;
 mod starting;
@@ -257,7 +257,7 @@ fn a_person_is_asked_for_the_bit_and_nothing_moves_until_then() {
     let status = bench.wait(|status| status.state == State::ToolChange);
     std::thread::sleep(Duration::from_millis(30));
     assert_eq!(bench.status().machine_mm, status.machine_mm);
-    bench.drill.ask(Ask::BitChanged).unwrap();
+    bench.drill.ask(Ask::ToolChanged).unwrap();
     assert_eq!(bench.ended(), (Ending::Done, 3));
 }
 

@@ -9,7 +9,7 @@
 //! or what it set in motion is stopped by what comes behind it: there is no moment in between. Comes in: changes. Goes out:
 //! tickets, refusals. Does not know pages.
 
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How often control changed hands and how often somebody pressed STOP.
@@ -41,14 +41,14 @@ impl Tickets {
     }
 
     /// Whether what was asked with `ticket` may still be done.
-    pub(super) fn check(&self, ticket: Ticket) -> Result<(), Remark> {
+    pub(super) fn check(&self, ticket: Ticket) -> Result<(), Diagnostic> {
         let now = self.now();
         let code = match ticket {
             _ if ticket.control != now.control => "control.needed",
             _ if ticket.stops != now.stops => "socket.stopped_meanwhile",
             _ => return Ok(()),
         };
-        Err(Remark::new(Weight::Loss, code))
+        Err(Diagnostic::error(code))
     }
 }
 

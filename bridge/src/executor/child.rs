@@ -17,9 +17,9 @@ use super::thread::{self, Message};
 use super::{Glimpse, Shared, realtime};
 use crate::outputs::{self, Trouble};
 use annulus_core::control::{Lateness, Timing, lateness};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use annulus_core::pins::Steady;
-use annulus_core::remark::{Remark, Weight};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -123,7 +123,7 @@ pub(crate) fn run() -> io::Result<()> {
         End::Gone => hands.end("bridge_gone", Message::Abandon),
         End::Silent => {
             hands.end("bridge_silent", Message::Abandon);
-            let _ = up.send(Up::Refused(Remark::new(Weight::Loss, "output.bridge_silent")));
+            let _ = up.send(Up::Refused(Diagnostic::error("output.bridge_silent")));
         }
     }
     drop(up);
@@ -184,7 +184,7 @@ fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> En
             }
             Ok(Down::Stop(id)) => hands.shared.stop(id),
             Ok(Down::Durable(legs)) => hands.shared.set_durable(legs),
-            Ok(Down::Pace(percent)) => hands.shared.set_pace(percent),
+            Ok(Down::FeedOverride(percent)) => hands.shared.set_feed_override(percent),
             Ok(Down::Grant) => hands.shared.grant(),
             Ok(Down::Revoke) => hands.shared.revoke(),
             Ok(Down::Alive) => {}
@@ -199,8 +199,8 @@ fn begin(
     record: &Path,
     measured: Option<Lateness>,
     up: &Sender<Up>,
-) -> Result<(Hands, Trouble, Offsets), Remark> {
-    let cannot = |error: io::Error| Remark::new(Weight::Loss, "output.executor_failed").with("reason", error);
+) -> Result<(Hands, Trouble, Offsets), Diagnostic> {
+    let cannot = |error: io::Error| Diagnostic::error("output.executor_failed").with("reason", error);
     let wires = outputs::open(machine)?;
     let trouble = wires.trouble();
     let (offsets, why) = (Offsets::default(), Why::new(Mutex::new(RUNNING)));
@@ -256,7 +256,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
         };
         if hands.died() {
             // Without its thread this process can do nothing: the bridge makes the outputs safe.
-            let why = Remark::new(Weight::Loss, "output.executor_failed").with("reason", "its thread ended");
+            let why = Diagnostic::error("output.executor_failed").with("reason", "its thread ended");
             let _ = frames::send(&mut pipe, &Up::Refused(why));
             std::process::exit(1);
         }
@@ -264,7 +264,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
             refused = true;
             hands.say("port_refused");
             hands.shared.stop(u64::MAX);
-            let why = Remark::new(Weight::Loss, "output.port_refused").with("reason", reason);
+            let why = Diagnostic::error("output.port_refused").with("reason", reason);
             let _ = frames::send(&mut pipe, &Up::Refused(why));
         }
         if sent.is_err() {

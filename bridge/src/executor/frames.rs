@@ -14,8 +14,8 @@
 use super::thread::Message;
 use super::{Glimpse, Report};
 use annulus_core::control::{Lateness, Timing};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::remark::Remark;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
@@ -36,8 +36,8 @@ pub(super) enum Down {
     Stop(u64),
     /// So many legs are durable.
     Durable(u32),
-    /// Everything at so many percent of the planned pace.
-    Pace(u8),
+    /// Everything at so many percent of the planned feed override.
+    FeedOverride(u8),
     /// A move by hand may go for a moment.
     Grant,
     /// It may not any more.
@@ -52,7 +52,7 @@ pub(super) enum Up {
     /// The outputs are safe, the clock is measured.
     Ready(Timing),
     /// It cannot begin, or cannot go on: nothing more will be said.
-    Refused(Remark),
+    Refused(Diagnostic),
     /// A task ended.
     Report(Report),
     /// The latest place.

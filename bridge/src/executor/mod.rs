@@ -24,10 +24,10 @@ pub(crate) mod realtime;
 mod record;
 mod thread;
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::{Machine, Output, Steps};
 use annulus_core::pins::{AxisSet, Clock, Pins};
-use annulus_core::remark::Remark;
 use annulus_core::steps::{Segment, Stage};
 use frames::Down;
 use serde::{Deserialize, Serialize};
@@ -114,7 +114,7 @@ pub(crate) enum Heard {
     /// A task ended, at rest.
     Report(Report),
     /// The executor is no more; what it was doing was not reported.
-    Gone(Remark),
+    Gone(Diagnostic),
 }
 
 /// What owner, journal and executor share without waiting for each other.
@@ -122,7 +122,7 @@ pub(crate) enum Heard {
 pub(crate) struct Shared {
     stop_upto: AtomicU64,
     durable: AtomicU32,
-    /// Percent that the pace is below the planned one.
+    /// Percent that the feed override is below the planned one.
     slower: AtomicU8,
     glimpse: Mutex<Glimpse>,
     /// Until when a move by hand may go.
@@ -144,14 +144,14 @@ impl Shared {
         self.send(Down::Durable(legs));
     }
 
-    /// Everything goes at so many percent of the planned pace.
-    pub(crate) fn set_pace(&self, percent: u8) {
+    /// Everything goes at so many percent of the planned feed override.
+    pub(crate) fn set_feed_override(&self, percent: u8) {
         self.slower.store(100 - percent.min(100), Ordering::SeqCst);
-        self.send(Down::Pace(percent));
+        self.send(Down::FeedOverride(percent));
     }
 
-    /// Percent of the planned pace.
-    pub(crate) fn pace(&self) -> u8 {
+    /// Percent of the planned feed override.
+    pub(crate) fn feed_override(&self) -> u8 {
         100 - self.slower.load(Ordering::Relaxed)
     }
 
@@ -249,7 +249,7 @@ impl Executor {
     }
 
     /// Spindle off at rest. Where nobody is left to do it, everything off at once.
-    pub(crate) fn spindle_off(&self) -> Result<(), Remark> {
+    pub(crate) fn spindle_off(&self) -> Result<(), Diagnostic> {
         match &self.seat {
             Seat::Process(process) if process.is_gone() => process.make_safe(),
             _ => {

@@ -14,8 +14,8 @@ use super::thread::Message;
 use super::{Heard, Shared};
 use crate::outputs;
 use annulus_core::control::{Lateness, Timing};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
-use annulus_core::remark::{Remark, Weight};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -61,8 +61,8 @@ struct Link {
     finishing: AtomicBool,
 }
 
-fn failed(error: impl std::fmt::Display) -> Remark {
-    Remark::new(Weight::Loss, "output.executor_failed").with("reason", error)
+fn failed(error: impl std::fmt::Display) -> Diagnostic {
+    Diagnostic::error("output.executor_failed").with("reason", error)
 }
 
 /// Starts the executor of `machine`, whose record is `record`, and waits until its outputs are safe and its clock is
@@ -73,7 +73,7 @@ pub(crate) fn start(
     measured: Option<Lateness>,
     shared: &Arc<Shared>,
     hear: impl Fn(Heard) + Send + 'static,
-) -> Result<(Process, Timing), Remark> {
+) -> Result<(Process, Timing), Diagnostic> {
     let mut child = spawn().map_err(failed)?;
     let (Some(mut stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
         return Err(failed("no pipe"));
@@ -87,7 +87,7 @@ pub(crate) fn start(
     for frame in [
         Down::Stop(stopped.load(Ordering::SeqCst)),
         Down::Durable(durable.load(Ordering::SeqCst)),
-        Down::Pace(shared.pace()),
+        Down::FeedOverride(shared.feed_override()),
     ] {
         let _ = orders.send(frame);
     }
@@ -195,13 +195,13 @@ impl Link {
     }
 
     /// Switches off what a process that ended left on. What it never took may be another's.
-    fn make_safe(&self) -> Result<(), Remark> {
+    fn make_safe(&self) -> Result<(), Diagnostic> {
         if !self.begun.load(Ordering::SeqCst) {
             return Ok(());
         }
         outputs::make_safe(&self.machine).map_err(|why| {
             tracing::error!("{}", why.message("en"));
-            Remark::new(Weight::Loss, "output.not_safe").with("reason", why.message("en"))
+            Diagnostic::error("output.not_safe").with("reason", why.message("en"))
         })
     }
 }
@@ -210,7 +210,7 @@ impl Link {
 struct Reader {
     shared: Arc<Shared>,
     link: Arc<Link>,
-    ready: Sender<Result<Timing, Remark>>,
+    ready: Sender<Result<Timing, Diagnostic>>,
 }
 
 impl Reader {
@@ -233,7 +233,7 @@ impl Reader {
                 Ok(None) | Err(_) => {
                     let silent = self.link.silent.load(Ordering::SeqCst);
                     let code = if silent { "output.executor_silent" } else { "output.executor_gone" };
-                    break Remark::new(Weight::Loss, code);
+                    break Diagnostic::error(code);
                 }
             }
         };
@@ -248,7 +248,7 @@ impl Reader {
     }
 
     /// The process is no more, or ends: what it left on is switched off at once. Why, and worse where that failed.
-    fn end(&self, why: Remark) -> Remark {
+    fn end(&self, why: Diagnostic) -> Diagnostic {
         if let Ok(mut pipe) = self.link.pipe.try_lock() {
             *pipe = None;
         }
@@ -266,7 +266,7 @@ impl Process {
     }
 
     /// Switches everything off in the place of a process that is gone.
-    pub(super) fn make_safe(&self) -> Result<(), Remark> {
+    pub(super) fn make_safe(&self) -> Result<(), Diagnostic> {
         self.link.make_safe()
     }
 

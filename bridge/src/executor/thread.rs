@@ -193,7 +193,7 @@ impl Place {
     }
 
     fn play(&mut self, task: &Task, segment: &Segment) -> Ended {
-        let hole = segment.stage == Stage::Hop && matches!(segment.mark, Mark::Hole(_));
+        let hole = segment.stage == Stage::NextHole && matches!(segment.mark, Mark::Hole(_));
         let begins = if hole { next_hole_begins(segment) } else { None };
         let mut desk = Counter {
             id: task.id,
@@ -274,7 +274,7 @@ impl Desk for Counter<'_> {
         if granted != Order::Go {
             return granted;
         }
-        match self.shared.pace() {
+        match self.shared.feed_override() {
             100 => Order::Go,
             percent => Order::At(percent),
         }

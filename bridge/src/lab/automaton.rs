@@ -6,10 +6,10 @@
 use super::document::Node;
 use super::tally::Tally;
 use super::{Checked, at};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{
     Dynamics, PhaseTable, dynamics::FARTHEST, dynamics::MOST_STATES, dynamics::SLOWEST, phases,
 };
-use annulus_core::remark::Remark;
 use annulus_core::steps::automaton::{self, Automaton};
 
 /// Targets and positions within this many takts.
@@ -18,7 +18,7 @@ const REACH: i64 = 1_000_000_000;
 const LATEST: i64 = 1 << 40;
 
 /// `step-automaton/1`.
-pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
+pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let list = |key: &str| root.find(key).map_or(Ok(Vec::new()), |list| list.items());
     for (_, table) in root.find("tables").map_or(Ok(Vec::new()), |tables| tables.members())? {
         dynamics(&table)?;
@@ -64,7 +64,7 @@ pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<()
 }
 
 /// The table of dynamics called `name`: the file's own, else the printed one.
-fn table(root: &Node<'_>, name: &str, at: &Node<'_>) -> Result<Dynamics, Remark> {
+fn table(root: &Node<'_>, name: &str, at: &Node<'_>) -> Result<Dynamics, Diagnostic> {
     match root.find("tables").and_then(|tables| tables.find(name)) {
         Some(node) => dynamics(&node),
         None if name == "arendt" => Ok(Dynamics::arendt()),
@@ -73,7 +73,7 @@ fn table(root: &Node<'_>, name: &str, at: &Node<'_>) -> Result<Dynamics, Remark>
 }
 
 /// A table of dynamics in the members `period`, `enter` and `leave`.
-pub(super) fn dynamics(node: &Node<'_>) -> Result<Dynamics, Remark> {
+pub(super) fn dynamics(node: &Node<'_>) -> Result<Dynamics, Diagnostic> {
     let period = whole_row(&node.get("period")?, 1, SLOWEST)?;
     let (enter, leave) = (node.get("enter")?, node.get("leave")?);
     let dynamics =
@@ -87,7 +87,7 @@ pub(super) fn dynamics(node: &Node<'_>) -> Result<Dynamics, Remark> {
     Ok(dynamics)
 }
 
-fn whole_row(node: &Node<'_>, low: u32, high: u32) -> Result<Vec<u32>, Remark> {
+fn whole_row(node: &Node<'_>, low: u32, high: u32) -> Result<Vec<u32>, Diagnostic> {
     let items = node.items()?;
     if items.is_empty() || items.len() > MOST_STATES + 1 {
         let why = node.refuse("lab.wrong_length").with("found", items.len());
@@ -97,7 +97,7 @@ fn whole_row(node: &Node<'_>, low: u32, high: u32) -> Result<Vec<u32>, Remark> {
 }
 
 /// The takts of one move with its changes of target, interrupt by interrupt.
-fn takts(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>) -> Result<Tally, Remark> {
+fn takts(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>) -> Result<Tally, Diagnostic> {
     let name = case.get("table")?;
     let mut axis = Automaton::new(table(root, name.text()?, &name)?, 0);
     axis.retarget(case.get("target")?.whole(-REACH, REACH)?);
@@ -136,7 +136,7 @@ fn takts(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>) -> Result<Tall
 }
 
 /// The three sufficient conditions of A.6 for a table with thresholds a (enter) and b (leave), k = 1 … S.
-fn conditions(case: &Node<'_>) -> Result<Tally, Remark> {
+fn conditions(case: &Node<'_>) -> Result<Tally, Diagnostic> {
     let (enter, leave) = (case.get("enter")?, case.get("leave")?);
     let (a, b) = (whole_row(&enter, 0, FARTHEST)?, whole_row(&leave, 0, FARTHEST)?);
     if a.len() != b.len() {
@@ -153,7 +153,7 @@ fn conditions(case: &Node<'_>) -> Result<Tally, Remark> {
     Ok(tally)
 }
 
-fn phase_table(bytes: &Node<'_>) -> Result<PhaseTable, Remark> {
+fn phase_table(bytes: &Node<'_>) -> Result<PhaseTable, Diagnostic> {
     let items = bytes.items()?;
     if items.is_empty() || items.len() > phases::MOST_COLUMNS {
         let why = bytes.refuse("lab.wrong_length").with("found", items.len());

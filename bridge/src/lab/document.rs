@@ -3,8 +3,8 @@
 //! Comes in: text. Goes out: [`Node`]s with checked access. Places are looked up only when something is refused: the
 //! text is walked again along the node's path. Does not know schemas.
 
-use super::loss;
-use annulus_core::remark::Remark;
+use super::error;
+use annulus_core::diagnostic::Diagnostic;
 use serde_json::Value;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -41,17 +41,17 @@ pub(super) struct Node<'a> {
 
 impl<'a> Document<'a> {
     /// Parses `text`; what is not JSON is refused with its place. Nesting is bounded by the parser.
-    pub(super) fn parse(name: &'a str, text: &'a str) -> Result<Self, Remark> {
+    pub(super) fn parse(name: &'a str, text: &'a str) -> Result<Self, Diagnostic> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         match serde_json::from_str(text) {
             Ok(value) => Ok(Self { name, text, value, asked: RefCell::default(), named: RefCell::default() }),
-            Err(error) => {
+            Err(bad) => {
                 let at = |number: usize| u32::try_from(number.max(1)).unwrap_or(u32::MAX);
                 // The parser puts line and column behind its words; they go into the place instead.
-                let words = error.to_string();
+                let words = bad.to_string();
                 let what = words.rsplit_once(" at line ").map_or(words.as_str(), |(what, _)| what);
-                let why = loss("lab.not_json").with("what", what);
-                Err(why.at(name, at(error.line()), at(error.column())))
+                let why = error("lab.not_json").with("what", what);
+                Err(why.at(name, at(bad.line()), at(bad.column())))
             }
         }
     }
@@ -110,7 +110,7 @@ impl<'a> Node<'a> {
     }
 
     /// The member `key`.
-    pub(super) fn get(&self, key: &str) -> Result<Self, Remark> {
+    pub(super) fn get(&self, key: &str) -> Result<Self, Diagnostic> {
         if !self.value.is_object() {
             return Err(self.unlike("an object"));
         }
@@ -118,49 +118,49 @@ impl<'a> Node<'a> {
     }
 
     /// The number in the member `key`.
-    pub(super) fn number_at(&self, key: &str) -> Result<f64, Remark> {
+    pub(super) fn number_at(&self, key: &str) -> Result<f64, Diagnostic> {
         self.get(key)?.number()
     }
 
     /// A number.
-    pub(super) fn number(&self) -> Result<f64, Remark> {
+    pub(super) fn number(&self) -> Result<f64, Diagnostic> {
         self.value.as_f64().filter(|value| value.is_finite()).ok_or_else(|| self.unlike("a number"))
     }
 
     /// A number, or `null`.
-    pub(super) fn maybe_number(&self) -> Result<Option<f64>, Remark> {
+    pub(super) fn maybe_number(&self) -> Result<Option<f64>, Diagnostic> {
         if self.value.is_null() { Ok(None) } else { self.number().map(Some) }
     }
 
     /// A whole number from `low` to `high`.
-    pub(super) fn whole(&self, low: i64, high: i64) -> Result<i64, Remark> {
+    pub(super) fn whole(&self, low: i64, high: i64) -> Result<i64, Diagnostic> {
         let whole = self.value.as_i64().filter(|value| (low..=high).contains(value));
         whole.ok_or_else(|| self.unlike(&format!("a whole number from {low} to {high}")))
     }
 
     /// A text.
-    pub(super) fn text(&self) -> Result<&'a str, Remark> {
+    pub(super) fn text(&self) -> Result<&'a str, Diagnostic> {
         self.value.as_str().ok_or_else(|| self.unlike("a text"))
     }
 
     /// True or false.
-    pub(super) fn truth(&self) -> Result<bool, Remark> {
+    pub(super) fn truth(&self) -> Result<bool, Diagnostic> {
         self.value.as_bool().ok_or_else(|| self.unlike("true or false"))
     }
 
     /// The elements of a list.
-    pub(super) fn items(&self) -> Result<Vec<Self>, Remark> {
+    pub(super) fn items(&self) -> Result<Vec<Self>, Diagnostic> {
         let items = self.value.as_array().ok_or_else(|| self.unlike("a list"))?;
         Ok(items.iter().enumerate().map(|(at, value)| self.inside(value, Step::Index(at))).collect())
     }
 
     /// The elements of a list of just `N`.
-    pub(super) fn exactly<const N: usize>(&self) -> Result<[Self; N], Remark> {
+    pub(super) fn exactly<const N: usize>(&self) -> Result<[Self; N], Diagnostic> {
         self.items()?.try_into().map_err(|_| self.unlike(&format!("a list of {N}")))
     }
 
     /// The members of an object, in the file's order.
-    pub(super) fn members(&self) -> Result<Vec<(&'a str, Self)>, Remark> {
+    pub(super) fn members(&self) -> Result<Vec<(&'a str, Self)>, Diagnostic> {
         let members = self.value.as_object().ok_or_else(|| self.unlike("an object"))?;
         self.document.named.borrow_mut().insert(self.path.clone());
         let inside = |(key, value): (&'a String, &'a Value)| {
@@ -187,15 +187,15 @@ impl<'a> Node<'a> {
         out
     }
 
-    /// A remark at this value, with its path as the argument `path`.
-    pub(super) fn refuse(&self, code: &str) -> Remark {
+    /// A diagnostic at this value, with its path as the argument `path`.
+    pub(super) fn refuse(&self, code: &str) -> Diagnostic {
         let path = self.path();
         let path = if path.is_empty() { "the file".to_owned() } else { path };
-        self.place(loss(code).with("path", path))
+        self.place(error(code).with("path", path))
     }
 
-    /// The same remark with the place of this value.
-    pub(super) fn place(&self, why: Remark) -> Remark {
+    /// The same diagnostic with the place of this value.
+    pub(super) fn place(&self, why: Diagnostic) -> Diagnostic {
         let at = locate(self.document.text.as_bytes(), &self.path);
         let before = &self.document.text.as_bytes()[..at];
         let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
@@ -204,7 +204,7 @@ impl<'a> Node<'a> {
         why.at(self.document.name, short(line), short(column))
     }
 
-    fn unlike(&self, wanted: &str) -> Remark {
+    fn unlike(&self, wanted: &str) -> Diagnostic {
         let mut found = self.value.to_string();
         if found.chars().count() > 40 {
             found = found.chars().take(40).chain(['…']).collect();

@@ -7,8 +7,8 @@ use super::document::Node;
 use super::profiles::{limits, planned};
 use super::tally::Tally;
 use super::{Checked, at, tolerance};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{Profile, Shape};
-use annulus_core::remark::Remark;
 use annulus_core::servo::{
     self, Controller, Fuzzy, Gains, LEVELS, Load, Moment, Plant, Reference, Rules, Stage, StepRun, StrokeRun,
     Table, Tables,
@@ -24,7 +24,7 @@ struct Room {
 }
 
 /// `fuzzy-pid/1`.
-pub(super) fn fuzzy_pid(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
+pub(super) fn fuzzy_pid(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = Room {
         inference: tolerance(&root, "inference_abs", 1e-12)?,
         y: tolerance(&root, "closed_loop_y_abs", 1e-6)?,
@@ -60,7 +60,7 @@ pub(super) fn fuzzy_pid(checked: &mut Checked, root: Node<'_>) -> Result<(), Rem
     Ok(())
 }
 
-fn compare_rules(tally: &mut Tally, set: &Node<'_>, tables: &Tables) -> Result<(), Remark> {
+fn compare_rules(tally: &mut Tally, set: &Node<'_>, tables: &Tables) -> Result<(), Diagnostic> {
     for (key, table) in [("Kp", &tables.kp), ("Ki", &tables.ki), ("Kd", &tables.kd)] {
         let rows = set.get(key)?.exactly::<LEVELS>()?;
         for (row, rules) in rows.iter().zip(table) {
@@ -73,7 +73,7 @@ fn compare_rules(tally: &mut Tally, set: &Node<'_>, tables: &Tables) -> Result<(
 }
 
 /// The rules that a case names: a set that ships, else one of the file. Without a name: the even set.
-fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Remark> {
+fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Diagnostic> {
     let Some(named) = case.find("rules") else { return Ok(*Rules::Even.tables()) };
     let name = named.text()?;
     if let Some(rules) = Rules::named(name) {
@@ -81,7 +81,7 @@ fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Remark> {
     }
     let set = root.find("rules").and_then(|rules| rules.find(name));
     let set = set.ok_or_else(|| named.refuse("lab.unknown_name").with("found", name))?;
-    let table = |key: &str| -> Result<Table, Remark> {
+    let table = |key: &str| -> Result<Table, Diagnostic> {
         let mut table = [[0; LEVELS]; LEVELS];
         for (row, entries) in table.iter_mut().zip(set.get(key)?.exactly::<LEVELS>()?) {
             for (rule, entry) in row.iter_mut().zip(entries.exactly::<LEVELS>()?) {
@@ -93,9 +93,9 @@ fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Remark> {
     Ok(Tables { kp: table("Kp")?, ki: table("Ki")?, kd: table("Kd")? })
 }
 
-fn controller(root: &Node<'_>, case: &Node<'_>) -> Result<Controller, Remark> {
+fn controller(root: &Node<'_>, case: &Node<'_>) -> Result<Controller, Diagnostic> {
     let node = case.get("controller")?;
-    let gains = |[kp, ki, kd]: [&str; 3]| -> Result<Gains, Remark> {
+    let gains = |[kp, ki, kd]: [&str; 3]| -> Result<Gains, Diagnostic> {
         Ok(Gains { kp: node.number_at(kp)?, ki: node.number_at(ki)?, kd: node.number_at(kd)? })
     };
     let plain = case.get("plain_pid")?.truth()?;
@@ -120,13 +120,13 @@ fn controller(root: &Node<'_>, case: &Node<'_>) -> Result<Controller, Remark> {
     Ok(controller)
 }
 
-fn plant(case: &Node<'_>) -> Result<Plant, Remark> {
+fn plant(case: &Node<'_>) -> Result<Plant, Diagnostic> {
     let node = case.get("plant")?;
     Ok(Plant { gain: node.number_at("K")?, tau_s: node.number_at("tau")? })
 }
 
 /// Which sample a time in the file means: the nearest, `first` being the number of the sample at time 0.
-fn sample_at<'a, T>(samples: &'a [T], t: &Node<'_>, sample_s: f64, first: f64) -> Result<&'a T, Remark> {
+fn sample_at<'a, T>(samples: &'a [T], t: &Node<'_>, sample_s: f64, first: f64) -> Result<&'a T, Diagnostic> {
     let index = t.number()? / sample_s - first;
     let nearest = index.round();
     if (index - nearest).abs() > 1e-3 || nearest < 0.0 || nearest >= samples.len() as f64 {
@@ -135,7 +135,7 @@ fn sample_at<'a, T>(samples: &'a [T], t: &Node<'_>, sample_s: f64, first: f64) -
     Ok(&samples[nearest as usize])
 }
 
-fn step(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> Result<Tally, Remark> {
+fn step(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> Result<Tally, Diagnostic> {
     let controller = controller(root, case)?;
     let stage = case.get("stage")?;
     let [from, to] = case.get("disturbance_window")?.exactly()?;
@@ -195,7 +195,7 @@ fn moment(profile: &Profile, t: f64) -> Moment {
     }
 }
 
-fn stroke(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> Result<Tally, Remark> {
+fn stroke(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> Result<Tally, Diagnostic> {
     let controller = controller(root, case)?;
     let (height_mm, depth_mm) = (case.number_at("H")?, case.number_at("D")?);
     let (down, up) = (case.get("down")?, case.get("up")?);

@@ -1,7 +1,7 @@
 //! Files of expected numbers, recomputed: every case from its inputs alone, compared within the tolerance of its file.
 //!
 //! Comes in: the text of a file in one of the known schemas. Goes out: a [`Report`]: per case how many values were
-//! compared and which is farthest off, or a remark with the place of what cannot be read. Does not know files or exit
+//! compared and which is farthest off, or a diagnostic with the place of what cannot be read. Does not know files or exit
 //! codes.
 //!
 //! ```text
@@ -20,8 +20,8 @@ mod timeline;
 
 pub(crate) use tally::Tally;
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Dynamics;
-use annulus_core::remark::{Remark, Weight};
 use document::{Document, Node};
 
 /// Largest file that is read, bytes.
@@ -32,7 +32,7 @@ const MOST_WORK: u64 = 20_000_000;
 const LOOSEST: f64 = 0.01;
 
 /// Checks the cases of a file.
-type Checker = fn(&mut Checked, Node<'_>) -> Result<(), Remark>;
+type Checker = fn(&mut Checked, Node<'_>) -> Result<(), Diagnostic>;
 
 /// The schemas there are. One more is one more line here and its module.
 const SCHEMAS: &[(&str, Checker)] = &[
@@ -70,14 +70,14 @@ pub(crate) struct Checked {
 
 impl Checked {
     /// Takes `work` samples from what may be computed.
-    fn spend(&mut self, work: u64, at: &Node<'_>) -> Result<(), Remark> {
+    fn spend(&mut self, work: u64, at: &Node<'_>) -> Result<(), Diagnostic> {
         let left = self.work_left.checked_sub(work);
         self.work_left = left.ok_or_else(|| at.refuse("lab.too_much_work").with("most", MOST_WORK))?;
         Ok(())
     }
 
     /// A case is done. One without any expected value proves nothing and is refused.
-    fn done(&mut self, tally: Tally, at: &Node<'_>) -> Result<(), Remark> {
+    fn done(&mut self, tally: Tally, at: &Node<'_>) -> Result<(), Diagnostic> {
         if tally.values == 0 {
             return Err(at.refuse("lab.nothing_expected"));
         }
@@ -87,7 +87,7 @@ impl Checked {
 }
 
 /// Recomputes every case of the file `name` with this text.
-pub(crate) fn check(name: &str, text: &str) -> Result<Report, Remark> {
+pub(crate) fn check(name: &str, text: &str) -> Result<Report, Diagnostic> {
     let document = Document::parse(name, text)?;
     let root = document.root();
     let schema = root.get("schema")?;
@@ -108,13 +108,13 @@ pub(crate) fn check(name: &str, text: &str) -> Result<Report, Remark> {
 }
 
 /// The table of dynamics in a JSON file: an object with `period`, `enter` and `leave`.
-pub(crate) fn dynamics_file(name: &str, text: &str) -> Result<Dynamics, Remark> {
+pub(crate) fn dynamics_file(name: &str, text: &str) -> Result<Dynamics, Diagnostic> {
     let document = Document::parse(name, text)?;
     automaton::dynamics(&document.root())
 }
 
 /// The tolerance `name` of the file, or `usual` where it says none.
-fn tolerance(root: &Node<'_>, name: &str, usual: f64) -> Result<f64, Remark> {
+fn tolerance(root: &Node<'_>, name: &str, usual: f64) -> Result<f64, Diagnostic> {
     let Some(said) = root.find("tolerance").and_then(|all| all.find(name)) else { return Ok(usual) };
     let value = said.number()?;
     if value > 0.0 && value <= LOOSEST {
@@ -123,14 +123,14 @@ fn tolerance(root: &Node<'_>, name: &str, usual: f64) -> Result<f64, Remark> {
     Err(said.refuse("lab.bad_tolerance").with("found", value).with("most", LOOSEST))
 }
 
-/// A remark of the core, at the place of the inputs that it refused.
-fn at<'a, T>(node: &'a Node<'_>) -> impl Fn(Remark) -> Result<T, Remark> + 'a {
+/// A diagnostic of the core, at the place of the inputs that it refused.
+fn at<'a, T>(node: &'a Node<'_>) -> impl Fn(Diagnostic) -> Result<T, Diagnostic> + 'a {
     |why| Err(node.place(why))
 }
 
-/// A loss.
-fn loss(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+/// An error.
+fn error(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 #[cfg(test)]

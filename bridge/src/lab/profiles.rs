@@ -6,8 +6,8 @@
 use super::document::Node;
 use super::tally::Tally;
 use super::{Checked, at, tolerance};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Limits, Profile, Shape};
-use annulus_core::remark::Remark;
 
 /// How far off the numbers of a profile may be.
 #[derive(Clone, Copy)]
@@ -20,7 +20,7 @@ struct Room {
 }
 
 impl Room {
-    fn of(root: &Node<'_>, a_rel: f64, j_rel: f64) -> Result<Self, Remark> {
+    fn of(root: &Node<'_>, a_rel: f64, j_rel: f64) -> Result<Self, Diagnostic> {
         Ok(Self {
             time_rel: tolerance(root, "time_rel", 1e-9)?,
             s_rel: tolerance(root, "s_rel_L", 1e-9)?,
@@ -32,7 +32,7 @@ impl Room {
 }
 
 /// The limits in three members of `node`.
-pub(super) fn limits(node: &Node<'_>, [v, a, j]: [&str; 3]) -> Result<Limits, Remark> {
+pub(super) fn limits(node: &Node<'_>, [v, a, j]: [&str; 3]) -> Result<Limits, Diagnostic> {
     Ok(Limits { speed: node.number_at(v)?, acceleration: node.number_at(a)?, jerk: node.number_at(j)? })
 }
 
@@ -42,12 +42,12 @@ pub(super) fn planned(
     shape: Shape,
     length_mm: f64,
     limits: Limits,
-) -> Result<Profile, Remark> {
+) -> Result<Profile, Diagnostic> {
     profile::plan(shape, length_mm, limits).or_else(at(node))
 }
 
 /// `trapezoid-scurve/1`.
-pub(super) fn trapezoid_scurve(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
+pub(super) fn trapezoid_scurve(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = Room::of(&root, 1e-8, 1e-8)?;
     for case in root.get("cases")?.items()? {
         let (length_mm, limits) = (case.number_at("L")?, limits(&case, ["v", "a", "J"])?);
@@ -72,7 +72,7 @@ pub(super) fn trapezoid_scurve(checked: &mut Checked, root: Node<'_>) -> Result<
 }
 
 /// The automatic choice, and the peaks and times of both laws.
-fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room) -> Result<(), Remark> {
+fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room) -> Result<(), Diagnostic> {
     let (length_mm, limits) = (case.number_at("L")?, limits(case, ["v", "a", "J"])?);
     let found = profile::choose(length_mm, limits).or_else(at(case))?;
     let letter = |shape| if shape == Shape::Linear { "T" } else { "S" };
@@ -98,7 +98,7 @@ fn compare(
     found: &Profile,
     limits: Limits,
     room: Room,
-) -> Result<(), Remark> {
+) -> Result<(), Diagnostic> {
     let total_s = found.duration_s();
     let (time, place) = (room.time_rel * total_s, room.s_rel * found.length_mm);
     let (speed, acceleration) = (room.v_rel * limits.speed, room.a_rel * limits.acceleration);
@@ -142,7 +142,7 @@ fn compare(
 }
 
 /// `power11/1`.
-pub(super) fn power11(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
+pub(super) fn power11(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = Room::of(&root, 1e-7, 1e-6)?;
     for case in root.get("cases")?.items()? {
         let (length_mm, order) = (case.number_at("L")?, case.number_at("alpha")?);
@@ -164,12 +164,12 @@ pub(super) fn power11(checked: &mut Checked, root: Node<'_>) -> Result<(), Remar
 
 /// `oracle-durations/1`: times of an independent generator, which has no power law; that one is compared with the
 /// generator's move at the equivalent jerk.
-pub(super) fn oracle(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
+pub(super) fn oracle(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let relative = tolerance(&root, "duration_rel", 1e-9)?;
     for case in root.get("cases")?.items()? {
         let (length_mm, limits) = (case.number_at("L")?, limits(&case, ["V", "A", "J"])?);
         let mut tally = Tally::of(&case);
-        let mut compare = |keys: &[&str], shape| -> Result<(), Remark> {
+        let mut compare = |keys: &[&str], shape| -> Result<(), Diagnostic> {
             let found_s = planned(&case, shape, length_mm, limits)?.duration_s();
             keys.iter().try_for_each(|key| tally.relative(&case, key, found_s, relative))
         };

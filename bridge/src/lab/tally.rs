@@ -4,7 +4,7 @@
 //! in its own tolerance. Does not know what the values mean.
 
 use super::document::Node;
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use serde_json::{Value, json};
 
 /// A case under comparison.
@@ -51,7 +51,12 @@ impl Tally {
     }
 
     /// Compares the number in `expected`.
-    pub(super) fn number(&mut self, expected: &Node<'_>, found: f64, tolerance: f64) -> Result<(), Remark> {
+    pub(super) fn number(
+        &mut self,
+        expected: &Node<'_>,
+        found: f64,
+        tolerance: f64,
+    ) -> Result<(), Diagnostic> {
         let value = expected.number()?;
         let off = (found - value).abs();
         let ratio = if off == 0.0 {
@@ -72,7 +77,7 @@ impl Tally {
         key: &str,
         found: f64,
         tolerance: f64,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), Diagnostic> {
         expected.find(key).map_or(Ok(()), |node| self.number(&node, found, tolerance))
     }
 
@@ -83,7 +88,7 @@ impl Tally {
         key: &str,
         found: f64,
         relative: f64,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), Diagnostic> {
         let Some(node) = expected.find(key) else { return Ok(()) };
         let room = relative * node.number()?.abs();
         self.number(&node, found, room)

@@ -8,10 +8,10 @@ use super::profiles::planned;
 use super::tally::Tally;
 use super::timeline::compare_times;
 use super::{Checked, at, tolerance};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Dynamics;
 use annulus_core::motion::coordination::{Rules, SpindleTimes, cycle_s};
 use annulus_core::motion::profile::{Limits, Shape, Stroke, two_speeds};
-use annulus_core::remark::Remark;
 use annulus_core::steps::automaton;
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 const REACH: i64 = 1_000_000_000;
 
 /// `throughput/1`.
-pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
+pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = tolerance(&root, "rel", 1e-7)?;
     let named = |key: &str| root.find(key).map_or(Ok(Vec::new()), |all| all.members());
     let mut spindles = BTreeMap::new();
@@ -53,7 +53,7 @@ pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Re
         sequential(checked, &hobby, room)?;
     }
     for case in list("step_automaton")? {
-        let count = |key: &str| -> Result<f64, Remark> {
+        let count = |key: &str| -> Result<f64, Diagnostic> {
             let distance = case.get(key)?.whole(0, REACH)?.unsigned_abs();
             Ok(automaton::total(&Dynamics::arendt(), distance).or_else(at(&case))? as f64)
         };
@@ -66,15 +66,15 @@ pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Re
 }
 
 /// Cycle and holes per minute.
-fn rate(tally: &mut Tally, case: &Node<'_>, cycle: f64, room: f64) -> Result<(), Remark> {
+fn rate(tally: &mut Tally, case: &Node<'_>, cycle: f64, room: f64) -> Result<(), Diagnostic> {
     tally.relative(case, "cycle", cycle, room)?;
     tally.relative(case, "holes_per_min", 60.0 / cycle, room)
 }
 
 /// The stored strokes of a spindle: `["s", V, A, J]` or `["2", V, A, J, feed]` down, `[V, A, J]` up.
-fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Remark> {
+fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Diagnostic> {
     let (height_mm, depth_mm) = (node.number_at("H")?, node.number_at("D")?);
-    let row = |items: &[Node<'_>]| -> Result<Limits, Remark> {
+    let row = |items: &[Node<'_>]| -> Result<Limits, Diagnostic> {
         match items {
             [v, a, j] => Ok(Limits { speed: v.number()?, acceleration: a.number()?, jerk: j.number()? }),
             _ => Err(node.refuse("lab.wrong_length").with("found", items.len()).with("wanted", 3)),
@@ -96,9 +96,9 @@ fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Remark> {
 }
 
 /// A machine with the linear law and no overlap: hop, approach, plunge and retract, each a move of its own.
-fn sequential(checked: &mut Checked, hobby: &Node<'_>, room: f64) -> Result<(), Remark> {
+fn sequential(checked: &mut Checked, hobby: &Node<'_>, room: f64) -> Result<(), Diagnostic> {
     let params = hobby.get("params")?;
-    let pair = |key: &str| -> Result<Limits, Remark> {
+    let pair = |key: &str| -> Result<Limits, Diagnostic> {
         let [v, a] = params.get(key)?.exactly()?;
         Ok(Limits { speed: v.number()?, acceleration: a.number()?, jerk: 1.0 })
     };

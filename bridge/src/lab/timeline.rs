@@ -7,12 +7,12 @@ use super::document::Node;
 use super::profiles::{limits, planned};
 use super::tally::Tally;
 use super::{Checked, at, tolerance};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
 use annulus_core::motion::profile::{Limits, Shape, Stroke, point_of_no_return_s};
-use annulus_core::remark::Remark;
 
 /// `xyz-timeline/1`.
-pub(super) fn xyz_timeline(checked: &mut Checked, root: Node<'_>) -> Result<(), Remark> {
+pub(super) fn xyz_timeline(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = tolerance(&root, "time_abs", 1e-9)?;
     for case in root.get("cases")?.items()? {
         let mut tally = Tally::of(&case);
@@ -37,7 +37,7 @@ pub(super) fn xyz_timeline(checked: &mut Checked, root: Node<'_>) -> Result<(), 
 }
 
 /// How long each hop takes: its slower axis.
-fn hops(case: &Node<'_>) -> Result<Vec<f64>, Remark> {
+fn hops(case: &Node<'_>) -> Result<Vec<f64>, Diagnostic> {
     let xy = case.get("xy")?;
     let axis = |name: &str| limits(&xy.get(name)?, ["V", "A", "J"]);
     let (x, y) = (axis("x")?, axis("y")?);
@@ -54,7 +54,7 @@ fn hops(case: &Node<'_>) -> Result<Vec<f64>, Remark> {
 }
 
 /// The times of one spindle; what the file derived from its inputs is compared on the way.
-fn spindle(tally: &mut Tally, node: &Node<'_>, room: f64) -> Result<SpindleTimes, Remark> {
+fn spindle(tally: &mut Tally, node: &Node<'_>, room: f64) -> Result<SpindleTimes, Diagnostic> {
     let (height_mm, depth_mm) = (node.number_at("H")?, node.number_at("D")?);
     let (down, up) = (node.get("down")?, node.get("up")?);
     let order = Shape::Power(down.number_at("alpha")?);
@@ -89,7 +89,7 @@ pub(super) fn compare_times(
     expected: &Node<'_>,
     found: &SpindleTimes,
     room: impl Fn(f64) -> f64,
-) -> Result<(), Remark> {
+) -> Result<(), Diagnostic> {
     let rows = [
         ("T_dn", found.down_s),
         ("T_up", found.up_s),
@@ -101,7 +101,7 @@ pub(super) fn compare_times(
     rows.into_iter().try_for_each(|(key, value)| tally.member(expected, key, value, room(value)))
 }
 
-fn compare(tally: &mut Tally, events: &Node<'_>, found: &[Cycle], room: f64) -> Result<(), Remark> {
+fn compare(tally: &mut Tally, events: &Node<'_>, found: &[Cycle], room: f64) -> Result<(), Diagnostic> {
     let rows = events.items()?;
     tally.equal_count(events, rows.len(), found.len());
     for (row, cycle) in rows.iter().zip(found) {

@@ -1,4 +1,4 @@
-//! The ways out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
+//! The toolpaths out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
 //!
 //! ```text
 //! Pins ──▶ wires: which bit is what ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file
@@ -18,8 +18,8 @@ mod wires;
 
 pub(crate) use wires::{Trouble, Wires};
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
-use annulus_core::remark::Remark;
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
@@ -39,7 +39,7 @@ pub(crate) trait Port: Send {
 }
 
 /// The pins of `machine`'s hardware, everything off.
-pub(crate) fn open(machine: &Machine) -> Result<Wires, Remark> {
+pub(crate) fn open(machine: &Machine) -> Result<Wires, Diagnostic> {
     let file = device(machine)?;
     take(&file).map_err(|error| trouble(machine, error))?;
     let port = port(machine, file)?;
@@ -47,17 +47,17 @@ pub(crate) fn open(machine: &Machine) -> Result<Wires, Remark> {
 }
 
 /// Everything off, and nothing else: for when whoever drove the device is no more. Does not wait for anybody who holds it.
-pub(crate) fn make_safe(machine: &Machine) -> Result<(), Remark> {
+pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     let mut port = port(machine, device(machine)?)?;
     wires::all_off(machine, &mut *port).map_err(|error| trouble(machine, error))
 }
 
-fn device(machine: &Machine) -> Result<File, Remark> {
+fn device(machine: &Machine) -> Result<File, Diagnostic> {
     let path = Path::new(&machine.card.device);
-    rehearsal::open(path).map_err(|trouble| trouble.remark(path))
+    rehearsal::open(path).map_err(|trouble| trouble.diagnostic(path))
 }
 
-fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Remark> {
+fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Diagnostic> {
     let base = u64::from(machine.card_address);
     Ok(match machine.output {
         Output::Parallel => parallel::open(file, base).map_err(|error| trouble(machine, error))?,
@@ -65,8 +65,8 @@ fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Remark> {
     })
 }
 
-fn trouble(machine: &Machine, error: io::Error) -> Remark {
-    rehearsal::Trouble::Io(error).remark(Path::new(&machine.card.device))
+fn trouble(machine: &Machine, error: io::Error) -> Diagnostic {
+    rehearsal::Trouble::Io(error).diagnostic(Path::new(&machine.card.device))
 }
 
 /// Whether the machine's device is an ordinary file, which nothing moves.

@@ -7,7 +7,7 @@
 //! Whatever is opened is written to, so nothing else is: no document that somebody named by mistake, no disk, no memory.
 //! Comes in: a path. Goes out: an open device, or why not. Does not know what the bytes mean.
 
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -57,7 +57,7 @@ pub(super) enum Trouble {
 
 impl Trouble {
     /// The same about the device at `path`.
-    pub(super) fn remark(&self, path: &Path) -> Remark {
+    pub(super) fn diagnostic(&self, path: &Path) -> Diagnostic {
         let code = match self {
             Self::Refused(code) => *code,
             Self::Io(error) => match error.kind() {
@@ -67,7 +67,7 @@ impl Trouble {
                 _ => "output.cannot_open",
             },
         };
-        let why = Remark::new(Weight::Loss, code).with("device", path.display());
+        let why = Diagnostic::error(code).with("device", path.display());
         if let Self::Io(error) = self { why.with("reason", error) } else { why }
     }
 }
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     fn code(path: &Path) -> Option<String> {
-        open(path).err().map(|trouble| trouble.remark(path).code)
+        open(path).err().map(|trouble| trouble.diagnostic(path).code)
     }
 
     #[test]

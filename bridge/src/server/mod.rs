@@ -22,7 +22,7 @@ mod socket;
 
 use crate::drill::{Begun, Drill, Ticket};
 use annulus_core::control::lease::{Event, Outcome, Viewer};
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Link, PROOF_HEADER, Pair, Scope, Tell, auth};
 use axum::Router;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -91,7 +91,7 @@ pub(crate) struct Bridge {
 
 impl Bridge {
     /// A bridge on `port` in front of `drill`, and the secret that goes into the note for `annulus link`.
-    pub(crate) fn new(drill: Drill, port: u16) -> Result<Arc<Self>, Remark> {
+    pub(crate) fn new(drill: Drill, port: u16) -> Result<Arc<Self>, Diagnostic> {
         let policy = guard::policy(port);
         Ok(Arc::new(Self {
             drill,
@@ -114,7 +114,7 @@ impl Bridge {
     }
 
     /// A fresh address that works once, for a page that may do `scope`.
-    pub(crate) fn address(&self, scope: Scope) -> Result<String, Remark> {
+    pub(crate) fn address(&self, scope: Scope) -> Result<String, Diagnostic> {
         let token = self.pairing().token(scope, self.now_ms())?;
         Ok(format!("http://127.0.0.1:{}/#t={token}", self.port))
     }
@@ -167,13 +167,13 @@ impl Bridge {
         self.desk().tell(viewer, tell);
     }
 
-    fn refuse(&self, viewer: Viewer, why: Remark) {
+    fn refuse(&self, viewer: Viewer, why: Diagnostic) {
         tracing::warn!(viewer, code = why.code, "ask refused");
         self.tell(viewer, &Tell::Refused { why });
     }
 
     /// Says why and lets the page go.
-    fn dismiss(&self, viewer: Viewer, why: Remark) {
+    fn dismiss(&self, viewer: Viewer, why: Diagnostic) {
         self.refuse(viewer, why);
         self.desk().dismiss(viewer);
     }

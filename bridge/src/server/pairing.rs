@@ -7,7 +7,7 @@
 //! Comes in: tokens people were given, with the time in ms. Goes out: sessions. Nothing here is ever written to disk or
 //! to the log. Does not know HTTP.
 
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Paired, Scope, auth};
 use std::net::IpAddr;
 
@@ -25,11 +25,11 @@ const FREE_ATTEMPTS: u32 = 5;
 const LONGEST_WAIT_MS: u64 = 60_000;
 
 /// A fresh secret of `N` random bytes, in hexadecimal.
-pub(crate) fn secret<const N: usize>() -> Result<String, Remark> {
+pub(crate) fn secret<const N: usize>() -> Result<String, Diagnostic> {
     let mut bytes = [0; N];
     match getrandom::fill(&mut bytes) {
         Ok(()) => Ok(auth::hex(&bytes)),
-        Err(error) => Err(Remark::new(Weight::Loss, "door.no_chance").with("reason", error)),
+        Err(error) => Err(Diagnostic::error("door.no_chance").with("reason", error)),
     }
 }
 
@@ -72,7 +72,7 @@ pub(crate) enum Rejection {
     /// Too many wrong ones; try again after this many seconds.
     Wait(u64),
     /// No secret could be made.
-    NoSecret(Remark),
+    NoSecret(Diagnostic),
 }
 
 impl Session {
@@ -84,7 +84,7 @@ impl Session {
 
 impl Pairing {
     /// A fresh token for a session that may do `scope`.
-    pub(crate) fn token(&mut self, scope: Scope, now_ms: u64) -> Result<String, Remark> {
+    pub(crate) fn token(&mut self, scope: Scope, now_ms: u64) -> Result<String, Diagnostic> {
         let text = secret::<16>()?;
         if self.tokens.len() == TOKENS {
             self.tokens.remove(0);

@@ -1,9 +1,9 @@
 //! Answers over HTTP: every refusal is one JSON object with a sentence, as on the command line.
 //!
-//! Comes in: a status and a remark. Goes out: a response. Does not know who asked.
+//! Comes in: a status and a diagnostic. Goes out: a response. Does not know who asked.
 
 use crate::refusal::Refusal;
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
@@ -14,13 +14,13 @@ pub(crate) struct Refused {
     /// Status of the answer.
     pub(crate) status: StatusCode,
     /// What happened and what to do.
-    pub(crate) why: Remark,
+    pub(crate) why: Diagnostic,
 }
 
 impl Refused {
     /// A refusal by code, without arguments.
     pub(crate) fn new(status: StatusCode, code: &str) -> Self {
-        Self { status, why: Remark::new(Weight::Loss, code) }
+        Self { status, why: Diagnostic::error(code) }
     }
 
     /// The same with one argument of its sentence.

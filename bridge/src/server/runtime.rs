@@ -9,7 +9,7 @@
 
 use crate::refusal::Refusal;
 use crate::{machine_file, own};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::env;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -97,7 +97,7 @@ fn open(path: &Path) -> io::Result<File> {
 }
 
 fn trouble(path: &Path, error: &io::Error) -> Refusal {
-    let why = Remark::new(Weight::Loss, "serve.folder");
+    let why = Diagnostic::error("serve.folder");
     Refusal::surroundings(why.with("folder", path.display()).with("reason", error))
 }
 

@@ -15,7 +15,7 @@ use super::desk::Seat;
 use super::pairing::{self, Session};
 use crate::drill::Begun;
 use annulus_core::control::lease::{Event, Viewer};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -46,8 +46,8 @@ const WAITING: usize = 32;
 pub(crate) const TRANSPORT_LIMIT: usize = 4 * FRAME_LIMIT;
 
 /// A refusal by code.
-fn no(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn no(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 /// One page from challenge to goodbye.
@@ -92,7 +92,7 @@ async fn let_in(bridge: &Bridge, socket: &mut WebSocket) -> Option<(Session, Sea
 }
 
 /// Sends the challenge and judges the hello: who it is. `Err(None)` is a page that went away.
-async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Option<Remark>> {
+async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Option<Diagnostic>> {
     let nonce = pairing::secret::<32>().map_err(Some)?;
     let challenge = Tell::Challenge {
         proto: PROTOCOL,
@@ -122,7 +122,7 @@ async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Optio
     }
 }
 
-/// Both ways until one side has had enough.
+/// Both toolpaths until one side has had enough.
 async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat, scope: Scope) {
     let viewer = seat.viewer;
     let (sink, frames) = socket.split();
@@ -156,7 +156,7 @@ async fn listen(
     scope: Scope,
     frames: &mut SplitStream<WebSocket>,
     queue: &mpsc::Sender<Begun>,
-) -> Option<Remark> {
+) -> Option<Diagnostic> {
     let mut allowance = BURST;
     let mut last = Instant::now();
     while let Ok(Some(Ok(frame))) = timeout(SILENCE, frames.next()).await {
@@ -198,7 +198,7 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
     match ask {
         // Nobody waits for an answer: it is said twenty times a second.
         Ask::JogOn => drop(bridge.drill.begin(ask, Some(ticket))),
-        Ask::Pause | Ask::StopAfterHole | Ask::Pace { percent: ..=100 } => {
+        Ask::Pause | Ask::StopAfterHole | Ask::FeedOverride { percent: ..=100 } => {
             tracing::info!(viewer, ?ask, "ask");
             let begun = bridge.drill.begin(ask, Some(ticket));
             let bridge = Arc::clone(bridge);
@@ -250,7 +250,7 @@ async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
 }
 
 /// What a frame asks.
-fn understand(text: &str) -> Result<Ask, Remark> {
+fn understand(text: &str) -> Result<Ask, Diagnostic> {
     if let Ok(ask) = serde_json::from_str(text) {
         return Ok(ask);
     }
@@ -261,7 +261,7 @@ fn understand(text: &str) -> Result<Ask, Remark> {
 }
 
 /// Says why and closes, before a page has a seat.
-async fn refuse(socket: &mut WebSocket, why: Remark, code: u16) {
+async fn refuse(socket: &mut WebSocket, why: Diagnostic, code: u16) {
     let both = async {
         let _ = socket.send(message(&Tell::Refused { why })).await;
         let _ = socket.send(goodbye(code)).await;

@@ -22,7 +22,7 @@ fn a_controller_without_a_changer_gets_a_file_for_every_tool_and_a_run_sheet() {
         let (exit, told) = answer(home, &format!("{CAM} --machine hobby --cure --to {target} -o {target}"));
         assert_eq!(exit, 0, "{told}");
         assert_eq!(told["machine"], "hobby");
-        assert!(!codes(&told["remarks"]).contains(&"cli.machine_assumed"), "{told}");
+        assert!(!codes(&told["diagnostics"]).contains(&"cli.machine_assumed"), "{told}");
         let files = told["files"].as_array().unwrap();
         let names: Vec<String> = files.iter().map(name).collect();
         let mut sorted = names.clone();
@@ -70,7 +70,7 @@ fn feeds_and_speeds_stay_within_the_machine() {
     let set = "--set isolate.feed=400 --set operation.plunge=80 --set operation.speed=90000";
     let (exit, told) = answer(home, &format!("{CAM} --machine hobby --cure --to grbl -o out {set}"));
     assert_eq!(exit, 0, "{told}");
-    let codes = codes(&told["programs"][0]["remarks"]);
+    let codes = codes(&told["programs"][0]["diagnostics"]);
     for code in ["cam.feed_bounded", "cam.plunge_bounded", "cam.speed_bounded"] {
         assert!(codes.contains(&code), "{codes:?}");
     }
@@ -101,14 +101,14 @@ fn a_machine_that_nobody_named_is_told() {
     {
         let (exit, told) = answer(home, &command);
         assert_eq!((exit, &told["machine"]), (0, &"virtual".into()), "{told}");
-        let remarks = told["remarks"].as_array().unwrap();
-        let note = remarks.iter().find(|remark| remark["code"] == "cli.machine_assumed").unwrap();
+        let diagnostics = told["diagnostics"].as_array().unwrap();
+        let note = diagnostics.iter().find(|diagnostic| diagnostic["code"] == "cli.machine_assumed").unwrap();
         assert!(
             text(note, "message").contains("Virtual drill")
                 && text(note, "advice").contains("--machine hobby")
         );
         let named = answer(home, &format!("{command} --machine virtual")).1;
-        assert!(!codes(&named["remarks"]).contains(&"cli.machine_assumed"), "{named}");
+        assert!(!codes(&named["diagnostics"]).contains(&"cli.machine_assumed"), "{named}");
     }
 }
 
@@ -118,8 +118,8 @@ fn a_board_without_tabs_is_told_to_come_loose() {
     let home = folder.path();
     for (tabs, told) in [(0, true), (4, false)] {
         let output = answer(home, &format!("{CAM} --cure --to grbl -o out --set cut_out.tabs={tabs}")).1;
-        let remarks = &output["programs"][0]["remarks"];
-        assert_eq!(codes(remarks).contains(&"cam.no_tabs"), told, "{output}");
+        let diagnostics = &output["programs"][0]["diagnostics"];
+        assert_eq!(codes(diagnostics).contains(&"cam.no_tabs"), told, "{output}");
     }
     let arguments = format!("{CAM} --cure --to grbl -o out --set cut_out.tabs=0");
     let said = annulus(home, &arguments.split_whitespace().collect::<Vec<_>>());

@@ -89,9 +89,16 @@ fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
     let (exit, told) = answer(home, &format!("{CAM} {arguments}"));
     assert_eq!(exit, 0, "{told}");
     let side = &told["programs"][0];
-    for key in
-        ["total_time_s", "milled_mm", "travel_mm", "plunges", "retracts", "holes", "ways", "tool_changes"]
-    {
+    for key in [
+        "total_time_s",
+        "milled_mm",
+        "travel_mm",
+        "plunges",
+        "retracts",
+        "holes",
+        "toolpaths",
+        "tool_changes",
+    ] {
         assert!(side[key].as_f64() > Some(0.0), "{key}: {side}");
     }
     assert_eq!(side["face"], "top");
@@ -120,16 +127,16 @@ fn holes_that_nothing_fits_are_left_out_and_nothing_is_written_before_that_was_s
     let drill = "M48\nMETRIC\nT1C0.8\nT2C0.15\n%\nG90\nT1\nX5.0Y5.0\nX9.0Y5.0\nT2\nX7.0Y5.0\nX8.0Y6.5\nM30\n";
     fs::write(home.join("vias.drl"), drill).unwrap();
     let (exit, told) = answer(home, "cam vias.drl --alone --to grbl -o out");
-    assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unseen_losses".into()), "{told}");
+    assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unacknowledged_errors".into()), "{told}");
     let side = &told["programs"][0];
-    assert_eq!((&told["losses_unseen"], &side["holes"]), (&1.into(), &2.into()), "{told}");
-    let loss = &side["remarks"][0];
-    assert_eq!((&loss["weight"], &loss["code"]), (&"loss".into(), &"cam.holes_missing".into()));
-    let said = loss["message"].as_str().unwrap();
+    assert_eq!((&told["errors_unacknowledged"], &side["holes"]), (&1.into(), &2.into()), "{told}");
+    let error = &side["diagnostics"][0];
+    assert_eq!((&error["severity"], &error["code"]), (&"error".into(), &"cam.holes_missing".into()));
+    let said = error["message"].as_str().unwrap();
     assert!(said.contains("2 holes of 0.15 mm") && said.contains("X 7.000 Y 5.000"), "{said}");
     assert!(!home.join("out").exists());
     let (exit, told) = answer(home, "cam vias.drl --alone --to grbl -o out --accept cam.holes_missing");
-    assert_eq!((exit, &told["losses_unseen"]), (0, &0.into()), "{told}");
+    assert_eq!((exit, &told["errors_unacknowledged"]), (0, &0.into()), "{told}");
     assert!(home.join("out/01-top-drill-0.8.nc").exists());
 }
 
@@ -143,7 +150,7 @@ fn copper_without_a_drill_file_is_milled_though_nothing_says_which_layer_it_is()
     let (exit, told) = answer(home, "cam lone --to grbl -o out");
     assert_eq!(exit, 0, "{told}");
     assert!(told["programs"][0]["milled_mm"].as_f64().unwrap() > 10.0, "{told}");
-    assert_eq!(codes(&told["remarks"]), ["set.only_copper", "board.no_holes", "cli.machine_assumed"]);
+    assert_eq!(codes(&told["diagnostics"]), ["set.only_copper", "board.no_holes", "cli.machine_assumed"]);
     assert!(home.join("out/01-top-isolate-V30-0.1.nc").exists());
     // Without copper there is nothing to do, and drilling alone needs a drill file.
     fs::create_dir(home.join("none")).unwrap();
@@ -168,7 +175,7 @@ fn what_a_cure_costs_is_listed_and_stops_nothing() {
         answer(home, &format!("{CAM} --job job.toml --cure --to grbl -o out --save-job cured.toml"));
     assert_eq!((exit, &told["findings_unread"]), (0, &0.into()), "{told}");
     let side = &told["programs"][0];
-    assert!(codes(&side["remarks"]).contains(&"cam.cure_takes"), "{side}");
+    assert!(codes(&side["diagnostics"]).contains(&"cam.cure_takes"), "{side}");
     let lost: Vec<&Value> =
         side["findings"].as_array().unwrap().iter().filter(|row| row["code"] == "proof.lost").collect();
     assert!(!lost.is_empty() && lost.iter().all(|row| row["agreed"] == true), "{side}");
@@ -220,7 +227,7 @@ fn what_a_template_leaves_uncertain_is_told_with_what_it_writes() {
     let (_, grbl) = annulus_core::post::shipped().find(|(name, _)| *name == "grbl").unwrap();
     fs::write(home.join("own.toml"), grbl.replace("G0 Z@HC@\n", "")).unwrap();
     fs::write(home.join("same.toml"), grbl).unwrap();
-    for (arguments, doubts) in [
+    for (arguments, warnings) in [
         (format!("{CAM} --cure -o out --to own.toml"), 4),
         (format!("{CAM} --cure -o out --to same.toml"), 0),
         (format!("{CAM} --cure -o out --to program"), 0),
@@ -229,10 +236,10 @@ fn what_a_template_leaves_uncertain_is_told_with_what_it_writes() {
     ] {
         let (exit, told) = answer(home, &arguments);
         assert_eq!(exit, 0, "{arguments}: {told}");
-        let remarks = told["remarks"].as_array().unwrap().iter();
-        let told: Vec<&Value> = remarks.filter(|row| row["code"] == "post.no_height").collect();
-        assert_eq!(told.len(), doubts, "{arguments}");
-        assert!(told.iter().all(|row| row["weight"] == "note"), "{told:?}");
+        let diagnostics = told["diagnostics"].as_array().unwrap().iter();
+        let told: Vec<&Value> = diagnostics.filter(|row| row["code"] == "post.no_height").collect();
+        assert_eq!(told.len(), warnings, "{arguments}");
+        assert!(told.iter().all(|row| row["severity"] == "note"), "{told:?}");
     }
 }
 

@@ -33,7 +33,7 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
     assert_eq!(exported.unread, [], "all of it was read");
     let mut written = exported.files;
     written.push(("run-sheet.html".to_owned(), exported.sheet.html()));
-    (written, reading.remarks.into_iter().map(|remark| remark.code).collect())
+    (written, reading.diagnostics.into_iter().map(|diagnostic| diagnostic.code).collect())
 }
 
 #[test]
@@ -90,16 +90,16 @@ fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() 
         let take = format!("--accept short,gap,break,gone,lost,hit,ring,sliver --to grbl -o out{aligned}");
         let (exit, told) = answer(home, &format!("{CAM} {take} {flag}"));
         assert_eq!(exit, 0, "{told}");
-        let codes = codes(&told["remarks"]);
+        let codes = codes(&told["diagnostics"]);
         assert_eq!(codes.contains(&"board.holes_shifted"), !aligned, "{codes:?}");
-        let (page, remarks) = page(&files, aligned, "grbl");
+        let (page, diagnostics) = page(&files, aligned, "grbl");
         let out = home.join(format!("out{aligned}"));
         assert_eq!(fs::read_dir(&out).unwrap().count(), page.len());
         for (name, text) in &page {
             assert!(fs::read_to_string(out.join(name)).unwrap() == *text, "{name}");
         }
         let written = page;
-        let told = |code: &str| remarks.iter().any(|remark| remark == code);
+        let told = |code: &str| diagnostics.iter().any(|diagnostic| diagnostic == code);
         assert_eq!((told("board.holes_shifted"), told("board.moved")), (!aligned, aligned));
         both.push(written);
     }

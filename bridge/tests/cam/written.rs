@@ -174,7 +174,7 @@ fn files_that_do_otherwise_than_their_program_are_not_written() {
             (i32::from(wanted.is_some()), wanted.is_none()),
             "{from}"
         );
-        let moved = codes(&told["remarks"]).contains(&"written.moved");
+        let moved = codes(&told["diagnostics"]).contains(&"written.moved");
         assert_eq!(moved, from.starts_with("shift"), "{told}");
         if let Some(code) = wanted.filter(|code| *code != "written.missing") {
             let (exit, told) =

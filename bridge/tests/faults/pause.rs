@@ -24,7 +24,7 @@ fn drilling(bridge: &Running, holes: u32) -> Page {
     assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     until_status(&mut page, |status| status.state == State::ToolChange);
-    page.ask(&Ask::BitChanged);
+    page.ask(&Ask::ToolChanged);
     until_status(&mut page, |status| status.state == State::Running && status.holes_done >= 1);
     page
 }
@@ -51,9 +51,9 @@ fn a_pause_comes_before_a_plan_that_is_being_made() {
     let mut page = drilling(&bridge, holes);
     println!("{} MB at most when armed", most_mb(&bridge));
     let asked = Instant::now();
-    page.ask(&Ask::Pace { percent: 150 });
+    page.ask(&Ask::FeedOverride { percent: 150 });
     // Behind the plan in the order of this page's answers: its refusal says that the plan is made.
-    page.ask(&Ask::Pace { percent: 250 });
+    page.ask(&Ask::FeedOverride { percent: 250 });
     std::thread::sleep(Duration::from_millis(20));
     let pressed = Instant::now();
     page.ask(&Ask::Pause);
@@ -65,7 +65,7 @@ fn a_pause_comes_before_a_plan_that_is_being_made() {
             }
             Tell::Status(_) => page.ask(&Ask::Ping { stamp: 0.0 }),
             Tell::Refused { why } => {
-                assert_eq!(why.code, "control.bad_pace");
+                assert_eq!(why.code, "control.bad_feed_override");
                 break;
             }
             _ => {}

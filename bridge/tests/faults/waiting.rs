@@ -1,5 +1,5 @@
 //! A person takes their time (N15): half a minute at a tool change, before Start, at an alarm, in a pause, with the page closed
-//! and opened between. The real `annulus serve`, real sockets, and the pace of life in between.
+//! and opened between. The real `annulus serve`, real sockets, and the feed override of life in between.
 
 use crate::server::client::{Page, Running, annulus};
 use crate::server::work::{home, until_status};
@@ -82,7 +82,7 @@ impl Shop {
     /// Waits for the tool change before so many holes, and changes the tool at once.
     fn change(&mut self, after_holes: u32) {
         self.until_change(after_holes);
-        self.page.ask(&Ask::BitChanged);
+        self.page.ask(&Ask::ToolChanged);
         until_status(&mut self.page, |status| status.state != State::ToolChange);
     }
 
@@ -107,7 +107,7 @@ fn at_a_tool_change() {
     shop.change(0);
     shop.until_change(2);
     look_on(&mut shop.page, PERSON);
-    shop.page.ask(&Ask::BitChanged);
+    shop.page.ask(&Ask::ToolChanged);
     shop.done();
 }
 
@@ -127,7 +127,7 @@ fn with_the_page_closed_and_opened() {
     assert!(shop.page.take_control(false));
     let status = until_status(&mut shop.page, |_| true);
     assert_eq!((status.state, status.alarm), (State::ToolChange, None));
-    shop.page.ask(&Ask::BitChanged);
+    shop.page.ask(&Ask::ToolChanged);
     shop.done();
 }
 
@@ -146,7 +146,7 @@ fn in_a_pause() {
     shop.start();
     shop.until_change(0);
     // Ordered in a tool change, it holds after the leg of it.
-    shop.page.ask(&Ask::BitChanged);
+    shop.page.ask(&Ask::ToolChanged);
     shop.page.ask(&Ask::Pause);
     until_status(&mut shop.page, |status| status.state == State::Paused);
     look_on(&mut shop.page, PERSON);

@@ -6,7 +6,7 @@ use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
 
-/// Ways in it.
+/// Toolpaths in it.
 pub(crate) const WAYS: u32 = 3;
 
 /// Holes that go straight through: where, mm.
@@ -102,9 +102,9 @@ pub(crate) fn milling(machine: &Machine) -> Program {
             change(0, machine),
             leg(Mark::Hole(0), pecked),
             change(1, machine),
-            leg(Mark::Way(0), square),
-            leg(Mark::Way(1), bore),
-            leg(Mark::Way(2), tab),
+            leg(Mark::Toolpath(0), square),
+            leg(Mark::Toolpath(1), bore),
+            leg(Mark::Toolpath(2), tab),
             leg(Mark::Hole(1), milled),
             leg(Mark::Finish, finish),
         ],

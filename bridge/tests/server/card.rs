@@ -176,7 +176,7 @@ impl Drop for Mechanics {
     }
 }
 
-/// Holes 30 mm apart along X: long ways in between.
+/// Holes 30 mm apart along X: long toolpaths in between.
 pub(crate) fn holes(machine: &Machine, count: u32) -> Program {
     let process = &machine.process;
     let to = -(process.board_thickness + process.breakthrough);

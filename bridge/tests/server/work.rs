@@ -87,7 +87,7 @@ fn a_closed_tab_leaves_the_job_running_and_stoppable() {
     assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
     worker.ask(&Ask::Start { job: job.clone(), stream_digest, from_leg: 0 });
     until_status(&mut worker, |status| status.state == State::ToolChange);
-    worker.ask(&Ask::BitChanged);
+    worker.ask(&Ask::ToolChanged);
     until_status(&mut worker, |status| status.holes_done >= 2);
     drop(worker);
     viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 1, .. }));

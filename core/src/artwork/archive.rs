@@ -8,7 +8,7 @@
 //! local header ─ data ─ … ─ central directory ─ end record (found from the back, tells where the directory is)
 //! ```
 
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ pub(super) enum Taken {
     /// Its bytes.
     Bytes(Vec<u8>),
     /// Why it is left out.
-    Refused(Remark),
+    Refused(Diagnostic),
 }
 
 /// One member.
@@ -68,9 +68,9 @@ struct Row<'a> {
     local: usize,
 }
 
-/// Takes a zip apart. The error is the remark why none of it can be read.
-pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Remark> {
-    let refused = |code| Remark::new(Weight::Loss, code);
+/// Takes a zip apart. The error is the diagnostic why none of it can be read.
+pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Diagnostic> {
+    let refused = |code| Diagnostic::error(code);
     let end = end_record(zip).ok_or(refused("archive.damaged"))?;
     let count = usize::from(number::<2>(zip, end + 10).ok_or(refused("archive.damaged"))? as u16);
     let mut at = number::<4>(zip, end + 16).ok_or(refused("archive.damaged"))? as usize;
@@ -103,7 +103,7 @@ pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Rem
 }
 
 /// The members of a zip by name; one that cannot be had is the reason why there are none.
-pub fn members(zip: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Remark> {
+pub fn members(zip: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Diagnostic> {
     let taken = unpack(zip, &mut Budget::new())?.into_iter().map(|member| match member.taken {
         Taken::Bytes(bytes) => Ok((member.name, bytes)),
         Taken::Refused(why) => Err(why.at(&member.name, 0, 0)),
@@ -124,17 +124,17 @@ pub fn lists(bytes: &[u8], name: &str) -> bool {
 }
 
 /// A zip of `members`, in this order. What could not be taken apart again is refused.
-pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Remark> {
+pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Diagnostic> {
     let together: usize = members.iter().map(|(_, bytes)| bytes.len()).sum();
     if together > MOST_BYTES_TOGETHER {
-        return Err(Remark::new(Weight::Loss, "archive.too_large"));
+        return Err(Diagnostic::error("archive.too_large"));
     }
     if members.len() > MOST_MEMBERS {
-        let why = Remark::new(Weight::Loss, "archive.too_many_members");
+        let why = Diagnostic::error("archive.too_many_members");
         return Err(why.with("count", members.len()).with("most", MOST_MEMBERS));
     }
     if let Some((name, _)) = members.iter().find(|(name, _)| name.contains('\\')) {
-        return Err(Remark::new(Weight::Loss, "archive.path_leads_out").at(name, 0, 0));
+        return Err(Diagnostic::error("archive.path_leads_out").at(name, 0, 0));
     }
     let (mut zip, mut directory) = (Vec::new(), Vec::new());
     for (name, bytes) in members {

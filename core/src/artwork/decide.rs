@@ -1,7 +1,7 @@
 //! Settles how a drill program is read, by words where there are any and by evidence where not.
 //!
 //! Comes in: the text of a program and what lies beside it. Goes out: the file, read, with the ground of its reading, and a
-//! remark for every doubt. Does not read the words itself.
+//! diagnostic for every warning. Does not read the words itself.
 //!
 //! ```text
 //! survey ─ sense ─▶ what words settle
@@ -17,7 +17,7 @@ use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
 use super::registration::{FITS, same_place, same_size};
 use super::second_look::{Look, look};
 use super::{Evidence, Overrides, Source, Zeros, tool_units};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 
 /// Readings closer than this cannot be told apart by copper.
 const CLOSE: f64 = 0.10;
@@ -26,13 +26,13 @@ const MUCH_BETTER: f64 = 0.30;
 /// So many holes that lie beside all copper are no chance.
 const MANY: usize = 8;
 
-/// Reads a drill program. The error is the remark why nothing of it is kept.
+/// Reads a drill program. The error is the diagnostic why nothing of it is kept.
 pub(super) fn program(
     name: &str,
     text: &[u8],
     neighbours: &Neighbours<'_>,
     person: &Overrides,
-) -> Result<FileRead, Remark> {
+) -> Result<FileRead, Diagnostic> {
     let survey = excellon::survey(text);
     let (stated, table, beside) = companions(name, &survey, neighbours);
     let sensed = excellon::sense(&survey, &stated, person);
@@ -52,8 +52,8 @@ pub(super) fn program(
     let mut choice = choose(&grounds, ranking.as_deref());
     let task = Task { name, text, reading: choice.reading, survey: &survey, table: &table };
     let settled = choice.evidence.source == Source::Copper;
-    let (mut drill, mut remarks);
-    (choice.reading, drill, remarks) = measured(task, &sensed, settled)?;
+    let (mut drill, mut diagnostics);
+    (choice.reading, drill, diagnostics) = measured(task, &sensed, settled)?;
     let reading = choice.reading;
 
     let mut file = drill_program(name);
@@ -63,18 +63,18 @@ pub(super) fn program(
     file.zeros = Some(reading.zeros);
     file.plated = survey.file_plated;
     file.generator = survey.generator.clone();
-    remarks.extend(doubts(name, &sensed, &choice, &survey, !drill.hits.is_empty()));
+    diagnostics.extend(warnings(name, &sensed, &choice, &survey, !drill.hits.is_empty()));
     let units = tool_units::settle(&mut drill, reading.units, &survey.sizes);
-    remarks.extend(units.map(|doubt| doubt.at(name, 0, 0)));
-    remarks.extend(impossible_bit(&drill).map(|tool| impossible(name, tool)));
-    remarks.extend(choice.seen.into_iter().map(|doubt| doubt.at(name, 0, 0)));
-    remarks.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
+    diagnostics.extend(units.map(|warning| warning.at(name, 0, 0)));
+    diagnostics.extend(impossible_bit(&drill).map(|tool| impossible(name, tool)));
+    diagnostics.extend(choice.seen.into_iter().map(|warning| warning.at(name, 0, 0)));
+    diagnostics.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
     file.evidence = Some(choice.evidence);
     for tool in drill.tools.iter_mut().filter(|tool| tool.plated.is_none()) {
         tool.plated = survey.file_plated;
     }
     file.drill = Some(drill);
-    file.remarks = remarks;
+    file.diagnostics = diagnostics;
     Ok(file)
 }
 
@@ -84,15 +84,16 @@ fn measured(
     mut task: Task<'_>,
     sensed: &Sensed,
     settled: bool,
-) -> Result<(Reading, DrillFile, Vec<Remark>), Remark> {
-    let (mut drill, mut remarks) = excellon::read(&task)?;
-    let Some(mut code) = oddity(&drill) else { return Ok((task.reading, drill, remarks)) };
+) -> Result<(Reading, DrillFile, Vec<Diagnostic>), Diagnostic> {
+    let (mut drill, mut diagnostics) = excellon::read(&task)?;
+    let Some(mut code) = oddity(&drill) else { return Ok((task.reading, drill, diagnostics)) };
     let first = task.reading;
     let open = |source| source == Source::Default;
     let guessed = !settled && open(sensed.weakest());
     if guessed {
-        let makes_a_board = |(drill, remarks): &(DrillFile, Vec<Remark>)| {
-            oddity(drill).is_none() && !remarks.iter().any(|remark| remark.code == "drill.out_of_range")
+        let makes_a_board = |(drill, diagnostics): &(DrillFile, Vec<Diagnostic>)| {
+            oddity(drill).is_none()
+                && !diagnostics.iter().any(|diagnostic| diagnostic.code == "drill.out_of_range")
         };
         let sample = Task { text: sample(task.text).unwrap_or_default(), ..task };
         let other = readings(sensed).into_iter().find(|&reading| {
@@ -103,22 +104,22 @@ fn measured(
             && let Ok(read) = excellon::read(&Task { reading, ..task })
             && makes_a_board(&read)
         {
-            ((drill, remarks), task.reading, code) = (read, reading, "drill.read_by_measure");
+            ((drill, diagnostics), task.reading, code) = (read, reading, "drill.read_by_measure");
         }
     }
     let size = drill.centre_bounds().map_or(String::new(), |bounds| {
         format!("{:.1} × {:.1} mm", (bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm())
     });
-    let remark = Remark::new(Weight::Loss, code).at(task.name, 0, 0).with("reading", shown(&task.reading));
-    remarks.push(remark.with("other", shown(&first)).with("size", size));
-    Ok((task.reading, drill, remarks))
+    let diagnostic = Diagnostic::error(code).at(task.name, 0, 0).with("reading", shown(&task.reading));
+    diagnostics.push(diagnostic.with("other", shown(&first)).with("size", size));
+    Ok((task.reading, drill, diagnostics))
 }
 
 /// Says of a tool that no bit is as thin or as thick.
-fn impossible(name: &str, tool: &ToolEntry) -> Remark {
+fn impossible(name: &str, tool: &ToolEntry) -> Diagnostic {
     let size = tool.diameter.map_or(String::new(), |length| format!("{:.3}", length.mm()));
-    let remark = Remark::new(Weight::Loss, "drill.impossible_bit").at(name, tool.line, 1);
-    remark.with("tool", format!("T{}", tool.code)).with("size", size)
+    let diagnostic = Diagnostic::error("drill.impossible_bit").at(name, tool.line, 1);
+    diagnostic.with("tool", format!("T{}", tool.code)).with("size", size)
 }
 
 /// What companions that speak of this file say about numbers and tools.
@@ -164,10 +165,10 @@ fn unplated(grounds: &Grounds<'_>) -> bool {
 struct Choice {
     reading: Reading,
     evidence: Evidence,
-    /// What there is to say of it: weight, code, and the other reading that it is about.
-    said: Vec<(Weight, &'static str, Option<Reading>)>,
+    /// What there is to say of it: severity, code, and the other reading that it is about.
+    said: Vec<(Severity, &'static str, Option<Reading>)>,
     /// What a second look at its holes says.
-    seen: Vec<Remark>,
+    seen: Vec<Diagnostic>,
 }
 
 /// Chooses: what words settle stays; of the rest the copper decides where it votes, else the outline, else custom. What is
@@ -211,18 +212,22 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let score = choice.evidence.score.unwrap_or_default();
     let better =
         voting.iter().find(|rival| rival.reading != chosen.reading && rival.fit.share >= score + MUCH_BETTER);
-    choice.said.extend(better.map(|rival| (Weight::Doubt, "drill.copper_disagrees", Some(rival.reading))));
+    choice
+        .said
+        .extend(better.map(|rival| (Severity::Warning, "drill.copper_disagrees", Some(rival.reading))));
     let as_good = as_good.filter(|_| unsettled);
-    choice.said.extend(as_good.map(|rival| (Weight::Doubt, "drill.copper_undecided", Some(rival.reading))));
+    choice
+        .said
+        .extend(as_good.map(|rival| (Severity::Warning, "drill.copper_undecided", Some(rival.reading))));
     if let Some(other) = by_outline {
         let taken = chosen.reading == other.reading;
         let code = if taken { "drill.read_by_outline" } else { "drill.outline_disagrees" };
         let about = if taken { own } else { other };
-        choice.said.push((Weight::Doubt, code, Some(about.reading)));
+        choice.said.push((Severity::Warning, code, Some(about.reading)));
     } else if chosen.reading != own.reading {
-        choice.said.push((Weight::Doubt, "drill.against_custom", Some(own.reading)));
+        choice.said.push((Severity::Warning, "drill.against_custom", Some(own.reading)));
     } else if choice.evidence.source == Source::Copper {
-        choice.said.push((Weight::Note, "drill.read_by_copper", None));
+        choice.said.push((Severity::Note, "drill.read_by_copper", None));
     }
     choice
 }
@@ -232,12 +237,12 @@ fn look_again(grounds: &Grounds<'_>, chosen: &Ranked, choice: &mut Choice) {
     let Some(copper) = grounds.copper.filter(|_| !grounds.unplated) else { return };
     if !chosen.as_large {
         if chosen.fit.share < FITS && chosen.holes.len() >= MANY {
-            choice.said.push((Weight::Doubt, "drill.copper_of_another_size", None));
+            choice.said.push((Severity::Warning, "drill.copper_of_another_size", None));
         }
         return;
     }
-    let Look { fit, doubts } = look(copper, &chosen.holes, &chosen.tools, chosen.fit);
-    choice.seen = doubts;
+    let Look { fit, warnings } = look(copper, &chosen.holes, &chosen.tools, chosen.fit);
+    choice.seen = warnings;
     choice.evidence.score = Some(fit.share);
     choice.evidence.shift_mm = (fit.shift_mm != (0.0, 0.0)).then_some(fit.shift_mm);
 }
@@ -264,54 +269,60 @@ fn shown(reading: &Reading) -> String {
 }
 
 /// What remains doubtful about the numbers.
-fn doubts(name: &str, sensed: &Sensed, choice: &Choice, survey: &Survey, has_hits: bool) -> Vec<Remark> {
+fn warnings(
+    name: &str,
+    sensed: &Sensed,
+    choice: &Choice,
+    survey: &Survey,
+    has_hits: bool,
+) -> Vec<Diagnostic> {
     let mut out = Vec::new();
-    let mut say = |weight, code: &str, other: Option<&Reading>| {
-        let remark = Remark::new(weight, code).at(name, 0, 0).with("reading", shown(&choice.reading));
+    let mut say = |severity, code: &str, other: Option<&Reading>| {
+        let diagnostic =
+            Diagnostic::new(severity, code).at(name, 0, 0).with("reading", shown(&choice.reading));
         let other = other.map_or(String::new(), shown);
         let score = choice.evidence.score.map_or(String::new(), |score| format!("{:.0} %", score * 100.0));
-        out.push(remark.with("other", other).with("score", score));
+        out.push(diagnostic.with("other", other).with("score", score));
     };
     if sensed.companion_disagrees {
-        say(Weight::Doubt, "drill.companion_disagrees", None);
+        say(Severity::Warning, "drill.companion_disagrees", None);
     }
-    for (weight, code, other) in &choice.said {
-        say(*weight, code, other.as_ref());
+    for (severity, code, other) in &choice.said {
+        say(*severity, code, other.as_ref());
     }
     if choice.evidence.shift_mm.is_some() {
-        say(Weight::Note, "drill.shifted_from_copper", None);
+        say(Severity::Note, "drill.shifted_from_copper", None);
     }
     if choice.evidence.source == Source::Copper || !has_hits {
         return out;
     }
     match sensed.units {
-        Source::Default => say(Weight::Loss, "drill.units_unknown", None),
-        Source::Shape => say(Weight::Doubt, "drill.units_by_sizes", None),
+        Source::Default => say(Severity::Error, "drill.units_unknown", None),
+        Source::Shape => say(Severity::Warning, "drill.units_by_sizes", None),
         _ => {}
     }
     if choice.reading.zeros != Zeros::Decimal {
         match sensed.weakest() {
-            Source::Default => say(Weight::Doubt, "drill.format_by_custom", None),
-            Source::Shape => say(Weight::Note, "drill.format_by_shape", None),
+            Source::Default => say(Severity::Warning, "drill.format_by_custom", None),
+            Source::Shape => say(Severity::Note, "drill.format_by_shape", None),
             _ => {}
         }
     } else if survey.shape.points_missing() {
-        say(Weight::Doubt, "drill.points_missing", None);
+        say(Severity::Warning, "drill.points_missing", None);
     }
     out
 }
 
 /// Where a report counts or measures otherwise than the file.
-fn disagreements(name: &str, drill: &DrillFile, companion: &super::companion::Companion) -> Vec<Remark> {
+fn disagreements(name: &str, drill: &DrillFile, companion: &super::companion::Companion) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     for (tool, counts) in drill.tools.iter().zip(drill.counts()) {
         let Some(row) = companion.tools.get(&tool.code) else { continue };
         let holes = counts.hits + counts.slots + counts.routed_paths;
         let said = |code: &str, found: String, promised: String| {
-            let remark = Remark::new(Weight::Doubt, code)
-                .at(name, tool.line, 1)
-                .with("tool", format!("T{}", tool.code));
-            remark.with("found", found).with("promised", promised)
+            let diagnostic =
+                Diagnostic::warning(code).at(name, tool.line, 1).with("tool", format!("T{}", tool.code));
+            diagnostic.with("found", found).with("promised", promised)
         };
         if let Some(promised) = row.holes.filter(|&promised| promised != holes && holes > 0) {
             out.push(said("drill.report_counts_differ", holes.to_string(), promised.to_string()));

@@ -23,7 +23,7 @@ pub(super) enum What {
     Packed(&'static str),
     /// Where components are placed.
     Placement,
-    /// Recognised as unreadable; the code of the remark that says why.
+    /// Recognised as unreadable; the code of the diagnostic that says why.
     Refused(&'static str),
     Unknown,
 }

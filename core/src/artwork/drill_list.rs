@@ -1,6 +1,6 @@
 //! Plain lists of holes: columns of coordinates with a diameter beside them or in a heading above.
 //!
-//! Comes in: text. Goes out: a [`DrillFile`] with tools made from the diameters, and remarks. Does not know Excellon.
+//! Comes in: text. Goes out: a [`DrillFile`] with tools made from the diameters, and diagnostics. Does not know Excellon.
 //!
 //! ```text
 //! X;Y;D               UNITS INCH          (see [`super::columns`])
@@ -15,8 +15,8 @@ use super::findings::Findings;
 use super::number::Decimal;
 use super::text::{Line, lines, starts};
 use super::{Overrides, Source, Units};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
-use crate::remark::{Remark, Weight};
 use std::collections::BTreeMap;
 
 pub(super) use super::columns::is_placement;
@@ -39,11 +39,11 @@ pub(super) struct List {
     pub(super) drill: DrillFile,
     pub(super) units: Units,
     pub(super) units_by: Source,
-    pub(super) remarks: Vec<Remark>,
+    pub(super) diagnostics: Vec<Diagnostic>,
 }
 
-/// Reads a list. The error is the remark why nothing of it is kept.
-pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, Remark> {
+/// Reads a list. The error is the diagnostic why nothing of it is kept.
+pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, Diagnostic> {
     let columns = Columns::of(text);
     let (mut units, mut units_by) =
         stated_units(text, &columns).map_or((Units::Mm, Source::Default), |u| (u, Source::Header));
@@ -69,18 +69,18 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
     reader.end_of_group();
     let mut findings = reader.findings;
     if columns.unsure {
-        findings.whole(Remark::new(Weight::Doubt, "drill.columns_by_shape"));
+        findings.whole(Diagnostic::warning("drill.columns_by_shape"));
     }
     match units_by {
         Source::Shape => {
-            findings.whole(Remark::new(Weight::Doubt, "drill.units_by_sizes").with("reading", units.name()));
+            findings.whole(Diagnostic::warning("drill.units_by_sizes").with("reading", units.name()));
         }
         Source::Default => {
-            findings.whole(Remark::new(Weight::Loss, "drill.units_unknown").with("reading", units.name()));
+            findings.whole(Diagnostic::error("drill.units_unknown").with("reading", units.name()));
         }
         _ => {}
     }
-    Ok(List { drill: reader.out, units, units_by, remarks: findings.finish() })
+    Ok(List { drill: reader.out, units, units_by, diagnostics: findings.finish() })
 }
 
 fn stated_units(text: &[u8], columns: &Columns) -> Option<Units> {
@@ -121,10 +121,10 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn line(&mut self, line: Line<'_>, columns: &Columns) -> Result<(), Remark> {
+    fn line(&mut self, line: Line<'_>, columns: &Columns) -> Result<(), Diagnostic> {
         match columns.row(line.text) {
             Row::Blank | Row::Heading => {}
-            Row::Other => self.findings.at(Weight::Loss, "drill.list_row", line.number, 1, line.text),
+            Row::Other => self.findings.at(Severity::Error, "drill.list_row", line.number, 1, line.text),
             Row::Group(size, count) => {
                 self.end_of_group();
                 let tool = self.tool(Some(size), line)?;
@@ -135,7 +135,12 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn hole(&mut self, [x, y]: [Decimal; 2], size: Option<Decimal>, line: Line<'_>) -> Result<(), Remark> {
+    fn hole(
+        &mut self,
+        [x, y]: [Decimal; 2],
+        size: Option<Decimal>,
+        line: Line<'_>,
+    ) -> Result<(), Diagnostic> {
         let tool = match (size, self.group) {
             (Some(size), _) => self.tool(Some(size), line)?,
             (None, Some((tool, ..))) => tool,
@@ -143,7 +148,7 @@ impl Reader<'_> {
         };
         match (x.length(self.units), y.length(self.units)) {
             (Some(x), Some(y)) => self.out.hits.push(Hit { at: Point::new(x, y), line: line.number, tool }),
-            _ => self.findings.at(Weight::Loss, "drill.out_of_range", line.number, 1, line.text),
+            _ => self.findings.at(Severity::Error, "drill.out_of_range", line.number, 1, line.text),
         }
         if self.out.hits.len() >= MOST_HITS {
             return Err(self.refusal("drill.too_many_hits", line.number).with("most", MOST_HITS));
@@ -151,12 +156,12 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn refusal(&self, code: &str, line: u32) -> Remark {
-        Remark::new(Weight::Loss, code).at(self.name, line, 1)
+    fn refusal(&self, code: &str, line: u32) -> Diagnostic {
+        Diagnostic::error(code).at(self.name, line, 1)
     }
 
     /// The tool of this diameter; numbers are given in the order of first use.
-    fn tool(&mut self, size: Option<Decimal>, line: Line<'_>) -> Result<u16, Remark> {
+    fn tool(&mut self, size: Option<Decimal>, line: Line<'_>) -> Result<u16, Diagnostic> {
         let diameter = size.and_then(|size| size.length(self.units)).filter(|length| length.nm() > 0);
         let key = diameter.map(|length| length.nm());
         if let Some(&tool) = self.tools.get(&key) {
@@ -168,9 +173,8 @@ impl Reader<'_> {
         let tool = self.out.tools.len() as u16;
         let code = u32::from(tool) + 1;
         if diameter.is_none() {
-            let remark =
-                Remark::new(Weight::Loss, "drill.tool_without_diameter").at(self.name, line.number, 1);
-            self.findings.push(remark.with("tool", format!("T{code}")).with("holes", "?"));
+            let diagnostic = Diagnostic::error("drill.tool_without_diameter").at(self.name, line.number, 1);
+            self.findings.push(diagnostic.with("tool", format!("T{code}")).with("holes", "?"));
         }
         self.out.tools.push(ToolEntry { code, diameter, plated: None, line: line.number });
         self.tools.insert(key, tool);
@@ -181,8 +185,8 @@ impl Reader<'_> {
         if let Some((_, line, Some(promised), before)) = self.group.take() {
             let found = self.out.hits.len() - before;
             if found != promised as usize {
-                let remark = Remark::new(Weight::Doubt, "drill.count_differs").at(self.name, line, 1);
-                self.findings.push(remark.with("found", found).with("promised", promised));
+                let diagnostic = Diagnostic::warning("drill.count_differs").at(self.name, line, 1);
+                self.findings.push(diagnostic.with("found", found).with("promised", promised));
             }
         }
     }

@@ -1,23 +1,23 @@
-//! The remarks of one file, with a cap: after the first findings the rest is counted, and never lighter.
+//! The diagnostics of one file, with a cap: after the first findings the rest is counted, and never lighter.
 //!
-//! Comes in: findings. Goes out: remarks, at most [`MOST_KEPT`] and one that says how many more. Does not know what they
+//! Comes in: findings. Goes out: diagnostics, at most [`MOST_KEPT`] and one that says how many more. Does not know what they
 //! are about.
 
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 use std::collections::BTreeSet;
 
-/// Remarks kept of one file.
+/// Diagnostics kept of one file.
 pub const MOST_KEPT: usize = 200;
-/// Bytes of a file shown in a remark.
+/// Bytes of a file shown in a diagnostic.
 const LONGEST_EXCERPT: usize = 40;
 
-/// Collects the remarks of one file.
+/// Collects the diagnostics of one file.
 #[derive(Clone, Debug)]
 pub(super) struct Findings {
     file: String,
-    kept: Vec<Remark>,
+    kept: Vec<Diagnostic>,
     dropped: usize,
-    heaviest_dropped: Weight,
+    gravest_dropped: Severity,
     said: BTreeSet<String>,
 }
 
@@ -27,45 +27,46 @@ impl Findings {
             file: file.to_owned(),
             kept: Vec::new(),
             dropped: 0,
-            heaviest_dropped: Weight::Note,
+            gravest_dropped: Severity::Note,
             said: BTreeSet::new(),
         }
     }
 
-    /// Adds a remark.
-    pub(super) fn push(&mut self, remark: Remark) {
+    /// Adds a diagnostic.
+    pub(super) fn push(&mut self, diagnostic: Diagnostic) {
         if self.kept.len() < MOST_KEPT {
-            self.kept.push(remark);
+            self.kept.push(diagnostic);
         } else {
             self.dropped += 1;
-            self.heaviest_dropped = self.heaviest_dropped.max(remark.weight);
+            self.gravest_dropped = self.gravest_dropped.max(diagnostic.severity);
         }
     }
 
-    /// Adds a remark at a place, with what was found there.
-    pub(super) fn at(&mut self, weight: Weight, code: &str, line: u32, column: u32, found: &[u8]) {
+    /// Adds a diagnostic at a place, with what was found there.
+    pub(super) fn at(&mut self, severity: Severity, code: &str, line: u32, column: u32, found: &[u8]) {
         let file = self.file.clone();
-        self.push(Remark::new(weight, code).at(&file, line, column).with("found", excerpt(found)));
+        self.push(Diagnostic::new(severity, code).at(&file, line, column).with("found", excerpt(found)));
     }
 
-    /// Adds a remark of this code and subject unless it was said before.
-    pub(super) fn once(&mut self, weight: Weight, code: &str, line: u32, column: u32, found: &[u8]) {
+    /// Adds a diagnostic of this code and subject unless it was said before.
+    pub(super) fn once(&mut self, severity: Severity, code: &str, line: u32, column: u32, found: &[u8]) {
         let subject = excerpt(found);
         if self.said.insert(format!("{code} {subject}")) {
-            self.at(weight, code, line, column, found);
+            self.at(severity, code, line, column, found);
         }
     }
 
-    /// Adds a remark about the file as a whole.
-    pub(super) fn whole(&mut self, remark: Remark) {
+    /// Adds a diagnostic about the file as a whole.
+    pub(super) fn whole(&mut self, diagnostic: Diagnostic) {
         let file = self.file.clone();
-        self.push(remark.at(&file, 0, 0));
+        self.push(diagnostic.at(&file, 0, 0));
     }
 
     /// All that was said.
-    pub(super) fn finish(mut self) -> Vec<Remark> {
+    pub(super) fn finish(mut self) -> Vec<Diagnostic> {
         if self.dropped > 0 {
-            let more = Remark::new(self.heaviest_dropped, "file.more_findings").with("count", self.dropped);
+            let more =
+                Diagnostic::new(self.gravest_dropped, "file.more_findings").with("count", self.dropped);
             self.kept.push(more.at(&self.file, 0, 0));
         }
         self.kept

@@ -27,7 +27,7 @@ const WINDOW: usize = 5_000;
 /// Neighbours of each that are looked at.
 const NEIGHBOURS: usize = 64;
 
-/// What is odd about the holes of a file, as the code of a remark.
+/// What is odd about the holes of a file, as the code of a diagnostic.
 pub(super) fn oddity(drill: &DrillFile) -> Option<&'static str> {
     let bounds = drill.centre_bounds()?;
     let size_mm = (bounds.max.x - bounds.min.x).mm().max((bounds.max.y - bounds.min.y).mm());
@@ -77,7 +77,7 @@ fn most_overlap(drill: &DrillFile) -> bool {
 #[cfg(test)]
 mod tests {
     use crate::artwork::{FileRead, read_drill};
-    use crate::remark::Weight;
+    use crate::diagnostic::Severity;
 
     /// A grid of 5 × 4 holes of 0.8 mm, `pitch` last digits apart.
     fn grid(header: &str, pitch: u32) -> FileRead {
@@ -88,13 +88,17 @@ mod tests {
         read_drill("grid.drl", format!("{text}M30\n").as_bytes())
     }
 
-    fn codes(file: &FileRead, weight: Weight) -> Vec<&str> {
-        file.remarks.iter().filter(|remark| remark.weight == weight).map(|remark| &*remark.code).collect()
+    fn codes(file: &FileRead, severity: Severity) -> Vec<&str> {
+        file.diagnostics
+            .iter()
+            .filter(|diagnostic| diagnostic.severity == severity)
+            .map(|diagnostic| &*diagnostic.code)
+            .collect()
     }
 
     #[test]
-    fn what_the_file_states_is_believed_and_a_loss_where_it_makes_no_board() {
-        for (header, pitch, doubt) in [
+    fn what_the_file_states_is_believed_and_a_error_where_it_makes_no_board() {
+        for (header, pitch, warning) in [
             ("M48\nMETRIC,000.000\nT1C0.8\n%\n", 2_540, None),
             ("M48\nMETRIC,000.000\nT1C0.8\n%\n", 254_000, Some("drill.board_large")),
             ("M48\nMETRIC,000.000\nT1C0.8\n%\n", 254, Some("drill.board_small")),
@@ -105,8 +109,8 @@ mod tests {
             let width = file.drill.as_ref().unwrap().centre_bounds().unwrap().max.x;
             assert_eq!(width.nm(), i64::from(pitch) * 4_000, "{pitch}");
             let odd = ["drill.board_large", "drill.board_small", "drill.holes_overlap"];
-            let found = codes(&file, Weight::Loss).into_iter().find(|code| odd.contains(code));
-            assert_eq!(found, doubt, "{pitch}: {:?}", file.remarks);
+            let found = codes(&file, Severity::Error).into_iter().find(|code| odd.contains(code));
+            assert_eq!(found, warning, "{pitch}: {:?}", file.diagnostics);
         }
     }
 
@@ -116,7 +120,7 @@ mod tests {
         let file = grid("M48\nINCH\nT1C0.0315\n%\n", 100_000);
         let bounds = file.drill.as_ref().unwrap().centre_bounds().unwrap();
         assert_eq!(bounds.max.x.mm(), 101.6);
-        assert!(codes(&file, Weight::Loss).contains(&"drill.read_by_measure"), "{:?}", file.remarks);
+        assert!(codes(&file, Severity::Error).contains(&"drill.read_by_measure"), "{:?}", file.diagnostics);
     }
 
     #[test]
@@ -127,6 +131,6 @@ mod tests {
             text.push_str(&format!("X{:08}Y{:08}\n", hole % 2 * 3_900_000, hole * 20));
         }
         let file = read_drill("wide.drl", format!("{text}M30\n").as_bytes());
-        assert!(codes(&file, Weight::Loss).contains(&"drill.board_large"), "{:?}", file.remarks);
+        assert!(codes(&file, Severity::Error).contains(&"drill.board_large"), "{:?}", file.diagnostics);
     }
 }

@@ -1,7 +1,7 @@
 //! Files as written: what each file of a set is, and what it says.
 //!
 //! Comes in: names and bytes of a set of files, because neighbours carry evidence. Goes out: an [`Artwork`]: every
-//! file with its kind, the reason for it, its content as data, and remarks. Reading never fails on content. Does not
+//! file with its kind, the reason for it, its content as data, and diagnostics. Reading never fails on content. Does not
 //! know what the holes are for.
 //!
 //! ```text
@@ -45,8 +45,8 @@ pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};
 pub use excellon::MOST_HITS;
 pub use findings::MOST_KEPT;
 pub use gerber::{
-    Aperture, Form, Gerber, GerberObjects, Mount, Nets, Object, Opening, PaintedMeasures, Shape, Tag,
-    TooMuch, Track, nets, painted, painted_measures,
+    Aperture, Form, Gerber, GerberObjects, Nets, Object, Opening, PaintedMeasures, Shape, Tag, TooMuch,
+    Track, Transform, nets, painted, painted_measures,
 };
 pub use kinds::{Digits, Evidence, Kind, Overrides, Role, Side, Source, Units, Zeros};
 pub use read::{Artwork, FileRead, read_drill, read_set};

@@ -5,12 +5,12 @@
 //!   board-NPTH.drl  holes in no pad  ◀── board.drl  moved by (x, y) to lie on its pads: so are they
 //! ```
 //!
-//! Comes in: the files of a set, read. Goes out: their remarks and shifts, mended. Does not read anything.
+//! Comes in: the files of a set, read. Goes out: their diagnostics and shifts, mended. Does not read anything.
 
 use super::companion::{base, folder, stem};
 use super::registration::FITS;
 use super::{FileRead, Kind};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 
 /// Shifts this near to each other are one, in mm.
 const SAME_MM: f64 = 0.05;
@@ -28,11 +28,11 @@ fn tapes(files: &mut [FileRead]) {
     for file in files.iter_mut().filter(|file| file.kind == Kind::Refused) {
         let (of, name) = (folder(&file.name), stem(&file.name));
         let twin = programs.iter().find(|twin| folder(twin) == of && stem(twin).eq_ignore_ascii_case(name));
-        let tape = file.remarks.iter_mut().find(|remark| remark.code == "refused.eia_tape");
+        let tape = file.diagnostics.iter_mut().find(|diagnostic| diagnostic.code == "refused.eia_tape");
         if let (Some(twin), Some(tape)) = (twin, tape) {
-            tape.weight = Weight::Note;
-            let told = Remark::new(Weight::Note, "set.tape_twin").at(&file.name, 0, 0);
-            file.remarks.push(told.with("twin", base(twin)));
+            tape.severity = Severity::Note;
+            let told = Diagnostic::note("set.tape_twin").at(&file.name, 0, 0);
+            file.diagnostics.push(told.with("twin", base(twin)));
         }
     }
 }
@@ -48,7 +48,7 @@ fn shifts(files: &mut [FileRead]) {
         let lies_well = evidence.score.is_some_and(|score| score >= FITS);
         if evidence.shift_mm.is_none() && !lies_well && beside.all(agree) {
             evidence.shift_mm = Some(by);
-            file.remarks.push(Remark::new(Weight::Note, "drill.shifted_with_others").at(&file.name, 0, 0));
+            file.diagnostics.push(Diagnostic::note("drill.shifted_with_others").at(&file.name, 0, 0));
         }
     }
 }
@@ -69,8 +69,8 @@ mod tests {
         read_set(&named, &Overrides::default())
     }
 
-    fn codes(file: &FileRead, weight: Weight) -> Vec<&str> {
-        file.remarks.iter().filter(|r| r.weight == weight).map(|r| r.code.as_str()).collect()
+    fn codes(file: &FileRead, severity: Severity) -> Vec<&str> {
+        file.diagnostics.iter().filter(|r| r.severity == severity).map(|r| r.code.as_str()).collect()
     }
 
     /// Words of a drill program in EIA tape code.
@@ -87,16 +87,16 @@ mod tests {
     }
 
     #[test]
-    fn a_tape_beside_its_text_is_no_loss() {
+    fn a_tape_beside_its_text_is_no_error() {
         let text = program(";text", &[(1.0, 1.0), (2.0, 1.0), (3.0, 4.0)]);
         let alone = set(&[("a/board.DRL", tape())]);
-        assert_eq!(codes(&alone.files[0], Weight::Loss), ["refused.eia_tape"]);
+        assert_eq!(codes(&alone.files[0], Severity::Error), ["refused.eia_tape"]);
         let other = set(&[("a/board.DRL", tape()), ("a/lid.TXT", text.clone())]);
-        assert_eq!(codes(&other.files[0], Weight::Loss), ["refused.eia_tape"]);
+        assert_eq!(codes(&other.files[0], Severity::Error), ["refused.eia_tape"]);
         let both = set(&[("a/board.DRL", tape()), ("a/board.TXT", text)]);
         assert_eq!(both.files[0].kind, Kind::Refused);
-        assert_eq!(codes(&both.files[0], Weight::Loss), Vec::<&str>::new());
-        assert_eq!(codes(&both.files[0], Weight::Note), ["refused.eia_tape", "set.tape_twin"]);
+        assert_eq!(codes(&both.files[0], Severity::Error), Vec::<&str>::new());
+        assert_eq!(codes(&both.files[0], Severity::Note), ["refused.eia_tape", "set.tape_twin"]);
     }
 
     /// Pads on a crooked grid, so that no shift but one fits, and their layer.
@@ -129,7 +129,7 @@ mod tests {
             let read = set(&[("top.gbr", layer.clone()), ("board.drl", text(function))]);
             let drill = &read.files[1];
             assert_eq!(drill.plated, Some(doubted), "{function}");
-            let found = codes(drill, Weight::Doubt);
+            let found = codes(drill, Severity::Warning);
             assert_eq!(found.contains(&"drill.copper_disagrees"), doubted, "{function}: {found:?}");
             let evidence = drill.evidence.as_ref().unwrap();
             assert!(evidence.source <= Source::Companion, "{function}: {evidence:?}");
@@ -149,6 +149,6 @@ mod tests {
         let by = |at: usize| both.files[at].evidence.as_ref().unwrap().shift_mm;
         assert!(by(1).is_some_and(|(x, y)| (x - 3.295).abs() < 1e-3 && (y - 20.124).abs() < 1e-3));
         assert_eq!(by(2), by(1));
-        assert!(codes(&both.files[2], Weight::Note).contains(&"drill.shifted_with_others"));
+        assert!(codes(&both.files[2], Severity::Note).contains(&"drill.shifted_with_others"));
     }
 }

@@ -80,7 +80,7 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
     let text = sample(grounds.text)?;
     let mut all: Vec<Ranked> = Vec::new();
     for reading in readings(sensed) {
-        let Ok((drill, remarks)) = excellon::read(&Task { name, text, reading, survey, table }) else {
+        let Ok((drill, diagnostics)) = excellon::read(&Task { name, text, reading, survey, table }) else {
             continue;
         };
         // Single holes come first.
@@ -95,7 +95,7 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
         if all.iter().any(|other| other.holes == holes) {
             continue;
         }
-        let far = remarks.iter().any(|remark| remark.code == "drill.out_of_range");
+        let far = diagnostics.iter().any(|diagnostic| diagnostic.code == "drill.out_of_range");
         let possible = !far && oddity(&drill).is_none() && impossible_bit(&drill).is_none();
         let fit = copper.map_or(Fit::default(), |copper| copper.fit(&holes));
         let board = copper.and_then(Copper::bounds);

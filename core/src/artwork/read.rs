@@ -1,6 +1,6 @@
 //! A whole set of files read together.
 //!
-//! Comes in: names and bytes. Goes out: an [`Artwork`]. Never fails on content: whatever is wrong is a remark of the
+//! Comes in: names and bytes. Goes out: an [`Artwork`]. Never fails on content: whatever is wrong is a diagnostic of the
 //! file it stands in.
 
 use super::archive::{Budget, Taken, unpack};
@@ -15,8 +15,8 @@ use super::{
     Counts, Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
     drill_list, names, set, witness,
 };
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Bounds;
-use crate::remark::{Remark, Weight};
 
 /// A set of files, read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,7 +41,7 @@ pub struct FileRead {
     /// The program that wrote it.
     pub generator: Option<String>,
     /// Why it is taken for what it is.
-    pub reason: Remark,
+    pub reason: Diagnostic,
     /// Units of the first coordinate.
     pub units: Option<Units>,
     /// Digits before and after the point that is not written.
@@ -55,7 +55,7 @@ pub struct FileRead {
     /// The layer, if it is Gerber.
     pub gerber: Option<Gerber>,
     /// What there is to say about it.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
     /// A number that equal contents share.
     pub fingerprint: u64,
     /// The board it belongs to, by name; empty where it is of none.
@@ -63,7 +63,7 @@ pub struct FileRead {
 }
 
 impl FileRead {
-    fn new(name: &str, kind: Kind, role: Role, reason: Remark) -> Self {
+    fn new(name: &str, kind: Kind, role: Role, reason: Diagnostic) -> Self {
         Self {
             name: name.to_owned(),
             kind,
@@ -78,17 +78,17 @@ impl FileRead {
             evidence: None,
             drill: None,
             gerber: None,
-            remarks: Vec::new(),
+            diagnostics: Vec::new(),
             fingerprint: 0,
             board: String::new(),
         }
     }
 
     /// A file of which nothing is kept.
-    pub(super) fn refused(name: &str, why: Remark) -> Self {
+    pub(super) fn refused(name: &str, why: Diagnostic) -> Self {
         let why = if why.place.is_some() { why } else { why.at(name, 0, 0) };
         let mut file = Self::new(name, Kind::Refused, Role::Other, why.clone());
-        file.remarks.push(why);
+        file.diagnostics.push(why);
         file
     }
 
@@ -99,8 +99,8 @@ impl FileRead {
     }
 
     /// Whether anything of it is missing from the result.
-    pub fn has_loss(&self) -> bool {
-        self.remarks.iter().any(|remark| remark.weight == Weight::Loss)
+    pub fn has_error(&self) -> bool {
+        self.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
     }
 }
 
@@ -132,10 +132,10 @@ impl Artwork {
 
     /// What is said of the files at `among` that could not be read at all, of drill files not known for what they are, and of
     /// members that were left out: these are missing from the board.
-    pub fn missing(&self, among: &[usize]) -> impl Iterator<Item = &Remark> {
+    pub fn missing(&self, among: &[usize]) -> impl Iterator<Item = &Diagnostic> {
         let files = among.iter().filter_map(|&index| self.files.get(index));
         let missing = files.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive | Kind::Unknown));
-        missing.flat_map(|file| &file.remarks)
+        missing.flat_map(|file| &file.diagnostics)
     }
 
     /// A person says what the layer called `name` is. Files that are no layers are what they are.
@@ -143,7 +143,7 @@ impl Artwork {
         let layers = self.files.iter_mut().filter(|file| file.gerber.is_some() && file.name == name);
         for file in layers {
             (file.role, file.side) = (role, side);
-            file.reason = Remark::new(Weight::Note, "kind.person");
+            file.reason = Diagnostic::note("kind.person");
         }
     }
 
@@ -165,20 +165,20 @@ impl Artwork {
         for &index in others {
             if let Some(file) = self.files.get_mut(index) {
                 (file.role, file.side) = (Role::Other, None);
-                file.reason = Remark::new(Weight::Note, "kind.other_board").with("board", &file.board);
+                file.reason = Diagnostic::note("kind.other_board").with("board", &file.board);
             }
         }
     }
 
     /// Says of drill layers that lie beside drill programs that those come first.
-    fn remark_layers_beside_programs(&mut self) {
+    fn diagnostic_layers_beside_programs(&mut self) {
         if !self.files.iter().any(FileRead::is_program_with_holes) {
             return;
         }
         for file in &mut self.files {
             if file.kind == Kind::Gerber && file.drill.is_some() {
-                let told = Remark::new(Weight::Note, "set.drill_layer_beside").at(&file.name, 0, 0);
-                file.remarks.push(told);
+                let told = Diagnostic::note("set.drill_layer_beside").at(&file.name, 0, 0);
+                file.diagnostics.push(told);
             }
         }
     }
@@ -245,7 +245,7 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
     }
     neighbours::settle(&mut out);
     let mut artwork = Artwork { files: out };
-    artwork.remark_layers_beside_programs();
+    artwork.diagnostic_layers_beside_programs();
     artwork
 }
 
@@ -277,7 +277,7 @@ fn collect<'a>(
         return;
     }
     let unpacked =
-        if depth > 1 { Err(Remark::new(Weight::Loss, "archive.too_deep")) } else { unpack(&bytes, budget) };
+        if depth > 1 { Err(Diagnostic::error("archive.too_deep")) } else { unpack(&bytes, budget) };
     let at = out.len();
     let members = match unpacked {
         Ok(members) => members,
@@ -287,7 +287,7 @@ fn collect<'a>(
             return;
         }
     };
-    let reason = Remark::new(Weight::Note, "kind.archive").with("count", members.len());
+    let reason = Diagnostic::note("kind.archive").with("count", members.len());
     let archive = FileRead::new(&name, Kind::Archive, Role::Other, reason);
     let inside = format!("{name}!/");
     out.push(Pending { name, bytes, what, settled: Some(archive) });
@@ -298,7 +298,7 @@ fn collect<'a>(
             Taken::Refused(why) => {
                 let refused = FileRead::refused(&name, why.clone());
                 if let Some(archive) = out.get_mut(at).and_then(|archive| archive.settled.as_mut()) {
-                    archive.remarks.push(why.at(&name, 0, 0));
+                    archive.diagnostics.push(why.at(&name, 0, 0));
                 }
                 out.push(Pending {
                     name,
@@ -329,10 +329,10 @@ fn boards_of(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> Vec<String> 
 
 /// A layer; what it is for is found when all layers of its folder are known.
 fn gerber_file(name: &str, bytes: &[u8], person: &Overrides) -> FileRead {
-    let (layer, remarks) = gerber::read(name, &decode(bytes), person);
-    let unknown = Remark::new(Weight::Note, "kind.gerber");
+    let (layer, diagnostics) = gerber::read(name, &decode(bytes), person);
+    let unknown = Diagnostic::note("kind.gerber");
     let mut file = FileRead::new(name, Kind::Gerber, Role::Other, unknown);
-    file.remarks = remarks;
+    file.diagnostics = diagnostics;
     (file.units, file.number_format, file.zeros) = (layer.units, layer.digits, layer.zeros);
     file.generator = layer.generator.clone();
     file.gerber = Some(layer);
@@ -348,7 +348,7 @@ fn headless(file: &Pending<'_>, all: &[Pending<'_>], person: &Overrides) -> Opti
     let mut text = aperture_list::head(&lists, person).filter(|_| !lists.is_empty())?.into_bytes();
     text.extend_from_slice(&decode(&file.bytes));
     let mut read = gerber_file(&file.name, &text, person);
-    read.remarks.push(Remark::new(Weight::Note, "gerber.head_from_list").at(&file.name, 0, 0));
+    read.diagnostics.push(Diagnostic::note("gerber.head_from_list").at(&file.name, 0, 0));
     Some(read)
 }
 
@@ -374,22 +374,21 @@ fn drill_file(
     }
 }
 
-fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Remark> {
+fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnostic> {
     let list = drill_list::read(name, text, person)?;
-    let mut file =
-        FileRead::new(name, Kind::Drill, Role::Drill, Remark::new(Weight::Note, "kind.drill_list"));
+    let mut file = FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::note("kind.drill_list"));
     file.units = Some(list.units);
     file.zeros = Some(Zeros::Decimal);
     let source = list.units_by;
     file.evidence =
         Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
-    (file.drill, file.remarks) = (Some(list.drill), list.remarks);
+    (file.drill, file.diagnostics) = (Some(list.drill), list.diagnostics);
     Ok(file)
 }
 
 /// A drill program's file, still without content.
 pub(super) fn drill_program(name: &str) -> FileRead {
-    FileRead::new(name, Kind::Drill, Role::Drill, Remark::new(Weight::Note, "kind.drill_program"))
+    FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::note("kind.drill_program"))
 }
 
 fn same_plating(file: &FileRead) -> Option<bool> {
@@ -412,8 +411,8 @@ fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
     let text = decode(bytes);
     let unread = matches!(what, What::Report | What::Unknown);
     if let Some((count, line)) = unread.then(|| detect::coordinates(&text)).flatten() {
-        let doubt = Remark::new(Weight::Doubt, "file.coordinates_unread").at(name, line, 1);
-        file.remarks.push(doubt.with("count", count));
+        let warning = Diagnostic::warning("file.coordinates_unread").at(name, line, 1);
+        file.diagnostics.push(warning.with("count", count));
     }
     file
 }
@@ -421,32 +420,27 @@ fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
 fn plain_kind(name: &str, what: What) -> FileRead {
     match what {
         What::Refused(code) => match names::foreign(companion::base(name), code) {
-            Some(reason) => {
-                FileRead::new(name, Kind::Unknown, Role::Other, Remark::new(Weight::Note, reason))
-            }
-            None => FileRead::refused(name, Remark::new(Weight::Loss, code)),
+            Some(reason) => FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note(reason)),
+            None => FileRead::refused(name, Diagnostic::error(code)),
         },
-        What::Report => {
-            FileRead::new(name, Kind::Report, Role::Other, Remark::new(Weight::Note, "kind.report"))
-        }
+        What::Report => FileRead::new(name, Kind::Report, Role::Other, Diagnostic::note("kind.report")),
         What::Placement => {
-            FileRead::new(name, Kind::Unknown, Role::Other, Remark::new(Weight::Note, "kind.placement"))
+            FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note("kind.placement"))
         }
         What::Packed(format) => {
-            let reason = Remark::new(Weight::Note, "kind.packed").with("format", format);
+            let reason = Diagnostic::note("kind.packed").with("format", format);
             let mut file = FileRead::new(name, Kind::Unknown, Role::Other, reason);
-            let doubt = Remark::new(Weight::Doubt, "archive.not_opened").at(name, 0, 0);
-            file.remarks.push(doubt.with("format", format));
+            let warning = Diagnostic::warning("archive.not_opened").at(name, 0, 0);
+            file.diagnostics.push(warning.with("format", format));
             file
         }
         _ => {
-            let mut file =
-                FileRead::new(name, Kind::Unknown, Role::Other, Remark::new(Weight::Note, "kind.unknown"));
+            let mut file = FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note("kind.unknown"));
             if holds(name.as_bytes(), ".drl")
                 || holds(name.as_bytes(), ".xln")
                 || holds(name.as_bytes(), ".exc")
             {
-                file.remarks.push(Remark::new(Weight::Loss, "drill.not_recognised").at(name, 0, 0));
+                file.diagnostics.push(Diagnostic::error("drill.not_recognised").at(name, 0, 0));
             }
             file
         }

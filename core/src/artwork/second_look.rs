@@ -12,8 +12,8 @@
 //! and what to say, in shares from 0 to 1. Moves nothing and turns nothing over.
 
 use super::registration::{Copper, FITS, Fit, Layer, fit_shifted, share};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
-use crate::remark::{Remark, Weight};
 use std::collections::BTreeMap;
 
 /// Holes of which fewer lie on copper are looked at again.
@@ -36,13 +36,13 @@ pub(super) struct Look {
     /// How the holes fit.
     pub(super) fit: Fit,
     /// What to say of it, without a place.
-    pub(super) doubts: Vec<Remark>,
+    pub(super) warnings: Vec<Diagnostic>,
 }
 
 /// Looks again at `holes` that fit `copper` as `fit` says. `tools` are those of single holes: ends of slots and corners of
 /// routes need not lie on copper.
 pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit: Fit) -> Look {
-    let mut look = Look { fit, doubts: Vec::new() };
+    let mut look = Look { fit, warnings: Vec::new() };
     if holes.len() < FEWEST {
         return look;
     }
@@ -57,19 +57,19 @@ pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit:
         && let Some((word, share)) = mirrored(|holes| copper.fit_shifted(holes), holes, look.fit.share)
     {
         look.fit = copper.fit(holes);
-        look.doubts.push(told("drill.mirrored", look.fit.share, share).with("axis", word));
+        look.warnings.push(told("drill.mirrored", look.fit.share, share).with("axis", word));
         return look;
     }
-    look.doubts.extend(copper.apart().iter().filter_map(|layer| alone(layer, holes, look.fit)));
+    look.warnings.extend(copper.apart().iter().filter_map(|layer| alone(layer, holes, look.fit)));
     let common = common(copper, holes, tools, look.fit);
     if look.fit.share < SURE && common < WELL {
-        look.doubts.push(told("drill.beside_copper", common, look.fit.share));
+        look.warnings.push(told("drill.beside_copper", common, look.fit.share));
     }
     look
 }
 
 /// Says of one layer of several that only turned over the holes fit it that fit the others.
-fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Remark> {
+fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Diagnostic> {
     let layers = std::slice::from_ref(layer);
     let own = share(layers, holes, fit.shift_mm);
     if own >= FITS || fit.share < MIRRORED {
@@ -83,9 +83,9 @@ fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Remark> {
 fn mirrored(fit: impl Fn(&[Point]) -> Fit, holes: &[Point], own: f64) -> Option<(&'static str, f64)> {
     let in_x = |at: &Point| Point::new(-at.x, at.y);
     let in_y = |at: &Point| Point::new(at.x, -at.y);
-    let ways: [(_, Vec<Point>); 2] =
+    let toolpaths: [(_, Vec<Point>); 2] =
         [("X", holes.iter().map(in_x).collect()), ("Y", holes.iter().map(in_y).collect())];
-    ways.into_iter().find_map(|(word, turned)| {
+    toolpaths.into_iter().find_map(|(word, turned)| {
         let share = fit(&turned).share;
         (share >= (own + MUCH).clamp(MIRRORED, NEARLY_ALL)).then_some((word, share))
     })
@@ -106,15 +106,15 @@ fn common(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit: Fit) -> 
     if all < FEWEST { 1.0 } else { on as f64 / all as f64 }
 }
 
-fn told(code: &str, own: f64, other: f64) -> Remark {
+fn told(code: &str, own: f64, other: f64) -> Diagnostic {
     let percent = |share: f64| format!("{:.0}", share * 100.0);
-    Remark::new(Weight::Doubt, code).with("own", percent(own)).with("other", percent(other))
+    Diagnostic::warning(code).with("own", percent(own)).with("other", percent(other))
 }
 
 #[cfg(test)]
 mod tests {
     use crate::artwork::{FileRead, Overrides, read_set};
-    use crate::remark::Weight;
+    use crate::diagnostic::Severity;
 
     type Places = Vec<(f64, f64)>;
 
@@ -141,9 +141,9 @@ mod tests {
         read_set(&files, &Overrides::default()).files.pop().unwrap()
     }
 
-    fn doubts(file: &FileRead) -> Vec<&str> {
-        let doubts = file.remarks.iter().filter(|remark| remark.weight == Weight::Doubt);
-        doubts.map(|remark| remark.code.as_str()).collect()
+    fn warnings(file: &FileRead) -> Vec<&str> {
+        let warnings = file.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Warning);
+        warnings.map(|diagnostic| diagnostic.code.as_str()).collect()
     }
 
     /// Rows of pins, and some pads in no row.
@@ -167,7 +167,7 @@ mod tests {
                 assert_eq!(by.is_some(), (x, y) != (0.0, 0.0), "{x} {y} {:?}", file.evidence);
                 let near = |by: (f64, f64)| (by.0 + x).abs() < 1e-3 && (by.1 + y).abs() < 1e-3;
                 assert!(by.is_none_or(near), "{x} {y} {by:?}");
-                assert_eq!(doubts(&file), Vec::<&str>::new(), "{x} {y}");
+                assert_eq!(warnings(&file), Vec::<&str>::new(), "{x} {y}");
             }
         }
     }
@@ -181,18 +181,19 @@ mod tests {
         let (in_x, in_y) = (turned(&pads, -40.0, 3.0), turned(&pads, 3.0, -40.0));
         for (holes, axis) in [(&in_x, "mirrored in X"), (&in_y, "mirrored in Y")] {
             let file = read(&[("Copper,L1,Top", &pads)], holes, &[]);
-            assert_eq!(doubts(&file), ["drill.mirrored"], "{:?}", file.remarks);
+            assert_eq!(warnings(&file), ["drill.mirrored"], "{:?}", file.diagnostics);
             assert_eq!(file.evidence.as_ref().unwrap().shift_mm, None);
-            let doubt = file.remarks.iter().find(|remark| remark.code == "drill.mirrored").unwrap();
-            let sentence = doubt.message("en");
+            let warning =
+                file.diagnostics.iter().find(|diagnostic| diagnostic.code == "drill.mirrored").unwrap();
+            let sentence = warning.message("en");
             assert!(sentence.contains(axis) && !sentence.contains('{'), "{sentence}");
         }
         let two = read(&[("Copper,L1,Top", &pads), ("Copper,L2,Bot", &in_x)], &pads, &[]);
-        assert_eq!(doubts(&two), ["drill.layer_mirrored"], "{:?}", two.remarks);
-        let sentence = two.remarks.iter().map(|remark| remark.message("en")).collect::<String>();
+        assert_eq!(warnings(&two), ["drill.layer_mirrored"], "{:?}", two.diagnostics);
+        let sentence = two.diagnostics.iter().map(|diagnostic| diagnostic.message("en")).collect::<String>();
         assert!(sentence.contains("Copper-L2-Bot.gbr") && !sentence.contains('{'), "{sentence}");
         let right = read(&[("Copper,L1,Top", &pads), ("Copper,L2,Bot", &pads)], &pads, &[]);
-        assert_eq!(doubts(&right), Vec::<&str>::new());
+        assert_eq!(warnings(&right), Vec::<&str>::new());
     }
 
     #[test]
@@ -200,11 +201,11 @@ mod tests {
         let pads = pins();
         let beside = [(-3.0, -3.0), (31.0, -3.0), (31.0, 26.0), (-3.0, 26.0), (14.2, 26.0)];
         let right = read(&[("Copper,L1,Top", &pads)], &pads, &beside);
-        assert_eq!(doubts(&right), Vec::<&str>::new(), "{:?}", right.evidence);
+        assert_eq!(warnings(&right), Vec::<&str>::new(), "{:?}", right.evidence);
         let mut other = pads.clone();
         other.iter_mut().step_by(3).for_each(|at| *at = (at.0 + at.1 * 0.13 + 0.9, at.1 + at.0 * 0.07 + 1.1));
         let file = read(&[("Copper,L1,Top", &pads)], &other, &beside);
-        assert_eq!(doubts(&file), ["drill.beside_copper"], "{:?}", file.evidence);
-        assert!(file.remarks.iter().all(|remark| !remark.message("en").contains('{')));
+        assert_eq!(warnings(&file), ["drill.beside_copper"], "{:?}", file.evidence);
+        assert!(file.diagnostics.iter().all(|diagnostic| !diagnostic.message("en").contains('{')));
     }
 }

@@ -15,8 +15,8 @@ use super::role::{by_content, by_function, by_words};
 use super::text::holds;
 use super::words::stem_words;
 use super::{Evidence, FileRead, Gerber, Role, Side, Source, gerber};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Bounds;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ struct Found {
     role: Role,
     side: Option<Side>,
     ground: Ground,
-    reason: Remark,
+    reason: Diagnostic,
 }
 
 /// Gives every layer its role.
@@ -80,7 +80,7 @@ fn votes(files: &[&FileRead]) -> BTreeMap<&'static str, usize> {
 }
 
 fn find(name: &str, gerber: &Gerber, cads: &BTreeMap<&'static str, usize>) -> Found {
-    let reason = |code: &str, word: &str| Remark::new(Weight::Note, code).with("found", word);
+    let reason = |code: &str, word: &str| Diagnostic::note(code).with("found", word);
     if let Some(function) = &gerber.file_function {
         let (role, side) = by_function(function);
         if role != Role::Other || !function.is_empty() && side.is_some() {
@@ -126,13 +126,13 @@ fn holes(file: &mut FileRead) {
     else {
         return;
     };
-    let (drill, remarks) = gerber::holes(&file.name, layer, file.plated);
+    let (drill, diagnostics) = gerber::holes(&file.name, layer, file.plated);
     let source =
         if layer.digits.is_some() && layer.units.is_some() { Source::Header } else { Source::Default };
     file.evidence =
         Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
     file.drill = Some(drill);
-    file.remarks.extend(remarks);
+    file.diagnostics.extend(diagnostics);
 }
 
 fn plating(gerber: &Gerber) -> Option<bool> {
@@ -144,7 +144,7 @@ fn plating(gerber: &Gerber) -> Option<bool> {
     }
 }
 
-/// Of several layers for the same side's copper the better founded stays; equals stay both, and are remarked.
+/// Of several layers for the same side's copper the better founded stays; equals stay both, and are reported.
 fn rivals(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
     for side in [Side::Top, Side::Bottom] {
         let of_side = |&(index, ground): &(usize, Ground)| {
@@ -165,9 +165,9 @@ fn rivals(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
             let name = file.name.clone();
             if ground < best {
                 file.role = Role::Other;
-                file.remarks.push(Remark::new(Weight::Note, "set.better_layer").at(&name, 0, 0));
+                file.diagnostics.push(Diagnostic::note("set.better_layer").at(&name, 0, 0));
             } else {
-                file.remarks.push(Remark::new(Weight::Doubt, "set.two_layers").at(&name, 0, 0));
+                file.diagnostics.push(Diagnostic::warning("set.two_layers").at(&name, 0, 0));
             }
         }
     }
@@ -192,7 +192,7 @@ fn only_copper(layers: &mut [Option<FileRead>], grounds: &[(usize, Ground)]) {
     let ([only], false) = (found.as_slice(), of_side) else { return };
     if let Some(file) = layers.get_mut(*only).and_then(Option::as_mut) {
         (file.role, file.side) = (Role::Copper, Some(Side::Top));
-        file.remarks.push(Remark::new(Weight::Doubt, "set.only_copper").at(&file.name, 0, 0));
+        file.diagnostics.push(Diagnostic::warning("set.only_copper").at(&file.name, 0, 0));
     }
 }
 
@@ -223,7 +223,7 @@ fn outline(layers: &mut [Option<FileRead>], members: &[usize]) {
     let (Some((only, _)), None) = (candidates.next(), candidates.next()) else { return };
     if let Some(file) = layers.get_mut(only).and_then(Option::as_mut) {
         (file.role, file.side) = (Role::Outline, None);
-        file.reason = Remark::new(Weight::Note, "kind.gerber_outline_shape").with("found", base(&file.name));
+        file.reason = Diagnostic::note("kind.gerber_outline_shape").with("found", base(&file.name));
     }
 }
 

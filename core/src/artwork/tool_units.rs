@@ -12,7 +12,7 @@
 use super::Units;
 use super::drill::DrillFile;
 use super::number::Decimal;
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::units::Length;
 
 /// Between these, in mm, drills are.
@@ -21,7 +21,7 @@ const THICKEST_MM: f64 = 7.0;
 
 /// Tells of tools read in other units than `units`, those of the places, that can be no drills in these; where all of them
 /// are drills in `units`, takes them so.
-pub(super) fn settle(drill: &mut DrillFile, units: Units, sizes: &[Decimal]) -> Option<Remark> {
+pub(super) fn settle(drill: &mut DrillFile, units: Units, sizes: &[Decimal]) -> Option<Diagnostic> {
     let other = if units == Units::Mm { Units::Inch } else { Units::Mm };
     // The same size in the units of the places, of a tool that was read in the other ones.
     let meant = |diameter: Length| {
@@ -48,14 +48,14 @@ pub(super) fn settle(drill: &mut DrillFile, units: Units, sizes: &[Decimal]) -> 
         }
     }
     let code = if mended { "drill.tools_in_units_of_places" } else { "drill.tools_in_other_units" };
-    let doubt = Remark::new(Weight::Doubt, code).with("tools", other.name()).with("places", units.name());
-    Some(doubt.with("read", span(&read)).with("meant", span(&in_units)))
+    let warning = Diagnostic::warning(code).with("tools", other.name()).with("places", units.name());
+    Some(warning.with("read", span(&read)).with("meant", span(&in_units)))
 }
 
 #[cfg(test)]
 mod tests {
     use crate::artwork::read_drill;
-    use crate::remark::Weight;
+    use crate::diagnostic::Severity;
 
     #[test]
     fn tools_in_other_units_than_the_places_are_told_and_mended_where_that_makes_them_drills() {
@@ -76,17 +76,18 @@ mod tests {
             assert_eq!(drill.hits[0].at.x.mm(), 4.064, "{head} {first}");
             let size = drill.tools[0].diameter.unwrap().mm();
             assert!((size - mm).abs() < 1e-9, "{head} {first}: {size}");
-            let told = file.remarks.iter().filter(|remark| remark.code.starts_with("drill.tools_in"));
+            let told =
+                file.diagnostics.iter().filter(|diagnostic| diagnostic.code.starts_with("drill.tools_in"));
             let told: Vec<_> = told.collect();
             assert_eq!(
-                told.iter().map(|remark| remark.code.as_str()).collect::<Vec<_>>(),
+                told.iter().map(|diagnostic| diagnostic.code.as_str()).collect::<Vec<_>>(),
                 Vec::from_iter(said)
             );
-            for remark in told {
-                assert_eq!(remark.weight, Weight::Doubt);
-                let sentence = remark.message("en") + &remark.advice("en");
+            for diagnostic in told {
+                assert_eq!(diagnostic.severity, Severity::Warning);
+                let sentence = diagnostic.message("en") + &diagnostic.advice("en");
                 assert!(sentence.contains("inch") && !sentence.contains('{'), "{sentence}");
-                assert!(!sentence.contains(&remark.code), "{sentence}");
+                assert!(!sentence.contains(&diagnostic.code), "{sentence}");
             }
         }
     }

@@ -83,7 +83,7 @@ const WORDS: [&str; 112] = [
     "vias",
     "via",
     "mounting",
-    "mount",
+    "transform",
     "tools",
     "tool",
     "table",

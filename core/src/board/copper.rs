@@ -1,6 +1,6 @@
 //! The copper of a board's sides, painted, with the nets of its islands.
 //!
-//! Comes in: an [`Artwork`] and the board so far, for its outline. Goes out: one [`Copper`] a side, and remarks. Painting
+//! Comes in: an [`Artwork`] and the board so far, for its outline. Goes out: one [`Copper`] a side, and diagnostics. Painting
 //! takes its time: only who needs areas calls this.
 //!
 //! ```text
@@ -9,56 +9,57 @@
 
 use super::{Board, Copper, Face, rivals};
 use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, nets, painted};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Point, Region, Rule, combine};
-use crate::remark::{Remark, Weight};
 
 /// What is said of a second layer for one side: of one that is the same, and of another one, which a person has to see.
-const TWO: [(Weight, &str); 2] = [(Weight::Note, "board.same_copper"), (Weight::Loss, "board.two_coppers")];
+const TWO: [(Severity, &str); 2] =
+    [(Severity::Note, "board.same_copper"), (Severity::Error, "board.two_coppers")];
 
 /// Paints the copper layers of the set into the board: of each side the one among `used`, else the first beside the
 /// board's drill file, else the first.
-pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], remarks: &mut Vec<Remark>) {
+pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], diagnostics: &mut Vec<Diagnostic>) {
     for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
         let mut layers = layers(artwork, used, (Role::Copper, side), board.sources.first()).into_iter();
         let Some((file, layer)) = layers.next() else { continue };
         let rivals = rivals::layers(file, layers.map(|(file, _)| file), TWO);
-        remarks.extend(rivals.into_iter().map(|remark| remark.with("side", side.name())));
+        diagnostics.extend(rivals.into_iter().map(|diagnostic| diagnostic.with("side", side.name())));
         let drawn = match painted(layer) {
             Ok(drawn) => drawn,
             Err(much) => {
-                remarks.push(much.remark(&file.name));
+                diagnostics.push(much.diagnostic(&file.name));
                 continue;
             }
         };
-        let region = if layer.negative_image { inverted(board, file, &drawn, remarks) } else { drawn };
+        let region = if layer.negative_image { inverted(board, file, &drawn, diagnostics) } else { drawn };
         let found = nets(layer, &region);
         for (island, names) in found.meeting {
             let at = region.islands.get(island).map_or(Point::default(), |island| island.outer.start);
-            remarks.push(
-                Remark::new(Weight::Doubt, "board.nets_meet")
+            diagnostics.push(
+                Diagnostic::warning("board.nets_meet")
                     .at(&file.name, 0, 0)
                     .with("nets", names.join(", "))
                     .with("x", format!("{:.3}", at.x.mm()))
                     .with("y", format!("{:.3}", at.y.mm())),
             );
         }
-        remarks.extend(file.remarks.iter().cloned());
+        diagnostics.extend(file.diagnostics.iter().cloned());
         let source = board.sources.len() as u32;
         board.sources.push(file.name.clone());
         board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, source });
     }
-    remarks.extend(inner(artwork, !board.copper.is_empty()));
-    let better = artwork.files.iter().flat_map(|file| &file.remarks);
-    remarks.extend(better.filter(|remark| remark.code == "set.better_layer").cloned());
+    diagnostics.extend(inner(artwork, !board.copper.is_empty()));
+    let better = artwork.files.iter().flat_map(|file| &file.diagnostics);
+    diagnostics.extend(better.filter(|diagnostic| diagnostic.code == "set.better_layer").cloned());
 }
 
 /// Tells that inner copper is no side that can be milled; beside a side's copper that is what one expects.
-fn inner(artwork: &Artwork, has_side: bool) -> Option<Remark> {
+fn inner(artwork: &Artwork, has_side: bool) -> Option<Diagnostic> {
     let inner = |file: &&FileRead| file.role == Role::Copper && file.side == Some(Side::Inner);
     let mut layers = artwork.files.iter().filter(inner);
     let first = layers.next()?;
-    let weight = if has_side { Weight::Note } else { Weight::Doubt };
-    let told = Remark::new(weight, "board.inner_copper").at(&first.name, 0, 0);
+    let severity = if has_side { Severity::Note } else { Severity::Warning };
+    let told = Diagnostic::new(severity, "board.inner_copper").at(&first.name, 0, 0);
     Some(told.with("count", 1 + layers.count()))
 }
 
@@ -83,9 +84,9 @@ pub(super) fn layers<'a>(
 }
 
 /// The outline less what is drawn.
-fn inverted(board: &Board, file: &FileRead, drawn: &Region, remarks: &mut Vec<Remark>) -> Region {
+fn inverted(board: &Board, file: &FileRead, drawn: &Region, diagnostics: &mut Vec<Diagnostic>) -> Region {
     if board.outline.is_empty() {
-        remarks.push(Remark::new(Weight::Loss, "board.negative_without_outline").at(&file.name, 0, 0));
+        diagnostics.push(Diagnostic::error("board.negative_without_outline").at(&file.name, 0, 0));
     }
     combine(&board.outline, drawn, Rule::Difference)
 }

@@ -1,13 +1,13 @@
 //! The board that chosen drill files and drill layers describe.
 //!
-//! Comes in: an [`Artwork`] and which of its files to use. Goes out: a [`Board`] and the remarks of those files. Knows
+//! Comes in: an [`Artwork`] and which of its files to use. Goes out: a [`Board`] and the diagnostics of those files. Knows
 //! no words of any format; arcs become chords here.
 
 use super::outline::{contours, nest, shut};
 use super::{Board, Hole, Slot, copper, legend, mend, rivals};
 use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Path, Placement, Point, Region, Segment, area_mm2, chords, path_bounds};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// How far a chord may be from its arc, in mm.
@@ -29,47 +29,50 @@ pub struct Wanted {
 }
 
 /// Makes the board of the files at `used`, without copper and with everything where its file puts it.
-pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Remark>) {
+pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Diagnostic>) {
     from_artwork_with(artwork, used, Wanted::default())
 }
 
 /// Makes the board of the files at `used`. What has neither holes nor copper among them adds nothing. The
-/// remarks are those of the files used, and those of the board itself.
-pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (Board, Vec<Remark>) {
+/// diagnostics are those of the files used, and those of the board itself.
+pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (Board, Vec<Diagnostic>) {
     let mut board = Board::default();
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     for file in used.iter().filter_map(|&index| artwork.files.get(index)) {
         // A drill layer that a person takes for something else makes no holes.
         let Some(drill) = file.drill.as_ref().filter(|_| file.role == Role::Drill) else { continue };
         let source = board.sources.len() as u32;
         board.sources.push(file.name.clone());
-        remarks.extend(file.remarks.iter().cloned());
+        diagnostics.extend(file.diagnostics.iter().cloned());
         let (holes, slots) = (board.holes.len(), board.slots.len());
         add(&mut board, file, drill, source);
         let apart = shift(file);
         if let Some(by) = apart.filter(|_| !wanted.aligned) {
-            remarks.push(Remark { weight: Weight::Doubt, ..told("board.holes_shifted", &file.name, by) });
+            diagnostics.push(Diagnostic {
+                severity: Severity::Warning,
+                ..told("board.holes_shifted", &file.name, by)
+            });
         }
         if let Some(by) = apart.filter(|_| wanted.aligned) {
             board.holes.iter_mut().skip(holes).for_each(|hole| hole.at = moved(hole.at, by));
             let points = board.slots.iter_mut().skip(slots).flat_map(|slot| &mut slot.path);
             points.for_each(|point| *point = moved(*point, by));
-            remarks.push(told("board.moved", &file.name, by));
+            diagnostics.push(told("board.moved", &file.name, by));
         }
     }
-    remarks.extend(rivals::drills(artwork, used));
-    remarks.extend(rivals::boards(artwork, used));
+    diagnostics.extend(rivals::drills(artwork, used));
+    diagnostics.extend(rivals::boards(artwork, used));
     board.slots.sort_by_key(|slot| (slot.source, slot.line));
     board.name = board.sources.first().map(|name| short(name)).unwrap_or_default();
-    outline(&mut board, artwork, used, wanted, &mut remarks);
+    outline(&mut board, artwork, used, wanted, &mut diagnostics);
     if wanted.copper {
-        copper::add(&mut board, artwork, used, &mut remarks);
+        copper::add(&mut board, artwork, used, &mut diagnostics);
         legend::add(&mut board, artwork, used);
         if board.holes.is_empty() && board.slots.is_empty() && !board.copper.is_empty() {
-            remarks.push(Remark::new(Weight::Note, "board.no_holes"));
+            diagnostics.push(Diagnostic::note("board.no_holes"));
         }
     }
-    (board, remarks)
+    (board, diagnostics)
 }
 
 /// What has to be added to the holes of a file so that they lie on the copper beside it; none where they do.
@@ -82,9 +85,9 @@ fn moved(point: Point, by: Point) -> Point {
     Point::new(point.x + by.x, point.y + by.y)
 }
 
-fn told(code: &str, name: &str, by: Point) -> Remark {
+fn told(code: &str, name: &str, by: Point) -> Diagnostic {
     let mm = |length: Length| format!("{:+.3}", length.mm());
-    Remark::new(Weight::Note, code).at(name, 0, 0).with("x", mm(by.x)).with("y", mm(by.y))
+    Diagnostic::note(code).at(name, 0, 0).with("x", mm(by.x)).with("y", mm(by.y))
 }
 
 fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
@@ -124,25 +127,31 @@ fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
     }
 }
 
-/// The first outline layer whose lines close gives the outline. Lines of it that lead nowhere are remarked, and so is
+/// The first outline layer whose lines close gives the outline. Lines of it that lead nowhere are reported, and so is
 /// copper beyond it: then outline and copper do not share their zero point. Where the holes do not either, and the same
 /// shift puts the outline around the copper, it can be moved with them. Where lines lead nowhere and something lies beyond
-/// what does close, the board is another one than that: a loss.
-fn outline(board: &mut Board, artwork: &Artwork, used: &[usize], wanted: Wanted, remarks: &mut Vec<Remark>) {
+/// what does close, the board is another one than that: an error.
+fn outline(
+    board: &mut Board,
+    artwork: &Artwork,
+    used: &[usize],
+    wanted: Wanted,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
     for file in layers(artwork, Role::Outline) {
         let Some(gerber) = &file.gerber else { continue };
         let (region, open, mended) = drawn(gerber, board, artwork);
-        remarks.extend(mended.map(|remark| remark.at(&file.name, 0, 0)));
+        diagnostics.extend(mended.map(|diagnostic| diagnostic.at(&file.name, 0, 0)));
         board.outline = region;
-        let about = |weight, code| Remark::new(weight, code).at(&file.name, 0, 0);
+        let about = |severity, code| Diagnostic::new(severity, code).at(&file.name, 0, 0);
         let lines: usize = open.iter().map(|path| path.segments.len()).sum();
         let Some(bounds) = board.outline.bounds() else {
             if lines > 0 {
-                remarks.push(about(Weight::Doubt, "board.outline_open").with("count", lines));
+                diagnostics.push(about(Severity::Warning, "board.outline_open").with("count", lines));
             }
             continue;
         };
-        remarks.extend(other_outlines(file, artwork));
+        diagnostics.extend(other_outlines(file, artwork));
         let copper = layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()?.centre_bounds());
         let copper = copper.reduce(|a, b| a.with(b.min).with(b.max));
         let around = |by: Point| {
@@ -154,18 +163,18 @@ fn outline(board: &mut Board, artwork: &Artwork, used: &[usize], wanted: Wanted,
         let by = if fits { None } else { shifts.find(|&by| around(by)) };
         let broken = !open.is_empty() && is_broken(board, artwork, by, &open);
         if lines > 0 {
-            let loss = (Weight::Loss, "board.outline_broken");
-            let (weight, code) = if broken { loss } else { (Weight::Doubt, "board.outline_rest") };
-            remarks.push(about(weight, code).with("count", lines));
+            let error = (Severity::Error, "board.outline_broken");
+            let (severity, code) = if broken { error } else { (Severity::Warning, "board.outline_rest") };
+            diagnostics.push(about(severity, code).with("count", lines));
         }
         match by {
             Some(by) if wanted.aligned => {
                 board.outline = Placement::shifted(by).region(&board.outline);
-                remarks.push(told("board.moved", &file.name, by));
+                diagnostics.push(told("board.moved", &file.name, by));
             }
-            Some(by) => remarks.push(told("board.outline_shifted", &file.name, by)),
+            Some(by) => diagnostics.push(told("board.outline_shifted", &file.name, by)),
             None if fits || broken => {}
-            None => elsewhere(board, artwork, wanted, &file.name, remarks),
+            None => elsewhere(board, artwork, wanted, &file.name, diagnostics),
         }
         return;
     }
@@ -173,24 +182,30 @@ fn outline(board: &mut Board, artwork: &Artwork, used: &[usize], wanted: Wanted,
 
 /// Tells that the outline `name` does not lie around the copper; and where its middle would have to lie so that it does,
 /// which moves it if that is wanted.
-fn elsewhere(board: &mut Board, artwork: &Artwork, wanted: Wanted, name: &str, remarks: &mut Vec<Remark>) {
-    let about = |weight, code| Remark::new(weight, code).at(name, 0, 0);
+fn elsewhere(
+    board: &mut Board,
+    artwork: &Artwork,
+    wanted: Wanted,
+    name: &str,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let about = |severity, code| Diagnostic::new(severity, code).at(name, 0, 0);
     let proposed = centred(board, artwork);
-    let proposal = |weight, code, (by, slack): (Point, Point)| {
+    let proposal = |severity, code, (by, slack): (Point, Point)| {
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let remark = Remark { weight, ..told(code, name, by) };
-        remark.with("slack_x", mm(slack.x)).with("slack_y", mm(slack.y))
+        let diagnostic = Diagnostic { severity, ..told(code, name, by) };
+        diagnostic.with("slack_x", mm(slack.x)).with("slack_y", mm(slack.y))
     };
     if let Some(found) = proposed.filter(|_| wanted.aligned) {
         board.outline = Placement::shifted(found.0).region(&board.outline);
-        remarks.push(proposal(Weight::Doubt, "board.outline_centred", found));
+        diagnostics.push(proposal(Severity::Warning, "board.outline_centred", found));
         return;
     }
     let body = mend::body(&board.outline);
     let any = centres(artwork).into_iter().any(|at| body.island_at(at).is_some());
-    let weight = if any { Weight::Doubt } else { Weight::Loss };
-    remarks.push(about(weight, "board.outline_elsewhere"));
-    remarks.extend(proposed.map(|found| proposal(Weight::Note, "board.outline_could_move", found)));
+    let severity = if any { Severity::Warning } else { Severity::Error };
+    diagnostics.push(about(severity, "board.outline_elsewhere"));
+    diagnostics.extend(proposed.map(|found| proposal(Severity::Note, "board.outline_could_move", found)));
 }
 
 /// What puts the middle of the outline's box on that of copper and holes, if all of these then lie inside of it; and how much
@@ -218,11 +233,11 @@ fn centred(board: &Board, artwork: &Artwork) -> Option<(Point, Point)> {
 }
 
 /// What is said of outlines beside the one that is taken: of one that runs the same way, and of another one.
-const TWO: [(Weight, &str); 2] =
-    [(Weight::Note, "board.same_outline"), (Weight::Doubt, "board.two_outlines")];
+const TWO: [(Severity, &str); 2] =
+    [(Severity::Note, "board.same_outline"), (Severity::Warning, "board.two_outlines")];
 
 /// Tells of closed outlines beside `taken`.
-fn other_outlines(taken: &FileRead, artwork: &Artwork) -> Vec<Remark> {
+fn other_outlines(taken: &FileRead, artwork: &Artwork) -> Vec<Diagnostic> {
     let shape = |file: &FileRead| {
         let gerber = file.gerber.as_ref()?;
         let mut closed = contours(&gerber.strokes()).0;
@@ -249,7 +264,7 @@ fn layers(artwork: &Artwork, role: Role) -> impl Iterator<Item = &FileRead> {
 
 /// What the lines of an outline layer enclose, gaps mended where that is plain; the lines that stay open; and what to say
 /// of the gaps.
-fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path>, Option<Remark>) {
+fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path>, Option<Diagnostic>) {
     let (mut closed, open) = contours(&gerber.strokes());
     closed.extend(gerber.contours().into_iter().map(shut));
     if open.is_empty() {
@@ -272,8 +287,8 @@ fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path
     let count = gaps.len();
     let mended = gaps.into_iter().max().map(|(gap, at)| {
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let remark = Remark::new(Weight::Doubt, "board.outline_mended").with("count", count);
-        remark.with("gap", mm(gap)).with("x", mm(at.x)).with("y", mm(at.y))
+        let diagnostic = Diagnostic::warning("board.outline_mended").with("count", count);
+        diagnostic.with("gap", mm(gap)).with("x", mm(at.x)).with("y", mm(at.y))
     });
     (region, rest, mended)
 }

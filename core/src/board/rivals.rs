@@ -2,17 +2,17 @@
 //!
 //! ```text
 //!   board-F_Cu.gbr       taken        ┐ the same drawing: a note
-//!   old/board-F_Cu.gbr   left out     ┘ another one:      a loss, because a person has to choose
+//!   old/board-F_Cu.gbr   left out     ┘ another one:      an error, because a person has to choose
 //!
 //!   board.drl ─┐ both are drilled; where they have a name or most places in common and
-//!   old/b.drl ─┘ are not equal, one of them is probably not of this board: a doubt
+//!   old/b.drl ─┘ are not equal, one of them is probably not of this board: a warning
 //! ```
 //!
-//! Comes in: an [`Artwork`], which of its files are used, which layer was taken. Goes out: remarks. Takes nothing itself.
+//! Comes in: an [`Artwork`], which of its files are used, which layer was taken. Goes out: diagnostics. Takes nothing itself.
 
 use crate::artwork::{Aperture, Artwork, FileRead, Gerber, Object, Role};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Point};
-use crate::remark::{Remark, Weight};
 
 /// So many places that two drill files have in common make them two states of one.
 const MANY: usize = 3;
@@ -24,31 +24,34 @@ const MOST_COMPARED: usize = 40;
 pub(super) fn layers<'a>(
     taken: &FileRead,
     others: impl Iterator<Item = &'a FileRead>,
-    [equal, differs]: [(Weight, &str); 2],
-) -> Vec<Remark> {
-    let remark = |other: &FileRead| {
+    [equal, differs]: [(Severity, &str); 2],
+) -> Vec<Diagnostic> {
+    let diagnostic = |other: &FileRead| {
         let same = other.fingerprint == taken.fingerprint
             || taken.gerber.as_ref().zip(other.gerber.as_ref()).is_some_and(|(a, b)| draw_the_same(a, b));
-        let (weight, code) = if same { equal } else { differs };
-        Remark::new(weight, code).at(&other.name, 0, 0).with("file", &other.name).with("taken", &taken.name)
+        let (severity, code) = if same { equal } else { differs };
+        Diagnostic::new(severity, code)
+            .at(&other.name, 0, 0)
+            .with("file", &other.name)
+            .with("taken", &taken.name)
     };
-    others.map(remark).collect()
+    others.map(diagnostic).collect()
 }
 
 /// Whether two layers draw the same, whatever else they say.
 fn draw_the_same(a: &Gerber, b: &Gerber) -> bool {
     let form = |aperture: &Aperture| (aperture.form.clone(), aperture.opening);
-    let drawn = |object: &Object| (object.shape.clone(), object.clear, object.aperture, object.mount);
+    let drawn = |object: &Object| (object.shape.clone(), object.clear, object.aperture, object.transform);
     a.objects.len() == b.objects.len()
         && a.negative_image == b.negative_image
-        && a.mounts == b.mounts
+        && a.transforms == b.transforms
         && a.apertures.iter().map(form).eq(b.apertures.iter().map(form))
         && a.objects.iter().map(drawn).eq(b.objects.iter().map(drawn))
 }
 
 /// Tells of drill files among `used` that are two states of one: the holes of both are made. And of drill files that are
 /// another one once more.
-pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Remark> {
+pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     let made = used.iter().filter_map(|&index| artwork.files.get(index));
     let made: Vec<&FileRead> = made.filter(|file| file.role == Role::Drill).take(MOST_COMPARED).collect();
     let alone = made.len() < 2;
@@ -56,16 +59,16 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Remark> {
         .into_iter()
         .filter_map(|file| Some((file, if alone { Vec::new() } else { places(file)? })))
         .collect();
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     for (at, (file, places)) in files.iter().enumerate() {
         for (other, others) in files.iter().take(at) {
             let common = places.iter().filter(|place| others.binary_search(place).is_ok()).count();
             let most = common >= MANY && 2 * common > places.len().min(others.len());
             let namesakes = base(&file.name).eq_ignore_ascii_case(base(&other.name));
             if file.fingerprint != other.fingerprint && (most || namesakes) {
-                let doubt = Remark::new(Weight::Doubt, "board.two_drills").at(&file.name, 0, 0);
-                let doubt = doubt.with("file", &file.name).with("other", &other.name);
-                remarks.push(doubt.with("common", common).with("holes", places.len()));
+                let warning = Diagnostic::warning("board.two_drills").at(&file.name, 0, 0);
+                let warning = warning.with("file", &file.name).with("other", &other.name);
+                diagnostics.push(warning.with("common", common).with("holes", places.len()));
             }
         }
     }
@@ -74,15 +77,15 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Remark> {
     });
     for (_, file) in programs {
         if let Some((twin, _)) = files.iter().find(|(twin, _)| twin.fingerprint == file.fingerprint) {
-            let note = Remark::new(Weight::Note, "board.same_drill").at(&file.name, 0, 0);
-            remarks.push(note.with("file", &file.name).with("taken", &twin.name));
+            let note = Diagnostic::note("board.same_drill").at(&file.name, 0, 0);
+            diagnostics.push(note.with("file", &file.name).with("taken", &twin.name));
         }
     }
-    remarks
+    diagnostics
 }
 
 /// Tells that what would be made is of several boards: the drill files among `used`, and copper.
-pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Remark> {
+pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Diagnostic> {
     let made = |index: usize, file: &FileRead| match file.role {
         Role::Drill => used.contains(&index) && file.drill.is_some(),
         Role::Copper => true,
@@ -91,7 +94,7 @@ pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Remark> {
     let all = artwork.files.iter().enumerate().filter(|(index, file)| made(*index, file));
     let all: Vec<usize> = all.map(|(index, _)| index).collect();
     let names: Vec<String> = artwork.boards(&all).into_iter().map(|(name, _)| name).collect();
-    let told = Remark::new(Weight::Loss, "board.several").with("count", names.len());
+    let told = Diagnostic::error("board.several").with("count", names.len());
     (names.len() > 1).then(|| told.with("names", names.join(", ")))
 }
 

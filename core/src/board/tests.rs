@@ -1,8 +1,8 @@
-//! Boards whose outline is not whole: mended where it is plain what it encloses, else a loss before anything is planned on it.
+//! Boards whose outline is not whole: mended where it is plain what it encloses, else an error before anything is planned on it.
 
 use super::{Board, Wanted, from_artwork, from_artwork_with};
 use crate::artwork::{Overrides, read_set};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 
 /// A layer of a function, in mm, drawn by lines of `body`.
 fn layer(function: &str, body: &str) -> Vec<u8> {
@@ -25,7 +25,7 @@ fn pads(places: &[(f64, f64)]) -> String {
     places.iter().map(|(x, y)| format!("X{}Y{}D03*\n", mm(*x), mm(*y))).collect()
 }
 
-fn read(outline: &str, places: &[(f64, f64)]) -> (Board, Vec<Remark>) {
+fn read(outline: &str, places: &[(f64, f64)]) -> (Board, Vec<Diagnostic>) {
     let mut files = vec![("b-Edge_Cuts.gm1".to_owned(), layer("Profile,NP", outline))];
     if !places.is_empty() {
         files.push(("b-F_Cu.gtl".to_owned(), layer("Copper,L1,Top", &pads(places))));
@@ -55,7 +55,7 @@ fn square(x: f64, y: f64) -> String {
 }
 
 #[test]
-fn an_outline_with_gaps_is_mended_or_a_loss() {
+fn an_outline_with_gaps_is_mended_or_a_error() {
     let inside = [(5.0, 5.0), (15.0, 12.0), (24.0, 15.0)];
     let corner = [(5.0, 5.0), (0.9, 0.9), (15.0, 10.0)];
     let holes = square(14.0, 8.0) + &square(25.0, 8.0);
@@ -63,37 +63,41 @@ fn an_outline_with_gaps_is_mended_or_a_loss() {
     // Lines, copper, what is said and how much it weighs, and the width of the board.
     let rows = [
         (without(&[]) + &holes, &inside, None, 30.0),
-        (without(&[7]) + &holes, &inside, Some((Weight::Doubt, "board.outline_mended")), 30.0),
-        (without(&[7]), &inside, Some((Weight::Doubt, "board.outline_mended")), 30.0),
-        (without(&[3, 7]) + &holes, &inside, Some((Weight::Loss, "board.outline_broken")), 13.0),
-        (without(&[3, 7]) + &corners, &inside, Some((Weight::Loss, "board.outline_broken")), 28.0),
-        (without(&[7]) + &holes, &corner, Some((Weight::Loss, "board.outline_broken")), 13.0),
-        (without(&[3, 7]), &inside, Some((Weight::Doubt, "board.outline_open")), 0.0),
+        (without(&[7]) + &holes, &inside, Some((Severity::Warning, "board.outline_mended")), 30.0),
+        (without(&[7]), &inside, Some((Severity::Warning, "board.outline_mended")), 30.0),
+        (without(&[3, 7]) + &holes, &inside, Some((Severity::Error, "board.outline_broken")), 13.0),
+        (without(&[3, 7]) + &corners, &inside, Some((Severity::Error, "board.outline_broken")), 28.0),
+        (without(&[7]) + &holes, &corner, Some((Severity::Error, "board.outline_broken")), 13.0),
+        (without(&[3, 7]), &inside, Some((Severity::Warning, "board.outline_open")), 0.0),
         (
             without(&[]) + &line(&[(40.0, 0.0), (40.0, 20.0)]),
             &inside,
-            Some((Weight::Doubt, "board.outline_rest")),
+            Some((Severity::Warning, "board.outline_rest")),
             30.0,
         ),
         (
             without(&[]),
             &[(40.0, 5.0), (41.0, 5.0), (42.0, 5.0)],
-            Some((Weight::Loss, "board.outline_elsewhere")),
+            Some((Severity::Error, "board.outline_elsewhere")),
             30.0,
         ),
         (
             without(&[]),
             &[(10.0, 5.0), (41.0, 5.0), (42.0, 5.0)],
-            Some((Weight::Doubt, "board.outline_elsewhere")),
+            Some((Severity::Warning, "board.outline_elsewhere")),
             30.0,
         ),
     ];
     for (row, (lines, copper, said, width)) in rows.into_iter().enumerate() {
-        let (board, remarks) = read(&lines, copper);
-        let said_of = remarks.iter().filter(|remark| remark.code != "board.outline_could_move");
-        let found: Vec<_> = said_of.map(|remark| (remark.weight, remark.code.as_str())).collect();
+        let (board, diagnostics) = read(&lines, copper);
+        let said_of = diagnostics.iter().filter(|diagnostic| diagnostic.code != "board.outline_could_move");
+        let found: Vec<_> =
+            said_of.map(|diagnostic| (diagnostic.severity, diagnostic.code.as_str())).collect();
         assert_eq!(found, said.into_iter().collect::<Vec<_>>(), "row {row}");
-        assert!(remarks.iter().all(|remark| !remark.message("en").contains(&remark.code)), "{remarks:?}");
+        assert!(
+            diagnostics.iter().all(|diagnostic| !diagnostic.message("en").contains(&diagnostic.code)),
+            "{diagnostics:?}"
+        );
         let bounds = board.outline.bounds();
         let wide = bounds.map_or(0.0, |bounds| (bounds.max.x - bounds.min.x).mm());
         assert!((wide - width).abs() < 1e-6, "row {row}: {wide}");
@@ -143,15 +147,15 @@ fn a_second_file_for_one_thing_is_never_left_out_without_a_word() {
     let far = [(40.0, 40.0), (50.0, 45.0), (44.0, 41.0), (60.0, 42.0)];
     // The second file, and what is said of it.
     let rows = [
-        ("new/b-F_Cu.gtl", copper(&shifted), Some((Weight::Loss, "board.two_coppers"))),
-        ("new/b-F_Cu.gtl", copper(&places), Some((Weight::Note, "board.same_copper"))),
-        ("new/b-F_Cu.gtl", renamed, Some((Weight::Note, "board.same_copper"))),
+        ("new/b-F_Cu.gtl", copper(&shifted), Some((Severity::Error, "board.two_coppers"))),
+        ("new/b-F_Cu.gtl", copper(&places), Some((Severity::Note, "board.same_copper"))),
+        ("new/b-F_Cu.gtl", renamed, Some((Severity::Note, "board.same_copper"))),
         ("new/b-B_Cu.gbl", layer("Copper,L2,Bot", &pads(&shifted)), None),
-        ("new/b-Edge_Cuts.gm1", edge(&without(&[])), Some((Weight::Note, "board.same_outline"))),
-        ("new/b-Edge_Cuts.gm1", edge(&square(0.0, 0.0)), Some((Weight::Doubt, "board.two_outlines"))),
-        ("new/b.drl", program(&places), Some((Weight::Note, "board.same_drill"))),
-        ("new/b.drl", program(&far), Some((Weight::Doubt, "board.two_drills"))),
-        ("c.drl", program(&places[1..]), Some((Weight::Doubt, "board.two_drills"))),
+        ("new/b-Edge_Cuts.gm1", edge(&without(&[])), Some((Severity::Note, "board.same_outline"))),
+        ("new/b-Edge_Cuts.gm1", edge(&square(0.0, 0.0)), Some((Severity::Warning, "board.two_outlines"))),
+        ("new/b.drl", program(&places), Some((Severity::Note, "board.same_drill"))),
+        ("new/b.drl", program(&far), Some((Severity::Warning, "board.two_drills"))),
+        ("c.drl", program(&places[1..]), Some((Severity::Warning, "board.two_drills"))),
         ("c.drl", program(&far), None),
     ];
     for (row, (name, bytes, said)) in rows.into_iter().enumerate() {
@@ -164,18 +168,20 @@ fn a_second_file_for_one_thing_is_never_left_out_without_a_word() {
         let files: Vec<_> = all.map(|(name, bytes)| (name.to_owned(), bytes)).collect();
         let artwork = read_set(&files, &Overrides::default());
         let wanted = Wanted { copper: true, aligned: false };
-        let (board, remarks) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
-        let about = |remark: &&Remark| remark.code.contains("two_") || remark.code.contains("same_");
-        let told: Vec<_> = remarks.iter().filter(about).collect();
-        let found: Vec<_> = told.iter().map(|remark| (remark.weight, remark.code.as_str())).collect();
-        assert_eq!(found, said.into_iter().collect::<Vec<_>>(), "row {row} {remarks:?}");
-        for remark in told {
-            let sentence = remark.message("en");
+        let (board, diagnostics) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
+        let about =
+            |diagnostic: &&Diagnostic| diagnostic.code.contains("two_") || diagnostic.code.contains("same_");
+        let told: Vec<_> = diagnostics.iter().filter(about).collect();
+        let found: Vec<_> =
+            told.iter().map(|diagnostic| (diagnostic.severity, diagnostic.code.as_str())).collect();
+        assert_eq!(found, said.into_iter().collect::<Vec<_>>(), "row {row} {diagnostics:?}");
+        for diagnostic in told {
+            let sentence = diagnostic.message("en");
             assert!(
                 sentence.contains(name) && sentence.contains("b") && !sentence.contains('{'),
                 "{sentence}"
             );
-            assert!(!remark.advice("en").contains(&remark.code), "row {row}");
+            assert!(!diagnostic.advice("en").contains(&diagnostic.code), "row {row}");
         }
         assert_eq!(board.sources[0], "b.drl");
         assert_eq!(board.copper[0].region.bounds().unwrap().min.x.mm(), 4.2, "row {row}");
@@ -207,21 +213,21 @@ fn an_outline_alone_with_another_zero_point_is_put_around_copper_and_holes_when_
         let artwork = read_set(&files, &Overrides::default());
         for aligned in [false, true] {
             let wanted = Wanted { copper: false, aligned };
-            let (board, remarks) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
-            let told = |code: &str| remarks.iter().find(|remark| remark.code == code);
+            let (board, diagnostics) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
+            let told = |code: &str| diagnostics.iter().find(|diagnostic| diagnostic.code == code);
             let (could, done) = (told("board.outline_could_move"), told("board.outline_centred"));
-            assert_eq!(could.is_some(), by.is_some() && !aligned, "row {row} {remarks:?}");
-            assert_eq!(done.is_some(), by.is_some() && aligned, "row {row} {remarks:?}");
+            assert_eq!(could.is_some(), by.is_some() && !aligned, "row {row} {diagnostics:?}");
+            assert_eq!(done.is_some(), by.is_some() && aligned, "row {row} {diagnostics:?}");
             let off = told("board.outline_elsewhere").is_some();
-            assert_eq!(off, done.is_none() && (dx, dy) != (0.0, 0.0), "row {row} {remarks:?}");
+            assert_eq!(off, done.is_none() && (dx, dy) != (0.0, 0.0), "row {row} {diagnostics:?}");
             let low = board.outline.bounds().unwrap().min;
             let (x, y) = by.filter(|_| aligned).unwrap_or_default();
             assert!((low.x.mm() - dx - x).abs() < 1e-6 && (low.y.mm() - dy - y).abs() < 1e-6, "row {row}");
-            for remark in could.into_iter().chain(done) {
+            for diagnostic in could.into_iter().chain(done) {
                 let (x, y) = by.unwrap();
-                let sentence = remark.message("en");
+                let sentence = diagnostic.message("en");
                 assert!(sentence.contains(&format!("{x:+.3}, {y:+.3} mm")), "{sentence}");
-                assert!(!sentence.contains('{') && !remark.advice("en").contains(&remark.code));
+                assert!(!sentence.contains('{') && !diagnostic.advice("en").contains(&diagnostic.code));
             }
         }
     }
@@ -238,8 +244,12 @@ fn holes_beside_their_pads_are_told_whatever_the_board_is_wanted_for() {
     ];
     let artwork = read_set(&files, &Overrides::default());
     for wanted in [Wanted::default(), Wanted { copper: true, aligned: false }] {
-        let (_, remarks) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
-        let doubts = remarks.iter().filter(|remark| remark.code == "board.holes_shifted");
-        assert_eq!(doubts.map(|doubt| doubt.weight).collect::<Vec<_>>(), [Weight::Doubt], "{wanted:?}");
+        let (_, diagnostics) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
+        let warnings = diagnostics.iter().filter(|diagnostic| diagnostic.code == "board.holes_shifted");
+        assert_eq!(
+            warnings.map(|warning| warning.severity).collect::<Vec<_>>(),
+            [Severity::Warning],
+            "{wanted:?}"
+        );
     }
 }

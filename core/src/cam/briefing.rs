@@ -3,7 +3,7 @@
 //! Comes in: [`Work`], and for each side [`Planned`] and its program. Goes out: a [`Briefing`]. Does not know times: whoever
 //! reckoned them puts them in.
 
-use super::ways::{Planned, Task};
+use super::toolpaths::{Planned, Task};
 use super::work::{Action, Drill, Flip, Holes, Work, Zero};
 use crate::board::Face;
 use crate::geometry::Point;

@@ -5,13 +5,13 @@
 //!                                        to the work zero, where the next one is put in: the rapids of its legs
 //! ```
 //!
-//! Before: the holes of every drill as in the file. After: as planned. Ways between slots and holes that are milled have no
+//! Before: the holes of every drill as in the file. After: as planned. Toolpaths between slots and holes that are milled have no
 //! order in the file and are not in it.
 //!
 //! Comes in: [`Planned`], the time of a hop as a function. Goes out: [`Figures`]. Lengths in mm, times in s. Does not know
 //! programs.
 
-use super::ways::{Planned, Shape, Task};
+use super::toolpaths::{Planned, Shape, Task};
 use crate::geometry::Point;
 use crate::job::Bit;
 use crate::units::Length;
@@ -48,8 +48,8 @@ pub struct Row {
     pub holes: usize,
     /// How many slots.
     pub slots: usize,
-    /// How many ways it mills for them; 0 where it drills.
-    pub ways: usize,
+    /// How many toolpaths it mills for them; 0 where it drills.
+    pub toolpaths: usize,
 }
 
 /// The figures of `planned`. `hop_time` tells the seconds from one place to another.
@@ -91,13 +91,13 @@ fn rows(n: usize, tasks: &[&Task], planned: &Planned) -> Vec<Row> {
     let slot = |slot: u32| planned.board.slots.get(slot as usize).and_then(|slot| slot.width);
     let mut by_size: BTreeMap<Length, Row> = BTreeMap::new();
     let mut row = |size: Length, add: &dyn Fn(&mut Row)| {
-        let empty = || Row { n, size, bit: bit.clone(), holes: 0, slots: 0, ways: 0 };
+        let empty = || Row { n, size, bit: bit.clone(), holes: 0, slots: 0, toolpaths: 0 };
         add(by_size.entry(size).or_insert_with(empty));
     };
     let strokes = tasks.iter().flat_map(|task| &task.strokes);
     strokes.filter_map(|stroke| hole(stroke.hole?)).for_each(|size| row(size, &|row| row.holes += 1));
     let mut seen: BTreeSet<Shape> = BTreeSet::new();
-    for shape in tasks.iter().flat_map(|task| &task.ways).filter_map(|way| way.clears) {
+    for shape in tasks.iter().flat_map(|task| &task.toolpaths).filter_map(|way| way.clears) {
         let (size, holes, slots) = match shape {
             Shape::Hole(number) => (hole(number), 1, 0),
             Shape::Slot(number) => (slot(number), 0, 1),
@@ -105,7 +105,7 @@ fn rows(n: usize, tasks: &[&Task], planned: &Planned) -> Vec<Row> {
         let Some(size) = size else { continue };
         let new = usize::from(seen.insert(shape));
         row(size, &|row| {
-            row.ways += 1;
+            row.toolpaths += 1;
             row.holes += holes * new;
             row.slots += slots * new;
         });

@@ -9,8 +9,8 @@
 //! Comes in: an operation, a machine. Goes out: the operation as it can be, and what was bounded. Does not know controllers.
 
 use super::work::{Action, Operation};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 
 /// The greatest feed along the board, mm/s.
 fn plane(machine: &Machine) -> f64 {
@@ -39,9 +39,9 @@ pub(super) fn within(operation: &Operation, machine: &Machine) -> Operation {
 }
 
 /// A note for every value of the operation that is bounded.
-pub(super) fn bounded(operation: &Operation, machine: &Machine) -> Vec<Remark> {
+pub(super) fn bounded(operation: &Operation, machine: &Machine) -> Vec<Diagnostic> {
     let note = |code: &str, wanted: String, most: String| {
-        Remark::new(Weight::Note, code).with("wanted", wanted).with("most", most)
+        Diagnostic::note(code).with("wanted", wanted).with("most", most)
     };
     let feed = |code: &str, wanted: f64, most: f64| {
         (wanted > most).then(|| note(code, format!("{wanted:.1}"), format!("{most:.1}")))

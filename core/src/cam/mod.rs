@@ -2,14 +2,14 @@
 //!
 //! ```text
 //!  Board ─┐
-//!  Work ──┴─ ways (operation by operation; holes in order by a tour) ─▶ Planned ─ lower ─▶ Program
+//!  Work ──┴─ toolpaths (operation by operation; holes in order by a tour) ─▶ Planned ─ lower ─▶ Program
 //!                                                                          └─ figures ─▶ what its drilling saves
 //! ```
 //!
 //! There is one planner. A job that only drills is a [`Work`](work::Work) like any other: [`Work::drilling`](work::Work::drilling).
 //!
 //! Comes in: a board, a work, a machine, what a person wants, and the time of a hop as a function. Goes out:
-//! [`Planned`](ways::Planned) and its [`Program`](crate::job::Program). Does not know motion: how long a hop takes it is told.
+//! [`Planned`](toolpaths::Planned) and its [`Program`](crate::job::Program). Does not know motion: how long a hop takes it is told.
 
 pub mod bench;
 pub mod briefing;
@@ -20,15 +20,15 @@ pub mod parameters;
 mod places;
 mod promised;
 pub mod rack;
+pub mod toolpaths;
 mod tour;
 pub mod usual;
-pub mod ways;
 pub mod work;
 
 use crate::board::Board;
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -71,9 +71,9 @@ pub struct PlanOptions {
     pub seed: u64,
     /// Bound of the search, shared by the bits of an operation; none for [`default_iterations`].
     pub iterations: Option<u64>,
-    /// Codes of losses that a person has seen: what they name is left out.
+    /// Codes of errors that a person has seen: what they name is left out.
     pub accept: Vec<String>,
-    /// Codes of the losses that the files of the board have; the program names those of them that were accepted.
+    /// Codes of the errors that the files of the board have; the program names those of them that were accepted.
     pub lost: Vec<String>,
 }
 
@@ -108,30 +108,32 @@ pub fn default_iterations(holes: usize) -> u64 {
 }
 
 /// The spindles that are to drill: all that the machine has, or those wanted, if it has them.
-fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Remark>> {
+fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Diagnostic>> {
     let installed = u8::MAX >> (8 - machine.spindles.clamp(1, 6));
     match wanted {
         None => Ok(installed),
         Some(set) if set != 0 && set & !installed == 0 => Ok(set),
-        Some(_) => {
-            Err(vec![Remark::new(Weight::Loss, "plan.no_such_spindle").with("count", machine.spindles)])
-        }
+        Some(_) => Err(vec![Diagnostic::error("plan.no_such_spindle").with("count", machine.spindles)]),
     }
 }
 
 /// The place among `sizes`, those of the bits in their order, of the bit that is to go first because it is loaded. An error,
-/// with a remark if one was wanted, where they stay as they are.
-fn loaded_first(sizes: &[Length], options: &PlanOptions, tolerance: Length) -> Result<usize, Option<Remark>> {
+/// with a diagnostic if one was wanted, where they stay as they are.
+fn loaded_first(
+    sizes: &[Length],
+    options: &PlanOptions,
+    tolerance: Length,
+) -> Result<usize, Option<Diagnostic>> {
     if options.group != Group::LoadedFirst || sizes.is_empty() {
         return Err(None);
     }
     let Some(loaded) = options.loaded else {
-        return Err(Some(Remark::new(Weight::Doubt, "plan.loaded_not_said")));
+        return Err(Some(Diagnostic::warning("plan.loaded_not_said")));
     };
     let found = rack::nearest(sizes, loaded, tolerance);
-    found.and_then(|bit| sizes.iter().position(|&size| size == bit)).ok_or_else(|| {
-        Some(Remark::new(Weight::Note, "plan.loaded_not_used").with("size", rack::size_text(loaded)))
-    })
+    found
+        .and_then(|bit| sizes.iter().position(|&size| size == bit))
+        .ok_or_else(|| Some(Diagnostic::note("plan.loaded_not_used").with("size", rack::size_text(loaded))))
 }
 
 /// The lower left corner of the outline's box if there is an outline, else of the holes' box, else of the slots', else of the

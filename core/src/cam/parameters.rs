@@ -8,19 +8,19 @@
 //!               not belong to its kind has no value
 //! ```
 //!
-//! Comes in: keys and values. Goes out: a changed setup, bit or operation, or a remark naming the row. Does not know any
+//! Comes in: keys and values. Goes out: a changed setup, bit or operation, or a diagnostic naming the row. Does not know any
 //! file format.
 
 use super::Order;
 use super::work::{
-    Action, Bore, Clear, CutOut, CutSide, Direction, Drill, Flip, Holes, Isolate, Lines, Operation, Setup,
-    Work, Zero,
+    Action, Clear, CutOut, CutSide, Direction, Drill, Flip, Holes, Isolate, Lines, MillHoles, Operation,
+    Setup, Work, Zero,
 };
 use crate::board::Face;
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
 use crate::machine::{Kind, Value};
-use crate::remark::{Remark, Weight, nearest};
 use crate::units::Length;
 
 /// One row of the table, of something of type `T`.
@@ -54,9 +54,9 @@ impl<T> Parameter<T> {
     }
 
     /// Sets it in `of`, or says why not; then nothing is changed.
-    pub fn set(&self, of: &mut T, value: &Value) -> Result<(), Remark> {
+    pub fn set(&self, of: &mut T, value: &Value) -> Result<(), Diagnostic> {
         if self.value(of).is_none() {
-            return Err(Remark::new(Weight::Loss, "work.not_of_this_kind").with("key", self.key));
+            return Err(Diagnostic::error("work.not_of_this_kind").with("key", self.key));
         }
         let group = match (self.key, value) {
             ("setup.exclusions", Value::Numbers(_)) => 4,
@@ -66,7 +66,7 @@ impl<T> Parameter<T> {
         if let Value::Numbers(numbers) = value
             && !numbers.len().is_multiple_of(group)
         {
-            let uneven = Remark::new(Weight::Loss, "work.uneven_list").with("key", self.key);
+            let uneven = Diagnostic::error("work.uneven_list").with("key", self.key);
             return Err(uneven.with("count", numbers.len()).with("group", group));
         }
         match self.kind.refusal(self.key, self.unit, value) {
@@ -87,11 +87,11 @@ pub fn find<T>(table: &'static [Parameter<T>], name: &str) -> Option<&'static Pa
 /// Sets `key` in `work`: `setup.…` in its setup, `operation.…` in every operation, and the rows of a kind in every
 /// operation of that kind; `isolate.depth` is `operation.depth` in every operation that isolates. Numbers and words come
 /// as text. Fails when the row is not known or nothing has it.
-pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Remark> {
+pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> {
     let unknown = || {
         let known = SETUP.iter().map(|row| row.key).chain(OPERATION.iter().map(|row| row.key));
-        let remark = Remark::new(Weight::Loss, "work.unknown_key").with("key", key);
-        remark.with("nearest", nearest(key, known))
+        let diagnostic = Diagnostic::error("work.unknown_key").with("key", key);
+        diagnostic.with("nearest", nearest(key, known))
     };
     if let Some(row) = SETUP.iter().find(|row| row.key == key) {
         return row.set(&mut work.setup, &valued(row.kind, text));
@@ -109,7 +109,7 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Remark> {
         row.set(operation, &valued(row.kind, text))?;
         found = true;
     }
-    if found { Ok(()) } else { Err(Remark::new(Weight::Loss, "work.nothing_has").with("key", key)) }
+    if found { Ok(()) } else { Err(Diagnostic::error("work.nothing_has").with("key", key)) }
 }
 
 /// Text as the kind of value that is wanted; text where it is no number.
@@ -463,11 +463,11 @@ pub const OPERATION: &[Parameter<Operation>] = &[
         ),
         drill_points
     ),
-    flag!("bore.slots", Bore::slots),
-    flag!("bore.holes", Bore::holes),
-    words!("bore.direction", Bore::direction,
+    flag!("bore.slots", MillHoles::slots),
+    flag!("bore.holes", MillHoles::holes),
+    words!("bore.direction", MillHoles::direction,
         "climb" => Direction::Climb, "conventional" => Direction::Conventional),
-    list!("bore.further", Bore::further),
+    list!("bore.further", MillHoles::further),
     words!("cut_out.side", CutOut::side, "outside" => CutSide::Outside, "on" => CutSide::On),
     words!("cut_out.direction", CutOut::direction,
         "climb" => Direction::Climb, "conventional" => Direction::Conventional),

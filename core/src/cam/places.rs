@@ -9,8 +9,8 @@
 //! Comes in: strokes one after the other: bit, place, depth. Goes out: whether each is one too many, and what to say about
 //! them. Does not know why there are two.
 
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -48,10 +48,10 @@ impl Twice {
     }
 
     /// A note called `code` with `count`, `x` and `y` in mm, if there were any.
-    pub(super) fn note(self, code: &str) -> Option<Remark> {
+    pub(super) fn note(self, code: &str) -> Option<Diagnostic> {
         let (count, at) = self.0?;
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let note = Remark::new(Weight::Note, code).with("count", count);
+        let note = Diagnostic::note(code).with("count", count);
         Some(note.with("x", mm(at.x)).with("y", mm(at.y)))
     }
 }

@@ -54,6 +54,6 @@ fn separates(action: &Action) -> bool {
     match action {
         Action::Isolate(_) | Action::Clear(_) => true,
         Action::Engrave(engrave) => engrave.of == Lines::Copper,
-        Action::Drill(_) | Action::Bore(_) | Action::CutOut(_) => false,
+        Action::Drill(_) | Action::MillHoles(_) | Action::CutOut(_) => false,
     }
 }

@@ -2,17 +2,17 @@
 //!
 //! ```text
 //!   file sizes   0.79  0.80  0.82        1.00        4.00
-//!                  \    |    /            |            ✗  no bit within tolerance: a loss
+//!                  \    |    /            |            ✗  no bit within tolerance: an error
 //!   rack          [   0.80   ]         [ 1.00 ]
 //! ```
 //!
-//! Comes in: a size and a rack. Goes out: its bit, how deep that goes, and the losses where there is none. Does not know
+//! Comes in: a size and a rack. Goes out: its bit, how deep that goes, and the errors where there is none. Does not know
 //! the order of drilling.
 
+use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
 use crate::locale;
 use crate::machine::Process;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -57,14 +57,14 @@ pub fn nearest(rack: &[Length], size: Length, tolerance: Length) -> Option<Lengt
 /// Sizes that are told one by one.
 const MOST_SIZES: usize = 40;
 
-/// Holes of sizes `without` a bit of the rack within its tolerance, holes without a size, and slots, as losses.
-pub(super) fn losses(
+/// Holes of sizes `without` a bit of the rack within its tolerance, holes without a size, and slots, as errors.
+pub(super) fn errors(
     without: &[(Length, usize)],
     unsized_holes: usize,
     slots: usize,
     (rack, tolerance): (&[Length], Length),
-) -> Vec<Remark> {
-    let mut remarks = Vec::new();
+) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     if !without.is_empty() {
         let told = |(size, holes): &(Length, usize)| match nearest(rack, *size, Length::from_nm(i64::MAX)) {
             Some(bit) => format!("{} mm ({holes}; {} mm)", size_text(*size), size_text(bit)),
@@ -73,17 +73,17 @@ pub(super) fn losses(
         let mut sizes: Vec<String> = without.iter().take(MOST_SIZES).map(told).collect();
         sizes.extend((without.len() > MOST_SIZES).then(|| "…".to_owned()));
         let holes: usize = without.iter().map(|(_, holes)| holes).sum();
-        let remark =
-            Remark::new(Weight::Loss, "plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
-        remarks.push(remark.with("tolerance", size_text(tolerance)));
+        let diagnostic =
+            Diagnostic::error("plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
+        diagnostics.push(diagnostic.with("tolerance", size_text(tolerance)));
     }
     if unsized_holes > 0 {
-        remarks.push(Remark::new(Weight::Loss, "plan.no_size").with("holes", unsized_holes));
+        diagnostics.push(Diagnostic::error("plan.no_size").with("holes", unsized_holes));
     }
     if slots > 0 {
-        remarks.push(Remark::new(Weight::Loss, "plan.slots_not_drilled").with("slots", slots));
+        diagnostics.push(Diagnostic::error("plan.slots_not_drilled").with("slots", slots));
     }
-    remarks
+    diagnostics
 }
 
 #[cfg(test)]

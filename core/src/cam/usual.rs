@@ -1,11 +1,12 @@
 //! What a job, an operation, a bit has as long as nobody chose otherwise (N11).
 //!
-//! Comes in: a board and a machine, or the word of a kind. Goes out: [`Work`] and its parts. Does not know how ways are
+//! Comes in: a board and a machine, or the word of a kind. Goes out: [`Work`] and its parts. Does not know how toolpaths are
 //! made.
 
 use super::Order;
 use super::work::{
-    Action, Bore, Clear, CutOut, Direction, Drill, Engrave, Holes, Isolate, Lines, Operation, Setup, Work,
+    Action, Clear, CutOut, Direction, Drill, Engrave, Holes, Isolate, Lines, MillHoles, Operation, Setup,
+    Work,
 };
 use crate::board::{Board, Face};
 use crate::job::{Bit, Cutter};
@@ -27,7 +28,7 @@ impl Action {
                 point_deg: POINT_DEG,
                 points: Vec::new(),
             }),
-            "bore" => Self::Bore(Bore {
+            "bore" => Self::MillHoles(MillHoles {
                 slots: true,
                 holes: true,
                 direction: Direction::Climb,
@@ -66,7 +67,7 @@ impl Operation {
         let (bit, depth, depth_per_pass, feed, plunge) = match &action {
             Action::Isolate(_) | Action::Clear(_) | Action::Engrave(_) => (VEE, 80, 0, 6.0, 1.5),
             Action::Drill(_) => ("", 0, 0, machine.process.feed_mm_per_s, machine.process.feed_mm_per_s),
-            Action::Bore(_) | Action::CutOut(_) => (MILL, 0, 600, 5.0, 1.5),
+            Action::MillHoles(_) | Action::CutOut(_) => (MILL, 0, 600, 5.0, 1.5),
         };
         Some(Self {
             name: String::new(),

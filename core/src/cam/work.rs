@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Comes in: a person's choice; what is usual stands in `usual`. Goes out: [`Work`].
-//! Lengths in whole nanometres, speeds in mm/s; depths are positive downwards from the surface. Does not know how ways
+//! Lengths in whole nanometres, speeds in mm/s; depths are positive downwards from the surface. Does not know how toolpaths
 //! are made.
 
 use super::Order;
@@ -42,7 +42,7 @@ pub struct Setup {
     pub alignment: Alignment,
     /// Which corner becomes the work zero.
     pub zero: Zero,
-    /// How far ways may go beyond the board's outline.
+    /// How far toolpaths may go beyond the board's outline.
     pub margin: Length,
     /// Where no bit may go, in the coordinates of the files.
     pub exclusions: Vec<Bounds>,
@@ -146,7 +146,7 @@ pub enum Action {
     /// Drill round holes.
     Drill(Drill),
     /// Mill slots, and holes for which there is no drill.
-    Bore(Bore),
+    MillHoles(MillHoles),
     /// Cut the board out.
     CutOut(CutOut),
 }
@@ -210,7 +210,7 @@ pub enum Remedy {
 /// All copper away that does not belong to the picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clear {
-    /// How far neighbouring ways are apart, in per cent of the width of the cut, above 0, at most 100.
+    /// How far neighbouring toolpaths are apart, in per cent of the width of the cut, above 0, at most 100.
     pub stepover_percent: f64,
     /// What is kept around the copper beyond the bit itself.
     pub margin: Length,
@@ -270,7 +270,7 @@ pub enum Holes {
 
 /// Slots, and holes for which there is no drill.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Bore {
+pub struct MillHoles {
     /// Slots too.
     pub slots: bool,
     /// Round holes that no drill of the rack fits.
@@ -400,7 +400,7 @@ impl Action {
             Self::Clear(_) => "clear",
             Self::Engrave(_) => "engrave",
             Self::Drill(_) => "drill",
-            Self::Bore(_) => "bore",
+            Self::MillHoles(_) => "bore",
             Self::CutOut(_) => "cut_out",
         }
     }
@@ -445,7 +445,7 @@ impl Operation {
             Action::Drill(_) => return Vec::new(),
             Action::Isolate(Isolate { further, .. })
             | Action::Clear(Clear { further, .. })
-            | Action::Bore(Bore { further, .. })
+            | Action::MillHoles(MillHoles { further, .. })
             | Action::CutOut(CutOut { further, .. }) => further.as_slice(),
             Action::Engrave(_) => &[],
         };

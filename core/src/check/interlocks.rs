@@ -3,9 +3,9 @@
 //! Comes in: segments, the heights of the spindles in them, and where they stand in time. Goes out: rules broken. Looks at
 //! single pulses only where plane and spindles step at the same time.
 
+use crate::diagnostic::Diagnostic;
 use crate::job::{Effect, Stage};
 use crate::machine::{MOST_RPM, Machine};
-use crate::remark::{Remark, Weight};
 use crate::steps::replay;
 use crate::steps::stream::{Run, Segment, rounded};
 use crate::units::{Length, TICK_HZ};
@@ -55,7 +55,7 @@ impl Interlocks {
         heights: &Heights<'_>,
         now: u64,
         next: Option<&Segment>,
-    ) -> Vec<Remark> {
+    ) -> Vec<Diagnostic> {
         let low_z = heights.low_z;
         let start_z = heights.starts.iter().copied().min().unwrap_or(0);
         let mut found = Vec::new();
@@ -67,8 +67,8 @@ impl Interlocks {
         let rpm = self.spindle_rpm;
         let mut refuse = |broken: bool, code: &str| {
             if broken {
-                let remark = Remark::new(Weight::Loss, code).with("height_steps", low_z);
-                found.push(remark.with("rpm", rpm).with("most", MOST_RPM));
+                let diagnostic = Diagnostic::error(code).with("height_steps", low_z);
+                found.push(diagnostic.with("rpm", rpm).with("most", MOST_RPM));
             }
         };
         refuse(self.spindle_rpm > MOST_RPM, "check.spindle_speed");
@@ -192,7 +192,7 @@ mod tests {
             let segment = Segment {
                 leg: 0,
                 mark: Mark::Finish,
-                stage: Stage::Hop,
+                stage: Stage::NextHole,
                 duration_ticks: 0,
                 runs,
                 effect: Effect::None,

@@ -26,7 +26,7 @@ pub(super) struct Sweep<'a> {
 
 /// Where a sweep leads, steps from where it began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Way {
+pub(super) struct Reach {
     pub(super) low: i64,
     pub(super) high: i64,
     pub(super) end: i64,
@@ -39,7 +39,7 @@ struct Kept {
     runs: Vec<Run>,
     rested: bool,
     tail: Option<i128>,
-    way: Way,
+    way: Reach,
 }
 
 /// Sweeps that were found lawful, the latest first.
@@ -57,7 +57,7 @@ impl Default for Known {
 
 impl Known {
     /// Where the sweep leads, where the same one was found lawful.
-    pub(super) fn find(&mut self, sweep: &Sweep<'_>) -> Option<Way> {
+    pub(super) fn find(&mut self, sweep: &Sweep<'_>) -> Option<Reach> {
         let place = self.kept.iter().position(|kept| kept.is(sweep))?;
         self.kept[..=place].rotate_right(1);
         self.kept.first().map(|kept| kept.way)
@@ -66,7 +66,7 @@ impl Known {
     /// Keeps a sweep that was found lawful.
     pub(super) fn learn(&mut self, sweep: &Sweep<'_>) {
         let Some(last) = sweep.runs.last().filter(|_| sweep.runs.len() <= LONGEST) else { return };
-        let mut way = Way { low: 0, high: 0, end: 0, forward: last.forward };
+        let mut way = Reach { low: 0, high: 0, end: 0, forward: last.forward };
         for run in sweep.runs {
             way.end += i64::from(run.count) * if run.forward { 1 } else { -1 };
             (way.low, way.high) = (way.low.min(way.end), way.high.max(way.end));

@@ -21,10 +21,10 @@ mod interlocks;
 mod known;
 mod pulses;
 
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::Mark;
 use crate::machine::{AXES, Machine, Steps, axis_name};
-use crate::remark::{Remark, Weight};
 use crate::steps::stream::{Run, Segment, StepStream};
 use crate::units::Length;
 use interlocks::{Heights, Interlocks};
@@ -37,7 +37,7 @@ const MOST_TICKS: u64 = 10 * 24 * 3600 * crate::units::TICK_HZ;
 /// The most steps of all axes together.
 const MOST_STEPS: u64 = 20_000_000_000;
 
-/// After so many remarks the rest of the stream is not looked at.
+/// After so many diagnostics the rest of the stream is not looked at.
 const MOST_REMARKS: usize = 20;
 
 /// What a stream that passed does.
@@ -85,7 +85,11 @@ fn axes_present(machine: &Machine) -> usize {
 }
 
 /// Looks through `stream`. `zero_steps` is the work zero in machine coordinates, Z on the board's surface.
-pub fn verify(stream: &StepStream, machine: &Machine, zero_steps: Steps) -> Result<CheckReport, Vec<Remark>> {
+pub fn verify(
+    stream: &StepStream,
+    machine: &Machine,
+    zero_steps: Steps,
+) -> Result<CheckReport, Vec<Diagnostic>> {
     verify_each(&stream.start, || stream.segments.iter(), machine, zero_steps)
 }
 
@@ -95,16 +99,16 @@ pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
     segments: impl Fn() -> I,
     machine: &Machine,
     zero_steps: Steps,
-) -> Result<CheckReport, Vec<Remark>> {
+) -> Result<CheckReport, Vec<Diagnostic>> {
     let mut report = measure(segments())?;
     let mut walkers: [Walker; AXES] =
         std::array::from_fn(|axis| Walker::new(machine, axis, zero_steps[axis], start[axis]));
     let present = axes_present(machine);
     let mut interlocks = Interlocks::new(machine);
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     for (axis, walker) in walkers.iter().enumerate().take(present) {
         let outside = walker.within_range(walker.at).err();
-        remarks.extend(outside.map(|remark| remark.with("axis", axis_name(axis)).with("leg", 0)));
+        diagnostics.extend(outside.map(|diagnostic| diagnostic.with("axis", axis_name(axis)).with("leg", 0)));
     }
     let (mut now, mut index) = (0, 0);
     let mut segments = segments().peekable();
@@ -112,24 +116,24 @@ pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
         let (segment, next) = (segment.borrow(), segments.peek().map(Borrow::borrow));
         let starts = walkers.each_ref().map(|walker| walker.at);
         for found in walk(segment, &mut walkers, now, present) {
-            remarks.push(found.with("leg", segment.leg).with("segment", index));
+            diagnostics.push(found.with("leg", segment.leg).with("segment", index));
         }
         let low_z = walkers[2..present].iter().map(|walker| walker.low_in_segment).min().unwrap_or(0);
         let heights = Heights { starts: &starts[2..present], low_z };
         for found in interlocks.segment(segment, &heights, now, next) {
-            remarks.push(found.with("leg", segment.leg).with("segment", index));
+            diagnostics.push(found.with("leg", segment.leg).with("segment", index));
         }
-        if remarks.len() >= MOST_REMARKS {
+        if diagnostics.len() >= MOST_REMARKS {
             break;
         }
         now += segment.duration_ticks;
         index += 1;
     }
-    if remarks.is_empty() && interlocks.spindle_runs() {
-        remarks.push(Remark::new(Weight::Loss, "check.spindle_left_on"));
+    if diagnostics.is_empty() && interlocks.spindle_runs() {
+        diagnostics.push(Diagnostic::error("check.spindle_left_on"));
     }
-    if !remarks.is_empty() {
-        return Err(remarks);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     for (axis, walker) in walkers.iter().enumerate() {
         (report.lowest[axis], report.highest[axis]) = (walker.lowest, walker.highest);
@@ -138,7 +142,7 @@ pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
 }
 
 /// Counts everything without looking at any single step, so that what is too large is refused at once.
-fn measure(segments: impl Iterator<Item: Borrow<Segment>>) -> Result<CheckReport, Vec<Remark>> {
+fn measure(segments: impl Iterator<Item: Borrow<Segment>>) -> Result<CheckReport, Vec<Diagnostic>> {
     let mut report = CheckReport::default();
     let mut last_hole = None;
     for segment in segments {
@@ -159,19 +163,18 @@ fn measure(segments: impl Iterator<Item: Borrow<Segment>>) -> Result<CheckReport
     let all_steps = report.steps.iter().fold(0, |sum: u64, steps| sum.saturating_add(*steps));
     if report.total_ticks > MOST_TICKS || all_steps > MOST_STEPS {
         let hours = report.total_ticks / crate::units::TICK_HZ / 3600;
-        let remark =
-            Remark::new(Weight::Loss, "check.too_large").with("steps", all_steps).with("hours", hours);
-        return Err(vec![remark]);
+        let diagnostic = Diagnostic::error("check.too_large").with("steps", all_steps).with("hours", hours);
+        return Err(vec![diagnostic]);
     }
     Ok(report)
 }
 
 /// The pulses of one segment, axis by axis; at most one finding for each axis.
-fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usize) -> Vec<Remark> {
+fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usize) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let axes = segment.runs.iter().fold(0, |axes, run| axes | run.axes);
     if segment.runs.iter().any(|run| run.axes == 0) || u32::from(axes) >> present != 0 {
-        found.push(Remark::new(Weight::Loss, "check.axis_missing").with("axis", axes));
+        found.push(Diagnostic::error("check.axis_missing").with("axis", axes));
     }
     for (axis, walker) in walkers.iter_mut().enumerate() {
         let ends = (segment.duration_ticks, segment.end[axis], segment.stage);
@@ -179,10 +182,10 @@ fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usiz
             Some(runs) => walker.segment(runs, now, ends).err(),
             None => {
                 walker.at = segment.end[axis];
-                Some(Remark::new(Weight::Loss, "check.two_sets"))
+                Some(Diagnostic::error("check.two_sets"))
             }
         };
-        found.extend(told.map(|remark| remark.with("axis", axis_name(axis))));
+        found.extend(told.map(|diagnostic| diagnostic.with("axis", axis_name(axis))));
     }
     found
 }

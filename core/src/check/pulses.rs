@@ -15,9 +15,9 @@
 //! Comes in: runs of one axis, segment after segment. Goes out: the first rule broken. Knows no other axis.
 
 use super::known::{Known, Sweep};
+use crate::diagnostic::Diagnostic;
 use crate::job::Stage;
 use crate::machine::{DriveKind, Machine};
-use crate::remark::{Remark, Weight};
 use crate::steps::stream::{PARTS, Run, rounded};
 use crate::units::TICK_HZ;
 
@@ -124,7 +124,7 @@ impl Walker {
         runs: &[Run],
         now: u64,
         (duration, end, stage): (u64, i64, Stage),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), Diagnostic> {
         self.low_in_segment = self.at;
         self.milled = stage == Stage::Mill;
         self.jump = if self.milled { self.corner } else { 0.0 };
@@ -141,7 +141,7 @@ impl Walker {
         verdict
     }
 
-    fn runs(&mut self, mut runs: &[Run], now: u64, duration: u64) -> Result<(), Remark> {
+    fn runs(&mut self, mut runs: &[Run], now: u64, duration: u64) -> Result<(), Diagnostic> {
         let mut tick = i128::from(now);
         let end = tick + i128::from(duration);
         while let Some((first, later)) = runs.split_first() {
@@ -167,7 +167,7 @@ impl Walker {
         begin: i128,
         rested: bool,
         segment_ends: Option<i128>,
-    ) -> Result<i128, Remark> {
+    ) -> Result<i128, Diagnostic> {
         let Some(first) = runs.first() else { return Ok(begin) };
         let ticks: i128 = runs.iter().map(Run::ticks).sum();
         let end = begin + ticks;
@@ -204,7 +204,7 @@ impl Walker {
     }
 
     /// The runs of a sweep after tick `begin`, step by step.
-    fn walk(&mut self, runs: &[Run], begin: i128, pace: &mut Pace) -> Result<(), Remark> {
+    fn walk(&mut self, runs: &[Run], begin: i128, pace: &mut Pace) -> Result<(), Diagnostic> {
         runs.iter().try_fold(begin, |tick, run| self.run(run, tick, pace)).map(drop)
     }
 
@@ -215,7 +215,7 @@ impl Walker {
     }
 
     /// One run; the tick of its last step.
-    fn run(&mut self, run: &Run, begin: i128, pace: &mut Pace) -> Result<i128, Remark> {
+    fn run(&mut self, run: &Run, begin: i128, pace: &mut Pace) -> Result<i128, Diagnostic> {
         if run.count == 0 {
             return Err(refuse("check.empty_run"));
         }
@@ -259,7 +259,7 @@ impl Walker {
     }
 
     /// Whether the axis can be at `place`.
-    pub(super) fn within_range(&self, place: i64) -> Result<(), Remark> {
+    pub(super) fn within_range(&self, place: i64) -> Result<(), Diagnostic> {
         if (self.min..=self.max).contains(&place) {
             return Ok(());
         }
@@ -267,7 +267,7 @@ impl Walker {
     }
 
     /// The first step of a run against the last step before it, wherever that was.
-    fn first_step(&self, run: &Run, tick: i128) -> Result<(), Remark> {
+    fn first_step(&self, run: &Run, tick: i128) -> Result<(), Diagnostic> {
         let (since, turned) = match self.last {
             Some((last, forward)) => (tick - i128::from(last), forward != run.forward),
             None => (tick, true),
@@ -284,7 +284,7 @@ impl Walker {
         Ok(())
     }
 
-    fn too_close(&self, ticks: f64) -> Remark {
+    fn too_close(&self, ticks: f64) -> Diagnostic {
         refuse("check.interval")
             .with("us", libm::round(ticks) / 10.0)
             .with("least", self.least_interval as f64 / 10.0)
@@ -314,8 +314,8 @@ fn least_span(period: f64) -> u64 {
     libm::ceil(SPEED_STEPS as f64 * period * (1.0 - ROUNDING) - SLACK_TICKS) as u64
 }
 
-fn refuse(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+fn refuse(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 /// The pace of one axis within one sweep, which begins and ends at rest.
@@ -367,7 +367,7 @@ impl Pace {
         }
     }
 
-    fn step(&mut self, tick: u64, forward: bool, axis: &Walker) -> Result<(), Remark> {
+    fn step(&mut self, tick: u64, forward: bool, axis: &Walker) -> Result<(), Diagnostic> {
         let before = self.place;
         self.place += if forward { 1 } else { -1 };
         if forward != self.forward {
@@ -403,13 +403,13 @@ impl Pace {
     }
 
     /// The end of the segment, at rest.
-    fn rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Remark> {
+    fn rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Diagnostic> {
         self.long.rest(tick, 2 * self.place, axis)?;
         if self.milled { Ok(()) } else { self.short.rest(tick, 2 * self.place, axis) }
     }
 
     /// A rest after the last step, which came at `tick`.
-    fn long_rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Remark> {
+    fn long_rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Diagnostic> {
         for stretch in [&mut self.long, &mut self.short] {
             if tick > stretch.since {
                 stretch.end(tick, self.twice, axis)?;
@@ -426,14 +426,14 @@ impl Stretch {
     }
 
     /// Ends one at `tick`, from which on the axis rests.
-    fn rest(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Remark> {
+    fn rest(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Diagnostic> {
         self.end(tick, twice, axis)?;
         self.end(tick, twice, axis)
     }
 
     /// Ends a stretch at `tick`, at half the place `twice`, and compares its mean speed with that of the one before.
     /// Mean speeds of neighbouring stretches differ by no more than the acceleration times half their joint length.
-    fn end(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Remark> {
+    fn end(&mut self, tick: u64, twice: i64, axis: &Walker) -> Result<(), Diagnostic> {
         let length = (tick - self.since) as f64;
         let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
         let blur = |speed: f64, length: f64| speed.abs() * SLACK_TICKS / length.max(1.0);
@@ -462,7 +462,7 @@ mod tests {
 
     /// What is found, segment by segment and axis by axis, and where the axes end: with all that was walked known; every
     /// sweep walked anew; and as if no rest parted sweeps.
-    fn found(stream: &StepStream, machine: &Machine) -> [(Vec<Result<(), Remark>>, Steps); 3] {
+    fn found(stream: &StepStream, machine: &Machine) -> [(Vec<Result<(), Diagnostic>>, Steps); 3] {
         let zero = corner_zero(machine);
         [0, 1, 2].map(|how| {
             let mut walkers: [Walker; AXES] =
@@ -527,7 +527,7 @@ mod tests {
                 run.change = run.change.saturating_add(bent * 65_536);
                 let [fast, plain, whole] = found(&stream, &machine);
                 assert_eq!(fast, plain, "{name}, round {round}");
-                let errs = |all: &[Result<(), Remark>]| all.iter().filter(|one| one.is_err()).count();
+                let errs = |all: &[Result<(), Diagnostic>]| all.iter().filter(|one| one.is_err()).count();
                 let (fast, whole) = (errs(&fast.0), errs(&whole.0));
                 assert!(fast > 0 || whole == 0, "{name}, round {round}: {:?}", stream.segments[at].runs);
                 tried += 1;

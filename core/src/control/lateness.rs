@@ -11,8 +11,8 @@
 //! Comes in: lateness in µs, segments. Goes out: the histogram, the safe rate, and whether a stream is slower. Does not
 //! know any clock.
 
+use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, axis_name};
-use crate::remark::{Remark, Weight};
 use crate::steps::{PARTS, Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
 use std::borrow::Borrow;
@@ -81,16 +81,16 @@ pub struct Timing {
 
 impl Timing {
     /// The same in sentences: what was found, and what the system did not grant.
-    pub fn remarks(&self) -> Vec<Remark> {
+    pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let late = &self.lateness;
-        let found = Remark::new(Weight::Note, "output.timing")
+        let found = Diagnostic::note("output.timing")
             .with("beats", late.beats)
             .with("p50", libm::round(late.p50_us))
             .with("p9999", libm::round(late.p9999_us))
             .with("max", libm::round(late.worst_us))
             .with("safe", libm::floor(self.safe_hz));
         let refused = |code: &str, why: &Option<String>| {
-            why.as_ref().map(|why| Remark::new(Weight::Doubt, code).with("reason", why))
+            why.as_ref().map(|why| Diagnostic::warning(code).with("reason", why))
         };
         let class = refused("output.no_realtime", &self.no_realtime);
         [Some(found), class, refused("output.not_locked", &self.not_locked)].into_iter().flatten().collect()
@@ -135,14 +135,14 @@ pub fn fastest_rate(segments: impl IntoIterator<Item: Borrow<Segment>>) -> Optio
 }
 
 /// Why `segments` must not be played on a computer whose highest safe rate is `safe_hz`, if they must not.
-pub fn too_fast(segments: impl IntoIterator<Item: Borrow<Segment>>, safe_hz: f64) -> Option<Remark> {
+pub fn too_fast(segments: impl IntoIterator<Item: Borrow<Segment>>, safe_hz: f64) -> Option<Diagnostic> {
     beyond(fastest_rate(segments), safe_hz)
 }
 
 /// The same of what [`fastest_rate`] found.
-pub fn beyond(fastest: Option<(f64, usize)>, safe_hz: f64) -> Option<Remark> {
+pub fn beyond(fastest: Option<(f64, usize)>, safe_hz: f64) -> Option<Diagnostic> {
     let (hz, axis) = fastest.filter(|(hz, _)| *hz > safe_hz)?;
-    let why = Remark::new(Weight::Loss, "control.faster_than_clock").with("axis", axis_name(axis));
+    let why = Diagnostic::error("control.faster_than_clock").with("axis", axis_name(axis));
     Some(why.with("hz", libm::ceil(hz)).with("safe", libm::floor(safe_hz)))
 }
 

@@ -10,7 +10,7 @@
 //! Comes in: what viewers do, with the time in ms of any clock that only goes forward. Goes out: who has control and
 //! what changed. A job that runs goes on whoever has control; this floor does not know jobs, sockets or clocks.
 
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 
 /// Silence after which control lapses, in ms.
 pub const LAPSE_MS: u64 = 3_000;
@@ -52,7 +52,7 @@ pub struct Outcome {
     /// The page that lost control without asking for it: silent, gone, or overruled. What it moved by hand must stop.
     pub lost: Option<Viewer>,
     /// Why control was not given.
-    pub refused: Option<Remark>,
+    pub refused: Option<Diagnostic>,
 }
 
 impl Lease {
@@ -80,7 +80,7 @@ impl Lease {
                     self.holder = Some((viewer, now_ms));
                     lost = Some(holder);
                 } else {
-                    refused = Some(Remark::new(Weight::Loss, "control.taken"));
+                    refused = Some(Diagnostic::error("control.taken"));
                 }
             }
             (Event::Take { viewer, .. }, _) => self.holder = Some((viewer, now_ms)),

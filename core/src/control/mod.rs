@@ -10,7 +10,7 @@ mod session;
 pub use lateness::{Lateness, Timing};
 pub use session::{Action, Event, Session, step};
 
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// What the machine is doing, in the words of the banner.
@@ -65,5 +65,5 @@ pub enum Ending {
     Alarm,
 }
 
-/// An alarm: what happened, as a remark with a code of the locale tables.
-pub type Alarm = Remark;
+/// An alarm: what happened, as a diagnostic with a code of the locale tables.
+pub type Alarm = Diagnostic;

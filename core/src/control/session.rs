@@ -17,7 +17,7 @@
 //! the executor answers every moving action with exactly one report, at rest. Does not know how anything is moved.
 
 use super::{Alarm, Ending, State, Trust};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 
 /// Work zeros that can be taken back.
 const ZEROS_KEPT: usize = 5;
@@ -86,7 +86,7 @@ pub enum Event {
     /// Come to rest now.
     Stop,
     /// The bit is in.
-    BitChanged,
+    ToolChanged,
     /// The alarm was read.
     Acknowledge,
     /// Report: all axes are homed.
@@ -146,7 +146,7 @@ pub enum Action {
     /// The job is over.
     End(Ending),
     /// The ask is refused; nothing changed.
-    Refuse(Remark),
+    Refuse(Diagnostic),
 }
 
 impl Action {
@@ -186,7 +186,7 @@ impl Default for Session {
 }
 
 fn refuse(code: &str) -> Vec<Action> {
-    vec![Action::Refuse(Remark::new(Weight::Loss, code))]
+    vec![Action::Refuse(Diagnostic::error(code))]
 }
 
 /// The session after `event`, and what to do.
@@ -225,7 +225,9 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
             next.state = State::Running;
             vec![Action::Queue]
         }
-        Event::Pause | Event::Resume | Event::StopAfterHole | Event::BitChanged => next.while_running(&event),
+        Event::Pause | Event::Resume | Event::StopAfterHole | Event::ToolChanged => {
+            next.while_running(&event)
+        }
         ask => next.at_rest(ask),
     };
     let lifts = actions.iter().any(|action| matches!(action, Action::MakeSafe { .. }));
@@ -359,7 +361,7 @@ impl Session {
             (Event::StopAfterHole, State::Paused | State::ToolChange) => {
                 self.finish(Ending::StoppedAfterHole)
             }
-            (Event::BitChanged, State::ToolChange) => {
+            (Event::ToolChanged, State::ToolChange) => {
                 self.state = if self.wish == Wish::None { State::Running } else { State::Pausing };
                 vec![Action::RestOfLeg]
             }
@@ -500,8 +502,8 @@ fn worse(a: Trust, b: Trust) -> Trust {
 mod tests {
     use super::*;
 
-    fn alarm(code: &str) -> Remark {
-        Remark::new(Weight::Loss, code)
+    fn alarm(code: &str) -> Diagnostic {
+        Diagnostic::error(code)
     }
 
     fn next(seed: &mut u64, below: u64) -> u64 {
@@ -545,7 +547,7 @@ mod tests {
             9 => Event::Resume,
             10 => Event::StopAfterHole,
             11 => Event::Stop,
-            12 => Event::BitChanged,
+            12 => Event::ToolChanged,
             13 => Event::Acknowledge,
             14 => Event::Queue,
             _ => Event::CannotRecord(alarm("y")),
@@ -582,7 +584,7 @@ mod tests {
                 Action::Home => *event == Event::Home,
                 Action::Jog(..) => matches!(event, Event::Jog(..)),
                 Action::Approach(_) => matches!(event, Event::Start(..)),
-                Action::RestOfLeg => *event == Event::BitChanged,
+                Action::RestOfLeg => *event == Event::ToolChanged,
                 Action::SpindleOn => *event == Event::Resume,
                 Action::Queue => *event == Event::Queue,
                 Action::NextLeg => before.state == State::Running || before.state == State::Pausing,

@@ -27,7 +27,7 @@ use super::{Path, Region, Segment};
 use i_overlay::core::overlay_rule::OverlayRule;
 
 /// Pieces of united outlines shorter than this, in nm, are drawn together.
-pub(super) const CRUMB_NM: f64 = 100.0;
+pub(super) const FRAGMENT_NM: f64 = 100.0;
 
 /// How two regions are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ pub fn settled(path: &Path) -> Vec<Path> {
     }
     let mut sheet = Sheet::default();
     sheet.path(path);
-    rebuild::traced(&mut sheet, Fill::NonZero, CRUMB_NM).paths().cloned().collect()
+    rebuild::traced(&mut sheet, Fill::NonZero, FRAGMENT_NM).paths().cloned().collect()
 }
 
 /// The outlines of what one path encloses, by `rule`, with their inside on the left; none where that costs more than there is
@@ -123,7 +123,7 @@ pub fn union(paths: &[Path]) -> Region {
     for path in paths.iter().flat_map(settled) {
         sheet.path(&path);
     }
-    rebuild::traced(&mut sheet, Fill::NonZero, CRUMB_NM)
+    rebuild::traced(&mut sheet, Fill::NonZero, FRAGMENT_NM)
 }
 
 /// What an odd number of the paths encloses: contours in contours are holes, whichever way they turn.
@@ -132,7 +132,7 @@ pub fn even_odd(paths: &[Path]) -> Region {
     for path in paths {
         sheet.path(path);
     }
-    rebuild::traced(&mut sheet, Fill::EvenOdd, CRUMB_NM)
+    rebuild::traced(&mut sheet, Fill::EvenOdd, FRAGMENT_NM)
 }
 
 /// What is inside of `outlines`, whose inside is on their left and which may overlap.
@@ -141,7 +141,7 @@ pub(super) fn together<'a>(outlines: impl IntoIterator<Item = &'a Path>) -> Regi
     for outline in outlines {
         sheet.path(outline);
     }
-    rebuild::traced(&mut sheet, Fill::NonZero, CRUMB_NM)
+    rebuild::traced(&mut sheet, Fill::NonZero, FRAGMENT_NM)
 }
 
 /// Two regions combined by `rule`.
@@ -157,7 +157,7 @@ pub fn combine(first: &Region, second: &Region, rule: Rule) -> Region {
         Rule::Intersection => OverlayRule::Intersect,
         Rule::Xor => OverlayRule::Xor,
     };
-    rebuild::region(&trace_two(&subject, &clip, rule), &sheet.circles, CRUMB_NM)
+    rebuild::region(&trace_two(&subject, &clip, rule), &sheet.circles, FRAGMENT_NM)
 }
 
 /// What a row of coats does to whatever lies beneath: takes `clear` away, then adds `dark`. The shapes of either do not
@@ -245,5 +245,5 @@ fn painted(coats: &[Coat], pile: &Pile, circles: &[Circle]) -> Region {
         }
     }
     let dark = layer(&mut layers, false).dark;
-    rebuild::region(&dark, circles, CRUMB_NM)
+    rebuild::region(&dark, circles, FRAGMENT_NM)
 }

@@ -19,7 +19,7 @@
 //! drawn together. Before shrinking, clefts narrower than 40 nm are closed, since the rounding of earlier unions leaves
 //! such and they would grow into gouges. Knows no tools.
 
-use super::combine::CRUMB_NM;
+use super::combine::FRAGMENT_NM;
 use super::rebuild;
 use super::sheet::{Circle, Fill, Sheet, Spot, apart, spot};
 use super::{Path, Point, REACH, Region, Segment, chords};
@@ -178,14 +178,14 @@ fn lay(path: &Path, by: f64, sheet: &mut Sheet) {
     sheet.end_outline();
 }
 
-fn grown(region: &Region, by: f64, crumb: f64) -> Region {
+fn grown(region: &Region, by: f64, fragment: f64) -> Region {
     let mut sheet = Sheet::default();
     region.paths().for_each(|path| lay(path, by, &mut sheet));
-    rebuild::traced(&mut sheet, Fill::Positive, crumb)
+    rebuild::traced(&mut sheet, Fill::Positive, fragment)
 }
 
 fn shrunk(region: &Region, by: f64) -> Region {
-    let closed = grown(region, CLOSING_NM, CRUMB_NM);
+    let closed = grown(region, CLOSING_NM, FRAGMENT_NM);
     let mut sheet = Sheet::default();
     closed.paths().for_each(|path| lay(&path.reversed(), by + CLOSING_NM, &mut sheet));
     sheet.turn();

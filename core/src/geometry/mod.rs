@@ -20,7 +20,7 @@ mod shape;
 mod sheet;
 mod strips;
 mod stroke;
-mod watershed;
+mod voronoi;
 
 pub use afford::Fuel;
 pub use combine::{Coat, Enclosing, Rule, combine, enclosed, even_odd, paint, paint_within, settled, union};
@@ -34,13 +34,13 @@ pub use placement::{Placement, QUARTER_MDEG};
 pub use shape::{Island, Path, Region, Segment};
 pub use strips::{Strip, strips};
 pub use stroke::{circle, rectangle, stroke, sweep};
-pub use watershed::watershed;
+pub use voronoi::voronoi;
 
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
 /// How far from the zero point outlines can be united and cut: 1.07 m either way. What lies beyond is moved to it,
-/// so a reader refuses it with a remark of its own.
+/// so a reader refuses it with a diagnostic of its own.
 pub const REACH: Length = Length::from_nm((1 << 30) - 1);
 
 /// A place in the plane of the board: X to the right, Y away from the person.

@@ -3,13 +3,13 @@
 //! ```text
 //!   chords of one circle in a row ─▶ one arc        ╲_│_╱  a corner between two outlines was found on chords:
 //!   lines in one direction        ─▶ one line          ●   it is moved to where the arc and the line truly cross
-//!   crumbs                        ─▶ nothing
+//!   fragments                        ─▶ nothing
 //! ```
 //!
 //! Comes in: contours of edges that know their circles. Goes out: a region in canonical order: every path starts at its
 //! leftmost, then lowest corner, islands and holes are ordered by that corner.
 //! Tolerance: an arc lies on the circle it came from; a line is within [`STRAIGHT_NM`] of the corners it swallowed; a
-//! piece shorter than the crumb length given is drawn together to a point beside or on it; a contour thinner on average than
+//! piece shorter than the fragment length given is drawn together to a point beside or on it; a contour thinner on average than
 //! [`DUST_WIDTH_NM`] is dropped. Knows no boards.
 
 use super::coarse::coarse;
@@ -139,9 +139,9 @@ fn crossing(a: Spot, b: Spot, c: Spot, d: Spot) -> Option<Spot> {
 }
 
 /// Whether a piece is so short that it is drawn together. An arc from nearly its end round to it is not.
-fn is_crumb(here: Node, next: Node, crumb: f64) -> bool {
+fn is_fragment(here: Node, next: Node, fragment: f64) -> bool {
     let chord = sub(next.at, here.at);
-    dot(chord, chord) < crumb * crumb
+    dot(chord, chord) < fragment * fragment
         && match here.kind {
             Kind::Line => true,
             Kind::Arc { circle, clockwise } => {
@@ -151,17 +151,17 @@ fn is_crumb(here: Node, next: Node, crumb: f64) -> bool {
         }
 }
 
-/// Draws pieces shorter than `crumb` together to one corner; never two in a row, so that a fine curve keeps its form.
-fn drop_crumbs(nodes: &[Node], crumb: f64) -> Vec<Node> {
+/// Draws pieces shorter than `fragment` together to one corner; never two in a row, so that a fine curve keeps its form.
+fn drop_fragments(nodes: &[Node], fragment: f64) -> Vec<Node> {
     let mut kept: Vec<Node> = Vec::with_capacity(nodes.len());
     let mut index = 0;
     while let Some(&here) = nodes.get(index) {
         let enough = kept.len() + nodes.len() - index > 3;
         match nodes.get(index + 1) {
-            Some(&next) if enough && is_crumb(here, next, crumb) => {
+            Some(&next) if enough && is_fragment(here, next, fragment) => {
                 let last = kept.last().or(nodes.last()).copied().unwrap_or(here);
                 let far = nodes.get(index + 2).or(kept.first()).copied().unwrap_or(next);
-                kept.push(Node { at: drawn_together(last, here, next, far, crumb), kind: next.kind });
+                kept.push(Node { at: drawn_together(last, here, next, far, fragment), kind: next.kind });
                 index += 2;
             }
             _ => {
@@ -173,12 +173,12 @@ fn drop_crumbs(nodes: &[Node], crumb: f64) -> Vec<Node> {
     kept
 }
 
-/// The corner that replaces a crumb from `here` to `next`: where the lines about it cross, or its end on an arc.
-fn drawn_together(last: Node, here: Node, next: Node, far: Node, crumb: f64) -> Spot {
+/// The corner that replaces a fragment from `here` to `next`: where the lines about it cross, or its end on an arc.
+fn drawn_together(last: Node, here: Node, next: Node, far: Node, fragment: f64) -> Spot {
     let middle = ((here.at.0 + next.at.0) / 2.0, (here.at.1 + next.at.1) / 2.0);
     match (last.kind, next.kind) {
         (Kind::Line, Kind::Line) => crossing(last.at, here.at, next.at, far.at)
-            .filter(|&place| apart(place, middle) <= 2.0 * crumb)
+            .filter(|&place| apart(place, middle) <= 2.0 * fragment)
             .unwrap_or(middle),
         (Kind::Line, Kind::Arc { .. }) => next.at,
         (Kind::Arc { .. }, _) => here.at,
@@ -392,13 +392,13 @@ fn path_of(nodes: &[Node]) -> Option<Path> {
 }
 
 /// One contour as a path; none for dust.
-fn path(contour: &[Found], circles: &[Circle], crumb: f64) -> Option<Path> {
+fn path(contour: &[Found], circles: &[Circle], fragment: f64) -> Option<Path> {
     if is_dust(contour) {
         return None;
     }
     let mut nodes = runs(contour, circles);
     for _ in 0..2 {
-        nodes = straighten(&join_arcs(&drop_spikes(&drop_crumbs(&nodes, crumb))));
+        nodes = straighten(&join_arcs(&drop_spikes(&drop_fragments(&nodes, fragment))));
         half_round(&mut nodes);
     }
     snap(&mut nodes);
@@ -406,17 +406,17 @@ fn path(contour: &[Found], circles: &[Circle], crumb: f64) -> Option<Path> {
 }
 
 /// What is inside of the outlines on a sheet by `fill`; they are used up.
-pub(super) fn traced(sheet: &mut Sheet, fill: Fill, crumb: f64) -> Region {
+pub(super) fn traced(sheet: &mut Sheet, fill: Fill, fragment: f64) -> Region {
     let [pile] = coarse([&sheet.take()]);
-    region(&trace(&pile, fill), &sheet.circles, crumb)
+    region(&trace(&pile, fill), &sheet.circles, fragment)
 }
 
-/// The region of shapes. Pieces shorter than `crumb` nm are drawn together.
-pub(super) fn region(shapes: &[Shape], circles: &[Circle], crumb: f64) -> Region {
+/// The region of shapes. Pieces shorter than `fragment` nm are drawn together.
+pub(super) fn region(shapes: &[Shape], circles: &[Circle], fragment: f64) -> Region {
     let island = |shape: &Shape| {
         let (outer, holes) = shape.split_first()?;
-        let outer = path(outer, circles, crumb)?;
-        let mut holes: Vec<Path> = holes.iter().filter_map(|hole| path(hole, circles, crumb)).collect();
+        let outer = path(outer, circles, fragment)?;
+        let mut holes: Vec<Path> = holes.iter().filter_map(|hole| path(hole, circles, fragment)).collect();
         holes.sort();
         Some(Island { outer, holes })
     };

@@ -231,7 +231,7 @@ impl Sheet {
         let (low, high) = if clockwise { (angle(to), angle(from)) } else { (angle(from), angle(to)) };
         let high = if high <= low || from == to { high + TAU } else { high };
         let high = if high > low + TAU { high - TAU } else { high };
-        // Corners of the wheel strictly between the ends, none so near that the edge would be a crumb.
+        // Corners of the wheel strictly between the ends, none so near that the edge would be a fragment.
         let first = libm::floor(low / step + 0.01) as usize + 1;
         let last = libm::ceil(high / step - 0.01) as usize;
         let wheel = self.wheels.entry(size).or_insert_with(|| wheel(size));

@@ -11,7 +11,7 @@
 use super::{Command, Leg, Mark, Program};
 
 impl Program {
-    /// The holes and ways whose legs `again` names, in their order. Bits that nothing is done with are not asked for; the spindle
+    /// The holes and toolpaths whose legs `again` names, in their order. Bits that nothing is done with are not asked for; the spindle
     /// turns as it did there.
     pub fn only(&self, again: impl Fn(usize) -> bool) -> Self {
         let mut legs: Vec<Leg> = Vec::new();
@@ -25,13 +25,13 @@ impl Program {
                     speed.clear();
                 }
                 Mark::Prepare | Mark::Finish => legs.push(leg.clone()),
-                Mark::Hole(_) | Mark::Way(_) if again(index) => {
+                Mark::Hole(_) | Mark::Toolpath(_) if again(index) => {
                     legs.extend(change.take().cloned());
                     let mut commands = std::mem::take(&mut speed);
                     commands.extend(leg.commands.iter().copied());
                     legs.push(Leg { mark: leg.mark, commands });
                 }
-                Mark::Hole(_) | Mark::Way(_) => {
+                Mark::Hole(_) | Mark::Toolpath(_) => {
                     if let Some(at) =
                         leg.commands.iter().position(|one| matches!(one, Command::Spindle { .. }))
                     {

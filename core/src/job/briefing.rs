@@ -76,7 +76,7 @@ impl Briefing {
             match leg.mark {
                 Mark::ChangeBit(next) => bit = next as usize,
                 Mark::Hole(_) => drilled.iter_mut().skip(bit).take(1).for_each(|does| *does = true),
-                Mark::Way(_) => milled.iter_mut().skip(bit).take(1).for_each(|does| *does = true),
+                Mark::Toolpath(_) => milled.iter_mut().skip(bit).take(1).for_each(|does| *does = true),
                 Mark::Prepare | Mark::Finish => {}
             }
         }
@@ -153,7 +153,7 @@ mod tests {
             safe_height: Length::from_mm(2.0),
             legs: vec![
                 Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] },
-                Leg { mark: Mark::Way(0), commands },
+                Leg { mark: Mark::Toolpath(0), commands },
             ],
             accepted: Vec::new(),
         }

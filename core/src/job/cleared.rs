@@ -4,7 +4,7 @@
 //!   ▓▓▓ copper ▓▓▓ ┆ margin ┆ (bit) ┆┄┄▶ as far as the bit's middle may go beside the board
 //! ```
 //!
-//! Comes in: a person's choice. Goes out: widths in [`Length`]. Does not know how ways are made.
+//! Comes in: a person's choice. Goes out: widths in [`Length`]. Does not know how toolpaths are made.
 
 use super::Bit;
 use crate::geometry::Point;

@@ -88,7 +88,8 @@ mod tests {
             (vec![start, mill(14.0, 0.0, -2.0), up], libm::hypot(4.0, 4.0) / 2.0),
             (vec![start, down(1.0), mill(14.0, 0.0, 1.0), down(-3.0), up], 0.0),
         ];
-        let legs = rows.iter().map(|(commands, _)| Leg { mark: Mark::Way(0), commands: commands.clone() });
+        let legs =
+            rows.iter().map(|(commands, _)| Leg { mark: Mark::Toolpath(0), commands: commands.clone() });
         let program = Program {
             name: String::new(),
             machine: String::new(),

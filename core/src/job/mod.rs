@@ -42,7 +42,7 @@ pub struct Program {
     pub safe_height: Length,
     /// What to do, in order.
     pub legs: Vec<Leg>,
-    /// Every finding that was a loss, by code, and that a person has seen and accepted.
+    /// Every finding that was an error, by code, and that a person has seen and accepted.
     pub accepted: Vec<String>,
 }
 
@@ -123,8 +123,8 @@ pub enum Mark {
     ChangeBit(u32),
     /// Drill this hole (index into the board's holes).
     Hole(u32),
-    /// Mill along this way (index into the job's ways).
-    Way(u32),
+    /// Mill along this way (index into the job's toolpaths).
+    Toolpath(u32),
     /// Spindle off, back to the work zero.
     Finish,
 }
@@ -233,7 +233,7 @@ pub enum Stage {
     /// Z goes up.
     Retract,
     /// From the bottom of one hole, or the top, to the bottom of the next: plane and spindles together.
-    Hop,
+    NextHole,
     /// X and Y along a path with the tip in the board.
     Mill,
     /// Nothing moves.
@@ -319,9 +319,9 @@ impl Program {
         self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()
     }
 
-    /// How many ways it mills.
-    pub fn way_count(&self) -> usize {
-        self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Way(_))).count()
+    /// How many toolpaths it mills.
+    pub fn toolpath_count(&self) -> usize {
+        self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count()
     }
 
     /// Where the head stands in the plane before leg `index` (work zero before the first).

@@ -14,8 +14,8 @@
 
 use super::settings::{Kind, Setting, Value};
 use super::{Machine, Output, StrokeEnd};
+use crate::diagnostic::Diagnostic;
 use crate::job::Input;
-use crate::remark::{Remark, Weight};
 
 /// A signal that is not wired.
 pub const UNWIRED: i8 = -1;
@@ -160,14 +160,14 @@ fn pinout(output: Output) -> Pinout {
     }
 }
 
-fn refuse(code: &str, key: &str) -> Remark {
-    Remark::new(Weight::Loss, code).with("key", key)
+fn refuse(code: &str, key: &str) -> Diagnostic {
+    Diagnostic::error(code).with("key", key)
 }
 
 /// Every reason why the wiring cannot be. A machine that lives inside the computer may have any wiring of the right shape.
-pub(super) fn validate(machine: &Machine) -> Vec<Remark> {
+pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let card = &machine.card;
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     let lengths: [(&str, usize, usize); 6] = [
         (MOTORS[0], card.phases[0].len(), PHASE_BITS),
         (MOTORS[1], card.phases[1].len(), PHASE_BITS),
@@ -178,20 +178,20 @@ pub(super) fn validate(machine: &Machine) -> Vec<Remark> {
     ];
     for (key, found, wanted) in lengths {
         if found != wanted {
-            remarks.push(refuse("machine.card_length", key).with("found", found).with("wanted", wanted));
+            diagnostics.push(refuse("machine.card_length", key).with("found", found).with("wanted", wanted));
         }
     }
     if machine.output == Output::Virtual {
-        return remarks;
+        return diagnostics;
     }
-    remarks.extend(clashes(card, &pinout(machine.output)));
-    remarks.extend(missing(machine));
-    remarks
+    diagnostics.extend(clashes(card, &pinout(machine.output)));
+    diagnostics.extend(missing(machine));
+    diagnostics
 }
 
 /// Bits that are not there, two signals on one bit, and motors that lie over two bytes: a byte is what is written at once.
-fn clashes(card: &Card, pinout: &Pinout) -> Vec<Remark> {
-    let mut remarks = Vec::new();
+fn clashes(card: &Card, pinout: &Pinout) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     let motors = MOTORS.iter().zip(&card.phases);
     let outputs = motors.flat_map(|(key, bits)| bits.iter().map(move |bit| (*key, *bit)));
     let named = card.outputs.iter().map(|bit| ("card.outputs", *bit));
@@ -203,10 +203,10 @@ fn clashes(card: &Card, pinout: &Pinout) -> Vec<Remark> {
             match usize::try_from(bit).ok().and_then(|bit| owners.get_mut(bit)) {
                 None => {
                     let why = refuse("machine.card_bit_outside", key).with("bit", bit);
-                    remarks.push(why.with("last", count - 1));
+                    diagnostics.push(why.with("last", count - 1));
                 }
                 Some(Some(other)) => {
-                    remarks
+                    diagnostics
                         .push(refuse("machine.card_bit_twice", key).with("bit", bit).with("other", *other));
                 }
                 Some(free) => *free = Some(key),
@@ -217,27 +217,27 @@ fn clashes(card: &Card, pinout: &Pinout) -> Vec<Remark> {
         let mut bytes = bits.iter().filter(|bit| **bit >= 0).map(|bit| bit / 8);
         let first = bytes.next();
         if bytes.any(|byte| Some(byte) != first) {
-            remarks.push(refuse("machine.card_two_bytes", key));
+            diagnostics.push(refuse("machine.card_two_bytes", key));
         }
     }
-    remarks
+    diagnostics
 }
 
 /// Signals that the machine cannot do without.
-fn missing(machine: &Machine) -> Vec<Remark> {
+fn missing(machine: &Machine) -> Vec<Diagnostic> {
     let card = &machine.card;
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     if card.device.is_empty() {
-        remarks.push(refuse("machine.card_no_device", "card.device"));
+        diagnostics.push(refuse("machine.card_no_device", "card.device"));
     }
     if machine.spindles > 1 {
-        remarks.push(refuse("machine.card_one_spindle", "card.z").with("spindles", machine.spindles));
+        diagnostics.push(refuse("machine.card_one_spindle", "card.z").with("spindles", machine.spindles));
     }
     for (index, key) in MOTORS.iter().enumerate() {
         let used = machine.axis(index).phases.columns.iter().fold(0, |used, column| used | column) & WINDINGS;
         for bit in (0..PHASE_BITS).filter(|bit| used >> bit & 1 == 1) {
             if card.phases[index].get(bit).is_none_or(|at| *at == UNWIRED) {
-                remarks.push(refuse("machine.card_phase_unwired", key).with("phase", bit));
+                diagnostics.push(refuse("machine.card_phase_unwired", key).with("phase", bit));
             }
         }
     }
@@ -247,9 +247,9 @@ fn missing(machine: &Machine) -> Vec<Remark> {
     }
     for input in needed.into_iter().filter(|input| card.sensor(*input) == UNWIRED) {
         let why = refuse("machine.card_sensor_unwired", "card.sensors");
-        remarks.push(why.with("sensor", format!("{input:?}")));
+        diagnostics.push(why.with("sensor", format!("{input:?}")));
     }
-    remarks
+    diagnostics
 }
 
 #[cfg(test)]

@@ -11,11 +11,11 @@
 //! target slows down a state a step: so a window of distances holds every way there is, from rest and after a change of
 //! target in any moment. Each situation of the window is walked to its end once.
 //!
-//! Comes in: a [`Dynamics`]. Goes out: the next state; remarks. Distances in takts, times in interrupts. Source: R. Arendt's
+//! Comes in: a [`Dynamics`]. Goes out: the next state; diagnostics. Distances in takts, times in interrupts. Source: R. Arendt's
 //! laboratory drill; `docs/motion-profiles.md` A.3 to A.6. Does not know lengths.
 
 use super::Dynamics;
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 
 /// Most states per direction, rest not counted.
 pub const MOST_STATES: usize = 16;
@@ -64,50 +64,50 @@ pub fn next_state(dynamics: &Dynamics, state: i32, distance: i64) -> i32 {
 /// table: sizes beyond [`MOST_STATES`], [`FARTHEST`], [`SLOWEST`] are refused before anything runs.
 ///
 /// Refused are tables that run over a target they could have stopped at, that slow down and speed up again on the way
-/// (hunting), or that never come to rest. Doubts are a last takt faster than the first, and a longer move that takes less
+/// (hunting), or that never come to rest. Warnings are a last takt faster than the first, and a longer move that takes less
 /// time than a shorter one.
-pub fn check(dynamics: &Dynamics) -> Result<Vec<Remark>, Vec<Remark>> {
+pub fn check(dynamics: &Dynamics) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let misshapen = shape(dynamics);
     if !misshapen.is_empty() {
         return Err(misshapen);
     }
     let map = Map::of(dynamics);
     let refusals = map.refusals();
-    if refusals.is_empty() { Ok(map.doubts()) } else { Err(refusals) }
+    if refusals.is_empty() { Ok(map.warnings()) } else { Err(refusals) }
 }
 
 /// What is wrong with the table before it runs: lengths, sizes, a faster state that is slower.
-fn shape(dynamics: &Dynamics) -> Vec<Remark> {
-    let loss = |code: &str| Remark::new(Weight::Loss, code);
+fn shape(dynamics: &Dynamics) -> Vec<Diagnostic> {
+    let error = |code: &str| Diagnostic::error(code);
     let states = dynamics.period.len();
     let (enter, leave) = (dynamics.enter.len(), dynamics.leave.len());
     if states == 0 || enter + 1 != states || leave + 1 != states {
-        let remark = loss("automaton.lengths").with("states", states);
-        return vec![remark.with("enter", enter).with("leave", leave)];
+        let diagnostic = error("automaton.lengths").with("states", states);
+        return vec![diagnostic.with("enter", enter).with("leave", leave)];
     }
     if enter > MOST_STATES {
-        return vec![loss("automaton.too_many_states").with("states", enter).with("most", MOST_STATES)];
+        return vec![error("automaton.too_many_states").with("states", enter).with("most", MOST_STATES)];
     }
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     for (state, period) in dynamics.period.iter().enumerate() {
         if !(1..=SLOWEST).contains(period) {
-            let remark = loss("automaton.period_range").with("state", state).with("period", period);
-            remarks.push(remark.with("most", SLOWEST));
+            let diagnostic = error("automaton.period_range").with("state", state).with("period", period);
+            diagnostics.push(diagnostic.with("most", SLOWEST));
         }
     }
     for (state, pair) in dynamics.period.windows(2).enumerate() {
         if pair[1] > pair[0] {
-            let remark = loss("automaton.period_order").with("state", state + 1).with("period", pair[1]);
-            remarks.push(remark.with("slower", state).with("before", pair[0]));
+            let diagnostic = error("automaton.period_order").with("state", state + 1).with("period", pair[1]);
+            diagnostics.push(diagnostic.with("slower", state).with("before", pair[0]));
         }
     }
     for (row, name) in [(&dynamics.enter, "enter"), (&dynamics.leave, "leave")] {
         for (state, distance) in row.iter().enumerate().filter(|(_, distance)| **distance > FARTHEST) {
-            let remark = loss("automaton.distance_range").with("row", name).with("state", state + 1);
-            remarks.push(remark.with("distance", distance).with("most", FARTHEST));
+            let diagnostic = error("automaton.distance_range").with("row", name).with("state", state + 1);
+            diagnostics.push(diagnostic.with("distance", distance).with("most", FARTHEST));
         }
     }
-    remarks
+    diagnostics
 }
 
 /// What lies ahead of a situation.
@@ -227,29 +227,29 @@ impl<'a> Map<'a> {
     /// Situations in the order in which a person would look at them: moves from rest by length, then states with a new target.
     fn situations(&self) -> impl Iterator<Item = Situation> {
         let (top, window) = (self.top, self.window);
-        let ways = |distance: i64| [distance, -distance];
-        let rest = (1..=window).flat_map(ways).map(|distance| (0, distance));
+        let toolpaths = |distance: i64| [distance, -distance];
+        let rest = (1..=window).flat_map(toolpaths).map(|distance| (0, distance));
         let moving = (1..=top).flat_map(move |state| {
-            (0..=window).flat_map(ways).flat_map(move |distance| [(state, distance), (-state, distance)])
+            (0..=window).flat_map(toolpaths).flat_map(move |distance| [(state, distance), (-state, distance)])
         });
         rest.chain(moving)
     }
 
     /// The first situation of each kind of failure, as a sentence.
-    fn refusals(&self) -> Vec<Remark> {
-        let mut remarks = Vec::new();
+    fn refusals(&self) -> Vec<Diagnostic> {
+        let mut diagnostics = Vec::new();
         let mut first = |what: &str, is: &dyn Fn(Situation) -> bool| {
             if let Some((state, distance)) = self.situations().find(|situation| is(*situation)) {
                 let retargeted = if state == 0 { "" } else { "_retargeted" };
-                let remark = Remark::new(Weight::Loss, &format!("automaton.{what}{retargeted}"));
-                let remark = remark.with("distance", distance).with("state", state);
-                remarks.push(self.detail(remark, what, (state, distance)));
+                let diagnostic = Diagnostic::error(&format!("automaton.{what}{retargeted}"));
+                let diagnostic = diagnostic.with("distance", distance).with("state", state);
+                diagnostics.push(self.detail(diagnostic, what, (state, distance)));
             }
         };
         first("overshoots", &|here| self.could_stop(here) && self.fate(here).is_some_and(|fate| fate.over));
         first("hunts", &|here| self.fate(here).is_some_and(|fate| fate.hunts));
         first("never_rests", &|here| self.fate(here).is_none());
-        remarks
+        diagnostics
     }
 
     /// Whether slowing down a state a step ends before the target: the chain of states allows no faster stop.
@@ -259,7 +259,7 @@ impl<'a> Map<'a> {
     }
 
     /// Adds where and between which states it happens, by running it once more.
-    fn detail(&self, remark: Remark, what: &str, start: Situation) -> Remark {
+    fn detail(&self, diagnostic: Diagnostic, what: &str, start: Situation) -> Diagnostic {
         let (mut here, mut fallen) = (start, None);
         let longest = 4 * (self.window + i64::from(self.top));
         for _ in 0..longest {
@@ -272,16 +272,16 @@ impl<'a> Map<'a> {
             }
             match fallen {
                 Some((before, at)) if what == "hunts" && later > speed => {
-                    let remark = remark.with("from", before).with("down", speed).with("up", later);
-                    return remark.with("fell", at).with("rose", next.1.abs());
+                    let diagnostic = diagnostic.with("from", before).with("down", speed).with("up", later);
+                    return diagnostic.with("fell", at).with("rose", next.1.abs());
                 }
                 _ if what == "overshoots" && next.1 == 0 && next.0 != 0 => {
-                    return remark.with("speed", later).with("by", self.beyond(next));
+                    return diagnostic.with("speed", later).with("by", self.beyond(next));
                 }
                 _ => here = next,
             }
         }
-        remark
+        diagnostic
     }
 
     /// How many takts it runs on from a target that it passes.
@@ -295,20 +295,21 @@ impl<'a> Map<'a> {
     }
 
     /// What an accepted table does that somebody should look at.
-    fn doubts(&self) -> Vec<Remark> {
-        let mut remarks = Vec::new();
+    fn warnings(&self) -> Vec<Diagnostic> {
+        let mut diagnostics = Vec::new();
         let from_rest = |distance: i64| self.fate((0, distance)).unwrap_or_default();
         let slow = period(self.dynamics, 0);
         if let Some(distance) = (1..=self.window).find(|distance| from_rest(*distance).last != slow) {
-            let remark = Remark::new(Weight::Doubt, "automaton.fast_end").with("distance", distance);
-            remarks.push(remark.with("interval", from_rest(distance).last).with("first", slow));
+            let diagnostic = Diagnostic::warning("automaton.fast_end").with("distance", distance);
+            diagnostics.push(diagnostic.with("interval", from_rest(distance).last).with("first", slow));
         }
         let faster = |distance: &i64| from_rest(*distance).time < from_rest(distance - 1).time;
         if let Some(distance) = (2..=self.window).find(faster) {
-            let remark = Remark::new(Weight::Doubt, "automaton.longer_is_faster").with("distance", distance);
+            let diagnostic = Diagnostic::warning("automaton.longer_is_faster").with("distance", distance);
             let (time, shorter) = (from_rest(distance).time, from_rest(distance - 1).time);
-            remarks.push(remark.with("time", time).with("shorter", distance - 1).with("before", shorter));
+            diagnostics
+                .push(diagnostic.with("time", time).with("shorter", distance - 1).with("before", shorter));
         }
-        remarks
+        diagnostics
     }
 }

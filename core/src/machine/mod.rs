@@ -20,7 +20,7 @@ pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, Phase
 pub use presets::{hobby_3018, lab, preset, preset_name, presets, six_spindles, virtual_drill};
 pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
-pub use takts::doubts;
+pub use takts::warnings;
 pub use validate::validate;
 
 use crate::job::Input;

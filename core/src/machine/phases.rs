@@ -14,11 +14,11 @@
 //! the two bits are not taken from the table but from the change really made: backwards as right as forwards. They are
 //! taken away at the first interrupt without a takt, so that nothing stays on 24 V at rest.
 //!
-//! Comes in: a [`PhaseTable`], takts. Goes out: bytes, angles, remarks. Source: R. Arendt's laboratory drill; reference
+//! Comes in: a [`PhaseTable`], takts. Goes out: bytes, angles, diagnostics. Source: R. Arendt's laboratory drill; reference
 //! part A.2. Does not know when takts come.
 
 use super::PhaseTable;
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 
 /// Most columns of a table.
 pub const MOST_COLUMNS: usize = 64;
@@ -108,15 +108,17 @@ pub fn turns(table: &PhaseTable) -> i64 {
 
 /// Whether a motor may be driven by `table`: what deserves a look, or every reason why not, each with
 /// the setting's `key`. Columns count from 1.
-pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Remark>, Vec<Remark>> {
-    let named = |remarks: Vec<Remark>| remarks.into_iter().map(|remark| remark.with("key", key)).collect();
-    let loss = |code: &str| Remark::new(Weight::Loss, code);
+pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    let named = |diagnostics: Vec<Diagnostic>| {
+        diagnostics.into_iter().map(|diagnostic| diagnostic.with("key", key)).collect()
+    };
+    let error = |code: &str| Diagnostic::error(code);
     let length = table.columns.len();
     if !(1..=MOST_COLUMNS).contains(&length) {
-        let remark = loss("phases.length").with("columns", length).with("most", MOST_COLUMNS);
-        return Err(named(vec![remark]));
+        let diagnostic = error("phases.length").with("columns", length).with("most", MOST_COLUMNS);
+        return Err(named(vec![diagnostic]));
     }
-    let mut refusals: Vec<Remark> = table
+    let mut refusals: Vec<Diagnostic> = table
         .columns
         .iter()
         .enumerate()
@@ -125,7 +127,7 @@ pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Remark>, Vec<Remark>> 
     if refusals.is_empty() {
         refusals.extend(forcing_refusals(table));
         match rotation(table) {
-            Ok(doubts) if refusals.is_empty() => return Ok(named(doubts)),
+            Ok(warnings) if refusals.is_empty() => return Ok(named(warnings)),
             Ok(_) => {}
             Err(wrong) => refusals.extend(wrong),
         }
@@ -134,66 +136,66 @@ pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Remark>, Vec<Remark>> 
 }
 
 /// What one column must never be.
-fn column_refusals(column: usize, byte: u8) -> Vec<Remark> {
-    let at = |code: &str| Remark::new(Weight::Loss, code).with("column", column);
-    let mut remarks = Vec::new();
+fn column_refusals(column: usize, byte: u8) -> Vec<Diagnostic> {
+    let at = |code: &str| Diagnostic::error(code).with("column", column);
+    let mut diagnostics = Vec::new();
     if byte & !(WINDINGS | FORCING) != 0 {
-        remarks.push(at("phases.unused_bit").with("byte", format!("{byte:02X}")));
+        diagnostics.push(at("phases.unused_bit").with("byte", format!("{byte:02X}")));
     }
     for (winding, (halves, bit)) in (1..).zip(WINDING) {
         if byte & halves == halves {
-            remarks.push(at("phases.both_halves").with("winding", winding));
+            diagnostics.push(at("phases.both_halves").with("winding", winding));
         }
         if byte & halves == 0 && byte & bit != 0 {
-            remarks.push(at("phases.forcing_undriven").with("winding", winding));
+            diagnostics.push(at("phases.forcing_undriven").with("winding", winding));
         }
     }
     if byte & WINDINGS == 0 {
-        remarks.push(at("phases.nothing_driven"));
+        diagnostics.push(at("phases.nothing_driven"));
     }
-    remarks
+    diagnostics
 }
 
 /// A winding with a 24 V bit anywhere has it exactly in the columns that switch the winding, going forward.
-fn forcing_refusals(table: &PhaseTable) -> Vec<Remark> {
-    let mut remarks = Vec::new();
+fn forcing_refusals(table: &PhaseTable) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     for takt in 1..=table.columns.len() {
         let position = takt as i64;
         let (printed, due) = (column(table, position), byte(table, position, column(table, position - 1)));
         for (winding, (_, bit)) in (1..).zip(WINDING) {
             if (printed ^ due) & bit != 0 {
                 let code = if printed & bit == 0 { "phases.forcing_missing" } else { "phases.forcing_extra" };
-                remarks.push(Remark::new(Weight::Loss, code).with("column", takt).with("winding", winding));
+                diagnostics.push(Diagnostic::error(code).with("column", takt).with("winding", winding));
             }
         }
     }
-    remarks
+    diagnostics
 }
 
 /// The field turns one way, a quarter of a turn at a time at most, and the cycle closes on whole turns.
-fn rotation(table: &PhaseTable) -> Result<Vec<Remark>, Vec<Remark>> {
+fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let at = |position: i64| angle(column(table, position)).map_or(0, i64::from);
     let moves: Vec<(usize, i64)> = (1..=table.columns.len())
         .map(|takt| (takt, turn(at(takt as i64 - 1), at(takt as i64))))
         .filter(|(_, turn)| *turn != 0)
         .collect();
-    let loss = |code: &str| Remark::new(Weight::Loss, code);
+    let error = |code: &str| Diagnostic::error(code);
     let sum: i64 = moves.iter().map(|(_, turn)| turn).sum();
     let too_far = moves.iter().filter(|(_, turn)| turn.abs() > 2);
-    let mut refusals: Vec<Remark> = too_far
-        .map(|(column, turn)| loss("phases.jump").with("column", column).with("degrees", turn.abs() * 45))
+    let mut refusals: Vec<Diagnostic> = too_far
+        .map(|(column, turn)| error("phases.jump").with("column", column).with("degrees", turn.abs() * 45))
         .collect();
     if moves.is_empty() {
-        refusals.push(loss("phases.never_turns"));
+        refusals.push(error("phases.never_turns"));
     } else if refusals.is_empty() {
         let forward = if sum == 0 { moves[0].1.signum() } else { sum.signum() };
         let back = moves.iter().filter(|(_, turn)| turn.signum() != forward);
-        refusals.extend(back.map(|(column, _)| loss("phases.turns_back").with("column", column)));
+        refusals.extend(back.map(|(column, _)| error("phases.turns_back").with("column", column)));
     }
     if !refusals.is_empty() {
         return Err(refusals);
     }
-    let backwards = (sum < 0).then(|| Remark::new(Weight::Doubt, "phases.backwards"));
+    let backwards = (sum < 0).then(|| Diagnostic::warning("phases.backwards"));
     Ok(backwards.into_iter().collect())
 }
 

@@ -2,11 +2,11 @@
 //! manual and the tests all read it. The sentence for each key is `setting.<key with dots as underscores>` in the
 //! locale tables.
 //!
-//! Comes in: keys and values. Goes out: a [`Machine`] or remarks naming the field. Does not know any file format.
+//! Comes in: keys and values. Goes out: a [`Machine`] or diagnostics naming the field. Does not know any file format.
 
 use super::table::SECTIONS;
 use super::{Machine, validate};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -97,26 +97,26 @@ impl Setting {
     }
 
     /// Why `value` cannot be, if it cannot.
-    fn refusal(&self, value: &Value) -> Option<Remark> {
+    fn refusal(&self, value: &Value) -> Option<Diagnostic> {
         self.kind.refusal(self.key, self.unit, value)
     }
 }
 
 impl Kind {
     /// Why `value` cannot be the value of `key`, which is in `unit`, if it cannot.
-    pub fn refusal(self, key: &str, unit: &str, value: &Value) -> Option<Remark> {
-        let remark = |what: &str| {
+    pub fn refusal(self, key: &str, unit: &str, value: &Value) -> Option<Diagnostic> {
+        let diagnostic = |what: &str| {
             let code = format!("machine.setting_{what}");
             let measure = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            let remark = Remark::new(Weight::Loss, &code).with("key", key).with("value", value);
-            Some(remark.with("unit", unit).with("measure", measure))
+            let diagnostic = Diagnostic::error(&code).with("key", key).with("value", value);
+            Some(diagnostic.with("unit", unit).with("measure", measure))
         };
         let inside = |number: f64, low: f64, high: f64| number.is_finite() && (low..=high).contains(&number);
-        let range = |low: f64, high: f64| remark("range").map(|r| r.with("low", low).with("high", high));
+        let range = |low: f64, high: f64| diagnostic("range").map(|r| r.with("low", low).with("high", high));
         match (self, value) {
             (Kind::Text(longest), Value::Text(text)) => {
                 if text.chars().count() > longest || text.chars().any(char::is_control) {
-                    return remark("text").map(|r| r.with("longest", longest));
+                    return diagnostic("text").map(|r| r.with("longest", longest));
                 }
                 None
             }
@@ -138,7 +138,7 @@ impl Kind {
                 if words.contains(&text.as_str()) {
                     return None;
                 }
-                remark("choice").map(|r| r.with("words", words.join(", ")))
+                diagnostic("choice").map(|r| r.with("words", words.join(", ")))
             }
             (Kind::Numbers(low, high), Value::Numbers(numbers)) => {
                 if numbers.len() <= 64 && numbers.iter().all(|n| inside(*n, low, high)) {
@@ -153,7 +153,7 @@ impl Kind {
                 }
                 range(low, high)
             }
-            _ => remark("kind"),
+            _ => diagnostic("kind"),
         }
     }
 }
@@ -174,12 +174,12 @@ pub fn read(machine: &Machine) -> Vec<(String, Value)> {
 }
 
 /// `machine` with `changes` made, or every reason why not. Nothing is changed when anything is refused.
-pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, Vec<Remark>> {
+pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, Vec<Diagnostic>> {
     let mut changed = machine.clone();
     let mut refusals = Vec::new();
     for (key, value) in changes {
         let Some(setting) = setting(key) else {
-            refusals.push(Remark::new(Weight::Loss, "machine.setting_unknown").with("key", key));
+            refusals.push(Diagnostic::error("machine.setting_unknown").with("key", key));
             continue;
         };
         match setting.refusal(value) {

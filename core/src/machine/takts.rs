@@ -3,18 +3,18 @@
 //! ```text
 //! takts/s  71   125   250   500      states 0 … 3 of Arendt's table at 500 interrupts a second
 //!           |    |     |     |
-//!           |    `- a speed below a state's rate leaves out that state and all above it: a doubt
+//!           |    `- a speed below a state's rate leaves out that state and all above it: a warning
 //!           `- a speed below that of state 0 cannot be kept at all: refused
 //! ```
 //!
 //! The table decides how fast an axis goes; `max_speed`, `motion.down_speed` and the feed only hold it to slower states. Rates above
 //! `drive.max_step_rate` are more than the motors follow: a virtual drill may be asked for them and shows what is lost.
 //!
-//! Comes in: a machine. Goes out: takts a second, refusals, doubts. Does not know moves.
+//! Comes in: a machine. Goes out: takts a second, refusals, warnings. Does not know moves.
 
 use super::dynamics::{self, period, state_within, top};
 use super::{Axis, DriveKind, Machine, Output};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 
 /// Bounds of speeds are said to 0.1 µm/s, rounded so that they can be typed.
 const SAID: f64 = 1e4;
@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Machine {
     /// Takts a second in `state` of the table.
-    pub fn takt_hz(&self, state: usize) -> f64 {
+    pub fn step_hz(&self, state: usize) -> f64 {
         let state = i32::try_from(state).unwrap_or(i32::MAX);
         f64::from(self.interrupt_hz.max(1)) / f64::from(period(&self.dynamics, state))
     }
@@ -62,54 +62,55 @@ fn has_table(machine: &Machine) -> bool {
 fn fastest_hz(machine: &Machine) -> f64 {
     let axes = [&machine.x, &machine.y, &machine.z];
     let states = axes.map(|axis| machine.fastest_state(axis, axis.max_speed_mm_per_s));
-    states.into_iter().map(|state| machine.takt_hz(state)).fold(0.0, f64::max)
+    states.into_iter().map(|state| machine.step_hz(state)).fold(0.0, f64::max)
 }
 
 /// Why the table cannot drive the machine as its settings want it: speeds below the slowest state; on hardware, takts faster
 /// than the motors follow.
-pub(super) fn refusals(machine: &Machine) -> Vec<Remark> {
+pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
     if !has_table(machine) {
         return Vec::new();
     }
-    let loss = |code: &str, key: &str, value: f64, bound: f64| {
-        Remark::new(Weight::Loss, code).with("key", key).with("value", value).with("bound", bound)
+    let error = |code: &str, key: &str, value: f64, bound: f64| {
+        Diagnostic::error(code).with("key", key).with("value", value).with("bound", bound)
     };
     let feed = ("stroke.feed", &machine.z, machine.process.feed_mm_per_s);
     let slow = speeds(machine).into_iter().chain([feed]).filter_map(|(key, axis, speed)| {
-        let slowest = machine.takt_hz(0) / axis.scale.steps_per_mm();
+        let slowest = machine.step_hz(0) / axis.scale.steps_per_mm();
         let said = libm::ceil(slowest * SAID) / SAID;
-        (speed < slowest * (1.0 - ROUNDING)).then(|| loss("machine.slower_than_table", key, speed, said))
+        (speed < slowest * (1.0 - ROUNDING)).then(|| error("machine.slower_than_table", key, speed, said))
     });
-    let mut remarks: Vec<Remark> = slow.collect();
+    let mut diagnostics: Vec<Diagnostic> = slow.collect();
     let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
     if fastest > most && machine.output != Output::Virtual {
-        remarks.push(loss("machine.table_too_fast", "drive.interrupt_frequency", fastest, most));
+        diagnostics.push(error("machine.table_too_fast", "drive.interrupt_frequency", fastest, most));
     }
-    remarks
+    diagnostics
 }
 
 /// What a machine that goes by a table does and its owner should know: states that a speed leaves out, and takts that
 /// its motors do not follow.
-pub fn doubts(machine: &Machine) -> Vec<Remark> {
+pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
     if !has_table(machine) {
         return Vec::new();
     }
     let top = top(&machine.dynamics);
     let cut = speeds(machine).into_iter().filter_map(|(key, axis, speed)| {
         let state = machine.fastest_state(axis, speed);
-        let whole = libm::ceil(machine.takt_hz(top) / axis.scale.steps_per_mm() * SAID) / SAID;
-        let remark = Remark::new(Weight::Doubt, "machine.table_cut").with("key", key).with("value", speed);
-        let remark = remark.with("rate", libm::round(machine.takt_hz(state))).with("bound", whole);
-        (state < top).then(|| remark.with("fastest", libm::round(machine.takt_hz(top))))
+        let whole = libm::ceil(machine.step_hz(top) / axis.scale.steps_per_mm() * SAID) / SAID;
+        let diagnostic = Diagnostic::warning("machine.table_cut").with("key", key).with("value", speed);
+        let diagnostic = diagnostic.with("rate", libm::round(machine.step_hz(state))).with("bound", whole);
+        (state < top).then(|| diagnostic.with("fastest", libm::round(machine.step_hz(top))))
     });
-    let mut remarks: Vec<Remark> = cut.collect();
+    let mut diagnostics: Vec<Diagnostic> = cut.collect();
     let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
     if fastest > most {
-        let remark = Remark::new(Weight::Doubt, "machine.table_loses_steps");
-        let remark = remark.with("key", "drive.interrupt_frequency").with("value", machine.interrupt_hz);
-        remarks.push(remark.with("rate", libm::round(fastest)).with("bound", most));
+        let diagnostic = Diagnostic::warning("machine.table_loses_steps");
+        let diagnostic =
+            diagnostic.with("key", "drive.interrupt_frequency").with("value", machine.interrupt_hz);
+        diagnostics.push(diagnostic.with("rate", libm::round(fastest)).with("bound", most));
     }
-    remarks
+    diagnostics
 }
 
 #[cfg(test)]
@@ -121,25 +122,25 @@ mod tests {
         (key.to_owned(), Value::Number(value))
     }
 
-    fn codes(remarks: &[Remark]) -> Vec<&str> {
-        remarks.iter().map(|remark| remark.code.as_str()).collect()
+    fn codes(diagnostics: &[Diagnostic]) -> Vec<&str> {
+        diagnostics.iter().map(|diagnostic| diagnostic.code.as_str()).collect()
     }
 
     #[test]
     fn presets_use_their_whole_table_and_lose_nothing() {
         for (name, machine) in presets() {
-            assert_eq!(codes(&doubts(&machine)), Vec::<&str>::new(), "{name}");
+            assert_eq!(codes(&warnings(&machine)), Vec::<&str>::new(), "{name}");
         }
     }
 
     #[test]
-    fn more_interrupts_than_the_motors_follow_are_a_doubt_on_the_virtual_drill_and_refused_on_hardware() {
+    fn more_interrupts_than_the_motors_follow_are_a_warning_on_the_virtual_drill_and_refused_on_hardware() {
         // (interrupts a second, whether more than the 580 takts that the motors follow)
         for (interrupts, too_many) in [(500.0, false), (580.0, false), (581.0, true), (600.0, true)] {
             let change = number("drive.interrupt_frequency", interrupts);
             let tried = apply(&lab(), std::slice::from_ref(&change)).unwrap();
             let expected: &[&str] = if too_many { &["machine.table_loses_steps"] } else { &[] };
-            assert_eq!(codes(&doubts(&tried)), expected, "{interrupts}");
+            assert_eq!(codes(&warnings(&tried)), expected, "{interrupts}");
             let state = tried.fastest_state(&tried.x, tried.x.max_speed_mm_per_s);
             assert_eq!(state, 3, "no state is left out at {interrupts}");
             let card = Machine { output: Output::Card, ..lab() };
@@ -155,7 +156,7 @@ mod tests {
             [("x.max_speed", 100.0, 250.0), ("y.max_speed", 30.0, 125.0), ("motion.down_speed", 4.0, 125.0)];
         for (key, speed, left) in rows {
             let machine = apply(&lab(), &[number(key, speed)]).unwrap();
-            let found = doubts(&machine);
+            let found = warnings(&machine);
             assert_eq!(codes(&found), ["machine.table_cut"], "{key}");
             let message = found[0].message("en");
             assert!(message.contains(key) && message.contains(&format!("{left}")), "{message}");

@@ -1,21 +1,21 @@
 //! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
 //! whose rows do not belong together.
 //!
-//! Comes in: a machine. Goes out: remarks naming the field. What tables do is found by `dynamics`, `takts` and
+//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `takts` and
 //! `phases`.
 
 use super::{DriveKind, HomeEnd, Machine, StrokeEnd, card, dynamics, phases, takts};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
 /// The most outputs with a name.
 const MOST_OUTPUTS: usize = 16;
 
 /// What no single field can tell: ranges inside out, heights out of reach, drives asked for too much.
-pub fn validate(machine: &Machine) -> Vec<Remark> {
-    let mut remarks = Vec::new();
+pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     let mut refuse = |code: &str, key: &str, value: f64, bound: f64| {
-        remarks.push(refuse(code, key, value, bound));
+        diagnostics.push(refuse(code, key, value, bound));
     };
     for (name, axis) in [("x", &machine.x), ("y", &machine.y), ("z", &machine.z)] {
         if axis.min >= axis.max {
@@ -46,21 +46,21 @@ pub fn validate(machine: &Machine) -> Vec<Remark> {
             );
         }
     }
-    remarks.extend(homing_of_z(machine));
-    remarks.extend(play_of_z(machine));
-    remarks.extend(outputs(machine));
-    remarks.extend(drives(machine));
-    remarks.extend(strokes(machine));
-    remarks.extend(takts::refusals(machine));
-    remarks.extend(card::validate(machine));
-    remarks
+    diagnostics.extend(homing_of_z(machine));
+    diagnostics.extend(play_of_z(machine));
+    diagnostics.extend(outputs(machine));
+    diagnostics.extend(drives(machine));
+    diagnostics.extend(strokes(machine));
+    diagnostics.extend(takts::refusals(machine));
+    diagnostics.extend(card::validate(machine));
+    diagnostics
 }
 
 /// Homing takes Z away from the board and leaves it over the board, for X and Y home after it.
-fn homing_of_z(machine: &Machine) -> Option<Remark> {
+fn homing_of_z(machine: &Machine) -> Option<Diagnostic> {
     let (z, process) = (&machine.z, &machine.process);
     if z.home != HomeEnd::Max {
-        return Some(Remark::new(Weight::Loss, "machine.homes_into_board").with("key", "z.home_end"));
+        return Some(Diagnostic::error("machine.homes_into_board").with("key", "z.home_end"));
     }
     // Where the safe height itself is out of reach, that is said instead.
     let room = z.max - process.surface - process.safe_height;
@@ -69,13 +69,13 @@ fn homing_of_z(machine: &Machine) -> Option<Remark> {
 }
 
 /// Play is taken up in the plane only. Z always hangs or is pulled one way, so a Z with play is none that can be driven to a depth.
-fn play_of_z(machine: &Machine) -> Option<Remark> {
+fn play_of_z(machine: &Machine) -> Option<Diagnostic> {
     let play = machine.z.backlash;
     (play > Length::ZERO).then(|| refuse("machine.z_with_play", "z.backlash", play.mm(), 0.0))
 }
 
 /// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.
-fn outputs(machine: &Machine) -> Option<Remark> {
+fn outputs(machine: &Machine) -> Option<Diagnostic> {
     let names = machine.card.names();
     let good = |name: &str| {
         name.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -85,20 +85,20 @@ fn outputs(machine: &Machine) -> Option<Remark> {
     };
     let twice = |at: usize| names[..at].contains(&names[at]);
     let bad = (0..names.len()).find(|at| !good(&names[*at]) || twice(*at) || *at >= MOST_OUTPUTS)?;
-    let remark = Remark::new(Weight::Loss, "machine.output_name").with("key", "card.output_names");
-    Some(remark.with("name", &names[bad]).with("most", MOST_OUTPUTS))
+    let diagnostic = Diagnostic::error("machine.output_name").with("key", "card.output_names");
+    Some(diagnostic.with("name", &names[bad]).with("most", MOST_OUTPUTS))
 }
 
 /// Tables and pulses.
-fn drives(machine: &Machine) -> Vec<Remark> {
-    let mut remarks = Vec::new();
-    remarks.extend(dynamics::check(&machine.dynamics).err().unwrap_or_default());
+fn drives(machine: &Machine) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    diagnostics.extend(dynamics::check(&machine.dynamics).err().unwrap_or_default());
     for (name, axis) in [("x", &machine.x), ("y", &machine.y), ("z", &machine.z)] {
-        remarks.extend(phases::check(&format!("{name}.phases"), &axis.phases).err().unwrap_or_default());
+        diagnostics.extend(phases::check(&format!("{name}.phases"), &axis.phases).err().unwrap_or_default());
     }
     let period_us = 1e6 / f64::from(machine.max_step_hz);
     if 2.0 * machine.pulse_width_us > period_us {
-        remarks.push(refuse(
+        diagnostics.push(refuse(
             "machine.pulse_too_long",
             "drive.pulse_width",
             machine.pulse_width_us,
@@ -108,16 +108,16 @@ fn drives(machine: &Machine) -> Vec<Remark> {
     let fastest = f64::from(machine.max_step_hz) / machine.z.scale.steps_per_mm();
     if machine.drive == DriveKind::Planned && machine.down.max_speed_mm_per_s > fastest {
         let asked = machine.down.max_speed_mm_per_s;
-        remarks.push(refuse("machine.faster_than_drive", "motion.down_speed", asked, fastest));
+        diagnostics.push(refuse("machine.faster_than_drive", "motion.down_speed", asked, fastest));
     }
-    remarks
+    diagnostics
 }
 
 /// Heights and feeds.
-fn strokes(machine: &Machine) -> Vec<Remark> {
-    let mut remarks = Vec::new();
+fn strokes(machine: &Machine) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     let mut refuse = |code: &str, key: &str, value: f64, bound: f64| {
-        remarks.push(refuse(code, key, value, bound));
+        diagnostics.push(refuse(code, key, value, bound));
     };
     let (process, overlap) = (&machine.process, &machine.overlap);
     let top = process.surface + process.safe_height;
@@ -146,11 +146,11 @@ fn strokes(machine: &Machine) -> Vec<Remark> {
         let key = if machine.drive == DriveKind::Table { "drive.kind" } else { "stroke.end" };
         refuse("machine.overlap_without_count", key, 1.0, 0.0);
     }
-    remarks
+    diagnostics
 }
 
-fn refuse(code: &str, key: &str, value: f64, bound: f64) -> Remark {
-    Remark::new(Weight::Loss, code).with("key", key).with("value", value).with("bound", bound)
+fn refuse(code: &str, key: &str, value: f64, bound: f64) -> Diagnostic {
+    Diagnostic::error(code).with("key", key).with("value", value).with("bound", bound)
 }
 
 #[cfg(test)]

@@ -15,16 +15,16 @@
 //! command, which is given before interrupt 1. Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5. Does not know
 //! frequencies or lengths.
 
+use crate::diagnostic::Diagnostic;
 use crate::machine::Dynamics;
 use crate::machine::dynamics::{period, top};
-use crate::remark::{Remark, Weight};
 use serde::{Deserialize, Serialize};
 
 pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_state, state_within};
 
 /// One takt: the motor is given the next column of its phase table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Takt {
+pub struct TableStep {
     /// Position after it, in takts.
     pub position: i64,
     /// Whether the axis counts up.
@@ -76,7 +76,7 @@ impl Automaton {
     }
 
     /// Serves one interrupt.
-    pub fn interrupt(&mut self) -> Option<Takt> {
+    pub fn interrupt(&mut self) -> Option<TableStep> {
         if self.is_at_rest() {
             self.count = 0;
             return None;
@@ -91,7 +91,7 @@ impl Automaton {
         self.position = self.position.saturating_add(way);
         let left = self.target.saturating_sub(self.position);
         self.state = next_state(&self.dynamics, self.state, left);
-        Some(Takt { position: self.position, forward: way > 0, state: self.state })
+        Some(TableStep { position: self.position, forward: way > 0, state: self.state })
     }
 }
 
@@ -106,8 +106,8 @@ pub struct Stretch {
 
 /// The takts of a move of `distance` takts from rest, either way. A handful of stretches for any distance: the middle, where
 /// the state stays, is one of them. Refused when the table would run over the target, or has no states.
-pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Remark> {
-    let refuse = |code: &str| Remark::new(Weight::Loss, code).with("distance", distance).with("state", 0);
+pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Diagnostic> {
+    let refuse = |code: &str| Diagnostic::error(code).with("distance", distance).with("state", 0);
     if dynamics.period.is_empty() {
         return Err(refuse("automaton.lengths").with("states", 0).with("enter", 0).with("leave", 0));
     }
@@ -135,7 +135,7 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Rem
 }
 
 /// The interrupts of all takts of a move from rest. See [`stretches`] for long moves.
-pub fn takts(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = u64>, Remark> {
+pub fn takts(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = u64>, Diagnostic> {
     let mut now = 0;
     let stretches = stretches(dynamics, distance)?;
     let intervals =
@@ -147,7 +147,7 @@ pub fn takts(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = 
 }
 
 /// How many interrupts a move from rest takes. Without steps: quick for any distance.
-pub fn total(dynamics: &Dynamics, distance: u64) -> Result<u64, Remark> {
+pub fn total(dynamics: &Dynamics, distance: u64) -> Result<u64, Diagnostic> {
     let stretches = stretches(dynamics, distance)?;
     let times = stretches.iter().map(|stretch| u64::from(stretch.interval).saturating_mul(stretch.count));
     Ok(times.fold(0, u64::saturating_add))

@@ -17,7 +17,7 @@
 //! Leetro's.
 
 use super::profile::Stroke;
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 
 /// What a spindle's stroke takes, computed once a bit. All in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -111,7 +111,7 @@ pub struct Cycle {
 /// The instants of every hole of a job whose hops take `hops_s`, from rest on top with all spindles up.
 ///
 /// Refused: no spindle, times that are negative or no numbers, a contact after the bottom, a clear after the top.
-pub fn cycles(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result<Vec<Cycle>, Remark> {
+pub fn cycles(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result<Vec<Cycle>, Diagnostic> {
     check(hops_s, rules, spindles)?;
     let mut cycles: Vec<Cycle> = Vec::with_capacity(hops_s.len());
     for hop_s in hops_s {
@@ -173,9 +173,9 @@ pub fn sequential_s(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> 
     hops_s.iter().map(|hop_s| hop_s + rules.settle_s + stroke_s).sum()
 }
 
-fn check(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result<(), Remark> {
+fn check(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result<(), Diagnostic> {
     let refuse = |field: &str, value: f64| {
-        Err(Remark::new(Weight::Loss, "motion.bad_time").with("field", field).with("value", value))
+        Err(Diagnostic::error("motion.bad_time").with("field", field).with("value", value))
     };
     let bad = |time: &f64| !(time.is_finite() && *time >= 0.0);
     if let Some(hop_s) = hops_s.iter().find(|hop_s| bad(hop_s)) {

@@ -13,9 +13,9 @@
 
 use super::timeline::Timeline;
 use super::writer::{Writer, installed};
+use crate::diagnostic::Diagnostic;
 use crate::job::{Effect, Gate, Otherwise, Stage};
 use crate::machine::{AXES, HomeEnd, Machine, Steps};
-use crate::remark::Remark;
 use crate::units::{Length, TICK_HZ};
 
 /// How far an axis backs off a sensor before it looks for the edge slowly.
@@ -47,7 +47,7 @@ pub fn home_count(machine: &Machine, axis: usize) -> i64 {
 }
 
 /// Homing of one axis, from wherever it stands: its start counts as 0, its end would be there without sensors.
-pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Remark> {
+pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic> {
     let settings = machine.axis(axis);
     let towards = match settings.home {
         HomeEnd::Min => -1,
@@ -88,12 +88,12 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Remark> {
 }
 
 /// Homing of the whole machine: first Z up out of the way, then X, then Y, each from where it stands.
-pub fn home(machine: &Machine) -> Result<Vec<(usize, Timeline)>, Remark> {
+pub fn home(machine: &Machine) -> Result<Vec<(usize, Timeline)>, Diagnostic> {
     [2, 0, 1].into_iter().map(|axis| Ok((axis, home_axis(machine, axis)?))).collect()
 }
 
 /// The spindle up, or down, to `z_steps` at rapid speed, from rest at `from`.
-pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline, Remark> {
+pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline, Diagnostic> {
     let mut to = from;
     for axis in installed(machine) {
         to[axis] = z_steps;
@@ -103,7 +103,12 @@ pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline,
 
 /// A stroke down from rest at `from`: the time to settle, rapidly to the feed height, then at the machine's feed to
 /// `bottom` (machine steps of Z), which a gate may end early; nothing where it stands at `bottom` or below.
-pub fn stroke(machine: &Machine, from: Steps, bottom: i64, gate: Option<Gate>) -> Result<Timeline, Remark> {
+pub fn stroke(
+    machine: &Machine,
+    from: Steps,
+    bottom: i64,
+    gate: Option<Gate>,
+) -> Result<Timeline, Diagnostic> {
     let process = &machine.process;
     let z = &machine.z.scale;
     let above = z.steps(process.surface) + z.steps(process.feed_height.min(process.safe_height));
@@ -132,7 +137,7 @@ pub fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
 
 /// From rest at `from` to rest at `to`: Z up first where it goes up, then X and Y together, then Z down where it goes
 /// down.
-pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Remark> {
+pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Diagnostic> {
     let mut writer = Writer::new(machine, from);
     let mut above = from;
     for axis in installed(machine) {
@@ -150,7 +155,13 @@ pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Rema
 
 /// One axis by `steps`, not faster than `speed` mm/s. An axis with play that went down comes up through it at the end, so
 /// that its motor stands where the table does: a work zero set there is where the bit is.
-pub fn jog(machine: &Machine, from: Steps, axis: usize, steps: i64, speed: f64) -> Result<Timeline, Remark> {
+pub fn jog(
+    machine: &Machine,
+    from: Steps,
+    axis: usize,
+    steps: i64,
+    speed: f64,
+) -> Result<Timeline, Diagnostic> {
     let mut writer = Writer::new(machine, from);
     let mut to = from;
     for axis in together(machine, axis) {
@@ -167,11 +178,11 @@ pub fn jog(machine: &Machine, from: Steps, axis: usize, steps: i64, speed: f64) 
 
 /// What is left of a planned straight move when its axes stand at `from` instead of at its start, because a sensor
 /// ended the move before it: the same stage and the same end, planned anew from rest.
-pub fn rejoin(machine: &Machine, stage: Stage, from: Steps, to: Steps) -> Result<Timeline, Remark> {
+pub fn rejoin(machine: &Machine, stage: Stage, from: Steps, to: Steps) -> Result<Timeline, Diagnostic> {
     one(machine, stage, from, to, f64::INFINITY)
 }
 
-fn one(machine: &Machine, stage: Stage, from: Steps, to: Steps, speed: f64) -> Result<Timeline, Remark> {
+fn one(machine: &Machine, stage: Stage, from: Steps, to: Steps, speed: f64) -> Result<Timeline, Diagnostic> {
     let mut writer = Writer::new(machine, from);
     writer.line(stage, to, speed, None)?;
     Ok(writer.done())

@@ -5,34 +5,33 @@
 
 use super::timeline::{Motion, Move, Part, Timeline};
 use super::{Limits, path};
+use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, Machine, axis_name};
-use crate::remark::{Remark, Weight};
 use crate::units::TICK_HZ;
 
 /// Room for rounding, as a share of the limit.
 const ROUNDING: f64 = 1e-9;
 
-/// Every broken law, at most one remark for each move.
-pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Remark>> {
+/// Every broken law, at most one diagnostic for each move.
+pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Diagnostic>> {
     let (mut at, mut now) = (timeline.start, 0);
     let mut broken = Vec::new();
     for (index, planned) in timeline.moves.iter().enumerate() {
-        let remark =
-            |code: &str| Remark::new(Weight::Loss, code).with("leg", planned.leg).with("move", index);
+        let diagnostic = |code: &str| Diagnostic::error(code).with("leg", planned.leg).with("move", index);
         if planned.from != at || planned.start_tick != now {
-            broken.push(remark("motion.broken_chain"));
+            broken.push(diagnostic("motion.broken_chain"));
         } else if planned.parts.iter().any(|part| part.start_tick > planned.duration_ticks)
             || planned.parts.iter().any(|part| part.end_s() * TICK_HZ as f64 > planned.duration_ticks as f64)
         {
-            broken.push(remark("motion.too_short"));
+            broken.push(diagnostic("motion.too_short"));
         } else if !chained(planned) {
-            broken.push(remark("motion.broken_chain"));
+            broken.push(diagnostic("motion.broken_chain"));
         } else if let Some(why) = planned.parts.iter().find_map(|part| path_laws(machine, part).err()) {
             broken.push(why.with("leg", planned.leg).with("move", index));
         } else if let Some(axis) =
             (0..AXES).find(|axis| planned.parts.iter().any(|part| too_much(timeline, machine, part, *axis)))
         {
-            broken.push(remark("motion.over_limit").with("axis", axis_name(axis)));
+            broken.push(diagnostic("motion.over_limit").with("axis", axis_name(axis)));
         }
         (at, now) = (planned.to, planned.start_tick + planned.duration_ticks);
     }
@@ -54,7 +53,7 @@ fn chained(planned: &Move) -> bool {
 }
 
 /// The laws of a path, where the part is one.
-fn path_laws(machine: &Machine, part: &Part) -> Result<(), Remark> {
+fn path_laws(machine: &Machine, part: &Part) -> Result<(), Diagnostic> {
     let Motion::Path(route) = &part.motion else { return Ok(()) };
     path::laws(&route.path, &Limits::of_path(machine), &path::Rules::of(machine))
 }
@@ -78,7 +77,7 @@ fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) ->
             let (speed, acceleration, jerk) = stroke.peaks();
             over(speed, limits.speed) || over(acceleration, limits.acceleration) || over(jerk, limits.jerk)
         }
-        Motion::Takts(takts) => {
+        Motion::TableSteps(takts) => {
             let shortest = takts.stretches.iter().map(|some| some.interval).min().unwrap_or(1);
             let hz = TICK_HZ as f64 / (takts.interrupt_ticks * u64::from(shortest).max(1)) as f64;
             hz > f64::from(machine.pulse_hz()) * (1.0 + ROUNDING)

@@ -12,10 +12,10 @@
 
 use super::automaton;
 use super::profile::{self, Profile, Shape};
-use super::timeline::Takts;
+use super::timeline::TableSteps;
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::machine::{AXES, Axis, DriveKind, Law, Machine, Steps};
-use crate::remark::Remark;
 use crate::units::TICK_HZ;
 
 /// Greatest speed, acceleration and jerk of an axis or along a path (mm and s).
@@ -83,7 +83,12 @@ fn drive_speed(machine: &Machine, axis: &Axis) -> f64 {
 }
 
 /// The shape that `law` means for a move over `length_mm`.
-pub(super) fn shape(machine: &Machine, law: Law, length_mm: f64, limits: Limits) -> Result<Shape, Remark> {
+pub(super) fn shape(
+    machine: &Machine,
+    law: Law,
+    length_mm: f64,
+    limits: Limits,
+) -> Result<Shape, Diagnostic> {
     Ok(match law {
         Law::Linear => Shape::Linear,
         Law::SCurve => Shape::SCurve,
@@ -109,7 +114,7 @@ fn lengths_mm(mm_per_step: &[f64; AXES], from: &Steps, to: &Steps) -> (f64, f64,
 
 /// The fastest straight line from rest at `from` to rest at `to`, not faster than `speed` along the path. Lines in the plane
 /// follow the plane's law; those of spindles alone the law of their direction.
-pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> Result<Profile, Remark> {
+pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> Result<Profile, Diagnostic> {
     let mm_per_step = mm_per_step(machine);
     let (plane_mm, _, length_mm) = lengths_mm(&mm_per_step, from, to);
     let mut limits = Limits::NONE.slowed(speed);
@@ -130,14 +135,14 @@ pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> R
 
 /// The takts of a table-driven axis over `way` steps, not faster than `speed` mm/s and the axis's own speeds. What its motor
 /// can follow is no limit: the table decides.
-pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Result<Takts, Remark> {
+pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Result<TableSteps, Diagnostic> {
     let down = axis >= 2 && way < 0;
     let own = machine.axis(axis);
     let down_speed = if down { machine.down.max_speed_mm_per_s } else { f64::INFINITY };
     let state = machine.fastest_state(own, speed.min(own.max_speed_mm_per_s).min(down_speed));
     let table = automaton::capped(&machine.dynamics, state);
     let interrupt_ticks = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
-    Ok(Takts { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })
+    Ok(TableSteps { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })
 }
 
 /// Time of a hop in the plane, X and Y moving together; infinite when the machine's limits are not usable.

@@ -11,10 +11,10 @@ use super::Limits;
 use super::limits::mm_per_step;
 use super::path::{self, Chain, Path, Piece, Place, Rules, To};
 use super::timeline::{Motion, Part, Route};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Stage};
 use crate::machine::{DriveKind, Machine, Steps};
-use crate::remark::{Remark, Weight};
 
 /// The piece that a mill command is; none for any other command.
 pub(super) fn piece(command: &Command) -> Option<Piece> {
@@ -43,8 +43,8 @@ pub(super) fn paths(
     start: Place,
     pieces: Vec<Piece>,
     down: [bool; 2],
-) -> Result<Vec<Turned>, Remark> {
-    let refuse = |code: &str| Err(Remark::new(Weight::Loss, code));
+) -> Result<Vec<Turned>, Diagnostic> {
+    let refuse = |code: &str| Err(Diagnostic::error(code));
     if machine.drive == DriveKind::Table {
         return refuse("motion.path_on_table");
     }

@@ -6,17 +6,17 @@
 //!          release   arrive  ready = start  contact bottom  clear  top
 //! ```
 //!
-//! Comes in: a machine, ways from hole to hole in mm. Goes out: the instants of every hole in s, and the [`Timeline`] they come
+//! Comes in: a machine, toolpaths from hole to hole in mm. Goes out: the instants of every hole in s, and the [`Timeline`] they come
 //! from: takts where the table drives, profiles elsewhere. A stroke that ends on a sensor is taken to end at the counted depth.
 //! Does not know [`coordination`](super::coordination)'s rules.
 
 use super::coordination::{Cycle, SpindleTimes, Stroked};
 use super::timeline::{Move, Timeline};
 use super::writer::timeline;
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program, Stage};
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 use crate::units::{Length, TICK_HZ};
 
 /// How often a move's time is halved when a height is looked for: more than a number has digits.
@@ -37,7 +37,7 @@ pub struct OneByOne {
 }
 
 /// The holes that are `hops_mm` from each other, from rest over the work zero, with the machine's own process.
-pub fn one_by_one(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<OneByOne, Remark> {
+pub fn one_by_one(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<OneByOne, Diagnostic> {
     let program = program(machine, hops_mm)?;
     let timeline = timeline(&program, machine)?;
     let clear_mm = machine.overlap.clear_mm.min(machine.process.safe_height.mm());
@@ -61,7 +61,7 @@ pub fn one_by_one(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<OneByOne, R
 }
 
 /// A program of these holes and nothing else.
-fn program(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Program, Remark> {
+fn program(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Program, Diagnostic> {
     let process = &machine.process;
     let micros = |value: f64| libm::round(value * 1e3).clamp(0.0, f64::from(u32::MAX)) as u32;
     let bottom = Length::ZERO - process.board_thickness - process.breakthrough;
@@ -69,7 +69,7 @@ fn program(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Program, Remark> {
     let mut legs = Vec::with_capacity(hops_mm.len());
     for (index, hop) in (0..).zip(hops_mm) {
         if let Some(wrong) = hop.iter().find(|way| !(way.is_finite() && way.abs() <= FARTHEST_MM)) {
-            return Err(Remark::new(Weight::Loss, "motion.bad_length").with("value", wrong));
+            return Err(Diagnostic::error("motion.bad_length").with("value", wrong));
         }
         let way = Point::from_mm(hop[0], hop[1]);
         to = Point::new(to.x + way.x, to.y + way.y);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_that_cannot_be_are_refused() {
+    fn toolpaths_that_cannot_be_are_refused() {
         for wrong in [f64::NAN, f64::INFINITY, -2e6] {
             assert_eq!(one_by_one(&lab(), &[[wrong, 0.0]]).unwrap_err().code, "motion.bad_length");
         }

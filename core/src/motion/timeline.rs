@@ -69,7 +69,7 @@ pub enum Motion {
     /// By a profile over the length of the line.
     Line(Stroke),
     /// By the table of dynamics, takt by takt; one axis.
-    Takts(Takts),
+    TableSteps(TableSteps),
     /// X, Y and spindles along lines, arcs and helices, without a stop.
     Path(Box<Route>),
 }
@@ -97,14 +97,14 @@ impl Route {
 
 /// The takts of one axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Takts {
+pub struct TableSteps {
     /// Ticks from interrupt to interrupt.
     pub interrupt_ticks: u64,
     /// Takts at equal distances, in interrupts, in order.
     pub stretches: Vec<Stretch>,
 }
 
-impl Takts {
+impl TableSteps {
     /// How long they take, in ticks.
     pub fn duration_ticks(&self) -> u64 {
         let interrupts = self.stretches.iter().map(|some| u64::from(some.interval) * some.count);
@@ -147,7 +147,7 @@ impl Part {
     pub fn duration_s(&self) -> f64 {
         match &self.motion {
             Motion::Line(stroke) => stroke.duration_s(),
-            Motion::Takts(takts) => takts.duration_ticks() as f64 / TICK_HZ as f64,
+            Motion::TableSteps(takts) => takts.duration_ticks() as f64 / TICK_HZ as f64,
             Motion::Path(route) => route.path.duration_s(),
         }
     }
@@ -193,7 +193,7 @@ impl Part {
                 stroke.position_mm(own_s) / stroke.length_mm()
             }
             Motion::Line(_) => 1.0,
-            Motion::Takts(takts) => {
+            Motion::TableSteps(takts) => {
                 let done = takts.count_at((own_s.max(0.0) * TICK_HZ as f64) as u64);
                 done as f64 / takts.count().max(1) as f64
             }
@@ -210,8 +210,8 @@ impl Part {
         match &self.motion {
             Motion::Line(stroke) => stroke.speed(own_s),
             Motion::Path(route) => route.path.speed(own_s),
-            Motion::Takts(_) if own_s < 0.0 || own_s > self.duration_s() => 0.0,
-            Motion::Takts(_) => {
+            Motion::TableSteps(_) if own_s < 0.0 || own_s > self.duration_s() => 0.0,
+            Motion::TableSteps(_) => {
                 let way = |axis: usize| (self.to[axis] - self.from[axis]).abs() as f64 * mm_per_step[axis];
                 (0..AXES).map(way).sum::<f64>() / self.duration_s().max(1e-9)
             }

@@ -11,16 +11,16 @@
 //!
 //! Comes in: a program, a machine. Goes out: a [`Timeline`]. Does not know step times.
 
+use super::drill_cycles::{DrillCycles, Hole, Low, plain_hole};
 use super::limits::{line, mm_per_step, takts};
 use super::milling;
 use super::path::Path;
 use super::profile::Stroke;
-use super::strokes::{Hole, Low, Strokes, plain_hole};
 use super::timeline::{Motion, Move, Part, Timeline};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Effect, Gate, Leg, Mark, Program, Stage};
 use crate::machine::{AXES, DriveKind, Machine, Steps};
-use crate::remark::{Remark, Weight};
 use crate::units::{Length, TICK_HZ};
 
 /// A move longer than this is refused: its pulses could be further apart than a run can say (429 s).
@@ -30,16 +30,18 @@ const LONGEST_MOVE_S: f64 = 400.0;
 pub(super) const REST_TICKS: u64 = 20;
 
 /// The whole program as a timeline.
-pub fn timeline(program: &Program, machine: &Machine) -> Result<Timeline, Remark> {
+pub fn timeline(program: &Program, machine: &Machine) -> Result<Timeline, Diagnostic> {
     timeline_from(program, machine, 0)
 }
 
 /// The program from leg `first_leg` on, as when a job is taken up again: it starts at rest where that leg starts, all
 /// spindles up.
-pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> Result<Timeline, Remark> {
+pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> Result<Timeline, Diagnostic> {
     let mut writer = writer_at(program, machine, first_leg);
     for (index, leg) in program.legs.iter().enumerate().skip(first_leg) {
-        writer.leg(index, leg, program.legs.get(index + 1)).map_err(|remark| remark.with("leg", index))?;
+        writer
+            .leg(index, leg, program.legs.get(index + 1))
+            .map_err(|diagnostic| diagnostic.with("leg", index))?;
     }
     Ok(writer.done())
 }
@@ -49,11 +51,13 @@ pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> 
 pub fn each_leg(
     program: &Program,
     machine: &Machine,
-    mut take: impl FnMut(&[Move]) -> Result<(), Remark>,
-) -> Result<Steps, Remark> {
+    mut take: impl FnMut(&[Move]) -> Result<(), Diagnostic>,
+) -> Result<Steps, Diagnostic> {
     let mut writer = writer_at(program, machine, 0);
     for (index, leg) in program.legs.iter().enumerate() {
-        writer.leg(index, leg, program.legs.get(index + 1)).map_err(|remark| remark.with("leg", index))?;
+        writer
+            .leg(index, leg, program.legs.get(index + 1))
+            .map_err(|diagnostic| diagnostic.with("leg", index))?;
         take(&writer.timeline.moves)?;
         writer.timeline.moves.clear();
     }
@@ -67,7 +71,7 @@ pub fn leg_alone(
     machine: &Machine,
     index: usize,
     down: [bool; 2],
-) -> Result<Timeline, Remark> {
+) -> Result<Timeline, Diagnostic> {
     let mut writer = writer_at(program, machine, index);
     for axis in (0..2).filter(|axis| down[*axis]) {
         writer.turned[axis] = true;
@@ -75,7 +79,7 @@ pub fn leg_alone(
     }
     writer.timeline.start = writer.at;
     if let Some(leg) = program.legs.get(index) {
-        writer.leg(index, leg, None).map_err(|remark| remark.with("leg", index))?;
+        writer.leg(index, leg, None).map_err(|diagnostic| diagnostic.with("leg", index))?;
     }
     Ok(writer.done())
 }
@@ -121,7 +125,7 @@ pub(super) struct Writer<'a> {
     place: Point,
     /// The lowest that the tip was at this place, if it was in the board.
     bottom: Option<Length>,
-    strokes: Strokes,
+    strokes: DrillCycles,
     /// At the bottom of a hole, on the way to the next one.
     low: Option<Low>,
     /// For every axis, whether its play is taken up towards its low end.
@@ -143,7 +147,7 @@ impl<'a> Writer<'a> {
             settled: true,
             place: Point::default(),
             bottom: None,
-            strokes: Strokes::default(),
+            strokes: DrillCycles::default(),
             low: None,
             turned: [false; AXES],
         }
@@ -159,8 +163,8 @@ impl<'a> Writer<'a> {
         self.at
     }
 
-    fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Remark> {
-        self.leg = u32::try_from(index).map_err(|_| Remark::new(Weight::Loss, "motion.too_many_legs"))?;
+    fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Diagnostic> {
+        self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
         self.mark = leg.mark;
         match plain_hole(self.machine, leg) {
             Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => self.hop(hole, next),
@@ -169,7 +173,7 @@ impl<'a> Writer<'a> {
     }
 
     /// One hole of a chain: from the bottom of the one before, or from the top; up again where the chain ends.
-    fn hop(&mut self, hole: Hole, next: Option<&Leg>) -> Result<(), Remark> {
+    fn hop(&mut self, hole: Hole, next: Option<&Leg>) -> Result<(), Diagnostic> {
         let mut to = self.at;
         to[0] = self.machine.x.scale.steps(hole.to.x);
         to[1] = self.machine.y.scale.steps(hole.to.y);
@@ -182,7 +186,7 @@ impl<'a> Writer<'a> {
             parts: hop.parts,
             to: hop.to,
             duration_ticks: hop.duration_ticks,
-            ..self.blank(Stage::Hop)
+            ..self.blank(Stage::NextHole)
         });
         self.settled = true;
         self.place = hole.to;
@@ -196,7 +200,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Commands in order; those that mill and follow each other together.
-    fn commands(&mut self, commands: &[Command]) -> Result<(), Remark> {
+    fn commands(&mut self, commands: &[Command]) -> Result<(), Diagnostic> {
         let mills = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
         for group in commands.chunk_by(|a, b| mills(a) && mills(b)) {
             match group.first() {
@@ -208,7 +212,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Along `commands`, all of which mill: a path, or several between which play is taken up.
-    fn mill(&mut self, commands: &[Command]) -> Result<(), Remark> {
+    fn mill(&mut self, commands: &[Command]) -> Result<(), Diagnostic> {
         let pieces: Vec<_> = commands.iter().filter_map(milling::piece).collect();
         let (last, height) = match commands.last() {
             Some(Command::Mill { to, height, .. } | Command::MillArc { to, height, .. }) => (*to, *height),
@@ -234,7 +238,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The motors of X and Y through the play of those that are to go the other way from now on; the axes stand.
-    fn take_up(&mut self, down: [bool; 2], speed: f64) -> Result<(), Remark> {
+    fn take_up(&mut self, down: [bool; 2], speed: f64) -> Result<(), Diagnostic> {
         let mut to = self.at;
         for axis in (0..2).filter(|axis| down[*axis] != self.turned[*axis]) {
             let play = play_steps(self.machine, axis);
@@ -244,7 +248,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Along `path`, which is where the axes go, to the steps `axes` or else to the nearest.
-    fn along(&mut self, path: Path, axes: Option<Steps>) -> Result<(), Remark> {
+    fn along(&mut self, path: Path, axes: Option<Steps>) -> Result<(), Diagnostic> {
         let mm = mm_per_step(self.machine);
         let play: [i64; 2] =
             [0, 1].map(|axis| if self.turned[axis] { play_steps(self.machine, axis) } else { 0 });
@@ -270,7 +274,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    fn command(&mut self, command: Command) -> Result<(), Remark> {
+    fn command(&mut self, command: Command) -> Result<(), Diagnostic> {
         match command {
             Command::Mill { .. } | Command::MillArc { .. } => self.mill(&[command]),
             Command::Rapid { to } => self.rapid(to),
@@ -291,7 +295,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn rapid(&mut self, to: Point) -> Result<(), Remark> {
+    fn rapid(&mut self, to: Point) -> Result<(), Diagnostic> {
         let mut target = self.at;
         target[0] = self.machine.x.scale.steps(to.x);
         target[1] = self.machine.y.scale.steps(to.y);
@@ -305,21 +309,21 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    fn retract(&mut self, to: Length) -> Result<(), Remark> {
+    fn retract(&mut self, to: Length) -> Result<(), Diagnostic> {
         let top = self.with_z(to);
         if (2..AXES).any(|axis| top[axis] < self.at[axis]) {
-            return Err(Remark::new(Weight::Loss, "motion.retract_downwards").with("to", to.mm()));
+            return Err(Diagnostic::error("motion.retract_downwards").with("to", to.mm()));
         }
         self.line(Stage::Retract, top, f64::INFINITY, None)
     }
 
-    fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Remark> {
+    fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Diagnostic> {
         let bottom = self.with_z(to);
         if (2..AXES).any(|axis| bottom[axis] > self.at[axis]) {
-            return Err(Remark::new(Weight::Loss, "motion.plunge_upwards").with("to", to.mm()));
+            return Err(Diagnostic::error("motion.plunge_upwards").with("to", to.mm()));
         }
         if feed_um_per_s == 0 {
-            return Err(Remark::new(Weight::Loss, "motion.no_feed"));
+            return Err(Diagnostic::error("motion.no_feed"));
         }
         if !self.settled {
             let ticks = libm::ceil(self.machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64;
@@ -376,7 +380,7 @@ impl<'a> Writer<'a> {
         to: Steps,
         speed: f64,
         gate: Option<Gate>,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), Diagnostic> {
         if to == self.at {
             return Ok(());
         }
@@ -428,21 +432,21 @@ fn play_steps(machine: &Machine, axis: usize) -> i64 {
     axis.scale.steps(axis.backlash)
 }
 
-fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Remark> {
+fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Diagnostic> {
     if seconds <= LONGEST_MOVE_S {
         return Ok(());
     }
-    let remark = Remark::new(Weight::Loss, "motion.move_too_slow").with("length", length_mm);
-    Err(remark.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
+    let diagnostic = Diagnostic::error("motion.move_too_slow").with("length", length_mm);
+    Err(diagnostic.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
 }
 
-/// Way of a part; takts move one axis.
+/// Toolpath of a part; takts move one axis.
 fn part_mm(part: &Part, mm_per_step: &[f64; AXES]) -> f64 {
     let way = |axis: usize| (part.to[axis] - part.from[axis]).abs() as f64 * mm_per_step[axis];
     match &part.motion {
         Motion::Line(stroke) => stroke.length_mm(),
         Motion::Path(route) => route.path.length_mm(),
-        Motion::Takts(_) => (0..AXES).map(way).fold(0.0, f64::max),
+        Motion::TableSteps(_) => (0..AXES).map(way).fold(0.0, f64::max),
     }
 }
 
@@ -455,14 +459,14 @@ pub(super) fn lines(
     to: Steps,
     speed: f64,
     turned: [bool; AXES],
-) -> Result<Vec<Part>, Remark> {
+) -> Result<Vec<Part>, Diagnostic> {
     if machine.drive == DriveKind::Table {
         return (0..AXES)
             .filter(|axis| from[*axis] != to[*axis])
             .map(|axis| {
                 let mut alone = from;
                 alone[axis] = to[axis];
-                let motion = Motion::Takts(takts(machine, axis, to[axis] - from[axis], speed)?);
+                let motion = Motion::TableSteps(takts(machine, axis, to[axis] - from[axis], speed)?);
                 Ok(Part { stage, start_tick: 0, from, to: alone, motion })
             })
             .collect();

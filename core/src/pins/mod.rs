@@ -19,7 +19,7 @@
 //!
 //! Comes in: runs. Goes out: calls on the traits. Does not know who computed the stream.
 
-mod pace;
+mod feed_override;
 mod play;
 mod recorder;
 mod steady;

@@ -1,7 +1,7 @@
 //! The executor's step: one segment played through pins and clock.
 //!
 //! ```text
-//! pulses ──▶ pace ──▶ wait ──▶ step ──▶ look at the inputs ──▶ next
+//! pulses ──▶ feed override ──▶ wait ──▶ step ──▶ look at the inputs ──▶ next
 //!              ▲                              │ gate met, guard hit, deadline passed, Stop
 //!              └──────────── brake ◀──────────┘
 //! ```
@@ -13,7 +13,7 @@
 //! Comes in: a segment. Goes out: calls on [`Pins`], and an [`Outcome`]. Every end is at rest and every step is counted.
 //! Does not know who computed the segment, nor what it is for.
 
-use super::pace::{Pace, rates};
+use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins};
 use crate::job::{Gate, Input, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
@@ -22,7 +22,7 @@ use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay}
 /// Axes of the plane.
 const PLANE: AxisSet = 0b11;
 
-/// The least pace that can be ordered, percent.
+/// The least feed override that can be ordered, percent.
 const SLOWEST: u8 = 10;
 
 /// Longest piece of waiting between two looks at the orders, in ticks: 5 ms.
@@ -33,7 +33,7 @@ const SLICE: u64 = TICK_HZ / 200;
 pub enum Order {
     /// Go on as planned.
     Go,
-    /// Go on at this many percent of the planned pace, 10 … 100.
+    /// Go on at this many percent of the planned feed override, 10 … 100.
     At(u8),
     /// Come to rest on the path and wait there.
     Hold,
@@ -153,12 +153,12 @@ pub fn play(
     desk: &mut dyn Desk,
 ) -> Outcome {
     let start = line.tick;
-    let (guard, pace) = (guard(segment), Pace::new(start));
+    let (guard, feed_override) = (guard(segment), FeedOverride::new(start));
     let play = Play {
         segment,
         motors,
         guard,
-        pace,
+        feed_override,
         moving: false,
         stepped: [(start, 0); AXES],
         // Milling is meant to move in the board.
@@ -187,7 +187,7 @@ struct Play<'a> {
     segment: &'a Segment,
     motors: &'a Motors,
     guard: u32,
-    pace: Pace,
+    feed_override: FeedOverride,
     /// Whether a step was made since it last was at rest.
     moving: bool,
     /// Of every axis: when it stepped last, and how late it was by then.
@@ -290,13 +290,13 @@ impl Play<'_> {
     /// Waits for a stream tick. While nothing moves, orders are obeyed at once.
     fn idle_until(&mut self, stream_tick: u64) {
         loop {
-            let at = self.pace.at(stream_tick);
+            let at = self.feed_override.at(stream_tick);
             if self.moving || at <= self.line.tick {
                 return self.wait(at);
             }
             match self.desk.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
-                Order::Hold => self.pace.wait(SLICE),
+                Order::Hold => self.feed_override.wait(SLICE),
                 Order::Go | Order::At(_) => {}
             }
             if self.end.is_some() {
@@ -332,47 +332,47 @@ impl Play<'_> {
         if let Some(hit) = hit {
             self.end = Some(Outcome::Guarded(hit));
         } else if let Some(gate) = self.segment.gate {
-            // Planned time: a slower pace leaves a stroke as many steps as it had.
+            // Planned time: a slower feed override leaves a stroke as many steps as it had.
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
             if inputs & gate.input.bit() != 0 {
                 self.end = Some(Outcome::Gated(self.line.position));
-            } else if self.pace.passed(self.line.tick) > deadline {
+            } else if self.feed_override.passed(self.line.tick) > deadline {
                 self.end = Some(Outcome::Unmet(gate));
             }
         }
     }
 
-    /// After a step: sets the pace to the next one. True when it came to rest for good.
+    /// After a step: sets the feed override to the next one. True when it came to rest for good.
     fn paced(&mut self, tick: u64, later: &Replay<'_>) -> bool {
         if self.plane == Plane::Kept {
             return false;
         }
         self.want();
-        if self.pace.is_full() {
+        if self.feed_override.is_full() {
             return false;
         }
         let next = later.clone().next().map(|pulse| pulse.tick - tick);
-        self.pace.next(tick, next, &rates(later, &self.motors.braking));
-        while self.pace.at_rest() {
-            self.wait(self.pace.at(tick));
+        self.feed_override.next(tick, next, &rates(later, &self.motors.braking));
+        while self.feed_override.at_rest() {
+            self.wait(self.feed_override.at(tick));
             self.look();
             match (self.end, self.desk.order()) {
                 (Some(_), _) => return true,
                 (None, Order::Stop) => self.end = Some(Outcome::Stopped),
-                (None, Order::Hold) => self.pace.wait(SLICE),
+                (None, Order::Hold) => self.feed_override.wait(SLICE),
                 (None, Order::Go | Order::At(_)) => {
                     self.want();
-                    self.pace.next(tick, next, &rates(later, &self.motors.braking));
+                    self.feed_override.next(tick, next, &rates(later, &self.motors.braking));
                 }
             }
         }
         false
     }
 
-    /// Tells the pace what is ordered.
+    /// Tells the feed override what is ordered.
     fn want(&mut self) {
         let order = if self.end.is_some() { Order::Stop } else { self.desk.order() };
-        self.pace.want(match order {
+        self.feed_override.want(match order {
             Order::Go => 1.0,
             Order::At(percent) => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,
             Order::Hold | Order::Stop => 0.0,

@@ -6,16 +6,16 @@
 //! ```
 //!
 //! Comes in: a program, the dialect that it was written in (none for Excellon), its files, a function that compares. Goes out:
-//! remarks. Lengths in mm. Does not know what a difference is.
+//! diagnostics. Lengths in mm. Does not know what a difference is.
 
 use super::dialect::{Dialect, Helix};
 use super::names::Part;
 use super::writer::{OutputFile, parts};
 use super::{excellon, read_back};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Program};
 use crate::locale;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -28,18 +28,18 @@ const DRILL_DECIMALS: u32 = 6;
 
 /// Says what files do otherwise than the program, the first one given, where places and heights may be off by so many mm:
 /// the floor `proof` knows that.
-pub type Differences<'a> = &'a dyn Fn(&Program, &[Program], (f64, f64)) -> Vec<Remark>;
+pub type Differences<'a> = &'a dyn Fn(&Program, &[Program], (f64, f64)) -> Vec<Diagnostic>;
 
 /// What `files` do otherwise than the `program` that was written in this dialect, none for Excellon; and what else there is to say of
-/// them. A loss is what must not be run. The words of a template of a person's `own` may be none that are followed: that is a doubt.
+/// them. An error is what must not be run. The words of a template of a person's `own` may be none that are followed: that is a warning.
 pub fn proved(
     (dialect, own): (Option<&Dialect>, bool),
     program: &Program,
     files: &[OutputFile],
     differences: Differences<'_>,
-) -> Vec<Remark> {
+) -> Vec<Diagnostic> {
     let numbered: BTreeMap<u32, Bit> = (1..).zip(program.bits.iter().cloned()).collect();
-    let (meant, mut remarks) = match dialect {
+    let (meant, mut diagnostics) = match dialect {
         Some(dialect) => shifted(program, dialect),
         None => (excellon::said(program), Vec::new()),
     };
@@ -52,24 +52,25 @@ pub fn proved(
         };
         match back {
             Ok(back) => {
-                remarks.extend(back.remarks);
+                diagnostics.extend(back.diagnostics);
                 let origin = if back.of_files { Point::default() } else { program.origin };
                 written.push(Program { origin, ..back.program });
             }
             Err(why) => {
-                let weight = if own && is_foreign(&why) { Weight::Doubt } else { Weight::Loss };
-                let said = Remark::new(weight, "written.unread").with("why", why.message(locale::FALLBACK));
-                remarks.push(Remark { place: why.place, ..said });
-                return remarks;
+                let severity = if own && is_foreign(&why) { Severity::Warning } else { Severity::Error };
+                let said =
+                    Diagnostic::new(severity, "written.unread").with("why", why.message(locale::FALLBACK));
+                diagnostics.push(Diagnostic { place: why.place, ..said });
+                return diagnostics;
             }
         }
     }
-    remarks.extend(differences(&meant, &written, slack(dialect)));
-    remarks
+    diagnostics.extend(differences(&meant, &written, slack(dialect)));
+    diagnostics
 }
 
 /// Whether words are of a kind that is not followed, and not wrong.
-fn is_foreign(why: &Remark) -> bool {
+fn is_foreign(why: &Diagnostic) -> bool {
     ["readback.unknown", "readback.unknown_word", "readback.changes_place"].contains(&why.code.as_str())
 }
 
@@ -90,7 +91,7 @@ fn slack(dialect: Option<&Dialect>) -> (f64, f64) {
 }
 
 /// The program, moved as the templates of the dialect say; and that they do.
-fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Remark>) {
+fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Diagnostic>) {
     let mut moved = program.clone();
     let shift = |part: Part| dialect.templates(part).map_or([Length::ZERO; 2], |templates| templates.shift);
     for (leg, part) in moved.legs.iter_mut().zip(parts(program, dialect)) {
@@ -108,7 +109,6 @@ fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Remark>) {
         }
     }
     let said = Part::ALL.map(shift).into_iter().find(|shift| *shift != [Length::ZERO; 2]);
-    let said =
-        said.map(|[x, y]| Remark::new(Weight::Doubt, "written.moved").with("x", x.mm()).with("y", y.mm()));
+    let said = said.map(|[x, y]| Diagnostic::warning("written.moved").with("x", x.mm()).with("y", y.mm()));
     (moved, said.into_iter().collect())
 }

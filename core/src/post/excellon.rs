@@ -1,5 +1,5 @@
 //! A program as a drill file: Excellon, metric, with decimal points, X and Y on every hit, in the coordinates of the
-//! files the board came from. Ways are routed.
+//! files the board came from. Toolpaths are routed.
 //!
 //! ```text
 //!   height   ─────╮      ╭──tab──╮    ╭────     Excellon has no depth: what lies at the lowest height of the program is
@@ -12,9 +12,9 @@ use super::arcs::{Curve, Piece, Tip};
 use super::dialect::Arcs;
 use super::number::{Format, Zeros};
 use super::read::Centre;
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Cutter, Leg, Mark, Program};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// Full circles are cut in two: many readers take one whose ends agree for nothing.
@@ -37,10 +37,10 @@ fn number(length: Length) -> String {
     Format { decimals, trailing: Zeros::All, leading: 1, point: true, plus: false }.text(length.nm())
 }
 
-/// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for ways that end above others.
+/// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for toolpaths that end above others.
 ///
 /// With `chord_error_mm` arcs are routed as lines that are at most so far off.
-pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Remark> {
+pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Diagnostic> {
     let mut out = String::from("M48\n;FORMAT={-:-/ absolute / metric / decimal}\nFMAT,2\nMETRIC\n");
     for (code, bit) in (1_u32..).zip(&program.bits) {
         out.push_str(&format!("T{code}C{}\n", number(bit.diameter)));
@@ -57,7 +57,7 @@ pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String
                 let at = place(leg, program.origin);
                 out.push_str(&format!("X{}Y{}\n", number(at.x), number(at.y)));
             }
-            Mark::Hole(_) | Mark::Way(_) => router.route(&mut out, leg, program.start_of_leg(index))?,
+            Mark::Hole(_) | Mark::Toolpath(_) => router.route(&mut out, leg, program.start_of_leg(index))?,
             Mark::Prepare | Mark::Finish => {}
         }
     }
@@ -65,7 +65,7 @@ pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String
     Ok(out)
 }
 
-/// What of a program a drill file says: holes and ways at its lowest height, through the board, each with a tool of which only the
+/// What of a program a drill file says: holes and toolpaths at its lowest height, through the board, each with a tool of which only the
 /// diameter is known.
 pub(super) fn said(program: &Program) -> Program {
     let floor = Router::new(program, None).floor;
@@ -124,7 +124,7 @@ fn place(leg: &Leg, origin: Point) -> Point {
     Point::new(at.x + origin.x, at.y + origin.y)
 }
 
-/// Ways turned into routes.
+/// Toolpaths turned into routes.
 struct Router<'a> {
     program: &'a Program,
     /// The lowest height of all milling.
@@ -148,10 +148,10 @@ impl<'a> Router<'a> {
         Self { program, floor: heights.min().unwrap_or_default(), bit: 0, down: false, arcs }
     }
 
-    fn route(&mut self, out: &mut String, leg: &Leg, start: Point) -> Result<(), Remark> {
+    fn route(&mut self, out: &mut String, leg: &Leg, start: Point) -> Result<(), Diagnostic> {
         let bit = self.program.bits.get(self.bit as usize);
         if let Some(bit) = bit.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. })) {
-            return Err(Remark::new(Weight::Loss, "post.excellon_vee").with("bit", &bit.name));
+            return Err(Diagnostic::error("post.excellon_vee").with("bit", &bit.name));
         }
         let before = out.len();
         let mut tip = Tip { at: start, height: self.program.safe_height };
@@ -180,8 +180,8 @@ impl<'a> Router<'a> {
         }
         self.raise(out);
         if out.len() == before {
-            let remark = Remark::new(Weight::Loss, "post.excellon_depth");
-            return Err(remark.with("lowest", self.floor.mm()));
+            let diagnostic = Diagnostic::error("post.excellon_depth");
+            return Err(diagnostic.with("lowest", self.floor.mm()));
         }
         out.push_str("G05\n");
         Ok(())

@@ -41,9 +41,9 @@ pub use readback::{Written, read_back, titled};
 pub use run_sheet::{RunSheet, SheetRow, run_sheet};
 pub use writer::{OutputFile, write_side, write_with};
 
+use crate::diagnostic::Diagnostic;
 use crate::job::{Briefing, Program};
 use crate::machine::Machine;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -53,7 +53,7 @@ pub fn targets() -> Vec<&'static str> {
 }
 
 /// The dialect that ships under `name`.
-pub fn dialect(name: &str) -> Option<Result<Dialect, Remark>> {
+pub fn dialect(name: &str) -> Option<Result<Dialect, Diagnostic>> {
     let (name, text) = shipped().find(|(known, _)| *known == name)?;
     Some(Dialect::parse(&format!("{name}.toml"), text))
 }
@@ -98,7 +98,11 @@ impl Dialect {
 }
 
 /// The program in the words of `target`. None for an unknown target.
-pub fn write(target: &str, program: &Program, manner: &Manner) -> Option<Result<Vec<OutputFile>, Remark>> {
+pub fn write(
+    target: &str,
+    program: &Program,
+    manner: &Manner,
+) -> Option<Result<Vec<OutputFile>, Diagnostic>> {
     write_for(target, program, manner, &Briefing::of(program), 0)
 }
 
@@ -109,7 +113,7 @@ pub fn write_for(
     manner: &Manner,
     briefing: &Briefing,
     side: usize,
-) -> Option<Result<Vec<OutputFile>, Remark>> {
+) -> Option<Result<Vec<OutputFile>, Diagnostic>> {
     if target == "excellon" {
         let bits = (0..).zip(&program.bits).map(|(index, _)| index).collect();
         let file = |text| vec![OutputFile { name: writer::file_name(program, "drl"), text, bits }];
@@ -121,8 +125,8 @@ pub fn write_for(
 
 /// Blocks that go over the board, into it or out of it and say no height: after them the tip may be where nobody thinks. A
 /// template may have its reasons, so they are notes.
-pub fn doubts(dialect: &Dialect) -> Vec<Remark> {
-    let mut doubts = Vec::new();
+pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
     for part in Part::ALL {
         let blocks = dialect.templates(part).into_iter().flat_map(|templates| &templates.blocks);
         for (block, template) in blocks {
@@ -136,14 +140,14 @@ pub fn doubts(dialect: &Dialect) -> Vec<Remark> {
             let referred = ["G28", "G30", "G53"].iter().any(|word| template.says(word));
             if goes && !referred && !names(&["Z", "H", "HC", "U", "B", "DZ", "AZ"]) {
                 let name = format!("{}.{}", part.key(), block.key());
-                doubts.push(Remark::new(Weight::Note, "post.no_height").with("name", name));
+                warnings.push(Diagnostic::note("post.no_height").with("name", name));
             }
         }
     }
-    doubts
+    warnings
 }
 
 /// The name among the targets that is nearest to `name`.
 pub fn nearest_target(name: &str) -> &'static str {
-    crate::remark::nearest(name, targets())
+    crate::diagnostic::nearest(name, targets())
 }

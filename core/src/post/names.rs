@@ -9,7 +9,7 @@
 pub enum Part {
     /// Holes made by strokes of the spindle.
     Drill,
-    /// Ways milled with the tip in the board.
+    /// Toolpaths milled with the tip in the board.
     Engrave,
 }
 
@@ -265,7 +265,7 @@ pub(super) fn parameter(name: &str) -> Option<&'static Parameter> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::remark::nearest;
+    use crate::diagnostic::nearest;
     use std::collections::BTreeSet;
 
     #[test]

@@ -5,9 +5,9 @@
 use super::dialect::{Dialect, Files};
 use super::names::{Block, Part};
 use super::writer::write_traced;
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
-use crate::remark::Remark;
 use crate::units::Length;
 
 /// What one elementary action became.
@@ -23,7 +23,7 @@ pub struct Sample {
 
 /// Every elementary action of a small program in the words of `dialect`: two holes, one of them in two strokes, and a way of
 /// lines, arcs and a helix. Parts that the dialect has no template for are left out.
-pub fn preview(dialect: &Dialect) -> Result<Vec<Sample>, Remark> {
+pub fn preview(dialect: &Dialect) -> Result<Vec<Sample>, Diagnostic> {
     let dialect = Dialect { files: Files::Job, ..dialect.clone() };
     let mut legs = vec![Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 0 }] }];
     if dialect.drill.is_some() {
@@ -98,5 +98,5 @@ fn milling() -> Vec<Leg> {
         arc(at(30.0, 10.0), at(35.0, 10.0), false, Length::from_um(-300)),
         Command::Retract { to: Length::from_um(2_000) },
     ];
-    vec![change(1), Leg { mark: Mark::Way(0), commands }]
+    vec![change(1), Leg { mark: Mark::Toolpath(0), commands }]
 }

@@ -1,6 +1,6 @@
 //! Dialect files (S6 S7 S8): plain TOML, read with every fault and its place.
 //!
-//! Comes in: the text of a dialect file. Goes out: a [`Dialect`], or remarks with line and column and what was probably
+//! Comes in: the text of a dialect file. Goes out: a [`Dialect`], or diagnostics with line and column and what was probably
 //! meant. Does not know programs.
 
 use super::dialect::{
@@ -10,7 +10,7 @@ use super::names::{BLOCKS, Block, CURVES, PARAMETERS, Part};
 use super::number::{Format, Zeros};
 use super::template::{Fault, Known, Template};
 use super::words::{Table, Words};
-use crate::remark::{Remark, Weight, nearest};
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::units::Length;
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -41,8 +41,8 @@ const TOP: &[&str] = &[
 const FORMAT: &[&str] = &["decimals", "trailing_zeros", "leading_zeros", "point", "plus"];
 
 impl Dialect {
-    /// Reads the dialect in `text`; `file` names it in remarks. The first fault otherwise.
-    pub fn parse(file: &str, text: &str) -> Result<Self, Remark> {
+    /// Reads the dialect in `text`; `file` names it in diagnostics. The first fault otherwise.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Diagnostic> {
         let (dialect, faults) = read(file, text);
         match faults.into_iter().next() {
             Some(fault) => Err(fault),
@@ -52,22 +52,22 @@ impl Dialect {
 }
 
 /// Every fault of the dialect in `text`, in the order of the file; none where it can be used.
-pub fn check(file: &str, text: &str) -> Vec<Remark> {
+pub fn check(file: &str, text: &str) -> Vec<Diagnostic> {
     read(file, text).1
 }
 
-fn read(file: &str, text: &str) -> (Dialect, Vec<Remark>) {
+fn read(file: &str, text: &str) -> (Dialect, Vec<Diagnostic>) {
     let too_large = text.len() > LARGEST;
     let (mut words, mut top) = Words::new(file, if too_large { "" } else { text });
     if too_large {
-        words.fault(Remark::new(Weight::Loss, "post.dialect_too_large").with("most", LARGEST), 0);
+        words.fault(Diagnostic::error("post.dialect_too_large").with("most", LARGEST), 0);
         return (blank(), words.faults);
     }
     if top
         .take("schema")
         .is_none_or(|value| value.get_ref().as_integer().is_none_or(|one| one.as_str() != "1"))
     {
-        words.fault(Remark::new(Weight::Loss, "post.schema"), 0);
+        words.fault(Diagnostic::error("post.schema"), 0);
     }
     let mut dialect = blank();
     dialect.name = words.short(&mut top, "name", 100, |c| !c.is_control()).unwrap_or_default();
@@ -101,7 +101,7 @@ fn read(file: &str, text: &str) -> (Dialect, Vec<Remark>) {
         }
     }
     if dialect.drill.is_none() && dialect.engrave.is_none() && words.faults.is_empty() {
-        words.fault(Remark::new(Weight::Loss, "post.no_templates"), 0);
+        words.fault(Diagnostic::error("post.no_templates"), 0);
     }
     words.unknown(&top, TOP);
     let mut faults = words.faults;
@@ -220,9 +220,10 @@ fn block_named(words: &mut Words<'_>, name: &Spanned<String>) -> Option<(Part, B
     let names: Vec<String> = BLOCKS.iter().map(full).collect();
     let found = BLOCKS.iter().zip(&names).find(|(_, known)| *known == name.get_ref());
     if found.is_none() {
-        let remark = Remark::new(Weight::Loss, "post.unknown_block").with("name", name.get_ref());
-        let remark = remark.with("nearest", nearest(name.get_ref(), names.iter().map(String::as_str)));
-        words.fault(remark.with("known", names.join(", ")), name.span().start);
+        let diagnostic = Diagnostic::error("post.unknown_block").with("name", name.get_ref());
+        let diagnostic =
+            diagnostic.with("nearest", nearest(name.get_ref(), names.iter().map(String::as_str)));
+        words.fault(diagnostic.with("known", names.join(", ")), name.span().start);
     }
     found.map(|(row, _)| (row.part, row.block))
 }
@@ -245,8 +246,8 @@ fn modal<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> Modal {
         if let Some(known) = MODAL.iter().find(|known| *known == name.get_ref()) {
             parameters.push(*known);
         } else {
-            let remark = Remark::new(Weight::Loss, "post.not_modal").with("name", name.get_ref());
-            words.fault(remark.with("known", MODAL.join(", ")), name.span().start);
+            let diagnostic = Diagnostic::error("post.not_modal").with("name", name.get_ref());
+            words.fault(diagnostic.with("known", MODAL.join(", ")), name.span().start);
         }
     }
     let group = |text: Spanned<String>| text.get_ref().split_whitespace().map(str::to_owned).collect();
@@ -296,8 +297,8 @@ fn templates<'a>(
                 blocks.insert(row.block, template(words, part, row.block, &text));
             }
             None if needed(row.block, row.required, arcs) => {
-                let remark = Remark::new(Weight::Loss, "post.missing_block").with("block", row.block.key());
-                words.missing_block(&table, remark.with("template", part.key()));
+                let diagnostic = Diagnostic::error("post.missing_block").with("block", row.block.key());
+                words.missing_block(&table, diagnostic.with("template", part.key()));
             }
             None => {}
         }
@@ -340,13 +341,13 @@ fn template(words: &mut Words<'_>, part: Part, block: Block, text: &Spanned<Stri
     };
     let (template, faults) = Template::parse(text.get_ref(), known);
     for (fault, at) in faults {
-        let (remark, at) = explain(words, part, block, text, &fault, at);
-        words.fault(remark, at);
+        let (diagnostic, at) = explain(words, part, block, text, &fault, at);
+        words.fault(diagnostic, at);
     }
     template
 }
 
-/// The remark for a fault at byte `at` of a template, and its byte in the file.
+/// The diagnostic for a fault at byte `at` of a template, and its byte in the file.
 fn explain(
     words: &Words<'_>,
     part: Part,
@@ -354,7 +355,7 @@ fn explain(
     value: &Spanned<String>,
     fault: &Fault,
     at: usize,
-) -> (Remark, usize) {
+) -> (Diagnostic, usize) {
     let span = value.span();
     let raw = words.source(span.clone());
     // A text in quotes of one or three signs; after three the first end of line does not count.
@@ -369,19 +370,19 @@ fn explain(
     let verbatim = body.get(skipped..).is_some_and(|body| body.starts_with(before));
     let offset = if verbatim { span.start + quotes + skipped + at } else { span.start };
     let here = || PARAMETERS.iter().filter(move |row| row.blocks.contains(&block)).map(|row| row.name);
-    let remark = match fault {
+    let diagnostic = match fault {
         Fault::Unknown(name) if PARAMETERS.iter().any(|row| row.name == name) => {
-            Remark::new(Weight::Loss, "post.parameter_elsewhere").with("name", name)
+            Diagnostic::error("post.parameter_elsewhere").with("name", name)
         }
-        Fault::Unknown(name) => Remark::new(Weight::Loss, "post.unknown_parameter")
+        Fault::Unknown(name) => Diagnostic::error("post.unknown_parameter")
             .with("name", name)
             .with("nearest", nearest(name, here())),
-        Fault::Unclosed => Remark::new(Weight::Loss, "post.unclosed_parameter"),
-        Fault::Arithmetic(text) => Remark::new(Weight::Loss, "post.bad_arithmetic").with("text", text),
+        Fault::Unclosed => Diagnostic::error("post.unclosed_parameter"),
+        Fault::Arithmetic(text) => Diagnostic::error("post.bad_arithmetic").with("text", text),
     };
     let names: Vec<String> = here().map(|name| format!("@{name}@")).collect();
     let field = format!("{}.{}", part.key(), block.key());
-    (remark.with("field", field).with("known", names.join(" ")), offset)
+    (diagnostic.with("field", field).with("known", names.join(" ")), offset)
 }
 
 /// How the blocks of arcs say where the centre is.

@@ -1,17 +1,17 @@
 //! What a dialect file may say, and what is said of one that is wrong.
 
 use super::*;
-use crate::post::{doubts, preview, shipped};
+use crate::post::{preview, shipped, warnings};
 
 const HEAD: &str = "schema = 1\nname = \"x\"\nextension = \"nc\"\n";
 const DRILL: &str = "[drill]\nstart = \"\"\nchange = \"\"\nhole = \"\"\nend = \"\"\n";
 
 fn faults(text: &str) -> Vec<(String, u32, u32)> {
-    let told = |remark: &Remark| {
-        assert!(!remark.message("en").contains('{'), "{}", remark.message("en"));
-        assert!(!remark.advice("en").contains('{'), "{}", remark.advice("en"));
-        let place = remark.place.clone().unwrap_or_else(|| panic!("{remark:?}"));
-        (remark.code.clone(), place.line, place.column)
+    let told = |diagnostic: &Diagnostic| {
+        assert!(!diagnostic.message("en").contains('{'), "{}", diagnostic.message("en"));
+        assert!(!diagnostic.advice("en").contains('{'), "{}", diagnostic.advice("en"));
+        let place = diagnostic.place.clone().unwrap_or_else(|| panic!("{diagnostic:?}"));
+        (diagnostic.code.clone(), place.line, place.column)
     };
     check("my.toml", text).iter().map(told).collect()
 }
@@ -21,12 +21,12 @@ fn what_ships_can_be_read_and_shown() {
     for (name, text) in shipped() {
         let told: Vec<_> = check(name, text)
             .iter()
-            .map(|remark| format!("{:?} {}", remark.place, remark.message("en")))
+            .map(|diagnostic| format!("{:?} {}", diagnostic.place, diagnostic.message("en")))
             .collect();
         assert!(told.is_empty(), "{name}: {told:#?}");
-        let dialect = Dialect::parse(name, text).unwrap_or_else(|remark| panic!("{remark:?}"));
-        assert_eq!(doubts(&dialect), [], "{name}");
-        let samples = preview(&dialect).unwrap_or_else(|remark| panic!("{name}: {remark:?}"));
+        let dialect = Dialect::parse(name, text).unwrap_or_else(|diagnostic| panic!("{diagnostic:?}"));
+        assert_eq!(warnings(&dialect), [], "{name}");
+        let samples = preview(&dialect).unwrap_or_else(|diagnostic| panic!("{name}: {diagnostic:?}"));
         assert!(samples.len() >= 10, "{name}: {samples:#?}");
         assert!(samples.iter().all(|sample| !sample.text.contains('@')), "{name}: {samples:#?}");
     }
@@ -37,15 +37,15 @@ fn blocks_that_move_and_say_no_height_are_doubted() {
     let lifts = "G0 Z@HC@\n";
     for (name, text) in shipped().filter(|(name, _)| *name == "grbl") {
         let dialect = Dialect::parse(name, &text.replace(lifts, "")).unwrap();
-        let told: Vec<String> = doubts(&dialect).iter().map(|doubt| doubt.message("en")).collect();
+        let told: Vec<String> = warnings(&dialect).iter().map(|warning| warning.message("en")).collect();
         let blocks = ["drill.change", "drill.end", "engrave.change", "engrave.end"];
         assert_eq!(told.len(), blocks.len(), "{told:#?}");
         for (told, block) in told.iter().zip(blocks) {
             assert!(told.starts_with(block), "{told}");
         }
         let blind = text.replace("G0 Z@Z@\n", "");
-        let told = doubts(&Dialect::parse(name, &blind).unwrap());
-        assert!(told.iter().any(|doubt| doubt.message("en").starts_with("engrave.leave")), "{told:#?}");
+        let told = warnings(&Dialect::parse(name, &blind).unwrap());
+        assert!(told.iter().any(|warning| warning.message("en").starts_with("engrave.leave")), "{told:#?}");
     }
 }
 

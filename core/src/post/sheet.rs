@@ -10,7 +10,7 @@
 use super::dialect::Dialect;
 use super::names::{Block, CURVES, HEAD, Part};
 use super::template::{Goes, Line, Piece, Template};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -88,7 +88,7 @@ impl<'a> Sheet<'a> {
         block: Block,
         template: &Template,
         value: impl Fn(&str) -> Value,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), Diagnostic> {
         // What such blocks leave behind, a person or a cycle may have changed.
         let moves = CURVES.contains(&block) || matches!(block, Block::Approach | Block::Line | Block::Leave);
         if !moves {
@@ -116,7 +116,7 @@ impl<'a> Sheet<'a> {
             self.forget();
         }
         if self.len() > LARGEST {
-            return Err(Remark::new(Weight::Loss, "post.too_large"));
+            return Err(Diagnostic::error("post.too_large"));
         }
         Ok(())
     }

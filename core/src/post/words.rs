@@ -3,7 +3,7 @@
 //! Comes in: text. Goes out: values that were checked against what may stand there; faults with line and column. Does not know
 //! what a dialect is.
 
-use crate::remark::{Remark, Weight, nearest};
+use crate::diagnostic::{Diagnostic, nearest};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -16,7 +16,7 @@ const MOST_FAULTS: usize = 200;
 pub(super) struct Words<'a> {
     file: &'a str,
     text: &'a str,
-    pub(super) faults: Vec<Remark>,
+    pub(super) faults: Vec<Diagnostic>,
 }
 
 /// A value and where it stands.
@@ -54,17 +54,17 @@ impl<'a> Words<'a> {
         let mut words = Self { file, text, faults: Vec::new() };
         for error in errors {
             let at = error.span().map_or(0, |span| span.start);
-            let why = Remark::new(Weight::Loss, "post.dialect_unreadable").with("why", error.message());
+            let why = Diagnostic::error("post.dialect_unreadable").with("why", error.message());
             words.fault(why, at);
         }
         (words, Table::new("", 0, tree.into_inner()))
     }
 
     /// Keeps a fault at byte `at`.
-    pub(super) fn fault(&mut self, remark: Remark, at: usize) {
+    pub(super) fn fault(&mut self, diagnostic: Diagnostic, at: usize) {
         if self.faults.len() < MOST_FAULTS {
             let (line, column) = place(self.text, at);
-            self.faults.push(remark.at(self.file, line, column));
+            self.faults.push(diagnostic.at(self.file, line, column));
         }
     }
 
@@ -74,27 +74,27 @@ impl<'a> Words<'a> {
     }
 
     fn bad(&mut self, table: &Table<'_>, key: &str, expected: &str, at: usize) {
-        let remark = Remark::new(Weight::Loss, "post.bad_value");
-        self.fault(remark.with("name", table.path(key)).with("expected", expected), at);
+        let diagnostic = Diagnostic::error("post.bad_value");
+        self.fault(diagnostic.with("name", table.path(key)).with("expected", expected), at);
     }
 
     /// Every key that was not taken out is unknown.
     pub(super) fn unknown(&mut self, table: &Table<'_>, known: &[&str]) {
         for (key, value) in &table.keys {
-            let remark = Remark::new(Weight::Loss, "post.unknown_key").with("name", table.path(key));
-            let remark = remark.with("nearest", nearest(key, known.iter().copied()));
-            self.fault(remark.with("known", known.join(", ")), value.span().start);
+            let diagnostic = Diagnostic::error("post.unknown_key").with("name", table.path(key));
+            let diagnostic = diagnostic.with("nearest", nearest(key, known.iter().copied()));
+            self.fault(diagnostic.with("known", known.join(", ")), value.span().start);
         }
     }
 
     /// `key` is not there.
     pub(super) fn missing(&mut self, table: &Table<'_>, key: &str) {
-        self.fault(Remark::new(Weight::Loss, "post.missing_key").with("name", table.path(key)), table.at);
+        self.fault(Diagnostic::error("post.missing_key").with("name", table.path(key)), table.at);
     }
 
     /// Something that `table` must have is not there.
-    pub(super) fn missing_block(&mut self, table: &Table<'_>, remark: Remark) {
-        self.fault(remark, table.at);
+    pub(super) fn missing_block(&mut self, table: &Table<'_>, diagnostic: Diagnostic) {
+        self.fault(diagnostic, table.at);
     }
 
     /// The table `key`, if there is one.

@@ -21,9 +21,9 @@ use super::names::{Block, Part};
 use super::preview::Sample;
 use super::sheet::Sheet;
 use super::values::{Action, Frame};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Briefing, Command, Leg, Mark, Program};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// How far a bit's radius may be from the one a template is for.
@@ -44,7 +44,7 @@ pub struct OutputFile {
 
 /// The program in the words of `dialect`. Refused where the dialect has no template or block for what the program does, or
 /// where a template would fill the memory.
-pub fn write_with(dialect: &Dialect, program: &Program) -> Result<Vec<OutputFile>, Remark> {
+pub fn write_with(dialect: &Dialect, program: &Program) -> Result<Vec<OutputFile>, Diagnostic> {
     write_side(dialect, program, &Briefing::of(program), 0)
 }
 
@@ -55,7 +55,7 @@ pub fn write_side(
     program: &Program,
     briefing: &Briefing,
     side: usize,
-) -> Result<Vec<OutputFile>, Remark> {
+) -> Result<Vec<OutputFile>, Diagnostic> {
     let mut writer = Writer::new(dialect, program, briefing, side);
     let parts = parts(program, dialect);
     for (leg, &part) in program.legs.iter().zip(&parts) {
@@ -65,7 +65,7 @@ pub fn write_side(
 }
 
 /// The program block by block: what `preview` shows.
-pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<Sample>, Remark> {
+pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<Sample>, Diagnostic> {
     let mut writer = Writer::new(dialect, program, &Briefing::of(program), 0);
     writer.trace = Some(Vec::new());
     let parts = parts(program, dialect);
@@ -84,7 +84,7 @@ pub(super) fn file_name(program: &Program, extension: &str) -> String {
 /// Whether a leg mills: then it is written with the engraving template, whatever it is for.
 fn mills(leg: &Leg) -> bool {
     let cuts = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
-    matches!(leg.mark, Mark::Way(_)) || leg.commands.iter().any(cuts)
+    matches!(leg.mark, Mark::Toolpath(_)) || leg.commands.iter().any(cuts)
 }
 
 /// The template for each leg: that of the work it does or leads to.
@@ -146,17 +146,17 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn templates(&self, part: Part) -> Result<&'a Templates, Remark> {
+    fn templates(&self, part: Part) -> Result<&'a Templates, Diagnostic> {
         let code = match part {
             Part::Drill => "post.no_drill_template",
             Part::Engrave => "post.milling",
         };
         self.dialect
             .templates(part)
-            .ok_or_else(|| Remark::new(Weight::Loss, code).with("dialect", &self.dialect.name))
+            .ok_or_else(|| Diagnostic::error(code).with("dialect", &self.dialect.name))
     }
 
-    fn leg(&mut self, leg: &Leg, part: Part) -> Result<(), Remark> {
+    fn leg(&mut self, leg: &Leg, part: Part) -> Result<(), Diagnostic> {
         match leg.mark {
             Mark::Prepare | Mark::Finish => {
                 self.settings(leg);
@@ -179,7 +179,7 @@ impl<'a> Writer<'a> {
                 self.open(part, true)?;
                 self.hole(leg)
             }
-            Mark::Hole(_) | Mark::Way(_) => {
+            Mark::Hole(_) | Mark::Toolpath(_) => {
                 self.open(part, true)?;
                 leg.commands.iter().try_for_each(|command| self.command(*command))
             }
@@ -200,7 +200,7 @@ impl<'a> Writer<'a> {
     }
 
     /// A file for `part` is open afterwards; with `loaded`, a new one begins with the bit that is in.
-    fn open(&mut self, part: Part, loaded: bool) -> Result<(), Remark> {
+    fn open(&mut self, part: Part, loaded: bool) -> Result<(), Diagnostic> {
         let templates = self.templates(part)?;
         let other = part != self.part;
         let ending = self.templates(self.part).map(|before| &before.extension);
@@ -225,7 +225,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The file that is open is ended.
-    fn close(&mut self) -> Result<(), Remark> {
+    fn close(&mut self) -> Result<(), Diagnostic> {
         if self.sheet.is_none() {
             return Ok(());
         }
@@ -238,7 +238,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    fn finish(mut self, part: Part) -> Result<Vec<OutputFile>, Remark> {
+    fn finish(mut self, part: Part) -> Result<Vec<OutputFile>, Diagnostic> {
         if self.sheet.is_none() && self.done.is_empty() {
             self.open(part, false)?;
         }
@@ -271,11 +271,11 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes a block; afterwards the tip is where it goes.
-    fn write(&mut self, block: Block, action: Action) -> Result<(), Remark> {
+    fn write(&mut self, block: Block, action: Action) -> Result<(), Diagnostic> {
         let templates = self.templates(self.part)?;
         let template = templates.blocks.get(&block).ok_or_else(|| {
-            let remark = Remark::new(Weight::Loss, "post.no_block").with("dialect", &self.dialect.name);
-            remark.with("block", block.key()).with("template", self.part.key())
+            let diagnostic = Diagnostic::error("post.no_block").with("dialect", &self.dialect.name);
+            diagnostic.with("block", block.key()).with("template", self.part.key())
         })?;
         let frame = self.frame(templates, self.files.get(self.done.len()));
         if let Some(sheet) = &mut self.sheet {
@@ -290,7 +290,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    fn change(&mut self) -> Result<(), Remark> {
+    fn change(&mut self) -> Result<(), Diagnostic> {
         let at = self.over.take().unwrap_or_default();
         let to = Tip { at, height: self.program.safe_height };
         self.said_rpm = self.now.rpm;
@@ -298,7 +298,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The bit that the file is for is in: it need only turn.
-    fn load(&mut self) -> Result<(), Remark> {
+    fn load(&mut self) -> Result<(), Diagnostic> {
         self.over = None;
         self.said_rpm = self.now.rpm;
         let here = self.now.to;
@@ -306,7 +306,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The spindle turns as it should.
-    fn spindle(&mut self) -> Result<(), Remark> {
+    fn spindle(&mut self) -> Result<(), Diagnostic> {
         if self.said_rpm == self.now.rpm {
             return Ok(());
         }
@@ -314,7 +314,7 @@ impl<'a> Writer<'a> {
         self.write(Block::Spindle, self.now)
     }
 
-    fn hole(&mut self, leg: &Leg) -> Result<(), Remark> {
+    fn hole(&mut self, leg: &Leg) -> Result<(), Diagnostic> {
         let mut strokes: Vec<Action> = Vec::new();
         for command in &leg.commands {
             match *command {
@@ -349,7 +349,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    fn command(&mut self, command: Command) -> Result<(), Remark> {
+    fn command(&mut self, command: Command) -> Result<(), Diagnostic> {
         match command {
             Command::Rapid { to } => self.over = Some(to),
             Command::Spindle { rpm } => self.now.rpm = rpm,
@@ -385,7 +385,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Over the place where a move in the board begins, at the height where the tip is.
-    fn arrive(&mut self, feed_um_per_s: u32) -> Result<(), Remark> {
+    fn arrive(&mut self, feed_um_per_s: u32) -> Result<(), Diagnostic> {
         self.now.feed_um_per_s = feed_um_per_s;
         match self.over.take() {
             Some(at) => self.approach(Tip { at, height: self.now.to.height }),
@@ -393,29 +393,29 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn approach(&mut self, to: Tip) -> Result<(), Remark> {
+    fn approach(&mut self, to: Tip) -> Result<(), Diagnostic> {
         self.fits(to.height)?;
         self.spindle()?;
         self.write(Block::Approach, Action { to, ..self.now })
     }
 
     /// Refuses a bit of another radius than the one the template is for.
-    fn fits(&self, height: Length) -> Result<(), Remark> {
+    fn fits(&self, height: Length) -> Result<(), Diagnostic> {
         let Some(radius) = self.templates(self.part)?.tool_radius else { return Ok(()) };
         let Some(bit) = self.program.bits.get(self.now.bit as usize) else { return Ok(()) };
         let found = Length::from_nm(bit.width_at(Length::ZERO - height).nm() / 2);
         if height > Length::ZERO || (found - radius).abs() <= RADIUS_SLACK {
             return Ok(());
         }
-        let remark = Remark::new(Weight::Loss, "post.tool_radius").with("bit", &bit.name);
-        Err(remark.with("found", found.mm()).with("expected", radius.mm()))
+        let diagnostic = Diagnostic::error("post.tool_radius").with("bit", &bit.name);
+        Err(diagnostic.with("found", found.mm()).with("expected", radius.mm()))
     }
 
-    fn line(&mut self, to: Tip) -> Result<(), Remark> {
+    fn line(&mut self, to: Tip) -> Result<(), Diagnostic> {
         self.write(Block::Line, Action { to, curve: None, ..self.now })
     }
 
-    fn curve(&mut self, curve: Curve) -> Result<(), Remark> {
+    fn curve(&mut self, curve: Curve) -> Result<(), Diagnostic> {
         let templates = self.templates(self.part)?;
         let frame = self.frame(templates, None);
         let arcs = &self.dialect.arcs;

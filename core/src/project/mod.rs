@@ -9,7 +9,7 @@
 //!  [[operation.cure]]
 //! ```
 //!
-//! Comes in: text, the work that the board opens with, the machine. Goes out: [`Work`], or a remark with file, line and
+//! Comes in: text, the work that the board opens with, the machine. Goes out: [`Work`], or a diagnostic with file, line and
 //! column; and the text of a work. Does not know what the rows mean: the table in `cam` does.
 
 pub mod saved;
@@ -18,11 +18,11 @@ pub mod text;
 use crate::board::Face;
 use crate::cam::parameters::{self, Parameter};
 use crate::cam::work::{Action, Cure, Operation, Remedy, Work};
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
 use crate::locale;
 use crate::machine::{Kind, Machine, Value};
-use crate::remark::{Remark, Weight, nearest};
 use crate::units::Length;
 use std::fmt::Write as _;
 use toml::Spanned;
@@ -41,15 +41,15 @@ const MOST: usize = 64;
 /// Most cures of an operation.
 const MOST_CURES: usize = 4_096;
 
-/// The work that `text` describes; what it leaves out is as in `base`. `file` is its name for remarks.
-pub fn read(file: &str, text: &str, base: &Work, machine: &Machine) -> Result<Work, Remark> {
+/// The work that `text` describes; what it leaves out is as in `base`. `file` is its name for diagnostics.
+pub fn read(file: &str, text: &str, base: &Work, machine: &Machine) -> Result<Work, Diagnostic> {
     if text.len() > LONGEST {
-        return Err(Remark::new(Weight::Loss, "project.too_long").at(file, 0, 0).with("longest", LONGEST));
+        return Err(Diagnostic::error("project.too_long").at(file, 0, 0).with("longest", LONGEST));
     }
     let reader = Reader { file, text, machine };
     let document = DeTable::parse(text).map_err(|error| {
         let what = error.message().lines().next().unwrap_or_default().to_owned();
-        let why = Remark::new(Weight::Loss, "project.syntax").with("what", what);
+        let why = Diagnostic::error("project.syntax").with("what", what);
         reader.place(why, error.span().map_or(0, |span| span.start))
     })?;
     reader.work(document.get_ref(), base)
@@ -65,22 +65,22 @@ struct Reader<'a> {
 type Table<'a> = DeTable<'a>;
 
 impl Reader<'_> {
-    fn place(&self, remark: Remark, at: usize) -> Remark {
+    fn place(&self, diagnostic: Diagnostic, at: usize) -> Diagnostic {
         let (line, column) = text::line_and_column(self.text.as_bytes(), at);
-        remark.at(self.file, line, column)
+        diagnostic.at(self.file, line, column)
     }
 
-    fn refuse<T>(&self, code: &str, key: &str, at: usize) -> Result<T, Remark> {
-        Err(self.place(Remark::new(Weight::Loss, code).with("key", key), at))
+    fn refuse<T>(&self, code: &str, key: &str, at: usize) -> Result<T, Diagnostic> {
+        Err(self.place(Diagnostic::error(code).with("key", key), at))
     }
 
     /// There is no row `key` where `known` ones are.
-    fn unknown<T>(&self, key: &str, known: &[&str], at: usize) -> Result<T, Remark> {
-        let remark = Remark::new(Weight::Loss, "project.unknown_row").with("key", key);
-        Err(self.place(remark.with("nearest", nearest(key, known.iter().copied())), at))
+    fn unknown<T>(&self, key: &str, known: &[&str], at: usize) -> Result<T, Diagnostic> {
+        let diagnostic = Diagnostic::error("project.unknown_row").with("key", key);
+        Err(self.place(diagnostic.with("nearest", nearest(key, known.iter().copied())), at))
     }
 
-    fn work(&self, document: &Table<'_>, base: &Work) -> Result<Work, Remark> {
+    fn work(&self, document: &Table<'_>, base: &Work) -> Result<Work, Diagnostic> {
         let mut work = base.clone();
         let mut schema = None;
         for (name, value) in document {
@@ -101,7 +101,7 @@ impl Reader<'_> {
         }
         if schema != Some(SCHEMA) {
             let found = schema.map_or_else(|| "none".to_owned(), |number| number.to_string());
-            let why = Remark::new(Weight::Loss, "project.schema").with("found", found).with("known", SCHEMA);
+            let why = Diagnostic::error("project.schema").with("found", found).with("known", SCHEMA);
             return Err(self.place(why, 0));
         }
         self.names(document, &work)?;
@@ -114,14 +114,14 @@ impl Reader<'_> {
         tables: &[Spanned<DeValue<'_>>],
         most: usize,
         name: &str,
-        mut read: impl FnMut(&Table<'_>, usize) -> Result<T, Remark>,
-    ) -> Result<Vec<T>, Remark> {
+        mut read: impl FnMut(&Table<'_>, usize) -> Result<T, Diagnostic>,
+    ) -> Result<Vec<T>, Diagnostic> {
         let mut found = Vec::new();
         for table in tables {
             let at = table.span().start;
             match table.get_ref() {
                 DeValue::Table(_) if found.len() == most => {
-                    let why = Remark::new(Weight::Loss, "project.too_many");
+                    let why = Diagnostic::error("project.too_many");
                     return Err(self.place(why.with("key", name).with("most", most), at));
                 }
                 DeValue::Table(rows) => found.push(read(rows, at)?),
@@ -138,7 +138,7 @@ impl Reader<'_> {
         table: &'static [Parameter<T>],
         others: &[&'static str],
         of: &mut T,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), Diagnostic> {
         for (name, value) in rows {
             let name_text = name.get_ref().as_ref();
             if others.contains(&name_text) {
@@ -155,7 +155,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn bit(&self, rows: &Table<'_>, at: usize) -> Result<Bit, Remark> {
+    fn bit(&self, rows: &Table<'_>, at: usize) -> Result<Bit, Diagnostic> {
         let mut bit = Bit { diameter: Length::from_mm(1.0), name: String::new(), cutter: Cutter::Mill };
         // Tip and angle exist only once the form is known.
         let form = rows.iter().find(|(name, _)| name.get_ref() == "form");
@@ -175,7 +175,7 @@ impl Reader<'_> {
         Ok(bit)
     }
 
-    fn operation(&self, rows: &Table<'_>, at: usize) -> Result<Operation, Remark> {
+    fn operation(&self, rows: &Table<'_>, at: usize) -> Result<Operation, Diagnostic> {
         let kind = rows.iter().find(|(name, _)| name.get_ref() == "kind");
         let (word, word_at) = match kind.map(|(_, value)| (value.get_ref(), value.span().start)) {
             Some((DeValue::String(word), at)) => (word.as_ref(), at),
@@ -183,7 +183,7 @@ impl Reader<'_> {
             None => ("", at),
         };
         let Some(mut operation) = Operation::usual(word, Face::Top, self.machine) else {
-            let why = Remark::new(Weight::Loss, "project.unknown_kind");
+            let why = Diagnostic::error("project.unknown_kind");
             return Err(self.place(why.with("found", word).with("known", Action::WORDS.join(", ")), word_at));
         };
         let others =
@@ -199,7 +199,7 @@ impl Reader<'_> {
         Ok(operation)
     }
 
-    fn cure(&self, rows: &Table<'_>, at: usize) -> Result<Cure, Remark> {
+    fn cure(&self, rows: &Table<'_>, at: usize) -> Result<Cure, Diagnostic> {
         let (mut from, mut to, mut bit, mut depth, mut with) = (None, None, None, None, None);
         for (name, found) in rows {
             let value = text::value(found.get_ref());
@@ -227,7 +227,7 @@ impl Reader<'_> {
     }
 
     /// Bits are named once, and every name that is used is a bit's.
-    fn names(&self, document: &Table<'_>, work: &Work) -> Result<(), Remark> {
+    fn names(&self, document: &Table<'_>, work: &Work) -> Result<(), Diagnostic> {
         let at = |list: &str, index: usize| {
             let list =
                 document.iter().find(|(name, _)| name.get_ref() == list).map(|(_, value)| value.get_ref());

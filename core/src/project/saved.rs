@@ -10,14 +10,14 @@
 //! Does not know the job: its text is read once the board is there.
 
 use crate::artwork::{self, Artwork, Digits, Overrides, Role, Side, Units, Zeros};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// Version of the layout.
 const SCHEMA: u32 = 1;
 /// The member that makes a zip a project.
 const HEAD: &str = "annulus.json";
-/// The member with the job; its name in remarks.
+/// The member with the job; its name in diagnostics.
 pub const JOB: &str = "job.toml";
 /// Where the files of the board are.
 const FILES: &str = "files/";
@@ -125,10 +125,10 @@ pub fn looks_like_one(bytes: &[u8]) -> bool {
     artwork::lists(bytes, HEAD)
 }
 
-/// The project in `bytes`, called `file` in remarks.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Remark> {
-    let of_file = |why: Remark| if why.place.is_some() { why } else { why.at(file, 0, 0) };
-    let refuse = |code: &str| Remark::new(Weight::Loss, code).at(file, 0, 0);
+/// The project in `bytes`, called `file` in diagnostics.
+pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Diagnostic> {
+    let of_file = |why: Diagnostic| if why.place.is_some() { why } else { why.at(file, 0, 0) };
+    let refuse = |code: &str| Diagnostic::error(code).at(file, 0, 0);
     let members = artwork::members(bytes).map_err(of_file)?;
     let (mut head, mut project) = (None, Project::default());
     for (name, bytes) in members {
@@ -153,12 +153,12 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Remark> {
 }
 
 /// The bytes of `project`. What could not be read again is refused.
-pub fn write(project: &Project) -> Result<Vec<u8>, Remark> {
+pub fn write(project: &Project) -> Result<Vec<u8>, Diagnostic> {
     let mut said = project.said.clone();
     said.roles.iter_mut().for_each(|row| row.0 = fitting(&row.0));
     said.used.iter_mut().flatten().for_each(|name| *name = fitting(name));
     let head = serde_json::to_vec_pretty(&Head { annulus_project: SCHEMA, said });
-    let head = head.map_err(|why| Remark::new(Weight::Loss, "saved.head").with("what", why))?;
+    let head = head.map_err(|why| Diagnostic::error("saved.head").with("what", why))?;
     let mut members = vec![(HEAD.to_owned(), head)];
     members.extend(project.job.iter().map(|job| (JOB.to_owned(), job.clone().into_bytes())));
     let files =

@@ -1,13 +1,13 @@
 //! A finding: what is wrong, where, how wide, with which nets, and what would cure it.
 //!
-//! Comes in: kind, place, width, nets. Goes out: the finding with its name, merged lists, a [`Remark`]. Does not know how
+//! Comes in: kind, place, width, nets. Goes out: the finding with its name, merged lists, a [`Diagnostic`]. Does not know how
 //! anything was found.
 
 use super::cures::Cure;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::job::Mark;
 use crate::locale;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -47,7 +47,7 @@ pub enum Kind {
     /// Copper so thin that it may tear off.
     Sliver,
     /// A loose piece so small that it may come off.
-    Crumb,
+    Fragment,
 }
 
 impl Kind {
@@ -66,7 +66,7 @@ impl Kind {
         Self::Ring,
         Self::Remnant,
         Self::Sliver,
-        Self::Crumb,
+        Self::Fragment,
     ];
 
     /// Its code, a key of the locale tables.
@@ -85,12 +85,12 @@ impl Kind {
             Self::Ring => "proof.ring",
             Self::Sliver => "proof.sliver",
             Self::Remnant => "proof.remnant",
-            Self::Crumb => "proof.crumb",
+            Self::Fragment => "proof.fragment",
         }
     }
 
     /// How much it weighs.
-    pub const fn weight(self) -> Weight {
+    pub const fn severity(self) -> Severity {
         match self {
             Self::Short
             | Self::Gap
@@ -99,9 +99,9 @@ impl Kind {
             | Self::Lost
             | Self::Hit
             | Self::NoBit
-            | Self::Still => Weight::Loss,
-            Self::Shallow | Self::Ring | Self::Remnant | Self::Sliver => Weight::Doubt,
-            Self::NotIsolated | Self::Crumb => Weight::Note,
+            | Self::Still => Severity::Error,
+            Self::Shallow | Self::Ring | Self::Remnant | Self::Sliver => Severity::Warning,
+            Self::NotIsolated | Self::Fragment => Severity::Note,
         }
     }
 }
@@ -169,26 +169,26 @@ impl Finding {
     }
 
     /// How much it weighs.
-    pub const fn weight(&self) -> Weight {
-        self.kind.weight()
+    pub const fn severity(&self) -> Severity {
+        self.kind.severity()
     }
 
     /// Whether a person must have read it before anything is made of the program.
     pub fn must_be_read(&self) -> bool {
-        self.weight() > Weight::Note && !self.agreed && !self.slight
+        self.severity() > Severity::Note && !self.agreed && !self.slight
     }
 
     /// What it says.
-    pub fn remark(&self) -> Remark {
+    pub fn diagnostic(&self) -> Diagnostic {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let place = |length: Length| format!("{:.2}", length.mm());
         let (piece, number) = match self.mark {
             Some(Mark::Hole(hole)) => ("hole", (hole + 1).to_string()),
-            Some(Mark::Way(way)) => ("way", (way + 1).to_string()),
+            Some(Mark::Toolpath(way)) => ("way", (way + 1).to_string()),
             _ => ("other", String::new()),
         };
         let unnamed = || locale::word("proof.piece.program");
-        Remark::new(self.weight(), self.kind.code())
+        Diagnostic::new(self.severity(), self.kind.code())
             .with("x", place(self.at.x))
             .with("y", place(self.at.y))
             .with("width", mm(self.width))

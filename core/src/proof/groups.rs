@@ -10,7 +10,7 @@
 //! anything was found.
 
 use super::finding::{Finding, Kind};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -96,10 +96,10 @@ fn group((kind, must_be_read, tool): (Kind, bool, Option<Length>), members: &[&F
 
 impl Group {
     /// What it says.
-    pub fn remark(&self) -> Remark {
+    pub fn diagnostic(&self) -> Diagnostic {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let name = self.kind.code().rsplit('.').next().unwrap_or_default();
-        Remark::new(self.kind.weight(), &format!("proof.group.{name}"))
+        Diagnostic::new(self.kind.severity(), &format!("proof.group.{name}"))
             .with("count", self.count)
             .with("tool", self.tool.map(mm).unwrap_or_default())
             .with("least", mm(self.least))

@@ -36,8 +36,8 @@ pub(super) fn not_isolated(scene: &Scene<'_>) -> Option<Finding> {
 /// Whether any way through the copper runs within the box of the copper; round the outline none does.
 fn mills_among_copper(scene: &Scene<'_>) -> bool {
     let Some(Bounds { min, max }) = scene.copper.bounds() else { return false };
-    let ways = scene.cuts.iter().filter(|cut| {
-        cut.through.is_some() && matches!(cut.mark, Mark::Way(_)) && !cut.path.segments.is_empty()
+    let toolpaths = scene.cuts.iter().filter(|cut| {
+        cut.through.is_some() && matches!(cut.mark, Mark::Toolpath(_)) && !cut.path.segments.is_empty()
     });
     let within = |x: f64, y: f64| x > min.x.mm() && x < max.x.mm() && y > min.y.mm() && y < max.y.mm();
     let crosses = |from: Spot, to: Spot| {
@@ -47,6 +47,7 @@ fn mills_among_copper(scene: &Scene<'_>) -> bool {
             within(spot.x, spot.y)
         })
     };
-    ways.map(|cut| spots(&cut.path))
+    toolpaths
+        .map(|cut| spots(&cut.path))
         .any(|spots| spots.iter().zip(spots.iter().skip(1)).any(|(&from, &to)| crosses(from, to)))
 }

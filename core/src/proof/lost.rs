@@ -27,7 +27,7 @@ const MIDDLE_MM: f64 = 0.01;
 const STEP_MM: f64 = 0.1;
 /// A shallow way is told when it leaves at least so much of itself uncut, in mm.
 const SHALLOW_MM: f64 = 0.2;
-/// Ways beyond the meant edge of a hole or slot by this, in mm, are still meant.
+/// Toolpaths beyond the meant edge of a hole or slot by this, in mm, are still meant.
 const OPENING_MM: f64 = 0.01;
 
 /// A bite under way: where it is deepest, and where it was last felt.
@@ -73,16 +73,16 @@ fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
     if scene.options.agreed.is_empty() || findings.is_empty() {
         return;
     }
-    // The ways of all cuts that go through, each with its leg in the place of the island.
-    let (mut legs, mut ways): (Vec<(u32, u32)>, Vec<Edge>) = (Vec::new(), Vec::new());
+    // The toolpaths of all cuts that go through, each with its leg in the place of the island.
+    let (mut legs, mut toolpaths): (Vec<(u32, u32)>, Vec<Edge>) = (Vec::new(), Vec::new());
     for cut in scene.cuts.iter().filter(|cut| cut.through.is_some()) {
         let spots = spots(&cut.path);
         let pairs = spots.iter().zip(spots.iter().skip(1));
         let island = legs.len() as u32;
-        ways.extend(pairs.map(|(&from, &to)| Edge { from, to, island, ring: 0, along: 0.0 }));
+        toolpaths.extend(pairs.map(|(&from, &to)| Edge { from, to, island, ring: 0, along: 0.0 }));
         legs.push((cut.program, cut.leg));
     }
-    let ways = Edges::gridded(ways, Vec::new());
+    let toolpaths = Edges::gridded(toolpaths, Vec::new());
     let mut by_leg: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
     for (index, finding) in findings.iter().enumerate() {
         if let Some(leg) = finding.leg {
@@ -93,7 +93,7 @@ fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
         let middle = Spot::of(*from).towards(Spot::of(*to), 0.5);
         let (low, high) = around(middle, middle, MIDDLE_MM);
         let mut here: BTreeSet<(u32, u32)> = BTreeSet::new();
-        ways.in_box(low, high, &mut |_, edge| {
+        toolpaths.in_box(low, high, &mut |_, edge| {
             if edge.near(middle).distance(middle) <= MIDDLE_MM {
                 here.extend(legs.get(edge.island as usize));
             }

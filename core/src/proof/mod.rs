@@ -4,7 +4,7 @@
 //!  programs ─ replay ─▶ cuts ─ strokes ─▶ what is cut away ─┐
 //!  board ─ outline ─▶ blank ────────────────────────────────┴─ minus ─▶ copper left ─┬─ two nets in one piece: short, gap
 //!  board ─ copper ─▶ islands and their nets ─────────────────────────────────────────┼─ a net in two pieces: break
-//!                                                                                    ├─ thin or tiny pieces: sliver, crumb
+//!                                                                                    ├─ thin or tiny pieces: sliver, fragment
 //!  cuts over islands: lost copper · cuts not through: shallow · drills over islands: ring, hit
 //! ```
 //!
@@ -140,7 +140,7 @@ pub fn prove(board: &Board, programs: &[Program], options: &Options) -> Verdict 
     findings.extend(lost::lost(&scene));
     findings.extend(lost::shallow(&scene));
     findings.extend(slivers::slivers(&scene));
-    findings.extend(slivers::crumbs(&scene));
+    findings.extend(slivers::fragments(&scene));
     findings.extend(rings::rings(&scene));
     findings.extend(remnants::remnants(&scene));
     let mut findings = finding::merged(findings);

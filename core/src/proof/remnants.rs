@@ -19,7 +19,7 @@ use crate::geometry::{Region, Rule, combine, grow, island_area_mm2, rectangle, u
 use crate::job::Cleared;
 use crate::units::Length;
 
-/// Every piece within the clearance, or where the job clears, that a round bit reaches and that is no crumb.
+/// Every piece within the clearance, or where the job clears, that a round bit reaches and that is no fragment.
 pub(super) fn remnants(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     let asked = scene.options.clearance.zip(scene.narrowest_cut());
@@ -57,7 +57,7 @@ fn left(scene: &Scene<'_>, cut: &Cleared) -> Region {
     let unreached = grow(&combine(&kept, &beyond, Rule::Union), -reach);
     let reached = combine(&scene.left, &unreached, Rule::Difference);
     let wanted = if outlined { reached } else { combine(&reached, &field, Rule::Intersection) };
-    // Hairs between neighbouring ways are what rounding leaves.
+    // Hairs between neighbouring toolpaths are what rounding leaves.
     grow(&grow(&wanted, -slack), slack)
 }
 

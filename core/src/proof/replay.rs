@@ -291,7 +291,7 @@ mod tests {
             bits,
             spindles: 1,
             safe_height: Length::from_mm(2.0),
-            legs: vec![Leg { mark: Mark::Way(3), commands }],
+            legs: vec![Leg { mark: Mark::Toolpath(3), commands }],
             accepted: Vec::new(),
         }
     }
@@ -321,7 +321,7 @@ mod tests {
         let wide = |depth: f64| 0.1 + 2.0 * depth * libm::tan(std::f64::consts::PI / 6.0);
         assert!((cut.surface.mm() - wide(0.1)).abs() < 1e-6);
         assert!((cut.through.unwrap().mm() - wide(0.065)).abs() < 1e-6);
-        assert_eq!((cut.mark, cut.depth), (Mark::Way(3), Length::from_um(100)));
+        assert_eq!((cut.mark, cut.depth), (Mark::Toolpath(3), Length::from_um(100)));
     }
 
     #[test]

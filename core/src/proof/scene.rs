@@ -170,7 +170,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// What is cut through, as outlines of the ways of round tools.
+/// What is cut through, as outlines of the toolpaths of round tools.
 fn strokes(cuts: &[Cut]) -> Vec<Path> {
     let through = cuts.iter().filter_map(|cut| Some((cut, cut.through?)));
     through.flat_map(|(cut, width)| outlines(&cut.path, width)).collect()
@@ -179,9 +179,9 @@ fn strokes(cuts: &[Cut]) -> Vec<Path> {
 /// A blank that goes a little beyond copper and cuts.
 fn around(copper: &Copper, cuts: &[Cut]) -> Region {
     let widest = cuts.iter().map(|cut| cut.surface).max().unwrap_or_default();
-    let ways = Bounds::around(cuts.iter().flat_map(|cut| cut.path.flattened(0.01)));
-    let ways = ways.map(|bounds| bounds.grown(widest));
-    let both = copper.region.bounds().into_iter().chain(ways).reduce(|a, b| a.with(b.min).with(b.max));
+    let toolpaths = Bounds::around(cuts.iter().flat_map(|cut| cut.path.flattened(0.01)));
+    let toolpaths = toolpaths.map(|bounds| bounds.grown(widest));
+    let both = copper.region.bounds().into_iter().chain(toolpaths).reduce(|a, b| a.with(b.min).with(b.max));
     both.map_or_else(Region::default, |bounds| {
         let outer = rectangle(bounds.grown(RIM));
         Region { islands: vec![Island { outer, holes: Vec::new() }] }

@@ -31,7 +31,7 @@ struct Thin {
     width: f64,
     spot: Spot,
     piece: u32,
-    /// Where it tears, more than a crumb comes off.
+    /// Where it tears, more than a fragment comes off.
     neck: bool,
 }
 
@@ -166,7 +166,7 @@ fn dust_mm2(scene: &Scene<'_>) -> f64 {
 }
 
 /// Loose pieces that are smaller than the limit.
-pub(super) fn crumbs(scene: &Scene<'_>) -> Vec<Finding> {
+pub(super) fn fragments(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (piece, island) in (0..).zip(&scene.left.islands) {
         if scene.nets_in(piece).is_some_and(|nets| !nets.is_empty()) {
@@ -177,7 +177,7 @@ pub(super) fn crumbs(scene: &Scene<'_>) -> Vec<Finding> {
         let small = area < scene.options.smallest_mm2 && area > dust_mm2(scene);
         if let Some(spot) = inner_spot(island).filter(|_| small) {
             let width = Length::from_mm(libm::sqrt(area));
-            findings.push(Finding::new(Kind::Crumb, spot.point(), width, Vec::new()));
+            findings.push(Finding::new(Kind::Fragment, spot.point(), width, Vec::new()));
         }
     }
     findings

@@ -144,7 +144,7 @@ mod tests {
     use crate::geometry::{Coat, Rule, area_mm2, combine, paint};
 
     /// Lines, arcs either way, a corner, a tight arc, a loop over itself.
-    fn ways() -> Vec<Path> {
+    fn toolpaths() -> Vec<Path> {
         let at = |x: f64, y: f64| Point::from_mm(x, y);
         let line = |x: f64, y: f64| Segment::Line { to: at(x, y) };
         let arc = |x: f64, y: f64, centre: Point, clockwise| Segment::Arc { to: at(x, y), centre, clockwise };
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn outlines_cover_what_single_pieces_cover() {
         let painted = |outlines: Vec<Path>| paint(&[Coat { clear: false, outlines }]);
-        for path in ways().into_iter().flat_map(|path| [path.reversed(), path]) {
+        for path in toolpaths().into_iter().flat_map(|path| [path.reversed(), path]) {
             for width in [0.2, 0.5] {
                 let width = Length::from_mm(width);
                 let (fewer, single) = (painted(outlines(&path, width)), painted(stroke(&path, width)));
@@ -181,6 +181,6 @@ mod tests {
                 assert!(area_mm2(&fewer) > 0.03);
             }
         }
-        assert_eq!(outlines(&ways()[0], Length::from_mm(0.2)).len(), 2);
+        assert_eq!(outlines(&toolpaths()[0], Length::from_mm(0.2)).len(), 2);
     }
 }

@@ -43,27 +43,27 @@ fn vee() -> Bit {
 
 /// A way at one depth; one point is a plunge.
 #[derive(Clone, Debug)]
-struct Way {
+struct Toolpath {
     points: Vec<(f64, f64)>,
     depth: f64,
     mark: Mark,
 }
 
-fn way(points: &[(f64, f64)], depth: f64) -> Way {
-    Way { points: points.to_vec(), depth, mark: Mark::Way(0) }
+fn way(points: &[(f64, f64)], depth: f64) -> Toolpath {
+    Toolpath { points: points.to_vec(), depth, mark: Mark::Toolpath(0) }
 }
 
 /// Once around a rectangle, so far away.
-fn contour((left, bottom, right, top): Rect, away: f64, depth: f64) -> Way {
+fn contour((left, bottom, right, top): Rect, away: f64, depth: f64) -> Toolpath {
     let (left, bottom, right, top) = (left - away, bottom - away, right + away, top + away);
     way(&[(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)], depth)
 }
 
 const ON: Command = Command::Spindle { rpm: 30_000 };
 
-fn program(bit: Bit, ways: &[Way]) -> Program {
+fn program(bit: Bit, toolpaths: &[Toolpath]) -> Program {
     let safe_height = Length::from_mm(2.0);
-    let leg = |way: &Way| {
+    let leg = |way: &Toolpath| {
         let height = Length::from_mm(-way.depth);
         let place = |(x, y): (f64, f64)| Point::from_mm(x - 1.0, y - 2.0);
         let mut commands = vec![
@@ -83,12 +83,12 @@ fn program(bit: Bit, ways: &[Way]) -> Program {
         bits: vec![bit],
         spindles: 1,
         safe_height,
-        legs: std::iter::once(first).chain(ways.iter().map(leg)).collect(),
+        legs: std::iter::once(first).chain(toolpaths.iter().map(leg)).collect(),
         accepted: Vec::new(),
     }
 }
 
-fn good() -> Vec<Way> {
+fn good() -> Vec<Toolpath> {
     [A, B, C].map(|pad| contour(pad, 0.1, 0.1)).to_vec()
 }
 
@@ -129,8 +129,8 @@ fn a_good_program_has_no_findings() {
     assert_eq!(found(&three(), &[program(mill(0.2), &good())]), []);
     // The V-bit is as wide at the surface at this depth.
     let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
-    let ways = [A, B, C].map(|pad| contour(pad, 0.1, depth));
-    assert_eq!(found(&three(), &[program(vee(), &ways)]), []);
+    let toolpaths = [A, B, C].map(|pad| contour(pad, 0.1, depth));
+    assert_eq!(found(&three(), &[program(vee(), &toolpaths)]), []);
     // Two programs, one after the other.
     let halves = [program(mill(0.2), &good()[..1]), program(mill(0.2), &good()[1..])];
     assert_eq!(found(&three(), &halves), []);
@@ -163,16 +163,16 @@ fn nothing_cut_is_all_shorts() {
 #[test]
 fn a_way_left_out_and_a_way_too_shallow_are_found() {
     // A and B are only apart by A's contour.
-    let ways = [good()[0].clone(), good()[2].clone()];
-    assert_eq!(found(&three(), &[program(mill(0.2), &ways)]), []);
-    let findings = found(&three(), &[program(mill(0.2), &ways[1..])]);
+    let toolpaths = [good()[0].clone(), good()[2].clone()];
+    assert_eq!(found(&three(), &[program(mill(0.2), &toolpaths)]), []);
+    let findings = found(&three(), &[program(mill(0.2), &toolpaths[1..])]);
     assert_eq!(kinds(&findings), [Kind::Short]);
     let short = only(&findings, Kind::Short);
     near(short, Some(4.25), None);
     wide(short, 0.5);
     assert_eq!(short.nets, ["A", "B"]);
     assert_eq!(short.tool, Some(Length::from_mm(0.2)));
-    let shallow = [contour(A, 0.1, 0.03), ways[1].clone()];
+    let shallow = [contour(A, 0.1, 0.03), toolpaths[1].clone()];
     let findings = found(&three(), &[program(mill(0.2), &shallow)]);
     assert_eq!(kinds(&findings), [Kind::Short, Kind::Shallow]);
     let shallow = only(&findings, Kind::Shallow);
@@ -183,9 +183,9 @@ fn a_way_left_out_and_a_way_too_shallow_are_found() {
 
 #[test]
 fn a_way_beside_its_place_and_a_bit_wider_than_said_take_copper() {
-    let mut ways = good();
-    ways[0].points.iter_mut().for_each(|(x, _)| *x += 0.2);
-    let findings = found(&three(), &[program(mill(0.2), &ways)]);
+    let mut toolpaths = good();
+    toolpaths[0].points.iter_mut().for_each(|(x, _)| *x += 0.2);
+    let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
     let lost = only(&findings, Kind::Lost);
     near(lost, Some(0.1), None);
     wide(lost, 0.2);
@@ -200,9 +200,9 @@ fn a_way_beside_its_place_and_a_bit_wider_than_said_take_copper() {
 
 #[test]
 fn a_cut_through_a_net_is_a_break() {
-    let mut ways = good();
-    ways.push(way(&[(2.0, -0.5), (2.0, 2.1)], 0.1));
-    let findings = found(&three(), &[program(mill(0.2), &ways)]);
+    let mut toolpaths = good();
+    toolpaths.push(way(&[(2.0, -0.5), (2.0, 2.1)], 0.1));
+    let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
     let broken = only(&findings, Kind::Break);
     near(broken, Some(2.0), Some(1.0));
     wide(broken, 0.2);
@@ -214,8 +214,8 @@ fn a_cut_through_a_net_is_a_break() {
 #[test]
 fn an_island_that_is_milled_away_is_gone() {
     let board = board(&[(A, Some("A")), ((4.4, 0.9, 4.6, 1.1), Some("dot"))]);
-    let ways = [contour(A, 0.1, 0.1), way(&[(4.5, 0.0), (4.5, 2.0)], 0.1)];
-    let findings = found(&board, &[program(mill(0.4), &ways)]);
+    let toolpaths = [contour(A, 0.1, 0.1), way(&[(4.5, 0.0), (4.5, 2.0)], 0.1)];
+    let findings = found(&board, &[program(mill(0.4), &toolpaths)]);
     near(only(&findings, Kind::Gone), Some(4.5), Some(1.0));
 }
 
@@ -224,7 +224,7 @@ fn tight(gap: f64) -> Board {
     board(&[((0.0, 0.0, 1.0, 1.0), Some("P")), ((1.0 + gap, 0.2, 2.0, 0.8), None)])
 }
 
-fn around_tight() -> Vec<Way> {
+fn around_tight() -> Vec<Toolpath> {
     vec![
         way(&[(1.1, -0.1), (-0.1, -0.1), (-0.1, 1.1), (1.1, 1.1), (1.1, 0.9), (2.1, 0.9), (2.1, 0.1)], 0.1),
         way(&[(2.1, 0.1), (1.1, 0.1), (1.1, -0.1)], 0.1),
@@ -258,9 +258,9 @@ fn a_gap_narrower_than_the_bit_has_cures() {
 fn a_neck_across_a_narrow_gap_is_no_short_through_the_pad_behind_it() {
     // Plunges in the gap leave a neck of 5 µm, and the straight way from side to side hits it only in the middle.
     let board = board(&[((0.0, 0.0, 1.0, 1.0), Some("P")), ((1.13, 0.2, 2.0, 0.8), Some("Q"))]);
-    let mut ways = around_tight();
-    ways.extend([0.2, 0.35, 0.5, 0.705, 0.8].map(|y| way(&[(1.065, y)], 0.1)));
-    let findings = found(&board, &[program(mill(0.2), &ways)]);
+    let mut toolpaths = around_tight();
+    toolpaths.extend([0.2, 0.35, 0.5, 0.705, 0.8].map(|y| way(&[(1.065, y)], 0.1)));
+    let findings = found(&board, &[program(mill(0.2), &toolpaths)]);
     let gap = only(&findings, Kind::Gap);
     near(gap, Some(1.065), Some(0.6025));
     wide(gap, 0.13);
@@ -270,8 +270,8 @@ fn a_neck_across_a_narrow_gap_is_no_short_through_the_pad_behind_it() {
 #[test]
 fn a_deep_vee_is_cured_by_less_depth() {
     let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
-    let ways: Vec<Way> = around_tight().into_iter().map(|way| Way { depth, ..way }).collect();
-    let findings = found(&tight(0.17), &[program(vee(), &ways)]);
+    let toolpaths: Vec<Toolpath> = around_tight().into_iter().map(|way| Toolpath { depth, ..way }).collect();
+    let findings = found(&tight(0.17), &[program(vee(), &toolpaths)]);
     let gap = only(&findings, Kind::Gap);
     let [Cure::Shallower { depth, width, .. }] = &gap.cures[..] else { panic!("{gap:?}") };
     assert!((width.mm() - 0.17).abs() < 1e-5, "{gap:?}");
@@ -280,21 +280,21 @@ fn a_deep_vee_is_cured_by_less_depth() {
 
 #[test]
 fn thin_and_tiny_pieces_are_found() {
-    // Two ways side by side leave 30 µm between them.
-    let mut ways = good();
-    ways.push(way(&[(0.0, 6.0), (3.0, 6.0)], 0.1));
-    ways.push(way(&[(0.0, 6.23), (3.0, 6.23)], 0.1));
-    let findings = found(&three(), &[program(mill(0.2), &ways)]);
+    // Two toolpaths side by side leave 30 µm between them.
+    let mut toolpaths = good();
+    toolpaths.push(way(&[(0.0, 6.0), (3.0, 6.0)], 0.1));
+    toolpaths.push(way(&[(0.0, 6.23), (3.0, 6.23)], 0.1));
+    let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
     assert_eq!(kinds(&findings), [Kind::Sliver]);
     let sliver = only(&findings, Kind::Sliver);
     near(sliver, None, Some(6.115));
     wide(sliver, 0.03);
     // A square of 80 µm all by itself.
-    let mut ways = good();
-    ways.push(contour((6.0, 6.0, 6.08, 6.08), 0.1, 0.1));
-    let findings = found(&three(), &[program(mill(0.2), &ways)]);
-    assert_eq!(kinds(&findings), [Kind::Crumb]);
-    near(only(&findings, Kind::Crumb), Some(6.04), Some(6.04));
+    let mut toolpaths = good();
+    toolpaths.push(contour((6.0, 6.0, 6.08, 6.08), 0.1, 0.1));
+    let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
+    assert_eq!(kinds(&findings), [Kind::Fragment]);
+    near(only(&findings, Kind::Fragment), Some(6.04), Some(6.04));
     assert!(!findings[0].must_be_read());
 }
 
@@ -309,7 +309,7 @@ fn drilled(board: &mut Board, x: f64, y: f64, diameter: f64) -> Program {
         line: 1,
     };
     board.holes = vec![hole];
-    let stroke = Way { mark: Mark::Hole(0), ..way(&[(x, y)], 1.8) };
+    let stroke = Toolpath { mark: Mark::Hole(0), ..way(&[(x, y)], 1.8) };
     program(bit(diameter, Cutter::Drill), &[stroke])
 }
 
@@ -371,12 +371,12 @@ fn a_cut_while_the_spindle_stands_is_told_once_for_every_time() {
     let still = only(&findings, Kind::Still);
     near(still, Some(-0.1), Some(-0.1));
     wide(still, 0.1);
-    assert_eq!((still.leg, still.mark, still.must_be_read()), (Some((0, 1)), Some(Mark::Way(0)), true));
-    let said = still.remark().message("en");
+    assert_eq!((still.leg, still.mark, still.must_be_read()), (Some((0, 1)), Some(Mark::Toolpath(0)), true));
+    let said = still.diagnostic().message("en");
     assert!(said.starts_with("The program cuts 0.100 mm deep at X -0.10 Y -0.10"), "{said}");
     assert!(said.contains("piece 2") && said.contains("(way 1)"), "{said}");
     let named = Finding { operation: Some("Isolate the top".to_owned()), ..still.clone() };
-    assert!(named.remark().message("en").starts_with("Isolate the top cuts"), "{said}");
+    assert!(named.diagnostic().message("en").starts_with("Isolate the top cuts"), "{said}");
     program.legs[2].commands.insert(0, ON);
     program.legs[3].commands[0] = off;
     let legs: Vec<Option<(u32, u32)>> =
@@ -408,14 +408,14 @@ fn a_strip_smaller_than_the_bit_is_a_remnant_where_it_was_to_go() {
     let clearance = Options { clearance: Some(Length::from_mm(1.4)), ..Options::default() };
     let clearing = Options { cleared: vec![cleared], ..Options::default() };
     for (outer, remnants) in [(1.0, &[][..]), (1.22, &[Kind::Remnant][..])] {
-        // What stays between the two ways is 0.02 mm wide, 0.3 mm² or so.
-        let ways = program(mill(0.8), &[contour(A, 0.4, 0.1), contour(A, outer, 0.1)]);
+        // What stays between the two toolpaths is 0.02 mm wide, 0.3 mm² or so.
+        let toolpaths = program(mill(0.8), &[contour(A, 0.4, 0.1), contour(A, outer, 0.1)]);
         for options in [&clearance, &clearing] {
-            let findings = prove(&alone, std::slice::from_ref(&ways), options).findings;
+            let findings = prove(&alone, std::slice::from_ref(&toolpaths), options).findings;
             let told: Vec<Kind> = kinds(&findings).into_iter().filter(|kind| *kind != Kind::Sliver).collect();
             assert_eq!(told, remnants, "{outer} {options:?}");
         }
-        assert!(!kinds(&found(&alone, &[ways])).contains(&Kind::Remnant));
+        assert!(!kinds(&found(&alone, &[toolpaths])).contains(&Kind::Remnant));
     }
 }
 
@@ -425,10 +425,10 @@ fn copper_beyond_the_outline_does_not_count() {
     const CARD: Rect = (-0.5, -0.5, 8.5, 3.0);
     let outer = rectangle(bounds(CARD));
     board.outline = Region { islands: vec![Island { outer, holes: Vec::new() }] };
-    let mut ways = good();
+    let mut toolpaths = good();
     // Cut out along the edge, through what of C lies beyond it.
-    ways.push(contour(CARD, 0.1, 0.1));
-    assert_eq!(found(&board, &[program(mill(0.2), &ways)]), []);
+    toolpaths.push(contour(CARD, 0.1, 0.1));
+    assert_eq!(found(&board, &[program(mill(0.2), &toolpaths)]), []);
 }
 
 #[test]

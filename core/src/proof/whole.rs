@@ -10,8 +10,8 @@
 
 use super::finding::{Finding, Kind};
 use super::scene::Scene;
+use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -98,25 +98,24 @@ fn tip(bit: &Bit, narrowest: Length, rest: &[Length]) -> (Option<Length>, u32) {
 
 impl Whole {
     /// What it says: what a lesser depth opens, what a finer tip would, what is left for single cures.
-    pub fn remarks(&self) -> Vec<Remark> {
+    pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let said = |word: &str| {
-            Remark::new(Weight::Note, &format!("proof.whole.{word}"))
-                .with("gaps", self.gaps)
-                .with("rest", self.rest)
+            Diagnostic::note(&format!("proof.whole.{word}")).with("gaps", self.gaps).with("rest", self.rest)
         };
-        let mut remarks = Vec::new();
+        let mut diagnostics = Vec::new();
         if let Some(Shallower { bit, depth, width, opens }) = &self.shallower {
             let said = said("shallower").with("bit", bit).with("depth", mm(*depth));
-            remarks.push(said.with("width", mm(*width)).with("opens", opens));
+            diagnostics.push(said.with("width", mm(*width)).with("opens", opens));
         }
         if let Some(tip) = self.tip {
-            remarks.push(said("tip").with("tip", format!("{:.2}", tip.mm())).with("opens", self.tip_opens));
+            diagnostics
+                .push(said("tip").with("tip", format!("{:.2}", tip.mm())).with("opens", self.tip_opens));
         }
         let narrow = self.rest.saturating_sub(self.tip_opens);
         if narrow > 0 {
-            remarks.push(said("middle").with("count", narrow));
+            diagnostics.push(said("middle").with("count", narrow));
         }
-        remarks
+        diagnostics
     }
 }

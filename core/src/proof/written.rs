@@ -11,14 +11,14 @@
 //! Two tools of one form at places less than t apart sweep areas whose edges are less than t apart. So a proof of the program holds
 //! for the files, give or take t, without sweeping both: it takes a walk along the cuts, and names the place where they part.
 //!
-//! Comes in: the program as its files are to have it, the files read back, tolerances in mm. Goes out: remarks. Does not know
+//! Comes in: the program as its files are to have it, the files read back, tolerances in mm. Goes out: diagnostics. Does not know
 //! boards or dialects, nor order and direction of cuts, nor feeds.
 
 use super::edges::{Edge, Edges, Spot, around};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Point, chords};
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::locale;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -72,49 +72,50 @@ impl Uncovered {
 
 /// What the `files`, one after the other, do otherwise than the program `meant`, where places may be off by `place_mm` and heights
 /// by `depth_mm`. Nothing where they do the same.
-pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f64, f64)) -> Vec<Remark> {
+pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f64, f64)) -> Vec<Diagnostic> {
     let tolerance = Tolerance { place_mm, depth_mm };
     let (wanted, stands) = walked(std::slice::from_ref(meant));
     let (found, stands_too) = walked(files);
     let still = stands_too.filter(|_| stands.is_none());
-    let mut remarks: Vec<Remark> =
+    let mut diagnostics: Vec<Diagnostic> =
         still.map(|(at, depth)| placed("written.still", at, depth)).into_iter().collect();
-    remarks.extend(tools(&wanted, &found));
+    diagnostics.extend(tools(&wanted, &found));
     let both = || wanted.iter().filter_map(|(tool, cuts)| Some((cuts, found.get(tool)?)));
     let missing: Vec<_> = both().map(|(meant, made)| (meant, meant.beyond(made, tolerance))).collect();
     let extra: Vec<_> = both().map(|(meant, made)| (made, made.beyond(meant, tolerance))).collect();
     let missing: Vec<_> = missing.into_iter().filter(|(_, uncovered)| uncovered.is_any()).collect();
     let extra: Vec<_> = extra.into_iter().filter(|(_, uncovered)| uncovered.is_any()).collect();
-    if !missing.is_empty() && !extra.is_empty() && remarks.is_empty() {
+    if !missing.is_empty() && !extra.is_empty() && diagnostics.is_empty() {
         let shifted = both().next().and_then(|pair| shift(pair, tolerance));
         if let Some(by) = shifted.filter(|by| both().all(|pair| is_shifted(pair, *by, tolerance))) {
-            let said = Remark::new(Weight::Loss, "written.shifted");
+            let said = Diagnostic::error("written.shifted");
             return vec![said.with("x", micro(by.x)).with("y", micro(by.y))];
         }
     }
-    remarks.extend(missing.iter().map(|(cuts, uncovered)| told("written.missing", &cuts.title, uncovered)));
-    remarks.extend(extra.iter().map(|(cuts, uncovered)| told("written.extra", &cuts.title, uncovered)));
-    remarks
+    diagnostics
+        .extend(missing.iter().map(|(cuts, uncovered)| told("written.missing", &cuts.title, uncovered)));
+    diagnostics.extend(extra.iter().map(|(cuts, uncovered)| told("written.extra", &cuts.title, uncovered)));
+    diagnostics
 }
 
 /// Tools with which only one of both cuts.
-fn tools(wanted: &BTreeMap<Tool, Cuts>, found: &BTreeMap<Tool, Cuts>) -> Vec<Remark> {
+fn tools(wanted: &BTreeMap<Tool, Cuts>, found: &BTreeMap<Tool, Cuts>) -> Vec<Diagnostic> {
     let only = |one: &BTreeMap<Tool, Cuts>, other: &BTreeMap<Tool, Cuts>, code: &str| {
         let alone = one.iter().filter(|(tool, _)| !other.contains_key(tool));
-        let said = alone.map(|(_, cuts)| Remark::new(Weight::Loss, code).with("tool", &cuts.title));
+        let said = alone.map(|(_, cuts)| Diagnostic::error(code).with("tool", &cuts.title));
         said.collect::<Vec<_>>()
     };
     [only(wanted, found, "written.tool_missing"), only(found, wanted, "written.tool_extra")].concat()
 }
 
-fn told(code: &str, tool: &str, uncovered: &Uncovered) -> Remark {
+fn told(code: &str, tool: &str, uncovered: &Uncovered) -> Diagnostic {
     let (at, depth) = uncovered.first.unwrap_or_default();
     let said = placed(code, at, depth).with("tool", tool);
     said.with("length", format!("{:.2}", uncovered.length_mm)).with("plunges", uncovered.plunges)
 }
 
-fn placed(code: &str, at: Spot, depth: f64) -> Remark {
-    let said = Remark::new(Weight::Loss, code).with("x", format!("{:.2}", at.x));
+fn placed(code: &str, at: Spot, depth: f64) -> Diagnostic {
+    let said = Diagnostic::error(code).with("x", format!("{:.2}", at.x));
     said.with("y", format!("{:.2}", at.y)).with("depth", format!("{depth:.3}"))
 }
 

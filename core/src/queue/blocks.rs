@@ -14,7 +14,7 @@
 use super::text::{Row, refuse};
 use super::words::Command;
 use super::{DEEPEST, MOST_STEPS};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Rows whose blocks fit together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -66,7 +66,7 @@ fn opens(row: &Row) -> Option<&'static str> {
 }
 
 /// Where every row leads, or the first row that does not fit and why.
-pub(super) fn link(rows: &[Row]) -> Result<Vec<Link>, (usize, Remark)> {
+pub(super) fn link(rows: &[Row]) -> Result<Vec<Link>, (usize, Diagnostic)> {
     let mut links = vec![Link::None; rows.len()];
     let mut open: Vec<usize> = Vec::new();
     for (at, row) in rows.iter().enumerate() {
@@ -108,7 +108,7 @@ fn find_sub(rows: &[Row], name: &str) -> Option<usize> {
     rows.iter().position(|row| matches!(&row.command, Some(Command::Sub { name: found }) if found == name))
 }
 
-fn no_such_sub(rows: &[Row], name: &str) -> Remark {
+fn no_such_sub(rows: &[Row], name: &str) -> Diagnostic {
     let names = rows.iter().filter_map(|row| match &row.command {
         Some(Command::Sub { name }) => Some(name.as_str()),
         _ => None,
@@ -119,7 +119,7 @@ fn no_such_sub(rows: &[Row], name: &str) -> Remark {
 }
 
 /// No part may come back to itself through calls: each is taken away once all parts it calls are gone.
-fn without_recursion(rows: &[Row], links: &[Link]) -> Result<(), (usize, Remark)> {
+fn without_recursion(rows: &[Row], links: &[Link]) -> Result<(), (usize, Diagnostic)> {
     let calls_of = |sub: usize| {
         let end = if let Link::ToEnd(end) = links[sub] { end } else { sub };
         (sub..end).filter_map(|at| if let Link::Into(other) = links[at] { Some((at, other)) } else { None })
@@ -179,7 +179,7 @@ impl Cursor {
     }
 
     /// The row is done: to the next one. Refused when that were one too many.
-    pub fn pass(&mut self, queue: &Queue) -> Result<(), Remark> {
+    pub fn pass(&mut self, queue: &Queue) -> Result<(), Diagnostic> {
         let Some(row) = queue.rows.get(self.at) else { return Ok(()) };
         if self.passed >= MOST_STEPS {
             return Err(refuse("queue.too_many_steps").with("most", MOST_STEPS));

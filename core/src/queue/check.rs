@@ -8,8 +8,8 @@ use super::blocks::{Cursor, Queue};
 use super::rules::{Standing, after};
 use super::text::refuse;
 use super::words::Command;
+use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
-use crate::remark::Remark;
 
 /// What a queue that passed will do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub fn check(
     machine: &Machine,
     outputs: &[String],
     standing: &Standing,
-) -> Result<Checked, Remark> {
+) -> Result<Checked, Diagnostic> {
     let mut cursor = Cursor::new(queue);
     let mut done = Checked { rows: 0, strokes: 0, lowest: None, highest: None, end: standing.clone() };
     if cursor.row(queue).is_none() {
@@ -40,7 +40,7 @@ pub fn check(
     }
     while let Some(row) = cursor.row(queue) {
         let turn = cursor.passed() + 1;
-        let placed = |why: Remark| {
+        let placed = |why: Diagnostic| {
             let line = u32::try_from(row + 1).unwrap_or(u32::MAX);
             why.with("row", line).with("turn", turn).at("", line, 1)
         };

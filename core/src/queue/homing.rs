@@ -8,13 +8,13 @@
 //! homed, nor who plays.
 
 use super::rules::home_place;
-use super::run::{Doubt, Report, late};
+use super::run::{Harm, Report, late};
 use super::text::refuse;
+use crate::diagnostic::Diagnostic;
 use crate::job::{Mark, Stage};
 use crate::machine::{Machine, Steps, axis_name};
 use crate::motion::cycles;
 use crate::pins::Outcome;
-use crate::remark::Remark;
 use crate::steps::{self, Segment};
 use std::collections::VecDeque;
 
@@ -57,7 +57,7 @@ impl Homing {
     }
 
     /// The first segment of the next axis. Refused where the machine cannot be planned with.
-    pub fn begin(&mut self, machine: &Machine) -> Result<Next, Remark> {
+    pub fn begin(&mut self, machine: &Machine) -> Result<Next, Diagnostic> {
         let Some(axis) = self.axes.pop_front() else { return Ok(Next::Homed) };
         self.axis = axis;
         let timeline = cycles::home_axis(machine, axis)?;
@@ -73,25 +73,25 @@ impl Homing {
     }
 
     /// What follows. `position` is where the axes were counted to be; it is set right here. An error ends it: with
-    /// [`Doubt::None`] all axes are homed, but a count had been wrong.
+    /// [`Harm::None`] all axes are homed, but a count had been wrong.
     pub fn reported(
         &mut self,
         machine: &Machine,
         report: &Report,
         position: &mut Steps,
-    ) -> Result<Next, (Remark, Doubt)> {
+    ) -> Result<Next, (Diagnostic, Harm)> {
         let input = machine.home_input(self.axis);
         let lost = |code: &str| {
             let why = refuse(code).with("axis", axis_name(self.axis)).with("sensor", format!("{input:?}"));
-            (why, Doubt::Lost)
+            (why, Harm::Lost)
         };
         let mut correction = 0;
         match (self.stage, report.outcome) {
             (_, Outcome::Guarded(hit)) => {
                 let why = refuse("control.end_sensor").with("sensor", format!("{hit:?}"));
-                return Err((why, Doubt::Lost));
+                return Err((why, Harm::Lost));
             }
-            (_, Outcome::Late(ticks)) => return Err((late(ticks), Doubt::Lost)),
+            (_, Outcome::Late(ticks)) => return Err((late(ticks), Harm::Lost)),
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
                 return Err(lost("control.sensor_stuck"));
@@ -105,7 +105,7 @@ impl Homing {
                 for axis in cycles::together(machine, self.axis) {
                     position[axis] += correction;
                 }
-                let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Doubt::Lost))?;
+                let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Harm::Lost))?;
                 self.later.extend(to_rest);
             }
             _ => {}
@@ -114,20 +114,20 @@ impl Homing {
             return Ok(next);
         }
         if !self.axes.is_empty() {
-            return self.begin(machine).map_err(|why| (why, Doubt::Lost));
+            return self.begin(machine).map_err(|why| (why, Harm::Lost));
         }
         match self.off {
             None => Ok(Next::Homed),
             Some((axis, steps)) => {
                 let why = refuse("control.lost_count").with("axis", axis_name(axis)).with("steps", steps);
-                Err((why, Doubt::None))
+                Err((why, Harm::None))
             }
         }
     }
 }
 
 /// From the sensor's edge to the step where the axis always rests after homing.
-fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Vec<Segment>, Remark> {
+fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
     let way = home_place(machine, axis) - from[axis];
     let speed = machine.axis(axis).home_speed_mm_per_s;
     let timeline = cycles::jog(machine, from, axis, way, speed)?;

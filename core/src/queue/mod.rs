@@ -29,7 +29,7 @@ pub use check::{Checked, check};
 pub use homing::{Homing, Next};
 pub use rehearse::{Bench, Rehearsal};
 pub use rules::{Standing, after};
-pub use run::{Action, Doubt, Mode, Report, Rest, RowResult, RowState, Run, late};
+pub use run::{Action, Harm, Mode, Report, Rest, RowResult, RowState, Run, late};
 pub use text::{Row, print, read, read_row};
 pub use words::{Argument, Axes, Command, Kind, Value, WORDS, Word};
 

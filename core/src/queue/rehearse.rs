@@ -1,7 +1,7 @@
 //! A queue on pins without an executor: the page steps it on a virtual drill, with no hardware and no bridge.
 //!
 //! ```text
-//! Run ── Play ──▶ pins::play ──▶ Pins (Twin)         time passes as fast as it is computed
+//! Run ── Play ──▶ pins::play ──▶ Pins (VirtualDrill)         time passes as fast as it is computed
 //!  ▲                  │
 //!  └──── report ◀─────┘
 //! ```
@@ -12,10 +12,10 @@
 use super::rules::Standing;
 use super::run::{Action, Mode, Report, Rest, Run};
 use super::text::read;
+use crate::diagnostic::Diagnostic;
 use crate::machine::{Machine, Steps};
 use crate::motion::cycles;
 use crate::pins::{Clock, Desk, Line, Motors, Order, Outcome, Pins, play};
-use crate::remark::Remark;
 use crate::steps::Segment;
 
 /// Where a drill on a bench stands between two queues.
@@ -29,7 +29,7 @@ pub struct Bench {
 
 impl Bench {
     /// A drill that was homed just now; its work zero is where it rests.
-    pub fn homed(machine: &Machine, pins: &mut dyn Pins) -> Result<Self, Remark> {
+    pub fn homed(machine: &Machine, pins: &mut dyn Pins) -> Result<Self, Diagnostic> {
         let home = read("", "HOME ALL").map_err(|whys| whys.into_iter().next());
         let home = home.map_err(|why| why.unwrap_or_else(|| super::text::refuse("queue.empty")))?;
         let mut rehearsal = Rehearsal::new(home, Vec::new(), Self::default());

@@ -11,9 +11,9 @@
 
 use super::text::refuse;
 use super::words::{Axes, Command};
+use crate::diagnostic::Diagnostic;
 use crate::machine::{HomeEnd, Machine, Steps, axis_name};
 use crate::motion::cycles;
-use crate::remark::Remark;
 use crate::units::Length;
 
 /// How the drill stands as far as a queue must know.
@@ -68,7 +68,7 @@ pub fn after(
     machine: &Machine,
     outputs: &[String],
     standing: &Standing,
-) -> Result<Standing, Remark> {
+) -> Result<Standing, Diagnostic> {
     let mut next = standing.clone();
     match command {
         Command::MoveBy { dx, dy } => {
@@ -131,7 +131,7 @@ fn tip_in_board(machine: &Machine, standing: &Standing) -> bool {
     standing.homed[2] && standing.position[2] < z_steps(machine, Length::ZERO)
 }
 
-fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Remark> {
+fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Diagnostic> {
     for &axis in axes.in_order() {
         if axis < 2 {
             homed(next, &[2])?;
@@ -143,14 +143,14 @@ fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Remark
     Ok(())
 }
 
-fn homed(standing: &Standing, axes: &[usize]) -> Result<(), Remark> {
+fn homed(standing: &Standing, axes: &[usize]) -> Result<(), Diagnostic> {
     match axes.iter().find(|axis| !standing.homed[**axis]) {
         None => Ok(()),
         Some(axis) => Err(refuse("queue.not_homed").with("axis", axis_name(*axis))),
     }
 }
 
-fn tip_up(machine: &Machine, standing: &Standing) -> Result<(), Remark> {
+fn tip_up(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> {
     let safe = z_steps(machine, machine.process.safe_height);
     if standing.position[2] >= safe {
         return Ok(());
@@ -159,12 +159,12 @@ fn tip_up(machine: &Machine, standing: &Standing) -> Result<(), Remark> {
     Err(refuse("queue.tip_low").with("height", height.mm()).with("safe", machine.process.safe_height.mm()))
 }
 
-fn may_travel(machine: &Machine, standing: &Standing) -> Result<(), Remark> {
+fn may_travel(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> {
     homed(standing, &[0, 1, 2])?;
     tip_up(machine, standing)
 }
 
-fn travel(machine: &Machine, next: &mut Standing, to: [i64; 2], fields: [&str; 2]) -> Result<(), Remark> {
+fn travel(machine: &Machine, next: &mut Standing, to: [i64; 2], fields: [&str; 2]) -> Result<(), Diagnostic> {
     for axis in [0, 1] {
         // An axis that rests on its sensor after homing stands a step outside; it may stay there.
         if to[axis] != next.position[axis] {
@@ -175,7 +175,7 @@ fn travel(machine: &Machine, next: &mut Standing, to: [i64; 2], fields: [&str; 2
     Ok(())
 }
 
-fn inside(machine: &Machine, axis: usize, place: i64, field: &str) -> Result<(), Remark> {
+fn inside(machine: &Machine, axis: usize, place: i64, field: &str) -> Result<(), Diagnostic> {
     let settings = machine.axis(axis);
     let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
     if (low..=high).contains(&place) {

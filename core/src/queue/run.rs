@@ -15,10 +15,10 @@ use super::rules::{Standing, after};
 use super::text::refuse;
 use super::words::{Command, INPUTS, STATES};
 use super::work;
+use crate::diagnostic::Diagnostic;
 use crate::job::{Input, Otherwise};
 use crate::machine::{Machine, Steps};
 use crate::pins::Outcome;
-use crate::remark::Remark;
 use crate::steps::{Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +67,7 @@ pub struct RowResult {
     /// How long it took the last time, in ms of machine time.
     pub ms: f64,
     /// Why it was refused.
-    pub why: Option<Remark>,
+    pub why: Option<Diagnostic>,
 }
 
 /// What the player says after a [`Action::Play`], at rest.
@@ -106,12 +106,12 @@ pub enum Rest {
     /// STOP.
     Stopped,
     /// A row was refused or failed, and what is left of the trust in the position.
-    Failed(Remark, Doubt),
+    Failed(Diagnostic, Harm),
 }
 
 /// What a failure leaves of the trust in the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Doubt {
+pub enum Harm {
     /// As much as before.
     None,
     /// Probably right.
@@ -233,14 +233,14 @@ impl Run {
             let result = &mut self.results[row];
             *result = RowResult { state: RowState::Working, turns: result.turns + 1, ..RowResult::default() };
             if let Err(why) = self.begin(machine, row, &mut actions) {
-                actions.extend(self.fail(why, Doubt::None));
+                actions.extend(self.fail(why, Harm::None));
                 return actions;
             }
             if self.doing != Doing::Nothing {
                 return actions;
             }
             if let Err(why) = self.row_done() {
-                actions.extend(self.fail(why, Doubt::None));
+                actions.extend(self.fail(why, Harm::None));
                 return actions;
             }
         }
@@ -257,7 +257,7 @@ impl Run {
     }
 
     /// Begins a row. Where there is something to play, it is the last action.
-    fn begin(&mut self, machine: &Machine, row: usize, actions: &mut Vec<Action>) -> Result<(), Remark> {
+    fn begin(&mut self, machine: &Machine, row: usize, actions: &mut Vec<Action>) -> Result<(), Diagnostic> {
         let Some(command) = self.queue.rows()[row].command.clone() else { return Ok(()) };
         let next = after(&command, machine, &self.outputs, &self.standing)?;
         let from = self.standing.position;
@@ -336,8 +336,8 @@ impl Run {
         match doing {
             Doing::Nothing => return Vec::new(),
             Doing::Moves(next) => {
-                if let Some((why, doubt)) = failure(&report.outcome) {
-                    return self.fail(why, doubt);
+                if let Some((why, harm)) = failure(&report.outcome) {
+                    return self.fail(why, harm);
                 }
                 self.standing = Standing { position: report.position, ..next };
             }
@@ -350,12 +350,12 @@ impl Run {
             Doing::Homing(mut homing) => {
                 let axis = homing.axis();
                 match homing.reported(machine, report, &mut self.standing.position) {
-                    Err((why, doubt)) => {
+                    Err((why, harm)) => {
                         // A count that was wrong is found out at the end of the homing: it is right again.
                         if let Some(homed) = self.standing.homed.get_mut(axis) {
-                            *homed = doubt == Doubt::None;
+                            *homed = harm == Harm::None;
                         }
-                        return self.fail(why, doubt);
+                        return self.fail(why, harm);
                     }
                     Ok(next) => {
                         let more = self.homed_so_far(axis, homing, next);
@@ -367,7 +367,7 @@ impl Run {
             }
         }
         if let Err(why) = self.row_done() {
-            actions.extend(self.fail(why, Doubt::None));
+            actions.extend(self.fail(why, Harm::None));
             return actions;
         }
         actions.extend(self.rows(machine, false));
@@ -389,7 +389,7 @@ impl Run {
             let ms = if let Some(Command::WaitInput { timeout_ms, .. }) = timeout { timeout_ms } else { 0 };
             let why = refuse("queue.input_timeout").with("input", INPUTS[input as usize]);
             let why = why.with("state", STATES[usize::from(on)]).with("ms", ms);
-            return self.fail(why, Doubt::None);
+            return self.fail(why, Harm::None);
         }
         let ms = left_ms.min(LOOK_MS);
         self.doing = Doing::Look(input, on, left_ms - ms);
@@ -397,7 +397,7 @@ impl Run {
     }
 
     /// The row is done; on to the next.
-    fn row_done(&mut self) -> Result<(), Remark> {
+    fn row_done(&mut self) -> Result<(), Diagnostic> {
         if let Some(result) = self.row().and_then(|row| self.results.get_mut(row)) {
             result.state = RowState::Done;
         }
@@ -412,7 +412,7 @@ impl Run {
         self.end(Rest::Stopped)
     }
 
-    fn fail(&mut self, why: Remark, doubt: Doubt) -> Vec<Action> {
+    fn fail(&mut self, why: Diagnostic, harm: Harm) -> Vec<Action> {
         let row = self.row();
         let line = row.map_or(0, |row| u32::try_from(row + 1).unwrap_or(u32::MAX));
         let turn = self.cursor.passed() + 1;
@@ -420,26 +420,26 @@ impl Run {
         if let Some(result) = row.and_then(|row| self.results.get_mut(row)) {
             (result.state, result.why) = (RowState::Refused, Some(why.clone()));
         }
-        self.end(Rest::Failed(why, doubt))
+        self.end(Rest::Failed(why, harm))
     }
 }
 
 /// A step came so many ticks later than its motor could wait for.
-pub fn late(ticks: u64) -> Remark {
+pub fn late(ticks: u64) -> Diagnostic {
     refuse("control.executor_late").with("ms", libm::ceil(ticks as f64 / TICKS_OF_MS as f64))
 }
 
 /// What an outcome means that is not the end of a row.
-fn failure(outcome: &Outcome) -> Option<(Remark, Doubt)> {
+fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
     match outcome {
         Outcome::Guarded(input) => {
             let why = refuse("control.end_sensor").with("sensor", format!("{input:?}"));
-            Some((why, Doubt::Suspect))
+            Some((why, Harm::Suspect))
         }
-        Outcome::Late(ticks) => Some((late(*ticks), Doubt::Suspect)),
+        Outcome::Late(ticks) => Some((late(*ticks), Harm::Suspect)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
             let why = refuse("control.drilling_too_long").with("sensor", format!("{:?}", gate.input));
-            Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Doubt::None))
+            Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Harm::None))
         }
         _ => None,
     }

@@ -14,7 +14,7 @@
 use super::blocks::{Queue, link};
 use super::words::{Argument, Command, Kind, Value, WORDS, Word};
 use super::{LONGEST_TEXT, MOST_ROWS};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use crate::units::{Length, NM_PER_MM};
 
 /// After so many refusals the rest of the text is not read.
@@ -43,15 +43,15 @@ struct Token<'a> {
     column: usize,
 }
 
-/// A refusal without its line: column and remark.
-type Refused = (usize, Remark);
+/// A refusal without its line: column and diagnostic.
+type Refused = (usize, Diagnostic);
 
-pub(super) fn refuse(code: &str) -> Remark {
-    Remark::new(Weight::Loss, code)
+pub(super) fn refuse(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
 }
 
 /// The queue in `text`, or everything that is wrong with it, line by line; places say `file`.
-pub fn read(file: &str, text: &str) -> Result<Queue, Vec<Remark>> {
+pub fn read(file: &str, text: &str) -> Result<Queue, Vec<Diagnostic>> {
     if text.len() > LONGEST_TEXT {
         let why = refuse("queue.too_long").with("bytes", text.len()).with("most", LONGEST_TEXT);
         return Err(vec![why.at(file, 0, 0)]);
@@ -82,7 +82,7 @@ pub fn read(file: &str, text: &str) -> Result<Queue, Vec<Remark>> {
 }
 
 /// One line.
-pub fn read_row(file: &str, number: u32, line: &str) -> Result<Row, Remark> {
+pub fn read_row(file: &str, number: u32, line: &str) -> Result<Row, Diagnostic> {
     row(line).map_err(|(column, why)| {
         let column = u32::try_from(column).unwrap_or(u32::MAX);
         why.with("row", number).at(file, number, column)
@@ -141,7 +141,7 @@ fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Value>
     }
 }
 
-fn value(argument: &Argument, text: &str) -> Result<Value, Remark> {
+fn value(argument: &Argument, text: &str) -> Result<Value, Diagnostic> {
     let refused = |code: &str| refuse(code).with("field", argument.name).with("found", text);
     let range = |low: i64, high: i64| {
         let why = refused("queue.out_of_range").with("low", low).with("high", high);
@@ -213,7 +213,7 @@ fn millimetres(text: &str) -> Result<Length, &'static str> {
     Ok(Length::from_nm(if negative { -nm } else { nm }))
 }
 
-fn unknown(text: &str) -> Remark {
+fn unknown(text: &str) -> Diagnostic {
     let wanted = text.to_ascii_uppercase();
     let names = WORDS.iter().flat_map(|word| word.spellings().map(move |name| (name, word.name)));
     let apart = |name: &str| {

@@ -4,10 +4,10 @@
 //! to be done. Does not know rows.
 
 use super::rules::bottom;
+use crate::diagnostic::Diagnostic;
 use crate::job::{Effect, Gate, Input, Mark, Otherwise, Stage};
 use crate::machine::{Machine, Steps, StrokeEnd};
 use crate::motion::{Timeline, cycles};
-use crate::remark::Remark;
 use crate::steps::{self, Segment, TICK_HZ};
 
 fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
@@ -22,17 +22,17 @@ fn rest(end: Steps, duration_ticks: u64, effect: Effect) -> Segment {
 
 /// X and Y in a straight line. An axis with play that goes down comes up through it at the end, as it does by hand: rows say
 /// where the bit is to be, not its motor.
-pub(super) fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>, Remark> {
+pub(super) fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>, Diagnostic> {
     let mut beyond = to;
     for axis in (0..2).filter(|axis| to[*axis] < from[*axis]) {
         beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);
     }
-    let ways = [cycles::go_to(machine, from, beyond)?, cycles::go_to(machine, beyond, to)?];
-    Ok(ways.iter().flat_map(|way| segments(way, machine)).collect())
+    let toolpaths = [cycles::go_to(machine, from, beyond)?, cycles::go_to(machine, beyond, to)?];
+    Ok(toolpaths.iter().flat_map(|way| segments(way, machine)).collect())
 }
 
 /// Through the board: settle, down to just above it, then at feed to the lower sensor or, without one, by counted steps.
-pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Remark> {
+pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
     let gate = (machine.stroke_end == StrokeEnd::Sensor).then(|| Gate {
         input: Input::ZBottom,
         deadline_us: libm::round(machine.longest_drilling_s * 1e6) as u32,
@@ -42,7 +42,7 @@ pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Remar
 }
 
 /// Z up.
-pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>, Remark> {
+pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>, Diagnostic> {
     Ok(segments(&cycles::retract(machine, from, z)?, machine))
 }
 

@@ -25,26 +25,26 @@ pub use plant::{Plant, State, Zoh, default_plant};
 pub use run::{Load, LoadMetrics, Sample, StepMetrics, StepRun, load_metrics, step_metrics, step_response};
 pub use stroke::{Moment, Reference, StrokeMetrics, StrokeRun, StrokeSample, stroke};
 
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 
 /// Runs have at most this many samples.
 pub const MOST_SAMPLES: usize = 1_000_000;
 
 /// Refuses a number outside `low` … `high`, or no number at all, with the name of its field.
-fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Remark> {
+fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Diagnostic> {
     if value >= low && value <= high {
         return Ok(());
     }
-    let why = Remark::new(Weight::Loss, "servo.bad_parameter").with("field", field).with("value", value);
+    let why = Diagnostic::error("servo.bad_parameter").with("field", field).with("value", value);
     Err(why.with("low", low).with("high", high))
 }
 
 /// How many samples a run over `duration_s` has; refuses none and too many.
-fn samples_of(duration_s: f64, sample_s: f64) -> Result<usize, Remark> {
+fn samples_of(duration_s: f64, sample_s: f64) -> Result<usize, Diagnostic> {
     let count = duration_s / sample_s;
     if count.is_finite() && (0.5..=MOST_SAMPLES as f64).contains(&count) {
         return Ok(libm::round(count) as usize);
     }
-    let why = Remark::new(Weight::Loss, "servo.too_long").with("duration", duration_s);
+    let why = Diagnostic::error("servo.too_long").with("duration", duration_s);
     Err(why.with("sample", sample_s).with("most", MOST_SAMPLES))
 }

@@ -13,7 +13,7 @@
 
 use super::fuzzy::{Rules, Tables, infer};
 use super::within;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Gains of the three terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,7 +162,7 @@ impl Controller {
     }
 
     /// Refuses what cannot be a controller, with the name of the field.
-    pub fn check(&self) -> Result<(), Remark> {
+    pub fn check(&self) -> Result<(), Diagnostic> {
         within("kp", self.gains.kp, 0.0, 1e6)?;
         within("ki", self.gains.ki, 0.0, 1e9)?;
         within("kd", self.gains.kd, 0.0, 1e6)?;

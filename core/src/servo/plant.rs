@@ -9,7 +9,7 @@
 //! ```
 
 use super::within;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// A servo in velocity mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub const fn default_plant() -> Plant {
 
 impl Plant {
     /// Refuses what cannot be a plant, with the name of the field.
-    pub fn check(&self) -> Result<(), Remark> {
+    pub fn check(&self) -> Result<(), Diagnostic> {
         within("plant-gain", self.gain, 1e-6, 1e9)?;
         within("plant-tau", self.tau_s, 1e-6, 1e3)
     }

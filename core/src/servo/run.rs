@@ -14,7 +14,7 @@
 use super::pid::{Controller, Memory, Stage, control};
 use super::plant::{Plant, State};
 use super::{samples_of, within};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// A load on the axis, as control voltage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -82,7 +82,7 @@ pub struct LoadMetrics {
 }
 
 /// Runs the loop. The load acts in every sample that starts within its time.
-pub fn step_response(run: &StepRun) -> Result<Vec<Sample>, Remark> {
+pub fn step_response(run: &StepRun) -> Result<Vec<Sample>, Diagnostic> {
     run.controller.check()?;
     run.plant.check()?;
     within("setpoint", run.setpoint_mm, -1e6, 1e6)?;

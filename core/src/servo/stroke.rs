@@ -15,7 +15,7 @@
 use super::pid::{Controller, Memory, Stage, control};
 use super::plant::{Plant, State};
 use super::{samples_of, within};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Where a reference is at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -95,7 +95,7 @@ pub struct StrokeMetrics {
 }
 
 /// Runs the stroke.
-pub fn stroke(run: &StrokeRun<'_>) -> Result<(Vec<StrokeSample>, StrokeMetrics), Remark> {
+pub fn stroke(run: &StrokeRun<'_>) -> Result<(Vec<StrokeSample>, StrokeMetrics), Diagnostic> {
     let count = check(run)?;
     let sample_s = run.controller.sample_s;
     let plant = run.plant.every(sample_s);
@@ -127,7 +127,7 @@ pub fn stroke(run: &StrokeRun<'_>) -> Result<(Vec<StrokeSample>, StrokeMetrics),
 }
 
 /// Refuses what cannot be run; the number of samples.
-fn check(run: &StrokeRun<'_>) -> Result<usize, Remark> {
+fn check(run: &StrokeRun<'_>) -> Result<usize, Diagnostic> {
     run.controller.check()?;
     run.plant.check()?;
     within("height", run.height_mm, 0.0, 1e6)?;

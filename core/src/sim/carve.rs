@@ -12,9 +12,9 @@
 //! not know time, nor what a cut is for.
 
 use super::cuts::{Cut, Shape};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Bounds;
 use crate::job::{Bit, Cutter};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 /// Cells along each side of a tile.
@@ -94,7 +94,7 @@ impl Tool {
 impl Stock {
     /// An uncut board over `bounds` in work coordinates, of the finest cells that it may have. Refused where it has no area,
     /// or is too large to be shown.
-    pub fn new(bounds: Bounds, thickness: Length) -> Result<Self, Remark> {
+    pub fn new(bounds: Bounds, thickness: Length) -> Result<Self, Diagnostic> {
         let size = [(bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm()];
         let count = |cell_um: i64| size.map(|mm| libm::ceil(mm * 1e3 / cell_um as f64));
         let fits = |cell_um: &i64| {
@@ -102,8 +102,8 @@ impl Stock {
             x >= 1.0 && y >= 1.0 && x * y <= MOST_CELLS
         };
         let Some(cell_um) = CELLS_UM.into_iter().find(fits) else {
-            let remark = Remark::new(Weight::Doubt, "sim.no_stock");
-            return Err(remark.with("width", size[0]).with("height", size[1]));
+            let diagnostic = Diagnostic::warning("sim.no_stock");
+            return Err(diagnostic.with("width", size[0]).with("height", size[1]));
         };
         let cells = count(cell_um).map(|cells| cells as usize);
         let tiles = cells.map(|cells| cells.div_ceil(TILE));

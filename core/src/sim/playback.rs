@@ -47,7 +47,7 @@ pub struct Drilled {
 /// A way and when it is milled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Milled {
-    /// Index into the job's ways.
+    /// Index into the job's toolpaths.
     pub way: u32,
     /// When its leg begins.
     pub from_s: f64,
@@ -70,8 +70,8 @@ pub struct Moment {
     pub stage: Stage,
     /// How many holes are through: that many of [`Playback::drilled`].
     pub holes_done: u32,
-    /// How many ways are milled: that many of [`Playback::milled`].
-    pub ways_done: u32,
+    /// How many toolpaths are milled: that many of [`Playback::milled`].
+    pub toolpaths_done: u32,
     /// The bit in the spindle, if one was put in.
     pub bit: Option<u32>,
 }
@@ -101,7 +101,7 @@ impl Playback {
                 drilled_leg = Some(planned.leg);
                 drilled.push(Drilled { hole, done_s: seconds(tick) });
             }
-            if let Mark::Way(way) = planned.mark {
+            if let Mark::Toolpath(way) = planned.mark {
                 let from_s = seconds(planned.start_tick);
                 let done_s = seconds(planned.start_tick + planned.duration_ticks);
                 match milled.last_mut().filter(|_| milled_leg == Some(planned.leg)) {
@@ -134,7 +134,7 @@ impl Playback {
         &self.drilled
     }
 
-    /// All ways in the order in which they are milled.
+    /// All toolpaths in the order in which they are milled.
     pub fn milled(&self) -> &[Milled] {
         &self.milled
     }
@@ -151,7 +151,7 @@ impl Playback {
     }
 
     /// When way `way` begins.
-    pub fn time_of_way(&self, way: u32) -> Option<f64> {
+    pub fn time_of_toolpath(&self, way: u32) -> Option<f64> {
         self.milled.iter().find(|milled| milled.way == way).map(|milled| milled.from_s)
     }
 
@@ -172,7 +172,7 @@ impl Playback {
             mark: planned.mark,
             stage: stage_at(planned, part, steps[2]),
             holes_done: self.drilled.partition_point(|drilled| drilled.done_s <= t_s) as u32,
-            ways_done: self.milled.partition_point(|milled| milled.done_s <= t_s) as u32,
+            toolpaths_done: self.milled.partition_point(|milled| milled.done_s <= t_s) as u32,
             bit: self.legs.get(leg.saturating_sub(1)).and_then(|start| start.bit),
         })
     }
@@ -181,9 +181,9 @@ impl Playback {
 /// What is being done: in a hop, what its part does; a stroke down over the board is an approach.
 fn stage_at(planned: &Move, part: Option<&Part>, height: f64) -> Stage {
     match (planned.stage, part.map(|part| part.stage)) {
-        (Stage::Hop, Some(Stage::Drill)) if height > 0.0 => Stage::Approach,
-        (Stage::Hop, Some(stage)) => stage,
-        (Stage::Hop, None) => Stage::Dwell,
+        (Stage::NextHole, Some(Stage::Drill)) if height > 0.0 => Stage::Approach,
+        (Stage::NextHole, Some(stage)) => stage,
+        (Stage::NextHole, None) => Stage::Dwell,
         (stage, _) => stage,
     }
 }
@@ -249,7 +249,7 @@ mod tests {
     fn ways_are_counted_while_they_are_milled() {
         let mill = |x, height| Command::Mill { to: Point::from_mm(x, 5.0), height, feed_um_per_s: 10_000 };
         let way = |index, x| Leg {
-            mark: Mark::Way(index),
+            mark: Mark::Toolpath(index),
             commands: vec![
                 Command::Rapid { to: Point::from_mm(x, 5.0) },
                 Command::Plunge { to: Length::from_um(-200), feed_um_per_s: 5_000, gate: None },
@@ -263,18 +263,18 @@ mod tests {
         program.legs.extend([way(4, 10.0), way(2, 30.0)]);
         let play = Playback::new(timeline(&program, &virtual_drill()).unwrap());
         let [first, second] = play.milled() else { panic!("{:?}", play.milled()) };
-        assert_eq!((first.way, second.way, play.time_of_way(2)), (4, 2, Some(second.from_s)));
+        assert_eq!((first.way, second.way, play.time_of_toolpath(2)), (4, 2, Some(second.from_s)));
         assert!(first.done_s <= second.from_s && second.done_s == play.total_s());
         let mut milled = 0;
         for part in 0..=200 {
             let t = first.from_s + (first.done_s - first.from_s) * 0.999 * f64::from(part) / 200.0;
             let now = play.at(t).unwrap();
-            assert_eq!((now.mark, now.ways_done, now.holes_done), (Mark::Way(4), 0, 2));
+            assert_eq!((now.mark, now.toolpaths_done, now.holes_done), (Mark::Toolpath(4), 0, 2));
             milled += u32::from(now.stage == Stage::Mill && now.position_mm[2] < 0.0);
         }
         assert!(milled > 50, "{milled} moments in the board");
-        assert_eq!(play.at(first.done_s).unwrap().ways_done, 1);
-        assert_eq!(play.at(play.total_s()).unwrap().ways_done, 2);
+        assert_eq!(play.at(first.done_s).unwrap().toolpaths_done, 1);
+        assert_eq!(play.at(play.total_s()).unwrap().toolpaths_done, 2);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::units::TICK_HZ;
 pub struct Spent {
     /// All of the legs that drill holes.
     pub drill_s: f64,
-    /// Along ways and down to them, in legs that mill.
+    /// Along toolpaths and down to them, in legs that mill.
     pub mill_s: f64,
     /// The rest of the legs that mill: from way to way, up, and down to the board.
     pub between_s: f64,
@@ -30,8 +30,8 @@ pub struct Summary {
     pub total_s: f64,
     /// Where it goes.
     pub spent: Spent,
-    /// How many ways are milled.
-    pub ways: u32,
+    /// How many toolpaths are milled.
+    pub toolpaths: u32,
     /// How many holes.
     pub holes: u32,
     /// Holes per minute while drilling, changes of bit not counted: strokes of one spindle.
@@ -73,7 +73,7 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
     Summary {
         total_s: timeline.total_s(),
         spent: spent(timeline),
-        ways: ways(timeline),
+        toolpaths: toolpaths(timeline),
         holes: times.len() as u32,
         holes_per_min: per_min(drilling_s),
         holes_per_min_sequential: per_min(sequential_s),
@@ -88,8 +88,8 @@ fn spent(timeline: &Timeline) -> Spent {
     for planned in &timeline.moves {
         let place = match (planned.mark, planned.stage) {
             (Mark::Hole(_), _) => &mut spent.drill_s,
-            (Mark::Way(_), Stage::Mill | Stage::Drill) => &mut spent.mill_s,
-            (Mark::Way(_), _) => &mut spent.between_s,
+            (Mark::Toolpath(_), Stage::Mill | Stage::Drill) => &mut spent.mill_s,
+            (Mark::Toolpath(_), _) => &mut spent.between_s,
             (Mark::ChangeBit(_), _) => &mut spent.change_s,
             (Mark::Prepare | Mark::Finish, _) => &mut spent.other_s,
         };
@@ -116,8 +116,8 @@ pub fn time_by_bit_s(timeline: &Timeline) -> Vec<f64> {
     times
 }
 
-fn ways(timeline: &Timeline) -> u32 {
-    let moves = timeline.moves.iter().filter(|planned| matches!(planned.mark, Mark::Way(_)));
+fn toolpaths(timeline: &Timeline) -> u32 {
+    let moves = timeline.moves.iter().filter(|planned| matches!(planned.mark, Mark::Toolpath(_)));
     let mut legs: Vec<u32> = moves.map(|planned| planned.leg).collect();
     legs.dedup();
     u32::try_from(legs.len()).unwrap_or(u32::MAX)
@@ -126,7 +126,7 @@ fn ways(timeline: &Timeline) -> u32 {
 /// How long a move would take if its parts came one after the other, the plane settling before the spindles go down, s.
 fn alone_s(planned: &Move, machine: &Machine) -> f64 {
     let duration_s = planned.duration_ticks as f64 / TICK_HZ as f64;
-    if planned.stage != Stage::Hop {
+    if planned.stage != Stage::NextHole {
         return duration_s;
     }
     let parts_s: f64 = planned.parts.iter().map(Part::duration_s).sum();

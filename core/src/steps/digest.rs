@@ -79,7 +79,7 @@ fn put_segment(segment: &Segment, sink: &mut dyn Sink) {
         Mark::ChangeBit(bit) => (1, bit),
         Mark::Hole(hole) => (2, hole),
         Mark::Finish => (3, 0),
-        Mark::Way(way) => (4, way),
+        Mark::Toolpath(way) => (4, way),
     };
     sink.put(&[tag]);
     sink.put(&value.to_le_bytes());
@@ -123,7 +123,7 @@ const fn stage_tag(stage: Stage) -> u8 {
         Stage::Locate => 8,
         Stage::Offset => 9,
         Stage::Jog => 10,
-        Stage::Hop => 11,
+        Stage::NextHole => 11,
         Stage::Mill => 12,
     }
 }

@@ -16,12 +16,12 @@
 
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
+use crate::diagnostic::Diagnostic;
 use crate::job::Program;
 use crate::machine::{AXES, Machine, Steps};
 use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
-use crate::motion::{Motion, Move, Part, Route, Takts, Timeline, each_leg};
-use crate::remark::{Remark, Weight};
+use crate::motion::{Motion, Move, Part, Route, TableSteps, Timeline, each_leg};
 
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
 const MOST_RUNS: usize = 100_000_000;
@@ -30,7 +30,7 @@ const MOST_RUNS: usize = 100_000_000;
 const TURN_ROOM_S: f64 = 2.1e-6;
 
 /// The whole timeline as a stream.
-pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Remark> {
+pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Diagnostic> {
     let mut pile =
         Pile { maker: Maker::new(machine), segments: Vec::with_capacity(timeline.moves.len()), runs: 0 };
     pile.take(&timeline.moves)?;
@@ -38,7 +38,7 @@ pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Rema
 }
 
 /// A program as a stream, leg by leg: the same as by its timeline, which is never there as a whole.
-pub fn stream_of(program: &Program, machine: &Machine) -> Result<StepStream, Remark> {
+pub fn stream_of(program: &Program, machine: &Machine) -> Result<StepStream, Diagnostic> {
     let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
     let start = each_leg(program, machine, |moves| pile.take(moves))?;
     Ok(StepStream { start, segments: pile.segments })
@@ -50,7 +50,7 @@ pub(super) fn leg_by_leg(
     program: &Program,
     machine: &Machine,
     mut take: impl FnMut(&[Segment]),
-) -> Result<Steps, Remark> {
+) -> Result<Steps, Diagnostic> {
     let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
     each_leg(program, machine, |moves| {
         pile.segments.clear();
@@ -68,13 +68,13 @@ struct Pile {
 }
 
 impl Pile {
-    fn take(&mut self, moves: &[Move]) -> Result<(), Remark> {
+    fn take(&mut self, moves: &[Move]) -> Result<(), Diagnostic> {
         for planned in moves {
             let mut segment = self.maker.segment(planned);
             segment.runs.shrink_to_fit();
             self.runs += segment.runs.len();
             if self.runs > MOST_RUNS {
-                return Err(Remark::new(Weight::Loss, "motion.stream_too_long").with("runs", MOST_RUNS));
+                return Err(Diagnostic::error("motion.stream_too_long").with("runs", MOST_RUNS));
             }
             self.segments.push(segment);
         }
@@ -142,7 +142,7 @@ impl Maker {
                 match &part.motion {
                     Motion::Line(stroke) if axis >= 2 => self.stroke(part, axis, stroke, &mut cursor),
                     Motion::Line(stroke) => self.line(part, axis, stroke, &mut cursor),
-                    Motion::Takts(takts) => takts_runs(part, axis, takts, &mut cursor),
+                    Motion::TableSteps(takts) => takts_runs(part, axis, takts, &mut cursor),
                     Motion::Path(route) => self.path(part, axis, route, &mut cursor),
                 }
             }
@@ -261,7 +261,7 @@ fn sets(planned: &Move) -> Vec<(usize, u8)> {
 }
 
 /// Runs of a table-driven axis: one for each stretch of equal intervals.
-fn takts_runs(part: &Part, axis: usize, takts: &Takts, cursor: &mut Cursor<'_>) {
+fn takts_runs(part: &Part, axis: usize, takts: &TableSteps, cursor: &mut Cursor<'_>) {
     let forward = part.to[axis] > part.from[axis];
     let begin = part.start_tick as i64;
     let mut offset = begin - cursor.last_tick;

@@ -12,9 +12,9 @@
 use super::compact::{put, put_segment, take, take_segment};
 use super::make::leg_by_leg;
 use super::stream::{Run, Segment};
+use crate::diagnostic::Diagnostic;
 use crate::job::{Effect, Program};
 use crate::machine::{Machine, Steps};
-use crate::remark::Remark;
 use std::ops::Range;
 
 /// The most strokes that are kept. A bit has two.
@@ -49,7 +49,7 @@ struct Place {
 
 impl Packed {
     /// The stream of `program` on `machine`: that of [`super::stream_of`].
-    pub fn of(program: &Program, machine: &Machine) -> Result<Self, Remark> {
+    pub fn of(program: &Program, machine: &Machine) -> Result<Self, Diagnostic> {
         let mut packed = Self { legs: Vec::with_capacity(program.legs.len()), ..Self::default() };
         packed.start = leg_by_leg(program, machine, |segments| packed.push(segments))?;
         // A leg before the first that moves ends where everything starts.

@@ -2,8 +2,8 @@
 //!
 //! Goes out: plain data. Does not know how a queue runs.
 
+use crate::diagnostic::Diagnostic;
 use crate::queue::RowResult;
-use crate::remark::Remark;
 use serde::{Deserialize, Serialize};
 
 /// How a queue stands.
@@ -22,7 +22,7 @@ pub struct QueueStatus {
     /// These are all results: rows that are not among them wait.
     pub whole: bool,
     /// Why it failed; its place has the row.
-    pub why: Option<Remark>,
+    pub why: Option<Diagnostic>,
 }
 
 /// What a queue is doing.

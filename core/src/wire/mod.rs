@@ -23,9 +23,9 @@ pub mod program;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 
 use crate::control::{Alarm, Ending, State, Timing, Trust};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Value;
 use crate::queue::Mode;
-use crate::remark::Remark;
 use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
 
@@ -158,16 +158,16 @@ pub enum Ask {
     Resume,
     /// Finish this hole, then end.
     StopAfterHole,
-    /// Go at this many percent of the planned pace, 10 … 200. The path stays the same. Up to 100 from now on, by slower
+    /// Go at this many percent of the planned feed override, 10 … 200. The path stays the same. Up to 100 from now on, by slower
     /// time; above, with higher feeds from the next rest of the job in work on, planned and checked anew.
-    Pace {
+    FeedOverride {
         /// Percent.
         percent: u8,
     },
     /// Stop now.
     Stop,
     /// The bit that was asked for is in.
-    BitChanged,
+    ToolChanged,
     /// The alarm was read.
     AcknowledgeAlarm,
     /// Forget an interrupted job.
@@ -226,8 +226,8 @@ impl Ask {
             | Self::Pause
             | Self::Resume
             | Self::StopAfterHole
-            | Self::Pace { .. }
-            | Self::BitChanged
+            | Self::FeedOverride { .. }
+            | Self::ToolChanged
             | Self::Queue { .. }
             | Self::QueueRun { .. }
             | Self::QueueClear
@@ -304,9 +304,9 @@ pub enum Tell {
         ending: Ending,
         /// Holes drilled.
         holes_done: u32,
-        /// Ways milled.
+        /// Toolpaths milled.
         #[serde(default)]
-        ways_done: u32,
+        toolpaths_done: u32,
     },
     /// A job was interrupted and can be taken up.
     Interrupted {
@@ -320,12 +320,12 @@ pub enum Tell {
         holes_done: u32,
         /// Holes in all.
         holes_total: u32,
-        /// Ways done for certain.
+        /// Toolpaths done for certain.
         #[serde(default)]
-        ways_done: u32,
-        /// Ways in all.
+        toolpaths_done: u32,
+        /// Toolpaths in all.
         #[serde(default)]
-        ways_total: u32,
+        toolpaths_total: u32,
     },
     /// What the bridge found out about its clock; only where time is real.
     Timing(Box<Timing>),
@@ -341,7 +341,7 @@ pub enum Tell {
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.
-        why: Remark,
+        why: Diagnostic,
     },
     /// Answer to `Ping`.
     Pong {
@@ -354,7 +354,7 @@ pub enum Tell {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PreflightRow {
     /// What was looked at and what was found; the code names the row.
-    pub finding: Remark,
+    pub finding: Diagnostic,
     /// Whether it lets the job start.
     pub verdict: Verdict,
 }
@@ -439,15 +439,15 @@ pub struct Status {
     pub holes_done: u32,
     /// Holes in all.
     pub holes_total: u32,
-    /// Way in work (index into the job's ways).
+    /// Way in work (index into the job's toolpaths).
     #[serde(default)]
     pub way: Option<u32>,
-    /// Ways milled.
+    /// Toolpaths milled.
     #[serde(default)]
-    pub ways_done: u32,
-    /// Ways in all.
+    pub toolpaths_done: u32,
+    /// Toolpaths in all.
     #[serde(default)]
-    pub ways_total: u32,
+    pub toolpaths_total: u32,
     /// What is being done.
     pub stage: Option<Stage>,
     /// The work command, by its name.
@@ -458,9 +458,9 @@ pub struct Status {
     pub bit_mm: Option<f64>,
     /// Spindle speed commanded, rpm.
     pub spindle_rpm: u32,
-    /// Percent of the planned pace.
-    #[serde(default = "full_pace")]
-    pub pace_percent: u8,
+    /// Percent of the planned feed override.
+    #[serde(default = "full_override")]
+    pub feed_override_percent: u8,
     /// Inputs, one bit each ([`crate::job::Input::bit`]).
     pub inputs: u32,
     /// Phase bytes put out to X, Y, Z.
@@ -482,14 +482,14 @@ pub struct Status {
     pub elapsed_s: f64,
     /// Time left, s.
     pub left_s: f64,
-    /// Share of the job's own time that is behind it, 0 to 1, by whole legs: ways count as holes do.
+    /// Share of the job's own time that is behind it, 0 to 1, by whole legs: toolpaths count as holes do.
     #[serde(default)]
     pub done_share: f64,
     /// What went wrong, until acknowledged.
     pub alarm: Option<Alarm>,
 }
 
-fn full_pace() -> u8 {
+fn full_override() -> u8 {
     100
 }
 

@@ -7,8 +7,8 @@
 //! Comes in: a [`Program`]. Goes out: bytes, key (SHA-256). Does not know files or sockets.
 
 use super::{PROGRAM_LIMIT, auth};
+use crate::diagnostic::Diagnostic;
 use crate::job::Program;
-use crate::remark::{Remark, Weight};
 
 const MAGIC: &[u8] = b"ANNULUS PROGRAM\n";
 const VERSION: u8 = 3;
@@ -24,8 +24,8 @@ pub fn encode(program: &Program) -> Vec<u8> {
 }
 
 /// The program in `bytes`, or why there is none.
-pub fn decode(bytes: &[u8]) -> Result<Program, Remark> {
-    let refuse = |code: &str| Err(Remark::new(Weight::Loss, code));
+pub fn decode(bytes: &[u8]) -> Result<Program, Diagnostic> {
+    let refuse = |code: &str| Err(Diagnostic::error(code));
     if bytes.len() > PROGRAM_LIMIT {
         return refuse("program.too_large");
     }
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn every_truncation_and_every_flipped_byte_gives_a_program_or_a_remark() {
+    fn every_truncation_and_every_flipped_byte_gives_a_program_or_a_diagnostic() {
         let bytes = encode(&example());
         for end in 0..bytes.len() {
             assert!(decode(&bytes[..end]).is_err(), "cut at {end}");

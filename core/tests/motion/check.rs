@@ -19,8 +19,8 @@ fn every_planned_stream_passes_with_the_right_numbers() {
     for seed in 0..rounds(2_000) {
         for machine in machines() {
             let stream = planned(&machine, seed, 6);
-            let report = verify(&stream, &machine, corner_zero(&machine)).unwrap_or_else(|remarks| {
-                panic!("seed {seed} on {}: {:?}", machine.name, remarks[0].message("en"))
+            let report = verify(&stream, &machine, corner_zero(&machine)).unwrap_or_else(|diagnostics| {
+                panic!("seed {seed} on {}: {:?}", machine.name, diagnostics[0].message("en"))
             });
             assert_eq!(report.holes, 6);
             let pulses = steps::replay_stream(&stream).map(|pulse| u64::from(pulse.axes.count_ones()));
@@ -113,12 +113,12 @@ fn every_fault_is_refused_with_its_own_code() {
     for (code, spoil) in FAULTS {
         let mut stream = planned(&machine, 2, 3);
         spoil(&mut stream);
-        let remarks = verify(&stream, &machine, corner_zero(&machine)).expect_err(code);
-        if remarks[0].code != code {
-            wrong.push(format!("{code}: {remarks:?}"));
+        let diagnostics = verify(&stream, &machine, corner_zero(&machine)).expect_err(code);
+        if diagnostics[0].code != code {
+            wrong.push(format!("{code}: {diagnostics:?}"));
             continue;
         }
-        for text in [remarks[0].message("en"), remarks[0].advice("en")] {
+        for text in [diagnostics[0].message("en"), diagnostics[0].advice("en")] {
             assert!(!text.contains('{') && !text.starts_with("check."), "{text}");
         }
         for part in ["message", "advice"] {
@@ -134,8 +134,8 @@ fn a_speed_that_an_axis_may_not_have_is_refused() {
     let stream = planned(&machine, 2, 3);
     machine.z.max_speed_mm_per_s *= 0.5;
     machine.down.max_speed_mm_per_s *= 0.5;
-    let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
-    assert_eq!(remarks[0].code, "check.speed");
+    let diagnostics = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+    assert_eq!(diagnostics[0].code, "check.speed");
 }
 
 #[test]
@@ -144,8 +144,8 @@ fn a_leg_that_ends_low_is_refused() {
     let mut stream = planned(&machine, 2, 1);
     let up = stream.segments.iter().position(|segment| segment.stage == Stage::Retract).unwrap();
     stream.segments.truncate(up);
-    let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
-    assert_eq!(remarks[0].code, "check.leg_ends_low");
+    let diagnostics = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+    assert_eq!(diagnostics[0].code, "check.leg_ends_low");
 }
 
 #[test]
@@ -158,8 +158,8 @@ fn play_lowers_the_range_of_x_and_y_and_not_that_of_z() {
     assert!(verify(&stream, &machine, corner_zero(&machine)).is_ok());
     machine.z.backlash = Length::from_um(500);
     machine.z.min += Length::from_um(100);
-    let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
-    assert_eq!(remarks[0].code, "check.range");
+    let diagnostics = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+    assert_eq!(diagnostics[0].code, "check.range");
 }
 
 #[test]
@@ -168,8 +168,8 @@ fn a_start_outside_the_machine_is_refused_and_nothing_overflows() {
     for start in [i64::MIN, -1, 24_001, i64::MAX] {
         let mut stream = planned(&machine, 2, 1);
         stream.start[0] = start;
-        let remarks = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
-        assert_eq!(remarks[0].code, "check.range");
+        let diagnostics = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
+        assert_eq!(diagnostics[0].code, "check.range");
     }
 }
 
@@ -198,7 +198,7 @@ fn damaged_streams_are_refused_or_pass_but_never_panic() {
 
 /// The second hop of a chain, which goes from bottom to bottom.
 fn hop(stream: &mut StepStream) -> &mut Segment {
-    stream.segments.iter_mut().filter(|segment| segment.stage == Stage::Hop).nth(1).unwrap()
+    stream.segments.iter_mut().filter(|segment| segment.stage == Stage::NextHole).nth(1).unwrap()
 }
 
 #[test]
@@ -221,7 +221,7 @@ fn a_plane_that_leaves_too_early_or_a_chain_that_stays_low_is_refused() {
         assert!(verify(&stream, &machine, corner_zero(&machine)).is_ok());
         spoil(&mut stream);
         let refused = verify(&stream, &machine, corner_zero(&machine)).unwrap_err();
-        assert!(refused.iter().any(|remark| remark.code == code), "{code}: {refused:?}");
+        assert!(refused.iter().any(|diagnostic| diagnostic.code == code), "{code}: {refused:?}");
     }
 }
 

@@ -183,7 +183,7 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
             let stream = steps::stream(&plan, &machine).unwrap();
             let mut before = stream.start;
             for segment in &stream.segments {
-                if segment.stage == Stage::Hop {
+                if segment.stage == Stage::NextHole {
                     let at = chance.next() % segment.duration_ticks;
                     let stop = chance.next().is_multiple_of(2);
                     let order = if stop { Order::Stop } else { Order::Hold };
@@ -241,7 +241,7 @@ fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_
         let clear = machine.z.scale.steps(Length::from_mm(machine.overlap.clear_mm));
         let mut before = stream.start;
         for segment in &stream.segments {
-            if segment.stage == Stage::Hop && chance.next().is_multiple_of(2) {
+            if segment.stage == Stage::NextHole && chance.next().is_multiple_of(2) {
                 let at = chance.next() % segment.duration_ticks;
                 let mut line = Line { position: before, ..Line::default() };
                 let mut pins = Recorder { position: before, ..Recorder::default() };
@@ -255,7 +255,7 @@ fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_
                 stopped += 1;
                 early += u64::from(line.position != segment.end);
             }
-            cycles += u64::from(segment.stage == Stage::Hop);
+            cycles += u64::from(segment.stage == Stage::NextHole);
             before = segment.end;
         }
         if cycles >= wanted {
@@ -272,7 +272,8 @@ fn a_bit_that_is_still_in_the_board_keeps_the_plane_where_it_is() {
     for machine in overlapped() {
         let program = random_program(&mut Chance(5), &machine, 3);
         let stream = steps::stream(&timeline(&program, &machine).unwrap(), &machine).unwrap();
-        let hops: Vec<_> = stream.segments.iter().filter(|segment| segment.stage == Stage::Hop).collect();
+        let hops: Vec<_> =
+            stream.segments.iter().filter(|segment| segment.stage == Stage::NextHole).collect();
         let (from, hop) = (hops[0].end, hops[1]);
         let mut line = Line { position: from, ..Line::default() };
         let stuck = vec![(0, Input::Contact.bit())];

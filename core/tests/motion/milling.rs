@@ -88,7 +88,7 @@ fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
         bits: vec![],
         spindles: 0b11,
         safe_height: process.safe_height,
-        legs: vec![Leg { mark: Mark::Way(0), commands }],
+        legs: vec![Leg { mark: Mark::Toolpath(0), commands }],
         accepted: vec![],
     }
 }
@@ -190,12 +190,12 @@ fn a_way_that_takes_a_quarter_of_an_hour_is_driven_as_several_from_rest_to_rest(
         ccw: true,
         feed_um_per_s: 100,
     };
-    let ways: [Vec<Command>; 3] = [
+    let toolpaths: [Vec<Command>; 3] = [
         there_and_back(30).map(|x| mill(at(x, 60.0 + x / 10.0), feed_um_per_s)).collect(),
         vec![mill(at(90.0, 60.0), 50)],
         vec![circle],
     ];
-    for (seed, way) in (0..).zip(ways) {
+    for (seed, way) in (0..).zip(toolpaths) {
         let mut program = milling(&mut Chance(1), &machine, Kind { commands: 0, ..FLAT });
         let leg = &mut program.legs[0].commands;
         let after = leg.iter().position(|command| matches!(command, Command::Plunge { .. })).unwrap() + 1;

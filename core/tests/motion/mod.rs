@@ -61,7 +61,7 @@ fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
             let speed = stroke.speed(own_s + 1e-6).max(stroke.speed(own_s - 1e-6));
             speed * way / stroke.length_mm() * 1e-6 + 1e-9 * way
         }
-        Motion::Takts(_) => 0.5 + 1e-9,
+        Motion::TableSteps(_) => 0.5 + 1e-9,
         Motion::Path(_) => 0.0,
     });
     room.fold(0.0, f64::max)
@@ -171,7 +171,7 @@ fn a_move_that_takes_too_long_is_refused_with_its_length() {
 }
 
 #[test]
-fn any_program_gives_a_timeline_or_a_remark() {
+fn any_program_gives_a_timeline_or_a_diagnostic() {
     for seed in 0..rounds(100_000) {
         let mut chance = Chance(seed);
         let machines = machines();
@@ -196,8 +196,8 @@ fn any_program_gives_a_timeline_or_a_remark() {
                 let verdict = laws::laws(&plan, machine);
                 assert!(verdict.is_ok(), "seed {seed} on {}: {:?}", machine.name, verdict);
             }
-            Err(remark) => {
-                assert!(!remark.message("en").contains('{'), "seed {seed}: {}", remark.message("en"));
+            Err(diagnostic) => {
+                assert!(!diagnostic.message("en").contains('{'), "seed {seed}: {}", diagnostic.message("en"));
             }
         }
     }

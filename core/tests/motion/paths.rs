@@ -2,7 +2,7 @@
 
 use crate::programs::{Chance, rounds};
 use annulus_core::motion::path::{
-    Chain, Path, Piece, Place, Rules, To, laws, pace_change_per_s, plan, sweeps,
+    Chain, Path, Piece, Place, Rules, To, laws, override_change_per_s, plan, sweeps,
 };
 use annulus_core::motion::profile::{self, Limits, Shape};
 use core::f64::consts::{PI, TAU};
@@ -99,7 +99,7 @@ fn flattened(chance: &mut Chance) -> Chain {
 }
 
 fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules, seed: u64) {
-    laws(path, axes, rules).unwrap_or_else(|remark| panic!("seed {seed}: {remark:?}"));
+    laws(path, axes, rules).unwrap_or_else(|diagnostic| panic!("seed {seed}: {diagnostic:?}"));
     let total = path.duration_s();
     let end = chain.pieces.last().map_or(chain.start, end_of);
     let nearly = |a: Place, b: Place| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9);
@@ -135,7 +135,8 @@ fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
         let mut chance = Chance(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
         let rules = Rules { share: chance.between(0.3, 1.0), deviation_mm: chance.scale(1e-4, 1.0), ..RULES };
-        let path = plan(&chain, &axes, &rules).unwrap_or_else(|remark| panic!("seed {seed}: {remark:?}"));
+        let path =
+            plan(&chain, &axes, &rules).unwrap_or_else(|diagnostic| panic!("seed {seed}: {diagnostic:?}"));
         keeps_its_laws(&path, &chain, &axes, &rules, seed);
         pieces += path.pieces.len() as u64;
     }
@@ -350,12 +351,12 @@ fn broken_chains_are_refused_with_the_piece() {
     let good = axes(50.0, 1000.0, 5e4);
     let refused = |piece: Piece| {
         let chain = Chain { start: [0.0; 3], pieces: vec![line(1.0, 0.0), piece] };
-        let remark = plan(&chain, &good, &RULES).unwrap_err();
-        assert!(remark.args.contains(&("piece".to_owned(), "2".to_owned())), "{remark:?}");
-        for text in [remark.message("en"), remark.advice("en")] {
+        let diagnostic = plan(&chain, &good, &RULES).unwrap_err();
+        assert!(diagnostic.args.contains(&("piece".to_owned(), "2".to_owned())), "{diagnostic:?}");
+        for text in [diagnostic.message("en"), diagnostic.advice("en")] {
             assert!(!text.contains('{') && !text.contains("motion."), "{text}");
         }
-        remark.code
+        diagnostic.code
     };
     let arc = |to, center| Piece { to: To::Arc { to, center, ccw: true }, feed_mm_per_s: 10.0 };
     assert_eq!(refused(line(f64::NAN, 0.0)), "motion.bad_place");
@@ -435,7 +436,7 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
     assert!(runs * 5 < alike, "short pieces gather speed together: {alike} in {runs} runs");
 }
 
-/// A hold brings the pace from 1 to 0, an override to anything between: with what the plan has left for it.
+/// A hold brings the feed override from 1 to 0, an override to anything between: with what the plan has left for it.
 #[test]
 fn the_reserve_is_enough_for_every_change_of_pace() {
     for seed in 0..rounds(10_000) {
@@ -443,14 +444,15 @@ fn the_reserve_is_enough_for_every_change_of_pace() {
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
         let rules = Rules { share: chance.between(0.3, 0.95), ..RULES };
         let path = plan(&chain, &axes, &rules).unwrap();
-        let change = pace_change_per_s(&path, &axes, &rules);
+        let change = override_change_per_s(&path, &axes, &rules);
         assert!(change > 0.0, "seed {seed}");
         for part in 1..20 {
             let t = path.duration_s() * f64::from(part) / 20.0;
-            let (pace, way) = (chance.unit(), if part % 2 == 0 { change } else { -change });
+            let (feed_override, way) = (chance.unit(), if part % 2 == 0 { change } else { -change });
             let (v, a) = (path.velocity(t), path.acceleration(t));
             for axis in 0..3 {
-                let pulled = pace * pace * a[axis] + if v[axis] == 0.0 { 0.0 } else { way * v[axis] };
+                let pulled = feed_override * feed_override * a[axis]
+                    + if v[axis] == 0.0 { 0.0 } else { way * v[axis] };
                 assert!(
                     pulled.abs() <= axes[axis].acceleration * (1.0 + 1e-9),
                     "seed {seed}: {pulled} at {t}"

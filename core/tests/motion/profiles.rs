@@ -325,9 +325,9 @@ fn numbers_that_cannot_be_planned_with_are_named() {
         ("motion.bad_feed", two_speeds(Shape::SCurve, 1.0, 1.0, 101.0, good).unwrap_err()),
         ("motion.bad_order", plan(Shape::Power(2.1), 1.0, good).unwrap_err()),
     ];
-    for (code, remark) in rows {
-        assert_eq!(remark.code, code);
-        for text in [remark.message("en"), remark.advice("en")] {
+    for (code, diagnostic) in rows {
+        assert_eq!(diagnostic.code, code);
+        for text in [diagnostic.message("en"), diagnostic.advice("en")] {
             assert!(!text.is_empty() && !text.contains('{') && !text.contains(code), "{text}");
         }
     }

@@ -16,8 +16,8 @@ fn streams_of_every_preset_are_small_exact_and_complete() {
         let stream = steps::stream(&plan, &machine).unwrap();
         let made = measure(&plan, &stream);
         let parts = plan.moves.iter().flat_map(|planned| &planned.parts);
-        let ways = parts.flat_map(|part| part.from.iter().zip(&part.to));
-        assert_eq!(made.steps, ways.map(|(from, to)| to.abs_diff(*from)).sum::<u64>(), "{name}: steps");
+        let toolpaths = parts.flat_map(|part| part.from.iter().zip(&part.to));
+        assert_eq!(made.steps, toolpaths.map(|(from, to)| to.abs_diff(*from)).sum::<u64>(), "{name}: steps");
         assert!(made.worst_us <= 1.0, "{name}: {} µs off", made.worst_us);
         let rate = made.busiest_bytes_per_s;
         assert!(rate <= MOST_BYTES_PER_S, "{name}: {rate} bytes/s");

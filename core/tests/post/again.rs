@@ -2,21 +2,21 @@
 //! every single fault that a template, a tool table or a hand can put into a file is found, with its kind.
 
 use super::programs;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
 use annulus_core::post::{self, Dialect, Manner, OutputFile};
 use annulus_core::proof;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 
-fn proved(dialect: Option<&Dialect>, program: &Program, files: &[OutputFile]) -> Vec<Remark> {
+fn proved(dialect: Option<&Dialect>, program: &Program, files: &[OutputFile]) -> Vec<Diagnostic> {
     post::proved((dialect, true), program, files, &proof::differences)
 }
 
-fn losses(remarks: &[Remark]) -> Vec<&str> {
-    let losses = remarks.iter().filter(|remark| remark.weight == Weight::Loss);
-    losses.map(|remark| remark.code.as_str()).collect()
+fn errors(diagnostics: &[Diagnostic]) -> Vec<&str> {
+    let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
+    errors.map(|diagnostic| diagnostic.code.as_str()).collect()
 }
 
 fn mm(value: f64) -> Length {
@@ -80,8 +80,8 @@ fn job() -> Program {
         safe_height: mm(2.0),
         legs: vec![
             on(0),
-            leg(Mark::Way(0), corner),
-            leg(Mark::Way(1), ring),
+            leg(Mark::Toolpath(0), corner),
+            leg(Mark::Toolpath(1), ring),
             on(1),
             leg(
                 Mark::Hole(0),
@@ -89,7 +89,7 @@ fn job() -> Program {
             ),
             leg(Mark::Hole(1), vec![go(-4.0, 3.5), down(-2.0), up]),
             on(2),
-            leg(Mark::Way(2), helix),
+            leg(Mark::Toolpath(2), helix),
             leg(Mark::Finish, vec![Command::Spindle { rpm: 0 }, go(0.0, 0.0)]),
         ],
         accepted: Vec::new(),
@@ -141,15 +141,15 @@ fn a_drill_file_does_what_it_can_say() {
         }
     }
     let files = post::write("excellon", &program, &Manner::default()).unwrap().unwrap();
-    assert_eq!(losses(&proved(None, &program, &files)), Vec::<&str>::new(), "{}", files[0].text);
+    assert_eq!(errors(&proved(None, &program, &files)), Vec::<&str>::new(), "{}", files[0].text);
     let mut left_out = files.clone();
     left_out[0].text =
         left_out[0].text.lines().filter(|line| !line.contains("X-24")).map(|l| l.to_owned() + "\n").collect();
     assert_ne!(left_out, files);
-    assert_eq!(losses(&proved(None, &program, &left_out)), ["written.missing"]);
+    assert_eq!(errors(&proved(None, &program, &left_out)), ["written.missing"]);
 }
 
-/// A fault put into the files, by what it is called; and the kinds of losses it must be told as.
+/// A fault put into the files, by what it is called; and the kinds of errors it must be told as.
 type Fault<'f> = (&'f str, &'f dyn Fn(&mut Vec<OutputFile>), &'f [&'f str]);
 
 fn replaced(files: &mut [OutputFile], from: &str, to: &str) {
@@ -210,10 +210,10 @@ fn every_single_fault_in_files_is_found() {
         fault(&mut files);
         assert!(files != good, "{what}: nothing changed");
         let told = proved(Some(&dialect), &program, &files);
-        let mut kinds = losses(&told);
+        let mut kinds = errors(&told);
         kinds.dedup();
         assert_eq!(kinds, wanted, "{what}: {:?}", told.iter().map(|r| r.message("en")).collect::<Vec<_>>());
-        assert!(told.iter().all(|remark| !remark.message("en").contains('{')), "{what}");
+        assert!(told.iter().all(|diagnostic| !diagnostic.message("en").contains('{')), "{what}");
     }
 }
 
@@ -225,11 +225,11 @@ fn a_shift_is_known_where_the_template_says_it_and_found_where_it_does_not() {
     let dialect = Dialect::parse("own.toml", &says).unwrap();
     let files = post::write_with(&dialect, &program).unwrap();
     let told = proved(Some(&dialect), &program, &files);
-    assert_eq!((losses(&told), told[0].code.as_str()), (Vec::new(), "written.moved"));
+    assert_eq!((errors(&told), told[0].code.as_str()), (Vec::new(), "written.moved"));
     // The same files, as if the template did not say it.
     let plain = Dialect::parse("own.toml", text).unwrap();
     let told = proved(Some(&plain), &program, &files);
-    assert_eq!(losses(&told), ["written.shifted"]);
+    assert_eq!(errors(&told), ["written.shifted"]);
     assert!(told[0].message("en").contains("X 0.050 Y 0.000"), "{}", told[0].message("en"));
 }
 
@@ -257,9 +257,9 @@ fn a_template_that_drops_a_word_or_speaks_otherwise_is_found() {
     for (from, to) in rows {
         let changed = text.replace(from, to);
         assert_ne!(changed, text, "{from}");
-        assert_ne!(losses(&told(&changed)), Vec::<&str>::new(), "{from} → {to}");
+        assert_ne!(errors(&told(&changed)), Vec::<&str>::new(), "{from} → {to}");
     }
     // Words that are not followed: nobody can say what it does.
     let other = told(&text.replace("G21 G17", "G21 G68 G17"));
-    assert_eq!((losses(&other), other.last().unwrap().code.as_str()), (Vec::new(), "written.unread"));
+    assert_eq!((errors(&other), other.last().unwrap().code.as_str()), (Vec::new(), "written.unread"));
 }

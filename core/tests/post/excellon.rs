@@ -9,7 +9,7 @@ use annulus_core::units::Length;
 
 fn read(text: &str) -> DrillFile {
     let read = read_drill("out.drl", text.as_bytes());
-    let told: Vec<String> = read.remarks.iter().map(|remark| remark.message("en")).collect();
+    let told: Vec<String> = read.diagnostics.iter().map(|diagnostic| diagnostic.message("en")).collect();
     assert!(told.is_empty(), "{told:?}\n{text}");
     read.drill.unwrap_or_else(|| panic!("no drill file:\n{text}"))
 }
@@ -34,7 +34,7 @@ fn wanted(program: &Program) -> Vec<Path> {
                 _ => {}
             }
         }
-        if matches!(leg.mark, Mark::Way(_)) {
+        if matches!(leg.mark, Mark::Toolpath(_)) {
             out.push(path);
         }
     }
@@ -96,7 +96,7 @@ fn steps(heights: &[i64]) -> Program {
         }
     }
     commands.push(Command::Retract { to: Length::from_um(2_000) });
-    program(vec![change(1, 30_000, 0), Leg { mark: Mark::Way(0), commands }])
+    program(vec![change(1, 30_000, 0), Leg { mark: Mark::Toolpath(0), commands }])
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn steps_of_depth_become_one_route_and_tabs_stay() {
     let (low, high) = (Length::from_um(-1_800), Length::from_um(-900));
     let mill = |x, height| Command::Mill { to: Point::from_mm(x, 0.0), height, feed_um_per_s: 1_000 };
     let tab = [mill(4.0, low), mill(4.0, high), mill(6.0, high), mill(6.0, low)];
-    for leg in tabbed.legs.iter_mut().filter(|leg| matches!(leg.mark, Mark::Way(_))) {
+    for leg in tabbed.legs.iter_mut().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))) {
         leg.commands.splice(2..2, tab);
     }
     let file = read(&post::excellon(&tabbed, None).unwrap());

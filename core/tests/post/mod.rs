@@ -100,7 +100,7 @@ fn one(files: Vec<OutputFile>) -> OutputFile {
 
 fn through(name: &str, dialect: &Dialect, program: &Program) -> Result<(), String> {
     let dialect = &dialect.clone().in_files(Some(Files::Job));
-    let file = one(post::write_with(dialect, program).map_err(|remark| remark.message("en"))?);
+    let file = one(post::write_with(dialect, program).map_err(|diagnostic| diagnostic.message("en"))?);
     let seen = read(name, &file, program.safe_height.mm())?;
     compare(&seen, program, exactness(name, dialect))
 }

@@ -148,7 +148,7 @@ fn way(chance: &mut Chance, index: u32, flat: Option<Length>) -> Leg {
         }
     }
     commands.push(Command::Retract { to: Length::from_um(2_000) });
-    Leg { mark: Mark::Way(index), commands }
+    Leg { mark: Mark::Toolpath(index), commands }
 }
 
 /// Drilling and milling in any order; `flat` keeps all milling at one height.
@@ -211,6 +211,6 @@ pub(crate) fn small() -> Program {
         Leg { mark: Mark::Hole(0), commands: single },
         Leg { mark: Mark::Hole(1), commands: pecked },
         change(1, 24_000, 0),
-        Leg { mark: Mark::Way(0), commands: milled },
+        Leg { mark: Mark::Toolpath(0), commands: milled },
     ])
 }

@@ -87,7 +87,7 @@ pub(crate) fn wanted(program: &Program, fall_to: Option<f64>) -> Vec<Seen> {
                 Command::AwaitBit { bit } => out.push(Seen::Bit(bit + 1)),
             }
         }
-        assert!(!matches!(leg.mark, Mark::Way(_)) || at[2] == program.safe_height.mm(), "a leg ends up");
+        assert!(!matches!(leg.mark, Mark::Toolpath(_)) || at[2] == program.safe_height.mm(), "a leg ends up");
     }
     out
 }

@@ -12,11 +12,12 @@ const HEAD: &str = "schema = 1\nname = \"mine\"\nextension = \"tap\"\n";
 const EMPTY_DRILL: &str = "[drill]\nstart = ''\nchange = ''\nhole = ''\npeck = ''\nend = ''\n";
 
 fn dialect(text: &str) -> Dialect {
-    Dialect::parse("mine.toml", &format!("{HEAD}{text}")).unwrap_or_else(|remark| panic!("{remark:?}"))
+    Dialect::parse("mine.toml", &format!("{HEAD}{text}"))
+        .unwrap_or_else(|diagnostic| panic!("{diagnostic:?}"))
 }
 
 fn written(text: &str, program: &Program) -> String {
-    one(post::write_with(&dialect(text), program).unwrap_or_else(|remark| panic!("{remark:?}"))).text
+    one(post::write_with(&dialect(text), program).unwrap_or_else(|diagnostic| panic!("{diagnostic:?}"))).text
 }
 
 /// An engraving template that says everything about a move.
@@ -28,7 +29,7 @@ fn engrave(more: &str, line: &str, arc: &str) -> String {
 }
 
 fn way(commands: Vec<Command>) -> Program {
-    program(vec![change(1, 30_000, 0), Leg { mark: Mark::Way(0), commands }])
+    program(vec![change(1, 30_000, 0), Leg { mark: Mark::Toolpath(0), commands }])
 }
 
 #[test]
@@ -238,7 +239,7 @@ fn a_radius_alone_is_enough_where_arcs_are_cut_for_it() {
 fn increments_do_not_add_up_errors() {
     let text = engrave("[number]\ndecimals = 2\n[arcs]\nlines_only = true\n", "@DX@ @DY@", "");
     let mut program = random_program(3, None);
-    program.legs.retain(|leg| matches!(leg.mark, Mark::Way(_)));
+    program.legs.retain(|leg| matches!(leg.mark, Mark::Toolpath(_)));
     let mut text = text.replacen("approach = '''\n@DX@ @DY@", "approach = '''\nat @X@ @Y@", 1);
     text = text.replacen("leave = ''", "leave = 'to @X@ @Y@'", 1);
     let mut at = (0.0, 0.0);

@@ -6,17 +6,17 @@ use annulus_core::job::Input;
 use annulus_core::machine::{Machine, lab, virtual_drill};
 use annulus_core::pins::{Line, Pins, Recorder, Written};
 use annulus_core::queue::{
-    Bench, Command, Doubt, Mode, Rehearsal, Rest, RowState, Standing, check, print, read,
+    Bench, Command, Harm, Mode, Rehearsal, Rest, RowState, Standing, check, print, read,
 };
 use annulus_core::steps::TICK_HZ;
-use annulus_core::twin::{Drilled, Faults, Twin};
+use annulus_core::virtual_drill::{Drilled, Faults, VirtualDrill};
 use std::sync::{Arc, Mutex};
 
 /// A virtual drill and what it drilled.
-fn twin(machine: &Machine, faults: Faults) -> (Twin, Arc<Mutex<Vec<Drilled>>>) {
+fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<Drilled>>>) {
     let holes = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&holes);
-    (Twin::new(machine, 3, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)
+    (VirtualDrill::new(machine, 3, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)
 }
 
 fn rehearse(text: &str, bench: Bench) -> Rehearsal {
@@ -149,7 +149,7 @@ fn a_page_that_breathes_between_pieces_gets_the_same() {
 
 /// Pins that note how far each axis ever went, and whether X or Y moved with the tip low.
 struct Watched<'a> {
-    twin: &'a mut Twin,
+    twin: &'a mut VirtualDrill,
     lowest: [i64; 3],
     highest: [i64; 3],
     surface: i64,
@@ -284,20 +284,20 @@ fn what_goes_wrong_stops_the_queue_at_its_row_with_a_named_alarm() {
     let stuck = |input: Input| Faults { stuck_on: input.bit(), ..Faults::default() };
     let never = |input: Input| Faults { stuck_off: input.bit(), ..Faults::default() };
     let drill = "SPINDLE 20000\nMOVE_BY 50 0\nDRILL_DOWN\nDRILL_UP\n";
-    let rows: Vec<(Machine, Faults, &str, &str, usize, Doubt)> = vec![
-        (virtual_drill(), stuck(Input::XMax), drill, "control.end_sensor", 1, Doubt::Suspect),
-        (virtual_drill(), stuck(Input::Contact), drill, "control.end_sensor", 1, Doubt::Suspect),
-        (virtual_drill(), stuck(Input::ZBottom), drill, "control.end_sensor", 2, Doubt::Suspect),
-        (lab(), never(Input::ZBottom), drill, "control.drilling_too_long", 2, Doubt::None),
-        (virtual_drill(), stuck(Input::ZTop), "WAIT 1\nHOME ALL", "control.sensor_stuck", 1, Doubt::Lost),
-        (virtual_drill(), never(Input::YMin), "HOME ALL", "control.sensor_not_found", 0, Doubt::Lost),
+    let rows: Vec<(Machine, Faults, &str, &str, usize, Harm)> = vec![
+        (virtual_drill(), stuck(Input::XMax), drill, "control.end_sensor", 1, Harm::Suspect),
+        (virtual_drill(), stuck(Input::Contact), drill, "control.end_sensor", 1, Harm::Suspect),
+        (virtual_drill(), stuck(Input::ZBottom), drill, "control.end_sensor", 2, Harm::Suspect),
+        (lab(), never(Input::ZBottom), drill, "control.drilling_too_long", 2, Harm::None),
+        (virtual_drill(), stuck(Input::ZTop), "WAIT 1\nHOME ALL", "control.sensor_stuck", 1, Harm::Lost),
+        (virtual_drill(), never(Input::YMin), "HOME ALL", "control.sensor_not_found", 0, Harm::Lost),
         (
             virtual_drill(),
             Faults { lost_steps: (1..9).map(|n| (0, 30_000 + n)).collect(), ..Faults::default() },
             "MOVE_TO 290 0\nMOVE_TO 0 0\nMOVE_TO 290 0\nMOVE_TO 0 0\nHOME ALL",
             "control.lost_count",
             4,
-            Doubt::None,
+            Harm::None,
         ),
         (
             virtual_drill(),
@@ -305,7 +305,7 @@ fn what_goes_wrong_stops_the_queue_at_its_row_with_a_named_alarm() {
             "WAIT_INPUT CONTACT ON 30",
             "queue.input_timeout",
             0,
-            Doubt::None,
+            Harm::None,
         ),
         (
             virtual_drill(),
@@ -313,20 +313,20 @@ fn what_goes_wrong_stops_the_queue_at_its_row_with_a_named_alarm() {
             "WAIT_INPUT CONTACT OFF 30",
             "queue.input_timeout",
             0,
-            Doubt::None,
+            Harm::None,
         ),
     ];
-    for (machine, faults, text, code, row, doubt) in rows {
+    for (machine, faults, text, code, row, harm) in rows {
         let (rest, run) = with_faults(&machine, faults, text);
         let Rest::Failed(why, left) = rest else { panic!("{text}: {rest:?}") };
-        assert_eq!((why.code.as_str(), left), (code, doubt), "{text}");
+        assert_eq!((why.code.as_str(), left), (code, harm), "{text}");
         assert_eq!(why.place.as_ref().map(|place| place.line as usize), Some(row + 1), "{why:?}");
         let results = run.run().results();
         assert_eq!(results[row].state, RowState::Refused, "{text}");
         assert_eq!(results[row].why.as_ref(), Some(&why));
         assert!(results[..row].iter().all(|result| result.state == RowState::Done));
         assert!(results[row + 1..].iter().all(|result| result.state == RowState::Waiting));
-        if doubt == Doubt::Lost {
+        if harm == Harm::Lost {
             assert!(!run.bench().standing.all_homed(), "{text}");
         }
     }
@@ -359,7 +359,7 @@ fn a_row_that_no_longer_fits_is_refused_when_its_turn_comes() {
     let (mut twin, _) = twin(&machine, Faults::default());
     let bench = Bench::homed(&machine, &mut twin).unwrap();
     let mut run = rehearse("WAIT 5\nMOVE_TO -5 0", bench.clone());
-    let Some(Rest::Failed(why, Doubt::None)) = run.go(&machine, Mode::ToEnd, &mut twin, usize::MAX) else {
+    let Some(Rest::Failed(why, Harm::None)) = run.go(&machine, Mode::ToEnd, &mut twin, usize::MAX) else {
         panic!("it moved")
     };
     assert_eq!((why.code.as_str(), twin.real()[0]), ("queue.outside", bench.standing.position[0]));

@@ -192,7 +192,7 @@ fn copper_layer(criterion: &mut Criterion) {
     });
     let area = geometry::grow(&layer, mm(2.0));
     group.bench_function("lines midway", |bencher| {
-        bencher.iter(|| black_box(geometry::watershed(&layer, &area)));
+        bencher.iter(|| black_box(geometry::voronoi(&layer, &area)));
     });
     let coats = |(index, outlines): (usize, &[geometry::Path])| geometry::Coat {
         clear: index % 3 == 2,

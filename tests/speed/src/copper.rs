@@ -1,7 +1,7 @@
 //! A board of scattered islands and a program that isolates it.
 //!
 //! Comes in: how many islands. Goes out: a board with copper, and a program of two passes round every island. Does not
-//! know the planner: the ways are the copper grown.
+//! know the planner: the toolpaths are the copper grown.
 
 use annulus_core::board::{Board, Copper, Face};
 use annulus_core::geometry::{Path, Point, Region, Segment, circle, grow, stroke, union};
@@ -50,7 +50,7 @@ pub fn isolated(board: &Board) -> Program {
     let mut legs = vec![Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] }];
     for away_um in [101, 241] {
         for (way, path) in (0..).zip(grow(copper, Length::from_um(away_um)).paths()) {
-            legs.push(Leg { mark: Mark::Way(way), commands: along(path, -depth) });
+            legs.push(Leg { mark: Mark::Toolpath(way), commands: along(path, -depth) });
         }
     }
     Program {

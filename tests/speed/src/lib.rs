@@ -11,7 +11,7 @@ pub mod works;
 pub use pace::{Pace, pace};
 
 use annulus_core::board::Board;
-use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{self, Order, PlanOptions};
 use annulus_core::machine::{Machine, virtual_drill};
@@ -46,8 +46,8 @@ pub fn drilled(board: &Board, work: &Work, machine: &Machine) -> Planned {
 /// How many steps a timeline has, there and back.
 pub fn steps_of(timeline: &Timeline) -> u64 {
     let parts = timeline.moves.iter().flat_map(|planned| &planned.parts);
-    let ways = parts.flat_map(|part| part.from.iter().zip(&part.to));
-    ways.map(|(from, to)| to.abs_diff(*from)).sum()
+    let toolpaths = parts.flat_map(|part| part.from.iter().zip(&part.to));
+    toolpaths.map(|(from, to)| to.abs_diff(*from)).sum()
 }
 
 /// Makes the stream of `timeline`; gives its length in bytes, so that nothing is optimised away.

@@ -1,15 +1,15 @@
 //! A slider that moves: one value of the isolation of a small board changed, and all that the page then makes anew.
 //!
 //! ```text
-//!   board ─ laid ─▶ scene ─ key ─▶ ways round 60 islands ─ assemble ─ lower ─▶ program
+//!   board ─ laid ─▶ scene ─ key ─▶ toolpaths round 60 islands ─ assemble ─ lower ─▶ program
 //! ```
 //!
 //! Comes in: a depth in µm. Goes out: how many legs the program has. Knows no clock, and nothing of the page.
 
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::PlanOptions;
+use annulus_core::cam::toolpaths::{self, Means, Scene};
 use annulus_core::cam::usual;
-use annulus_core::cam::ways::{self, Means, Scene};
 use annulus_core::cam::work::{Action, Isolate, Operation, Work};
 use annulus_core::geometry::Point;
 use annulus_core::machine::Machine;
@@ -45,11 +45,11 @@ impl Slider {
         let hop_time = |from: Point, to: Point| motion::hop_time_s(&self.machine, from, to);
         let means = Means { options: &options, hop_time: &hop_time };
         // As the page does: what is on its shelf is found by this.
-        std::hint::black_box(ways::key(&work, 0, &self.machine));
-        let part = ways::plan_operation(&scene, &work, 0, &self.machine, &means, &mut |_| true);
+        std::hint::black_box(toolpaths::key(&work, 0, &self.machine));
+        let part = toolpaths::plan_operation(&scene, &work, 0, &self.machine, &means, &mut |_| true);
         let Ok(part) = part else { return 0 };
-        let planned = ways::assemble(scene, &work, &self.machine, &means, vec![part]);
-        planned.map_or(0, |(planned, _)| ways::lower_work(&planned, &work, &self.machine).legs.len())
+        let planned = toolpaths::assemble(scene, &work, &self.machine, &means, vec![part]);
+        planned.map_or(0, |(planned, _)| toolpaths::lower_work(&planned, &work, &self.machine).legs.len())
     }
 }
 

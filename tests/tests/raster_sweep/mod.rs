@@ -11,7 +11,7 @@ mod raster;
 mod reader;
 
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
-use annulus_core::cam::ways::{Means, Planned, lower_work, plan_work};
+use annulus_core::cam::toolpaths::{Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::{Action, CutOut, Remedy, Work};
 use annulus_core::cam::{PlanOptions, briefing};
 use annulus_core::geometry::{Bounds, Path, Point, Region, Segment};

@@ -3,7 +3,7 @@
 //! Comes in: the status. Goes out: sentences to be said; none where everything is as programmed. Does not know how the run ended.
 
 use crate::said::{Text, key};
-use annulus_core::remark::{Remark, Weight};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Status;
 
 /// What is not as programmed, the gravest first; then the hole that was drilled twice when the job was taken up, which is no
@@ -22,6 +22,6 @@ pub fn lines(status: &Status) -> Vec<Text> {
     let twice = status
         .drilled_twice
         .iter()
-        .map(|hole| Text::Found(Remark::new(Weight::Note, "run.drilled_twice").with("hole", hole)));
+        .map(|hole| Text::Found(Diagnostic::note("run.drilled_twice").with("hole", hole)));
     faults.chain(twice).collect()
 }

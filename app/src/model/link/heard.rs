@@ -6,8 +6,8 @@ use super::{Armed, Control, Ended, Interrupted, Link, Noted, Phase, Queue, ask, 
 use crate::health::{self, Freshness};
 use crate::model::{Effect, Model};
 use annulus_core::control::Ending;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::queue::{MOST_ROWS, RowResult};
-use annulus_core::remark::Remark;
 use annulus_core::wire::{Ask, OLDEST_PROTOCOL, PROTOCOL, QueueStatus, Status, Tell, auth};
 use std::sync::Arc;
 
@@ -123,7 +123,7 @@ fn control(model: &mut Model, now: Control) -> Vec<Effect> {
 }
 
 /// After hello it may be that the bridge was restarted and does not know this page any more.
-fn refused(link: &mut Link, wall_ms: f64, why: Remark) {
+fn refused(link: &mut Link, wall_ms: f64, why: Diagnostic) {
     if matches!(why.code.as_str(), "socket.session" | "socket.proof") && link.phase != Phase::Open {
         link.unknown = true;
     }

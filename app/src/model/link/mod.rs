@@ -18,9 +18,9 @@ use super::{Effect, Event, Model};
 use crate::health::{self, Claim, Freshness, Ousted, StopWay};
 use crate::lab::log::{Event as Noted, Log};
 use annulus_core::control::{Ending, State, Timing};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
-use annulus_core::remark::Remark;
 use annulus_core::wire::{Ask, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell};
 pub use hand::{Hand, HandEvent};
 use jog::Jog;
@@ -107,7 +107,7 @@ pub struct Queue {
     /// Results, one a row.
     pub results: Vec<RowResult>,
     /// Why it failed.
-    pub why: Option<Remark>,
+    pub why: Option<Diagnostic>,
 }
 
 /// The line, and everything the bridge said.
@@ -136,7 +136,7 @@ pub struct Link {
     /// What the bridge's clock is worth; none where the drill is virtual.
     pub timing: Option<Arc<Timing>>,
     /// Why the last wish was refused.
-    pub refused: Option<Remark>,
+    pub refused: Option<Diagnostic>,
     /// Why this page lost control.
     pub ousted: Option<Ousted>,
     /// There and back, ms.

@@ -7,11 +7,11 @@ use crate::model::link::drilled;
 use crate::model::{Document, Unseen};
 use crate::said::Text;
 use annulus_core::control::State;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::project::saved::Said;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::wire::DrilledTold;
 
-/// Losses of a file and of the board, what was accepted of them, and what is to be seen first.
+/// Errors of a file and of the board, what was accepted of them, and what is to be seen first.
 #[test]
 fn what_has_to_be_seen_is_called_what_it_is() {
     let rows: [(&[&str], &[&str], &[&str], Option<Unseen>); 9] = [
@@ -26,12 +26,14 @@ fn what_has_to_be_seen_is_called_what_it_is() {
         (&["drill.no_tool"], &["board.several"], &["board.several"], Some(Unseen::Unread)),
     ];
     for (of_file, of_board, accepted, expected) in rows {
-        let losses =
-            |codes: &[&str]| codes.iter().map(|code| Remark::new(Weight::Loss, code)).collect::<Vec<_>>();
-        let mut of_file = losses(of_file);
-        of_file.push(Remark::new(Weight::Doubt, "drill.no_end"));
-        let reading =
-            Reading { files: vec![row(of_file.clone())], remarks: losses(of_board), ..Reading::default() };
+        let errors = |codes: &[&str]| codes.iter().map(|code| Diagnostic::error(code)).collect::<Vec<_>>();
+        let mut of_file = errors(of_file);
+        of_file.push(Diagnostic::warning("drill.no_end"));
+        let reading = Reading {
+            files: vec![row(of_file.clone())],
+            diagnostics: errors(of_board),
+            ..Reading::default()
+        };
         let document = Document::new(Vec::new(), Said::default(), None, reading);
         let accepted = accepted.iter().map(|code| (*code).to_owned()).collect();
         assert_eq!(document.unseen(&accepted), expected, "{of_file:?} {of_board:?} {accepted:?}");
@@ -62,7 +64,7 @@ fn what_is_not_as_programmed_is_said_and_what_was_drilled_twice() {
         let status = annulus_core::wire::Status { drilled, drilled_twice, ..status(State::Ready, None) };
         let word = |text: &Text| match text {
             Text::Key { key, args } => format!("{key} {}", args[0].1),
-            Text::Found(remark) => format!("{} {}", remark.code, remark.args[0].1),
+            Text::Found(diagnostic) => format!("{} {}", diagnostic.code, diagnostic.args[0].1),
         };
         let said: Vec<_> = drilled::lines(&status).iter().map(word).collect();
         assert_eq!(said.join(", "), expected);

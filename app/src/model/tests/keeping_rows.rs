@@ -82,7 +82,7 @@ fn the_last_project_is_offered_restored_and_forgotten() {
             ("begin found-one restore taken", "kept 0 | opening |  | call-off open"),
             ("begin found-one restore taken opened", "kept 0 | reading |  | call-off read"),
             ("begin found-one restore taken opened certain", " | planning | board stale | plan keep-rests"),
-            ("begin found-one restore taken opened doubt", " | nothing | board review | keep-rests"),
+            ("begin found-one restore taken opened warning", " | nothing | board review | keep-rests"),
             // what could not be opened is still there
             ("begin found-one restore taken open-refused", "kept 0 | nothing |  | toast-goes"),
             ("begin found-one restore taken opened read-refused", "kept 0 | nothing |  | toast-goes"),

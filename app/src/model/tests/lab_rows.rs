@@ -105,7 +105,7 @@ fn key_of(text: Option<&Text>) -> String {
     match text {
         None => String::new(),
         Some(Text::Key { key, .. }) => (*key).to_owned(),
-        Some(Text::Found(remark)) => remark.code.clone(),
+        Some(Text::Found(diagnostic)) => diagnostic.code.clone(),
     }
 }
 

@@ -7,10 +7,10 @@ use crate::lab::log::Kind;
 use crate::model::link::{Interrupted, Notice, Phase};
 use crate::model::{Clock, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, update};
 use annulus_core::control::{Ending, State, Trust};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Value;
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, MissingTold, Paired, PreflightRow, Status, Tell, Verdict, program};
 use std::sync::Arc;
@@ -57,7 +57,7 @@ pub(super) fn status(state: State, job: Option<&str>) -> Status {
     status.state = state;
     status.trust = Trust::Trusted;
     status.job = job.map(str::to_owned);
-    status.alarm = (state == State::Alarm).then(|| Remark::new(Weight::Loss, "control.limit"));
+    status.alarm = (state == State::Alarm).then(|| Diagnostic::error("control.limit"));
     status
 }
 
@@ -100,16 +100,16 @@ fn control(yours: bool, taken: bool) -> Event {
 }
 
 fn refused(code: &str) -> Event {
-    tell(Tell::Refused { why: Remark::new(Weight::Loss, code) })
+    tell(Tell::Refused { why: Diagnostic::error(code) })
 }
 
 fn ended(ending: Ending) -> Event {
-    tell(Tell::Ended { job: "k".to_owned(), ending, holes_done: 3, ways_done: 0 })
+    tell(Tell::Ended { job: "k".to_owned(), ending, holes_done: 3, toolpaths_done: 0 })
 }
 
 /// The bridge's verdict on `job`, whose steps have `digest`.
 fn armed(job: &str, digest: &str, verdict: Option<Verdict>) -> Event {
-    let row = |verdict| PreflightRow { finding: Remark::new(Weight::Doubt, "preflight.lid"), verdict };
+    let row = |verdict| PreflightRow { finding: Diagnostic::warning("preflight.lid"), verdict };
     let checks = verdict.map(row).into_iter().collect();
     tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), checks })
 }
@@ -291,8 +291,8 @@ impl Line {
                 next_leg: 7,
                 holes_done: 3,
                 holes_total: 9,
-                ways_done: 0,
-                ways_total: 0,
+                toolpaths_done: 0,
+                toolpaths_total: 0,
             }),
             "machine" | "machine-same" => machine("f"),
             "armed" => armed("own", "digest", None),
@@ -307,10 +307,10 @@ impl Line {
     fn start_event(&self, word: &str) -> Option<Event> {
         let uploaded = |before: usize, good: bool| {
             let number = *self.uploads.iter().rev().nth(before).expect("nothing was uploaded");
-            let answer = if good { Ok("own".to_owned()) } else { Err(Remark::new(Weight::Loss, "x")) };
+            let answer = if good { Ok("own".to_owned()) } else { Err(Diagnostic::error("x")) };
             StartEvent::Uploaded { number, answer }
         };
-        let fetched = |answer: Result<Vec<u8>, Remark>| StartEvent::Fetched {
+        let fetched = |answer: Result<Vec<u8>, Diagnostic>| StartEvent::Fetched {
             number: *self.fetches.last().expect("nothing was fetched"),
             answer,
         };
@@ -336,7 +336,7 @@ impl Line {
             }
             "fetched" => fetched(Ok(program::encode(&empty()))),
             "fetched-broken" => fetched(Ok(vec![1, 2, 3])),
-            "not-fetched" => fetched(Err(Remark::new(Weight::Loss, "x"))),
+            "not-fetched" => fetched(Err(Diagnostic::error("x"))),
             "timed" => {
                 let number = *self.timings.last().expect("nothing was timed");
                 let timed = Timed { stream_digest: "digest".to_owned(), ..Timed::default() };

@@ -163,7 +163,7 @@ fn what_is_done_is_told_while_it_lasts() {
             ("open certain plan prove time", ""),
             ("open certain cancel", ""),
             ("open certain cancel half", ""),
-            ("open doubt", ""),
+            ("open warning", ""),
         ],
         task,
     );

@@ -14,12 +14,12 @@ use crate::said::Text;
 use annulus_core::board::{Board, Face, Hole};
 use annulus_core::cam::usual::usual_bits;
 use annulus_core::cam::work::{Operation, Work};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::{Value, virtual_drill};
 use annulus_core::project::saved::{Project, Said};
 use annulus_core::proof::{Finding, Kind};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::units::Length;
 use annulus_core::wire::{Tell, program};
 
@@ -74,8 +74,8 @@ fn word(effect: &Effect) -> String {
     }
 }
 
-fn remark(weight: Weight) -> Remark {
-    Remark::new(weight, "board.something")
+fn diagnostic(severity: Severity) -> Diagnostic {
+    Diagnostic::new(severity, "board.something")
 }
 
 /// A job that drills, isolates and cuts out.
@@ -85,18 +85,18 @@ pub(super) fn work() -> Work {
     Work { bits: usual_bits(), operations, ..Work::default() }
 }
 
-pub(super) fn row(remarks: Vec<Remark>) -> FileRow {
+pub(super) fn row(diagnostics: Vec<Diagnostic>) -> FileRow {
     FileRow {
         name: "a.drl".to_owned(),
         kind: "drill".to_owned(),
         role: "drill".to_owned(),
         side: None,
-        reason: remark(Weight::Note),
+        reason: diagnostic(Severity::Note),
         plated: None,
         generator: None,
         drill: None,
         shifted: false,
-        remarks,
+        diagnostics,
     }
 }
 
@@ -105,12 +105,19 @@ fn hole() -> Hole {
     Hole { at, diameter: None, plated: None, source: 0, tool_code: 0, line: 0 }
 }
 
-fn reading(board_key: u32, remarks: Vec<Remark>, holes: usize) -> Reading {
+fn reading(board_key: u32, diagnostics: Vec<Diagnostic>, holes: usize) -> Reading {
     let board = Board { name: "a".to_owned(), holes: vec![hole(); holes], ..Board::default() };
-    Reading { board_key, board, files: vec![row(remarks)], used: vec![0], work: work(), ..Reading::default() }
+    Reading {
+        board_key,
+        board,
+        files: vec![row(diagnostics)],
+        used: vec![0],
+        work: work(),
+        ..Reading::default()
+    }
 }
 
-fn planned(remarks: Vec<Remark>) -> Planned {
+fn planned(diagnostics: Vec<Diagnostic>) -> Planned {
     let empty = Program {
         name: "a".to_owned(),
         machine: String::new(),
@@ -122,7 +129,7 @@ fn planned(remarks: Vec<Remark>) -> Planned {
         accepted: Vec::new(),
     };
     let program = program::encode(&empty);
-    Planned { key: program::key(&program), program, remarks, ..Planned::default() }
+    Planned { key: program::key(&program), program, diagnostics, ..Planned::default() }
 }
 
 /// A finding that must be read.
@@ -146,13 +153,13 @@ pub(super) fn finding(id: &str) -> Finding {
 }
 
 fn refused(code: &str) -> Result<Answer, Stopped> {
-    Err(Stopped::Refused(vec![Remark::new(Weight::Loss, code)]))
+    Err(Stopped::Refused(vec![Diagnostic::error(code)]))
 }
 
 /// What a worker answers, by its word: the kind of request it goes to, and the answer.
 fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopped>)> {
-    let read = |remarks, holes| Ok(Answer::Read(Box::new(reading(number, remarks, holes))));
-    let plan = |remarks| Ok(Answer::Planned(Box::new(planned(remarks))));
+    let read = |diagnostics, holes| Ok(Answer::Read(Box::new(reading(number, diagnostics, holes))));
+    let plan = |diagnostics| Ok(Answer::Planned(Box::new(planned(diagnostics))));
     let project =
         |job: Option<String>| Answer::Opened(Project { files: files(7), said: Said::default(), job });
     let proof = |ids: &[&str]| {
@@ -167,13 +174,13 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         "opened" => ("open", Ok(project(None))),
         "open-refused" => ("open", refused("saved.broken")),
         "certain" => ("read", read(Vec::new(), 1)),
-        "doubt" => ("read", read(vec![remark(Weight::Doubt)], 1)),
-        "loss" => ("read", read(vec![remark(Weight::Loss)], 1)),
+        "warning" => ("read", read(vec![diagnostic(Severity::Warning)], 1)),
+        "error" => ("read", read(vec![diagnostic(Severity::Error)], 1)),
         "empty" => ("read", read(Vec::new(), 0)),
         "read-refused" => ("read", refused("engine.fell_over")),
         "read-stopped" => ("read", Err(Stopped::Cancelled)),
         "plan" => ("plan", plan(Vec::new())),
-        "plan-loss" => ("plan", plan(vec![Remark::new(Weight::Loss, "plan.no_tool")])),
+        "plan-error" => ("plan", plan(vec![Diagnostic::error("plan.no_tool")])),
         "plan-refused" => ("plan", refused("plan.nothing")),
         "plan-stopped" => ("plan", Err(Stopped::Cancelled)),
         "gone" => ("plan", refused("engine.board_gone")),
@@ -406,7 +413,7 @@ impl Story {
     pub(super) fn toasts(&self) -> Vec<String> {
         let key = |text: &Text| match text {
             Text::Key { key, .. } => (*key).to_owned(),
-            Text::Found(remark) => remark.code.clone(),
+            Text::Found(diagnostic) => diagnostic.code.clone(),
         };
         self.model.frame.toasts.iter().map(|toast| key(&toast.text)).collect()
     }

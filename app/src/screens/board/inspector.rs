@@ -1,6 +1,6 @@
 //! How the holes are put in order, what that saves, and what stands in the way.
 //!
-//! Comes in: the plan. Goes out: order, first bit, accepted losses.
+//! Comes in: the plan. Goes out: order, first bit, accepted errors.
 
 use crate::engine::messages::Planned;
 use crate::format::clock;
@@ -150,17 +150,22 @@ pub(crate) fn show_problems() {
     });
 }
 
-/// Findings of files and plan; losses can be ticked as seen here too.
+/// Findings of files and plan; errors can be ticked as seen here too.
 fn problems() -> impl IntoView {
     let desk = open_board();
     let list = move || {
-        let remarks = desk.problems.get();
-        if remarks.is_empty() {
+        let diagnostics = desk.problems.get();
+        if diagnostics.is_empty() {
             p().class("quiet").child(t!("page.problems.none")).into_any()
         } else {
             div()
                 .class("row")
-                .child(remarks.into_iter().map(|remark| finding(remark).into_any()).collect::<Vec<_>>())
+                .child(
+                    diagnostics
+                        .into_iter()
+                        .map(|diagnostic| finding(diagnostic).into_any())
+                        .collect::<Vec<_>>(),
+                )
                 .into_any()
         }
     };

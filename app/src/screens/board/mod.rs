@@ -1,6 +1,6 @@
 //! The Board screen: the holes by tool beside the picture, and how they are put in order.
 //!
-//! Comes in: the open board and its plan. Goes out: choices of order, accepted losses, the hole chosen.
+//! Comes in: the open board and its plan. Goes out: choices of order, accepted errors, the hole chosen.
 
 mod holes;
 mod inspector;

@@ -17,8 +17,8 @@ use crate::model::template::OWN;
 use crate::page::{OpenJob, open_job, send};
 use crate::widgets::{push, save_file};
 use crate::workbench::template;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::post::{BLOCKS, PARAMETERS};
-use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{
     self, button, code, div, h2, h3, header, li, p, pre, section, span, strong, textarea, ul,
@@ -165,9 +165,9 @@ fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
             let _ = area.set_selection_range(units_of_bytes(&text, from), units_of_bytes(&text, to));
         }
     };
-    let one = move |remark: Remark| {
-        let line = remark.place.as_ref().map_or(0, |place| place.line);
-        let cure = remark.clone();
+    let one = move |diagnostic: Diagnostic| {
+        let line = diagnostic.place.as_ref().map_or(0, |place| place.line);
+        let cure = diagnostic.clone();
         li().class("notice tone-alarm")
             .child(
                 div().child((
@@ -176,7 +176,7 @@ fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
                         .class("button small")
                         .on(ev::click, move |_| go(line))
                         .child(t!("page.template.line", line = line)),
-                    strong().child(move || message(&remark)),
+                    strong().child(move || message(&diagnostic)),
                     move || advice(&cure),
                 )),
             )
@@ -186,11 +186,14 @@ fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
         let Some(checked) = sheet.checked.get() else {
             return p().class("quiet").attr("role", "status").child(t!("page.template.looking")).into_any();
         };
-        let (faults, doubts) = (checked.faults.clone(), checked.doubts.clone());
-        if faults.is_empty() && !doubts.is_empty() {
-            let count = doubts.len();
-            let title = h3().attr("role", "status").child(t!("page.template.doubts", count = count));
-            return (title, ul().class("faults").child(doubts.into_iter().map(doubt).collect::<Vec<_>>()))
+        let (faults, warnings) = (checked.faults.clone(), checked.warnings.clone());
+        if faults.is_empty() && !warnings.is_empty() {
+            let count = warnings.len();
+            let title = h3().attr("role", "status").child(t!("page.template.warnings", count = count));
+            return (
+                title,
+                ul().class("faults").child(warnings.into_iter().map(warning).collect::<Vec<_>>()),
+            )
                 .into_any();
         }
         if faults.is_empty() {
@@ -210,9 +213,9 @@ fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
 }
 
 /// Something that the template leaves uncertain.
-fn doubt(remark: Remark) -> AnyView {
-    let cure = remark.clone();
-    let said = (strong().child(move || message(&remark)), " ", move || advice(&cure));
+fn warning(diagnostic: Diagnostic) -> AnyView {
+    let cure = diagnostic.clone();
+    let said = (strong().child(move || message(&diagnostic)), " ", move || advice(&cure));
     li().class("notice tone-pause").child(div().child(said)).into_any()
 }
 

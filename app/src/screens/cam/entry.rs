@@ -6,15 +6,15 @@ use crate::i18n::{self, advice, message};
 use crate::widgets::menu_word;
 use crate::workbench::edit;
 use annulus_core::cam::parameters::Parameter;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
 use annulus_core::machine::{Kind, Value};
-use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{div, input, label, p, select, small, span};
 use leptos::prelude::*;
 
 /// What a field writes: the value, and whether the person is still at it.
-pub(super) type Write = std::sync::Arc<dyn Fn(Value) -> Result<(), Remark> + Send + Sync>;
+pub(super) type Write = std::sync::Arc<dyn Fn(Value) -> Result<(), Diagnostic> + Send + Sync>;
 
 /// The name of a row for people: its short one in the locale tables, else its sentence.
 fn name_of(key: &str) -> String {
@@ -44,7 +44,7 @@ pub(super) fn entry<T: 'static>(
     slider: Option<(f64, f64, f64)>,
     write: Write,
 ) -> AnyView {
-    let refused = RwSignal::new(None::<Remark>);
+    let refused = RwSignal::new(None::<Diagnostic>);
     let set = {
         let write = write.clone();
         move |text: String| refused.set(write(edit::value(row, &text)).err())

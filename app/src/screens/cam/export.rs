@@ -30,11 +30,11 @@ pub(super) fn export() -> impl IntoView {
         })
     };
     let why = move || {
-        let refused = job.not_written.get().into_iter().map(|remark| {
-            let cure = remark.clone();
+        let refused = job.not_written.get().into_iter().map(|diagnostic| {
+            let cure = diagnostic.clone();
             p().class("refusal")
                 .attr("role", "alert")
-                .child((move || message(&remark), " ", move || advice(&cure)))
+                .child((move || message(&diagnostic), " ", move || advice(&cure)))
                 .into_any()
         });
         refused.collect::<Vec<_>>()

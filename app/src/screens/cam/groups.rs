@@ -14,8 +14,8 @@ use crate::model::JobEvent;
 use crate::page::{OpenJob, send};
 use crate::widgets::{Icon, icon, push};
 use crate::workbench::edit;
+use annulus_core::diagnostic::Severity;
 use annulus_core::proof::{Cure, Finding, Group, Kind};
-use annulus_core::remark::Weight;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{button, div, input, label, li, p, span, strong, ul};
@@ -78,19 +78,19 @@ pub(super) fn groups(bench: OpenJob, proved: &Arc<Proved>) -> impl IntoView + us
     ul().class("findings").child(lines.collect::<Vec<_>>())
 }
 
-fn look(weight: Weight) -> (&'static str, Icon) {
-    match weight {
-        Weight::Loss => ("finding tone-alarm", Icon::Alarm),
-        Weight::Doubt => ("finding tone-pause", Icon::Warning),
-        Weight::Note => ("finding tone-quiet", Icon::Check),
+fn look(severity: Severity) -> (&'static str, Icon) {
+    match severity {
+        Severity::Error => ("finding tone-alarm", Icon::Alarm),
+        Severity::Warning => ("finding tone-pause", Icon::Warning),
+        Severity::Note => ("finding tone-quiet", Icon::Check),
     }
 }
 
 fn line(bench: OpenJob, proved: Arc<Proved>, group: Group, members: Vec<usize>) -> impl IntoView {
-    let weight = if group.must_be_read { group.kind.weight() } else { Weight::Note };
-    let (class, sign) = look(weight);
-    let remark = group.remark();
-    let (what, meaning) = (remark.clone(), remark);
+    let severity = if group.must_be_read { group.kind.severity() } else { Severity::Note };
+    let (class, sign) = look(severity);
+    let diagnostic = group.diagnostic();
+    let (what, meaning) = (diagnostic.clone(), diagnostic);
     let names: Arc<Vec<String>> =
         Arc::new(group.pairs.iter().flat_map(|pair| pair.ids.iter().cloned()).collect());
     let seen = group.must_be_read.then(|| tick(bench, names));
@@ -201,7 +201,7 @@ fn text(finding: &Finding) -> String {
         Kind::Still | Kind::NoBit | Kind::NotIsolated | Kind::Break | Kind::Gone | Kind::Shallow
     );
     if alone {
-        return message(&finding.remark());
+        return message(&finding.diagnostic());
     }
     let at = |length: Length| format!("{:.2}", length.mm());
     let (width, x, y) = (format!("{:.3}", finding.width.mm()), at(finding.at.x), at(finding.at.y));

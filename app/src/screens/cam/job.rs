@@ -201,19 +201,29 @@ fn totals() -> impl IntoView {
     };
     let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
     let travel = move || {
-        let travel = open_board().ways.with(|ways| ways.as_ref().map_or(0.0, |ways| ways.travel_mm()));
+        let travel = open_board()
+            .toolpaths
+            .with(|toolpaths| toolpaths.as_ref().map_or(0.0, |toolpaths| toolpaths.travel_mm()));
         say!("page.cam.metres", metres = metres(travel))
     };
     let milled = move || {
-        let milled = open_board().ways.with(|ways| ways.as_ref().map_or(0.0, |ways| ways.cut_mm()));
+        let milled = open_board()
+            .toolpaths
+            .with(|toolpaths| toolpaths.as_ref().map_or(0.0, |toolpaths| toolpaths.cut_mm()));
         say!("page.cam.metres", metres = metres(milled))
     };
-    let count =
-        move || open_board().ways.with(|ways| ways.as_ref().map_or(0, |ways| ways.way_count())).to_string();
+    let count = move || {
+        open_board()
+            .toolpaths
+            .with(|toolpaths| toolpaths.as_ref().map_or(0, |toolpaths| toolpaths.toolpath_count()))
+            .to_string()
+    };
     let holes = move || {
         open_board()
-            .ways
-            .with(|ways| ways.as_ref().map_or(0, |ways| ways.stops.len() - ways.way_count()))
+            .toolpaths
+            .with(|toolpaths| {
+                toolpaths.as_ref().map_or(0, |toolpaths| toolpaths.stops.len() - toolpaths.toolpath_count())
+            })
             .to_string()
     };
     let changes =
@@ -225,7 +235,7 @@ fn totals() -> impl IntoView {
             fact(t!("page.cam.time"), time),
             fact(t!("page.cam.milled"), milled),
             fact(t!("page.cam.travel"), travel),
-            fact(t!("page.cam.ways"), count),
+            fact(t!("page.cam.toolpaths"), count),
             fact(t!("page.plan.holes"), holes),
             fact(t!("page.plan.changes"), changes),
         )))

@@ -1,7 +1,7 @@
 //! The CAM screen: what is made of the board, in which order, with what, and what the proof says of it.
 //!
 //! ```text
-//! + job ────────+ picture with the ways ─────────+ values ──────+
+//! + job ────────+ picture with the toolpaths ─────────+ values ──────+
 //! | operations  | as wide as they cut            | of the       |
 //! | totals      | findings                       | operation    |
 //! +─────────────+────────────────────────────────+──────────────+

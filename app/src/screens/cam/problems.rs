@@ -7,7 +7,7 @@
 //! groups of findings
 //! ```
 //!
-//! Comes in: losses and findings of the plan on show. Goes out: the finding marked in the picture, the cure of the whole put into
+//! Comes in: errors and findings of the plan on show. Goes out: the finding marked in the picture, the cure of the whole put into
 //! the job, ticks.
 
 use super::groups;
@@ -16,8 +16,8 @@ use crate::model::{FilesEvent, JobEvent};
 use crate::page::{OpenJob, open_board, open_job, send};
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if};
 use crate::workbench::edit;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::proof::Whole;
-use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{div, h2, header, input, label, li, p, section, span, strong, ul};
 use leptos::prelude::*;
@@ -35,7 +35,7 @@ pub(super) fn problems() -> impl IntoView {
     let unread = move || open_board().unread();
     let left_out = move || {
         let lines: Vec<AnyView> =
-            desk.left_out.get().into_iter().map(|loss| missing_line(loss).into_any()).collect();
+            desk.left_out.get().into_iter().map(|error| missing_line(error).into_any()).collect();
         (!lines.is_empty()).then(|| ul().class("findings").child(lines))
     };
     let list = move || match desk.proved.get() {
@@ -79,8 +79,11 @@ pub(super) fn problems() -> impl IntoView {
 
 /// What one change of the whole job opens, and the button that makes it: the lesser depth, else the finer tip.
 fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
-    let said: Vec<AnyView> =
-        whole.remarks().into_iter().map(|told| strong().child(move || message(&told)).into_any()).collect();
+    let said: Vec<AnyView> = whole
+        .diagnostics()
+        .into_iter()
+        .map(|told| strong().child(move || message(&told)).into_any())
+        .collect();
     let offer = match (whole.shallower, whole.tip) {
         (Some(offer), _) => {
             let depth = format!("{:.3}", offer.depth.mm());
@@ -102,9 +105,9 @@ fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
     ))
 }
 
-/// One loss of the plan.
-fn missing_line(loss: Remark) -> impl IntoView {
-    let (what, meaning, flip) = (loss.clone(), loss.clone(), loss.code.clone());
+/// One error of the plan.
+fn missing_line(error: Diagnostic) -> impl IntoView {
+    let (what, meaning, flip) = (error.clone(), error.clone(), error.code.clone());
     li().class("finding tone-alarm").child((
         icon(Icon::Alarm),
         div().class("grow").child((
@@ -114,7 +117,9 @@ fn missing_line(loss: Remark) -> impl IntoView {
         label().class("tick").child((
             input()
                 .attr("type", "checkbox")
-                .prop("checked", move || open_board().accepted.with(|accepted| accepted.contains(&loss.code)))
+                .prop("checked", move || {
+                    open_board().accepted.with(|accepted| accepted.contains(&error.code))
+                })
                 .on(ev::change, move |_| send(FilesEvent::FlipAccepted { code: flip.clone() })),
             span().child(t!("page.cam.seen")),
         )),

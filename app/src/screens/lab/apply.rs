@@ -9,8 +9,8 @@ use crate::page::open_board;
 use crate::page::open_lab;
 use crate::page::{link, send};
 use crate::widgets::{push, push_if};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Value};
-use annulus_core::remark::Remark;
 use annulus_core::wire::Ask;
 use leptos::html::{dd, div, dl, dt, p};
 use leptos::prelude::*;
@@ -27,7 +27,7 @@ fn written(key: &str, value: &Value) -> String {
 }
 
 /// What the settings say to the changes.
-pub(super) fn refusals(changes: &[(String, Value)]) -> Vec<Remark> {
+pub(super) fn refusals(changes: &[(String, Value)]) -> Vec<Diagnostic> {
     open_board().machine.with(|machine| machine::apply(machine, changes)).err().unwrap_or_default()
 }
 
@@ -48,7 +48,7 @@ pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> 
         rows.collect::<Vec<_>>()
     };
     let why = move || {
-        let refusal = refused.with(|remarks| remarks.first().cloned()).or_else(|| line.refused.get());
+        let refusal = refused.with(|diagnostics| diagnostics.first().cloned()).or_else(|| line.refused.get());
         match refusal {
             Some(why) => Some(format!("{} {}", message(&why), advice(&why))),
             None if !sound() => Some(say!("page.lab.unsound")),

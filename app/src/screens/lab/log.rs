@@ -30,7 +30,9 @@ fn in_words(event: &Event) -> String {
         Event::Ended(ending, holes) => {
             crate::i18n::text(words::ending(*ending), &[("holes", holes.to_string())])
         }
-        Event::Alarm(remark) | Event::Refused(remark) => format!("{} {}", message(remark), advice(remark)),
+        Event::Alarm(diagnostic) | Event::Refused(diagnostic) => {
+            format!("{} {}", message(diagnostic), advice(diagnostic))
+        }
         Event::Asked(what) => say!("page.lab.log.asked_for", what = what.replace('_', " ")),
         Event::Control { yours: true, .. } => say!("page.lab.log.control_yours"),
         Event::Control { taken: true, .. } => say!("page.lab.log.control_taken"),

@@ -16,10 +16,10 @@ use crate::page::open_board;
 use crate::page::{open_lab, send};
 use crate::readout::short;
 use crate::widgets::{choice, plotted};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::motion::profile::Limits;
 use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
-use annulus_core::remark::Remark;
 use annulus_core::servo::{Gains, Plant, StepMetrics, StrokeMetrics, default_plant, staged_fuzzy};
 use leptos::html::{caption, div, h3, p, section, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
@@ -90,7 +90,7 @@ fn typed_fields() -> Fields {
     }
 }
 
-fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Remark>> {
+fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
     let number = |field: Field| field.number().ok_or(None);
     let typed = Typed {
         gains: Gains { kp: number(fields.kp)?, ki: number(fields.ki)?, kd: number(fields.kd)? },

@@ -56,9 +56,10 @@ fn progress(line: Link) -> impl IntoView {
         (_, 0) => there.get().unwrap_or_else(|| (shown::moment().progress.discs, planned())),
         counts => counts,
     });
-    let ways = Memo::new(move |_| from(line, |status| (status.ways_done, status.ways_total)));
-    // Of a job in work by its time: ways take most of it. Else by holes.
-    let running = |status: &Status| (status.holes_total + status.ways_total > 0).then_some(status.done_share);
+    let toolpaths = Memo::new(move |_| from(line, |status| (status.toolpaths_done, status.toolpaths_total)));
+    // Of a job in work by its time: toolpaths take most of it. Else by holes.
+    let running =
+        |status: &Status| (status.holes_total + status.toolpaths_total > 0).then_some(status.done_share);
     let share = Memo::new(move |_| {
         let (done, total) = counts.get();
         from(line, running).or_else(|| (total > 0).then(|| f64::from(done) / f64::from(total)))
@@ -66,13 +67,13 @@ fn progress(line: Link) -> impl IntoView {
     let percent =
         move || share.get().map_or(String::new(), |share| format!("{:.0} %", (share * 100.0).floor()));
     let holes = move || {
-        let ((done, total), (way, ways)) = (counts.get(), ways.get());
-        match (there.get().is_some(), ways, total) {
+        let ((done, total), (way, toolpaths)) = (counts.get(), toolpaths.get());
+        match (there.get().is_some(), toolpaths, total) {
             (true, ..) => say!("page.job.there", done = done, total = total),
             (_, 0, 0) => String::new(),
             (_, 0, _) => say!("page.job.holes", done = done, total = total),
-            (_, _, 0) => say!("page.job.ways", done = way, total = ways),
-            _ => say!("page.job.both", way = way, ways = ways, done = done, total = total),
+            (_, _, 0) => say!("page.job.toolpaths", done = way, total = toolpaths),
+            _ => say!("page.job.both", way = way, toolpaths = toolpaths, done = done, total = total),
         }
     };
     let times = move || {
@@ -146,13 +147,13 @@ fn controls(line: Link) -> impl IntoView {
             t!("page.job.stop_after_hole"),
             |_| link::ask(Ask::StopAfterHole),
         ),
-        pace(line),
+        feed_override(line),
     ))
 }
 
 /// How fast the job goes, in percent of the plan.
-fn pace(line: Link) -> impl IntoView {
-    let now = move || from(line, |status| Some(status.pace_percent)).unwrap_or(100);
+fn feed_override(line: Link) -> impl IntoView {
+    let now = move || from(line, |status| Some(status.feed_override_percent)).unwrap_or(100);
     let paces = [
         (10, "10"),
         (25, "25"),
@@ -167,13 +168,13 @@ fn pace(line: Link) -> impl IntoView {
         menu_word(word, move || now() == percent, move || say!("page.job.percent", percent = percent))
     });
     label().class("field wide").child((
-        span().child(t!("page.job.pace")),
+        span().child(t!("page.job.feed_override")),
         select()
-            .attr("aria-label", t!("page.job.pace"))
+            .attr("aria-label", t!("page.job.feed_override"))
             .prop("disabled", move || !line.may_act())
             .on(ev::change, |event| {
                 if let Ok(percent) = event_target_value(&event).parse() {
-                    link::ask(Ask::Pace { percent });
+                    link::ask(Ask::FeedOverride { percent });
                 }
             })
             .child(words),
@@ -188,7 +189,7 @@ fn reason(line: Link) -> Option<String> {
     if let Some(unseen) = open_board().unseen() {
         return Some(match unseen {
             Unseen::Several => say!("page.job.several_unseen"),
-            Unseen::Unread => say!("page.job.losses_unseen"),
+            Unseen::Unread => say!("page.job.errors_unacknowledged"),
             Unseen::Board => say!("page.job.board_unseen"),
         });
     }

@@ -8,7 +8,6 @@
 //! Comes in: the link's signals. Goes out: asks. The map in the middle is the page's one canvas.
 
 mod banner;
-mod bit_change;
 mod connect;
 mod ended;
 mod job;
@@ -17,11 +16,12 @@ mod preflight;
 mod readouts;
 mod sensors;
 mod set_up;
+mod tool_change;
 pub mod words;
 
 pub use banner::alarm;
-pub use bit_change::bit_change;
 pub(crate) use jog::arm_keys;
+pub use tool_change::tool_change;
 
 use crate::page::link;
 use leptos::html::div;

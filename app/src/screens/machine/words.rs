@@ -102,7 +102,7 @@ pub fn stage(stage: Stage) -> &'static str {
         Stage::Travel => key!("page.stage.travel"),
         Stage::Approach => key!("page.stage.approach"),
         Stage::Drill => key!("page.stage.drill"),
-        Stage::Hop => key!("page.stage.hop"),
+        Stage::NextHole => key!("page.stage.next_hole"),
         Stage::Mill => key!("page.stage.mill"),
         Stage::Retract => key!("page.stage.retract"),
         Stage::Dwell => key!("page.stage.dwell"),

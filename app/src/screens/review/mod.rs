@@ -1,6 +1,6 @@
 //! The import review: every file with what it is taken for and why; how its numbers are read; what was not understood.
 //!
-//! Comes in: what was read. Goes out: which files are used, how numbers are read, losses ticked as seen (N4, N5).
+//! Comes in: what was read. Goes out: which files are used, how numbers are read, errors ticked as seen (N4, N5).
 
 mod boards;
 mod finding;
@@ -59,13 +59,13 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
     let heads = COLUMNS.map(|name| th().attr("scope", "col").child(move || crate::i18n::text(name, &[])));
     let lines =
         (0..).zip(&document.reading.files).map(|(index, file)| line(document, index, file).into_any());
-    let board = document.board_remarks().map(|remark| finding(remark.clone()).into_any());
+    let board = document.board_diagnostics().map(|diagnostic| finding(diagnostic.clone()).into_any());
     (
         boards::boards(document),
         table()
             .child((thead().child(tr().child(Vec::from(heads))), tbody().child(lines.collect::<Vec<_>>()))),
         alignment(document),
-        div().class("remarks").child(board.collect::<Vec<_>>()),
+        div().class("diagnostics").child(board.collect::<Vec<_>>()),
     )
 }
 
@@ -92,9 +92,13 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
     let reason = file.reason.clone();
     let is_gerber = file.kind == "gerber";
     let side = file.side.clone();
-    let shown_remarks =
-        file.remarks.iter().take(20).map(|remark| finding(remark.clone()).into_any()).collect::<Vec<_>>();
-    let more = file.remarks.len().saturating_sub(20);
+    let shown_diagnostics = file
+        .diagnostics
+        .iter()
+        .take(20)
+        .map(|diagnostic| finding(diagnostic.clone()).into_any())
+        .collect::<Vec<_>>();
+    let more = file.diagnostics.len().saturating_sub(20);
     tr().class(row_class(&file.kind, can_be_used, used)).child((
         td().child(tick),
         td().child(file.name.clone()),
@@ -103,7 +107,7 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
         td().child((
             p().child(move || crate::i18n::message(&reason)),
             file.drill.clone().map(|drill| format::format(document.said.numbers.clone(), drill)),
-            div().class("remarks").child(shown_remarks),
+            div().class("diagnostics").child(shown_diagnostics),
             (more > 0).then(|| p().class("quiet").child(t!("page.review.more", count = more))),
         )),
         td().child(preview::preview(document, index, file)),
@@ -161,7 +165,7 @@ fn side_menu(file: &FileRow, side: Option<String>, editable: bool) -> AnyView {
 /// Layers that do not share the copper's zero point can be moved to it.
 fn alignment(document: &Document) -> Option<AnyView> {
     let apart = ["board.outline_shifted", "board.outline_could_move"];
-    let apart = document.remarks().any(|remark| apart.contains(&remark.code.as_str()));
+    let apart = document.diagnostics().any(|diagnostic| apart.contains(&diagnostic.code.as_str()));
     let holes_apart = document.reading.files.iter().any(|file| file.shifted);
     (apart || holes_apart || document.said.aligned).then(|| {
         let aligned = document.said.aligned;

@@ -14,7 +14,7 @@ pub(super) fn clock() -> impl IntoView {
     move || {
         timing.get().map(|timing| {
             let sentence = |found| p().child(move || message(&found));
-            let sentences: Vec<_> = timing.remarks().into_iter().map(sentence).collect();
+            let sentences: Vec<_> = timing.diagnostics().into_iter().map(sentence).collect();
             let last = timing.lateness.bars.iter().rposition(|count| *count > 0).unwrap_or(0);
             let row = |(index, count): (usize, &u32)| {
                 let edge = EDGES_US.get(index).copied();

@@ -6,8 +6,8 @@ use super::Draft;
 use crate::i18n::{self, advice, message, t};
 use crate::page::open_board;
 use crate::widgets::menu_word;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{IN_FILE_ONLY, Kind, Setting};
-use annulus_core::remark::Remark;
 use leptos::ev;
 use leptos::html::{input, label, p, select, small, span};
 use leptos::prelude::*;
@@ -22,11 +22,16 @@ fn shown(setting: &'static Setting, draft: Draft) -> String {
 }
 
 /// The field.
-pub(crate) fn field(setting: &'static Setting, draft: Draft, refused: Memo<Vec<Remark>>) -> impl IntoView {
+pub(crate) fn field(
+    setting: &'static Setting,
+    draft: Draft,
+    refused: Memo<Vec<Diagnostic>>,
+) -> impl IntoView {
     let why = Memo::new(move |_| {
-        let about =
-            |remark: &&Remark| remark.args.iter().any(|(name, value)| name == "key" && value == setting.key);
-        refused.with(|remarks| remarks.iter().find(about).cloned())
+        let about = |diagnostic: &&Diagnostic| {
+            diagnostic.args.iter().any(|(name, value)| name == "key" && value == setting.key)
+        };
+        refused.with(|diagnostics| diagnostics.iter().find(about).cloned())
     });
     let changed = move || draft.with(|draft| draft.contains_key(setting.key));
     let (help_id, described) = (format!("{}-help", id(setting)), format!("{}-help", id(setting)));

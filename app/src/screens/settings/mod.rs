@@ -16,8 +16,8 @@ use crate::page::{frame, open_board};
 use crate::page::{link, send};
 use crate::screens::top_bar::{theme_word, themes};
 use crate::widgets::{push, push_if};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Kind, SECTIONS, Setting, Value};
-use annulus_core::remark::Remark;
 use annulus_core::wire::Ask;
 use leptos::ev;
 use leptos::html::{button, dd, div, dl, dt, h2, label, nav, p, section, span};
@@ -67,7 +67,7 @@ fn changes(draft: &BTreeMap<&'static str, String>) -> Vec<(String, Value)> {
     staged.collect()
 }
 
-fn refusals(draft: Draft) -> Vec<Remark> {
+fn refusals(draft: Draft) -> Vec<Diagnostic> {
     let changes = draft.with(changes);
     machine::apply(&open_board().machine.get(), &changes).err().unwrap_or_default()
 }
@@ -120,7 +120,7 @@ fn apply(draft: Draft) {
 }
 
 /// What will change, and the two buttons. Refused while the machine moves, and then it says so.
-fn diff(draft: Draft, refused: Memo<Vec<Remark>>) -> impl IntoView {
+fn diff(draft: Draft, refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let line = link::link();
     let staged = Memo::new(move |_| draft.with(changes));
     let list = move || {

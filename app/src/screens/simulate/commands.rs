@@ -70,7 +70,7 @@ fn text(leg: LegStart) -> String {
                 let tool = program.and_then(|program| program.bits.get(bit as usize));
                 say!("page.leg.change", tool = tool.map(|tool| tool.title(&language())).unwrap_or_default())
             }
-            Mark::Hole(number) | Mark::Way(number) => {
+            Mark::Hole(number) | Mark::Toolpath(number) => {
                 let at = program.and_then(|program| place(program.legs.get(leg.leg as usize)?));
                 let (x, y) = at.unwrap_or_default();
                 let (x, y) = (unit.coordinate(x), unit.coordinate(y));

@@ -6,9 +6,9 @@
 use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::{lab, machine_file};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Dynamics, dynamics};
 use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
-use annulus_core::remark::{Remark, Weight};
 use annulus_core::steps::automaton::Automaton;
 use serde_json::json;
 use std::path::Path;
@@ -47,15 +47,15 @@ type Row = (u64, i64, i32);
 /// Runs the command.
 pub(crate) fn run(args: &AutomatonArgs) -> Result<Answer, Refusal> {
     let (table, hz) = table(args)?;
-    let remarks = dynamics::check(&table).map_err(|all| {
+    let diagnostics = dynamics::check(&table).map_err(|all| {
         let first = all.into_iter().next();
-        Refusal::content(first.unwrap_or_else(|| Remark::new(Weight::Loss, "lab.bad_table")))
+        Refusal::content(first.unwrap_or_else(|| Diagnostic::error("lab.bad_table")))
     })?;
     let changes = changes(&args.retarget)?;
     let (rows, served) = takts(table.clone(), args.target, &changes)?;
     let sheet = sheet(args, &table, hz, &changes, &rows, served);
     let mut answer = deliver(&args.output, sheet)?;
-    answer.object["remarks"] = json!(super::super::remark_objects(&remarks));
+    answer.object["diagnostics"] = json!(super::super::diagnostic_objects(&diagnostics));
     Ok(answer)
 }
 
@@ -77,7 +77,7 @@ fn table(args: &AutomatonArgs) -> Result<(Dynamics, f64), Refusal> {
     if (1.0..=1e6).contains(&hz) {
         return Ok((table, hz));
     }
-    Err(Refusal::content(Remark::new(Weight::Loss, "lab.bad_frequency").with("found", hz)))
+    Err(Refusal::content(Diagnostic::error("lab.bad_frequency").with("found", hz)))
 }
 
 /// `I:N` … as interrupts and targets, in order.
@@ -88,7 +88,7 @@ fn changes(texts: &[String]) -> Result<Vec<(u64, i64)>, Refusal> {
             Some((interrupt, target.parse().ok().filter(|to: &i64| to.abs() <= 1_000_000_000)?))
         });
         parsed.ok_or_else(|| {
-            let why = Remark::new(Weight::Loss, "lab.bad_retarget").with("found", text);
+            let why = Diagnostic::error("lab.bad_retarget").with("found", text);
             Refusal::usage(why.with("most", MOST_INTERRUPTS))
         })
     };
@@ -106,7 +106,7 @@ fn takts(table: Dynamics, target: i64, changes: &[(u64, i64)]) -> Result<(Vec<Ro
     while !axis.is_at_rest() || changes.peek().is_some() {
         interrupt += 1;
         if interrupt > MOST_INTERRUPTS || rows.len() >= MOST_TAKTS {
-            let why = Remark::new(Weight::Loss, "lab.long_move").with("most", MOST_TAKTS);
+            let why = Diagnostic::error("lab.long_move").with("most", MOST_TAKTS);
             return Err(Refusal::content(why));
         }
         while let Some((_, target)) = changes.next_if(|(when, _)| *when == interrupt) {

@@ -7,13 +7,13 @@
 use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::machine_file;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Law, Machine};
 use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
+use annulus_core::motion::drill_cycles;
 use annulus_core::motion::one_by_one::one_by_one;
 use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds};
-use annulus_core::motion::strokes;
 use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
-use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 
 /// Hops without words: those of the reference.
@@ -135,7 +135,7 @@ pub(crate) fn run(args: &CycleArgs) -> Result<Answer, Refusal> {
         None => together(&overridden(args, reference()), &hops),
         Some(name) => {
             let machine = changed(args, &machine_file::named(name)?.machine)?;
-            if strokes::overlaps(&machine) {
+            if drill_cycles::overlaps(&machine) {
                 of_machine(&machine).and_then(|setting| together(&setting, &hops))
             } else {
                 apart(&machine, &hops)
@@ -172,8 +172,8 @@ fn reference() -> Setting {
 }
 
 /// The timeline of a machine with its own strokes.
-fn of_machine(machine: &Machine) -> Result<Setting, Remark> {
-    let (own, down, _) = strokes::own(machine)?;
+fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
+    let (own, down, _) = drill_cycles::own(machine)?;
     Ok(Setting {
         x: Limits::of_axis(machine, &machine.x),
         y: Limits::of_axis(machine, &machine.y),
@@ -181,13 +181,13 @@ fn of_machine(machine: &Machine) -> Result<Setting, Remark> {
         order: machine.motion.order,
         rules: Rules { settle_s: 1e-3 * machine.settle_ms, latency_s: 1e-3 * machine.overlap.latency_ms },
         spindles: machine.spindles,
-        own: Some((own, strokes::last_stop_s(machine, &down)?)),
+        own: Some((own, drill_cycles::last_stop_s(machine, &down)?)),
         ..reference()
     })
 }
 
 /// The machine's own moves, one after the other.
-fn apart(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Found, Remark> {
+fn apart(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic> {
     let found = one_by_one(machine, hops_mm)?;
     let total_s = found.timeline.total_s();
     Ok(Found {
@@ -238,7 +238,7 @@ fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
     }
     machine::apply(machine, &changes).map_err(|all| {
         let first = all.into_iter().next();
-        Refusal::content(first.unwrap_or_else(|| Remark::new(Weight::Loss, "machine.setting_range")))
+        Refusal::content(first.unwrap_or_else(|| Diagnostic::error("machine.setting_range")))
     })
 }
 
@@ -277,13 +277,13 @@ fn hops(texts: &[String]) -> Result<Vec<[f64; 2]>, Refusal> {
         let pair =
             text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
         let usable = pair.filter(|pair: &[f64; 2]| pair.iter().all(|way| way.abs() <= 1e6));
-        let why = || Refusal::usage(Remark::new(Weight::Loss, "lab.bad_hop").with("found", text));
+        let why = || Refusal::usage(Diagnostic::error("lab.bad_hop").with("found", text));
         usable.ok_or_else(why)
     };
     if texts.is_empty() { Ok(HOPS_MM.to_vec()) } else { texts.iter().map(one).collect() }
 }
 
-fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<Shape, Remark> {
+fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<Shape, Diagnostic> {
     Ok(match law {
         Law::Linear => Shape::Linear,
         Law::SCurve => Shape::SCurve,
@@ -293,7 +293,7 @@ fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<Shape, 
 }
 
 /// How long a hop takes: its slower axis.
-fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Remark> {
+fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Diagnostic> {
     let mut longest_s = 0.0_f64;
     for (way, limits) in hop.into_iter().zip([setting.x, setting.y]) {
         let shape = shape(setting.plane_law, setting.order, way.abs(), limits)?;
@@ -303,13 +303,13 @@ fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Remark> {
 }
 
 /// What a stroke takes, and its last moment for a stop.
-fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Remark> {
+fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Diagnostic> {
     if let Some(own) = setting.own {
         return Ok(own);
     }
     let full_mm = setting.height_mm + setting.depth_mm;
     if !(setting.clear_mm >= 0.0 && setting.clear_mm < setting.height_mm) {
-        let why = Remark::new(Weight::Loss, "lab.bad_clear").with("found", setting.clear_mm);
+        let why = Diagnostic::error("lab.bad_clear").with("found", setting.clear_mm);
         return Err(why.with("height", setting.height_mm));
     }
     let law = shape(setting.down_law, setting.order, full_mm, setting.down)?;
@@ -330,7 +330,7 @@ fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Remark> {
 }
 
 /// Table and spindles together.
-fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Remark> {
+fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic> {
     let hops_s = hops_mm.iter().map(|hop| hop_s(setting, *hop)).collect::<Result<Vec<_>, _>>()?;
     let (times, last_stop_s) = spindle(setting)?;
     let spindles = vec![times; setting.spindles as usize];

@@ -3,9 +3,9 @@
 //! Comes in: a [`Sheet`]. Goes out: the answer, and the file if one was asked for. Does not know what was computed.
 
 use super::super::{Answer, Exit, Refusal};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
 use annulus_core::plot::{self, Plot};
-use annulus_core::remark::{Remark, Weight};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::fs;
@@ -69,12 +69,12 @@ pub(super) fn deliver(args: &OutputArgs, mut sheet: Sheet) -> Result<Answer, Ref
         Some("csv") => csv(&sheet),
         Some("json") => format!("{:#}\n", sheet.object),
         _ => {
-            let why = Remark::new(Weight::Loss, "lab.ending").with("file", name);
+            let why = Diagnostic::error("lab.ending").with("file", name);
             return Err(Refusal::usage(why));
         }
     };
     fs::write(path, bytes).map_err(|error| {
-        let why = Remark::new(Weight::Loss, "lab.not_written").with("file", &name).with("reason", error);
+        let why = Diagnostic::error("lab.not_written").with("file", &name).with("reason", error);
         Refusal::surroundings(why)
     })?;
     sheet.object["file"] = json!(name);

@@ -6,9 +6,9 @@
 use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::machine_file;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Choice, Limits, Profile, Shape, bounds};
 use annulus_core::plot::{Axis, Panel, Plot, Series};
-use annulus_core::remark::Remark;
 use serde_json::{Value, json};
 
 /// Arguments of `annulus lab profile`.
@@ -131,7 +131,12 @@ fn object(profile: &Profile) -> Value {
         "phases_s": profile.phases() })
 }
 
-fn sheet(args: &ProfileArgs, limits: Limits, choice: &Choice, profiles: &[Profile]) -> Result<Sheet, Remark> {
+fn sheet(
+    args: &ProfileArgs,
+    limits: Limits,
+    choice: &Choice,
+    profiles: &[Profile],
+) -> Result<Sheet, Diagnostic> {
     let least_s = bounds::least_duration_s(args.length_mm, limits, None)?;
     let mut rows = vec![
         (word("length"), format!("{} mm", short(args.length_mm))),

@@ -5,9 +5,9 @@
 
 use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Limits, Profile, Shape};
 use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
-use annulus_core::remark::Remark;
 use annulus_core::servo::{
     self, Controller, Gains, Load, Moment, Plant, Reference, Rules, Stage, StepRun, StrokeRun,
 };
@@ -134,7 +134,7 @@ fn plant(args: &ServoArgs) -> Plant {
     Plant { gain: args.plant_gain, tau_s: args.plant_tau }
 }
 
-fn step(args: &ServoArgs) -> Result<Sheet, Remark> {
+fn step(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
     let stage = match args.stage {
         StageName::Travel => Stage::Travel,
         StageName::Approach => Stage::Approach,
@@ -193,7 +193,7 @@ fn step(args: &ServoArgs) -> Result<Sheet, Remark> {
     Ok(sheet(object, rows, &curves, title, place))
 }
 
-fn stroke(args: &ServoArgs) -> Result<Sheet, Remark> {
+fn stroke(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
     let full_mm = args.height_mm + args.depth_mm;
     let down = Limits { speed: args.down_speed, acceleration: 8_000.0, jerk: 600_000.0 };
     let up = Limits { speed: args.up_speed, acceleration: 10_000.0, jerk: 1e6 };

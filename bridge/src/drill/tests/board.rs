@@ -145,7 +145,7 @@ fn stop_again_holds_the_tip_where_it_is_while_it_is_lifted() {
     bench.start(&grid(&machine(), 2));
     bench.wait(|status| status.state == State::Running && status.spindle_rpm > 0);
     // So slow that the lift takes seconds.
-    bench.drill.ask(Ask::Pace { percent: 10 }).unwrap();
+    bench.drill.ask(Ask::FeedOverride { percent: 10 }).unwrap();
     bench.drill.ask(Ask::Stop).unwrap();
     let low = bench.status().steps[2];
     bench.wait(|status| status.state == State::Stopping && status.steps[2] > low + 40);
@@ -160,7 +160,7 @@ fn stop_again_holds_the_tip_where_it_is_while_it_is_lifted() {
     std::thread::sleep(Duration::from_millis(300));
     assert_eq!(bench.status().steps, held.steps, "and it stays");
     // The way up is by hand, and as ever after that.
-    bench.drill.ask(Ask::Pace { percent: 100 }).unwrap();
+    bench.drill.ask(Ask::FeedOverride { percent: 100 }).unwrap();
     bench.drill.ask(Ask::Jog { axis: 2, distance_um: 1_000 }).unwrap();
     bench.wait(|status| status.state == State::Ready && status.steps[2] > held.steps[2]);
 }

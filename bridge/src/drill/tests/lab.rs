@@ -5,7 +5,7 @@ use annulus_core::control::{State, Trust};
 use annulus_core::job::Input;
 use annulus_core::machine::{Card, Machine, StrokeEnd};
 use annulus_core::queue::{Mode, RowResult, RowState};
-use annulus_core::twin::Faults;
+use annulus_core::virtual_drill::Faults;
 use annulus_core::wire::{Ask, Outputs, QueuePhase, QueueStatus, Tell};
 use std::time::Duration;
 

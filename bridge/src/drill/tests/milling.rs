@@ -1,4 +1,4 @@
-//! Milling on the virtual drill: ways are counted, stopped in the middle, and milled again from their beginning.
+//! Milling on the virtual drill: toolpaths are counted, stopped in the middle, and milled again from their beginning.
 
 #[path = "../../../tests/programs/mod.rs"]
 mod programs;
@@ -31,19 +31,19 @@ fn ways_are_milled_and_the_bit_is_whole_afterwards() {
     let mut bench = slow();
     bench.start(&milling(&machine()));
     let status = bench.wait(|status| status.stage == Some(Stage::Mill));
-    assert_eq!((status.ways_total, status.command.as_deref()), (WAYS, Some("mill")));
+    assert_eq!((status.toolpaths_total, status.command.as_deref()), (WAYS, Some("mill")));
     assert!((0.0..0.9).contains(&status.done_share), "{}", status.done_share);
     let later = bench.wait(|status| status.way == Some(WAYS - 1) && status.stage == Some(Stage::Mill));
     assert!(
         later.done_share > status.done_share,
-        "ways count too: {} {}",
+        "toolpaths count too: {} {}",
         status.done_share,
         later.done_share
     );
     assert!(status.way.is_some() && status.hole.is_none() && status.bit == Some(1), "{status:?}");
     assert!(status.lower_dead_point_mm.is_some_and(|low| low < -0.1), "{status:?}");
     assert_eq!(bench.ended(), (Ending::Done, 2));
-    // The last hole is made by the mill that milled all the ways.
+    // The last hole is made by the mill that milled all the toolpaths.
     assert_eq!(drilled(&bench), [1, 1]);
     assert_eq!(bench.wait(|status| status.state == State::Ready).trust, Trust::Trusted);
 }
@@ -63,19 +63,22 @@ fn a_way_that_was_stopped_is_milled_again_from_its_beginning_and_none_is_left_ou
             continue;
         }
         let offer = bench.drill.greeting().into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { next_leg, ways_done, ways_total, .. } => {
-                Some((next_leg, ways_done, ways_total))
+            Tell::Interrupted { next_leg, toolpaths_done, toolpaths_total, .. } => {
+                Some((next_leg, toolpaths_done, toolpaths_total))
             }
             _ => None,
         });
-        let (from_leg, ways_done, ways_total) = offer.unwrap();
-        assert!(ways_done >= way && ways_total == WAYS, "way {way}: {offer:?}");
+        let (from_leg, toolpaths_done, toolpaths_total) = offer.unwrap();
+        assert!(toolpaths_done >= way && toolpaths_total == WAYS, "way {way}: {offer:?}");
         let at = program.legs[from_leg as usize].mark;
-        assert!(!matches!(at, Mark::Way(next) if next != ways_done), "{at:?} after {ways_done} ways");
+        assert!(
+            !matches!(at, Mark::Toolpath(next) if next != toolpaths_done),
+            "{at:?} after {toolpaths_done} toolpaths"
+        );
         let (job, stream_digest, _) = bench.arm(&program);
         bench.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap();
         let again = bench.wait(|status| status.stage == Some(Stage::Mill) || status.state == State::Ready);
-        assert!(again.ways_done >= ways_done || again.state == State::Ready);
+        assert!(again.toolpaths_done >= toolpaths_done || again.state == State::Ready);
         assert_eq!(bench.ended(), (Ending::Done, 2));
         assert_eq!(drilled(&bench), [1, 1], "way {way}");
     }

@@ -92,14 +92,15 @@ fn whoever_lost_control_meanwhile_starts_nothing() {
 fn what_is_asked_after_a_start_is_done_after_it() {
     let (mut bench, job, begun, go_on) = starting();
     let ask = |ask| bench.drill.begin(ask, Some(bench.drill.ticket()));
-    let (jog, pace) = (ask(Ask::Jog { axis: 0, distance_um: 1_000 }), ask(Ask::Pace { percent: 50 }));
+    let (jog, feed_override) =
+        (ask(Ask::Jog { axis: 0, distance_um: 1_000 }), ask(Ask::FeedOverride { percent: 50 }));
     let forget = ask(Ask::ForgetInterrupted);
     go_on();
     begun.finish().unwrap();
     assert_eq!(jog.finish().unwrap_err().code, "control.busy", "the job runs");
     assert_eq!(forget.finish().unwrap_err().code, "control.busy");
-    pace.finish().unwrap();
+    feed_override.finish().unwrap();
     let status = bench.wait(|status| status.job == Some(job.clone()));
-    assert_eq!(status.pace_percent, 50);
+    assert_eq!(status.feed_override_percent, 50);
     assert_eq!(bench.ended(), (Ending::Done, 6));
 }

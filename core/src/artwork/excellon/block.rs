@@ -61,7 +61,7 @@ pub(super) struct Block {
 /// A word that makes no sense here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fault {
-    /// What kind of fault, as a remark's code.
+    /// What kind of fault, as a diagnostic's code.
     pub(super) code: &'static str,
     /// Column from 1.
     pub(super) column: u32,

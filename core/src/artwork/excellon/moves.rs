@@ -7,8 +7,8 @@ use super::block::{Block, Pair};
 use super::reader::{MOST_REPEATED, Motion, Pattern, Reader};
 use crate::artwork::drill::{Hit, Route, SlotEntry};
 use crate::artwork::number::Decimal;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Point, Segment};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 
 impl Reader<'_> {
@@ -17,7 +17,7 @@ impl Reader<'_> {
         let reached = !start.any() || self.go(start);
         let from = self.at;
         if !end.any() {
-            self.say(Weight::Loss, "drill.slot_without_end", 1, b"");
+            self.say(Severity::Error, "drill.slot_without_end", 1, b"");
         } else if reached && self.go(end) {
             let tool = self.tool_in_use();
             let after_hits = self.out.hits.len() as u32;
@@ -31,7 +31,7 @@ impl Reader<'_> {
         if self.route.is_none() {
             let moved_by_code = block.gs.iter().any(|(code, _)| *code == 0);
             if !moved_by_code {
-                self.findings.once(Weight::Doubt, "drill.move_without_cut", self.line, 1, line);
+                self.findings.once(Severity::Warning, "drill.move_without_cut", self.line, 1, line);
             }
             return;
         }
@@ -40,12 +40,12 @@ impl Reader<'_> {
             Motion::Counterclockwise => self.arc(from, to, block, false),
             Motion::Straight => Some(Segment::Line { to }),
             Motion::Rapid => {
-                self.say(Weight::Doubt, "drill.rapid_while_down", 1, line);
+                self.say(Severity::Warning, "drill.rapid_while_down", 1, line);
                 Some(Segment::Line { to })
             }
         };
         let segment = segment.unwrap_or_else(|| {
-            self.say(Weight::Loss, "drill.arc_without_centre", 1, line);
+            self.say(Severity::Error, "drill.arc_without_centre", 1, line);
             Segment::Line { to }
         });
         self.moves += 1;
@@ -79,7 +79,7 @@ impl Reader<'_> {
     pub(super) fn tool_up(&mut self) {
         match self.route.take() {
             Some(route) if route.segments.is_empty() => {
-                self.findings.at(Weight::Loss, "drill.plunge_without_path", route.line, 1, b"");
+                self.findings.at(Severity::Error, "drill.plunge_without_path", route.line, 1, b"");
             }
             Some(route) => {
                 self.moves += 1;
@@ -90,10 +90,10 @@ impl Reader<'_> {
     }
 
     /// `R5X1000`: the last hit again, five times, each a step further.
-    pub(super) fn repeat(&mut self, count: Decimal, step: Pair) -> Result<(), Remark> {
+    pub(super) fn repeat(&mut self, count: Decimal, step: Pair) -> Result<(), Diagnostic> {
         let last = self.out.hits.last().filter(|hit| hit.at == self.at).copied();
         let (Some(hit), false, true) = (last, count.point || count.mantissa < 0, step.any()) else {
-            self.say(Weight::Loss, "drill.repeat_of_nothing", 1, b"");
+            self.say(Severity::Error, "drill.repeat_of_nothing", 1, b"");
             return Ok(());
         };
         let count = usize::try_from(count.mantissa).unwrap_or(usize::MAX);
@@ -132,10 +132,10 @@ impl Reader<'_> {
     }
 
     /// M02 with coordinates: the pattern once more, a step further than the last time.
-    pub(super) fn pattern_again(&mut self, step: Pair) -> Result<(), Remark> {
+    pub(super) fn pattern_again(&mut self, step: Pair) -> Result<(), Diagnostic> {
         self.pattern_ends();
         let Some(Pattern { from, to: Some(to), shift }) = self.pattern else {
-            self.say(Weight::Loss, "drill.repeat_of_nothing", 1, b"");
+            self.say(Severity::Error, "drill.repeat_of_nothing", 1, b"");
             return Ok(());
         };
         let count = (0..3).map(|kind| to[kind] - from[kind]).sum::<usize>();
@@ -149,7 +149,7 @@ impl Reader<'_> {
         let by = Point::new(shift.x + self.at.x, shift.y + self.at.y);
         (self.incremental, self.at, self.zero) = was;
         if good && !self.stays(from, to, by) {
-            self.say(Weight::Loss, "drill.out_of_range", 1, b"");
+            self.say(Severity::Error, "drill.out_of_range", 1, b"");
         } else if good {
             self.copy(from, to, by);
             self.pattern = Some(Pattern { from, to: Some(to), shift: by });

@@ -1,9 +1,9 @@
 //! Reads a drill program once its numbers are understood: line by line, hits by the shortest way.
 //!
-//! Comes in: text, a [`Reading`], tool sizes known from elsewhere. Goes out: a [`DrillFile`] and remarks, or the one
-//! remark why nothing can be kept. Does not decide how numbers are read.
+//! Comes in: text, a [`Reading`], tool sizes known from elsewhere. Goes out: a [`DrillFile`] and diagnostics, or the one
+//! diagnostic why nothing can be kept. Does not decide how numbers are read.
 //!
-//! A line that holds a fault has no effect at all and is a loss; reading goes on behind it.
+//! A line that holds a fault has no effect at all and is an error; reading goes on behind it.
 
 use super::block::{Block, Fault, Pair, sort};
 use super::hints::{self, Hint};
@@ -14,8 +14,8 @@ use crate::artwork::drill::{DrillFile, Hit, Route, ToolEntry};
 use crate::artwork::findings::Findings;
 use crate::artwork::number::{Decimal, Reading, Scale, decimal};
 use crate::artwork::text::line_end;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -100,8 +100,8 @@ pub(super) struct Reader<'a> {
     pub(super) ended: bool,
 }
 
-/// Reads a drill program. The error is the remark why nothing of it is kept.
-pub(in crate::artwork) fn read(task: &Task<'_>) -> Result<(DrillFile, Vec<Remark>), Remark> {
+/// Reads a drill program. The error is the diagnostic why nothing of it is kept.
+pub(in crate::artwork) fn read(task: &Task<'_>) -> Result<(DrillFile, Vec<Diagnostic>), Diagnostic> {
     let mut reader = Reader::new(task);
     while reader.index < task.text.len() {
         if reader.plain_hits() {
@@ -193,7 +193,7 @@ impl<'a> Reader<'a> {
         self.index > start
     }
 
-    fn check_limits(&mut self) -> Result<(), Remark> {
+    fn check_limits(&mut self) -> Result<(), Diagnostic> {
         let counts = [
             ("drill.too_many_hits", self.out.hits.len(), MOST_HITS),
             ("drill.too_many_repeats", self.repeated, MOST_REPEATED),
@@ -206,17 +206,17 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The remark of a file that is refused here.
-    pub(super) fn refusal(&self, code: &str) -> Remark {
-        Remark::new(Weight::Loss, code).at(self.task.name, self.line, 1)
+    /// The diagnostic of a file that is refused here.
+    pub(super) fn refusal(&self, code: &str) -> Diagnostic {
+        Diagnostic::error(code).at(self.task.name, self.line, 1)
     }
 
     /// Says something about a word of the current line.
-    pub(super) fn say(&mut self, weight: Weight, code: &str, column: u32, found: &[u8]) {
-        self.findings.at(weight, code, self.line, column, found);
+    pub(super) fn say(&mut self, severity: Severity, code: &str, column: u32, found: &[u8]) {
+        self.findings.at(severity, code, self.line, column, found);
     }
 
-    fn line(&mut self, line: &[u8]) -> Result<(), Remark> {
+    fn line(&mut self, line: &[u8]) -> Result<(), Diagnostic> {
         let parsed = parse(line);
         for hint in parsed.comment.map(hints::comment).unwrap_or_default() {
             match hint {
@@ -226,13 +226,13 @@ impl<'a> Reader<'a> {
             }
         }
         if self.ended && !matches!(parsed.content, Content::Blank | Content::Percent) {
-            self.findings.once(Weight::Loss, "drill.after_end", self.line, 1, b"");
+            self.findings.once(Severity::Error, "drill.after_end", self.line, 1, b"");
             return Ok(());
         }
         match parsed.content {
             Content::Blank => {}
             Content::Percent => self.header = false,
-            Content::Optional => self.say(Weight::Loss, "drill.optional_line", 1, line.trim_ascii()),
+            Content::Optional => self.say(Severity::Error, "drill.optional_line", 1, line.trim_ascii()),
             Content::Statement { keyword, args } => self.statement(keyword, args),
             Content::Garbled(words, column) => {
                 self.fault(&words, Fault { code: "drill.bad_number", column }, line);
@@ -248,13 +248,13 @@ impl<'a> Reader<'a> {
     /// A line that makes no sense. If it chose a tool, what follows has no tool rather than the last one.
     fn fault(&mut self, words: &[Word], fault: Fault, line: &[u8]) {
         let found = line.get(fault.column.saturating_sub(1) as usize..).unwrap_or_default();
-        self.say(Weight::Loss, fault.code, fault.column, found);
+        self.say(Severity::Error, fault.code, fault.column, found);
         if words.first().is_some_and(|word| word.letter == b'T') && !self.header {
             self.tool = None;
         }
     }
 
-    fn block(&mut self, block: &Block, line: &[u8]) -> Result<(), Remark> {
+    fn block(&mut self, block: &Block, line: &[u8]) -> Result<(), Diagnostic> {
         if let Some(tool) = block.tool {
             self.tool_word(tool, block.to.any());
         }
@@ -273,7 +273,7 @@ impl<'a> Reader<'a> {
     fn coordinates(&mut self, block: &Block, line: &[u8]) {
         if self.header {
             self.header = false;
-            self.say(Weight::Doubt, "drill.header_open", 1, line);
+            self.say(Severity::Warning, "drill.header_open", 1, line);
         }
         let from = self.at;
         if !self.go(block.to) {
@@ -288,7 +288,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Moves to a pair of coordinates; false, with a remark, if it lies beyond any board.
+    /// Moves to a pair of coordinates; false, with a diagnostic, if it lies beyond any board.
     pub(super) fn go(&mut self, to: Pair) -> bool {
         let length = |number: Option<Decimal>| match number {
             None => Some(None),
@@ -305,7 +305,7 @@ impl<'a> Reader<'a> {
                 return true;
             }
         }
-        self.say(Weight::Loss, "drill.out_of_range", 1, b"");
+        self.say(Severity::Error, "drill.out_of_range", 1, b"");
         false
     }
 
@@ -314,29 +314,29 @@ impl<'a> Reader<'a> {
         if let Some(tool) = self.tool {
             return tool;
         }
-        self.findings.once(Weight::Loss, "drill.no_tool", self.line, 1, b"");
+        self.findings.once(Severity::Error, "drill.no_tool", self.line, 1, b"");
         let index = self.tool_index(0);
         self.tool = Some(index);
         index
     }
 
-    fn finish(mut self) -> Result<(DrillFile, Vec<Remark>), Remark> {
+    fn finish(mut self) -> Result<(DrillFile, Vec<Diagnostic>), Diagnostic> {
         self.tool_up();
         if self.header && (self.out.hits.is_empty() || !self.ended) {
-            self.findings.at(Weight::Loss, "drill.header_never_ends", self.line, 1, b"");
+            self.findings.at(Severity::Error, "drill.header_never_ends", self.line, 1, b"");
         } else if !self.ended && !self.stopped {
             self.missing_end();
         }
         let counts = self.out.counts();
         for (tool, count) in self.out.tools.iter().zip(counts) {
             let holes = count.hits + count.slots + count.routed_paths;
-            let remark = match tool.diameter {
+            let diagnostic = match tool.diameter {
                 Some(_) => continue,
-                None if holes > 0 => Remark::new(Weight::Loss, "drill.tool_without_diameter"),
-                None => Remark::new(Weight::Note, "drill.unused_tool_without_diameter"),
+                None if holes > 0 => Diagnostic::error("drill.tool_without_diameter"),
+                None => Diagnostic::note("drill.unused_tool_without_diameter"),
             };
-            let remark = remark.with("tool", format!("T{}", tool.code)).with("holes", holes);
-            self.findings.push(remark.at(self.task.name, tool.line, 1));
+            let diagnostic = diagnostic.with("tool", format!("T{}", tool.code)).with("holes", holes);
+            self.findings.push(diagnostic.at(self.task.name, tool.line, 1));
         }
         self.out.hits.shrink_to_fit();
         Ok((self.out, self.findings.finish()))
@@ -358,9 +358,9 @@ impl<'a> Reader<'a> {
             Some(None) => !tail.trim_ascii().is_empty(),
             None => false,
         };
-        let (weight, code) =
-            if short { (Weight::Loss, "drill.cut_short") } else { (Weight::Doubt, "drill.no_end") };
-        self.say(weight, code, 1, tail);
+        let (severity, code) =
+            if short { (Severity::Error, "drill.cut_short") } else { (Severity::Warning, "drill.no_end") };
+        self.say(severity, code, 1, tail);
     }
 }
 

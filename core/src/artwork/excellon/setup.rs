@@ -9,7 +9,7 @@ use super::survey::units_named;
 use crate::artwork::Units;
 use crate::artwork::drill::ToolEntry;
 use crate::artwork::number::{Decimal, Scale};
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::units::Length;
 
 /// The largest diameter taken for one.
@@ -31,16 +31,16 @@ impl Reader<'_> {
         }
         match upper.as_slice() {
             b"ICI" => self.incremental = args.eq_ignore_ascii_case(b"ON"),
-            b"FMAT" if args.starts_with(b"1") => self.say(Weight::Note, "drill.format_1", 1, args),
+            b"FMAT" if args.starts_with(b"1") => self.say(Severity::Note, "drill.format_1", 1, args),
             b"FMAT" if args.starts_with(b"2") => {}
-            b"M97" | b"M98" => self.say(Weight::Loss, "drill.text_not_drilled", 1, args),
-            [b'M', b'4', _] => self.say(Weight::Note, "drill.operator_message", 1, args),
+            b"M97" | b"M98" => self.say(Severity::Error, "drill.text_not_drilled", 1, args),
+            [b'M', b'4', _] => self.say(Severity::Note, "drill.operator_message", 1, args),
             _ if MACHINE_WORDS.iter().any(|word| upper == word.as_bytes()) => {
-                self.findings.once(Weight::Note, "drill.machine_word", self.line, 1, keyword);
+                self.findings.once(Severity::Note, "drill.machine_word", self.line, 1, keyword);
             }
             _ => {
-                let weight = if self.header { Weight::Doubt } else { Weight::Loss };
-                self.say(weight, "drill.unknown_statement", 1, keyword);
+                let severity = if self.header { Severity::Warning } else { Severity::Error };
+                self.say(severity, "drill.unknown_statement", 1, keyword);
             }
         }
     }
@@ -54,7 +54,7 @@ impl Reader<'_> {
         });
         if units != self.reading.units {
             if !self.out.hits.is_empty() {
-                self.say(Weight::Note, "drill.units_change", 1, units.name().as_bytes());
+                self.say(Severity::Note, "drill.units_change", 1, units.name().as_bytes());
             }
             self.reading = super::sense::after_switch(self.task.reading, units, digits);
             self.scale = Scale::new(self.reading);
@@ -101,7 +101,7 @@ impl Reader<'_> {
                 return;
             }
             self.header = false;
-            self.say(Weight::Doubt, "drill.header_open", word.column, b"");
+            self.say(Severity::Warning, "drill.header_open", word.column, b"");
         }
         self.tool_up();
         let index = self.tool_index(word.code);
@@ -130,13 +130,18 @@ impl Reader<'_> {
             .and_then(|size| size.length(self.reading.units))
             .filter(|&length| Length::ZERO < length && length <= LARGEST_DIAMETER);
         if diameter.is_none() {
-            self.say(Weight::Loss, "drill.tool_diameter", word.column, format!("T{}", word.code).as_bytes());
+            self.say(
+                Severity::Error,
+                "drill.tool_diameter",
+                word.column,
+                format!("T{}", word.code).as_bytes(),
+            );
         }
         let before = self.codes.get(&word.code).and_then(|&index| self.out.tools.get(usize::from(index)));
         let differs = before.and_then(|tool| tool.diameter).is_some_and(|old| Some(old) != diameter);
         if differs {
             self.say(
-                Weight::Doubt,
+                Severity::Warning,
                 "drill.tool_defined_twice",
                 word.column,
                 format!("T{}", word.code).as_bytes(),
@@ -159,7 +164,7 @@ impl Reader<'_> {
     pub(super) fn feeds(&mut self, block: &Block) {
         for (letter, number, column) in &block.feeds {
             if number.mantissa != 0 {
-                self.findings.once(Weight::Note, "drill.feed_word", self.line, *column, &[*letter]);
+                self.findings.once(Severity::Note, "drill.feed_word", self.line, *column, &[*letter]);
             }
         }
     }
@@ -190,12 +195,12 @@ impl Reader<'_> {
                 17..=19 | 40 | 43 | 44 | 49 | 50 | 53..=59 | 61 | 64 | 80 | 94..=99 => {}
                 4 => {
                     takes = true;
-                    self.findings.once(Weight::Note, "drill.machine_word", self.line, column, b"G04");
+                    self.findings.once(Severity::Note, "drill.machine_word", self.line, column, b"G04");
                 }
-                41 | 42 => self.say(Weight::Loss, "drill.cutter_compensation", column, line),
+                41 | 42 => self.say(Severity::Error, "drill.cutter_compensation", column, line),
                 _ => {
                     takes = true;
-                    self.say(Weight::Loss, "drill.unsupported_cycle", column, line);
+                    self.say(Severity::Error, "drill.unsupported_cycle", column, line);
                 }
             }
         }
@@ -222,12 +227,12 @@ impl Reader<'_> {
         }
         (self.at, self.incremental) = was;
         if self.zero != crate::geometry::Point::default() {
-            self.say(Weight::Note, "drill.zero_set", 1, line);
+            self.say(Severity::Note, "drill.zero_set", 1, line);
         }
     }
 
     /// Codes that act behind the coordinates of their line.
-    pub(super) fn codes_after(&mut self, block: &Block, line: &[u8]) -> Result<(), Remark> {
+    pub(super) fn codes_after(&mut self, block: &Block, line: &[u8]) -> Result<(), Diagnostic> {
         for &(code, column) in &block.ms {
             match code {
                 0 => self.stopped = true,
@@ -242,18 +247,18 @@ impl Reader<'_> {
                 30 => self.ended = true,
                 48 => self.header = true,
                 95 => self.header = false,
-                70 | 80 | 90 => self.say(Weight::Loss, "drill.mirrored_pattern", column, line),
-                97 | 98 => self.say(Weight::Loss, "drill.text_not_drilled", column, line),
+                70 | 80 | 90 => self.say(Severity::Error, "drill.mirrored_pattern", column, line),
+                97 | 98 => self.say(Severity::Error, "drill.text_not_drilled", column, line),
                 6 | 9 | 12..=14 | 18 | 21 | 22 | 31 | 40..=47 | 50 | 60 => {
                     self.findings.once(
-                        Weight::Note,
+                        Severity::Note,
                         "drill.machine_word",
                         self.line,
                         column,
                         format!("M{code:02}").as_bytes(),
                     );
                 }
-                _ => self.say(Weight::Loss, "drill.unknown_code", column, line),
+                _ => self.say(Severity::Error, "drill.unknown_code", column, line),
             }
         }
         Ok(())

@@ -8,7 +8,7 @@ use super::reader::Reader;
 use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::{Decimal, decimal};
-use crate::remark::Weight;
+use crate::diagnostic::Severity;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ impl Reader {
         let code = u32::try_from(number.mantissa).ok();
         self.graphics.aperture = code.and_then(|code| self.apertures.codes.get(&code)).copied();
         if self.graphics.aperture.is_none() {
-            self.tell_once(Weight::Loss, "gerber.aperture_undefined", block.at, block.text);
+            self.tell_once(Severity::Error, "gerber.aperture_undefined", block.at, block.text);
         }
     }
 
@@ -48,7 +48,7 @@ impl Reader {
         let code = rest.strip_prefix(b"D").and_then(decimal);
         let code = code.filter(|(number, _)| (0..=HIGHEST_CODE).contains(&number.mantissa) && !number.point);
         let Some((number, used)) = code.filter(|_| self.out.apertures.len() < MOST_APERTURES) else {
-            self.tell(Weight::Loss, "gerber.bad_aperture", block.at, block.text);
+            self.tell(Severity::Error, "gerber.bad_aperture", block.at, block.text);
             return;
         };
         let text = rest.get(1 + used..).unwrap_or_default();
@@ -69,12 +69,12 @@ impl Reader {
         };
         // A code stays known though its form is not: what it draws is counted, and shows no area.
         let Some((form, opening)) = made else {
-            self.tell(Weight::Loss, "gerber.bad_aperture", block.at, block.text);
+            self.tell(Severity::Error, "gerber.bad_aperture", block.at, block.text);
             return;
         };
         let (width, height) = sides(&form);
         if width.min(height) == Length::ZERO && !matches!(form, Form::Circle { .. }) {
-            self.tell(Weight::Doubt, "gerber.aperture_empty", block.at, block.text);
+            self.tell(Severity::Warning, "gerber.aperture_empty", block.at, block.text);
         }
         let bursts = match opening {
             Some(Opening::Round(diameter)) => diameter >= width.min(height),
@@ -82,7 +82,7 @@ impl Reader {
             None => false,
         };
         if bursts {
-            self.tell(Weight::Doubt, "gerber.aperture_hole", block.at, block.text);
+            self.tell(Severity::Warning, "gerber.aperture_hole", block.at, block.text);
         }
         let function = self.attributes.aperture_function();
         let aperture =
@@ -94,7 +94,7 @@ impl Reader {
     pub(super) fn define(&mut self, aperture: Aperture, block: &Block<'_>) {
         let index = self.out.apertures.len() as u32;
         if self.apertures.codes.insert(aperture.code, index).is_some() {
-            self.tell_once(Weight::Note, "gerber.aperture_again", block.at, block.text);
+            self.tell_once(Severity::Note, "gerber.aperture_again", block.at, block.text);
         }
         self.out.apertures.push(aperture);
     }

@@ -7,7 +7,7 @@ use super::object::Tag;
 use super::reader::Reader;
 use super::words::{At, Block};
 use crate::artwork::text::holds;
-use crate::remark::Weight;
+use crate::diagnostic::Severity;
 use std::collections::BTreeMap;
 
 /// Text of one attribute, in letters.
@@ -149,7 +149,7 @@ impl Reader {
             b".P" => (now.component, now.pin) = (None, None),
             [b'.', ..] if name.len() > 1 => {}
             [first, ..] if first.is_ascii_alphabetic() || *first == b'_' || *first == b'$' => {}
-            _ => self.tell_once(Weight::Doubt, "gerber.unknown_command", place, name),
+            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", place, name),
         }
         self.attributes.index = [None; 2];
     }
@@ -196,8 +196,8 @@ mod tests {
             %TA.AperFunction,ComponentPad*%%ADD10C,1*%%TD*%%ADD11C,1*%D10*\
             %TO.P,R1,2*%%TO.N,V\\u00B2*%X0Y0D03*%TD*%X1Y1D03*G04 #@! TO.N,GND*\nX2Y2D03*%TD.N*%X3Y3D03*\
             %TA.AperFunction,Conductor*%G36*X0Y0D02*X1Y0D01*Y1D01*X0Y0D01*G37*M02*";
-        let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
-        assert_eq!(remarks, []);
+        let (gerber, diagnostics) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        assert_eq!(diagnostics, []);
         assert_eq!(gerber.file_function.as_deref(), Some("Copper,L1,Top"));
         assert_eq!(gerber.file_polarity.as_deref(), Some("Positive"));
         assert_eq!(gerber.apertures[0].function.as_deref(), Some("ComponentPad"));

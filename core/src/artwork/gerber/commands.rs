@@ -3,11 +3,11 @@
 //! Comes in: blocks such as `FSLAX24Y24`, numbers of G-codes. Goes out: the state, changed. Commands are read in the file of the
 //! store that they change; what changes none stands here.
 
-use super::graphics::{Quadrants, Way};
+use super::graphics::{Interpolation, Quadrants};
 use super::reader::Reader;
 use super::words::Block;
 use crate::artwork::Units;
-use crate::remark::Weight;
+use crate::diagnostic::Severity;
 
 /// Names longer than this are cut off, in letters.
 const LONGEST_NAME: usize = 80;
@@ -23,7 +23,7 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"AS", axes),
     (b"FS", Reader::format),
     (b"IC", |reader, rest, block| reader.only(matches!(rest, b"" | b"AS" | b"ASCII"), block)),
-    (b"IF", |reader, rest, block| reader.tell(Weight::Loss, "gerber.include", block.at, rest)),
+    (b"IF", |reader, rest, block| reader.tell(Severity::Error, "gerber.include", block.at, rest)),
     // It centres the image on the film.
     (b"IJ", |reader, rest, block| {
         reader.only(rest.iter().all(|byte| b"ABLC.+-".contains(byte) || byte.is_ascii_digit()), block);
@@ -31,7 +31,7 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"IN", |reader, rest, _| reader.name_layer(rest, false)),
     (b"IP", Reader::image_polarity),
     (b"IR", Reader::image_turn),
-    (b"KO", |reader, _, block| reader.tell(Weight::Loss, "gerber.knockout", block.at, block.text)),
+    (b"KO", |reader, _, block| reader.tell(Severity::Error, "gerber.knockout", block.at, block.text)),
     (b"LM", Reader::mirror),
     (b"LN", |reader, rest, _| reader.name_layer(rest, true)),
     (b"LP", Reader::polarity),
@@ -56,10 +56,10 @@ type Code = fn(&mut Reader, &Block<'_>);
 /// G-codes by their numbers. G54 and G55 stand before what they announce.
 const CODES: [(i64, Code); 17] = [
     (0, |_, _| {}),
-    (1, |reader, _| reader.graphics.way = Way::Straight),
-    (2, |reader, _| reader.graphics.way = Way::Clockwise),
-    (3, |reader, _| reader.graphics.way = Way::Counter),
-    (10, |reader, _| reader.graphics.way = Way::Straight),
+    (1, |reader, _| reader.graphics.interpolation = Interpolation::Straight),
+    (2, |reader, _| reader.graphics.interpolation = Interpolation::Clockwise),
+    (3, |reader, _| reader.graphics.interpolation = Interpolation::Counter),
+    (10, |reader, _| reader.graphics.interpolation = Interpolation::Straight),
     (11, scaled_lines),
     (12, scaled_lines),
     (36, Reader::open_region),
@@ -87,14 +87,14 @@ impl Reader {
     pub(super) fn code(&mut self, number: i64, block: &Block<'_>) {
         match CODES.iter().find(|(known, _)| *known == number) {
             Some((_, does)) => does(self, block),
-            None => self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text),
+            None => self.tell_once(Severity::Warning, "gerber.unknown_word", block.at, block.text),
         }
     }
 
     /// Whether a command that changes nothing says what it may.
     fn only(&mut self, understood: bool, block: &Block<'_>) {
         if !understood {
-            self.tell_once(Weight::Doubt, "gerber.unknown_command", block.at, block.text);
+            self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text);
         }
     }
 
@@ -112,15 +112,15 @@ impl Reader {
 fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
     match rest {
         b"AXBY" => {}
-        b"AYBX" => reader.tell_once(Weight::Doubt, "gerber.axes_swapped", block.at, block.text),
+        b"AYBX" => reader.tell_once(Severity::Warning, "gerber.axes_swapped", block.at, block.text),
         _ => reader.only(false, block),
     }
 }
 
 /// G11, G12: lines in tenths and hundredths of what is written.
 fn scaled_lines(reader: &mut Reader, block: &Block<'_>) {
-    reader.graphics.way = Way::Straight;
-    reader.tell_once(Weight::Loss, "gerber.scaled_lines", block.at, block.text);
+    reader.graphics.interpolation = Interpolation::Straight;
+    reader.tell_once(Severity::Error, "gerber.scaled_lines", block.at, block.text);
 }
 
 #[cfg(test)]

@@ -10,13 +10,13 @@
 //! ```
 
 use super::crossing::crosses_itself;
-use super::graphics::{Action, Quadrants, Way};
+use super::graphics::{Action, Interpolation, Quadrants};
 use super::object::Shape;
 use super::reader::Reader;
 use super::words::{At, Numbers};
 use crate::artwork::number::Decimal;
+use crate::diagnostic::Severity;
 use crate::geometry::{Point, Segment, chords};
-use crate::remark::Weight;
 use crate::units::Length;
 
 /// Radii at both ends of an arc may differ by this before somebody should look.
@@ -31,7 +31,7 @@ impl Reader {
     pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<Action>, place: At) {
         let moved = numbers.x.is_some() || numbers.y.is_some();
         let circle = acted == Some(Action::Draw)
-            && self.graphics.way != Way::Straight
+            && self.graphics.interpolation != Interpolation::Straight
             && (numbers.i.is_some() || numbers.j.is_some());
         // A D-code alone sets what coordinates do from here on; in a region it is a point of the contour.
         if !moved
@@ -42,7 +42,7 @@ impl Reader {
             return;
         }
         let Some(scale) = self.format.scale_here() else {
-            self.tell_once(Weight::Loss, "gerber.no_format", place, b"");
+            self.tell_once(Severity::Error, "gerber.no_format", place, b"");
             return;
         };
         let length = |number: Option<Decimal>| number.map_or(Some(Length::ZERO), |n| scale.length(n));
@@ -58,7 +58,7 @@ impl Reader {
         let to = to.filter(|(x, y)| x.abs() <= Length::LIMIT && y.abs() <= Length::LIMIT);
         let offset = length(numbers.i).zip(length(numbers.j));
         let (Some((x, y)), Some(offset)) = (to, offset) else {
-            self.tell_once(Weight::Loss, "gerber.too_far", place, b"");
+            self.tell_once(Severity::Error, "gerber.too_far", place, b"");
             return;
         };
         let to = Point::new(x, y);
@@ -69,7 +69,7 @@ impl Reader {
                 self.stroke(from, segment, place);
             }
             Action::Flash if self.graphics.region.is_none() => self.flash(to, place),
-            Action::Flash => self.tell_once(Weight::Doubt, "gerber.flash_in_region", place, b""),
+            Action::Flash => self.tell_once(Severity::Warning, "gerber.flash_in_region", place, b""),
             Action::Move => {
                 self.end_contour(place);
                 if let Some(path) = &mut self.graphics.region {
@@ -84,7 +84,7 @@ impl Reader {
         let at = self.graphics.image.point(at);
         match self.graphics.aperture {
             Some(aperture) => self.put(Shape::Flash { at }, aperture, place),
-            None => self.tell_once(Weight::Loss, "gerber.no_aperture", place, b""),
+            None => self.tell_once(Severity::Error, "gerber.no_aperture", place, b""),
         }
     }
 
@@ -113,7 +113,7 @@ impl Reader {
         }
         match self.graphics.aperture {
             Some(aperture) => self.put(Shape::Stroke { from, segment }, aperture, place),
-            None => self.tell_once(Weight::Loss, "gerber.no_aperture", place, b""),
+            None => self.tell_once(Severity::Error, "gerber.no_aperture", place, b""),
         }
     }
 
@@ -125,26 +125,26 @@ impl Reader {
         let mut path = std::mem::take(path);
         self.out.counts.regions += 1;
         if !path.is_closed() {
-            self.tell_once(Weight::Doubt, "gerber.contour_open", place, b"");
+            self.tell_once(Severity::Warning, "gerber.contour_open", place, b"");
             path.segments.push(Segment::Line { to: path.start });
         }
         if crosses_itself(&path, &mut self.pairs_left) {
-            self.tell_once(Weight::Doubt, "gerber.contour_crosses", place, b"");
+            self.tell_once(Severity::Warning, "gerber.contour_crosses", place, b"");
         }
         self.put(Shape::Contour(path), 0, place);
     }
 
     /// The segment from here to there in the motion in force.
     fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> Segment {
-        if self.graphics.way == Way::Straight {
+        if self.graphics.interpolation == Interpolation::Straight {
             return Segment::Line { to };
         }
-        let clockwise = self.graphics.way == Way::Clockwise;
+        let clockwise = self.graphics.interpolation == Interpolation::Clockwise;
         let signed = Point::new(from.x + offset.0, from.y + offset.1);
         let many = match self.graphics.quadrants {
             Some(quadrants) => quadrants == Quadrants::Many,
             None => {
-                self.tell_once(Weight::Doubt, "gerber.quadrant_missing", place, b"");
+                self.tell_once(Severity::Warning, "gerber.quadrant_missing", place, b"");
                 offset.0 < Length::ZERO || offset.1 < Length::ZERO
             }
         };
@@ -154,14 +154,14 @@ impl Reader {
             return Segment::Line { to };
         }
         if first < 1e-6 || last < 1e-6 {
-            self.tell_once(Weight::Doubt, "gerber.arc_without_radius", place, b"");
+            self.tell_once(Severity::Warning, "gerber.arc_without_radius", place, b"");
             return Segment::Line { to };
         }
         if !many && chords::turn(from, to, centre, clockwise) >= QUARTER {
-            self.tell_once(Weight::Doubt, "gerber.arc_over_quarter", place, b"");
+            self.tell_once(Severity::Warning, "gerber.arc_over_quarter", place, b"");
         }
         if (first - last).abs() > UNEVEN_MM {
-            self.tell_once(Weight::Doubt, "gerber.arc_uneven", place, b"");
+            self.tell_once(Severity::Warning, "gerber.arc_uneven", place, b"");
         }
         Segment::Arc { to, centre: even_centre(from, to, centre), clockwise }
     }

@@ -4,17 +4,17 @@
 //! the state, and objects that carry it. Does not read coordinates.
 
 use super::image::Image;
-use super::mount::{Held, Mount};
 use super::object::{Object, Shape};
 use super::reader::Reader;
+use super::transform::{Held, Transform};
 use super::words::{At, Block, fields, number, plain};
 use crate::artwork::number::Decimal;
+use crate::diagnostic::Severity;
 use crate::geometry::{Path, Point};
-use crate::remark::Weight;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Scales of the image and of mounts, either way.
+/// Scales of the image and of transforms, either way.
 const MOST_SCALE: f64 = 100.0;
 /// Degrees of a turn, either way.
 const MOST_TURN_DEG: f64 = 3_600.0;
@@ -33,7 +33,7 @@ pub(super) enum Action {
 
 /// On what way it is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum Interpolation {
     /// G01.
     #[default]
     Straight,
@@ -58,7 +58,7 @@ pub(super) struct Graphics {
     /// Current point as written, before the image is placed.
     pub(super) at: Point,
     pub(super) action: Action,
-    pub(super) way: Way,
+    pub(super) interpolation: Interpolation,
     /// Once stated.
     pub(super) quadrants: Option<Quadrants>,
     /// Index of the aperture in force.
@@ -69,39 +69,39 @@ pub(super) struct Graphics {
     clear: bool,
     pub(super) image: Image,
     held: Held,
-    /// Index of the mount with the image's turn, if it is known.
-    mount: Option<u32>,
-    /// Indices of mounts, by mirror, turn and scale.
-    mounts: BTreeMap<(bool, u64, u64), u32>,
+    /// Index of the transform with the image's turn, if it is known.
+    transform: Option<u32>,
+    /// Indices of transforms, by mirror, turn and scale.
+    transforms: BTreeMap<(bool, u64, u64), u32>,
 }
 
 impl Graphics {
-    /// As every layer starts; the first mount is the plain one.
+    /// As every layer starts; the first transform is the plain one.
     pub(super) fn new() -> Self {
         Self {
             at: Point::default(),
             action: Action::default(),
-            way: Way::default(),
+            interpolation: Interpolation::default(),
             quadrants: None,
             aperture: None,
             region: None,
             clear: false,
             image: Image::default(),
             held: Held::PLAIN,
-            mount: Some(0),
-            mounts: BTreeMap::new(),
+            transform: Some(0),
+            transforms: BTreeMap::new(),
         }
     }
 
-    /// Index of the mount in force among `all`.
-    fn mount_now(&mut self, all: &mut Vec<Mount>) -> u32 {
-        *self.mount.get_or_insert_with(|| {
-            let mount = self.image.turned(self.held.mount());
-            let key = (mount.mirrored, mount.turn_deg.to_bits(), mount.scale.to_bits());
+    /// Index of the transform in force among `all`.
+    fn transform_now(&mut self, all: &mut Vec<Transform>) -> u32 {
+        *self.transform.get_or_insert_with(|| {
+            let transform = self.image.turned(self.held.transform());
+            let key = (transform.mirrored, transform.turn_deg.to_bits(), transform.scale.to_bits());
             let next = all.len() as u32;
-            let index = *self.mounts.entry(key).or_insert(next);
+            let index = *self.transforms.entry(key).or_insert(next);
             if index == next {
-                all.push(mount);
+                all.push(transform);
             }
             index
         })
@@ -112,16 +112,16 @@ impl Reader {
     /// Keeps an object with the state in force.
     pub(super) fn put(&mut self, shape: Shape, aperture: u32, At { line, column }: At) {
         let tag = self.attributes.tag_now(matches!(shape, Shape::Contour(_)), &mut self.out.tags);
-        let mount = self.graphics.mount_now(&mut self.out.mounts);
+        let transform = self.graphics.transform_now(&mut self.out.transforms);
         let clear = self.graphics.clear;
-        self.keep(Object { shape, clear, aperture, mount, tag, line, column });
+        self.keep(Object { shape, clear, aperture, transform, tag, line, column });
     }
 
     /// `C` or `D` behind `LP`.
     pub(super) fn polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"C" | b"D" => self.graphics.clear = rest == b"C",
-            _ => self.tell_once(Weight::Doubt, "gerber.unknown_command", block.at, block.text),
+            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text),
         }
     }
 
@@ -148,9 +148,9 @@ impl Reader {
     fn hold<T>(&mut self, said: Option<T>, block: &Block<'_>, set: impl FnOnce(&mut Held, T)) {
         match said {
             Some(said) => set(&mut self.graphics.held, said),
-            None => self.tell(Weight::Loss, "gerber.bad_mount", block.at, block.text),
+            None => self.tell(Severity::Error, "gerber.bad_mount", block.at, block.text),
         }
-        self.graphics.mount = None;
+        self.graphics.transform = None;
     }
 
     /// `A1.5B0` behind `OF`: gone from the format, found in old files, as the three below.
@@ -187,26 +187,26 @@ impl Reader {
         let before = self.graphics.image;
         match said {
             Some(said) => set(&mut self.graphics.image, said),
-            None => self.tell(Weight::Loss, "gerber.image_place", block.at, block.text),
+            None => self.tell(Severity::Error, "gerber.image_place", block.at, block.text),
         }
         if self.graphics.image != before {
-            self.tell_once(Weight::Note, "gerber.image_moved", block.at, block.text);
+            self.tell_once(Severity::Note, "gerber.image_moved", block.at, block.text);
         }
-        self.graphics.mount = None;
+        self.graphics.transform = None;
     }
 
     /// `POS` or `NEG` behind `IP`.
     pub(super) fn image_polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"POS" | b"NEG" => self.out.negative_image = rest == b"NEG",
-            _ => self.tell_once(Weight::Doubt, "gerber.unknown_command", block.at, block.text),
+            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text),
         }
     }
 
     /// G36: a contour begins.
     pub(super) fn open_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_some() {
-            self.tell_once(Weight::Doubt, "gerber.region_open", block.at, block.text);
+            self.tell_once(Severity::Warning, "gerber.region_open", block.at, block.text);
             self.end_contour(block.at);
         }
         self.graphics.region = Some(Path::default());
@@ -215,7 +215,7 @@ impl Reader {
     /// G37: it ends.
     pub(super) fn close_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_none() {
-            self.tell_once(Weight::Doubt, "gerber.unknown_word", block.at, block.text);
+            self.tell_once(Severity::Warning, "gerber.unknown_word", block.at, block.text);
         }
         self.end_contour(block.at);
         self.graphics.region = None;

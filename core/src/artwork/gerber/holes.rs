@@ -3,18 +3,18 @@
 //! ```text
 //!   %TF.FileFunction,Plated,1,2,PTH,Drill*%        flash of C,0.8      ●  hit of 0.8 mm
 //!   %TA.AperFunction,ComponentDrill*%              stroke of C,1.0    ══  slot, or with its successors a route
-//!   %ADD10C,0.8*%                                  anything else       ▰  no hole: a remark with its line
+//!   %ADD10C,0.8*%                                  anything else       ▰  no hole: a diagnostic with its line
 //! ```
 //!
-//! Comes in: a layer. Goes out: a [`DrillFile`] in whole nanometres whose tools are the D-codes, and remarks. Does not know
+//! Comes in: a layer. Goes out: a [`DrillFile`] in whole nanometres whose tools are the D-codes, and diagnostics. Does not know
 //! which layers are used, and not what the holes are for.
 
+use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, Shape};
-use super::walk::{Seen, each};
 use crate::artwork::drill::{DrillFile, Hit, Route, SlotEntry, ToolEntry};
 use crate::artwork::findings::Findings;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Point, Segment};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -40,7 +40,7 @@ pub(in crate::artwork) fn holes(
     name: &str,
     layer: &Gerber,
     plated: Option<bool>,
-) -> (DrillFile, Vec<Remark>) {
+) -> (DrillFile, Vec<Diagnostic>) {
     let mut reader = Reader {
         layer,
         plated,
@@ -51,7 +51,7 @@ pub(in crate::artwork) fn holes(
     };
     let function = layer.file_function.as_deref().unwrap_or_default();
     if function.split(',').any(|field| ["Blind", "Buried"].contains(&field.trim())) {
-        reader.findings.at(Weight::Doubt, "gerber.holes_not_through", 0, 0, function.as_bytes());
+        reader.findings.at(Severity::Warning, "gerber.holes_not_through", 0, 0, function.as_bytes());
     }
     each(layer, &mut |seen| reader.object(&seen));
     reader.end_route();
@@ -79,7 +79,7 @@ impl Reader<'_> {
                 _ if seen.clear => "LPC".to_owned(),
                 _ => code.unwrap_or_default(),
             };
-            self.findings.once(Weight::Loss, "gerber.no_hole", line, 1, what.as_bytes());
+            self.findings.once(Severity::Error, "gerber.no_hole", line, 1, what.as_bytes());
             return self.end_route();
         };
         match seen.object.shape {
@@ -99,7 +99,7 @@ impl Reader<'_> {
         let aperture = self.layer.aperture(seen.object)?;
         let Form::Circle { diameter } = aperture.form else { return None };
         let drawn = matches!(seen.object.shape, Shape::Flash { .. } | Shape::Stroke { .. });
-        let diameter = Length::from_mm(diameter.mm() * seen.mount(self.layer).scale);
+        let diameter = Length::from_mm(diameter.mm() * seen.transform(self.layer).scale);
         if !drawn || seen.clear || aperture.opening.is_some() || diameter <= Length::ZERO {
             return None;
         }
@@ -114,11 +114,11 @@ impl Reader<'_> {
         Some(tool)
     }
 
-    /// Whether copies put the hole further away than any board reaches; that is remarked.
+    /// Whether copies put the hole further away than any board reaches; that is reported.
     fn is_far(&mut self, at: Point, line: u32) -> bool {
         let far = at.x.abs().max(at.y.abs()) > Length::LIMIT;
         if far {
-            self.findings.once(Weight::Loss, "gerber.out_of_reach", line, 1, b"");
+            self.findings.once(Severity::Error, "gerber.out_of_reach", line, 1, b"");
         }
         far
     }
@@ -171,10 +171,11 @@ mod tests {
         let (layer, told) = super::super::read("t.gbr", text.as_bytes(), &Overrides::default());
         assert_eq!(told, [], "{body}");
         assert!(says_holes(&layer));
-        let (drill, remarks) = holes("t.gbr", &layer, Some(false));
-        let place = |remark: &Remark| remark.place.as_ref().map_or(0, |place| place.line);
-        let remarks = remarks.iter().map(|remark| (remark.code.clone(), place(remark))).collect();
-        (drill, remarks)
+        let (drill, diagnostics) = holes("t.gbr", &layer, Some(false));
+        let place = |diagnostic: &Diagnostic| diagnostic.place.as_ref().map_or(0, |place| place.line);
+        let diagnostics =
+            diagnostics.iter().map(|diagnostic| (diagnostic.code.clone(), place(diagnostic))).collect();
+        (drill, diagnostics)
     }
 
     fn at(x: f64, y: f64) -> Point {
@@ -183,11 +184,11 @@ mod tests {
 
     #[test]
     fn flashes_are_holes_and_strokes_are_slots_and_routes() {
-        let (drill, remarks) = read(
+        let (drill, diagnostics) = read(
             "D11*\nX1000Y2000D03*\nD10*\nX5000Y0D02*\nX7000D01*\nX0Y0D02*\nX0Y0D01*\n\
              X0Y9000D02*\nX4000D01*\nG75*G03X4000Y11000I0J1000D01*\n",
         );
-        assert_eq!(remarks, []);
+        assert_eq!(diagnostics, []);
         let sizes: Vec<_> = drill.tools.iter().map(|tool| (tool.code, tool.diameter, tool.plated)).collect();
         let mm = |mm| Some(Length::from_mm(mm));
         assert_eq!(sizes, [(11, mm(1.5), Some(false)), (10, mm(0.8), Some(false))]);
@@ -206,24 +207,24 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_round_hole_is_remarked_once_with_its_place() {
+    fn what_is_no_round_hole_is_reported_once_with_its_place() {
         let one = |line| vec![("gerber.no_hole".to_owned(), line)];
-        for (body, hits, remarks) in [
+        for (body, hits, diagnostics) in [
             ("D12*\nX0Y0D03*\nX1000D03*\nD10*\nX0D03*\n", 1, one(7)),
             ("D13*\nX0Y0D03*\n", 0, one(7)),
             ("%LPC*%\nD10*\nX0Y0D03*\n", 0, one(8)),
             ("G36*\nX0Y0D02*\nX1000D01*\nY1000D01*\nX0Y0D01*\nG37*\n", 0, one(11)),
         ] {
             let (drill, told) = read(body);
-            assert_eq!((drill.hits.len(), told), (hits, remarks), "{body}");
+            assert_eq!((drill.hits.len(), told), (hits, diagnostics), "{body}");
         }
     }
 
     #[test]
     fn copies_and_scaled_apertures_are_holes_of_their_own() {
-        let (drill, remarks) =
+        let (drill, diagnostics) =
             read("D10*\n%SRX3Y2I10J20*%\nX0Y0D03*\n%SR*%\n%LS2*%\nX50000Y0D03*\n%LS1*%\nX60000D03*\n");
-        assert_eq!(remarks, []);
+        assert_eq!(diagnostics, []);
         let sizes: Vec<f64> = drill.tools.iter().filter_map(|tool| Some(tool.diameter?.mm())).collect();
         assert_eq!((drill.hits.len(), sizes), (8, vec![0.8, 1.6]));
         assert_eq!((drill.hits[5].at, drill.hits[6].tool, drill.hits[7].tool), (at(20.0, 20.0), 1, 0));

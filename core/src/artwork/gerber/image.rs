@@ -7,7 +7,7 @@
 //!   as written ─ MI ─ SF ─ OF ─ IR ─▶ layer
 //! ```
 
-use super::mount::Mount;
+use super::transform::Transform;
 use crate::geometry::Point;
 use crate::units::Length;
 
@@ -52,9 +52,9 @@ impl Image {
         self.mirror_x != self.mirror_y
     }
 
-    /// A mount under the image's turn.
-    pub(super) fn turned(&self, mount: Mount) -> Mount {
-        Mount { turn_deg: f64::from(self.quarters) * 90.0, ..Mount::PLAIN }.over(mount)
+    /// A transform under the image's turn.
+    pub(super) fn turned(&self, transform: Transform) -> Transform {
+        Transform { turn_deg: f64::from(self.quarters) * 90.0, ..Transform::PLAIN }.over(transform)
     }
 }
 

@@ -17,7 +17,7 @@ use super::reader::Reader;
 use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::Decimal;
-use crate::remark::Weight;
+use crate::diagnostic::Severity;
 use std::collections::BTreeMap;
 
 /// Bytes of macros that one layer may work through: every aperture that names a macro works through its text.
@@ -70,12 +70,12 @@ impl Reader {
     pub(super) fn macro_definition(&mut self, name: &[u8], block: &Block<'_>) {
         let macros = &mut self.apertures.macros;
         if macros.by_name.len() >= MOST_MACROS {
-            self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, block.text);
+            self.tell_once(Severity::Error, "gerber.bad_macro", block.at, block.text);
             return;
         }
         macros.open = Some(name.to_vec());
         if macros.by_name.insert(name.to_vec(), Macro::new()).is_some() {
-            self.tell_once(Weight::Note, "gerber.macro_again", block.at, block.text);
+            self.tell_once(Severity::Note, "gerber.macro_again", block.at, block.text);
         }
     }
 
@@ -84,7 +84,7 @@ impl Reader {
         let macros = &mut self.apertures.macros;
         let lines = macros.open.as_ref().and_then(|name| macros.by_name.get_mut(name));
         let Some(lines) = lines.filter(|lines| lines.len() < MOST_LINES) else {
-            self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, block.text);
+            self.tell_once(Severity::Error, "gerber.bad_macro", block.at, block.text);
             return;
         };
         let comment = matches!(block.text, [b'0'] | [b'0', b' ' | b',' | b'\n' | b'\r' | b'\t', ..]);
@@ -93,7 +93,7 @@ impl Reader {
         }
     }
 
-    /// The macro of this name worked out; remarked and without what it cannot do.
+    /// The macro of this name worked out; reported and without what it cannot do.
     pub(super) fn macro_aperture(
         &mut self,
         name: &[u8],
@@ -117,7 +117,7 @@ impl Reader {
             }
         }
         for line in lost {
-            self.tell_once(Weight::Loss, "gerber.bad_macro", block.at, &line);
+            self.tell_once(Severity::Error, "gerber.bad_macro", block.at, &line);
         }
         Some(Form::Macro { name: String::from_utf8_lossy(name).into_owned(), primitives })
     }
@@ -160,26 +160,26 @@ mod tests {
 
     fn paths(text: &str) -> (Vec<Primitive>, usize) {
         let text = format!("%FSLAX33Y33*%%MOMM*%{text}M02*");
-        let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        let (gerber, diagnostics) = super::super::read("t", text.as_bytes(), &Overrides::default());
         match gerber.apertures.into_iter().next().map(|aperture| aperture.form) {
-            Some(Form::Macro { primitives, .. }) => (primitives, remarks.len()),
+            Some(Form::Macro { primitives, .. }) => (primitives, diagnostics.len()),
             other => panic!("{other:?}"),
         }
     }
 
     #[test]
     fn a_macro_is_worked_out_with_its_parameters() {
-        let (paths, remarks) =
+        let (paths, diagnostics) =
             paths("%AMD*\n0 a 1,1,9,0,0 comment*\n$3=$1-$2*1,1,$1,$3,0*\n1,0,$2,0,0*%%ADD10D,1.2X.8*%");
-        assert_eq!((paths.len(), remarks), (2, 0));
+        assert_eq!((paths.len(), diagnostics), (2, 0));
         assert!(paths[0].0 && !paths[1].0);
         let right = paths[0].1[0].flattened(1e-3).into_iter().max().unwrap();
         assert!(right.distance_mm(Point::from_mm(1.0, 0.0)) < 0.05, "{right:?}");
     }
 
     #[test]
-    fn what_a_macro_cannot_do_is_remarked_and_the_rest_drawn() {
-        let (paths, remarks) = paths("%AMD*1,1,1,0,0*9,1,1*1,1,$1x(,0,0*%%ADD10D,1*%");
-        assert_eq!((paths.len(), remarks), (1, 2));
+    fn what_a_macro_cannot_do_is_reported_and_the_rest_drawn() {
+        let (paths, diagnostics) = paths("%AMD*1,1,1,0,0*9,1,1*1,1,$1x(,0,0*%%ADD10D,1*%");
+        assert_eq!((paths.len(), diagnostics), (1, 2));
     }
 }

@@ -1,6 +1,6 @@
 //! The numbers of a painted layer that scripts compare: area, islands, holes, box.
 //!
-//! Comes in: a [`Region`]. Goes out: [`PaintedMeasures`] in square millimetres. Crumbs that rounding may leave are no islands.
+//! Comes in: a [`Region`]. Goes out: [`PaintedMeasures`] in square millimetres. Fragments that rounding may leave are no islands.
 
 use crate::geometry::{Bounds, Path, Region, island_area_mm2, path_area_mm2, path_bounds};
 

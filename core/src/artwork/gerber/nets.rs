@@ -5,12 +5,12 @@
 //!
 //! ```text
 //!   island 0 ── flash "GND", stroke "GND", contour "GND"  ⇒ GND
-//!   island 1 ── flash "A", flash "B"                      ⇒ A, and a remark: a short, or a net tie
+//!   island 1 ── flash "A", flash "B"                      ⇒ A, and a diagnostic: a short, or a net tie
 //!   island 2 ── nothing said                              ⇒ none
 //! ```
 
+use super::flatten::each;
 use super::object::{Gerber, Shape, Tag};
-use super::walk::each;
 use crate::geometry::{Index, Point, Region, Segment};
 use std::collections::{BTreeMap, BTreeSet};
 

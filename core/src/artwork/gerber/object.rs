@@ -3,12 +3,12 @@
 //! ```text
 //!  Gerber ─ objects: Flash ●   Stroke ══   Contour ▰   Repeat ⠿ (objects again)
 //!         ─ apertures: Circle, Rectangle, Obround, Polygon, Macro (paths), Block (objects again)
-//!         ─ mounts: how an aperture is mirrored, turned, scaled       ─ tags: net, component, pin
+//!         ─ transforms: how an aperture is mirrored, turned, scaled       ─ tags: net, component, pin
 //! ```
 //!
 //! Comes in: nothing. Goes out: types. Coordinates are whole nanometres of the layer. Knows no text and does not paint.
 
-use super::mount::Mount;
+use super::transform::Transform;
 use crate::artwork::{Digits, Units, Zeros};
 use crate::geometry::{Path, Point, Segment};
 use crate::units::Length;
@@ -83,8 +83,8 @@ pub struct Object {
     pub clear: bool,
     /// Which of the layer's apertures draws it, for flashes and strokes.
     pub aperture: u32,
-    /// Which of the layer's mounts the aperture is held in.
-    pub mount: u32,
+    /// Which of the layer's transforms the aperture is held in.
+    pub transform: u32,
     /// Which of the layer's tags it carries.
     pub tag: u32,
     /// Line in the file, from 1.
@@ -208,7 +208,7 @@ pub struct Gerber {
     /// What it is drawn with.
     pub apertures: Vec<Aperture>,
     /// How apertures are held; the first is as they are.
-    pub mounts: Vec<Mount>,
+    pub transforms: Vec<Transform>,
     /// What objects carry; the first is nothing.
     pub tags: Vec<Tag>,
 }

@@ -11,15 +11,15 @@
 //!  contour   even-odd
 //! ```
 
+use super::aperture_shapes::{hull, outlines};
 use super::coats::{Piece, coats};
-use super::forms::{hull, outlines};
-use super::mount::{Mount, Place};
+use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, Object, Shape};
-use super::walk::{Seen, each};
+use super::transform::{Place, Transform};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{
     Bounds, Enclosing, Fuel, Path, Point, Region, Segment, chords, enclosed, paint_within, stroke,
 };
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -46,8 +46,8 @@ pub struct TooMuch {
 
 impl TooMuch {
     /// The same in words, for a file.
-    pub fn remark(&self, file: &str) -> Remark {
-        Remark::new(Weight::Loss, "gerber.too_much_work").at(file, self.line, self.column)
+    pub fn diagnostic(&self, file: &str) -> Diagnostic {
+        Diagnostic::error("gerber.too_much_work").at(file, self.line, self.column)
     }
 }
 
@@ -55,7 +55,7 @@ impl TooMuch {
 /// not timed.
 pub fn painted(layer: &Gerber) -> Result<Region, TooMuch> {
     let centre = middle(layer);
-    let home = Place { mount: Mount::PLAIN, at: Point::new(-centre.x, -centre.y) };
+    let home = Place { transform: Transform::PLAIN, at: Point::new(-centre.x, -centre.y) };
     let beyond = (layer.size as u64).saturating_sub(SMALL);
     let steps = MOST_STEPS.min(STEPS + STEPS_PER_BYTE * beyond);
     let mut brush =
@@ -103,7 +103,7 @@ fn moved(mut region: Region, by: Point) -> Region {
     if by == Point::default() {
         return region;
     }
-    let back = Place { mount: Mount::PLAIN, at: by };
+    let back = Place { transform: Transform::PLAIN, at: by };
     for island in &mut region.islands {
         island.outer = back.path(&island.outer).into_owned();
         island.holes = island.holes.iter().map(|hole| back.path(hole).into_owned()).collect();
@@ -131,24 +131,24 @@ fn segments(paths: &[Path]) -> u64 {
 impl Brush<'_> {
     /// The outlines of an object, inside on the left; none where that costs more than there is fuel.
     fn outlines(&mut self, seen: &Seen<'_>) -> Option<Vec<Path>> {
-        let place = self.home.inner(seen.place.mount, seen.place.at);
+        let place = self.home.inner(seen.place.transform, seen.place.at);
         let object = seen.object;
         match &object.shape {
-            Shape::Flash { at } => self.stamp(object, seen.mount(self.layer), place.point(*at)),
+            Shape::Flash { at } => self.stamp(object, seen.transform(self.layer), place.point(*at)),
             Shape::Contour(path) => {
                 self.fuel.spend(path.segments.len() as u64).then_some(())?;
                 enclosed(&place.path(path), Enclosing::Odd, &mut self.fuel)
             }
             Shape::Stroke { from, segment } => {
                 let (from, segment) = (place.point(*from), place.segment(*segment));
-                let mount = seen.mount(self.layer);
+                let transform = seen.transform(self.layer);
                 match self.layer.aperture(object).map(|aperture| &aperture.form) {
                     Some(Form::Circle { diameter }) => {
                         self.fuel.spend(STROKE).then_some(())?;
-                        let width = Length::from_mm(diameter.mm() * mount.scale);
+                        let width = Length::from_mm(diameter.mm() * transform.scale);
                         Some(stroke(&Path { start: from, segments: vec![segment] }, width))
                     }
-                    Some(_) => self.dragged(object, mount, from, segment),
+                    Some(_) => self.dragged(object, transform, from, segment),
                     None => Some(Vec::new()),
                 }
             }
@@ -157,8 +157,9 @@ impl Brush<'_> {
     }
 
     /// The aperture of an object put down at a place.
-    fn stamp(&mut self, object: &Object, mount: Mount, at: Point) -> Option<Vec<Path>> {
-        let key = (object.aperture, mount.mirrored, mount.turn_deg.to_bits(), mount.scale.to_bits());
+    fn stamp(&mut self, object: &Object, transform: Transform, at: Point) -> Option<Vec<Path>> {
+        let key =
+            (object.aperture, transform.mirrored, transform.turn_deg.to_bits(), transform.scale.to_bits());
         if !self.forms.contains_key(&object.aperture) {
             let aperture = self.layer.aperture(object);
             let made = aperture.map_or(Some(Vec::new()), |aperture| outlines(aperture, &mut self.fuel))?;
@@ -167,17 +168,23 @@ impl Brush<'_> {
         let form = self.forms.get(&object.aperture)?;
         self.fuel.spend(1 + segments(form)).then_some(())?;
         let stamp = self.stamps.entry(key).or_insert_with(|| {
-            let about = Place { mount, at: Point::default() };
-            form.iter().map(|path| left(about.path(path).into_owned(), mount)).collect()
+            let about = Place { transform, at: Point::default() };
+            form.iter().map(|path| left(about.path(path).into_owned(), transform)).collect()
         });
-        let there = Place { mount: Mount::PLAIN, at };
+        let there = Place { transform: Transform::PLAIN, at };
         Some(stamp.iter().map(|path| there.path(path).into_owned()).collect())
     }
 
     /// An aperture that is not round, dragged along a segment.
-    fn dragged(&mut self, object: &Object, mount: Mount, from: Point, segment: Segment) -> Option<Vec<Path>> {
+    fn dragged(
+        &mut self,
+        object: &Object,
+        transform: Transform,
+        from: Point,
+        segment: Segment,
+    ) -> Option<Vec<Path>> {
         let form: Vec<Point> = self
-            .stamp(object, mount, Point::default())?
+            .stamp(object, transform, Point::default())?
             .iter()
             .flat_map(|path| path.flattened(CHORD_ERROR_MM))
             .collect();
@@ -201,8 +208,8 @@ impl Brush<'_> {
 }
 
 /// A path that a mirror may have turned round, inside on the left again.
-fn left(path: Path, mount: Mount) -> Path {
-    if mount.mirrored { path.reversed() } else { path }
+fn left(path: Path, transform: Transform) -> Path {
+    if transform.mirrored { path.reversed() } else { path }
 }
 
 #[cfg(test)]
@@ -216,8 +223,8 @@ mod tests {
     fn drawn(body: &str) -> (f64, usize, usize) {
         let text =
             format!("%FSLAX33Y33*%%MOMM*%G75*%ADD10C,1*%%ADD11R,1X2*%%ADD12C,2X1*%%ADD13R,10X10*%{body}M02*");
-        let (gerber, remarks) = super::super::read("t", text.as_bytes(), &Overrides::default());
-        let others = remarks.iter().find(|remark| remark.code != "gerber.contour_crosses");
+        let (gerber, diagnostics) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        let others = diagnostics.iter().find(|diagnostic| diagnostic.code != "gerber.contour_crosses");
         assert_eq!(others, None, "{body}");
         let region = painted(&gerber).unwrap();
         let holes = region.islands.iter().map(|island| island.holes.len()).sum();

@@ -10,8 +10,8 @@
 //! Comes in: the fields of a line as numbers, the first being the primitive's code. Goes out: closed paths in whole
 //! nanometres, dark or clear, turned about the macro's origin. Does not unite them.
 
-use super::forms::ring;
-use super::mount::sin_cos;
+use super::aperture_shapes::ring;
+use super::transform::sin_cos;
 use crate::artwork::Units;
 use crate::geometry::{Path, Point, Segment, circle};
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};

@@ -1,6 +1,6 @@
 //! Reads the blocks of a Gerber layer in one walk.
 //!
-//! Comes in: text. Goes out: a [`Gerber`] and remarks. Does not paint; includes are never opened.
+//! Comes in: text. Goes out: a [`Gerber`] and diagnostics. Does not paint; includes are never opened.
 //!
 //! ```text
 //!  block ─┬─ G04 …           comment, or attribute in a comment      attributes
@@ -14,19 +14,19 @@
 
 use super::aperture::Apertures;
 use super::attributes::Attributes;
-use super::copies::Copies;
 use super::crossing;
 use super::format::Format;
 use super::graphics::{Action, Graphics};
-use super::mount::Mount;
 use super::object::{Gerber, Tag};
 use super::paint::is_too_wide;
+use super::step_repeat::StepRepeat;
+use super::transform::Transform;
 use super::words::{At, Block, Numbers, blocks, raised};
 use crate::artwork::Overrides;
 use crate::artwork::findings::Findings;
 use crate::artwork::number::decimal;
 use crate::artwork::text::front;
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::{Diagnostic, Severity};
 
 /// Objects kept of one layer, blocks included.
 const MOST_OBJECTS: usize = 1_000_000;
@@ -41,7 +41,7 @@ pub(super) struct Reader {
     pub(super) apertures: Apertures,
     pub(super) graphics: Graphics,
     pub(super) attributes: Attributes,
-    pub(super) copies: Copies,
+    pub(super) copies: StepRepeat,
     /// Pairs of edges that may still be looked at for crossings.
     pub(super) pairs_left: u32,
     /// Whether a level (`%LN`) has named the layer.
@@ -50,7 +50,7 @@ pub(super) struct Reader {
 }
 
 /// Reads a layer. What a person says about its numbers counts where the layer says nothing.
-pub(in crate::artwork) fn read(name: &str, text: &[u8], person: &Overrides) -> (Gerber, Vec<Remark>) {
+pub(in crate::artwork) fn read(name: &str, text: &[u8], person: &Overrides) -> (Gerber, Vec<Diagnostic>) {
     let text = &*raised(text);
     let mut reader = Reader::new(name, text, person);
     reader.run(text);
@@ -63,7 +63,7 @@ impl Reader {
             findings: Findings::new(name),
             out: Gerber {
                 size: text.len(),
-                mounts: vec![Mount::PLAIN],
+                transforms: vec![Transform::PLAIN],
                 tags: vec![Tag::default()],
                 ..Gerber::default()
             },
@@ -71,7 +71,7 @@ impl Reader {
             apertures: Apertures::default(),
             graphics: Graphics::new(),
             attributes: Attributes::new(),
-            copies: Copies::default(),
+            copies: StepRepeat::default(),
             pairs_left: crossing::FUEL,
             level_named: false,
             ended: false,
@@ -81,16 +81,16 @@ impl Reader {
     fn run(&mut self, text: &[u8]) {
         for block in blocks(text) {
             if self.ended {
-                self.tell(Weight::Note, "gerber.after_end", block.at, block.text);
+                self.tell(Severity::Note, "gerber.after_end", block.at, block.text);
                 break;
             }
             if block.ended || block.is_whole() {
                 self.block(&block);
             } else {
-                self.tell(Weight::Loss, "gerber.cut_off", block.at, block.text);
+                self.tell(Severity::Error, "gerber.cut_off", block.at, block.text);
             }
             if self.copies.kept >= MOST_OBJECTS {
-                self.tell(Weight::Loss, "gerber.too_many_objects", block.at, b"");
+                self.tell(Severity::Error, "gerber.too_many_objects", block.at, b"");
                 break;
             }
         }
@@ -114,21 +114,21 @@ impl Reader {
         }
     }
 
-    fn finish(mut self) -> (Gerber, Vec<Remark>) {
+    fn finish(mut self) -> (Gerber, Vec<Diagnostic>) {
         if self.graphics.region.is_some() {
-            self.findings.at(Weight::Doubt, "gerber.region_open", 0, 0, b"");
+            self.findings.at(Severity::Warning, "gerber.region_open", 0, 0, b"");
             self.end_contour(At::default());
         }
         self.close_all();
         if self.out.centre_bounds().is_some_and(is_too_wide) {
-            self.findings.at(Weight::Loss, "gerber.out_of_reach", 0, 0, b"");
+            self.findings.at(Severity::Error, "gerber.out_of_reach", 0, 0, b"");
         }
         (self.out.digits, self.out.zeros) = (self.format.digits, self.format.zeros);
         self.out.units = self.format.layer_units();
         if self.out.units.is_none() || self.out.digits.is_none() {
-            self.findings.at(Weight::Doubt, "gerber.format_missing", 0, 0, b"");
+            self.findings.at(Severity::Warning, "gerber.format_missing", 0, 0, b"");
         } else if !self.ended {
-            self.findings.at(Weight::Doubt, "gerber.no_end", 0, 0, b"");
+            self.findings.at(Severity::Warning, "gerber.no_end", 0, 0, b"");
         }
         (self.out, self.findings.finish())
     }
@@ -161,7 +161,7 @@ impl Reader {
                 }
                 _ => {
                     let place = block.place(at - used - 1);
-                    self.tell_once(Weight::Doubt, "gerber.unknown_word", place, block.text);
+                    self.tell_once(Severity::Warning, "gerber.unknown_word", place, block.text);
                 }
             }
         }
@@ -171,22 +171,22 @@ impl Reader {
 
     /// A word that cannot be read. Where it would have moved or selected something, that is missing now.
     fn bad_word(&mut self, letter: u8, block: &Block<'_>, offset: usize) {
-        let (weight, code) = match letter.to_ascii_uppercase() {
-            b'X' | b'Y' | b'I' | b'J' | b'D' | b'G' | b'M' => (Weight::Loss, "gerber.broken_word"),
-            b'0'..=b'9' | b'.' | b'+' | b'-' => (Weight::Loss, "gerber.broken_word"),
-            _ => (Weight::Doubt, "gerber.unknown_word"),
+        let (severity, code) = match letter.to_ascii_uppercase() {
+            b'X' | b'Y' | b'I' | b'J' | b'D' | b'G' | b'M' => (Severity::Error, "gerber.broken_word"),
+            b'0'..=b'9' | b'.' | b'+' | b'-' => (Severity::Error, "gerber.broken_word"),
+            _ => (Severity::Warning, "gerber.unknown_word"),
         };
-        self.tell_once(weight, code, block.place(offset), block.text);
+        self.tell_once(severity, code, block.place(offset), block.text);
     }
 
-    /// Remarks something at a place.
-    pub(super) fn tell(&mut self, weight: Weight, code: &str, at: At, found: &[u8]) {
-        self.findings.at(weight, code, at.line, at.column, found);
+    /// Diagnostics something at a place.
+    pub(super) fn tell(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
+        self.findings.at(severity, code, at.line, at.column, found);
     }
 
-    /// Remarks something at a place, unless the same was said before.
-    pub(super) fn tell_once(&mut self, weight: Weight, code: &str, at: At, found: &[u8]) {
-        self.findings.once(weight, code, at.line, at.column, found);
+    /// Diagnostics something at a place, unless the same was said before.
+    pub(super) fn tell_once(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
+        self.findings.once(severity, code, at.line, at.column, found);
     }
 }
 
@@ -202,12 +202,12 @@ mod tests {
     use crate::artwork::Units;
 
     fn read_text(text: &str) -> (Gerber, Vec<String>) {
-        let (gerber, remarks) = read("t.gbr", text.as_bytes(), &Overrides::default());
-        (gerber, remarks.into_iter().map(|remark| remark.code).collect())
+        let (gerber, diagnostics) = read("t.gbr", text.as_bytes(), &Overrides::default());
+        (gerber, diagnostics.into_iter().map(|diagnostic| diagnostic.code).collect())
     }
 
     #[test]
-    fn what_is_not_understood_is_remarked_with_its_weight() {
+    fn what_is_not_understood_is_reported_with_its_severity() {
         let head = "%FSLAX36Y36*%%MOMM*%%ADD10C,0.1*%D10*";
         for (body, code) in [
             ("X0Y0D03*M02*", None),
@@ -271,13 +271,16 @@ mod tests {
     }
 
     #[test]
-    fn remarks_stand_where_the_word_is() {
+    fn diagnostics_stand_where_the_word_is() {
         let text =
             "%FSLAX36Y36*%%MOMM*%\n%ADD10C,0.1*%%ZZ1*%\nD10*X0Y0D03*D11*\n  X1\n Q1Y5D03* X2X3D03*\nM01*X5";
-        let (_, remarks) = read("t.gbr", text.as_bytes(), &Overrides::default());
-        let place = |remark: &Remark| remark.place.as_ref().map(|place| (place.line, place.column));
-        let found: Vec<_> =
-            remarks.iter().map(|remark| (remark.code.as_str(), place(remark).unwrap())).collect();
+        let (_, diagnostics) = read("t.gbr", text.as_bytes(), &Overrides::default());
+        let place =
+            |diagnostic: &Diagnostic| diagnostic.place.as_ref().map(|place| (place.line, place.column));
+        let found: Vec<_> = diagnostics
+            .iter()
+            .map(|diagnostic| (diagnostic.code.as_str(), place(diagnostic).unwrap()))
+            .collect();
         let wanted = [
             ("gerber.unknown_command", (2, 15)),
             ("gerber.aperture_undefined", (3, 13)),
@@ -314,10 +317,10 @@ mod tests {
 
     #[test]
     fn modal_words_draw_on() {
-        let (gerber, remarks) = read_text(
+        let (gerber, diagnostics) = read_text(
             "%FSLAX24Y24*%%MOIN*%%ADD10C,0.01*%G54D10*X0Y0D02*X10000*D01*Y10000*X0*D03*X20000*M02*",
         );
         assert_eq!((gerber.counts.lines, gerber.counts.flashes), (2, 2), "{:?}", gerber.objects);
-        assert_eq!(remarks, Vec::<String>::new());
+        assert_eq!(diagnostics, Vec::<String>::new());
     }
 }

@@ -14,7 +14,7 @@
 //! Comes in: end points and centres in mm. Goes out: place, direction and curvature at any length along the piece, and
 //! the length at which an axis passes a place. Does not know time.
 
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use serde::{Deserialize, Serialize};
 
@@ -71,11 +71,11 @@ pub(super) fn line(from: Place, to: Place) -> Curve {
 
 /// An arc or a helix around `center`, as one or two pieces. It ends where it says exactly: where its ends are not equally
 /// far from the centre, the centre is moved onto the line between them that is.
-pub(super) fn arc(from: Place, end: Place, center: [f64; 2], ccw: bool) -> Result<Vec<Curve>, Remark> {
+pub(super) fn arc(from: Place, end: Place, center: [f64; 2], ccw: bool) -> Result<Vec<Curve>, Diagnostic> {
     let (start, to) = ([from[0], from[1]], [end[0], end[1]]);
     let (r0, r1) = (distance(&start, &center), distance(&to, &center));
     if !(r0 >= LEAST_RADIUS_MM && r1 >= LEAST_RADIUS_MM && (r0 - r1).abs() <= ARC_MISMATCH_MM) {
-        return Err(Remark::new(Weight::Loss, "motion.bad_arc").with("start", r0).with("end", r1));
+        return Err(Diagnostic::error("motion.bad_arc").with("start", r0).with("end", r1));
     }
     let angle = |at: [f64; 2]| libm::atan2(at[1] - center[1], at[0] - center[0]);
     let turn = angle(to) - angle(start);

@@ -14,9 +14,9 @@
 use super::bounds::{OF_CORNERS, pulls, turn};
 use super::plan::Rules;
 use super::{Curve, Path, Place, Planned, Run};
+use crate::diagnostic::Diagnostic;
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
-use crate::remark::{Remark, Weight};
 
 /// Room for rounding, as a share of the limit.
 const ROUNDING: f64 = 1e-9;
@@ -25,25 +25,27 @@ const ROUNDING: f64 = 1e-9;
 const SAME: f64 = 1e-9;
 
 /// The first broken law, with the number of the piece in the chain, from 1.
-pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark> {
+pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagnostic> {
     let axes = &axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
-    let remark = |code: &str, source: u32| Remark::new(Weight::Loss, code).with("piece", source + 1);
+    let diagnostic = |code: &str, source: u32| Diagnostic::error(code).with("piece", source + 1);
     let (mut at, mut speed, mut now, mut counted) = (path.start, 0.0, 0.0, 0);
     for (index, run) in path.runs.iter().enumerate() {
         let pieces = path.pieces_of(run);
-        let Some(first) = pieces.first() else { return Err(remark("motion.path_broken", 0)) };
+        let Some(first) = pieces.first() else { return Err(diagnostic("motion.path_broken", 0)) };
         let (from, to) = end_speeds(run);
         let smooth = (from - speed).abs() <= ROUNDING * (from + speed) + SAME;
         if !(smooth && run.start_s == now && run.first as usize == counted && whole(run, pieces, index)) {
-            return Err(remark("motion.path_broken", first.source));
+            return Err(diagnostic("motion.path_broken", first.source));
         }
         for planned in pieces {
             if !near(planned.curve.at(0.0), at) {
-                return Err(remark("motion.path_broken", planned.source));
+                return Err(diagnostic("motion.path_broken", planned.source));
             }
             let over = |axis: &usize| run.spans.iter().any(|span| too_much(planned, span, axes, *axis));
             if let Some(axis) = (0..3).find(over) {
-                return Err(remark("motion.path_over_limit", planned.source).with("axis", axis_name(axis)));
+                return Err(
+                    diagnostic("motion.path_over_limit", planned.source).with("axis", axis_name(axis))
+                );
             }
             at = planned.curve.end();
         }
@@ -52,22 +54,22 @@ pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark
     let first = path.runs.first().and_then(|run| run.spans.first()).map_or(0.0, |span| span.end_pulls().0);
     let last = path.runs.last().and_then(|run| run.spans.last()).map_or(0.0, |span| span.end_pulls().1);
     if speed > SAME || first != 0.0 || last != 0.0 || counted != path.pieces.len() {
-        return Err(remark("motion.path_broken", path.pieces.last().map_or(0, |last| last.source)));
+        return Err(diagnostic("motion.path_broken", path.pieces.last().map_or(0, |last| last.source)));
     }
     if let Some(source) = path.runs.windows(2).find_map(|pair| pulled(path, pair, axes)) {
-        return Err(remark("motion.path_broken", source));
+        return Err(diagnostic("motion.path_broken", source));
     }
     let sharp =
         path.pieces.windows(2).find_map(|pair| Some((sharp(path, pair, axes, rules)?, pair[1].source)));
     sharp.map_or(Ok(()), |(axis, source)| {
-        Err(remark("motion.path_over_limit", source).with("axis", axis_name(axis)))
+        Err(diagnostic("motion.path_over_limit", source).with("axis", axis_name(axis)))
     })
 }
 
-/// How fast the pace of a path may change, in parts of full pace a second, so that with what the plan has left no axis
-/// gets more than its whole acceleration: at a pace r that changes by r′ an axis has r²·a + r′·v, at most
+/// How fast the feed override of a path may change, in parts of full feed override a second, so that with what the plan has left no axis
+/// gets more than its whole acceleration: at a feed override r that changes by r′ an axis has r²·a + r′·v, at most
 /// share·A + r′·v. Infinite for a path that goes nowhere.
-pub fn pace_change_per_s(path: &Path, axes: &[Limits; 3], rules: &Rules) -> f64 {
+pub fn override_change_per_s(path: &Path, axes: &[Limits; 3], rules: &Rules) -> f64 {
     let mut least = f64::INFINITY;
     for run in &path.runs {
         let top =

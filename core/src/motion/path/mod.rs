@@ -21,7 +21,7 @@ mod turns;
 
 pub use crossings::{Sweep, sweeps, sweeps_between};
 pub use curve::{Curve, Place};
-pub use laws::{laws, pace_change_per_s};
+pub use laws::{laws, override_change_per_s};
 pub use plan::{Chain, Piece, Rules, To, plan};
 pub use turns::turns;
 

@@ -15,9 +15,9 @@
 use super::bounds::{Pulls, along, corner, pulls, turn};
 use super::curve::{self, Curve, Place};
 use super::{Path, Planned, Run};
+use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::motion::profile::{Limits, Shape, Span};
-use crate::remark::{Remark, Weight};
 
 /// Shorter pieces than this are not driven: a thousandth of a nanometre.
 const NOTHING_MM: f64 = 1e-9;
@@ -105,7 +105,7 @@ struct Limited {
 ///
 /// Refused with the number of the piece, from 1: coordinates that are no numbers, arcs without a radius or whose ends
 /// are not equally far from the centre, feeds and limits that cannot be planned with.
-pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Remark> {
+pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Diagnostic> {
     check(chain, axes, rules)?;
     Ok(along_curves(chain.start, &curves(chain)?, axes, rules))
 }
@@ -119,11 +119,11 @@ pub(super) struct Fed {
 }
 
 /// The curves of a chain that go anywhere.
-pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Remark> {
+pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Diagnostic> {
     let mut found: Vec<Fed> = Vec::with_capacity(chain.pieces.len());
     let mut at = chain.start;
     for (index, piece) in chain.pieces.iter().enumerate() {
-        let source = u32::try_from(index).map_err(|_| Remark::new(Weight::Loss, "motion.too_many_legs"))?;
+        let source = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
         let curves = match piece.to {
             To::Line(to) => vec![curve::line(at, to)],
             To::Arc { to, center, ccw } => {
@@ -268,9 +268,9 @@ fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
     found
 }
 
-pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Remark> {
+pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagnostic> {
     axes.iter().try_for_each(|axis| Shape::SCurve.check(*axis))?;
-    let wrong = |code: &str, value: f64| Err(Remark::new(Weight::Loss, code).with("value", value));
+    let wrong = |code: &str, value: f64| Err(Diagnostic::error(code).with("value", value));
     if !(rules.share > 1e-3 && rules.share <= 1.0) {
         return wrong("motion.bad_share", rules.share);
     }
@@ -282,7 +282,7 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<
     for (index, piece) in chain.pieces.iter().enumerate() {
         let feed = piece.feed_mm_per_s;
         if !(LEAST_FEED..=f64::INFINITY).contains(&feed) {
-            return Err(Remark::new(Weight::Loss, "motion.bad_path_feed")
+            return Err(Diagnostic::error("motion.bad_path_feed")
                 .with("value", feed)
                 .with("piece", index + 1));
         }
@@ -291,7 +291,7 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<
             To::Arc { to, center, .. } => usable(&to) && usable(&center),
         };
         if !sound {
-            return Err(Remark::new(Weight::Loss, "motion.bad_place").with("piece", index + 1));
+            return Err(Diagnostic::error("motion.bad_place").with("piece", index + 1));
         }
     }
     Ok(())

@@ -12,8 +12,8 @@
 use super::Path;
 use super::curve::{Curve, Place};
 use super::plan::{Chain, Fed, Rules, along_curves, check, curves};
+use crate::diagnostic::Diagnostic;
 use crate::motion::profile::Limits;
-use crate::remark::Remark;
 
 /// Parts of a curve shorter than this are not cut off it: a nanometre.
 const SHORTEST_PART_MM: f64 = 1e-6;
@@ -31,28 +31,28 @@ pub fn turns(
     (play_mm, down): ([f64; 2], [bool; 2]),
     axes: &[Limits; 3],
     rules: &Rules,
-) -> Result<Vec<([bool; 2], Path)>, Remark> {
+) -> Result<Vec<([bool; 2], Path)>, Diagnostic> {
     check(chain, axes, rules)?;
     let mut found: Vec<([bool; 2], Path)> = Vec::new();
-    let (mut start, mut one_way, mut ways) = (chain.start, Vec::<Fed>::new(), down);
-    let mut drive = |start: Place, one_way: &[Fed], ways: [bool; 2]| {
+    let (mut start, mut one_way, mut toolpaths) = (chain.start, Vec::<Fed>::new(), down);
+    let mut drive = |start: Place, one_way: &[Fed], toolpaths: [bool; 2]| {
         let mut paths = Vec::new();
         in_time(start, one_way, (axes, rules), &mut paths);
         let end = paths.last().map_or(start, Path::end);
-        found.extend(paths.into_iter().map(|path| (ways, path)));
+        found.extend(paths.into_iter().map(|path| (toolpaths, path)));
         end
     };
     for piece in curves(chain)?.iter().flat_map(|fed| monotone(fed, play_mm)) {
-        let next = going(&piece.curve, play_mm, ways);
-        if next != ways && !one_way.is_empty() {
-            start = drive(start, &one_way, ways);
+        let next = going(&piece.curve, play_mm, toolpaths);
+        if next != toolpaths && !one_way.is_empty() {
+            start = drive(start, &one_way, toolpaths);
             one_way.clear();
         }
-        ways = next;
+        toolpaths = next;
         one_way.push(piece);
     }
     if !one_way.is_empty() {
-        drive(start, &one_way, ways);
+        drive(start, &one_way, toolpaths);
     }
     Ok(found)
 }

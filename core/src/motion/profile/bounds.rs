@@ -6,12 +6,12 @@
 //! for electromechanical motion systems, 2005).
 
 use super::{GREATEST, LEAST_LIMIT, Limits, Shape, wrong};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// How often the speed of the anchor is halved in: more than a number has digits.
 const HALVINGS: u32 = 120;
 
-fn check(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<(), Remark> {
+fn check(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<(), Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));
     }
@@ -22,7 +22,7 @@ fn check(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<(), Remark
 
 /// No move over `length_mm` from rest to rest within `limits`, and within `snap` (mm/s⁴) where given, takes less than
 /// this many seconds.
-pub fn least_duration_s(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<f64, Remark> {
+pub fn least_duration_s(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<f64, Diagnostic> {
     check(length_mm, limits, snap)?;
     let by_speed = length_mm / limits.speed;
     let by_acceleration = 2.0 * libm::sqrt(length_mm / limits.acceleration);
@@ -33,7 +33,7 @@ pub fn least_duration_s(length_mm: f64, limits: Limits, snap: Option<f64>) -> Re
 
 /// Seconds of the symmetric move of fifteen phases over `length_mm`: speed, acceleration, jerk and `snap` (mm/s⁴)
 /// limited. The fastest such move where it cruises; without cruise up to 7 % slower than that.
-pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap: f64) -> Result<f64, Remark> {
+pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap: f64) -> Result<f64, Diagnostic> {
     check(length_mm, limits, Some(snap))?;
     let ramp_s = |speed: f64| snap_ramp_s(speed, limits, snap);
     let full_s = ramp_s(limits.speed);

@@ -12,7 +12,7 @@
 //! Maths: `docs/motion-profiles.md` B.1–B.2 (Ma and You; thresholds and peak speeds reconstructed there).
 
 use super::{GREATEST, Limits, Shape, wrong};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// The answer of the automatic choice with what it was decided on.
@@ -37,8 +37,8 @@ pub struct Choice {
 }
 
 /// The choice between linear and S-curve for a move over `length_mm`. A length or limit that cannot be planned with is
-/// refused with a remark that names it.
-pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Remark> {
+/// refused with a diagnostic that names it.
+pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));
     }

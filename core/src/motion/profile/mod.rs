@@ -37,7 +37,7 @@ pub use stop::{point_of_no_return_s, stopping_mm};
 pub use stroke::{Stroke, TwoSpeeds, two_speeds};
 pub use vibration::residual_mm;
 
-use crate::remark::{Remark, Weight};
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// Shorter moves than this (a millionth of a nanometre) take no time: below it a power of the length could vanish.
@@ -85,9 +85,9 @@ impl Shape {
         if self == Self::Linear { 0.0 } else { limits.jerk }
     }
 
-    /// Whether moves can be planned with this law within `limits`; the remark names the one that is wrong. The linear
+    /// Whether moves can be planned with this law within `limits`; the diagnostic names the one that is wrong. The linear
     /// law does not look at the jerk.
-    pub fn check(self, limits: Limits) -> Result<(), Remark> {
+    pub fn check(self, limits: Limits) -> Result<(), Diagnostic> {
         if let Self::Power(order) = self
             && !(order > 0.0 && order <= GREATEST_ORDER)
         {
@@ -105,9 +105,9 @@ impl Shape {
     }
 }
 
-/// A remark about a number that cannot be planned with.
-pub(super) fn wrong(code: &str, value: f64) -> Remark {
-    Remark::new(Weight::Loss, code).with("value", value)
+/// A diagnostic about a number that cannot be planned with.
+pub(super) fn wrong(code: &str, value: f64) -> Diagnostic {
+    Diagnostic::error(code).with("value", value)
 }
 
 /// Which limits a move reaches.
@@ -167,12 +167,12 @@ pub struct Profile {
 }
 
 /// The fastest move of this shape over `length_mm` within `limits` (mm and s). A length, limit or order that cannot be
-/// planned with is refused with a remark that names it.
+/// planned with is refused with a diagnostic that names it.
 ///
 /// Four cases: whether the speed is reached, and whether the acceleration is. They join without a gap, so it does
 /// not matter on which side of a boundary a rounding error falls. With α the power law is planned as an S-curve of
 /// jerk J/(1 + α), which has edges of the same length (C.4).
-pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Remark> {
+pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));
     }

@@ -15,7 +15,7 @@
 //! against full speed is the way it gained from rest, in reverse; so the last edge is the first one turned around.
 
 use super::{GREATEST, Limits, Shape, wrong};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// A rise of speed with zero acceleration at both ends.
@@ -37,8 +37,8 @@ pub struct Ramp {
 
 impl Ramp {
     /// The fastest rise by `rise_mm_per_s` within acceleration and jerk of `limits`. A rise or limit that cannot be
-    /// planned with is refused with a remark that names it; the speed of `limits` is not a bound here.
-    pub fn rising(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Remark> {
+    /// planned with is refused with a diagnostic that names it; the speed of `limits` is not a bound here.
+    pub fn rising(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Diagnostic> {
         shape.check(limits)?;
         if !(0.0..=GREATEST).contains(&rise_mm_per_s) {
             return Err(wrong("motion.bad_rise", rise_mm_per_s));
@@ -66,7 +66,7 @@ impl Ramp {
         }
     }
 
-    /// Way of the rise that begins with `base` mm/s.
+    /// Toolpath of the rise that begins with `base` mm/s.
     pub fn length_mm(&self, base: f64) -> f64 {
         (base + 0.5 * self.rise_mm_per_s) * self.duration_s()
     }
@@ -76,7 +76,7 @@ impl Ramp {
         2.0 * self.jerk_time_s + self.hold_s
     }
 
-    /// Way gained `t` seconds after the beginning, `t` from 0 to the end.
+    /// Toolpath gained `t` seconds after the beginning, `t` from 0 to the end.
     #[inline]
     pub fn position_mm(&self, t: f64) -> f64 {
         let theta = self.jerk_time_s;
@@ -123,7 +123,7 @@ impl Ramp {
         }
     }
 
-    /// Way of the first edge alone.
+    /// Toolpath of the first edge alone.
     #[inline]
     pub(super) fn edge_position_mm(&self, x: f64) -> f64 {
         if self.shape.order() == 0.0 {
@@ -141,7 +141,7 @@ impl Ramp {
         self.power_edge(x).speed
     }
 
-    /// Way and speed on the first edge.
+    /// Toolpath and speed on the first edge.
     #[inline]
     fn edge(&self, x: f64) -> (f64, f64) {
         if self.shape.order() == 0.0 {
@@ -264,7 +264,7 @@ fn later(speed: f64, acceleration: f64, way: f64) -> f64 {
     2.0 * way / (speed + libm::sqrt(speed * speed + 2.0 * acceleration * way))
 }
 
-/// Way, speed, acceleration and jerk at one second.
+/// Toolpath, speed, acceleration and jerk at one second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Point {
     pub(super) position_mm: f64,

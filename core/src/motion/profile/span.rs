@@ -139,7 +139,7 @@ impl Span {
         self.low_mm_per_s + if self.is_steady() { 0.0 } else { self.ramp.speed(self.skip_s + x) }
     }
 
-    /// Way of the first `x` seconds of what is driven of the rise.
+    /// Toolpath of the first `x` seconds of what is driven of the rise.
     fn way_mm(&self, x: f64) -> f64 {
         if self.is_steady() {
             return self.low_mm_per_s * x;

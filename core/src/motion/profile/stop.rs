@@ -16,12 +16,12 @@
 
 use super::stroke::Stroke;
 use super::{GREATEST, Limits, Shape, wrong};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// How often the time is halved in when the point of no return is looked for: more than a number has digits.
 const HALVINGS: u32 = 80;
 
-/// Way of the fastest stop from `speed` (mm/s, not negative) and `acceleration` (mm/s²) within acceleration and jerk of
+/// Toolpath of the fastest stop from `speed` (mm/s, not negative) and `acceleration` (mm/s²) within acceleration and jerk of
 /// `limits`. The linear law stops with its full acceleration at once.
 ///
 /// Where the speed is less than braking already takes away, the way is that to the moment of standing still.
@@ -61,7 +61,7 @@ pub fn point_of_no_return_s(
     surface_mm: f64,
     gap_mm: f64,
     limits: Limits,
-) -> Result<f64, Remark> {
+) -> Result<f64, Diagnostic> {
     let shape = stroke.shape();
     shape.check(limits)?;
     if !(0.0..=GREATEST).contains(&surface_mm) {

@@ -15,7 +15,7 @@
 //! Maths: `docs/motion-profiles.md` C2.5.
 
 use super::{GREATEST, LEAST_LIMIT, Limits, Profile, Shape, Span, wrong};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// How often the speed of the approach is halved in: more than a number has digits.
@@ -57,7 +57,7 @@ pub fn two_speeds(
     depth_mm: f64,
     feed_mm_per_s: f64,
     limits: Limits,
-) -> Result<Stroke, Remark> {
+) -> Result<Stroke, Diagnostic> {
     shape.check(limits)?;
     for length_mm in [height_mm, depth_mm] {
         if !(0.0..=GREATEST).contains(&length_mm) {
@@ -77,8 +77,8 @@ pub fn two_speeds(
             .with("needed", needed_mm));
     }
     if stop.length_mm > depth_mm {
-        let remark = wrong("motion.shallow_stroke", depth_mm).with("feed", feed_mm_per_s);
-        return Err(remark.with("needed", stop.length_mm));
+        let diagnostic = wrong("motion.shallow_stroke", depth_mm).with("feed", feed_mm_per_s);
+        return Err(diagnostic.with("needed", stop.length_mm));
     }
     let mut speed = limits.speed;
     if approach_mm(speed) > height_mm {

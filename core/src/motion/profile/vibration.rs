@@ -15,7 +15,7 @@
 //! edge's jerk run over a box of an edge and a hold, once up and once down: the product of their transforms.
 
 use super::{GREATEST, Profile, Shape, wrong};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use core::f64::consts::PI;
 
 /// Gauss's five places and weights in −1 … 1.
@@ -31,7 +31,7 @@ const GAUSS: [(f64, f64); 5] = [
 const MOST_SWINGS: f64 = 1e4;
 
 /// Amplitude in mm with which something of `frequency_hz`, greater than 0, swings on after the move.
-pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Remark> {
+pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Diagnostic> {
     if !(1e-9..=GREATEST).contains(&frequency_hz) {
         return Err(wrong("motion.bad_frequency", frequency_hz));
     }

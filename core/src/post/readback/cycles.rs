@@ -10,7 +10,7 @@
 //! Comes in: a place, R and Z. Goes out: moves for the hand. Pecks end where the hole ends: they are not followed one by one.
 
 use super::hand::{Hand, Tip};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// A cycle that holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,7 +27,7 @@ pub(super) struct Cycle {
 
 impl Cycle {
     /// Drills at a place.
-    pub(super) fn drill(&self, hand: &mut Hand, (x, y): (f64, f64)) -> Result<(), Remark> {
+    pub(super) fn drill(&self, hand: &mut Hand, (x, y): (f64, f64)) -> Result<(), Diagnostic> {
         hand.another();
         let over = hand.tip.z.max(self.reference);
         let at = |z: f64| Tip { x, y, z };

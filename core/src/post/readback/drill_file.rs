@@ -1,4 +1,4 @@
-//! Drill files as Annulus writes them: Excellon, metric, with points, X and Y on every hit, ways routed.
+//! Drill files as Annulus writes them: Excellon, metric, with points, X and Y on every hit, toolpaths routed.
 //!
 //! Comes in: text. Goes out: moves for the hand; what is drilled or routed goes through the board. Does not know other ways of
 //! writing numbers: the readers of designs do.
@@ -6,14 +6,14 @@
 use super::hand::{Hand, Tip};
 use super::titles::titled;
 use super::words::{Word, bare, of};
+use crate::diagnostic::Diagnostic;
 use crate::post::excellon::THROUGH;
-use crate::remark::Remark;
 
 /// How high over the board moves go, in mm.
 const OVER_MM: f64 = 2.0;
 
 /// Reads the file.
-pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
+pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let (mut head, mut routing, mut down, mut code) = (true, false, false, 0);
     for (line_number, line) in (1..).zip(text.lines()) {
         hand.line = line_number;

@@ -7,7 +7,7 @@
 use super::cycles::Cycle;
 use super::hand::{Hand, Tip};
 use super::words::{self, Word};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// As high as a machine goes, in mm: where a move to its reference point ends.
 const TOP_MM: f64 = 100.0;
@@ -71,7 +71,7 @@ impl Line<'_> {
 }
 
 /// Reads the file.
-pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
+pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let changes_with_t = !text.lines().any(|line| {
         let bare = words::bare(line);
         words::of(&bare).is_ok_and(|words| words.contains(&Word::Letter('M', 6.0)))
@@ -116,7 +116,7 @@ fn is_name(bare: &str) -> bool {
 
 impl State {
     /// Follows one line; whether it is the last.
-    fn line(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<bool, Remark> {
+    fn line(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<bool, Diagnostic> {
         let mut to_reference = false;
         let mut starts_cycle = false;
         for code in line.codes('G') {
@@ -158,7 +158,7 @@ impl State {
         Ok(line.codes('M').any(|code| matches!(code as u32, 2 | 30)))
     }
 
-    fn tools(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Remark> {
+    fn tools(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Diagnostic> {
         self.rpm = line.letter('S').filter(|_| !line.codes('G').any(|code| code == 4.0)).unwrap_or(self.rpm);
         if let Some(tool) = line.letter('T') {
             self.tool = Some(tool as u32);
@@ -192,7 +192,7 @@ impl State {
         Ok(())
     }
 
-    fn call(&mut self, hand: &mut Hand, name: &str, numbers: &[Option<f64>]) -> Result<(), Remark> {
+    fn call(&mut self, hand: &mut Hand, name: &str, numbers: &[Option<f64>]) -> Result<(), Diagnostic> {
         match name {
             "CYCLE81" | "CYCLE82" | "CYCLE83" => {
                 let cycle =
@@ -206,7 +206,7 @@ impl State {
     }
 
     /// To the machine's own reference point, or in its coordinates: up is all that is known of that.
-    fn reference(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Remark> {
+    fn reference(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Diagnostic> {
         if line.letter('Z').is_some() || (line.letter('X').is_none() && line.letter('Y').is_none()) {
             hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)?;
         }
@@ -224,7 +224,7 @@ impl State {
         }
     }
 
-    fn go(&mut self, hand: &mut Hand, line: &Line<'_>, starts_cycle: bool) -> Result<(), Remark> {
+    fn go(&mut self, hand: &mut Hand, line: &Line<'_>, starts_cycle: bool) -> Result<(), Diagnostic> {
         let names = |name: char| line.letter(name).is_some() || line.named(&name.to_string()).is_some();
         let from = hand.tip;
         if self.motion == Motion::Drill {
@@ -263,7 +263,7 @@ impl State {
         (from.x + offset('I').unwrap_or(0.0), from.y + offset('J').unwrap_or(0.0))
     }
 
-    fn cycle(&mut self, hand: &mut Hand, line: &Line<'_>, starts: bool) -> Result<(), Remark> {
+    fn cycle(&mut self, hand: &mut Hand, line: &Line<'_>, starts: bool) -> Result<(), Diagnostic> {
         if starts {
             self.cycle.before = hand.tip.z;
         }

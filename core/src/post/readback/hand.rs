@@ -11,9 +11,9 @@
 
 use super::titles::{Named, named};
 use super::{MOST_REMARKS, Written};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Leg, Mark, Program};
-use crate::remark::{Remark, Weight};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -55,9 +55,9 @@ pub(super) struct Hand {
     legs: Vec<Leg>,
     cuts: bool,
     side: Option<String>,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
     holes: u32,
-    ways: u32,
+    toolpaths: u32,
 }
 
 impl Hand {
@@ -74,22 +74,22 @@ impl Hand {
             legs: Vec::new(),
             cuts: false,
             side: None,
-            remarks: Vec::new(),
+            diagnostics: Vec::new(),
             holes: 0,
-            ways: 0,
+            toolpaths: 0,
         }
     }
 
     /// A refusal at the line being read.
-    pub(super) fn refuse(&self, code: &str, found: impl ToString) -> Remark {
-        Remark::new(Weight::Loss, code).with("found", found).at(&self.file, self.line, 0)
+    pub(super) fn refuse(&self, code: &str, found: impl ToString) -> Diagnostic {
+        Diagnostic::error(code).with("found", found).at(&self.file, self.line, 0)
     }
 
     /// Something that may have been meant otherwise.
-    pub(super) fn doubt(&mut self, code: &str, found: impl ToString) {
-        if self.remarks.len() < MOST_REMARKS && !self.remarks.iter().any(|known| known.code == code) {
-            self.remarks
-                .push(Remark::new(Weight::Doubt, code).with("found", found).at(&self.file, self.line, 0));
+    pub(super) fn warning(&mut self, code: &str, found: impl ToString) {
+        if self.diagnostics.len() < MOST_REMARKS && !self.diagnostics.iter().any(|known| known.code == code) {
+            self.diagnostics
+                .push(Diagnostic::warning(code).with("found", found).at(&self.file, self.line, 0));
         }
     }
 
@@ -136,7 +136,7 @@ impl Hand {
         self.known.entry(number).or_insert(bit);
     }
 
-    fn checked(&self, to: Tip) -> Result<(), Remark> {
+    fn checked(&self, to: Tip) -> Result<(), Diagnostic> {
         let good = [to.x, to.y, to.z].iter().all(|mm| mm.abs() <= FARTHEST_MM);
         if good && self.legs.len() < MOST_LEGS {
             Ok(())
@@ -146,7 +146,7 @@ impl Hand {
     }
 
     /// Straight to a place.
-    pub(super) fn line_to(&mut self, to: Tip, fast: bool) -> Result<(), Remark> {
+    pub(super) fn line_to(&mut self, to: Tip, fast: bool) -> Result<(), Diagnostic> {
         self.checked(to)?;
         let from = std::mem::replace(&mut self.tip, to);
         let height = Length::from_mm(to.z);
@@ -154,7 +154,7 @@ impl Hand {
         if in_board {
             self.begin();
             if fast && (to.z < from.z || (to.x, to.y) != (from.x, from.y)) {
-                self.doubt("readback.fast_in_board", format!("X {} Y {} Z {}", to.x, to.y, to.z));
+                self.warning("readback.fast_in_board", format!("X {} Y {} Z {}", to.x, to.y, to.z));
             }
         }
         if (to.x, to.y) == (from.x, from.y) {
@@ -178,7 +178,7 @@ impl Hand {
     }
 
     /// Along an arc, or a helix; where it ends where it begins, once round.
-    pub(super) fn arc_to(&mut self, to: Tip, (x, y): (f64, f64), ccw: bool) -> Result<(), Remark> {
+    pub(super) fn arc_to(&mut self, to: Tip, (x, y): (f64, f64), ccw: bool) -> Result<(), Diagnostic> {
         self.checked(to)?;
         self.checked(Tip { x, y, z: 0.0 })?;
         let from = self.tip;
@@ -204,7 +204,7 @@ impl Hand {
     }
 
     /// Through a third place to the end.
-    pub(super) fn arc_through(&mut self, middle: Tip, to: Tip) -> Result<(), Remark> {
+    pub(super) fn arc_through(&mut self, middle: Tip, to: Tip) -> Result<(), Diagnostic> {
         let from = self.tip;
         let (ax, ay, bx, by) = (middle.x - from.x, middle.y - from.y, to.x - from.x, to.y - from.y);
         let turn = ax * by - ay * bx;
@@ -248,26 +248,26 @@ impl Hand {
             self.holes += 1;
             Mark::Hole(self.holes - 1)
         } else {
-            self.ways += 1;
-            Mark::Way(self.ways - 1)
+            self.toolpaths += 1;
+            Mark::Toolpath(self.toolpaths - 1)
         };
         self.legs.push(Leg { mark, commands });
     }
 
     /// The program. Refused where a tool is used of which nobody says what it is.
-    pub(super) fn finish(mut self, of_files: bool) -> Result<Written, Remark> {
+    pub(super) fn finish(mut self, of_files: bool) -> Result<Written, Diagnostic> {
         self.flush();
         let mut bits = Vec::new();
         for number in &self.used {
             let Some(bit) = self.known.get(number) else {
-                let why = Remark::new(Weight::Loss, "readback.no_tool").with("number", number);
+                let why = Diagnostic::error("readback.no_tool").with("number", number);
                 return Err(why.at(&self.file, 0, 0));
             };
             bits.push(bit.clone());
         }
-        let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Way(_)));
+        let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_)));
         if bits.is_empty() && cuts {
-            let why = Remark::new(Weight::Loss, "readback.no_tool").with("number", 1);
+            let why = Diagnostic::error("readback.no_tool").with("number", 1);
             return Err(why.at(&self.file, 0, 0));
         }
         let name = self.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
@@ -281,7 +281,7 @@ impl Hand {
             legs: self.legs,
             accepted: Vec::new(),
         };
-        Ok(Written { program, side: self.side, of_files, remarks: self.remarks })
+        Ok(Written { program, side: self.side, of_files, diagnostics: self.diagnostics })
     }
 }
 

@@ -4,10 +4,10 @@
 
 use super::hand::{Hand, Tip};
 use super::words::number;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Reads the file.
-pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Remark> {
+pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let (mut scale, mut centre, mut rpm) = (1.0, (0.0, 0.0), 0.0);
     for (number, line) in (1..).zip(text.lines()) {
         hand.line = number;

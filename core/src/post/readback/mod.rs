@@ -21,14 +21,14 @@ mod words;
 
 pub use titles::titled;
 
+use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Program};
-use crate::remark::{Remark, Weight};
 use hand::Hand;
 use std::collections::BTreeMap;
 
 /// Largest file that is read, in bytes.
 const LARGEST: usize = 64 << 20;
-/// At most so many remarks are kept.
+/// At most so many diagnostics are kept.
 const MOST_REMARKS: usize = 50;
 
 /// A file read back.
@@ -41,7 +41,7 @@ pub struct Written {
     /// Its coordinates are those of the design files: a drill file.
     pub of_files: bool,
     /// What was read otherwise than it may have been meant.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// What kind of words a file is written in.
@@ -55,13 +55,13 @@ enum Kind {
     Drill,
 }
 
-/// Reads `text`; `file` names it in remarks, `tools` are those that a person says have these numbers.
-pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<Written, Remark> {
+/// Reads `text`; `file` names it in diagnostics, `tools` are those that a person says have these numbers.
+pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<Written, Diagnostic> {
     if text.len() > LARGEST {
-        return Err(Remark::new(Weight::Loss, "readback.too_large").at(file, 0, 0));
+        return Err(Diagnostic::error("readback.too_large").at(file, 0, 0));
     }
     let Some(kind) = kind(text) else {
-        return Err(Remark::new(Weight::Loss, "readback.unknown").with("path", file).at(file, 0, 0));
+        return Err(Diagnostic::error("readback.unknown").with("path", file).at(file, 0, 0));
     };
     let mut hand = Hand::new(file, tools);
     match kind {

@@ -4,11 +4,11 @@
 
 use super::hand::{Hand, Tip};
 use super::words::number;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
 /// Reads a KRL program: the first DEF of the file.
-pub(super) fn krl(hand: &mut Hand, text: &str) -> Result<(), Remark> {
+pub(super) fn krl(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     for (number, line) in (1..).zip(text.lines()) {
         hand.line = number;
         let (code, comment) = line.split_once(';').unwrap_or((line, ""));
@@ -59,7 +59,7 @@ fn frames(code: &str) -> impl Iterator<Item = Tip> {
 }
 
 /// Reads a RAPID module: its procedure main.
-pub(super) fn rapid(hand: &mut Hand, text: &str) -> Result<(), Remark> {
+pub(super) fn rapid(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let mut inside = false;
     for (number, line) in (1..).zip(text.lines()) {
         hand.line = number;
@@ -105,7 +105,7 @@ fn targets(code: &str) -> impl Iterator<Item = Tip> {
 }
 
 /// Reads a TP program as text: its lines, and its points behind them.
-pub(super) fn tp(hand: &mut Hand, text: &str) -> Result<(), Remark> {
+pub(super) fn tp(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let points = points(text);
     let mut rpm = 0.0;
     let mut middle: Option<Tip> = None;

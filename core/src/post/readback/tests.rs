@@ -40,7 +40,7 @@ fn done(program: &Program) -> Vec<(u32, &'static str, Vec<Place>)> {
         }
         match leg.mark {
             Mark::Hole(_) => out.push((bit, "hole", places)),
-            Mark::Way(_) => out.push((bit, "way", places)),
+            Mark::Toolpath(_) => out.push((bit, "way", places)),
             _ => {}
         }
     }
@@ -93,12 +93,12 @@ fn program() -> Program {
         safe_height: mm(2.0),
         legs: vec![
             on(0),
-            leg(Mark::Way(0), way),
+            leg(Mark::Toolpath(0), way),
             on(1),
             leg(Mark::Hole(0), vec![go(3.0, 3.0), down(-2.0), up]),
             leg(Mark::Hole(1), vec![go(-4.0, 3.5), down(-2.0), up]),
             on(2),
-            leg(Mark::Way(1), turn),
+            leg(Mark::Toolpath(1), turn),
             leg(Mark::Finish, vec![Command::Spindle { rpm: 0 }, go(0.0, 0.0)]),
         ],
         accepted: Vec::new(),
@@ -109,7 +109,8 @@ fn program() -> Program {
 fn ends(program: &Program) -> Vec<((u32, &'static str, Place), f64)> {
     let milled = crate::job::milled_mm(program);
     let legs = program.legs.iter().zip(milled);
-    let cuts = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Hole(_) | Mark::Way(_))).map(|(_, mm)| mm);
+    let cuts =
+        legs.filter(|(leg, _)| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_))).map(|(_, mm)| mm);
     let done = done(program).into_iter().map(|(bit, word, places)| (bit, word, *places.last().unwrap()));
     done.zip(cuts).collect()
 }
@@ -124,7 +125,7 @@ fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
         for file in &files {
             let back = read_back(&file.name, &file.text, &known)
                 .unwrap_or_else(|why| panic!("{name}: {} {:?}\n{}", why.message("en"), why.place, file.text));
-            assert!(back.remarks.is_empty(), "{name}: {:?}", back.remarks);
+            assert!(back.diagnostics.is_empty(), "{name}: {:?}", back.diagnostics);
             let first = back.program.bits.first().map(|bit| bit.cutter);
             let first = program.bits.iter().position(|bit| Some(bit.cutter) == first).unwrap() as u32;
             let ends = ends(&back.program).into_iter();
@@ -142,7 +143,7 @@ fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
 #[test]
 fn drill_files_read_back_where_holes_are() {
     let mut program = program();
-    program.legs.retain(|leg| !matches!(leg.mark, Mark::Way(_) | Mark::ChangeBit(0 | 2)));
+    program.legs.retain(|leg| !matches!(leg.mark, Mark::Toolpath(_) | Mark::ChangeBit(0 | 2)));
     let files = post::write("excellon", &program, &post::Manner::default()).unwrap().unwrap();
     let back = read_back(&files[0].name, &files[0].text, &BTreeMap::new()).unwrap();
     assert!(back.of_files);
@@ -205,7 +206,7 @@ fn g_code_of_others_is_followed() {
         let found: Vec<_> = found.iter().map(|(_, word, places)| (*word, places.as_slice())).collect();
         assert_eq!(found, wanted, "{text}");
     }
-    let told = read("M3 S1\nG0 X1 Y1\nG0 Z-1\nG0 Z5\n", &drill).remarks;
+    let told = read("M3 S1\nG0 X1 Y1\nG0 Z-1\nG0 Z5\n", &drill).diagnostics;
     assert_eq!(told[0].code, "readback.fast_in_board");
 }
 

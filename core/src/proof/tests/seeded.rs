@@ -18,7 +18,7 @@ impl Chance {
 }
 
 /// Islands in the cells of an uneven grid, and one way along every border between two cells or to the outside.
-fn cells(chance: &mut Chance) -> (Board, Vec<Way>, Vec<(String, String)>) {
+fn cells(chance: &mut Chance) -> (Board, Vec<Toolpath>, Vec<(String, String)>) {
     let count = 2 + (chance.share() * 3.0) as usize;
     let mut lines = || -> Vec<f64> {
         let mut at = 0.0;
@@ -40,29 +40,29 @@ fn cells(chance: &mut Chance) -> (Board, Vec<Way>, Vec<(String, String)>) {
             names.push(name(column, row));
         }
     }
-    let (mut ways, mut neighbours) = (Vec::new(), Vec::new());
+    let (mut toolpaths, mut neighbours) = (Vec::new(), Vec::new());
     for line in 0..=count {
         for cell in 0..count {
-            ways.push(way(&[(xs[line], ys[cell]), (xs[line], ys[cell + 1])], 0.1));
+            toolpaths.push(way(&[(xs[line], ys[cell]), (xs[line], ys[cell + 1])], 0.1));
             neighbours.push((line > 0 && line < count).then(|| (name(line - 1, cell), name(line, cell))));
-            ways.push(way(&[(xs[cell], ys[line]), (xs[cell + 1], ys[line])], 0.1));
+            toolpaths.push(way(&[(xs[cell], ys[line]), (xs[cell + 1], ys[line])], 0.1));
             neighbours.push((line > 0 && line < count).then(|| (name(cell, line - 1), name(cell, line))));
         }
     }
     let rows: Vec<(Rect, Option<&str>)> =
         rects.iter().zip(&names).map(|(rect, name)| (*rect, Some(name.as_str()))).collect();
     let pair = |pair: Option<(String, String)>| pair.unwrap_or_default();
-    (board(&rows), ways, neighbours.into_iter().map(pair).collect())
+    (board(&rows), toolpaths, neighbours.into_iter().map(pair).collect())
 }
 
 #[test]
 fn any_way_taken_out_of_a_good_program_is_a_short() {
     for seed in 1..=12 {
         println!("seed {seed}");
-        let (board, ways, neighbours) = cells(&mut Chance(seed));
-        assert_eq!(found(&board, &[program(mill(0.2), &ways)]), [], "seed {seed}");
+        let (board, toolpaths, neighbours) = cells(&mut Chance(seed));
+        assert_eq!(found(&board, &[program(mill(0.2), &toolpaths)]), [], "seed {seed}");
         for (missing, (one, other)) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()) {
-            let mut rest = ways.clone();
+            let mut rest = toolpaths.clone();
             let gone = rest.remove(missing);
             let findings = found(&board, &[program(mill(0.2), &rest)]);
             assert_eq!(kinds(&findings), [Kind::Short], "seed {seed} way {missing}: {findings:#?}");
@@ -86,14 +86,14 @@ fn any_way_made_shallow_moved_or_widened_is_found() {
     for seed in 1..=6 {
         println!("seed {seed}");
         let mut chance = Chance(seed);
-        let (board, ways, neighbours) = cells(&mut chance);
+        let (board, toolpaths, neighbours) = cells(&mut chance);
         for (index, _) in neighbours.iter().enumerate().filter(|(_, pair)| !pair.0.is_empty()).step_by(3) {
-            let mut shallow = ways.clone();
+            let mut shallow = toolpaths.clone();
             shallow[index].depth = 0.034;
             let found_shallow = kinds(&found(&board, &[program(mill(0.2), &shallow)]));
             assert_eq!(found_shallow, [Kind::Short, Kind::Shallow], "seed {seed} way {index}");
             // Moved by 0.45 it goes through the copper beside it.
-            let mut moved = ways.clone();
+            let mut moved = toolpaths.clone();
             let upright = moved[index].points[0].0 == moved[index].points[1].0;
             for (x, y) in &mut moved[index].points {
                 *(if upright { x } else { y }) += 0.45;
@@ -101,7 +101,7 @@ fn any_way_made_shallow_moved_or_widened_is_found() {
             let found_moved = kinds(&found(&board, &[program(mill(0.2), &moved)]));
             assert!(found_moved.contains(&Kind::Lost), "seed {seed} way {index}: {found_moved:?}");
         }
-        let wide = kinds(&found(&board, &[program(mill(0.9), &ways)]));
+        let wide = kinds(&found(&board, &[program(mill(0.9), &toolpaths)]));
         assert!(wide.contains(&Kind::Lost), "seed {seed}: {wide:?}");
     }
 }

@@ -5,7 +5,7 @@ use super::*;
 
 /// A drill, and holes in the middles of the three pads.
 fn drilled() -> Program {
-    let hole = |x: f64, y: f64, hole| Way { mark: Mark::Hole(hole), ..way(&[(x, y)], 2.0) };
+    let hole = |x: f64, y: f64, hole| Toolpath { mark: Mark::Hole(hole), ..way(&[(x, y)], 2.0) };
     program(bit(0.8, Cutter::Drill), &[hole(2.0, 1.0, 0), hole(6.0, 1.0, 1), hole(4.0, 3.0, 2)])
 }
 
@@ -60,7 +60,7 @@ fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() 
     assert_eq!((group.kind, group.count, group.pairs.len()), (Kind::Gap, 6, 6));
     let mm = |length: Length| libm::round(length.mm() * 1e3) as i64;
     assert_eq!((mm(group.least), mm(group.most), mm(group.tool.unwrap())), (40, 135, 143));
-    let said = group.remark().message("en");
+    let said = group.diagnostic().message("en");
     assert!(said.contains("0.143") && said.contains("6") && said.contains("0.040"), "{said}");
     // At 0.05 mm, the least that goes through for certain, it cuts 0.1268 mm: 0.13 and wider fit, at 0.055.
     let whole = verdict.whole.unwrap();
@@ -72,7 +72,7 @@ fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() 
     );
     // 0.11 less the flanks of 0.0268: a tip of 0.08 opens 0.125 and 0.11. None opens 0.04.
     assert_eq!((whole.tip, whole.tip_opens), (Some(Length::from_mm(0.08)), 2));
-    let said: Vec<String> = whole.remarks().iter().map(|remark| remark.message("en")).collect();
+    let said: Vec<String> = whole.diagnostics().iter().map(|diagnostic| diagnostic.message("en")).collect();
     assert_eq!(said.len(), 3);
     assert!(said[0].contains("opens 3 of 6") && said[1].contains("0.08 mm is needed for 2"), "{said:?}");
     assert!(said.iter().all(|said| !said.contains('{')), "{said:?}");
@@ -99,13 +99,13 @@ fn a_sliver_must_be_read_only_where_a_net_depends_on_it() {
         let board = Board { copper, ..Board::default() };
         // Followed exactly, as the planner would.
         let path = crate::geometry::grow(&shape, Length::from_mm(0.1));
-        let ways: Vec<Way> = path
+        let toolpaths: Vec<Toolpath> = path
             .paths()
             .map(|path| {
                 way(&path.flattened(0.001).iter().map(|at| (at.x.mm(), at.y.mm())).collect::<Vec<_>>(), 0.1)
             })
             .collect();
-        let findings = prove(&board, &[program(mill(0.2), &ways)], &Options::default()).findings;
+        let findings = prove(&board, &[program(mill(0.2), &toolpaths)], &Options::default()).findings;
         let slivers: Vec<bool> = findings
             .iter()
             .filter(|finding| finding.kind == Kind::Sliver)

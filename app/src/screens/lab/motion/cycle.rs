@@ -8,8 +8,8 @@ use crate::page::open_board;
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
 use crate::widgets::plotted;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
-use annulus_core::remark::Remark;
 use leptos::html::{dd, div, dl, dt, h3, p, section};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ pub(super) fn cycle() -> impl IntoView {
     let hop = Field { name: "cycle.hop", unit: "mm", range: (0.0, 1000.0), own: Memo::new(|_| 5.0) };
     let found = Memo::new(move |_| match hop.number() {
         Some(mm) => open_board().machine.with(|machine| cycle::shown(machine, mm)).map_err(Some),
-        None => Err(None::<Remark>),
+        None => Err(None::<Diagnostic>),
     });
     let plot =
         Memo::new(move |_| Arc::new(found.with(|found| found.as_ref().map(drawn).unwrap_or_default())));

@@ -15,11 +15,11 @@ use crate::page::{open_board, send};
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
 use crate::widgets::{choice, plotted};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::axis_name;
 use annulus_core::motion::profile::bounds::least_duration_s;
 use annulus_core::motion::profile::{Case, Choice, Limits, Profile, Shape, choose, plan};
 use annulus_core::plot::{Axis, Panel, Plot, Series};
-use annulus_core::remark::Remark;
 use leptos::html::{caption, dd, div, dl, dt, h3, p, section, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -75,7 +75,7 @@ fn typed() -> Typed {
     }
 }
 
-fn compared(typed: Typed) -> Result<Compared, Option<Remark>> {
+fn compared(typed: Typed) -> Result<Compared, Option<Diagnostic>> {
     let number = |field: Field| field.number().ok_or(None);
     let length_mm = number(typed.length)?;
     let (speed, acceleration) = (number(typed.speed)?, number(typed.acceleration)?);

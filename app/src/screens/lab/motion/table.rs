@@ -6,8 +6,8 @@ use crate::lab::bench::{INTERRUPTS, INTERRUPTS_HZ};
 use crate::lab::motion::{self, StateRow};
 use crate::page::{open_board, open_lab};
 use crate::screens::lab::fields::Field;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Dynamics, axis_name};
-use annulus_core::remark::Remark;
 use leptos::prelude::*;
 
 /// What is shown and found out.
@@ -17,8 +17,8 @@ pub(super) struct Shown {
     pub(super) rows: Memo<Vec<StateRow>>,
     /// The table, where every cell holds a number.
     pub(super) table: Memo<Option<Dynamics>>,
-    /// What the core says: refusals, then doubts.
-    pub(super) findings: Memo<Vec<Remark>>,
+    /// What the core says: refusals, then warnings.
+    pub(super) findings: Memo<Vec<Diagnostic>>,
     /// Whether it may be used.
     pub(super) sound: Memo<bool>,
     /// Interrupts a second.
@@ -37,7 +37,7 @@ pub(super) fn shown() -> Shown {
     let table = Memo::new(move |_| rows.with(|rows| motion::dynamics(rows).ok()));
     let checked = Memo::new(move |_| table.with(|table| table.as_ref().map(machine::dynamics::check)));
     let findings = Memo::new(move |_| match checked.get() {
-        Some(Ok(remarks) | Err(remarks)) => remarks,
+        Some(Ok(diagnostics) | Err(diagnostics)) => diagnostics,
         None => Vec::new(),
     });
     let interrupt_hz = Memo::new(|_| open_board().machine.with(|machine| f64::from(machine.interrupt_hz)));

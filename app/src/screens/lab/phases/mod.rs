@@ -21,9 +21,9 @@ use crate::i18n::t;
 use crate::lab::phases::Edit;
 use crate::page::open_board;
 use crate::page::{Lab, open_lab};
+use annulus_core::diagnostic::Severity;
 use annulus_core::machine::phases::{Commutator, check};
 use annulus_core::machine::{Machine, PhaseTable};
-use annulus_core::remark::Weight;
 use leptos::html::{div, section};
 use leptos::prelude::*;
 
@@ -69,11 +69,12 @@ pub(super) fn phases() -> impl IntoView {
     });
     let findings = Memo::new(move |_| {
         match check(KEYS[lab.motor.get().min(2)], &PhaseTable { columns: columns.get() }) {
-            Ok(doubts) => doubts,
+            Ok(warnings) => warnings,
             Err(refusals) => refusals,
         }
     });
-    let sound = Memo::new(move |_| findings.with(|all| all.iter().all(|one| one.weight != Weight::Loss)));
+    let sound =
+        Memo::new(move |_| findings.with(|all| all.iter().all(|one| one.severity != Severity::Error)));
     let driver = RwSignal::new(Commutator::new(PhaseTable { columns: columns.get_untracked() }, 1));
     Effect::new(move |_| {
         let table = PhaseTable { columns: columns.get() };

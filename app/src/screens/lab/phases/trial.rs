@@ -8,7 +8,7 @@ use crate::lab::trial::{self, Outcome};
 use crate::page::open_board;
 use crate::widgets::push;
 use annulus_core::machine::PhaseTable;
-use annulus_core::twin::Cause;
+use annulus_core::virtual_drill::Cause;
 use leptos::html::{h3, p, section};
 use leptos::prelude::*;
 

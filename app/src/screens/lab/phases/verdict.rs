@@ -4,12 +4,12 @@
 
 use crate::i18n::{advice, message, t};
 use crate::widgets::{Icon, icon};
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use leptos::html::{h3, li, p, section, span, strong, ul};
 use leptos::prelude::*;
 
 /// The list.
-pub(super) fn verdict(findings: Memo<Vec<Remark>>) -> impl IntoView {
+pub(super) fn verdict(findings: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let count = move || findings.with(Vec::len);
     section().class("block findings").attr("aria-label", t!("page.lab.phases.findings")).child((
         h3().child(t!("page.lab.phases.findings")),
@@ -27,7 +27,7 @@ pub(super) fn verdict(findings: Memo<Vec<Remark>>) -> impl IntoView {
     ))
 }
 
-fn line(finding: Remark) -> impl IntoView {
+fn line(finding: Diagnostic) -> impl IntoView {
     let cure = finding.clone();
     li().child((strong().child(move || message(&finding)), p().class("quiet").child(move || advice(&cure))))
 }

@@ -13,8 +13,8 @@ use crate::model::LabEvent;
 use crate::page::send;
 use crate::readout::short;
 use crate::widgets::menu_word;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::queue::{Kind, RowState, WORDS, Word};
-use annulus_core::remark::Remark;
 use leptos::ev::{self, KeyboardEvent};
 use leptos::html::{button, div, input, select, small, span};
 use leptos::prelude::*;
@@ -153,7 +153,7 @@ fn hint(word: &str) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-fn arguments(work: Work, at: usize, wrong: Memo<Option<Remark>>) -> impl IntoView {
+fn arguments(work: Work, at: usize, wrong: Memo<Option<Diagnostic>>) -> impl IntoView {
     let takes = move || hint(&line(work, at).word);
     (
         input()
@@ -186,7 +186,7 @@ fn note(work: Work, at: usize) -> impl IntoView {
         .on(ev::change, move |_| send(LabEvent::Rest))
 }
 
-fn result(work: Work, at: usize, wrong: Option<Remark>) -> AnyView {
+fn result(work: Work, at: usize, wrong: Option<Diagnostic>) -> AnyView {
     if let Some(why) = wrong {
         let cure = why.clone();
         return span().class("refusal").child((move || message(&why), " ", move || advice(&cure))).into_any();

@@ -22,8 +22,8 @@ use crate::model::LinkEvent;
 use crate::page::{Lab, open_lab};
 use crate::page::{link, send};
 use crate::said::Text;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::queue::{Checked, Mode, Queue, RowResult};
-use annulus_core::remark::Remark;
 use annulus_core::wire::{Ask, QueuePhase};
 use leptos::html::{div, p};
 use leptos::prelude::*;
@@ -35,9 +35,9 @@ pub(super) struct Work {
     /// Its lines as typed.
     lines: Memo<Vec<Line>>,
     /// The same as rows that may be run, or what is wrong with them, line by line.
-    read: Memo<Result<Queue, Vec<Remark>>>,
+    read: Memo<Result<Queue, Vec<Diagnostic>>>,
     /// What it will do, or the first row that may not be.
-    checked: Memo<Option<Result<Checked, Remark>>>,
+    checked: Memo<Option<Result<Checked, Diagnostic>>>,
 }
 
 impl Work {
@@ -52,7 +52,7 @@ impl Work {
     }
 
     /// Everything that is wrong with the queue.
-    fn refusals(self) -> Vec<Remark> {
+    fn refusals(self) -> Vec<Diagnostic> {
         if let Some(wrong) = self.read.with(|read| read.as_ref().err().cloned()) {
             return wrong;
         }
@@ -63,9 +63,9 @@ impl Work {
     }
 
     /// Why the line at `at` may not be.
-    fn refusal_of(self, at: usize) -> Option<Remark> {
-        let line = |remark: &Remark| remark.place.as_ref().map(|place| place.line as usize);
-        self.refusals().into_iter().find(|remark| line(remark) == Some(at + 1))
+    fn refusal_of(self, at: usize) -> Option<Diagnostic> {
+        let line = |diagnostic: &Diagnostic| diagnostic.place.as_ref().map(|place| place.line as usize);
+        self.refusals().into_iter().find(|diagnostic| line(diagnostic) == Some(at + 1))
     }
 
     /// What came of the line at `at`.

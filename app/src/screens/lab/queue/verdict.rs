@@ -7,7 +7,7 @@ use crate::i18n::{advice, message, say, sentence, t};
 use crate::model::LabEvent;
 use crate::page::{link, send};
 use crate::widgets::{Icon, icon, push};
-use annulus_core::remark::Remark;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::QueuePhase;
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
@@ -62,7 +62,7 @@ fn running(work: Work) -> String {
     })
 }
 
-fn line(why: Remark) -> impl IntoView {
+fn line(why: Diagnostic) -> impl IntoView {
     let place = why.place.clone();
     let cure = why.clone();
     let show = place.map(|place| {

@@ -1,0 +1,101 @@
+//! The bit change: from which to which, what to do, and Continue.
+//!
+//! Comes in: the state and the program's bits. Goes out: `ToolChanged`. The machine moves only after Continue.
+
+use crate::i18n::{language, say, t};
+use crate::page::link::{self, Link};
+use crate::widgets::{Dialog, Icon, dialog, icon, push, push_if};
+use annulus_core::control::State;
+use annulus_core::job::{Command, Program};
+use annulus_core::wire::Ask;
+use leptos::html::{div, li, ol, span};
+use leptos::prelude::*;
+
+/// The bit that leg `leg` asks for and the one before it.
+fn bits(program: &Program, leg: usize) -> (Option<u32>, Option<u32>) {
+    let asked = |commands: &[Command]| {
+        commands.iter().rev().find_map(|command| match command {
+            Command::AwaitBit { bit } => Some(*bit),
+            _ => None,
+        })
+    };
+    let wanted = program.legs.get(leg).and_then(|leg| asked(&leg.commands));
+    let before =
+        program.legs.get(..leg).unwrap_or_default().iter().rev().find_map(|leg| asked(&leg.commands));
+    (before, wanted)
+}
+
+/// What the bit before and the one that is wanted are called.
+fn change(line: Link) -> (Option<String>, Option<String>) {
+    let leg = line.status.with(|status| status.as_ref().and_then(|status| status.leg)).unwrap_or(0);
+    link::link().shown_job.with(|job| {
+        let Some(job) = job else { return (None, None) };
+        let (before, wanted) = bits(&job.program, leg as usize);
+        let name = |bit: Option<u32>| Some(job.program.bits.get(bit? as usize)?.title(&language()));
+        (name(before), name(wanted))
+    })
+}
+
+fn named(tool: Option<String>) -> String {
+    tool.unwrap_or_else(|| say!("page.change.none"))
+}
+
+/// The dialog.
+pub fn tool_change() -> impl IntoView {
+    let line = link::link();
+    let asked = Memo::new(move |_| line.state() == Some(State::ToolChange));
+    let put_off = RwSignal::new(false);
+    Effect::new(move |_| {
+        if !asked.get() {
+            put_off.set(false);
+        }
+    });
+    let body = (
+        div().class("change").child((
+            div().child((
+                span().class("quiet").child(t!("page.change.from")),
+                div().class("bit").child(move || named(change(line).0)),
+            )),
+            icon(Icon::Arrow),
+            div().child((
+                span().class("quiet").child(t!("page.change.to")),
+                div().class("bit").child(move || named(change(line).1)),
+            )),
+        )),
+        ol().child((
+            li().child(t!("page.change.wait")),
+            li().child(t!("page.change.swap")),
+            li().child(t!("page.change.check")),
+        )),
+    );
+    let foot = (
+        push("button", t!("page.change.later"), move |_| put_off.set(true)),
+        push_if(
+            "button primary",
+            move || line.may_act(),
+            t!("page.change.continue"),
+            |_| link::ask(Ask::ToolChanged),
+        ),
+    );
+    let shown = dialog(
+        Signal::derive(move || asked.get() && !put_off.get()),
+        move || put_off.set(true),
+        Dialog {
+            name: "bit-change",
+            role: "alertdialog",
+            title: Box::new(t!("page.change.title")),
+            body: body.into_any(),
+            foot: foot.into_any(),
+        },
+    );
+    let again = move || {
+        (asked.get() && put_off.get()).then(|| {
+            div().class("notice tone-change").child((
+                icon(Icon::Bit),
+                span().class("grow").child(t!("page.change.waiting")),
+                push("button", t!("page.change.open"), move |_| put_off.set(false)),
+            ))
+        })
+    };
+    (again, shown)
+}

@@ -1,0 +1,256 @@
+//! What a program does, as it is drawn: the strokes of its bits as wide as they cut, the travel between, its stops in order.
+//!
+//! ```text
+//!   travel ─ ─ ─ ▶ ●━━━━━━━━●      stop 3: a hole, or a way: all cuts of one leg
+//!                  ╲ as wide as the bit cuts at that depth
+//! ```
+//!
+//! Comes in: a [`Program`], the place of the picture's corner in work coordinates. Goes out: [`Toolpaths`] in mm of the
+//! picture. Knows no colours.
+
+use annulus_core::geometry::{Point, chords};
+use annulus_core::job::{Command, Leg, Mark, Program};
+use annulus_core::units::Length;
+
+/// How far a chord may be from its arc, in mm.
+const CHORD_ERROR_MM: f64 = 0.005;
+/// More cuts than this are not drawn.
+const MOST_CUTS: usize = 1_500_000;
+
+/// What a program does.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Toolpaths {
+    /// Holes and toolpaths in the order in which they are made: the stops.
+    pub stops: Vec<Mark>,
+    /// Straight pieces of all toolpaths.
+    pub cuts: Vec<Cut>,
+    /// From stop to stop.
+    pub travels: Vec<Travel>,
+    /// For each leg of the program, how many stops lie before it.
+    pub before: Vec<u32>,
+}
+
+/// A straight piece of a way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// From here …
+    pub a_mm: [f32; 2],
+    /// … to here.
+    pub b_mm: [f32; 2],
+    /// Width of the cut at the surface; 0 where the tip is above it.
+    pub width_mm: f32,
+    /// Which stop it belongs to.
+    pub stop: u32,
+    /// The bit that cuts, an index into the program's bits.
+    pub bit: u32,
+}
+
+/// The head on its way to a stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Travel {
+    /// From here …
+    pub a_mm: [f32; 2],
+    /// … to here.
+    pub b_mm: [f32; 2],
+    /// The stop it leads to.
+    pub stop: u32,
+}
+
+impl Toolpaths {
+    /// How many stops are done in leg `leg` when `holes` holes are through.
+    pub fn done(&self, leg: u32, holes: u32) -> u32 {
+        let before = self.before.get(leg as usize).copied().unwrap_or(self.stops.len() as u32);
+        let is_hole = |(_, mark): &(u32, &Mark)| matches!(mark, Mark::Hole(_));
+        let drilled = (1..).zip(&self.stops).filter(is_hole);
+        let through = holes.checked_sub(1).and_then(|last| drilled.map(|(stop, _)| stop).nth(last as usize));
+        before.max(through.unwrap_or(0))
+    }
+
+    /// How many toolpaths there are.
+    pub fn toolpath_count(&self) -> usize {
+        self.stops.iter().filter(|mark| matches!(mark, Mark::Toolpath(_))).count()
+    }
+
+    /// Length of all travel, mm.
+    pub fn travel_mm(&self) -> f64 {
+        self.travels.iter().map(|travel| apart(travel.a_mm, travel.b_mm)).sum::<f64>() + 0.0
+    }
+
+    /// Length of all cuts, mm.
+    pub fn cut_mm(&self) -> f64 {
+        self.cuts.iter().map(|cut| apart(cut.a_mm, cut.b_mm)).sum::<f64>() + 0.0
+    }
+}
+
+fn apart(a: [f32; 2], b: [f32; 2]) -> f64 {
+    let [dx, dy] = [f64::from(b[0] - a[0]), f64::from(b[1] - a[1])];
+    libm::sqrt(dx * dx + dy * dy)
+}
+
+/// Whether a leg with this mark is a stop.
+pub const fn is_stop(mark: Mark) -> bool {
+    matches!(mark, Mark::Hole(_) | Mark::Toolpath(_))
+}
+
+/// The head while the program is walked through.
+struct Head<'a> {
+    program: &'a Program,
+    corner: Point,
+    at: Point,
+    height: Length,
+    bit: u32,
+    toolpaths: Toolpaths,
+}
+
+/// What `program` does, seen from `corner`, a place in work coordinates.
+pub fn toolpaths(program: &Program, corner: Point) -> Toolpaths {
+    let height = program.safe_height;
+    let mut head =
+        Head { program, corner, at: Point::default(), height, bit: 0, toolpaths: Toolpaths::default() };
+    for leg in &program.legs {
+        if let Mark::ChangeBit(bit) = leg.mark {
+            head.bit = bit;
+        }
+        head.leg(leg);
+    }
+    head.toolpaths
+}
+
+impl Head<'_> {
+    fn leg(&mut self, leg: &Leg) {
+        self.toolpaths.before.push(self.toolpaths.stops.len() as u32);
+        for command in &leg.commands {
+            match *command {
+                Command::Rapid { to } => self.travel(to),
+                Command::Plunge { to, .. } | Command::Retract { to } => self.height = to,
+                Command::Mill { to, height, .. } => self.cut([to], height),
+                Command::MillArc { to, height, center, ccw, .. } => {
+                    self.cut(chords::arc(self.at, to, center, !ccw, CHORD_ERROR_MM), height);
+                }
+                Command::Dwell { .. } | Command::Spindle { .. } | Command::AwaitBit { .. } => {}
+            }
+        }
+        if is_stop(leg.mark) {
+            self.toolpaths.stops.push(leg.mark);
+        }
+    }
+
+    fn place(&self, at: Point) -> [f32; 2] {
+        [(at.x - self.corner.x).mm() as f32, (at.y - self.corner.y).mm() as f32]
+    }
+
+    fn travel(&mut self, to: Point) {
+        let (a_mm, b_mm) = (self.place(self.at), self.place(to));
+        if a_mm != b_mm {
+            self.toolpaths.travels.push(Travel { a_mm, b_mm, stop: self.toolpaths.stops.len() as u32 });
+        }
+        self.at = to;
+    }
+
+    /// A ramp is drawn as wide as its deeper end.
+    fn cut(&mut self, points: impl IntoIterator<Item = Point>, height: Length) {
+        let depth = -self.height.min(height);
+        let bit = self.program.bits.get(self.bit as usize);
+        let width_mm = match bit {
+            Some(bit) if depth > Length::ZERO => bit.width_at(depth).mm() as f32,
+            _ => 0.0,
+        };
+        for to in points {
+            if self.toolpaths.cuts.len() < MOST_CUTS {
+                let (a_mm, b_mm) = (self.place(self.at), self.place(to));
+                let stop = self.toolpaths.stops.len() as u32;
+                self.toolpaths.cuts.push(Cut { a_mm, b_mm, width_mm, stop, bit: self.bit });
+            }
+            self.at = to;
+        }
+        self.height = height;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::job::{Bit, Cutter};
+
+    fn mm(mm: f64) -> Length {
+        Length::from_mm(mm)
+    }
+
+    fn program() -> Program {
+        let at = Point::from_mm;
+        let vee = Cutter::Vee { tip: mm(0.1), angle_mdeg: 90_000 };
+        let bits = vec![
+            Bit { diameter: mm(3.0), name: "V".to_owned(), cutter: vee },
+            Bit { diameter: mm(0.8), name: "0.8".to_owned(), cutter: Cutter::Drill },
+        ];
+        let feed_um_per_s = 1_000;
+        let down = |to| Command::Plunge { to, feed_um_per_s, gate: None };
+        let mill = |to, height| Command::Mill { to, height, feed_um_per_s };
+        let round = Command::MillArc {
+            to: at(3.0, 1.0),
+            height: mm(-0.1),
+            center: at(2.0, 1.0),
+            ccw: true,
+            feed_um_per_s,
+        };
+        let up = Command::Retract { to: mm(2.0) };
+        let way = vec![
+            Command::Rapid { to: at(1.0, 1.0) },
+            down(mm(-0.1)),
+            mill(at(3.0, 1.0), mm(-0.1)),
+            round,
+            up,
+        ];
+        let hole = vec![Command::Rapid { to: at(5.0, 5.0) }, down(mm(-2.0)), up];
+        let leg = |mark, commands| Leg { mark, commands };
+        Program {
+            name: String::new(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits,
+            spindles: 1,
+            safe_height: mm(2.0),
+            legs: vec![
+                leg(Mark::ChangeBit(0), vec![]),
+                leg(Mark::Toolpath(0), way),
+                leg(Mark::ChangeBit(1), vec![]),
+                leg(Mark::Hole(7), hole),
+                leg(Mark::Finish, vec![Command::Rapid { to: at(0.0, 0.0) }]),
+            ],
+            accepted: vec![],
+        }
+    }
+
+    #[test]
+    fn cuts_are_as_wide_as_the_bit_at_its_depth_and_belong_to_their_stop() {
+        let found = toolpaths(&program(), Point::from_mm(1.0, 0.0));
+        assert_eq!(found.stops, [Mark::Toolpath(0), Mark::Hole(7)]);
+        assert_eq!(found.cuts[0].a_mm, [0.0, 1.0]);
+        assert_eq!(found.cuts[0].b_mm, [2.0, 1.0]);
+        assert!((found.cuts[0].width_mm - 0.3).abs() < 1e-6, "{}", found.cuts[0].width_mm);
+        assert!(found.cuts.iter().all(|cut| cut.stop == 0 && cut.bit == 0));
+        let length = 2.0 + 2.0 * std::f64::consts::PI;
+        assert!((found.cut_mm() - length).abs() < 0.05, "{}", found.cut_mm());
+        let stops: Vec<_> = found.travels.iter().map(|travel| travel.stop).collect();
+        assert_eq!(stops, [0, 1, 2], "to the way, to the hole, home");
+        assert_eq!(found.toolpath_count(), 1);
+    }
+
+    #[test]
+    fn stops_are_counted_by_leg() {
+        let found = toolpaths(&program(), Point::default());
+        let done: Vec<_> = (0..=5).map(|leg| found.done(leg, 0)).collect();
+        assert_eq!(done, [0, 0, 1, 1, 2, 2]);
+        assert_eq!(found.done(3, 1), 2, "the hole is through before its leg is over");
+    }
+
+    #[test]
+    fn what_is_milled_over_the_board_has_no_width() {
+        let mut program = program();
+        if let Some(Command::Mill { height, .. }) = program.legs[1].commands.get_mut(2) {
+            *height = mm(0.5);
+        }
+        program.legs[1].commands[1] = Command::Retract { to: mm(0.5) };
+        assert_eq!(toolpaths(&program, Point::default()).cuts[0].width_mm, 0.0);
+    }
+}

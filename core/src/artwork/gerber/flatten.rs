@@ -1,0 +1,185 @@
+//! All objects of a layer with blocks and repeats taken apart, each with its place.
+//!
+//! Comes in: a [`Gerber`]. Goes out: its objects, one by one in the order in which they are drawn; pads, tracks and boxes
+//! for those who need no areas. The reader has bounded the number of copies and the depth of blocks.
+
+use super::object::{Aperture, Form, Gerber, Object, Shape, Track};
+use super::transform::{Place, Transform};
+use crate::geometry::{Bounds, Path, Point, Segment, chords, path_bounds, segment_bounds};
+use crate::units::Length;
+
+/// How far a chord may be from its arc, in mm.
+const CHORD_ERROR_MM: f64 = 0.005;
+
+/// Chords cut so finely in one layer; arcs behind that are cut at every quarter turn.
+const MOST_CHORDS: usize = 500_000;
+
+/// The error then.
+const COARSE_MM: f64 = 1e6;
+
+/// One object where it is drawn.
+pub(super) struct Seen<'a> {
+    /// The object: a flash of an aperture that is no block, a stroke or a contour.
+    pub(super) object: &'a Object,
+    /// Where the copy it belongs to lies.
+    pub(super) place: Place,
+    /// Whether it takes away.
+    pub(super) clear: bool,
+    /// Its tag, or that of the block's flash.
+    pub(super) tag: u32,
+}
+
+impl Seen<'_> {
+    /// How its aperture is held in the end.
+    pub(super) fn transform(&self, layer: &Gerber) -> Transform {
+        self.place.transform.over(layer.transform(self.object))
+    }
+}
+
+/// Calls `visit` for every object.
+pub(super) fn each<'a>(layer: &'a Gerber, visit: &mut dyn FnMut(Seen<'a>)) {
+    below(layer, &layer.objects, Place::HOME, (false, 0), visit);
+}
+
+fn below<'a>(
+    layer: &'a Gerber,
+    objects: &'a [Object],
+    place: Place,
+    (flipped, outer_tag): (bool, u32),
+    visit: &mut dyn FnMut(Seen<'a>),
+) {
+    for object in objects {
+        let clear = object.clear != flipped;
+        let tag = if outer_tag == 0 { object.tag } else { outer_tag };
+        match &object.shape {
+            Shape::Repeat { objects, columns, rows, step } => {
+                let copies = (0..*columns).flat_map(|column| (0..*rows).map(move |row| (column, row)));
+                for (column, row) in copies {
+                    let at = Point::new(step.x * i64::from(column), step.y * i64::from(row));
+                    below(layer, objects, place.inner(Transform::PLAIN, at), (flipped, tag), visit);
+                }
+            }
+            Shape::Flash { at } => match layer.form(object) {
+                Some(Form::Block { objects }) => {
+                    below(layer, objects, place.inner(layer.transform(object), *at), (clear, tag), visit);
+                }
+                _ => visit(Seen { object, place, clear, tag }),
+            },
+            _ => visit(Seen { object, place, clear, tag }),
+        }
+    }
+}
+
+impl Gerber {
+    /// The aperture that draws an object.
+    pub fn aperture(&self, object: &Object) -> Option<&Aperture> {
+        self.apertures.get(object.aperture as usize)
+    }
+
+    fn form(&self, object: &Object) -> Option<&Form> {
+        self.aperture(object).map(|aperture| &aperture.form)
+    }
+
+    pub(super) fn transform(&self, object: &Object) -> Transform {
+        self.transforms.get(object.transform as usize).copied().unwrap_or(Transform::PLAIN)
+    }
+
+    /// Centres of all flashes.
+    pub fn pads(&self) -> Vec<Point> {
+        let mut pads = Vec::new();
+        each(self, &mut |seen| {
+            if let Shape::Flash { at } = seen.object.shape {
+                pads.push(seen.place.point(at));
+            }
+        });
+        pads
+    }
+
+    /// Centre lines of all strokes, arcs as arcs: where each starts and how it goes on.
+    pub fn strokes(&self) -> Vec<(Point, Segment)> {
+        let mut strokes = Vec::new();
+        each(self, &mut |seen| {
+            if let Shape::Stroke { from, segment } = seen.object.shape {
+                strokes.push((seen.place.point(from), seen.place.segment(segment)));
+            }
+        });
+        strokes
+    }
+
+    /// All filled contours.
+    pub fn contours(&self) -> Vec<Path> {
+        let mut contours = Vec::new();
+        each(self, &mut |seen| {
+            if let Shape::Contour(path) = &seen.object.shape {
+                contours.push(seen.place.path(path).into_owned());
+            }
+        });
+        contours
+    }
+
+    /// All strokes with their half widths, arcs cut into chords.
+    pub fn tracks(&self) -> Vec<Track> {
+        let mut tracks = Vec::new();
+        let mut chords_made = 0;
+        each(self, &mut |seen| {
+            let Shape::Stroke { from, segment } = seen.object.shape else { return };
+            let scale = seen.transform(self).scale;
+            let half = self.form(seen.object).map_or(Length::ZERO, half_width);
+            let half_width = Length::from_mm(half.mm() * scale);
+            let (mut from, segment) = (seen.place.point(from), seen.place.segment(segment));
+            let stops = match segment {
+                Segment::Line { to } => vec![to],
+                Segment::Arc { to, centre, clockwise } => {
+                    let error = if chords_made < MOST_CHORDS { CHORD_ERROR_MM } else { COARSE_MM };
+                    chords::arc(from, to, centre, clockwise, error)
+                }
+            };
+            chords_made += stops.len();
+            for to in stops {
+                tracks.push(Track { from, to, half_width });
+                from = to;
+            }
+        });
+        tracks
+    }
+
+    /// The box around all flash points and centre lines, arcs bulging included; none for no objects.
+    pub fn centre_bounds(&self) -> Option<Bounds> {
+        let mut bounds: Option<Bounds> = None;
+        each(self, &mut |seen| {
+            let around = match &seen.object.shape {
+                Shape::Flash { at } => Bounds::of(seen.place.point(*at)),
+                Shape::Stroke { from, segment } => {
+                    segment_bounds(seen.place.point(*from), seen.place.segment(*segment))
+                }
+                Shape::Contour(path) => path_bounds(&seen.place.path(path)),
+                Shape::Repeat { .. } => return,
+            };
+            bounds = Some(bounds.map_or(around, |bounds| bounds.with(around.min).with(around.max)));
+        });
+        bounds
+    }
+
+    /// Whether there are strokes and none of them has a width.
+    pub fn has_only_hairlines(&self) -> bool {
+        let (mut strokes, mut wide) = (false, false);
+        each(self, &mut |seen| match seen.object.shape {
+            Shape::Stroke { .. } => {
+                strokes = true;
+                wide |= self.form(seen.object).is_some_and(|form| half_width(form) > Length::ZERO);
+            }
+            _ => wide = true,
+        });
+        strokes && !wide
+    }
+}
+
+/// Half of the smallest size; none worked out for macros and blocks.
+fn half_width(form: &Form) -> Length {
+    let size = match *form {
+        Form::Circle { diameter } | Form::Polygon { diameter, .. } => diameter,
+        Form::Rectangle { width, height } | Form::Obround { width, height } => width.min(height),
+        Form::Macro { .. } | Form::Block { .. } => Length::ZERO,
+    };
+    Length::from_nm(size.nm() / 2)
+}

@@ -1,0 +1,388 @@
+//! The board cut out (N10): inner contours first, passes in depth, tabs or mouse-bites.
+//!
+//! ```text
+//!   ╭──────╌╌──────╮     ╌╌ tabs: the bit stays above them, or with mouse-bites does not cut there at all
+//!   │  ╭───────╮   │        and a row of holes lets them break
+//!   ╎  │ inner │   ╎
+//!   ╎  ╰───────╯   ╎     the bit runs outside of the outline, and inside of inner contours
+//!   ╰──────╌╌──────╯
+//! ```
+//!
+//! Smaller bits go first, for what is too narrow for the bit: the board is still held then.
+//!
+//! Comes in: the outline, an operation. Goes out: tasks that mill, the one round the board last, and before them one that drills
+//! mouse-bites. Does not know copper.
+
+use super::super::rack;
+use super::super::usual::POINT_DEG;
+use super::super::work::{CutOut, CutSide};
+use super::closed::{Closed, closed, made};
+use super::cut::{self, Area};
+use super::hand_tabs;
+use super::isolate::turned;
+use super::narrow::{self, NEARER, half};
+use super::route::{Rules, arranged};
+use super::weak::{self, BITE_TOLERANCE};
+use super::{Desk, Entry, Part, Stroke, Task, Toolpath};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
+use crate::job::Bit;
+use crate::units::Length;
+use std::f64::consts::PI;
+
+/// Lengths along a way, in mm, between which tabs are.
+type Tabs = Vec<(f64, f64)>;
+
+/// Plans the operation.
+pub(super) fn plan(desk: &mut Desk<'_>, cut_out: &CutOut) -> Result<Part, Diagnostic> {
+    desk.go_on()?;
+    let mut part = Part::default();
+    let outline = &desk.scene.board.outline;
+    if outline.is_empty() {
+        desk.say(Diagnostic::warning("cam.no_outline"));
+        return Ok(part);
+    }
+    let names: Vec<&str> = std::iter::once(desk.operation.bit.as_str())
+        .chain(cut_out.further.iter().map(String::as_str))
+        .collect();
+    let bits = desk.mills(&names, true);
+    let Some((bit, smaller)) = bits.split_first() else { return Ok(part) };
+    let offset = half(bit.diameter) - NEARER;
+    let region = match cut_out.side {
+        CutSide::Outside => grow(outline, offset),
+        CutSide::On => outline.clone(),
+    };
+    if cut_out.side == CutSide::Outside {
+        let thin = smaller.last().unwrap_or(bit);
+        let between = Closed {
+            inner: closed(&desk.scene.board, half(thin.diameter) - NEARER).inner,
+            ..closed(&desk.scene.board, offset)
+        };
+        told(desk, &between, (bit, thin));
+    }
+    pins_hit(desk, cut_out, bit);
+    weak::tabs(desk, cut_out);
+    let (inner, outer): (Vec<Path>, Vec<Path>) =
+        turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
+            let area = path_area_mm2(path);
+            (area < 0.0) != (cut_out.direction == super::super::work::Direction::Climb)
+        });
+    let first =
+        if cut_out.side == CutSide::Outside { narrower(desk, cut_out, bit, smaller)? } else { Vec::new() };
+    let closed = desk.scene.closed_to(bit.diameter);
+    let mut bites = Vec::new();
+    let mut toolpaths = Vec::new();
+    let mut start = desk.scene.origin;
+    for (paths, tabbed) in [(inner, false), (outer, true)] {
+        let rules = Rules {
+            start,
+            overlap: Length::ZERO,
+            both_ways: false,
+            link: None,
+            seed: desk.means.options.seed,
+        };
+        let paths = arranged(paths, &rules);
+        let by_hand = if tabbed { hand_tabs::middles(desk, cut_out, &paths, bit) } else { Vec::new() };
+        for (index, path) in paths.into_iter().enumerate() {
+            start = path.end();
+            let hand = by_hand.get(index).map_or(&[][..], Vec::as_slice);
+            let middles = if tabbed { tab_middles(desk, cut_out, &path, bit, hand) } else { Vec::new() };
+            contour(desk, cut_out, path, &middles, closed.as_ref(), bit, (&mut toolpaths, &mut bites));
+        }
+    }
+    part.tasks.extend(bite_task(desk, cut_out, bites));
+    part.tasks.extend(first);
+    part.tasks.extend((!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) }));
+    Ok(part)
+}
+
+/// What each of the `smaller` bits cuts of inlets and inner contours that are too narrow for the bits before it. What a hole or
+/// a slot of the board makes is left to it.
+fn narrower(
+    desk: &mut Desk<'_>,
+    cut_out: &CutOut,
+    bit: &Bit,
+    smaller: &[Bit],
+) -> Result<Vec<Task>, Diagnostic> {
+    let (outline, mut wider) = (&desk.scene.board.outline, bit.diameter);
+    let mut tasks = Vec::new();
+    for thin in smaller {
+        desk.go_on()?;
+        let mut places = narrow::inlets(outline, wider);
+        places.retain(|place| !made(&desk.scene.board, path_bounds(&place.outer)));
+        let paths = turned(narrow::ways_through(outline, &places, thin.diameter), cut_out.direction);
+        let rules = Rules { both_ways: true, ..desk.free() };
+        let closed = desk.scene.closed_to(thin.diameter);
+        let mut toolpaths = Vec::new();
+        for path in arranged(paths, &rules) {
+            contour(desk, cut_out, path, &[], closed.as_ref(), thin, (&mut toolpaths, &mut Vec::new()));
+        }
+        tasks.extend((!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(thin) }));
+        wider = thin.diameter;
+    }
+    Ok(tasks)
+}
+
+/// Tells what the bits do not come between: the widest round the boards, the thinnest inside of them.
+fn told(desk: &mut Desk<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
+    let inner =
+        closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", &thin.name));
+    let merged =
+        (closed.merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", closed.merged));
+    inner.chain(merged.map(|error| error.with("bit", &bit.name))).for_each(|error| desk.say(error));
+}
+
+/// What stays between the cut and a pin, at least.
+const BESIDE_PINS: Length = Length::from_um(100);
+
+/// Tells that the bit runs into pins, which stand where they were drilled while the board is cut out.
+fn pins_hit(desk: &mut Desk<'_>, cut_out: &CutOut, bit: &Bit) {
+    let scene = desk.scene;
+    let width = if cut_out.side == CutSide::On { half(bit.diameter) } else { bit.diameter };
+    let clear = half(desk.work.setup.alignment.diameter) + width + BESIDE_PINS;
+    let edge = Area::of(&scene.board.outline);
+    let near = |pin: &Point| edge.index().nearest(*pin, clear).is_some_and(|near| near.distance < clear);
+    let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
+    let hit: Vec<Point> = pins.filter(near).collect();
+    let Some(first) = hit.first() else { return };
+    let error = Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
+    desk.say(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
+}
+
+/// The toolpaths of one contour, and the mouse-bites along it.
+fn contour(
+    desk: &mut Desk<'_>,
+    cut_out: &CutOut,
+    path: Path,
+    middles: &[f64],
+    closed: Option<&Area>,
+    bit: &Bit,
+    (toolpaths, bites): (&mut Vec<Toolpath>, &mut Vec<Point>),
+) {
+    let wide = (cut_out.tab_width + bit.diameter).mm();
+    let tabs = spans(&path, middles, wide);
+    let mut paths = vec![(path.clone(), tabs.clone())];
+    if cut_out.bites && !tabs.is_empty() {
+        let inwards = if cut_out.side == CutSide::On { Length::ZERO } else { half(bit.diameter) };
+        bites.extend(bite_places(cut_out, &path, &tabs, bit, inwards));
+        paths = without(&path, &tabs).into_iter().map(|path| (path, Vec::new())).collect();
+    }
+    if let Some(zone) = closed {
+        paths = kept_out(desk, paths, (&path, middles), zone, bit);
+    }
+    let depths = desk.depths(desk.depth());
+    let thickness = desk.machine.process.board_thickness;
+    let tab_depth = (thickness - cut_out.tab_height).max(Length::ZERO);
+    for (path, tabs) in paths {
+        let slope = libm::tan(cut_out.ramp_deg * PI / 180.0);
+        let entry = if path.is_closed() && slope > 0.0 { Entry::Ramp(slope) } else { Entry::Plunge };
+        toolpaths.push(Toolpath { path, depths: depths.clone(), entry, tabs, tab_depth, clears: None });
+    }
+}
+
+/// What is left of ways, with their tabs, outside of a zone. Told is where the zone takes away less of them than the bit is
+/// wide, which holds nothing, and what of the tabs with these `middles` along the whole contour falls into it.
+fn kept_out(
+    desk: &mut Desk<'_>,
+    toolpaths: Vec<(Path, Tabs)>,
+    (whole, middles): (&Path, &[f64]),
+    zone: &Area,
+    bit: &Bit,
+) -> Vec<(Path, Tabs)> {
+    let mut left = Vec::new();
+    let mut touched = false;
+    let mut cut_through: Vec<(Point, Point)> = Vec::new();
+    for (path, tabs) in toolpaths {
+        let parts = cut::parts(&path, zone, false);
+        if parts.len() == 1 && parts.iter().all(|part| (part.length_mm() - path.length_mm()).abs() < 1e-6) {
+            left.push((path, tabs));
+            continue;
+        }
+        let follows = parts.iter().skip(1).chain(parts.iter().take(usize::from(path.is_closed())));
+        let gaps = parts.iter().zip(follows).map(|(part, next)| (part.end(), next.start));
+        let (thin, wide): (Vec<_>, Vec<_>) = gaps.partition(|(a, b)| a.distance_mm(*b) < bit.diameter.mm());
+        let ends = |first: &Path, last: &Path| first.start == path.start && last.end() == path.end();
+        let shortened =
+            !path.is_closed() && !parts.first().zip(parts.last()).is_some_and(|(a, b)| ends(a, b));
+        touched |= parts.is_empty() || shortened || !wide.is_empty();
+        cut_through.extend(thin);
+        left.extend(parts.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
+    }
+    if touched {
+        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+    }
+    for (from, to) in &cut_through {
+        let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
+        desk.say(at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", &bit.name));
+    }
+    let through = |place: Point| {
+        let within =
+            |(a, b): &(Point, Point)| a.distance_mm(place).max(b.distance_mm(place)) < bit.diameter.mm();
+        cut_through.iter().any(within)
+    };
+    for place in middles.iter().filter_map(|middle| place_at(whole, *middle)) {
+        if zone.contains(place) && !through(place) {
+            desk.say(at(Diagnostic::warning("cam.tab_in_zone"), place));
+        }
+    }
+    left
+}
+
+/// The diagnostic with the place that it speaks of.
+pub(super) fn at(diagnostic: Diagnostic, place: Point) -> Diagnostic {
+    diagnostic.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
+}
+
+/// The place so far along `path`.
+fn place_at(path: &Path, length: f64) -> Option<Point> {
+    cut::between(path, 0.0, length.max(1e-3)).map(|part| part.end())
+}
+
+/// The tabs of the closed `path` as far as they lie on `part`, a part of it: lengths along that one.
+fn spans_on(part: &Path, path: &Path, tabs: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let (own, whole) = (part.length_mm(), path.length_mm());
+    let Some((_, begin)) = nearest(path, part.start, 0.1) else { return Vec::new() };
+    let on_part = |from: f64| tabs.iter().map(move |tab| ((tab.0 + from).max(0.0), (tab.1 + from).min(own)));
+    // What lies before its start along the whole comes again behind its end.
+    let all = on_part(-begin).chain(on_part(whole - begin));
+    all.filter(|(from, to)| to > from).collect()
+}
+
+/// Where the middles of tabs are: lengths along the way; `hand` are those of tabs put on it by hand.
+fn tab_middles(desk: &mut Desk<'_>, cut_out: &CutOut, path: &Path, bit: &Bit, hand: &[f64]) -> Vec<f64> {
+    let whole = path.length_mm();
+    let wide = (cut_out.tab_width + bit.diameter).mm();
+    let middles: Vec<f64> = if cut_out.tab_at.is_empty() {
+        let count = f64::from(cut_out.tabs);
+        (0..cut_out.tabs).map(|tab| (f64::from(tab) + 0.5) * whole / count).collect()
+    } else {
+        hand.to_vec()
+    };
+    if middles.is_empty() && !cut_out.tab_at.is_empty() {
+        desk.say(at(Diagnostic::error("cam.cut_free"), path.start));
+    }
+    if wide * middles.len() as f64 > 0.8 * whole {
+        desk.say(Diagnostic::error("cam.no_room_for_tabs").with("tabs", middles.len()));
+        return Vec::new();
+    }
+    middles
+}
+
+/// Where the bit stays above tabs around these `middles`: pairs of lengths along the way, ascending and apart.
+fn spans(path: &Path, middles: &[f64], wide: f64) -> Vec<(f64, f64)> {
+    let whole = path.length_mm();
+    let mut spans: Vec<(f64, f64)> = Vec::new();
+    for middle in middles {
+        let (begin, end) = (middle - wide / 2.0, middle + wide / 2.0);
+        // A tab across the start is two.
+        if begin < 0.0 {
+            spans.push((begin + whole, whole));
+        }
+        if end > whole {
+            spans.push((0.0, end - whole));
+        }
+        spans.push((begin.max(0.0), end.min(whole)));
+    }
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut apart: Vec<(f64, f64)> = Vec::new();
+    for (begin, end) in spans {
+        match apart.last_mut().filter(|last| begin <= last.1) {
+            Some(last) => last.1 = last.1.max(end),
+            None => apart.push((begin, end)),
+        }
+    }
+    apart
+}
+
+/// How far `path` is from `at` where it is nearest, and the length along it there, if that is within `reach`; all in mm.
+pub(super) fn nearest(path: &Path, at: Point, reach: f64) -> Option<(f64, f64)> {
+    let pieces = cut::cut_at(path, &[]);
+    let mut best: Option<(f64, f64)> = None;
+    for piece in pieces {
+        let looks = (((piece.end - piece.begin) / 0.1) as u32).clamp(1, 10_000);
+        for look in 0..=looks {
+            let share = f64::from(look) / f64::from(looks);
+            let away = cut::point_on(piece.from, piece.segment, share).distance_mm(at);
+            if best.is_none_or(|(least, _)| away < least) {
+                best = Some((away, piece.begin + (piece.end - piece.begin) * share));
+            }
+        }
+    }
+    best.filter(|(away, _)| *away <= reach)
+}
+
+/// `path` without the spans of tabs.
+fn without(path: &Path, tabs: &[(f64, f64)]) -> Vec<Path> {
+    let whole = path.length_mm();
+    let ends: Vec<(f64, f64)> =
+        tabs.iter().zip(tabs.iter().skip(1)).map(|((_, end), (next, _))| (*end, *next)).collect();
+    let parts = ends.into_iter().filter_map(|(begin, end)| cut::between(path, begin, end));
+    let mut parts: Vec<Path> = parts.collect();
+    let (first, last) = (tabs.first().map_or(0.0, |tab| tab.0), tabs.last().map_or(0.0, |tab| tab.1));
+    let tail = cut::between(path, last, whole);
+    let head = cut::between(path, 0.0, first);
+    match (tail, head) {
+        (Some(mut tail), Some(head)) => {
+            tail.segments.extend(head.segments);
+            parts.push(tail);
+        }
+        (tail, head) => parts.extend(tail.into_iter().chain(head)),
+    }
+    parts
+}
+
+/// Rows of holes along the board's edge within the tabs. What stays is on the right of a climbing way.
+fn bite_places(cut_out: &CutOut, path: &Path, tabs: &[(f64, f64)], bit: &Bit, inwards: Length) -> Vec<Point> {
+    let whole = path.length_mm();
+    let right = cut_out.direction == super::super::work::Direction::Climb;
+    let mut places = Vec::new();
+    for &(begin, end) in tabs {
+        // The bit's radius at both ends is cut away: the tab itself lies between.
+        let radius = bit.diameter.mm() / 2.0;
+        let joined = tabs.len() > 1 && (begin <= 0.0 || end >= whole);
+        let (begin, end) = if joined { (begin, end) } else { (begin + radius, end - radius) };
+        let count = ((end - begin) / cut_out.bite_pitch.mm().max(0.05)) as u32;
+        let first = (begin + end - f64::from(count) * cut_out.bite_pitch.mm()) / 2.0;
+        let at: Vec<f64> = (0..=count).map(|n| first + f64::from(n) * cut_out.bite_pitch.mm()).collect();
+        for length in at {
+            let Some(part) = cut::between(path, 0.0, length.clamp(1e-3, whole)) else { continue };
+            places.extend(beside(&part, inwards, right));
+        }
+    }
+    places
+}
+
+/// The place `by` to the right, or left, of the end of `path`.
+fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
+    let (from, segment) = path.pieces().last()?;
+    let to = segment.to();
+    let (x, y) = match segment {
+        Segment::Line { .. } => ((to.x - from.x).mm(), (to.y - from.y).mm()),
+        Segment::Arc { centre, clockwise, .. } => {
+            let (x, y) = ((to.x - centre.x).mm(), (to.y - centre.y).mm());
+            if clockwise { (y, -x) } else { (-y, x) }
+        }
+    };
+    let length = libm::sqrt(x * x + y * y).max(1e-9);
+    let by = if right { by.mm() } else { -by.mm() };
+    Some(Point::from_mm(to.x.mm() + y / length * by, to.y.mm() - x / length * by))
+}
+
+/// The drilling of mouse-bites with the nearest drill of the rack.
+fn bite_task(desk: &mut Desk<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<Task> {
+    if places.is_empty() {
+        return None;
+    }
+    let closed = desk.scene.closed_to(cut_out.bite_hole);
+    let free = |at: &Point| closed.as_ref().is_none_or(|zone| !zone.contains(*at));
+    let places: Vec<Point> = places.into_iter().filter(free).collect();
+    let Some(diameter) = rack::nearest(&desk.machine.rack, cut_out.bite_hole, BITE_TOLERANCE) else {
+        let size = rack::size_text(cut_out.bite_hole);
+        desk.say(Diagnostic::error("cam.no_bit_for_bites").with("size", size));
+        return None;
+    };
+    let process = &desk.machine.process;
+    let strokes = places.into_iter().map(|at| Stroke { at, hole: None }).collect();
+    let depth = rack::through(process, process.breakthrough, diameter, POINT_DEG);
+    Some(Task { strokes, depth, ..Task::with(&rack::drill(diameter)) })
+}

@@ -1,0 +1,152 @@
+//! Round holes with the drills of the rack (S5, N9).
+//!
+//! ```text
+//!   holes of the board ─ nearest drill ─┬─ 0.8 mm   ● ● ● ●    through, point and all, or as deep as the operation says
+//!   or those for pins    within         └─ 1.0 mm   ● ●
+//!                        tolerance
+//! ```
+//!
+//! Comes in: holes, the rack, an operation, the bit that is loaded. Goes out: one task for each bit. Does not know slots.
+
+use super::super::places::{Places, Twice};
+use super::super::tour::Effort;
+use super::super::work::{Drill, Holes};
+use super::super::{Order, default_iterations, loaded_first, order, rack};
+use super::beside::Beside;
+use super::{Desk, Part, Stroke, Task, WHOLE};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::Point;
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// Plans the operation.
+pub(super) fn plan(desk: &mut Desk<'_>, drill: &Drill) -> Result<Part, Diagnostic> {
+    let mut part = Part::default();
+    let mut by_bit: BTreeMap<Length, Vec<(u32, Point)>> = BTreeMap::new();
+    let mut missing = 0_usize;
+    for (index, hole) in (0..).zip(&desk.scene.board.holes) {
+        if desk.scene.pins.contains(&index) != (drill.holes == Holes::Alignment) {
+            continue;
+        }
+        let Some(size) = hole.diameter else { continue };
+        match rack::nearest(&desk.machine.rack, size, drill.tolerance) {
+            Some(bit) => by_bit.entry(bit).or_default().push((index, hole.at)),
+            None if drill.holes == Holes::Alignment => missing += 1,
+            None => {}
+        }
+    }
+    if missing > 0 {
+        let size = rack::size_text(desk.work.setup.alignment.diameter);
+        desk.say(Diagnostic::error("cam.no_bit_for_pins").with("size", size));
+    }
+    let mut kept_out = 0_usize;
+    once(desk, &mut part, &mut by_bit);
+    for (bit, holes) in &mut by_bit {
+        let Some(zone) = desk.scene.closed_to(*bit) else { break };
+        let (out, free): (Vec<_>, Vec<_>) = holes.iter().partition(|(_, at)| zone.contains(*at));
+        part.left_holes.extend(out.iter().map(|(index, _)| *index));
+        kept_out += out.len();
+        *holes = free;
+    }
+    if drill.holes == Holes::Board {
+        let mut beside = Beside::default();
+        let holes = by_bit.iter().flat_map(|(bit, holes)| holes.iter().map(move |(_, at)| (*bit, *at)));
+        holes.for_each(|(bit, at)| beside.look(desk.scene, &[at], bit));
+        beside.error().into_iter().for_each(|error| desk.say(error));
+    }
+    if kept_out > 0 {
+        desk.say(Diagnostic::error("cam.holes_in_zone").with("count", kept_out));
+    }
+    by_bit.retain(|_, holes| !holes.is_empty());
+    let total: usize = by_bit.values().map(Vec::len).sum();
+    if total == 0 {
+        desk.say(Diagnostic::note("cam.no_holes"));
+    }
+    let kicks = match drill.order {
+        Order::File => 0,
+        _ => desk.means.options.iterations.unwrap_or_else(|| default_iterations(total)),
+    };
+    let mut holes_done = 0;
+    for (diameter, holes) in in_order(desk, drill, by_bit) {
+        desk.go_on()?;
+        part.holes.extend(holes.iter().map(|(index, _)| *index));
+        holes_done += holes.len() as u64;
+        // Each bit's share grows with its holes, and the shares add up to the whole.
+        let until = share(kicks, holes_done, total as u64);
+        part.tasks.push(task(desk, drill, diameter, &holes, (part.iterations, until, kicks))?);
+        part.iterations = until;
+        desk.done = share(WHOLE, holes_done, total as u64);
+    }
+    part.holes.sort_unstable();
+    Ok(part)
+}
+
+/// How much of `whole` belongs to the first `part` of `all`.
+fn share(whole: u64, part: u64, all: u64) -> u64 {
+    (u128::from(whole) * u128::from(part) / u128::from(all.max(1))) as u64
+}
+
+/// Takes holes away that the same bit makes at the same place, but for the first in the file; they count as made.
+fn once(desk: &mut Desk<'_>, part: &mut Part, by_bit: &mut BTreeMap<Length, Vec<(u32, Point)>>) {
+    let (mut places, mut twice) = (Places::default(), Twice::default());
+    for (bit, holes) in by_bit {
+        holes.retain(|(index, at)| {
+            let again = places.again(*bit, *at, Length::ZERO);
+            if again {
+                part.holes.push(*index);
+                twice.add(*at);
+            }
+            !again
+        });
+    }
+    twice.note("cam.holes_twice").into_iter().for_each(|note| desk.say(note));
+}
+
+/// The bits in order of use: ascending, or the loaded one first where that is wanted.
+fn in_order<T>(desk: &mut Desk<'_>, drill: &Drill, by_bit: BTreeMap<Length, T>) -> Vec<(Length, T)> {
+    let sizes: Vec<Length> = by_bit.keys().copied().collect();
+    let mut bits: Vec<_> = by_bit.into_iter().collect();
+    if drill.holes == Holes::Alignment {
+        return bits;
+    }
+    match loaded_first(&sizes, desk.means.options, drill.tolerance) {
+        Ok(first) => bits[..=first].rotate_right(1),
+        Err(why) => why.into_iter().for_each(|diagnostic| desk.say(diagnostic)),
+    }
+    bits
+}
+
+/// What one bit drills, in order. `kicks` are those made before, those made afterwards and those of all bits.
+fn task(
+    desk: &mut Desk<'_>,
+    drill: &Drill,
+    diameter: Length,
+    holes: &[(u32, Point)],
+    (made, until, all): (u64, u64, u64),
+) -> Result<Task, Diagnostic> {
+    let effort = Effort { kicks: until - made, seed: desk.means.options.seed };
+    let (hop_time, origin, tick, before) =
+        (desk.means.hop_time, desk.scene.origin, &mut *desk.tick, desk.done);
+    let mut tick = |done: u64| tick(before.max(share(WHOLE, made + done, all)));
+    let order = order::arrange(holes, origin, drill.order, hop_time, effort, &mut tick);
+    let order = order.ok_or_else(|| Diagnostic::error("plan.cancelled"))?;
+    let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
+    let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
+    let bit = rack::drill(diameter);
+    let strokes = order.into_iter().map(stroke).collect();
+    Ok(Task { strokes, depth: depth(desk, drill, diameter), peck: drill.peck, ..Task::with(&bit) })
+}
+
+/// How deep a drill goes: as the operation says, else through, and pins into the bed.
+fn depth(desk: &Desk<'_>, drill: &Drill, diameter: Length) -> Length {
+    if desk.operation.depth > Length::ZERO {
+        return desk.operation.depth;
+    }
+    let own = drill.points.iter().find(|(drill, _)| *drill == diameter);
+    let degrees = own.map_or(drill.point_deg, |(_, degrees)| *degrees);
+    let below = match drill.holes {
+        Holes::Board => desk.machine.process.breakthrough,
+        Holes::Alignment => desk.work.setup.alignment.depth,
+    };
+    rack::through(&desk.machine.process, below, diameter, degrees)
+}

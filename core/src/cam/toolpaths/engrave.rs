@@ -1,0 +1,60 @@
+//! Lines that the middle of the bit follows: legend, outline, edges of copper (N7).
+//!
+//! Comes in: lines of the board. Goes out: one task. Does not offset anything.
+
+use super::super::work::{Engrave, Lines};
+use super::route::arranged;
+use super::{Desk, Part};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::Path;
+
+/// Plans the operation.
+pub(super) fn plan(desk: &mut Desk<'_>, engrave: &Engrave) -> Result<Part, Diagnostic> {
+    desk.go_on()?;
+    let (board, face) = (&desk.scene.board, desk.operation.face);
+    let lines: Vec<Path> = match engrave.of {
+        Lines::Outline => board.outline.paths().cloned().collect(),
+        Lines::Copper => {
+            let copper = desk.scene.copper(face);
+            copper.iter().flat_map(|copper| copper.region.paths()).cloned().collect()
+        }
+        Lines::Legend => {
+            let legends = board.legend.iter().filter(|legend| legend.face == face);
+            legends.flat_map(|legend| &legend.strokes).cloned().collect()
+        }
+    };
+    let mut part = Part::default();
+    let stamped = board.legend.iter().filter(|legend| legend.face == face).map(|legend| legend.flashes);
+    let stamped: u32 = if engrave.of == Lines::Legend { stamped.sum() } else { 0 };
+    if stamped > 0 {
+        desk.say(Diagnostic::note("cam.legend_flashes").with("count", stamped));
+    }
+    if lines.is_empty() {
+        desk.say(Diagnostic::note("cam.no_lines"));
+        return Ok(part);
+    }
+    let name = desk.operation.bit.clone();
+    let Some(bit) = desk.mills(&[&name], false).pop() else { return Ok(part) };
+    let depth = desk.depth();
+    let closed = desk.scene.closed_to(bit.width_at(depth));
+    let (lines, touched) = desk.scene.trimmed(lines, closed.as_ref());
+    if touched {
+        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+    }
+    let rules = desk.free();
+    let lines = chained(arranged(lines, &rules));
+    part.tasks.extend(desk.milling(&bit, lines, depth));
+    Ok(part)
+}
+
+/// Lines that go on where the one before ended, as one.
+fn chained(lines: Vec<Path>) -> Vec<Path> {
+    let mut out: Vec<Path> = Vec::with_capacity(lines.len());
+    for line in lines {
+        match out.last_mut() {
+            Some(last) if last.end() == line.start => last.segments.extend(line.segments),
+            _ => out.push(line),
+        }
+    }
+    out
+}

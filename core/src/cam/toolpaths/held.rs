@@ -1,0 +1,68 @@
+//! Whether a job's depths and the order of its operations leave the board where it is as long as it is needed, and in one
+//! piece afterwards.
+//!
+//! ```text
+//!   first side   drill · isolate              the board is cut out last of all: what comes after it finds the
+//!   second side  isolate · drill · cut out    board hanging on its tabs, or gone
+//! ```
+//!
+//! Comes in: a [`Work`], its parts. Goes out: diagnostics. Does not know toolpaths.
+
+use super::super::work::{Action, Operation, Work};
+use super::{Desk, Part, Task, planned_operations};
+use crate::diagnostic::Diagnostic;
+use crate::machine::Machine;
+use crate::units::Length;
+
+/// Deeper than this below the board nobody's bed is meant to be drilled.
+const BED: Length = Length::from_um(10_000);
+
+/// Tells of depths that end in the board though it is to be cut through, or far below it.
+pub(super) fn depths(desk: &mut Desk<'_>, part: &Part) {
+    let through =
+        matches!(desk.operation.action, Action::Drill(_) | Action::MillHoles(_) | Action::CutOut(_));
+    let Some(deepest) = part.tasks.iter().filter_map(deepest).max().filter(|_| through) else { return };
+    let thickness = desk.machine.process.board_thickness;
+    let mm = |length: Length| format!("{:.2}", length.mm());
+    if deepest < thickness {
+        let warning = Diagnostic::warning("cam.not_through").with("depth", mm(deepest));
+        desk.say(warning.with("thickness", mm(thickness)));
+    }
+    if deepest > thickness + BED {
+        let warning = Diagnostic::warning("cam.far_below").with("depth", mm(deepest));
+        desk.say(warning.with("below", mm(deepest - thickness)));
+    }
+}
+
+/// How deep a task goes; none where it has nothing to do.
+fn deepest(task: &Task) -> Option<Length> {
+    let milled = task.toolpaths.iter().filter_map(|way| way.depths.last().copied()).max();
+    let drilled = (!task.strokes.is_empty()).then_some(task.depth);
+    milled.max(drilled)
+}
+
+/// An error for every operation of this side that cuts the board out while others are still to be done, here or on the side
+/// that comes after it.
+pub(super) fn too_early(work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Diagnostic> {
+    let busy = |index: usize| {
+        let own = |part: &&Part| part.operation as usize == index;
+        parts.iter().find(own).is_some_and(|part| !part.tasks.is_empty())
+    };
+    let cuts_out = |operation: &Operation| {
+        let through = operation.depth == Length::ZERO || operation.depth >= machine.process.board_thickness;
+        through && matches!(operation.action, Action::CutOut(_))
+    };
+    let later: Vec<_> =
+        work.faces().into_iter().skip_while(|face| *face != work.setup.face).skip(1).collect();
+    let mut errors = Vec::new();
+    for (index, operation) in planned_operations(work).filter(|(index, own)| cuts_out(own) && busy(*index)) {
+        let here = planned_operations(work)
+            .filter(|(next, own)| *next > index && busy(*next) && !matches!(own.action, Action::CutOut(_)));
+        let there = work.operations.iter().filter(|own| own.on && later.contains(&own.face));
+        if let Some(next) = here.map(|(_, own)| own).chain(there).next() {
+            let error = Diagnostic::error("cam.cut_out_too_early").with("next", next.title());
+            errors.push(error.with("side", next.face.name()).with("operation", operation.title()));
+        }
+    }
+    errors
+}

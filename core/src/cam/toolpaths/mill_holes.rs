@@ -1,0 +1,194 @@
+//! Slots, and holes for which there is no drill, milled (N9).
+//!
+//! ```text
+//!   hole wider than the bit: a helix down        slot wider than the bit: rings, the innermost first,
+//!   and once round at the bottom                 each a ramp all along
+//!       ╭───╮                                       ╭──────────────╮
+//!      │ ╭─╮ │                                      │ ╭──────────╮ │
+//!      │ ╰─╯ │                                      │ ╰──────────╯ │
+//!       ╰───╯                                       ╰──────────────╯
+//! ```
+//!
+//! Comes in: holes and slots, mills of the job. Goes out: one task for each bit, widest first. Does not know the rack but for
+//! telling which holes have a drill.
+
+use super::super::places::Twice;
+use super::super::rack;
+use super::super::work::{Direction, MillHoles};
+use super::beside::Beside;
+use super::missing::Missing;
+use super::route::{Rules, arranged};
+use super::twice::Milled;
+use super::{Desk, Entry, Part, Shape, Task, Toolpath};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{Path, Point, circle, grow, path_bounds, sweep};
+use crate::job::Bit;
+use crate::units::Length;
+
+/// A bit is not too wide for what it is wider than by no more than this.
+const SLACK: Length = Length::from_um(2);
+/// Neighbouring rings share so much of the bit's width.
+const SHARED: f64 = 0.55;
+/// More rings than this are not made in one hole.
+const MOST_RINGS: usize = 200;
+
+/// What is milled: where its middle line goes, how wide it is to be, and what of the board it is.
+struct Wanted {
+    middle: Vec<Point>,
+    width: Length,
+    shape: Shape,
+}
+
+/// Plans the operation.
+pub(super) fn plan(desk: &mut Desk<'_>, bore: &MillHoles) -> Result<Part, Diagnostic> {
+    let mut part = Part::default();
+    let names: Vec<&str> =
+        std::iter::once(desk.operation.bit.as_str()).chain(bore.further.iter().map(String::as_str)).collect();
+    let bits = desk.mills(&names, true);
+    let tolerance = desk.scene.tolerance(desk.work, desk.machine);
+    let mut by_bit: Vec<Vec<(Shape, Vec<Path>)>> = bits.iter().map(|_| Vec::new()).collect();
+    let (mut no_hole, mut no_slot) = (Missing::default(), Missing::default());
+    let (mut beside, mut twice) = (Beside::default(), Twice::default());
+    let mut milled = Milled::default();
+    for wanted in wanted(desk, bore, tolerance) {
+        desk.go_on()?;
+        let again = milled.again(&wanted.middle, wanted.width, Length::ZERO);
+        // The widest bit that fits; else the thinnest, if it is too wide by no more than a drill may be.
+        let fits = |slack: Length| move |bit: &Bit| bit.diameter <= wanted.width + slack;
+        let fits = bits.iter().position(fits(SLACK)).or_else(|| bits.iter().rposition(fits(tolerance)));
+        let Some((bit, paths)) = fits.and_then(|fits| bits.get(fits).zip(by_bit.get_mut(fits))) else {
+            let at = wanted.middle.first().copied().unwrap_or_default();
+            match wanted.shape {
+                Shape::Hole(hole) => {
+                    no_hole.add(wanted.width, at);
+                    part.left_holes.push(hole);
+                }
+                Shape::Slot(slot) => {
+                    no_slot.add(wanted.width, at);
+                    part.left_slots.push(slot);
+                }
+            }
+            continue;
+        };
+        match wanted.middle.first().filter(|_| again) {
+            Some(at) => twice.add(*at),
+            None => {
+                beside.look(desk.scene, &wanted.middle, wanted.width);
+                paths.push((wanted.shape, rings(&wanted, bit, bore.direction)));
+            }
+        }
+        match wanted.shape {
+            Shape::Hole(hole) => part.holes.push(hole),
+            Shape::Slot(slot) => part.slots.push(slot),
+        }
+    }
+    let errors = no_hole
+        .errors("cam.holes_missing")
+        .into_iter()
+        .chain(no_slot.errors("cam.slots_missing"))
+        .chain(beside.error());
+    errors.chain(twice.note("cam.holes_twice")).for_each(|diagnostic| desk.say(diagnostic));
+    for (bit, paths) in bits.iter().zip(by_bit) {
+        part.tasks.extend(task(desk, bit, paths));
+    }
+    Ok(part)
+}
+
+/// What there is to mill: holes that no drill of the rack fits, but for pins, and slots.
+fn wanted(desk: &Desk<'_>, bore: &MillHoles, tolerance: Length) -> Vec<Wanted> {
+    let undrilled = |size: Length| rack::nearest(&desk.machine.rack, size, tolerance).is_none();
+    let board = &desk.scene.board;
+    let holes = (0..).zip(&board.holes).filter(|_| bore.holes).filter_map(|(index, hole)| {
+        let width = hole.diameter.filter(|size| undrilled(*size) && !desk.scene.pins.contains(&index))?;
+        Some(Wanted { middle: vec![hole.at], width, shape: Shape::Hole(index) })
+    });
+    let slots = (0..).zip(&board.slots).filter(|_| bore.slots).filter_map(|(index, slot)| {
+        Some(Wanted { middle: slot.path.clone(), width: slot.width?, shape: Shape::Slot(index) })
+    });
+    holes.chain(slots).collect()
+}
+
+/// The toolpaths that `bit` clears `wanted` with, the innermost first.
+fn rings(wanted: &Wanted, bit: &Bit, direction: Direction) -> Vec<Path> {
+    let room = wanted.width - bit.diameter;
+    let around = |path: Path| if direction == Direction::Climb { path } else { path.reversed() };
+    if room <= SLACK {
+        return Path::through(&wanted.middle).into_iter().map(around).collect();
+    }
+    let step = Length::from_mm(bit.diameter.mm() * (1.0 - SHARED));
+    if let [at] = wanted.middle.as_slice() {
+        let count = ((room.nm() + 2 * step.nm() - 1) / (2 * step.nm())).clamp(1, MOST_RINGS as i64);
+        let ring = |ring: i64| around(circle(*at, Length::from_nm(room.nm() * ring / count)));
+        return (1..=count).map(ring).collect();
+    }
+    let mut region = Path::through(&wanted.middle).map_or_else(Default::default, |path| sweep(&[path], room));
+    let mut inwards: Vec<Path> = Vec::new();
+    for _ in 0..MOST_RINGS {
+        if region.is_empty() {
+            break;
+        }
+        inwards.extend(region.paths().cloned().map(around));
+        region = grow(&region, -step);
+    }
+    inwards.reverse();
+    inwards
+}
+
+/// What `bit` mills: shapes that are one plunge first, then the others.
+fn task(desk: &mut Desk<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)>) -> Option<Task> {
+    let closed = desk.scene.closed_to(bit.diameter);
+    let mut touched = false;
+    let mut free = |path: &Path| {
+        let open = closed.as_ref().is_none_or(|zone| {
+            if path.segments.is_empty() { !zone.contains(path.start) } else { whole(path, zone) }
+        });
+        touched |= !open;
+        open
+    };
+    let (mut points, mut rings) = (Vec::new(), Vec::new());
+    for (shape, mut paths) in shapes {
+        let wanted = paths.len();
+        paths.retain(&mut free);
+        // What a zone cuts short is not cleared: another operation may still come for it.
+        let shape = (paths.len() == wanted).then_some(shape);
+        let (point, ring): (Vec<Path>, Vec<Path>) =
+            paths.into_iter().partition(|path| path.segments.is_empty());
+        points.extend(point.into_iter().map(|path| (shape, path)));
+        rings.extend((!ring.is_empty()).then_some((shape, ring)));
+    }
+    if touched {
+        desk.say(Diagnostic::warning("cam.zone_in_the_way"));
+    }
+    let depth = desk.depth();
+    let depths = desk.depths(depth);
+    let way = |(clears, path): (Option<Shape>, Path)| {
+        let entry = if path.is_closed() { Entry::Helix } else { Entry::Plunge };
+        Toolpath { path, depths: depths.clone(), entry, tabs: Vec::new(), tab_depth: Length::ZERO, clears }
+    };
+    let rules = desk.free();
+    let mut toolpaths: Vec<Toolpath> = points.into_iter().map(way).collect();
+    toolpaths.extend(grouped(rings, &rules).into_iter().map(way));
+    (!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) })
+}
+
+/// Whether a way keeps out of a zone altogether.
+fn whole(path: &Path, zone: &super::cut::Area) -> bool {
+    super::cut::parts(path, zone, false).first() == Some(path)
+}
+
+/// Rings of one shape follow each other from the inside out; the shapes are put in order by their last rings.
+fn grouped(mut shapes: Vec<(Option<Shape>, Vec<Path>)>, rules: &Rules<'_>) -> Vec<(Option<Shape>, Path)> {
+    let outer: Vec<Path> = shapes.iter().filter_map(|(_, rings)| rings.last().cloned()).collect();
+    let mut out = Vec::new();
+    for outer in arranged(outer, rules) {
+        let bounds = path_bounds(&outer);
+        let found =
+            shapes.iter().position(|(_, rings)| rings.last().is_some_and(|last| path_bounds(last) == bounds));
+        let Some(found) = found else { continue };
+        let (shape, mut rings) = shapes.swap_remove(found);
+        rings.pop();
+        out.extend(rings.into_iter().map(|ring| (shape, ring)));
+        out.push((shape, outer));
+    }
+    out
+}

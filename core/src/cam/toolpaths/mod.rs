@@ -1,0 +1,426 @@
+//! Toolpaths: where the middle of each bit goes, operation by operation.
+//!
+//! ```text
+//!  Board ─ laid ─▶ Scene ─┬─ isolate ─▶ Part ─┐
+//!     (panel, pins,       ├─ clear            ├─▶ Planned ─ lower ─▶ Program
+//!      turned over)       ├─ drill, bore      │
+//!                         └─ cut out ─────────┘
+//! ```
+//!
+//! Every operation is planned by itself from the same [`Scene`], so that a caller can keep the parts of those that did not
+//! change: [`key`] tells whether one did.
+//!
+//! Comes in: a board, a [`Work`], a machine. Goes out: [`Planned`] and what there is to say. Lengths in whole nanometres in
+//! the coordinates of the board as it lies. Does not know how fast anything goes: the time of a hop it is told.
+
+mod beside;
+mod clear;
+mod closed;
+pub(crate) mod cut;
+mod cut_out;
+mod drill;
+mod engrave;
+mod fill;
+mod hand_tabs;
+mod held;
+mod isolate;
+mod lower;
+mod mill_holes;
+mod missing;
+mod narrow;
+mod route;
+mod scene;
+mod shared;
+mod slivers;
+#[cfg(test)]
+mod tests;
+mod twice;
+mod weak;
+
+pub use lower::lower_work;
+pub use scene::Scene;
+
+use super::work::{Action, Operation, Work};
+use super::{PlanOptions, Progress, limits};
+use crate::board::Board;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::geometry::{Path, Point};
+use crate::job::{Bit, Cutter, Leg, Mark, Program};
+use crate::machine::Machine;
+use crate::units::Length;
+use sha2::{Digest, Sha256};
+
+/// One way of a bit: a path of its middle, at one depth after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Toolpath {
+    /// The way of the middle of the bit.
+    pub path: Path,
+    /// Depths of the passes, positive downwards, shallow first.
+    pub depths: Vec<Length>,
+    /// How the bit goes down.
+    pub entry: Entry,
+    /// Lengths along the path, in mm, between which the bit stays above `tab_depth`.
+    pub tabs: Vec<(f64, f64)>,
+    /// Greatest depth over a tab.
+    pub tab_depth: Length,
+    /// The hole or slot of the board as it lies that it clears, if it does.
+    pub clears: Option<Shape>,
+}
+
+/// A hole or a slot, by its number on the board as it lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shape {
+    /// A round hole.
+    Hole(u32),
+    /// A slot.
+    Slot(u32),
+}
+
+/// How a bit goes down to a depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Entry {
+    /// Straight down.
+    #[default]
+    Plunge,
+    /// Along the way, so much deeper for every mm.
+    Ramp(f64),
+    /// Along the whole way once round for every pass.
+    Helix,
+}
+
+/// A place to drill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stroke {
+    /// Where.
+    pub at: Point,
+    /// The hole of the board that it makes, if it is one.
+    pub hole: Option<u32>,
+}
+
+/// What one bit does in an operation: first it drills, then it mills.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Task {
+    /// The bit.
+    pub bit: Bit,
+    /// Places to drill, in order.
+    pub strokes: Vec<Stroke>,
+    /// How deep it drills, positive downwards.
+    pub depth: Length,
+    /// Depth after which it comes up to clear itself; 0 for never.
+    pub peck: Length,
+    /// Toolpaths to mill, in order.
+    pub toolpaths: Vec<Toolpath>,
+}
+
+/// One operation as planned.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Which operation, as index into [`Work::operations`].
+    pub operation: u32,
+    /// What its bits do, in order.
+    pub tasks: Vec<Task>,
+    /// What there is to say about it.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Holes of the board as it lies that it makes.
+    pub holes: Vec<u32>,
+    /// Slots that it makes.
+    pub slots: Vec<u32>,
+    /// Holes that it leaves out, as its diagnostics say.
+    pub left_holes: Vec<u32>,
+    /// Slots that it leaves out, as its diagnostics say.
+    pub left_slots: Vec<u32>,
+    /// Iterations that the search for the order of its holes made.
+    pub iterations: u64,
+}
+
+/// All operations of the side that is up, as planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planned {
+    /// The board as it lies.
+    pub board: Board,
+    /// The place in its coordinates that becomes the work zero.
+    pub origin: Point,
+    /// The operations, in order.
+    pub parts: Vec<Part>,
+    /// Codes of errors that it and its files have and that were accepted. Where it has others too, nobody may export or run it yet.
+    pub accepted: Vec<String>,
+    /// The spindles that work, one bit each (bit 0 is Z1).
+    pub spindles: u8,
+}
+
+impl Planned {
+    /// All toolpaths in the order of [`crate::job::Mark::Toolpath`].
+    pub fn toolpaths(&self) -> impl Iterator<Item = &Toolpath> {
+        self.parts.iter().flat_map(|part| &part.tasks).flat_map(|task| &task.toolpaths)
+    }
+
+    /// The operation, as index into [`Work::operations`], of leg `leg` of `program`, which these became: strokes and toolpaths
+    /// stand in the program in the order in which they stand here. None for legs between them.
+    pub fn operation_at(&self, program: &Program, leg: u32) -> Option<u32> {
+        let does = |leg: &&Leg| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_));
+        let leg = leg as usize;
+        program.legs.get(leg).filter(does)?;
+        let mut before = program.legs.iter().take(leg).filter(does).count();
+        let count = |task: &Task| task.strokes.len() + task.toolpaths.len();
+        self.parts.iter().find_map(|part| {
+            let own = part.tasks.iter().map(count).sum();
+            let here = before < own;
+            before = before.saturating_sub(own);
+            here.then_some(part.operation)
+        })
+    }
+
+    /// Length of all toolpaths in mm, every pass counted; what ramps and links take besides is in the program.
+    pub fn toolpaths_mm(&self) -> f64 {
+        self.toolpaths().map(|way| way.path.length_mm() * way.depths.len() as f64).sum()
+    }
+}
+
+/// What planning needs to know beyond board, work and machine.
+pub struct Means<'a> {
+    /// Seed, bound of the search, spindles and accepted errors.
+    pub options: &'a PlanOptions,
+    /// Seconds from one place to another, the same there and back.
+    pub hop_time: &'a dyn Fn(Point, Point) -> f64,
+}
+
+/// A digest of all that the part of operation `index` depends on, apart from the board's files: as long as it and the
+/// board stay, the part stays.
+pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
+    let operation = work.operations.get(index);
+    let bits: Vec<&Bit> =
+        operation.iter().flat_map(|o| o.bit_names()).filter_map(|name| work.bit(name)).collect();
+    let renamed = operation.cloned().map(|operation| Operation { name: String::new(), ..operation });
+    let tolerances: Vec<Length> = work.operations.iter().filter_map(board_tolerance).collect();
+    let text = serde_json::to_string(&(&work.setup, &bits, &renamed, &tolerances)).unwrap_or_default();
+    let mut hash = Sha256::new();
+    hash.update(text.as_bytes());
+    hash.update(machine.fingerprint().as_bytes());
+    hash.update(format!("{:?}", machine.rack).as_bytes());
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The tolerance with which a drilling operation takes the holes of the board.
+fn board_tolerance(operation: &Operation) -> Option<Length> {
+    match &operation.action {
+        Action::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => {
+            Some(drill.tolerance)
+        }
+        _ => None,
+    }
+}
+
+/// The operations of `work` that are planned: those of the side that is up and are on.
+pub fn planned_operations(work: &Work) -> impl Iterator<Item = (usize, &Operation)> {
+    work.operations
+        .iter()
+        .enumerate()
+        .filter(|(_, operation)| operation.on && operation.face == work.setup.face)
+}
+
+/// Plans operation `index` of `work` on `scene`. `tick` is told now and then how many [`WHOLE`]ths are done, and says whether to
+/// go on.
+pub fn plan_operation(
+    scene: &Scene,
+    work: &Work,
+    index: usize,
+    machine: &Machine,
+    means: &Means<'_>,
+    tick: &mut dyn FnMut(u64) -> bool,
+) -> Result<Part, Diagnostic> {
+    let Some(operation) = work.operations.get(index) else { return Ok(Part::default()) };
+    let mut desk = Desk { scene, work, operation, machine, means, tick, done: 0, diagnostics: Vec::new() };
+    let mut part = match &operation.action {
+        Action::Isolate(isolate) => isolate::plan(&mut desk, isolate),
+        Action::Clear(clear) => clear::plan(&mut desk, clear),
+        Action::Engrave(engrave) => engrave::plan(&mut desk, engrave),
+        Action::Drill(drill) => drill::plan(&mut desk, drill),
+        Action::MillHoles(bore) => mill_holes::plan(&mut desk, bore),
+        Action::CutOut(cut_out) => cut_out::plan(&mut desk, cut_out),
+    }?;
+    held::depths(&mut desk, &part);
+    limits::bounded(operation, machine).into_iter().for_each(|note| desk.say(note));
+    part.operation = index as u32;
+    part.diagnostics = desk.diagnostics;
+    Ok(part)
+}
+
+/// Into so many parts the planning of one operation is divided for whoever shows how far it is.
+pub const WHOLE: u64 = 1_000;
+
+/// Plans all operations of the side that is up, as far as bits and rack allow. What is left out is an error among the diagnostics,
+/// to be seen before anything is exported or run ([`Diagnostic::is_unacknowledged`]). Fails where nothing is left to do.
+pub fn plan_work(
+    board: &Board,
+    work: &Work,
+    machine: &Machine,
+    means: &Means<'_>,
+    progress: &mut dyn FnMut(Progress) -> bool,
+) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let scene = Scene::of(board, work);
+    let total = planned_operations(work).count() as u64 * WHOLE;
+    let mut parts = Vec::new();
+    for (before, (index, _)) in (0..).zip(planned_operations(work)) {
+        let mut tick = |done| progress(Progress { done: before * WHOLE + done, total });
+        parts.push(plan_operation(&scene, work, index, machine, means, &mut tick).map_err(|why| vec![why])?);
+    }
+    assemble(scene, work, machine, means, parts)
+}
+
+/// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. What two
+/// of them drill or bore, or one drills twice, is made once. Diagnostics and failures as those of [`plan_work`].
+pub fn assemble(
+    scene: Scene,
+    work: &Work,
+    machine: &Machine,
+    means: &Means<'_>,
+    mut parts: Vec<Part>,
+) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let spindles = super::spindles(means.options.spindles, machine)?;
+    let mut diagnostics: Vec<Diagnostic> =
+        parts.iter().flat_map(|part| part.diagnostics.iter().cloned()).collect();
+    diagnostics.extend(left_out(&scene, work, machine, &parts));
+    diagnostics.extend(scene.idle_zones(work));
+    diagnostics.extend(twice::once(work, &scene.board, &mut parts));
+    diagnostics.extend(held::too_early(work, machine, &parts));
+    let accept = &means.options.accept;
+    if parts.iter().all(|part| part.tasks.is_empty()) {
+        let mut why: Vec<Diagnostic> =
+            diagnostics.into_iter().filter(|diagnostic| diagnostic.is_unacknowledged(accept)).collect();
+        why.push(Diagnostic::error("cam.nothing_to_do"));
+        return Err(why);
+    }
+    let seen = diagnostics
+        .iter()
+        .filter(|diagnostic| diagnostic.severity == Severity::Error && !diagnostic.is_unacknowledged(accept));
+    let mut accepted: Vec<String> = seen.map(|diagnostic| diagnostic.code.clone()).collect();
+    accepted.extend(means.options.lost.iter().filter(|code| accept.contains(code)).cloned());
+    accepted.sort();
+    accepted.dedup();
+    Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, diagnostics))
+}
+
+/// What holes and slots no operation makes or tells, where holes of the board are drilled, or slots milled, at all.
+fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Diagnostic> {
+    let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o).is_some());
+    let mills_slots = |o: &Operation| matches!(&o.action, Action::MillHoles(bore) if bore.slots);
+    if !holes_wanted && !planned_operations(work).any(|(_, o)| mills_slots(o)) {
+        return Vec::new();
+    }
+    let tolerance = scene.tolerance(work, machine);
+    let done: std::collections::BTreeSet<u32> =
+        parts.iter().flat_map(|part| part.holes.iter().chain(&part.left_holes)).copied().collect();
+    let slots: std::collections::BTreeSet<u32> =
+        parts.iter().flat_map(|part| part.slots.iter().chain(&part.left_slots)).copied().collect();
+    let missing = (0..)
+        .zip(&scene.board.holes)
+        .filter(|(index, _)| holes_wanted && !done.contains(index) && !scene.pins.contains(index));
+    let missing: Vec<_> = missing.map(|(_, hole)| hole.diameter).collect();
+    let mut without: std::collections::BTreeMap<Length, usize> = std::collections::BTreeMap::new();
+    for size in missing.iter().flatten() {
+        *without.entry(*size).or_default() += 1;
+    }
+    let without: Vec<_> = without.into_iter().collect();
+    let unsized_holes = missing.iter().filter(|size| size.is_none()).count();
+    let open_slots = scene.board.slots.len().saturating_sub(slots.len());
+    super::rack::errors(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
+}
+
+/// What planning one operation has at hand.
+struct Desk<'a> {
+    scene: &'a Scene,
+    work: &'a Work,
+    operation: &'a Operation,
+    machine: &'a Machine,
+    means: &'a Means<'a>,
+    tick: &'a mut dyn FnMut(u64) -> bool,
+    /// How much is done, in [`WHOLE`]ths.
+    done: u64,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Desk<'_> {
+    /// Toolpaths in whatever order and direction is shortest from the work zero, none joined.
+    fn free(&self) -> route::Rules<'static> {
+        let (start, seed) = (self.scene.origin, self.means.options.seed);
+        route::Rules { start, overlap: Length::ZERO, both_ways: true, link: None, seed }
+    }
+
+    fn say(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic.with("operation", self.operation.title()));
+    }
+
+    /// Refuses to go on when nobody wants it any more.
+    fn go_on(&mut self) -> Result<(), Diagnostic> {
+        if (self.tick)(self.done) { Ok(()) } else { Err(Diagnostic::error("plan.cancelled")) }
+    }
+
+    /// The bits called `names` that can mill, widest first. What is no bit, or only drills, is told.
+    fn mills(&mut self, names: &[&str], flat: bool) -> Vec<Bit> {
+        let depth = self.depth();
+        let mut bits: Vec<Bit> = Vec::new();
+        for name in names {
+            let code = match self.work.bit(name) {
+                None => "cam.no_such_bit",
+                Some(Bit { cutter: Cutter::Drill, .. }) => "cam.bit_only_drills",
+                Some(Bit { cutter: Cutter::Vee { .. }, .. }) if flat => "cam.bit_not_flat",
+                Some(bit) => {
+                    if !bits.contains(bit) {
+                        bits.push(bit.clone());
+                    }
+                    continue;
+                }
+            };
+            self.say(Diagnostic::error(code).with("bit", name));
+        }
+        bits.sort_by_key(|bit| std::cmp::Reverse(bit.width_at(depth)));
+        bits
+    }
+
+    /// How deep the operation goes.
+    fn depth(&self) -> Length {
+        let process = &self.machine.process;
+        match self.operation.depth {
+            Length::ZERO => process.board_thickness + process.breakthrough,
+            depth => depth,
+        }
+    }
+
+    /// The depths of its passes: equal steps, none over the depth of one pass.
+    fn depths(&self, depth: Length) -> Vec<Length> {
+        let step = self.operation.depth_per_pass.nm();
+        let passes = if step > 0 { (depth.nm() + step - 1) / step } else { 1 }.clamp(1, MOST_PASSES);
+        (1..=passes).map(|pass| Length::from_nm(depth.nm() * pass / passes)).collect()
+    }
+
+    /// A task that mills `paths` in this order straight down at each start.
+    fn milling(&self, bit: &Bit, paths: Vec<Path>, depth: Length) -> Option<Task> {
+        let depths = self.depths(depth);
+        let way = |path| Toolpath {
+            path,
+            depths: depths.clone(),
+            entry: Entry::Plunge,
+            tabs: Vec::new(),
+            tab_depth: Length::ZERO,
+            clears: None,
+        };
+        let toolpaths: Vec<Toolpath> = paths.into_iter().map(way).collect();
+        (!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) })
+    }
+}
+
+impl Task {
+    /// Nothing yet with this bit.
+    fn with(bit: &Bit) -> Self {
+        Self {
+            bit: bit.clone(),
+            strokes: Vec::new(),
+            depth: Length::ZERO,
+            peck: Length::ZERO,
+            toolpaths: Vec::new(),
+        }
+    }
+}
+
+/// More passes in depth than this are not made; each then is deeper.
+const MOST_PASSES: i64 = 500;

@@ -1,0 +1,138 @@
+//! The board as it lies, made ready for planning: copies, pins, turned over, zero, and where no bit may go.
+//!
+//! Comes in: a board and a [`Work`]. Goes out: a [`Scene`]. Does not know operations.
+
+use super::super::work::{Flip, Work, Zero};
+use super::cut::{self, Area};
+use crate::board::{Board, Copper, Face};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{Bounds, Path, Point, grow, path_bounds, rectangle, union};
+use crate::machine::Machine;
+use crate::units::Length;
+use std::ops::Range;
+
+/// A board as it lies.
+pub struct Scene {
+    /// With its copies and pins, turned over where its bottom is up.
+    pub board: Board,
+    /// The holes for pins among its holes.
+    pub pins: Range<u32>,
+    /// The place that becomes the work zero.
+    pub origin: Point,
+    /// Where no bit may go.
+    zones: Vec<Bounds>,
+    /// Where toolpaths of the copper side may go; none for everywhere.
+    pub(super) field: Option<Area>,
+    /// What the outer edges of the outline enclose; none where there is no outline.
+    body: Option<Area>,
+}
+
+impl Scene {
+    /// The scene of `board` as `work` lays it.
+    pub fn of(board: &Board, work: &Work) -> Self {
+        let setup = &work.setup;
+        let mirror_x = setup.flip == Flip::LeftRight;
+        let panel = board.panelled(setup.panel.columns, setup.panel.rows, setup.panel.gap);
+        let pins = &setup.alignment;
+        let pinned = panel.pinned(pins.pairs, pins.diameter, pins.margin, mirror_x);
+        let pins = panel.holes.len() as u32..pinned.holes.len() as u32;
+        let bottom = setup.face == Face::Bottom;
+        let turning = pinned.turning(mirror_x).filter(|_| bottom);
+        let zone = |zone: &Bounds| match &turning {
+            Some(turning) => Bounds::of(turning.point(zone.min)).with(turning.point(zone.max)),
+            None => *zone,
+        };
+        let zones = setup.exclusions.iter().map(zone).collect();
+        let laid = if bottom { pinned.turned(mirror_x) } else { pinned };
+        let outlined = !laid.outline.is_empty();
+        let field = outlined.then(|| Area::of(&grow(&laid.outline, setup.margin)));
+        let body = outlined.then(|| Area::of(&laid.body()));
+        let file = turning.as_ref().map_or(Point::default(), |turning| turning.point(Point::default()));
+        let origin = match setup.zero {
+            Zero::Board => super::super::origin(&laid),
+            Zero::Blank => blank(&laid).map_or(file, |blank| blank.min),
+            Zero::File => file,
+        };
+        Self { origin, board: laid, pins, zones, field, body }
+    }
+
+    /// The copper of `face`, if it has any.
+    pub(super) fn copper(&self, face: Face) -> Option<&Copper> {
+        self.board.copper.iter().find(|copper| copper.face == face && !copper.region.is_empty())
+    }
+
+    /// Whether all within `half` around `at` lies beyond the outer edges of the outline.
+    pub(super) fn is_beside(&self, at: Point, half: Length) -> bool {
+        let beyond = |body: &Area| !body.contains(at) && body.index().nearest(at, half).is_none();
+        self.body.as_ref().is_some_and(beyond)
+    }
+
+    /// Where the middle of a bit that cuts `width` may not go.
+    pub(super) fn closed_to(&self, width: Length) -> Option<Area> {
+        let radius = Length::from_nm((width.nm() + 1) / 2);
+        let boxes: Vec<Path> = self.zones.iter().map(|zone| rectangle(*zone)).collect();
+        (!boxes.is_empty()).then(|| Area::of(&grow(&union(&boxes), radius)))
+    }
+
+    /// A warning for every zone of `work` that lies beside all there is, so that it keeps nothing out.
+    pub(super) fn idle_zones(&self, work: &Work) -> Vec<Diagnostic> {
+        let Some(blank) = blank(&self.board) else { return Vec::new() };
+        // A bit runs beside what it cuts, and that far beyond the outline where it clears.
+        let widest = work.bits.iter().map(|bit| bit.diameter).max().unwrap_or_default();
+        let all = blank.grown(widest + work.setup.margin);
+        let beside = |zone: &Bounds| {
+            zone.max.x < all.min.x
+                || zone.min.x > all.max.x
+                || zone.max.y < all.min.y
+                || zone.min.y > all.max.y
+        };
+        let mm = |length: Length| format!("{:.2}", length.mm());
+        let told = |zone: &Bounds| {
+            let warning = Diagnostic::warning("cam.zone_beside").with("x", mm(zone.min.x));
+            let warning = warning.with("y", mm(zone.min.y));
+            warning.with("to_x", mm(zone.max.x)).with("to_y", mm(zone.max.y))
+        };
+        let zones = self.zones.iter().zip(&work.setup.exclusions);
+        zones.filter(|(laid, _)| beside(laid)).map(|(_, zone)| told(zone)).collect()
+    }
+
+    /// `paths` without what lies beyond the field or in `closed`; and whether zones took anything away.
+    pub(super) fn trimmed(&self, paths: Vec<Path>, closed: Option<&Area>) -> (Vec<Path>, bool) {
+        let inside = match &self.field {
+            Some(field) => paths.into_iter().flat_map(|path| kept(path, field, true)).collect(),
+            None => paths,
+        };
+        let Some(closed) = closed else { return (inside, false) };
+        let mut touched = false;
+        let mut left = Vec::new();
+        for path in inside {
+            let before = path.clone();
+            let parts = kept(path, closed, false);
+            touched |= parts.len() != 1 || parts.first() != Some(&before);
+            left.extend(parts);
+        }
+        (left, touched)
+    }
+
+    /// How far a hole's size may be from its drill: what the drilling operation says, else the machine.
+    pub(super) fn tolerance(&self, work: &Work, machine: &Machine) -> Length {
+        let said = work.operations.iter().filter_map(super::board_tolerance).max();
+        said.unwrap_or(machine.rack_tolerance)
+    }
+}
+
+/// The box of all there is of `board`.
+fn blank(board: &Board) -> Option<Bounds> {
+    let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
+    let all = board.outline.bounds().into_iter().chain(copper).chain(board.outer_bounds());
+    all.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
+}
+
+/// The parts of `path` inside of `area`, or out of it; looked at closely only where its box meets an edge.
+fn kept(path: Path, area: &Area, inside: bool) -> Vec<Path> {
+    let bounds = path_bounds(&path);
+    if area.index().edges_in(bounds).is_empty() {
+        return if area.contains(bounds.min) == inside { vec![path] } else { Vec::new() };
+    }
+    cut::parts(&path, area, inside)
+}

@@ -1,0 +1,158 @@
+//! Toolpaths that take slivers away: thin strips of copper that belong to nothing, between the grooves round neighbouring islands.
+//!
+//! ```text
+//!   ▓▓▓ copper ▓▓▓         the strip ░ is what two grooves leave between them: where it is thinner than what holds on
+//!   ── ── groove ── ──     the board, one more way runs along its middle, as far from the copper as a pass more
+//!   ░░░░░░·····░░░░░░
+//!   ── ── groove ── ──
+//!   ▓▓▓ copper ▓▓▓
+//! ```
+//!
+//! The way of the pass leaves for a short sliver and comes back: that is sooner done than coming up and going down again.
+//!
+//! Blunt corners and what is smaller than dust are left: the first hold, the second goes with the chips.
+//!
+//! Comes in: the toolpaths of a pass as a region, the width cut through the copper. Goes out: toolpaths of the same bit. Does
+//! not know operations, nor the edge of the board.
+
+use super::cut;
+use crate::board::THINNEST;
+use crate::geometry::{Edge, Near, Path, Point, Region, Segment, Strip, strips};
+use crate::units::Length;
+
+/// Strips wider than what is a sliver by this are taken too: the proof measures along chords.
+const SLACK: Length = Length::from_um(4);
+/// Where a strip is thinner than this it comes to its end.
+const POINTED: Length = Length::from_um(10);
+/// A strip that narrows to a point within this many mm is a blunt corner.
+const BLUNT_MM: f64 = 0.14;
+/// A longer sliver than this, in mm, has a way of its own.
+const LONGEST_DETOUR_MM: f64 = 3.0;
+/// Toolpaths of this many mm stand for a single place.
+const DOT_MM: f64 = 0.02;
+/// Places this near to a straight line, in mm, lie on it.
+const STRAIGHT_MM: f64 = 0.002;
+/// At most so many places are swallowed by one line.
+const LONGEST_LOOK: usize = 256;
+
+/// A way along a sliver that begins beside an edge of the pass.
+struct Detour {
+    edge: Edge,
+    /// The place of the edge beside its start.
+    place: Point,
+    path: Path,
+}
+
+/// The toolpaths of a pass whose bit's middle follows the edges of `pass` and which cuts `through` wide at the underside of the
+/// copper, with the slivers that it leaves; `next` is how far the following pass is from it, which goes where it has
+/// room. Inside is on the left of closed toolpaths.
+pub(super) fn with_slivers(pass: &Region, through: Length, next: Option<Length>) -> Vec<Path> {
+    let thin = (THINNEST + SLACK).min(Length::from_nm(through.nm() / 2));
+    let room = next.map_or(through + thin, |step| (step + step).min(through + thin));
+    let found = strips(pass, through, room);
+    let (mut detours, mut paths) = (Vec::new(), Vec::new());
+    for strip in found.iter().filter(|strip| is_sliver(strip, through, thin)) {
+        let Some(path) = along(strip) else { continue };
+        match strip.beside {
+            Some(Near { edge, place, .. }) if path.length_mm() <= LONGEST_DETOUR_MM => {
+                detours.push(Detour { edge, place, path });
+            }
+            _ => paths.push(path),
+        }
+    }
+    detours.sort_by_key(|detour| detour.edge);
+    let mut rest = detours.as_slice();
+    for (island, shape) in (0..).zip(&pass.islands) {
+        for (number, path) in (0..).zip(shape.paths()) {
+            let own =
+                rest.partition_point(|detour| (detour.edge.island, detour.edge.path) <= (island, number));
+            let (these, others) = rest.split_at(own);
+            rest = others;
+            paths.push(with_detours(path, these));
+        }
+    }
+    paths
+}
+
+/// A closed path that leaves for its detours, in the order of their edges, and comes back from each.
+fn with_detours(path: &Path, detours: &[Detour]) -> Path {
+    if detours.is_empty() {
+        return path.clone();
+    }
+    let mut out = Path { start: path.start, segments: Vec::new() };
+    for (number, (from, segment)) in (0..).zip(path.pieces()) {
+        let first = detours.partition_point(|detour| detour.edge.segment < number);
+        let here = detours.iter().skip(first).take_while(|detour| detour.edge.segment == number);
+        let mut stops: Vec<(f64, &Detour)> =
+            here.map(|detour| (cut::nearest_share(from, segment, detour.place), detour)).collect();
+        stops.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let shares: Vec<f64> = stops.iter().map(|(share, _)| *share).collect();
+        let parts = cut::parted(from, segment, &shares);
+        let mut stops = stops.into_iter().peekable();
+        for (_, part, begin, end) in parts {
+            // Stops that were too near to an end of the part to part it are made at that end.
+            while let Some((_, detour)) = stops.next_if(|(share, _)| *share <= (begin + end) / 2.0) {
+                there_and_back(&mut out, &detour.path);
+            }
+            out.segments.push(part);
+        }
+        stops.for_each(|(_, detour)| there_and_back(&mut out, &detour.path));
+    }
+    out
+}
+
+/// Goes from where `out` ends to `detour`, along it, and back the same way.
+fn there_and_back(out: &mut Path, detour: &Path) {
+    let from = out.end();
+    let line = |to: Point| Segment::Line { to };
+    out.segments.extend([line(detour.start)].into_iter().filter(|_| detour.start != from));
+    out.segments.extend(detour.segments.iter().chain(&detour.reversed().segments).copied());
+    out.segments.extend([line(from)].into_iter().filter(|_| detour.start != from));
+}
+
+/// Whether a strip is more than the tip of a blunt corner, or dust.
+fn is_sliver(strip: &Strip, through: Length, thin: Length) -> bool {
+    let width = |place: Option<&(Point, Length)>| place.map_or(Length::ZERO, |(_, clear)| *clear - through);
+    let (first, last) = (width(strip.middle.first()), width(strip.middle.last()));
+    let (mut length, mut area) = (0.0, 0.0);
+    for (one, two) in strip.middle.iter().zip(strip.middle.iter().skip(1)) {
+        let step = one.0.distance_mm(two.0);
+        length += step;
+        area += step * (width(Some(one)) + width(Some(two))).mm() / 2.0;
+    }
+    let (narrow, wide) = (first.min(last), first.max(last));
+    let tip = narrow < POINTED && wide > thin - POINTED && length < BLUNT_MM;
+    let dust = wide < POINTED && area < THINNEST.mm() * THINNEST.mm() / 2.0;
+    !(strip.own && tip || dust)
+}
+
+/// The way along the middle of a strip, in as few lines as it needs.
+fn along(strip: &Strip) -> Option<Path> {
+    let places: Vec<Point> = strip.middle.iter().map(|(at, _)| *at).collect();
+    if let [only] = places.as_slice() {
+        let (x, y) = (only.x.mm(), only.y.mm());
+        let end = |by: f64| Point::from_mm(x + by, y);
+        return Path::through(&[end(-DOT_MM / 2.0), end(DOT_MM / 2.0)]);
+    }
+    let mut kept: Vec<Point> = places.first().copied().into_iter().collect();
+    let mut from = 0;
+    while from + 1 < places.len() {
+        let last = (from + LONGEST_LOOK).min(places.len() - 1);
+        let to = (from + 2..=last).take_while(|&to| is_straight(places.get(from..=to))).last();
+        from = to.unwrap_or(from + 1);
+        kept.extend(places.get(from).copied());
+    }
+    kept.dedup();
+    Path::through(&kept).filter(|path| !path.segments.is_empty())
+}
+
+/// Whether all places lie on the line from the first to the last.
+fn is_straight(places: Option<&[Point]>) -> bool {
+    let Some([first, between @ .., last]) = places else { return false };
+    let (ux, uy) = ((last.x - first.x).mm(), (last.y - first.y).mm());
+    let length = libm::sqrt(ux * ux + uy * uy);
+    between.iter().all(|at| {
+        let (vx, vy) = ((at.x - first.x).mm(), (at.y - first.y).mm());
+        libm::fabs(ux * vy - uy * vx) <= STRAIGHT_MM * length
+    })
+}

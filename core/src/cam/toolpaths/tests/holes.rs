@@ -1,0 +1,195 @@
+//! Holes that must not be made without a word: those beside the board.
+
+use super::*;
+use crate::cam::Group;
+
+fn said<'a>(diagnostics: &'a [Diagnostic], code: &str) -> Vec<&'a Diagnostic> {
+    diagnostics.iter().filter(|diagnostic| diagnostic.code == code).collect()
+}
+
+fn arg<'a>(diagnostic: &'a Diagnostic, name: &str) -> &'a str {
+    diagnostic.args.iter().find(|(own, _)| own == name).map_or("", |(_, value)| value)
+}
+
+#[test]
+fn what_lies_beside_the_board_is_a_error_and_is_made_where_that_is_accepted() {
+    // Place, size, and whether it is told. The coupon is 30 × 20 mm with a cut-out of 14 … 17 × 8.5 … 11.5.
+    let rows = [
+        (at(3.0, 6.0), 0.8, false),
+        (at(30.0, 5.0), 0.8, false), // castellated
+        (at(30.3, 5.0), 0.8, false), // half of it
+        (at(30.5, 5.0), 0.8, true),
+        (at(15.5, 10.0), 0.8, false), // in the cut-out: a hole drawn twice
+        (at(50.0, 10.0), 0.8, true),
+        (at(50.0, 10.0), 5.0, true),
+        (at(-3.0, 10.0), 5.0, true),
+        (at(-2.0, 10.0), 5.0, false),
+    ];
+    for (place, size, told) in rows {
+        let mut board = coupon();
+        board.holes.push(Hole { at: place, ..hole(0.0, 0.0, size) });
+        let work = Work::default_for(&board, &virtual_drill());
+        let (planned, diagnostics) = planned(&board, &work);
+        let errors = said(&diagnostics, "cam.holes_outside");
+        assert_eq!(errors.len(), usize::from(told), "{place:?} {size}: {diagnostics:?}");
+        for error in errors {
+            assert!(error.is_unacknowledged(&[]));
+            assert_eq!(arg(error, "count"), "1");
+            assert_eq!(arg(error, "x"), format!("{:.3}", place.x.mm()));
+            assert!(!error.message("en").contains("cam."), "{}", error.message("en"));
+        }
+        let made = planned.parts.iter().any(|part| part.holes.contains(&4));
+        assert!(made, "accepted, it is made: {place:?} {size}");
+    }
+}
+
+#[test]
+fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not() {
+    let mut board = coupon();
+    board.slots[0].path = vec![at(28.0, 17.0), at(33.0, 17.0)];
+    let bore = only(&board, "bore", |_| {});
+    let (_, diagnostics) = planned(&board, &bore);
+    assert_eq!(said(&diagnostics, "cam.holes_outside").len(), 1, "{diagnostics:?}");
+    board.outline = Region::default();
+    assert!(said(&planned(&board, &bore).1, "cam.holes_outside").is_empty());
+
+    let board = coupon();
+    let mut pins = only(&board, "drill", |operation| {
+        if let Action::Drill(drill) = &mut operation.action {
+            drill.holes = Holes::Alignment;
+        }
+    });
+    pins.setup.alignment.pairs = 1;
+    let (planned, diagnostics) = planned(&board, &pins);
+    assert_eq!(planned.parts[0].holes.len(), 2, "{diagnostics:?}");
+    assert!(said(&diagnostics, "cam.holes_outside").is_empty(), "{diagnostics:?}");
+}
+
+fn strokes(planned: &Planned) -> usize {
+    planned.parts.iter().flat_map(|part| &part.tasks).map(|task| task.strokes.len()).sum()
+}
+
+#[test]
+fn a_hole_that_is_there_twice_is_made_once() {
+    let mut board = coupon();
+    let (first, bored) =
+        (Hole { source: 1, ..board.holes[1].clone() }, Hole { source: 1, ..board.holes[3].clone() });
+    // As two files say it, and as one does whose sizes are rounded differently; one hole is beside, and stays.
+    board.holes.extend([first.clone(), bored, Hole { diameter: Some(mm(0.81)), ..first }]);
+    board.holes.push(Hole { at: at(12.0, 3.01), source: 1, ..board.holes[1].clone() });
+    board.slots.push(Slot { path: vec![at(27.0, 17.0), at(24.0, 17.0)], ..board.slots[0].clone() });
+    let plain = planned(&coupon(), &Work::default_for(&coupon(), &virtual_drill())).0;
+    let (planned, diagnostics) = planned(&board, &Work::default_for(&board, &virtual_drill()));
+    assert_eq!(strokes(&planned), strokes(&plain) + 1);
+    assert_eq!(planned.toolpaths().count(), plain.toolpaths().count());
+    let notes = said(&diagnostics, "cam.holes_twice");
+    let counts: Vec<_> = notes.iter().map(|note| (arg(note, "operation"), arg(note, "count"))).collect();
+    assert_eq!(counts.len(), 2, "{counts:?}");
+    assert!(counts.iter().all(|row| ["2", "2"].contains(&row.1)), "{counts:?}");
+    assert!(notes.iter().all(|note| note.severity == Severity::Note && !note.message("en").contains("cam.")));
+    // Nothing is said to be left out.
+    assert!(!diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error), "{diagnostics:?}");
+}
+
+#[test]
+fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
+    let board = coupon();
+    for (first, second, count) in [(0.0, 0.0, 3), (0.0, 0.3, 3), (0.3, 0.0, 6), (0.3, 0.3, 3)] {
+        let mut work = only(&board, "drill", |operation| operation.depth = mm(first));
+        let again = Operation { depth: mm(second), ..work.operations[0].clone() };
+        work.operations.push(again);
+        let (planned, diagnostics) = planned(&board, &work);
+        assert_eq!(strokes(&planned), count, "{first} {second}");
+        assert_eq!(said(&diagnostics, "cam.holes_twice").len(), usize::from(count == 3), "{diagnostics:?}");
+        let empty = planned.parts.iter().flat_map(|part| &part.tasks).filter(|task| task.strokes.is_empty());
+        assert_eq!(empty.count(), 0, "no bit is put in for nothing");
+    }
+}
+
+#[test]
+fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
+    let board = coupon();
+    let once = planned(&board, &only(&board, "bore", |_| {})).0.toolpaths().count();
+    // Depths of the two, the bit of the second, and what of the second is left: all, the 5 mm hole, or nothing.
+    let rows = [
+        (0.0, 0.0, "Mill 1.5 mm", 0),
+        (0.0, 0.5, "Mill 1.5 mm", 0),
+        (0.0, 0.0, "Mill 2.0 mm", 0), // another mill finds the holes made all the same
+        (0.5, 0.0, "Mill 1.5 mm", once),
+    ];
+    for (first, second, bit, left) in rows {
+        let mut work = only(&board, "bore", |operation| operation.depth = mm(first));
+        work.bits.push(mill("Mill 2.0 mm", 2.0));
+        let again = Operation { depth: mm(second), bit: bit.to_owned(), ..work.operations[0].clone() };
+        work.operations.push(again);
+        let (planned, diagnostics) = planned(&board, &work);
+        assert_eq!(planned.toolpaths().count(), once + left, "{first} {second} {bit}");
+        let notes = said(&diagnostics, "cam.holes_twice");
+        let counts: Vec<_> = notes.iter().map(|note| arg(note, "count")).collect();
+        assert_eq!(counts, if left == 0 { vec!["2"] } else { vec![] }, "{first} {second} {bit}");
+        let named = |note: &&Diagnostic| note.message("en").starts_with("MillHoles: 2 holes");
+        assert!(notes.iter().all(named), "an operation without a name is called as the page calls it");
+        assert!(planned.parts[1].tasks.iter().all(|task| !task.toolpaths.is_empty()), "no bit for nothing");
+        assert_eq!(
+            (planned.parts[1].holes.len(), planned.parts[1].slots.len()),
+            (1, 1),
+            "they count as made"
+        );
+        assert!(
+            !diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error),
+            "{diagnostics:?}"
+        );
+    }
+}
+
+#[test]
+fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
+    let board = coupon();
+    let mut work = only(&board, "bore", |operation| {
+        operation.bit = "wide".to_owned();
+        operation.action = Action::MillHoles(MillHoles {
+            slots: true,
+            holes: false,
+            direction: Direction::Climb,
+            further: Vec::new(),
+        });
+    });
+    // 20 µm over the slot of 1 mm on either side, which is within what a bit may be too wide.
+    work.bits.push(mill("wide", 1.04));
+    work.setup.exclusions = vec![Bounds::of(at(24.0, 17.51)).with(at(27.0, 19.0))];
+    work.operations.push(Operation { bit: "Mill 0.8 mm".to_owned(), ..work.operations[0].clone() });
+    let (planned, diagnostics) = planned(&board, &work);
+    let toolpaths = |part: &Part| part.tasks.iter().map(|task| task.toolpaths.len()).sum::<usize>();
+    assert_eq!(toolpaths(&planned.parts[0]), 0, "{diagnostics:?}");
+    assert_ne!(toolpaths(&planned.parts[1]), 0, "{diagnostics:?}");
+    assert!(said(&diagnostics, "cam.holes_twice").is_empty(), "{diagnostics:?}");
+}
+
+#[test]
+fn the_loaded_bit_goes_first_where_that_is_wanted() {
+    /// Order of bits, the loaded one, the bits in order of use, what is said.
+    type Row = (Group, Option<f64>, [f64; 2], Option<&'static str>);
+    let board = coupon();
+    let work = only(&board, "drill", |_| {});
+    let rows: [Row; 5] = [
+        (Group::Ascending, Some(1.0), [0.8, 1.0], None),
+        (Group::LoadedFirst, Some(1.0), [1.0, 0.8], None),
+        (Group::LoadedFirst, Some(0.8), [0.8, 1.0], None),
+        (Group::LoadedFirst, Some(3.2), [0.8, 1.0], Some("plan.loaded_not_used")),
+        (Group::LoadedFirst, None, [0.8, 1.0], Some("plan.loaded_not_said")),
+    ];
+    for (group, loaded, expected, code) in rows {
+        let loaded = loaded.map(mm);
+        let options = PlanOptions { group, loaded, iterations: Some(20), ..PlanOptions::default() };
+        let hop_time = |a: Point, b: Point| a.distance_mm(b);
+        let means = Means { options: &options, hop_time: &hop_time };
+        let (planned, diagnostics) =
+            plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).expect("a plan");
+        let bits: Vec<Length> =
+            planned.parts.iter().flat_map(|part| &part.tasks).map(|task| task.bit.diameter).collect();
+        assert_eq!(bits, expected.map(mm), "{group:?} {loaded:?}");
+        let told: Vec<_> = diagnostics.iter().filter(|one| one.code.starts_with("plan.loaded")).collect();
+        assert_eq!(told.first().map(|one| one.code.as_str()), code, "{group:?} {loaded:?}");
+        assert!(told.len() < 2);
+    }
+}

@@ -1,0 +1,503 @@
+//! Programs of small boards: holes, slots, tabs, mouse-bites, sides, zones, pecks; and keys of parts.
+
+use super::*;
+
+fn deepest(leg: &crate::job::Leg) -> Length {
+    let heights = leg.commands.iter().filter_map(|command| match command {
+        Command::Plunge { to, .. } => Some(*to),
+        Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(*height),
+        _ => None,
+    });
+    heights.min().unwrap_or_default()
+}
+
+#[test]
+fn every_leg_knows_its_operation() {
+    let board = coupon();
+    let mut work = Work::default_for(&board, &virtual_drill());
+    // The drilling of before again, deeper, so that holes have two legs; and mouse-bites, which are no holes of the board.
+    let drill =
+        work.operations.iter().find(|operation| matches!(operation.action, Action::Drill(_))).unwrap();
+    work.operations.push(Operation { depth: mm(4.0), ..drill.clone() });
+    for operation in &mut work.operations {
+        if let Action::CutOut(cut_out) = &mut operation.action {
+            cut_out.bites = true;
+        }
+    }
+    let (planned, _) = planned(&board, &work);
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let told: Vec<u32> =
+        (0..program.legs.len() as u32).filter_map(|leg| planned.operation_at(&program, leg)).collect();
+    let count = |part: &Part| part.tasks.iter().map(|task| task.strokes.len() + task.toolpaths.len()).sum();
+    let meant: Vec<u32> =
+        planned.parts.iter().flat_map(|part| std::iter::repeat_n(part.operation, count(part))).collect();
+    assert_eq!(told, meant);
+    assert!(meant.windows(2).filter(|pair| pair[0] != pair[1]).count() >= 4, "{meant:?}");
+    for (leg, index) in program.legs.iter().zip(0..) {
+        let does = matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_));
+        assert_eq!(planned.operation_at(&program, index).is_some(), does);
+    }
+    assert_eq!(planned.operation_at(&program, u32::MAX), None);
+}
+
+#[test]
+fn the_default_job_does_all_there_is_to_do() {
+    let board = coupon();
+    let machine = virtual_drill();
+    let work = Work::default_for(&board, &machine);
+    let words: Vec<_> = work.operations.iter().map(|operation| operation.action.word()).collect();
+    assert_eq!(words, ["isolate", "drill", "bore", "cut_out"]);
+    let (planned, diagnostics) = planned(&board, &work);
+    assert!(diagnostics.iter().all(|diagnostic| diagnostic.severity < Severity::Error), "{diagnostics:?}");
+    let program = lower_work(&planned, &work, &machine);
+    let holes: Vec<_> = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).collect();
+    assert_eq!(holes.len(), 3);
+    let names: Vec<_> = program.bits.iter().map(|bit| bit.name.as_str()).collect();
+    assert_eq!(names, ["V 30°", "drill 0.8", "drill 1", "Mill 1.5 mm", "Mill 0.8 mm", "Mill 1.5 mm"]);
+    let toolpaths = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count();
+    assert_eq!(toolpaths, planned.toolpaths().count());
+    // Every leg that goes down comes up again, and the last way is the outer contour.
+    for leg in program.legs.iter().filter(|leg| deepest(leg) < Length::ZERO) {
+        assert_eq!(leg.commands.last(), Some(&Command::Retract { to: program.safe_height }));
+    }
+    let last = planned.toolpaths().last().unwrap();
+    assert!(last.path.length_mm() > 100.0);
+    assert_eq!(deepest(&program.legs[program.legs.len() - 2]), mm(-2.1));
+}
+
+#[test]
+fn bored_holes_and_slots_have_their_size() {
+    let board = coupon();
+    let work = only(&board, "bore", |_| {});
+    let (planned, _) = planned(&board, &work);
+    assert_eq!((planned.parts[0].holes.as_slice(), planned.parts[0].slots.as_slice()), (&[3][..], &[0][..]));
+    let [wide, thin] = planned.parts[0].tasks.as_slice() else { panic!("two bits") };
+    let cut =
+        sweep(&wide.toolpaths.iter().map(|way| way.path.clone()).collect::<Vec<_>>(), wide.bit.diameter);
+    let area = crate::geometry::area_mm2(&cut);
+    assert!((area - 6.25 * std::f64::consts::PI).abs() < 0.02, "{area}: nothing is left in the middle");
+    assert!(
+        wide.toolpaths.len() >= 2 && wide.toolpaths[0].path.length_mm() < wide.toolpaths[1].path.length_mm()
+    );
+    assert!(wide.toolpaths.iter().all(|way| way.entry == Entry::Helix));
+    let bounds =
+        sweep(&thin.toolpaths.iter().map(|way| way.path.clone()).collect::<Vec<_>>(), thin.bit.diameter)
+            .bounds()
+            .unwrap();
+    assert!((bounds.max.y - bounds.min.y).mm() > 0.999 && (bounds.max.x - bounds.min.x).mm() > 3.999);
+    assert!((bounds.max.y - bounds.min.y).mm() < 1.001 && (bounds.max.x - bounds.min.x).mm() < 4.001);
+}
+
+#[test]
+fn a_slot_a_little_narrower_than_the_thinnest_mill_is_milled_within_the_tolerance() {
+    for (width, made) in [(0.7874, 1), (0.751, 1), (0.749, 0)] {
+        let mut board = coupon();
+        board.slots[0].width = Some(mm(width));
+        let (planned, diagnostics) = planned(&board, &only(&board, "bore", |_| {}));
+        assert_eq!(planned.parts[0].slots.len(), made, "{width}");
+        assert_eq!(
+            diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.slots_missing"),
+            made == 0,
+            "{width}"
+        );
+        let thin = planned.parts[0].tasks.iter().filter(|task| task.bit.diameter == mm(0.8));
+        let length: f64 = thin.flat_map(|task| &task.toolpaths).map(|way| way.path.length_mm()).sum();
+        assert!((length - 3.0 * made as f64).abs() < 1e-6, "{width}: once along the middle, not {length} mm");
+    }
+}
+
+#[test]
+fn what_no_bit_fits_is_left_out_and_told_by_size() {
+    let mut board = coupon();
+    board.slots[0].width = Some(mm(0.3));
+    board.holes.extend([hole(5.0, 1.0, 0.2), hole(6.0, 1.0, 0.22), hole(7.0, 1.0, 0.2)]);
+    let work = Work::default_for(&board, &virtual_drill());
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let mut options = PlanOptions { iterations: Some(0), ..PlanOptions::default() };
+    let plan = |options: &PlanOptions| {
+        plan_work(&board, &work, &virtual_drill(), &Means { options, hop_time: &hop_time }, &mut |_| true)
+    };
+    let (planned, diagnostics) = plan(&options).unwrap();
+    let errors: Vec<_> =
+        diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&options.accept)).collect();
+    let codes: Vec<_> = errors.iter().map(|error| error.code.clone()).collect();
+    assert_eq!(codes, ["cam.holes_missing", "cam.holes_missing", "cam.slots_missing"], "{errors:?}");
+    let said = errors[0].message("en");
+    assert!(said.contains("2 holes of 0.2 mm") && said.contains("X 5.000 Y 1.000"), "{said}");
+    assert!(errors.iter().all(|error| !error.message("en").contains("cam.")), "{errors:?}");
+    assert_eq!(planned.accepted, Vec::<String>::new());
+    // All else is made.
+    let made: Vec<u32> = planned.parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
+    assert_eq!(made, [0, 1, 2, 3]);
+    options.accept = codes;
+    options.accept.dedup();
+    let (planned, diagnostics) = plan(&options).unwrap();
+    assert_eq!(planned.accepted, options.accept);
+    assert!(!diagnostics.iter().any(|diagnostic| diagnostic.is_unacknowledged(&options.accept)));
+}
+
+#[test]
+fn a_job_of_which_nothing_is_left_is_refused_with_what_is_missing() {
+    let board = Board { holes: vec![hole(5.0, 1.0, 0.2)], ..Board::default() };
+    let work = Work::default_for(&board, &virtual_drill());
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let options = PlanOptions::default();
+    let means = Means { options: &options, hop_time: &hop_time };
+    let why = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap_err();
+    let codes: Vec<_> = why.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
+    assert_eq!(codes, ["cam.holes_missing", "cam.nothing_to_do"]);
+}
+
+#[test]
+fn inner_contours_that_no_bit_fits_are_left_out_unless_a_hole_makes_them() {
+    let island = boxed(0.0, 0.0, 30.0, 20.0);
+    let wide = boxed(14.0, 8.0, 18.0, 12.0);
+    let narrow = [boxed(5.0, 5.0, 5.5, 7.0), boxed(25.0, 5.0, 25.5, 7.0)];
+    let round = circle(at(5.0, 15.0), mm(0.6));
+    let all: Vec<Path> = [island, wide, round].into_iter().chain(narrow).collect();
+    let outline = crate::geometry::even_odd(&all);
+    let of_cut_outs = |holes: Vec<Hole>| {
+        let board = Board { outline: outline.clone(), holes, ..Board::default() };
+        let (planned, diagnostics) = planned(&board, &only(&board, "cut_out", |_| {}));
+        assert_eq!(planned.toolpaths().count(), 2, "the wide one and the outer one");
+        let told = |diagnostic: &Diagnostic| {
+            (diagnostic.code == "cam.cut_outs_missing").then(|| diagnostic.message("en"))
+        };
+        diagnostics.iter().filter_map(told).collect::<Vec<_>>()
+    };
+    let told = of_cut_outs(vec![hole(5.0, 15.0, 0.6)]);
+    assert!(told.len() == 1 && told[0].contains("2 inner contours, 0.5 mm across"), "{told:?}");
+    assert!(told[0].contains("X 5.250 Y 6.000"), "{told:?}");
+    assert_eq!(of_cut_outs(Vec::new()).len(), 2, "the round one has no hole that makes it");
+}
+
+#[test]
+fn boards_too_near_to_each_other_are_told() {
+    let outline = union(&[boxed(0.0, 0.0, 10.0, 10.0), boxed(11.0, 0.0, 20.0, 10.0)]);
+    let board = Board { outline, ..Board::default() };
+    let (planned, diagnostics) = planned(&board, &only(&board, "cut_out", |_| {}));
+    assert_eq!(planned.toolpaths().count(), 1);
+    assert!(diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.contours_merged"), "{diagnostics:?}");
+}
+
+#[test]
+fn tabs_hold_the_board_in_every_pass() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |_| {});
+    let (planned, _) = planned(&board, &work);
+    let [inner, outer] = planned.parts[0].tasks[0].toolpaths.as_slice() else { panic!("inner and outer") };
+    assert!(inner.tabs.is_empty() && inner.path.length_mm() < outer.path.length_mm());
+    assert_eq!(outer.tabs.len(), 4);
+    let held: f64 = outer.tabs.iter().map(|tab| tab.1 - tab.0).sum();
+    assert!((held - 4.0 * 3.5).abs() < 1e-6, "{held}");
+    // The bit's middle runs outside of the outline by its radius.
+    let bounds = crate::geometry::path_bounds(&outer.path);
+    assert!((bounds.min.x.mm() + 0.75).abs() < 0.003 && (bounds.max.y.mm() - 20.75).abs() < 0.003);
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let leg = program.legs.iter().rfind(|leg| matches!(leg.mark, Mark::Toolpath(_))).unwrap();
+    let over: f64 = over_tabs(&program, leg);
+    // At its last lap the bit is at tab height or above over four tabs.
+    assert!(over > 0.99 * held, "{over} of {held} mm");
+}
+
+/// Length of the last lap, in mm, that is not deeper than a tab.
+fn over_tabs(program: &Program, leg: &crate::job::Leg) -> f64 {
+    let mut here = program.start_of_leg(0);
+    let (mut shallow, mut since_bottom) = (0.0, Vec::new());
+    for command in &leg.commands {
+        match *command {
+            Command::Rapid { to } => here = to,
+            Command::Mill { to, height, .. } | Command::MillArc { to, height, .. } => {
+                since_bottom.push((here.distance_mm(to), height));
+                here = to;
+            }
+            _ => {}
+        }
+    }
+    // Corners of the contour are arcs about the outline's corners; their chords are near enough.
+    let mut lap = 0.0;
+    for (length, height) in since_bottom.into_iter().rev() {
+        if lap > 104.0 {
+            break;
+        }
+        lap += length;
+        if height >= mm(-1.0) {
+            shallow += length;
+        }
+    }
+    shallow
+}
+
+#[test]
+fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |operation| {
+        if let Action::CutOut(cut_out) = &mut operation.action {
+            *cut_out = CutOut { bites: true, ..cut_out.clone() };
+        }
+    });
+    let (planned, _) = planned(&board, &work);
+    let [bites, cut] = planned.parts[0].tasks.as_slice() else { panic!("drill and mill") };
+    assert_eq!(cut.toolpaths.len(), 1 + 4);
+    assert!(bites.strokes.len() >= 4 * 3, "{}", bites.strokes.len());
+    let process = virtual_drill().process;
+    assert!(bites.depth > process.board_thickness + process.breakthrough, "the point goes through too");
+    let edge = Area::of(&board.outline);
+    for stroke in &bites.strokes {
+        assert!(edge.index().nearest(stroke.at, mm(0.003)).is_some(), "{:?}", stroke.at);
+    }
+}
+
+#[test]
+fn tabs_by_hand_are_where_they_were_put() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |operation| {
+        if let Action::CutOut(cut_out) = &mut operation.action {
+            cut_out.tab_at = vec![at(15.0, 0.0), at(30.0, 10.0)];
+            cut_out.side = CutSide::Outside;
+        }
+    });
+    let (planned, _) = planned(&board, &work);
+    let outer = planned.toolpaths().last().unwrap();
+    let middles: Vec<Point> = outer
+        .tabs
+        .iter()
+        .map(|tab| cut::between(&outer.path, 0.0, (tab.0 + tab.1) / 2.0).unwrap().end())
+        .collect();
+    assert_eq!(middles.len(), 2);
+    assert!(middles.iter().any(|place| place.distance_mm(at(15.0, -0.75)) < 0.06), "{middles:?}");
+    assert!(middles.iter().any(|place| place.distance_mm(at(30.75, 10.0)) < 0.06), "{middles:?}");
+}
+
+#[test]
+fn the_bottom_is_mirrored_and_pins_fall_on_pins() {
+    let machine = virtual_drill();
+    let mut board = coupon();
+    board.copper[0].face = Face::Bottom;
+    board.copper.push(Copper { face: Face::Top, ..board.copper[0].clone() });
+    let mut work = Work::default_for(&board, &machine);
+    assert_eq!(work.faces(), [Face::Bottom, Face::Top]);
+    let (top, _) = planned(&board, &work);
+    work.setup.face = Face::Bottom;
+    let (bottom, _) = planned(&board, &work);
+    assert_eq!(bottom.parts[0].holes, [4, 5]);
+    let pins: Vec<Point> = bottom.parts[0].tasks[0].strokes.iter().map(|stroke| stroke.at).collect();
+    assert!(pins.iter().all(|pin| pin.x < Length::ZERO || pin.x > mm(30.0)));
+    assert!(top.parts.iter().all(|part| part.holes.iter().all(|hole| *hole < 4)), "pins are drilled once");
+    assert_eq!(bottom.board.holes[0].at, at(27.0, 3.0));
+    assert_eq!(bottom.origin, top.origin);
+    let program = lower_work(&bottom, &work, &machine);
+    assert_eq!(deepest(&program.legs[2]).mm().round(), -8.0, "through the board and into the bed");
+}
+
+#[test]
+fn no_way_enters_an_exclusion_zone() {
+    let board = coupon();
+    let zone = Bounds::of(at(-5.0, -5.0)).with(at(8.0, 8.0));
+    let mut work = isolation(&board, 0.2, |isolate| isolate.passes = 1);
+    work.setup.exclusions = vec![zone];
+    let (planned, diagnostics) = planned(&board, &work);
+    assert!(diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.zone_in_the_way"));
+    for way in planned.toolpaths() {
+        for point in way.path.flattened(1e-3) {
+            assert!(!zone.grown(mm(0.095)).contains(point), "{point:?}");
+        }
+    }
+    assert!(planned.toolpaths().any(|way| !way.path.is_closed()), "contours across the edge are cut open");
+}
+
+#[test]
+fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
+    let board = coupon();
+    let zone = Bounds::of(at(12.0, -4.0)).with(at(18.0, 4.0));
+    for bites in [false, true] {
+        let mut work = only(&board, "cut_out", |operation| {
+            if let Action::CutOut(cut_out) = &mut operation.action {
+                cut_out.tab_at = vec![at(15.0, 0.0), at(30.0, 10.0), at(5.0, 0.0)];
+                cut_out.bites = bites;
+            }
+        });
+        work.setup.exclusions = vec![zone];
+        let (planned, diagnostics) = planned(&board, &work);
+        let told: Vec<_> =
+            diagnostics.iter().filter(|diagnostic| diagnostic.code == "cam.tab_in_zone").collect();
+        assert_eq!(told.len(), 1, "{diagnostics:?}");
+        let text = told[0].message("en");
+        assert!(text.contains("-0.75"), "{text}");
+        let middle = |way: &Toolpath, tab: &(f64, f64)| {
+            cut::between(&way.path, 0.0, (tab.0 + tab.1) / 2.0).unwrap().end()
+        };
+        let found: Vec<Point> =
+            planned.toolpaths().flat_map(|way| way.tabs.iter().map(move |tab| middle(way, tab))).collect();
+        if bites {
+            assert!(found.is_empty());
+            let strokes = &planned.parts[0].tasks[0].strokes;
+            assert!(strokes.len() > 4 && strokes.iter().all(|stroke| !zone.contains(stroke.at)));
+            continue;
+        }
+        assert_eq!(found.len(), 2, "{found:?}");
+        for wanted in [at(30.75, 10.0), at(5.0, -0.75)] {
+            assert!(found.iter().any(|place| place.distance_mm(wanted) < 0.2), "{wanted:?} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
+    let board = coupon();
+    let mut work = only(&board, "drill", |_| {});
+    work.setup.exclusions = vec![Bounds::of(at(0.0, 0.0)).with(at(5.0, 5.0))];
+    let machine = virtual_drill();
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let options = PlanOptions { iterations: Some(200), ..PlanOptions::default() };
+    let means = Means { options: &options, hop_time: &hop_time };
+    let (planned, diagnostics) = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap();
+    let told = diagnostics
+        .iter()
+        .filter(|diagnostic| diagnostic.code == "cam.holes_in_zone" && diagnostic.is_unacknowledged(&[]));
+    assert_eq!(told.count(), 1, "{diagnostics:?}");
+    assert_eq!(planned.parts[0].left_holes, [0]);
+    assert!(
+        planned.parts[0].tasks.iter().flat_map(|task| &task.strokes).all(|stroke| stroke.at != at(3.0, 3.0))
+    );
+    work.setup.alignment.pairs = 1;
+    for (zero, face, corner) in [
+        (Zero::Board, Face::Top, at(0.0, 0.0)),
+        (Zero::Blank, Face::Top, at(-5.5, 0.0)),
+        (Zero::File, Face::Top, at(0.0, 0.0)),
+        (Zero::File, Face::Bottom, at(30.0, 0.0)),
+    ] {
+        (work.setup.zero, work.setup.face) = (zero, face);
+        assert_eq!(Scene::of(&board, &work).origin, corner, "{zero:?} {face:?}");
+    }
+}
+
+#[test]
+fn drills_go_deeper_by_the_height_of_their_points() {
+    let board = coupon();
+    let process = virtual_drill().process;
+    let through = process.board_thickness + process.breakthrough;
+    let depth = |text: &str, size: f64| {
+        let mut work = only(&board, "drill", |_| {});
+        for pair in text.split(';').filter(|pair| !pair.is_empty()) {
+            let (key, value) = pair.split_once('=').unwrap();
+            crate::cam::parameters::assign(&mut work, key, value).unwrap();
+        }
+        let options = PlanOptions {
+            iterations: Some(10),
+            accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
+            ..PlanOptions::default()
+        };
+        let hop_time = |a: Point, b: Point| a.distance_mm(b);
+        let means = Means { options: &options, hop_time: &hop_time };
+        let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
+        let task = planned.parts[0].tasks.iter().find(|task| task.bit.diameter == mm(size)).unwrap();
+        (task.depth - through).mm()
+    };
+    // Half of the diameter over the tangent of half of the angle.
+    for (text, size, height) in [
+        ("", 1.0, 0.233_154),
+        ("", 0.8, 0.186_523),
+        ("drill.point=90", 1.0, 0.5),
+        ("drill.point=180", 1.0, 0.0),
+        ("drill.point=180;drill.points=0.8 90", 1.0, 0.0),
+        ("drill.point=180;drill.points=0.8 90", 0.8, 0.4),
+    ] {
+        let found = depth(text, size);
+        assert!((found - height).abs() < 2e-6, "{text} {size}: {found}");
+    }
+}
+
+#[test]
+fn pecks_come_up_between() {
+    let board = coupon();
+    let work = only(&board, "drill", |operation| {
+        if let Action::Drill(drill) = &mut operation.action {
+            (drill.peck, drill.holes) = (mm(0.9), Holes::Board);
+        }
+    });
+    let options = PlanOptions {
+        iterations: Some(0),
+        accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
+        ..PlanOptions::default()
+    };
+    let hop_time = |a: Point, b: Point| a.distance_mm(b);
+    let means = Means { options: &options, hop_time: &hop_time };
+    let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let leg = program.legs.iter().find(|leg| matches!(leg.mark, Mark::Hole(_))).unwrap();
+    let plunges = leg.commands.iter().filter(|command| matches!(command, Command::Plunge { .. })).count();
+    // 1.6 + 0.5 + 0.4 / tan 65° = 2.287 mm in steps of at most 0.9 mm.
+    assert_eq!(plunges, 3);
+    assert!((deepest(leg).mm() + 2.2865).abs() < 1e-3, "{:?}", deepest(leg));
+}
+
+#[test]
+fn engraving_follows_the_lines_and_joins_what_meets() {
+    let mut board = coupon();
+    let strokes = vec![
+        Path::through(&[at(1.0, 1.0), at(2.0, 1.0)]).unwrap(),
+        Path::through(&[at(3.0, 2.0), at(2.0, 1.0)]).unwrap(),
+        Path {
+            start: at(9.0, 1.0),
+            segments: vec![Segment::Arc { to: at(10.0, 2.0), centre: at(9.0, 2.0), clockwise: false }],
+        },
+    ];
+    board.legend = vec![crate::board::Legend { face: Face::Top, strokes, flashes: 2, source: 0 }];
+    let work = only(&board, "engrave", |_| {});
+    let (planned, diagnostics) = planned(&board, &work);
+    let left = diagnostics.iter().find(|diagnostic| diagnostic.code == "cam.legend_flashes").unwrap();
+    assert!(left.message("en").contains('2'), "{}", left.message("en"));
+    assert_eq!(planned.toolpaths().count(), 2);
+    assert!((planned.toolpaths_mm() - 1.0 - 2.0_f64.sqrt() - std::f64::consts::FRAC_PI_2).abs() < 1e-5);
+}
+
+#[test]
+fn a_key_changes_with_what_its_part_depends_on_and_only_then() {
+    let machine = virtual_drill();
+    let board = coupon();
+    let work = Work::default_for(&board, &machine);
+    let mut other = work.clone();
+    other.operations[1].feed_mm_per_s += 1.0;
+    other.operations[0].name = "renamed".to_owned();
+    assert_eq!(key(&work, 0, &machine), key(&other, 0, &machine));
+    assert_ne!(key(&work, 1, &machine), key(&other, 1, &machine));
+    other.bits[0].diameter += mm(0.1);
+    assert_ne!(key(&work, 0, &machine), key(&other, 0, &machine));
+    assert_eq!(key(&work, 3, &machine), key(&other, 3, &machine));
+}
+
+#[test]
+fn parts_of_a_path_lie_on_their_side() {
+    let area = Area::of(&union(&[circle(at(0.0, 0.0), mm(4.0)), boxed(1.0, -1.0, 6.0, 1.0)]));
+    let mut chance = Chance::new(9);
+    for _ in 0..200 {
+        let mut place = || at(chance.below(1200) as f64 * 0.01 - 5.0, chance.below(800) as f64 * 0.01 - 4.0);
+        let (a, b, c) = (place(), place(), place());
+        let half = circle(a, Length::from_mm(2.0 * a.distance_mm(b)));
+        for path in [Path::through(&[a, b, c, a]).unwrap(), half] {
+            let (ins, outs) = (cut::parts(&path, &area, true), cut::parts(&path, &area, false));
+            let length = |parts: &[Path]| parts.iter().map(Path::length_mm).sum::<f64>();
+            assert!((length(&ins) + length(&outs) - path.length_mm()).abs() < 1e-3, "{path:?}");
+            for (parts, wanted) in [(&ins, true), (&outs, false)] {
+                for part in parts.iter().filter(|part| part.length_mm() > 0.01) {
+                    let middle = cut::between(part, 0.0, part.length_mm() / 2.0).unwrap().end();
+                    let edge = area.index().nearest(middle, mm(1e-4)).is_some();
+                    assert!(edge || area.contains(middle) == wanted, "{middle:?} of {path:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_long_way_rests_now_and_then() {
+    let board = coupon();
+    let work = only(&board, "cut_out", |operation| operation.feed_mm_per_s = 0.3);
+    let (planned, _) = planned(&board, &work);
+    let program = lower_work(&planned, &work, &virtual_drill());
+    let leg = program.legs.iter().rfind(|leg| matches!(leg.mark, Mark::Toolpath(_))).unwrap();
+    let rests = leg.commands.iter().filter(|command| matches!(command, Command::Dwell { .. })).count();
+    // More than four laps of 106 mm at 0.3 mm/s are over 1400 s.
+    assert!((5..20).contains(&rests), "{rests}");
+}

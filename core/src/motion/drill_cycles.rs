@@ -1,0 +1,243 @@
+//! Holes drilled in a chain: the plane and the spindles move together from the bottom of one hole to the bottom of the next.
+//!
+//! ```text
+//! height ^  |‾‾‾‾\                 from the top: the first of a chain
+//!        |  |     \__|‾\           from the bottom: all others
+//!        |           |/ \__| …     each ends at rest at its bottom, so a chain can be left after any hole
+//!        +-----------------------> t
+//! ```
+//!
+//! The strokes of a spindle are worked out once for a bit and then only triggered (P4): down with the machine's law for the
+//! way down, fast and then at feed; up with the law for the way up. When the plane is released and the stroke triggered
+//! follows the rules in [`coordination`](super::coordination).
+//!
+//! Comes in: legs of plain holes, where everything stands. Goes out: parts of one move. Does not know legs before and after.
+
+use super::coordination::{Rules, SpindleTimes, stroke};
+use super::limits::{Limits, line, mm_per_step, shape};
+use super::profile::{self, Stroke, two_speeds};
+use super::timeline::{Motion, Part};
+use super::writer::{REST_TICKS, lines, start_tick};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::Point;
+use crate::job::{Command, Leg, Mark, Stage};
+use crate::machine::{AXES, DriveKind, Machine, Steps, StrokeEnd};
+use crate::units::{Length, TICK_HZ};
+
+/// A hole that can be part of a chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Hole {
+    pub(super) to: Point,
+    pub(super) bottom: Length,
+    pub(super) top: Length,
+    feed_um_per_s: u32,
+    dwell_us: u32,
+}
+
+/// A chain at the bottom of a hole: what it takes to get up.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Low {
+    up: Stroke,
+    times: SpindleTimes,
+    top_steps: i64,
+}
+
+/// The parts of a hop, without a place in the timeline.
+pub(super) struct Hop {
+    pub(super) parts: Vec<Part>,
+    pub(super) to: Steps,
+    pub(super) duration_ticks: u64,
+}
+
+/// The strokes of the bit in use, worked out once.
+#[derive(Clone, Debug, Default)]
+pub(super) struct DrillCycles {
+    known: Option<Stored>,
+}
+
+#[derive(Clone, Debug)]
+struct Stored {
+    top_steps: i64,
+    bottom_steps: i64,
+    feed_um_per_s: u32,
+    down: Stroke,
+    up: Stroke,
+    times: SpindleTimes,
+}
+
+/// Whether plane and spindles of `machine` move together, from the bottom of one hole to the bottom of the next.
+pub fn overlaps(machine: &Machine) -> bool {
+    let counted = machine.stroke_end == StrokeEnd::Counted && machine.drive == DriveKind::Planned;
+    machine.overlap.on && counted
+}
+
+/// The hole that `leg` is, where chains may be made of it: to a place, down without a sensor, perhaps wait, and up.
+pub(super) fn plain_hole(machine: &Machine, leg: &Leg) -> Option<Hole> {
+    if !machine.overlap.on || machine.drive != DriveKind::Planned || !matches!(leg.mark, Mark::Hole(_)) {
+        return None;
+    }
+    let (to, plunge, dwell_us, top) = match *leg.commands.as_slice() {
+        [Command::Rapid { to }, plunge, Command::Retract { to: top }] => (to, plunge, 0, top),
+        [Command::Rapid { to }, plunge, Command::Dwell { us }, Command::Retract { to: top }] => {
+            (to, plunge, us, top)
+        }
+        _ => return None,
+    };
+    let Command::Plunge { to: bottom, feed_um_per_s, gate: None } = plunge else { return None };
+    let clear = Length::from_mm(machine.overlap.clear_mm);
+    let plain = feed_um_per_s > 0 && bottom < Length::ZERO && top > clear;
+    plain.then_some(Hole { to, bottom, top, feed_um_per_s, dwell_us })
+}
+
+impl DrillCycles {
+    /// The hop to `hole` from rest at `at`, where the motors of X and Y go to `plane`: from the bottom of a hole when the
+    /// chain is `low`, else from the top.
+    pub(super) fn hop(
+        &mut self,
+        machine: &Machine,
+        spindles: &[usize],
+        (at, plane, turned): (Steps, Steps, [bool; AXES]),
+        hole: Hole,
+        low: Option<Low>,
+    ) -> Result<(Hop, Low), Diagnostic> {
+        let with_z = |steps: Steps, height: i64| {
+            let mut steps = steps;
+            for axis in spindles {
+                steps[*axis] = height;
+            }
+            steps
+        };
+        let mut parts = Vec::new();
+        let (mut now, mut release_s, mut top_s) = (at, 0.0, None);
+        if let Some(low) = low {
+            let up = with_z(at, low.top_steps);
+            let begin = start_tick(machine, 0.0, &low.up, &at, &up);
+            let begin_s = begin as f64 / TICK_HZ as f64;
+            release_s = begin_s + low.times.leave_s + machine.overlap.latency_ms * 1e-3;
+            top_s = Some(begin_s + low.times.up_s);
+            parts.push(part(Stage::Retract, begin, at, up, low.up));
+            now = up;
+        }
+        let stored = self.stored(machine, spindles, now, hole)?;
+        let mut there = now;
+        (there[0], there[1]) = (plane[0], plane[1]);
+        let mut arrive_s = release_s;
+        let release_tick = libm::ceil(release_s * TICK_HZ as f64) as u64;
+        for line in lines(machine, Stage::Travel, now, there, f64::INFINITY, turned)? {
+            let line = Part { start_tick: line.start_tick + release_tick, ..line };
+            arrive_s = line.end_s();
+            parts.push(line);
+        }
+        let settle_s = if there == now { 0.0 } else { machine.settle_ms * 1e-3 };
+        let rules = Rules { settle_s, latency_s: machine.overlap.latency_ms * 1e-3 };
+        let stroked = stroke(&stored.times, rules, release_s, arrive_s + settle_s, top_s);
+        let to = with_z(there, stored.bottom_steps);
+        let begin = start_tick(machine, stroked.start_s, &stored.down, &there, &to);
+        let down = part(Stage::Drill, begin, there, to, stored.down);
+        let end_tick = libm::ceil(down.end_s() * TICK_HZ as f64) as u64;
+        let dwell_ticks = u64::from(hole.dwell_us) * (TICK_HZ / 1_000_000);
+        parts.push(down);
+        let low = Low { up: stored.up, times: stored.times, top_steps: stored.top_steps };
+        Ok((Hop { parts, to, duration_ticks: end_tick + dwell_ticks + REST_TICKS }, low))
+    }
+
+    /// The strokes from the top of `hole` to its bottom and back.
+    fn stored(
+        &mut self,
+        machine: &Machine,
+        spindles: &[usize],
+        top: Steps,
+        hole: Hole,
+    ) -> Result<Stored, Diagnostic> {
+        let scale = machine.z.scale;
+        let (top_steps, bottom_steps) = (scale.steps(hole.top), scale.steps(hole.bottom));
+        let key = (top_steps, bottom_steps, hole.feed_um_per_s);
+        let same = |known: &Stored| (known.top_steps, known.bottom_steps, known.feed_um_per_s) == key;
+        if let Some(known) = self.known.as_ref().filter(|known| same(known)) {
+            return Ok(known.clone());
+        }
+        let (mut high, mut low) = (top, top);
+        for axis in spindles {
+            (high[*axis], low[*axis]) = (top_steps, bottom_steps);
+        }
+        let mm = mm_per_step(machine)[2];
+        let (height_mm, depth_mm) = (top_steps as f64 * mm, -bottom_steps as f64 * mm);
+        let down = down(machine, height_mm, depth_mm, f64::from(hole.feed_um_per_s) * 1e-3)?;
+        let up = Stroke::One(line(machine, &low, &high, f64::INFINITY)?);
+        let times = times(machine, &down, &up, height_mm);
+        let feed_um_per_s = hole.feed_um_per_s;
+        let stored = Stored { top_steps, bottom_steps, feed_um_per_s, down, up, times };
+        self.known = Some(stored.clone());
+        Ok(stored)
+    }
+}
+
+/// What the strokes of `machine` take. The margin is at least so much that the plane rests before the tip is lower than
+/// clear, not only before it touches (C2.3, invariants I1 and I2).
+pub fn times(machine: &Machine, down: &Stroke, up: &Stroke, height_mm: f64) -> SpindleTimes {
+    let overlap = &machine.overlap;
+    let times = SpindleTimes::of(down, up, height_mm, overlap.clear_mm);
+    let low_s = times.contact_s - down.time_at(height_mm - overlap.clear_mm) - machine.settle_ms * 1e-3;
+    SpindleTimes {
+        dwell_top_s: overlap.dwell_top_ms * 1e-3,
+        margin_s: (overlap.margin_ms * 1e-3).max(low_s),
+        ..times
+    }
+}
+
+/// What the machine's own stroke takes, from its safe height to the bottom of a hole through its board and back, and the
+/// two strokes themselves: down and up.
+pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Diagnostic> {
+    let process = &machine.process;
+    let scale = machine.z.scale;
+    let (top, bottom) =
+        (scale.steps(process.safe_height), -scale.steps(process.board_thickness + process.breakthrough));
+    let mm = mm_per_step(machine)[2];
+    let (height_mm, depth_mm) = (top as f64 * mm, -bottom as f64 * mm);
+    let (mut low, mut high) = (Steps::default(), Steps::default());
+    (low[2], high[2]) = (bottom, top);
+    let down = down(machine, height_mm, depth_mm, process.feed_mm_per_s)?;
+    let up = Stroke::One(line(machine, &low, &high, f64::INFINITY)?);
+    let times = SpindleTimes {
+        dwell_bottom_s: process.dwell_bottom_ms * 1e-3,
+        ..times(machine, &down, &up, height_mm)
+    };
+    Ok((times, down, up))
+}
+
+/// The abort horizon of the machine's own stroke `down`: until how long after its start, in s, it can still be stopped with the
+/// tip clear of the board (C2.3), by the least that Z can do either way.
+pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Diagnostic> {
+    let (own, limits) = (Limits::of_axis(machine, &machine.z), Limits::of_down(machine));
+    let limits = Limits {
+        acceleration: limits.acceleration.min(own.acceleration),
+        jerk: limits.jerk.min(own.jerk),
+        ..limits
+    };
+    let process = &machine.process;
+    let height_mm = machine.z.scale.steps(process.safe_height) as f64 * mm_per_step(machine)[2];
+    profile::point_of_no_return_s(down, height_mm, machine.overlap.clear_mm.min(height_mm), limits)
+}
+
+/// The stroke down: fast to the feed height, then at feed; where the way is too short to change speeds, all of it at feed.
+pub fn down(
+    machine: &Machine,
+    height_mm: f64,
+    depth_mm: f64,
+    feed_mm_per_s: f64,
+) -> Result<Stroke, Diagnostic> {
+    let limits = Limits::of_down(machine);
+    let length_mm = height_mm + depth_mm;
+    let law = shape(machine, machine.motion.down, length_mm, limits)?;
+    if feed_mm_per_s < limits.speed {
+        let slow_mm = machine.process.feed_height.mm().min(height_mm);
+        if let Ok(stroke) = two_speeds(law, height_mm - slow_mm, depth_mm + slow_mm, feed_mm_per_s, limits) {
+            return Ok(stroke);
+        }
+    }
+    Ok(Stroke::One(profile::plan(law, length_mm, limits.slowed(feed_mm_per_s))?))
+}
+
+fn part(stage: Stage, start_tick: u64, from: Steps, to: Steps, stroke: Stroke) -> Part {
+    Part { stage, start_tick, from, to, motion: Motion::Line(stroke) }
+}

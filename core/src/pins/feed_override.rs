@@ -1,0 +1,160 @@
+//! Feed override: how fast stream time passes. The path stays as planned, only its timing is stretched (N12).
+//!
+//! ```text
+//! rate r    1 ‾‾‾‾‾‾‾\                 /‾‾‾‾‾      r² falls and rises in a straight line over stream time, as steeply as
+//!                     '.             .'            the axis with the least room allows
+//!           0           '.____rest__.'
+//!                 Hold         Go
+//! ```
+//!
+//! At rate r an axis that was planned to go at v and to accelerate at a goes at r·v and accelerates at r²·a + r′·v. So that
+//! it keeps its limit A, r′ may be as low as −(A + r²·a)/v and as high as (A − r²·a)/v (bridge protocol, §4). Where the plan
+//! brakes with all of A there is no room left, and none is needed: the plan itself comes to rest.
+//!
+//! v and a are read off the steps to come.
+//!
+//! Comes in: stream ticks, the runs in play, and the wish to stop or go. Goes out: stretched ticks. Does not know pins.
+
+use crate::steps::{AXES, Replay};
+
+/// Share of an axis' acceleration that the feed override uses: what is read off the pulses is a little behind the plan.
+const SHARE: f64 = 0.9;
+
+/// How far ahead speeds are read off the pulses, in steps of each set: enough that 1 µs of fitting does not matter.
+const AHEAD: usize = 8;
+
+/// One set of axes in play: as planned its speed in steps per tick and its acceleration in steps per tick², positive while
+/// it gets faster, and how hard it may be braked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rate {
+    speed: f64,
+    acceleration: f64,
+    limit: f64,
+}
+
+/// The sets of axes that move after `later`, each with the limit of its weakest axis. Speeds are means over the steps to
+/// come in the same direction.
+pub(super) fn rates(later: &Replay<'_>, limits: &[f64; AXES]) -> Vec<Rate> {
+    let mut sets: Vec<(u8, bool, bool, Vec<u64>)> =
+        later.sets().map(|(axes, forward, tick)| (axes, forward, true, vec![tick])).collect();
+    for pulse in later.clone().take(AHEAD * sets.len()) {
+        for (axes, forward, same, ticks) in &mut sets {
+            if pulse.axes & *axes != 0 {
+                *same &= (pulse.forward & *axes != 0) == *forward;
+                if *same && ticks.last().is_none_or(|last| *last < pulse.tick) {
+                    ticks.push(pulse.tick);
+                }
+            }
+        }
+    }
+    let limit = |axes: u8| {
+        let own = (0..AXES).filter(|axis| axes >> axis & 1 == 1).map(|axis| limits[axis]);
+        SHARE * own.fold(f64::INFINITY, f64::min)
+    };
+    sets.into_iter().filter_map(|(axes, _, _, ticks)| rate(&ticks, limit(axes))).collect()
+}
+
+/// Speed and acceleration of a set whose steps come at `ticks`.
+fn rate(ticks: &[u64], limit: f64) -> Option<Rate> {
+    let [first, .., last] = ticks else { return None };
+    let middle = ticks.get(ticks.len() / 2)?;
+    let mean = |from: u64, to: u64, steps: usize| steps as f64 / (to - from).max(1) as f64;
+    let half = ticks.len() / 2;
+    let (now, then) = (mean(*first, *middle, half), mean(*middle, *last, ticks.len() - 1 - half));
+    let between = 0.5 * (last - first) as f64;
+    let acceleration = if ticks.len() > 2 { (then - now) / between } else { 0.0 };
+    Some(Rate { speed: now, acceleration, limit })
+}
+
+/// The clock of one segment: stream ticks in, stretched ticks out.
+#[derive(Clone, Debug)]
+pub(super) struct FeedOverride {
+    /// Square of the rate now, 0 … 1.
+    square: f64,
+    /// Square of the rate that is wanted.
+    wanted: f64,
+    /// Stream tick and stretched tick from which the stretch holds.
+    base: (u64, f64),
+    stretch: f64,
+}
+
+impl FeedOverride {
+    /// At full feed override from `start` on, which is stream tick 0.
+    pub(super) fn new(start: u64) -> Self {
+        Self { square: 1.0, wanted: 1.0, base: (0, start as f64), stretch: 1.0 }
+    }
+
+    /// The stretched tick of `stream_tick`.
+    pub(super) fn at(&self, stream_tick: u64) -> u64 {
+        let since = stream_tick - self.base.0.min(stream_tick);
+        if self.stretch == 1.0 {
+            self.base.1 as u64 + since
+        } else {
+            (self.base.1 + since as f64 * self.stretch) as u64
+        }
+    }
+
+    /// The stream tick that passes at stretched tick `at`; the same one as long as time stands still.
+    pub(super) fn passed(&self, at: u64) -> u64 {
+        self.base.0 + ((at as f64 - self.base.1).max(0.0) / self.stretch) as u64
+    }
+
+    /// Whether time passes as planned, and is to go on so.
+    pub(super) fn is_full(&self) -> bool {
+        self.square == 1.0 && self.wanted == 1.0 && self.stretch == 1.0
+    }
+
+    /// Whether it stands still.
+    pub(super) fn at_rest(&self) -> bool {
+        self.square == 0.0
+    }
+
+    /// The rate that is wanted from now on, 0 … 1.
+    pub(super) fn want(&mut self, rate: f64) {
+        self.wanted = rate * rate;
+    }
+
+    /// Sets the stretch from the pulse at `stream_tick` to the next one, `interval` ticks later as planned, while `rates`
+    /// move.
+    pub(super) fn next(&mut self, stream_tick: u64, interval: Option<u64>, rates: &[Rate]) {
+        self.base = (stream_tick, self.at(stream_tick) as f64);
+        self.stretch = 1.0;
+        // After the last pulse the segment only rests.
+        let Some(interval) = interval else { return };
+        if self.is_full() {
+            return;
+        }
+        let falls = self.wanted < self.square;
+        let slope = if self.wanted == self.square { 0.0 } else { self.slope(falls, rates) };
+        let planned = interval.max(1) as f64;
+        let before = self.square;
+        let reached = if falls {
+            (before - 2.0 * slope * planned).max(self.wanted)
+        } else {
+            (before + 2.0 * slope * planned).min(self.wanted)
+        };
+        if falls && self.wanted == 0.0 && reached <= 0.0 {
+            // Comes to rest before the next pulse: the time that takes is spent here.
+            self.base.1 += libm::ceil(libm::sqrt(before) / slope.max(1e-12));
+            self.square = 0.0;
+            return;
+        }
+        self.stretch = (2.0 / (libm::sqrt(before) + libm::sqrt(reached))).max(1.0);
+        self.square = reached;
+    }
+
+    /// |r′|: how fast the rate may change, per tick.
+    fn slope(&self, falls: bool, rates: &[Rate]) -> f64 {
+        let room = |rate: &Rate| {
+            let planned = self.square * rate.acceleration;
+            let own = if falls { rate.limit + planned } else { rate.limit - planned };
+            own.clamp(0.0, 2.0 * rate.limit) / rate.speed
+        };
+        rates.iter().map(room).fold(1.0, f64::min)
+    }
+
+    /// Time stands still: what follows comes `ticks` later.
+    pub(super) fn wait(&mut self, ticks: u64) {
+        self.base.1 += ticks as f64;
+    }
+}

@@ -1,0 +1,372 @@
+//! The virtual drill: a pin board whose motors can slip, whose sensors can fail and whose board can really be drilled.
+//!
+//! ```text
+//!      travel of one axis (steps)
+//!      hard stop   sensor on                                   sensor on   hard stop
+//!  ────────┤─────────|◀────────── working range ──────────▶|─────────├────────
+//! ```
+//!
+//! It knows its own rotors, not the executor's count: the two agree only as long as no step is lost. What it does depends
+//! only on the calls made. It starts at a place nobody told the executor, all spindles equally high.
+//!
+//! Where X or Y has play, the axis is pushed up by its motor, and down the play behind it. Every spindle has its own motor, its
+//! own bit and its own board; all are read by one switch at each end, which is on below when the first is down and above when the
+//! last is up.
+//!
+//! Comes in: calls of [`Pins`]. Goes out: inputs, every hole that the spinning tip really made, and where steps were lost.
+//! Does not know programs.
+
+mod bit;
+mod rotor;
+mod switches;
+mod tally;
+
+pub use bit::{Bit, Breakage, Tip};
+pub use rotor::{Cause, Push, Rotor};
+pub use switches::Switches;
+pub use tally::{Again, Tally, made_again, missing_legs, tally};
+
+use crate::job::{self, Input};
+use crate::machine::{DriveKind, Machine, StrokeEnd};
+use crate::pins::{AxisSet, Pins};
+use crate::steps::TICK_HZ;
+use crate::units::Length;
+
+/// Way beyond the end sensors before an axis hits its hard stop.
+const OVERTRAVEL: Length = Length::from_um(8_000);
+
+/// Most slips that are remembered; what later ones lost is counted with the last.
+const MOST_SLIPS: usize = 64;
+
+/// Losses of one axis this close together are one slip, in ticks: 0.5 s.
+const ONE_SLIP: u64 = TICK_HZ / 2;
+
+/// The inputs that are switches.
+const SWITCHES: [Input; 6] =
+    [Input::XMin, Input::XMax, Input::YMin, Input::YMax, Input::ZTop, Input::ZBottom];
+
+/// A hole as the board itself knows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drilled {
+    /// Where the tip was, machine mm.
+    pub x_mm: f64,
+    /// The same away from the person.
+    pub y_mm: f64,
+    /// How deep below the surface when it came through.
+    pub depth_mm: f64,
+    /// When, in ticks.
+    pub tick: u64,
+    /// By which spindle: 0 is Z1.
+    pub spindle: u8,
+}
+
+/// Where the holes are written down, one by one, the moment they are made.
+pub type DrilledBoard = Box<dyn FnMut(&Drilled) + Send>;
+
+/// A place where a motor lost steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slip {
+    /// Which axis: 0 X, 1 Y, 2 … 7 Z1 … Z6.
+    pub axis: usize,
+    /// When it began, in ticks.
+    pub tick: u64,
+    /// Which step since the start of the drill, from 1.
+    pub step: u64,
+    /// Where the axis really was, machine steps.
+    pub place: i64,
+    /// Steps lost there, until now.
+    pub lost: u64,
+    /// Why.
+    pub cause: Cause,
+    /// The latest loss that belongs to it, in ticks.
+    pub until: u64,
+}
+
+/// Who is told that a bit broke, and why.
+pub type BreakWatch = Box<dyn FnMut(Breakage) + Send>;
+
+/// Who is told all slips whenever there is more to tell.
+pub type SlipWatch = Box<dyn FnMut(&[Slip]) + Send>;
+
+/// What is broken, on demand.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// Inputs that are always on.
+    pub stuck_on: u32,
+    /// Inputs that are never on.
+    pub stuck_off: u32,
+    /// Share of single readings of every input that say the opposite, 0 … 1.
+    pub glitches: f64,
+    /// Steps that are lost, with the turn of the current they belong to: axis, and which step of it since the start, from 1;
+    /// sorted or not.
+    pub lost_steps: Vec<(usize, u64)>,
+    /// Highest step rate that the motors of X, Y, Z follow, where it is less than it should be.
+    pub weak_motors: [Option<f64>; 3],
+    /// Bits of the phase bytes that do not reach the motors of X, Y, Z: broken wires.
+    pub dead_wires: [u8; 3],
+    /// Fastest the bit gets through the board, steps per second; none for a sharp bit.
+    pub dull_bit_hz: Option<f64>,
+    /// Holes until a bit begins to cut slower; none for bits that stay sharp.
+    pub bit_life: Option<u32>,
+    /// How late the computer is with every step, in ticks: judged as on a real machine. Otherwise the drill keeps its own time.
+    pub late_host: Option<u64>,
+}
+
+/// The virtual drill.
+pub struct VirtualDrill {
+    /// X, Y and the spindles.
+    rotors: Vec<Rotor>,
+    /// What the motors of X and Y push.
+    tables: [Table; 2],
+    /// First step of X, Y and the spindles at which their sensors are on: low end, high end.
+    edges: [(i64, i64); 3],
+    steps_per_mm: [f64; 3],
+    switches: Switches,
+    /// One for each spindle.
+    bits: Vec<Bit>,
+    faults: Faults,
+    slips: Vec<Slip>,
+    drilled: DrilledBoard,
+    watch: Option<SlipWatch>,
+    breaks: Option<BreakWatch>,
+}
+
+/// An axis with play: it stands where its motor last pushed it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Table {
+    at: i64,
+    play: i64,
+}
+
+impl Table {
+    fn pushed(&mut self, motor: i64) {
+        self.at = self.at.clamp(motor, motor + self.play);
+    }
+}
+
+impl VirtualDrill {
+    /// The twin of `machine`, at a place that depends on `seed`. Holes are told to `drilled`.
+    pub fn new(machine: &Machine, seed: u64, faults: Faults, drilled: DrilledBoard) -> Self {
+        let axes = [&machine.x, &machine.y, &machine.z];
+        let mut edges: [(i64, i64); 3] = std::array::from_fn(|index| {
+            let axis = axes[index];
+            (axis.scale.steps(axis.min) - 1, axis.scale.steps(axis.max) + 1)
+        });
+        let process = &machine.process;
+        let (surface, z) = (process.surface, &machine.z);
+        if machine.stroke_end == StrokeEnd::Sensor {
+            let through = process.board_thickness + Length::from_nm(process.breakthrough.nm() / 2);
+            edges[2].0 = z.scale.steps(surface - through);
+        }
+        let spindles = machine.spindles.clamp(1, 6) as usize;
+        let rotor = |number: usize| {
+            let index = number.min(2);
+            let (axis, (low, high)) = (axes[index], edges[index]);
+            let beyond = axis.scale.steps(OVERTRAVEL).abs();
+            let acceleration = axis.max_acceleration_mm_per_s2 * axis.scale.steps_per_mm();
+            // No axis of acceleration A changes its speed in a corner of deviation d by more than √(8·A·d).
+            let jump_mm_per_s = libm::sqrt(8.0 * axis.max_acceleration_mm_per_s2 * machine.motion.corner_mm);
+            let pull = (acceleration, jump_mm_per_s * axis.scale.steps_per_mm());
+            // Faults are those of the first spindle.
+            let weak = faults.weak_motors[index].filter(|_| number < 3);
+            let fastest = weak.unwrap_or(f64::from(machine.max_step_hz));
+            let mixed = seed.wrapping_add(index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
+            // Somewhere in the middle half in the plane; high over the board in Z.
+            let span = (high - low).max(4);
+            let start = match index {
+                2 => high - 1 - span / 10 - (mixed as i64) % (span / 8).max(1),
+                _ => low + span / 4 + (mixed as i64) % (span / 2),
+            };
+            let rotor = Rotor::new(&axis.phases, start, (low - beyond, high + beyond), fastest, pull);
+            let rotor = if machine.drive == DriveKind::Table { rotor.by_interrupts() } else { rotor };
+            rotor.wired(if number < 3 { !faults.dead_wires[index] } else { u8::MAX })
+        };
+        let rotors: Vec<Rotor> = (0..2 + spindles).map(rotor).collect();
+        let tables = [0, 1].map(|axis: usize| {
+            let play = axes[axis].scale.steps(axes[axis].backlash).abs();
+            Table { at: rotors[axis].at, play }
+        });
+        let board = (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness));
+        let feed_hz = process.feed_mm_per_s * z.scale.steps_per_mm();
+        let bouncing = SWITCHES.iter().fold(0, |bits, input| bits | input.bit());
+        Self {
+            rotors,
+            tables,
+            edges,
+            steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
+            switches: Switches::new(seed, bouncing, faults.glitches),
+            bits: vec![
+                Bit::new(
+                    (board, 1.0 / z.scale.steps_per_mm()),
+                    feed_hz,
+                    faults.bit_life,
+                    faults.dull_bit_hz
+                );
+                spindles
+            ],
+            faults,
+            slips: Vec::new(),
+            drilled,
+            watch: None,
+            breaks: None,
+        }
+    }
+
+    /// The same, with somebody who is told where steps are lost, the moment they are.
+    #[must_use]
+    pub fn watched(mut self, watch: SlipWatch) -> Self {
+        self.watch = Some(watch);
+        self
+    }
+
+    /// The same, with somebody who is told when a bit breaks.
+    #[must_use]
+    pub fn watched_for_breaks(mut self, watch: BreakWatch) -> Self {
+        self.breaks = Some(watch);
+        self
+    }
+
+    /// Where X, Y and the first spindle really are, in steps.
+    pub fn real(&self) -> [i64; 3] {
+        [self.tables[0].at, self.tables[1].at, self.rotors[2].at]
+    }
+
+    /// Where every spindle really is, in steps.
+    pub fn heights(&self) -> Vec<i64> {
+        self.rotors.iter().skip(2).map(|rotor| rotor.at).collect()
+    }
+
+    /// Steps that were sent to X, Y and all spindles together, and not made.
+    pub fn lost(&self) -> [u64; 3] {
+        let spindles = self.rotors.iter().skip(2).map(|rotor| rotor.lost).sum();
+        [self.rotors[0].lost, self.rotors[1].lost, spindles]
+    }
+
+    /// Where steps were lost, the first 64 times.
+    pub fn slips(&self) -> &[Slip] {
+        &self.slips
+    }
+
+    /// What the drivers put out to X, Y, Z.
+    pub fn phases(&self) -> [u8; 3] {
+        [0, 1, 2].map(|axis| self.rotors[axis].byte())
+    }
+
+    /// Why the first bit that broke did, if one did.
+    pub fn broken(&self) -> Option<Breakage> {
+        self.bits.iter().find_map(|bit| bit.broken)
+    }
+
+    fn step_axis(&mut self, tick: u64, axis: usize, forward: bool) {
+        let (step, place) = (self.rotors[axis].sent + 1, self.rotors[axis].at);
+        let thrown = self.faults.lost_steps.contains(&(axis, step));
+        let bit = axis.checked_sub(2).and_then(|spindle| self.bits.get_mut(spindle));
+        let held = bit.is_some_and(|bit| !forward && bit.holds(tick, place));
+        if let Some((lost, cause)) = self.rotors[axis].takt(Push { tick, forward, held, thrown }) {
+            self.slipped(Slip { axis, tick, step, place, lost, cause, until: tick });
+        }
+        if axis > 1 {
+            return self.stroked(tick, axis - 2);
+        }
+        let before = self.tables[axis].at;
+        self.tables[axis].pushed(self.rotors[axis].at);
+        if self.tables[axis].at != before {
+            for spindle in 0..self.bits.len() {
+                let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
+                self.bits[spindle].slid(tip);
+                self.broke(spindle, whole);
+            }
+        }
+    }
+
+    /// A spindle went up or down.
+    fn stroked(&mut self, tick: u64, spindle: usize) {
+        let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
+        let came_through = self.bits[spindle].moved(tip);
+        self.broke(spindle, whole);
+        if let Some(depth) = came_through {
+            let depth_mm = depth as f64 / self.steps_per_mm[2];
+            let [x_mm, y_mm, _] = tip.mm;
+            (self.drilled)(&Drilled { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
+        }
+    }
+
+    /// Says so if a bit that was whole broke.
+    fn broke(&mut self, spindle: usize, was_whole: bool) {
+        let why = self.bits[spindle].broken.filter(|_| was_whole);
+        if let (Some(why), Some(watch)) = (why, &mut self.breaks) {
+            watch(why);
+        }
+    }
+
+    fn tip(&self, tick: u64, spindle: usize) -> Tip {
+        let z = self.rotors[2 + spindle].at;
+        let [x, y, _] = self.real();
+        let mm = |axis: usize, steps: i64| steps as f64 / self.steps_per_mm[axis];
+        Tip { tick, z, mm: [mm(0, x), mm(1, y), mm(2, z)] }
+    }
+
+    /// Writes a loss down: as part of the slip going on, or as a new one.
+    fn slipped(&mut self, slip: Slip) {
+        let latest = self.slips.iter().rposition(|known| known.axis == slip.axis);
+        let same = |known: &Slip| known.cause == slip.cause && slip.tick <= known.until + ONE_SLIP;
+        let latest = latest.filter(|index| self.slips.get(*index).is_some_and(same));
+        if let Some(known) = latest.and_then(|index| self.slips.get_mut(index)) {
+            (known.lost, known.until) = (known.lost + slip.lost, slip.tick);
+        } else if self.slips.len() < MOST_SLIPS {
+            self.slips.push(slip);
+        } else if let Some(last) = self.slips.last_mut() {
+            // No step is lost out of the count.
+            last.lost += slip.lost;
+        }
+        if let Some(watch) = &mut self.watch {
+            watch(&self.slips);
+        }
+    }
+
+    /// What the sensors ought to say.
+    fn sensed(&self) -> u32 {
+        let on = |axis: usize, lowest: i64, (low, high): (Input, Input)| {
+            let (first, last) = self.edges[axis];
+            (if lowest <= first { low.bit() } else { 0 }) | (if lowest >= last { high.bit() } else { 0 })
+        };
+        let [x, y, _] = self.real();
+        // The lowest spindle is the first that is down, and the last that is up.
+        let lowest = self.rotors.iter().skip(2).map(|rotor| rotor.at).min().unwrap_or(0);
+        let touches = self.bits.first().is_some_and(|bit| bit.touches(lowest));
+        let contact = if touches { Input::Contact.bit() } else { 0 };
+        on(0, x, (Input::XMin, Input::XMax))
+            | on(1, y, (Input::YMin, Input::YMax))
+            | on(2, lowest, (Input::ZBottom, Input::ZTop))
+            | contact
+    }
+}
+
+impl Pins for VirtualDrill {
+    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        for axis in 0..self.rotors.len() {
+            if axes >> axis & 1 == 1 {
+                self.step_axis(at_tick, axis, forward >> axis & 1 == 1);
+            }
+        }
+        let sensed = self.sensed();
+        self.switches.stand(at_tick, sensed);
+    }
+
+    fn spindle(&mut self, _at_tick: u64, rpm: u32) {
+        self.bits.iter_mut().for_each(|bit| bit.rpm = rpm);
+    }
+
+    fn inputs(&mut self, at_tick: u64) -> u32 {
+        let sensed = self.sensed();
+        (self.switches.read(at_tick, sensed) | self.faults.stuck_on) & !self.faults.stuck_off
+    }
+
+    fn bit(&mut self, _at_tick: u64, bit: &job::Bit) {
+        self.bits.iter_mut().for_each(|own| own.change(bit));
+    }
+
+    fn safe(&mut self) {
+        self.bits.iter_mut().for_each(|bit| bit.rpm = 0);
+    }
+}

@@ -1,0 +1,130 @@
+//! Stops and other paces at any moment of a move: the motors keep up, whatever the two axes of the plane ask together.
+
+use super::twin;
+use crate::desk::{OnTime, Orders};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
+use annulus_core::machine::{Machine, Steps, six_spindles, virtual_drill};
+use annulus_core::motion::{cycles, timeline};
+use annulus_core::pins::{Line, Motors, Order, Outcome, play};
+use annulus_core::steps::{Segment, segment, stream};
+use annulus_core::units::Length;
+use annulus_core::virtual_drill::{Faults, VirtualDrill};
+
+/// What is ordered at some moment, and half a second of stream time later.
+const ORDERS: [[Order; 2]; 4] =
+    [[Order::Stop; 2], [Order::Hold, Order::Go], [Order::At(30), Order::Go], [Order::At(70); 2]];
+
+/// A twin, and where it stands.
+fn drill(machine: &Machine) -> (VirtualDrill, Line) {
+    let (drill, _) = twin(machine, Faults::default());
+    let mut line = Line::default();
+    line.position[..3].copy_from_slice(&drill.real());
+    (drill, line)
+}
+
+/// Plays `segment` with `orders` from `share` of its time on.
+fn ordered(
+    machine: &Machine,
+    segment: &Segment,
+    (drill, line): (&mut VirtualDrill, &mut Line),
+    share: f64,
+    orders: [Order; 2],
+) -> Outcome {
+    let at = line.tick + (share * segment.duration_ticks as f64) as u64;
+    let mut desk = Orders([(at, orders[0]), (at + 500_000, orders[1])], line.tick);
+    play(segment, &Motors::of(machine), line, drill, &mut OnTime(0), &mut desk)
+}
+
+#[test]
+fn ordered_at_any_moment_of_a_travel_no_motor_loses_a_step() {
+    for machine in [virtual_drill(), six_spindles()] {
+        for way_mm in [[23.5, 3.5], [23.5, 23.4], [60.0, 0.3], [0.4, 0.9]] {
+            let (_, at) = drill(&machine);
+            let mut to: Steps = at.position;
+            for axis in [0, 1] {
+                to[axis] += (way_mm[axis] * machine.axis(axis).scale.steps_per_mm()) as i64;
+            }
+            let travel = segment(&cycles::go_to(&machine, at.position, to).unwrap().moves[0], &machine);
+            for (orders, moment) in ORDERS.into_iter().flat_map(|orders| (0..50).map(move |at| (orders, at)))
+            {
+                let (mut drill, mut line) = drill(&machine);
+                ordered(&machine, &travel, (&mut drill, &mut line), f64::from(moment) / 50.0, orders);
+                assert!(drill.slips().is_empty(), "{way_mm:?} {orders:?} {moment}: {:?}", drill.slips());
+            }
+        }
+    }
+}
+
+/// Two holes, `way_mm` apart.
+fn two_holes(machine: &Machine, way_mm: [f64; 2]) -> Program {
+    let bit = Bit { diameter: Length::from_um(800), name: String::new(), cutter: Cutter::Drill };
+    let hole = |hole: u32, to: Point| Leg {
+        mark: Mark::Hole(hole),
+        commands: vec![
+            Command::Rapid { to },
+            Command::Plunge { to: Length::from_um(-1_800), feed_um_per_s: 5_000, gate: None },
+            Command::Retract { to: machine.process.safe_height },
+        ],
+    };
+    let change = Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] };
+    Program {
+        name: "two".to_owned(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![bit],
+        spindles: 1,
+        safe_height: machine.process.safe_height,
+        legs: vec![change, hole(0, Point::default()), hole(1, Point::from_mm(way_mm[0], way_mm[1]))],
+        accepted: Vec::new(),
+    }
+}
+
+#[test]
+fn ordered_at_any_moment_of_a_hop_no_motor_loses_a_step() {
+    let mut machine = virtual_drill();
+    (machine.x.backlash, machine.y.backlash) = (Length::from_um(150), Length::from_um(90));
+    assert!(machine.overlap.on, "plane and spindle move together");
+    for way_mm in [[23.5, 3.5], [60.0, 0.3], [5.0, 7.0]] {
+        let plan = timeline(&two_holes(&machine, way_mm), &machine).unwrap();
+        let segments = stream(&plan, &machine).unwrap().segments;
+        let hops = segments.iter().filter(|segment| segment.stage == Stage::NextHole).count();
+        for (orders, moment) in ORDERS.into_iter().flat_map(|orders| (0..100).map(move |at| (orders, at))) {
+            let (mut drill, mut line) = drill(&machine);
+            let mut hopped = 0;
+            for segment in &segments {
+                let hop = segment.stage == Stage::NextHole;
+                hopped += usize::from(hop);
+                let (share, orders) = if hop && hopped == hops {
+                    (f64::from(moment) / 100.0, orders)
+                } else {
+                    (0.0, [Order::Go; 2])
+                };
+                ordered(&machine, segment, (&mut drill, &mut line), share, orders);
+                if hop && hopped == hops {
+                    break;
+                }
+            }
+            assert!(drill.slips().is_empty(), "{way_mm:?} {orders:?} {moment}: {:?}", drill.slips());
+        }
+        assert!(hops > 0);
+    }
+}
+
+#[test]
+fn after_a_jog_the_motor_stands_where_the_table_does() {
+    let mut machine = virtual_drill();
+    (machine.x.backlash, machine.y.backlash) = (Length::from_um(150), Length::from_um(90));
+    let (mut drill, mut line) = drill(&machine);
+    // Up first, so that what is counted and where the table stands agree.
+    for (axis, steps) in [(0, 4_000), (1, 4_000), (0, -300), (1, -1), (0, 7), (1, -500), (0, -1_000), (0, -5)]
+    {
+        let timeline = cycles::jog(&machine, line.position, axis, steps, 20.0).unwrap();
+        for planned in &timeline.moves {
+            let outcome =
+                ordered(&machine, &segment(planned, &machine), (&mut drill, &mut line), 0.0, [Order::Go; 2]);
+            assert_eq!(outcome, Outcome::Completed);
+        }
+        assert_eq!(drill.real()[..2], line.position[..2], "jogged {axis} by {steps}");
+    }
+}
