@@ -7,7 +7,7 @@ import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSy
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { atRest, drillOnly, openBrowser, openLinked, picture, planned, press, program, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { atRest, data, drillOnly, openBrowser, openLinked, picture, planned, press, program, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -145,6 +145,7 @@ test("a board that lacks holes is not told as done, and what is missing can be d
     await page.getByText(/\d+ of \d+ holes are there/).waitFor();
     const missing = Number((await page.getByText(/holes? (is|are) missing\./).textContent()).match(/\d+/)[0]);
     assert.ok(missing > 0);
+    await until(async () => Number(await data(page, "failed")) === missing, "holes drawn as missing");
     await atRest(page);
     await page.screenshot({ path: picture("missing-1024") });
     const again = page.getByRole("button", { name: `Drill the missing ${missing}…` });

@@ -95,6 +95,29 @@ test("a closed page leaves the job running; another page watches it and may stop
   }
 });
 
+test("a button pressed as slowly as people press them does what it says while a job runs", async () => {
+  const bridge = await startBridge({ speed: 1 });
+  const { page, context } = await openPage(browser, bridge.url, SMALL);
+  try {
+    await drilling(page);
+    const slowly = async (name, then) => {
+      const box = await until(() => page.getByRole("button", { name, exact: true }).boundingBox(), name);
+      await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+      await page.mouse.down();
+      await new Promise((later) => setTimeout(later, 300));
+      await page.mouse.up();
+      await page.getByRole("button", { name: then, exact: true }).waitFor({ timeout: 5000 });
+    };
+    await page.getByRole("button", { name: "Release control" }).waitFor();
+    await slowly("Release control", "Take control");
+    assert.equal(await page.getByText("No page has control.").count(), 1, "who has control is said once");
+    await slowly("Take control", "Release control");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
 test("after a killed bridge the job is offered again at the right hole", async () => {
   const home = mkdtempSync(join(tmpdir(), "annulus-test-"));
   let bridge = await startBridge({ speed: 5, home });

@@ -17,23 +17,25 @@ use leptos::prelude::*;
 /// State, its meaning, and who has control.
 pub(crate) fn banner() -> impl IntoView {
     let line = link::link();
+    // Memos, so that a button is not another one while it is being pressed: statuses come every 40 ms.
+    let look = Memo::new(move |_| words::of(line));
+    let known =
+        Memo::new(move |_| line.phase.get() == Phase::Open && line.freshness.get() != Freshness::Lost);
+    let buttons = move || known.get().then(|| control(line));
     move || {
-        let look = words::of(line);
+        let look = look.get();
         let (word, meaning) = (look.word, look.meaning);
         div().class(format!("banner {}", look.tone)).attr("role", "status").child((
             icon(look.icon),
             strong().child(move || crate::i18n::text(word, &[])),
             span().class("grow").child(move || crate::i18n::text(meaning, &[])),
-            control(line),
+            buttons,
         ))
     }
 }
 
 fn control(line: Link) -> impl IntoView {
     move || {
-        if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
-            return None;
-        }
         let control = line.control.get();
         let viewers = (control.viewers > 1)
             .then(|| span().class("quiet").child(t!("page.control.viewers", count = control.viewers)));
@@ -46,7 +48,7 @@ fn control(line: Link) -> impl IntoView {
                 .map(|word| span().child(move || crate::i18n::text(word, &[])));
             (said, push("button small", t!("page.control.take"), take)).into_any()
         };
-        Some(div().class("row").child((viewers, button)))
+        div().class("row").child((viewers, button))
     }
 }
 

@@ -12,6 +12,7 @@ use annulus_core::wire::Verdict;
 use leptos::prelude::Get;
 
 /// How a state is shown: word, colour class, sign.
+#[derive(Clone, Copy, PartialEq)]
 pub struct Look {
     /// Key of its word.
     pub word: &'static str,
