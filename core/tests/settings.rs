@@ -1,7 +1,8 @@
 //! The rows of the table of settings that are said not to shape the stream: changed one by one, they do not. So no such row is
 //! missing from the fingerprint that page and bridge compare.
 
-use crate::programs::{Chance, machines, random_program};
+use crate::programs::{machines, random_program};
+use annulus_core::chance::Chance;
 use annulus_core::machine::{self, Kind, Machine, Setting, Value};
 use annulus_core::{motion, steps};
 
@@ -36,7 +37,7 @@ fn digest(machine: &Machine, program: &annulus_core::job::Program) -> Option<Str
 fn what_is_said_not_to_shape_the_stream_does_not() {
     let mut tried = std::collections::BTreeSet::new();
     for machine in machines() {
-        let program = random_program(&mut Chance(7), &machine, 3);
+        let program = random_program(&mut Chance::new(7), &machine, 3);
         let (print, stream) = (machine.fingerprint(), digest(&machine, &program));
         assert!(stream.is_some(), "{}", machine.name);
         for setting in machine::settings().filter(|setting| !setting.shapes_stream) {
