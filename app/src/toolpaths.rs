@@ -1,7 +1,7 @@
 //! What a program does, as it is drawn: the strokes of its bits as wide as they cut, the travel between, its stops in order.
 //!
 //! ```text
-//!   travel ─ ─ ─ ▶ ●━━━━━━━━●      stop 3: a hole, or a way: all cuts of one leg
+//!   travel ─ ─ ─ ▶ ●━━━━━━━━●      stop 3: a hole, or a toolpath: all cuts of one leg
 //!                  ╲ as wide as the bit cuts at that depth
 //! ```
 //!
@@ -30,7 +30,7 @@ pub struct Toolpaths {
     pub before: Vec<u32>,
 }
 
-/// A straight piece of a way.
+/// A straight piece of a toolpath.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
     /// From here …

@@ -246,7 +246,7 @@ fn a_deadline_is_counted_in_planned_time() {
         otherwise: Otherwise::Alarm,
     });
     let pins = Recorder { script: vec![(half_way, Input::XMin.bit())], ..Recorder::default() };
-    // At a quarter of the feed override the sensor turns on after twice the time that all of the move was planned to take.
+    // At a feed override of a quarter the sensor turns on after twice the time that all of the move was planned to take.
     let slow = run(&machine, &seek, vec![(0, Order::At(25))], pins, 0);
     assert!(matches!(slow.outcome, Outcome::Gated(_)), "{:?}", slow.outcome);
     let never = run(&machine, &seek, vec![(0, Order::At(25))], Recorder::default(), 0);

@@ -66,6 +66,11 @@ impl Trial {
         self.rehearsal.run().row()
     }
 
+    /// The machine that it began with.
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
     /// Whether it came to an end.
     pub fn ended(&self) -> bool {
         self.rehearsal.run().ended()

@@ -306,7 +306,8 @@ fn run(model: &mut Model, mode: Mode) -> Vec<Effect> {
     if run.running {
         return Vec::new();
     }
-    if run.trial.as_ref().is_none_or(|running| running.0.ended()) {
+    // What is held goes on with the machine it began with; with another one it begins again.
+    if run.trial.as_ref().is_none_or(|running| running.0.ended() || *running.0.machine() != *model.machine) {
         match Trial::begin(&model.machine, queue, model.machine.card.names()) {
             Ok(trial) => run.trial = Some(Running(trial)),
             Err(why) => {

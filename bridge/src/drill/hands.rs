@@ -77,10 +77,11 @@ impl Hands {
                 board.broken += 1;
             }
         });
-        let twin = VirtualDrill::new(machine, seed, self.faults.clone(), drilled).watched(watch);
-        let twin = Steady::new(twin.watched_for_breaks(breaks));
-        let executor = Executor::start(machine, Box::new(twin), (speed, self.faults.late_host), shared, hear)
-            .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
+        let drill = VirtualDrill::new(machine, seed, self.faults.clone(), drilled).watched(watch);
+        let drill = Steady::new(drill.watched_for_breaks(breaks));
+        let executor =
+            Executor::start(machine, Box::new(drill), (speed, self.faults.late_host), shared, hear)
+                .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
         Ok((executor, None))
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct Work {
     pub(super) job: Arc<Prepared>,
     /// The same job at other feeds, from the next rest on.
     pub(super) anew: Option<Arc<Prepared>>,
-    /// The feed override that is wanted, percent of the one it came with.
+    /// The feed override that is wanted, percent of the feed it came with.
     pub(super) percent: u8,
     /// The leg that this run began with.
     pub(super) first: usize,
@@ -250,8 +250,8 @@ impl Owner {
         let beside = work.job.before_start(&self.machine, work.leg);
         let there = cycles::go_to(&self.machine, self.position, beside)?;
         let on = cycles::go_to(&self.machine, beside, to)?;
-        let toolpaths = [there, on].iter().flat_map(|way| segments(way, &self.machine)).collect();
-        let mut segments = self.in_time(toolpaths)?;
+        let moves = [there, on].iter().flat_map(|way| segments(way, &self.machine)).collect();
+        let mut segments = self.in_time(moves)?;
         if !work.confirm_bit {
             segments.extend(self.spindle_up());
         }

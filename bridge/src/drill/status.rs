@@ -168,7 +168,7 @@ fn count(number: usize) -> u32 {
     u32::try_from(number).unwrap_or(u32::MAX)
 }
 
-/// What is being done in a hop, as far as the height of the tip tells.
+/// What is being done in a move from hole to hole, as far as the height of the tip tells.
 fn hop_stage(height_mm: f64) -> Stage {
     if height_mm < 0.0 { Stage::Drill } else { Stage::Travel }
 }

@@ -36,7 +36,7 @@ pub(super) enum Down {
     Stop(u64),
     /// So many legs are durable.
     Durable(u32),
-    /// Everything at so many percent of the planned feed override.
+    /// Everything at so many percent of the planned feed.
     FeedOverride(u8),
     /// A move by hand may go for a moment.
     Grant,

@@ -122,7 +122,7 @@ pub(crate) enum Heard {
 pub(crate) struct Shared {
     stop_upto: AtomicU64,
     durable: AtomicU32,
-    /// Percent that the feed override is below the planned one.
+    /// Percent that the feed is below the planned one.
     slower: AtomicU8,
     glimpse: Mutex<Glimpse>,
     /// Until when a move by hand may go.
@@ -144,13 +144,13 @@ impl Shared {
         self.send(Down::Durable(legs));
     }
 
-    /// Everything goes at so many percent of the planned feed override.
+    /// Everything goes at so many percent of the planned feed.
     pub(crate) fn set_feed_override(&self, percent: u8) {
         self.slower.store(100 - percent.min(100), Ordering::SeqCst);
         self.send(Down::FeedOverride(percent));
     }
 
-    /// Percent of the planned feed override.
+    /// Percent of the planned feed.
     pub(crate) fn feed_override(&self) -> u8 {
         100 - self.slower.load(Ordering::Relaxed)
     }

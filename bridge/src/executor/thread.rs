@@ -176,7 +176,7 @@ impl Place {
         }
     }
 
-    /// Waits until every earlier leg is durable where the tip is about to go down. A hop lifts the tip first: it waits, if
+    /// Waits until every earlier leg is durable where the tip is about to go down. A move from hole to hole lifts the tip first: it waits, if
     /// it has to, when it is about to leave for the next hole.
     fn may_begin(&self, task: &Task, segment: &Segment) -> bool {
         let goes_down = matches!(segment.stage, Stage::Approach | Stage::Drill);
@@ -230,7 +230,7 @@ impl Place {
     }
 }
 
-/// Tick of a hop at which the plane leaves for the next hole, or the tip goes down to it.
+/// Tick of a move from hole to hole at which the plane leaves for the next hole, or the tip goes down to it.
 fn next_hole_begins(segment: &Segment) -> Option<u64> {
     const PLANE: u8 = 0b11;
     let leaves = |pulse: &Pulse| pulse.axes & PLANE != 0 || pulse.axes & !pulse.forward & !PLANE != 0;

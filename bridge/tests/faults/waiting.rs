@@ -1,5 +1,5 @@
 //! A person takes their time (N15): half a minute at a tool change, before Start, at an alarm, in a pause, with the page closed
-//! and opened between. The real `annulus serve`, real sockets, and the feed override of life in between.
+//! and opened between. The real `annulus serve`, real sockets, and the pace of life in between.
 
 use crate::server::client::{Page, Running, annulus};
 use crate::server::work::{home, until_status};

@@ -1,7 +1,7 @@
 //! Settles how a drill program is read, by words where there are any and by evidence where not.
 //!
 //! Comes in: the text of a program and what lies beside it. Goes out: the file, read, with the ground of its reading, and a
-//! diagnostic for every warning. Does not read the words itself.
+//! diagnostic for every doubt. Does not read the words itself.
 //!
 //! ```text
 //! survey ─ sense ─▶ what words settle

@@ -83,9 +83,9 @@ fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Diagnostic> {
 fn mirrored(fit: impl Fn(&[Point]) -> Fit, holes: &[Point], own: f64) -> Option<(&'static str, f64)> {
     let in_x = |at: &Point| Point::new(-at.x, at.y);
     let in_y = |at: &Point| Point::new(at.x, -at.y);
-    let toolpaths: [(_, Vec<Point>); 2] =
+    let ways: [(_, Vec<Point>); 2] =
         [("X", holes.iter().map(in_x).collect()), ("Y", holes.iter().map(in_y).collect())];
-    toolpaths.into_iter().find_map(|(word, turned)| {
+    ways.into_iter().find_map(|(word, turned)| {
         let share = fit(&turned).share;
         (share >= (own + MUCH).clamp(MIRRORED, NEARLY_ALL)).then_some((word, share))
     })

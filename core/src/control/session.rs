@@ -81,7 +81,7 @@ pub enum Event {
     Pause,
     /// Go on.
     Resume,
-    /// Finish the hole or way, then end.
+    /// Finish the hole or toolpath, then end.
     StopAfterHole,
     /// Come to rest now.
     Stop,
@@ -93,7 +93,7 @@ pub enum Event {
     Homed,
     /// Report: the move by hand is done, or the head stands where the job starts.
     Arrived,
-    /// Report: a leg is done; whether it drilled a hole or milled a way, whether it was the last.
+    /// Report: a leg is done; whether it drilled a hole or milled a toolpath, whether it was the last.
     LegDone(bool, bool),
     /// Report: the leg waits for a bit.
     BitWanted,

@@ -88,7 +88,7 @@ fn frame(bounds: Bounds) -> Vec<Sample> {
 /// A point midway, and where the line goes on from it.
 struct Node {
     at: Spot,
-    toolpaths: Vec<usize>,
+    edges: Vec<usize>,
 }
 
 /// Moves a place until it is equally far from two edges.
@@ -146,7 +146,7 @@ fn net(samples: Vec<Sample>, entries: &[Entry]) -> Vec<Node> {
                 } else {
                     rough
                 };
-                nodes.push(Node { at, toolpaths: Vec::new() });
+                nodes.push(Node { at, edges: Vec::new() });
                 nodes.len() - 1
             })
         });
@@ -154,10 +154,10 @@ fn net(samples: Vec<Sample>, entries: &[Entry]) -> Vec<Node> {
     }
     for [one, two] in links {
         if let Some(node) = nodes.get_mut(one) {
-            node.toolpaths.push(two);
+            node.edges.push(two);
         }
         if let Some(node) = nodes.get_mut(two) {
-            node.toolpaths.push(one);
+            node.edges.push(one);
         }
     }
     nodes
@@ -166,23 +166,23 @@ fn net(samples: Vec<Sample>, entries: &[Entry]) -> Vec<Node> {
 /// The net taken apart into chains between forks and ends, and rings.
 fn chains(mut nodes: Vec<Node>) -> Vec<Vec<Spot>> {
     let forks: Vec<usize> =
-        (0..nodes.len()).filter(|&at| nodes.get(at).is_some_and(|n| n.toolpaths.len() != 2)).collect();
+        (0..nodes.len()).filter(|&at| nodes.get(at).is_some_and(|n| n.edges.len() != 2)).collect();
     let mut chains = Vec::new();
     for start in forks.into_iter().chain(0..nodes.len()) {
-        while let Some(first) = nodes.get_mut(start).and_then(|node| node.toolpaths.pop()) {
+        while let Some(first) = nodes.get_mut(start).and_then(|node| node.edges.pop()) {
             let mut chain = vec![start];
             let (mut last, mut at) = (start, first);
             loop {
                 chain.push(at);
                 let Some(node) = nodes.get_mut(at) else { break };
-                let fork = node.toolpaths.len() != 2;
-                if let Some(back) = node.toolpaths.iter().position(|&way| way == last) {
-                    node.toolpaths.remove(back);
+                let fork = node.edges.len() != 2;
+                if let Some(back) = node.edges.iter().position(|&way| way == last) {
+                    node.edges.remove(back);
                 }
                 if fork || at == start {
                     break;
                 }
-                let Some(next) = node.toolpaths.pop() else { break };
+                let Some(next) = node.edges.pop() else { break };
                 (last, at) = (at, next);
             }
             chains.push(chain.iter().filter_map(|&at| nodes.get(at)).map(|node| node.at).collect());

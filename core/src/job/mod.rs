@@ -123,7 +123,7 @@ pub enum Mark {
     ChangeBit(u32),
     /// Drill this hole (index into the board's holes).
     Hole(u32),
-    /// Mill along this way (index into the job's toolpaths).
+    /// Mill along this toolpath (index into the job's toolpaths).
     Toolpath(u32),
     /// Spindle off, back to the work zero.
     Finish,

@@ -227,10 +227,10 @@ impl<'a> Map<'a> {
     /// Situations in the order in which a person would look at them: moves from rest by length, then states with a new target.
     fn situations(&self) -> impl Iterator<Item = Situation> {
         let (top, window) = (self.top, self.window);
-        let toolpaths = |distance: i64| [distance, -distance];
-        let rest = (1..=window).flat_map(toolpaths).map(|distance| (0, distance));
+        let both_ways = |distance: i64| [distance, -distance];
+        let rest = (1..=window).flat_map(both_ways).map(|distance| (0, distance));
         let moving = (1..=top).flat_map(move |state| {
-            (0..=window).flat_map(toolpaths).flat_map(move |distance| [(state, distance), (-state, distance)])
+            (0..=window).flat_map(both_ways).flat_map(move |distance| [(state, distance), (-state, distance)])
         });
         rest.chain(moving)
     }

@@ -262,7 +262,7 @@ impl Machine {
     }
 
     /// SHA-256 in hexadecimal over everything that shapes a stream. Name, description and output do not: the
-    /// same program runs on the virtual twin of a real machine.
+    /// same program runs on the virtual drill in place of a real machine.
     pub fn fingerprint(&self) -> String {
         let mut hash = Sha256::new();
         for setting in settings().filter(|setting| setting.shapes_stream) {

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn toolpaths_that_cannot_be_are_refused() {
+    fn moves_that_cannot_be_are_refused() {
         for wrong in [f64::NAN, f64::INFINITY, -2e6] {
             assert_eq!(one_by_one(&lab(), &[[wrong, 0.0]]).unwrap_err().code, "motion.bad_length");
         }

@@ -79,7 +79,7 @@ pub(super) struct FeedOverride {
 }
 
 impl FeedOverride {
-    /// At full feed override from `start` on, which is stream tick 0.
+    /// At full rate from `start` on, which is stream tick 0.
     pub(super) fn new(start: u64) -> Self {
         Self { square: 1.0, wanted: 1.0, base: (0, start as f64), stretch: 1.0 }
     }

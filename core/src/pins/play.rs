@@ -33,7 +33,7 @@ const SLICE: u64 = TICK_HZ / 200;
 pub enum Order {
     /// Go on as planned.
     Go,
-    /// Go on at this many percent of the planned feed override, 10 … 100.
+    /// Go on at this many percent of the planned feed, 10 … 100.
     At(u8),
     /// Come to rest on the path and wait there.
     Hold,
@@ -332,7 +332,7 @@ impl Play<'_> {
         if let Some(hit) = hit {
             self.end = Some(Outcome::Guarded(hit));
         } else if let Some(gate) = self.segment.gate {
-            // Planned time: a slower feed override leaves a stroke as many steps as it had.
+            // Planned time: a lower feed override leaves a stroke as many steps as it had.
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
             if inputs & gate.input.bit() != 0 {
                 self.end = Some(Outcome::Gated(self.line.position));
@@ -342,7 +342,7 @@ impl Play<'_> {
         }
     }
 
-    /// After a step: sets the feed override to the next one. True when it came to rest for good.
+    /// After a step: sets the rate to the next one. True when it came to rest for good.
     fn paced(&mut self, tick: u64, later: &Replay<'_>) -> bool {
         if self.plane == Plane::Kept {
             return false;

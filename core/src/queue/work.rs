@@ -27,8 +27,8 @@ pub(super) fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Se
     for axis in (0..2).filter(|axis| to[*axis] < from[*axis]) {
         beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);
     }
-    let toolpaths = [cycles::go_to(machine, from, beyond)?, cycles::go_to(machine, beyond, to)?];
-    Ok(toolpaths.iter().flat_map(|way| segments(way, machine)).collect())
+    let moves = [cycles::go_to(machine, from, beyond)?, cycles::go_to(machine, beyond, to)?];
+    Ok(moves.iter().flat_map(|way| segments(way, machine)).collect())
 }
 
 /// Through the board: settle, down to just above it, then at feed to the lower sensor or, without one, by counted steps.

@@ -44,7 +44,7 @@ pub struct Drilled {
     pub done_s: f64,
 }
 
-/// A way and when it is milled.
+/// A toolpath and when it is milled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Milled {
     /// Index into the job's toolpaths.
@@ -150,7 +150,7 @@ impl Playback {
         self.drilled.iter().find(|drilled| drilled.hole == hole).map(|drilled| drilled.done_s)
     }
 
-    /// When way `way` begins.
+    /// When toolpath `toolpath` begins.
     pub fn time_of_toolpath(&self, toolpath: u32) -> Option<f64> {
         self.milled.iter().find(|milled| milled.toolpath == toolpath).map(|milled| milled.from_s)
     }
@@ -178,7 +178,7 @@ impl Playback {
     }
 }
 
-/// What is being done: in a hop, what its part does; a stroke down over the board is an approach.
+/// What is being done: on the way from hole to hole, what its part does; a stroke down over the board is an approach.
 fn stage_at(planned: &Move, part: Option<&Part>, height: f64) -> Stage {
     match (planned.stage, part.map(|part| part.stage)) {
         (Stage::NextHole, Some(Stage::Drill)) if height > 0.0 => Stage::Approach,

@@ -114,12 +114,12 @@ impl<'a> Reader<'a> {
 
     pub(super) fn take_usual(&mut self, usual: &mut Usual) -> Option<i64> {
         let bits = unfold(self.take_small()?).checked_add(usual.bits())?;
-        usual.learn(bits);
         let number = match u32::try_from(bits).ok()? {
             0 => 0,
             bits @ 1..=64 => 1 << (bits - 1) | self.take(bits - 1)?,
             _ => return None,
         };
+        usual.learn(bits);
         Some(unfold(number))
     }
 
@@ -164,5 +164,13 @@ mod tests {
             assert_eq!(read.len() == whole.len(), cut == bytes.len());
             assert!(reader.rest().is_empty());
         }
+    }
+
+    #[test]
+    fn a_number_longer_than_any_is_refused() {
+        // 63 zeros, a one, and ones: a length of almost 2⁶⁴ bits.
+        let bytes = [&[0; 7][..], &[1], &[0xFF; 24]].concat();
+        let (mut reader, mut usual) = (Reader::of(&bytes), Usual::new(5));
+        assert_eq!(reader.take_usual(&mut usual), None);
     }
 }

@@ -278,7 +278,7 @@ mod tests {
         let mill =
             |x: f64, height| Command::Mill { to: Point::from_mm(x, 9.0), height, feed_um_per_s: 1_000 };
         // Straight through at 20 and on to 25; sloping down from 30, and deeper at 35.
-        let toolpaths = Leg {
+        let milled = Leg {
             mark: Mark::Toolpath(0),
             commands: vec![
                 Command::Rapid { to: Point::from_mm(20.0, 9.0) },
@@ -299,7 +299,7 @@ mod tests {
             bits: vec![],
             spindles: 1,
             safe_height: machine.process.safe_height,
-            legs: vec![hole(1.0), hole(2.0), toolpaths, hole(3.0)],
+            legs: vec![hole(1.0), hole(2.0), milled, hole(3.0)],
             accepted: vec![],
         }
     }

@@ -158,7 +158,7 @@ pub enum Ask {
     Resume,
     /// Finish this hole, then end.
     StopAfterHole,
-    /// Go at this many percent of the planned feed override, 10 … 200. The path stays the same. Up to 100 from now on, by slower
+    /// Go at this many percent of the planned feed, 10 … 200. The path stays the same. Up to 100 from now on, by slower
     /// time; above, with higher feeds from the next rest of the job in work on, planned and checked anew.
     FeedOverride {
         /// Percent.
@@ -458,7 +458,7 @@ pub struct Status {
     pub bit_mm: Option<f64>,
     /// Spindle speed commanded, rpm.
     pub spindle_rpm: u32,
-    /// Percent of the planned feed override.
+    /// Percent of the planned feed.
     #[serde(default = "full_override")]
     pub feed_override_percent: u8,
     /// Inputs, one bit each ([`crate::job::Input::bit`]).

@@ -436,7 +436,7 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
     assert!(runs * 5 < alike, "short pieces gather speed together: {alike} in {runs} runs");
 }
 
-/// A hold brings the feed override from 1 to 0, an override to anything between: with what the plan has left for it.
+/// A hold brings the rate from 1 to 0, an override to anything between: with what the plan has left for it.
 #[test]
 fn the_reserve_is_enough_for_every_change_of_pace() {
     for seed in 0..rounds(10_000) {

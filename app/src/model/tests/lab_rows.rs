@@ -6,8 +6,10 @@ use crate::lab::{LabEdits, Panel};
 use crate::model::{Effect, Event, LabEvent, LinkEvent, Model, update};
 use crate::said::Text;
 use annulus_core::control::State;
+use annulus_core::machine::Machine;
 use annulus_core::queue::Mode;
 use annulus_core::wire::{Status, Tell};
+use std::sync::Arc;
 
 fn status(state: State, inputs: u32) -> Event {
     let status = Status { inputs, ..line::status(state, None) };
@@ -178,6 +180,12 @@ fn a_queue_runs_in_the_page_until_it_rests_or_is_edited() {
     story.tell("step");
     let mut story = story.rested();
     assert_eq!(key_of(story.model.lab.run.said.as_ref()), "page.lab.queue.ended");
+    let mut other = Story::told("queue step").rested();
+    let machine = Machine { name: "another".to_owned(), ..(*other.model.machine).clone() };
+    other.model.machine = Arc::new(machine);
+    other.tell("step");
+    let said = key_of(other.rested().model.lab.run.said.as_ref());
+    assert_eq!(said, "page.lab.queue.held", "with another machine it begins again");
     story.tell("edit");
     assert!(!story.model.lab.run.results.is_empty(), "another field is another thing");
     story.tell("queue-other");

@@ -50,6 +50,12 @@ fn jog_button(line: Link, way: Direction, word: &'static str, name: &'static str
             send(HandEvent::Up { pointer: event.pointer_id(), clicked: false });
         })
         .on(ev::contextmenu, |event| event.prevent_default())
+        .on(ev::keydown, |event| {
+            // A key that is held presses once.
+            if event.repeat() && matches!(event.key().as_str(), "Enter" | " ") {
+                event.prevent_default();
+            }
+        })
         .on(ev::click, move |event| {
             // From a keyboard or a screen reader: there was no pointer.
             if event.detail() == 0 {

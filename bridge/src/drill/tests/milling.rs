@@ -7,7 +7,7 @@ use super::*;
 use annulus_core::steps::Stage;
 use programs::{HOLES, WAYS, milling};
 
-/// Slow enough that a way in work is seen.
+/// Slow enough that a toolpath in work is seen.
 fn slow() -> Bench {
     let folder = tempfile::tempdir().unwrap();
     let drill = Drill::open_with(folder.path(), machine(), 60.0, Faults::default()).unwrap();

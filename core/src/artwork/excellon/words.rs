@@ -94,7 +94,7 @@ fn content<'a>(code: &'a [u8], rest: &'a [u8]) -> Content<'a> {
     }
 }
 
-/// Blanks and diagnostics in brackets, an unclosed one to the end of the line.
+/// Blanks and comments in brackets, an unclosed one to the end of the line.
 fn gap(input: &[u8]) -> IResult<&[u8], ()> {
     let blank = take_while1(|byte: u8| byte.is_ascii_whitespace() || byte == 0 || byte == END_OF_TEXT);
     let bracket = recognize((tag("("), take_till(|byte| byte == b')'), opt(tag(")"))));

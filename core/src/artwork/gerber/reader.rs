@@ -179,12 +179,12 @@ impl Reader {
         self.tell_once(severity, code, block.place(offset), block.text);
     }
 
-    /// Diagnostics something at a place.
+    /// Reports something at a place.
     pub(super) fn tell(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
         self.findings.at(severity, code, at.line, at.column, found);
     }
 
-    /// Diagnostics something at a place, unless the same was said before.
+    /// Reports something at a place, unless the same was said before.
     pub(super) fn tell_once(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
         self.findings.once(severity, code, at.line, at.column, found);
     }

@@ -180,7 +180,7 @@ fn contour(
     }
 }
 
-/// What is left of ways, with their tabs, outside of a zone. Told is where the zone takes away less of them than the bit is
+/// What is left of toolpaths, with their tabs, outside of a zone. Told is where the zone takes away less of them than the bit is
 /// wide, which holds nothing, and what of the tabs with these `middles` along the whole contour falls into it.
 fn kept_out(
     context: &mut PlanContext<'_>,

@@ -1,4 +1,4 @@
-//! From planned toolpaths to a program: each bit is asked for, each hole and each way becomes a leg.
+//! From planned toolpaths to a program: each bit is asked for, each hole and each toolpath becomes a leg.
 //!
 //! ```text
 //!   plunge   ●          ramp  ●──╮             helix  ●──╮  one lap for every pass, then one lap
@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The order of legs is the order of the parts, tasks, strokes and toolpaths; picture, simulation and output all show this one
-//! program (S10). A way at several depths that is closed stays down between passes; an open one is run to and fro.
+//! program (S10). A toolpath at several depths that is closed stays down between passes; an open one is run to and fro.
 //!
 //! Comes in: [`Planned`], its work and machine. Goes out: a [`Program`] in work coordinates. Does not know how fast anything
 //! goes.
@@ -154,7 +154,7 @@ impl Writer<'_> {
         commands
     }
 
-    /// One way, from safe height to safe height.
+    /// One toolpath, from safe height to safe height.
     fn way(&self, way: &Toolpath, operation: &Operation) -> Vec<Command> {
         let mut pen = Pen {
             writer: self,

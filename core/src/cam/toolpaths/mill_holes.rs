@@ -172,7 +172,7 @@ fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)
     (!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) })
 }
 
-/// Whether a way keeps out of a zone altogether.
+/// Whether a toolpath keeps out of a zone altogether.
 fn whole(path: &Path, zone: &super::cut::Area) -> bool {
     super::cut::parts(path, zone, false).first() == Some(path)
 }

@@ -75,8 +75,8 @@ pub(super) struct Necks {
 
 impl Necks {
     /// Where a cut of `width` goes on along `copper` from where one of width `wider` has to turn: what lies between copper and
-    /// too near to it for the wider one, less what any of its toolpaths leaves along all edges. Wide enough for the way of the
-    /// thinner cut. `grown` is the copper grown by what the way of the wider cut keeps.
+    /// too near to it for the wider one, less what any of its toolpaths leaves along all edges. Wide enough for the toolpath of the
+    /// thinner cut. `grown` is the copper grown by what the toolpath of the wider cut keeps.
     pub(super) fn of((copper, grown): (&Region, &Region), wider: Length, width: Length) -> Self {
         let outer = kept(wider);
         let inner = (half(width) - NEARER - WITHIN).max(Length::ZERO);

@@ -1,4 +1,4 @@
-//! The order of ways, where closed ones are entered, which way round open ones go, and which follow each other without
+//! The order of toolpaths, where closed ones are entered, which way round open ones go, and which follow each other without
 //! the bit coming up.
 //!
 //! ```text
@@ -7,7 +7,7 @@
 //!        └──────┘ a short link that keeps off the copper: the bit stays down
 //! ```
 //!
-//! First the order by the search of tours over one place of each way, then the entries one after the other, then the
+//! First the order by the search of tours over one place of each toolpath, then the entries one after the other, then the
 //! order again over the entries found; the shorter result counts. Equal input gives equal output.
 //!
 //! Comes in: paths. Goes out: paths in order, turned and joined. Does not know operations.
@@ -21,7 +21,7 @@ use std::collections::BTreeSet;
 
 /// Most kicks of the search; toolpaths are many and are planned again while a slider moves.
 const MOST_KICKS: u64 = 200;
-/// At most so many corners of a closed way are looked at as its entry.
+/// At most so many corners of a closed toolpath are looked at as its entry.
 const ENTRIES: usize = 48;
 /// A link is looked at every so many mm.
 const LOOK_MM: f64 = 0.02;
@@ -121,7 +121,7 @@ fn entered(path: &Path, here: Point, rules: &Rules<'_>) -> Path {
             cut::started_at(path, nearest.map_or(0, |(index, _)| index))
         }
     };
-    // Where a link would do but for the corners being far apart, the way is entered between two of them.
+    // Where a link would do but for the corners being far apart, the toolpath is entered between two of them.
     let reach = rules.link.map_or(0.0, |(reach, ..)| reach.mm());
     if straight_mm(here, turned.start) <= reach || reach == 0.0 {
         return extended(turned, rules.overlap);

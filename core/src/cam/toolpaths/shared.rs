@@ -37,7 +37,7 @@ const BESIDE: i64 = 1_700;
 
 /// Lengths along a closed path in mm; the end may lie beyond its start.
 type Stretch = (f64, f64);
-/// A way by its number, and one of its segments.
+/// A toolpath by its number, and one of its segments.
 type Edge = (u32, u32);
 
 /// An edge by what it lies on: a line of about this slope, or a circle about this centre.
@@ -80,7 +80,7 @@ pub(super) fn once(toolpaths: Vec<Path>) -> Vec<Path> {
     out
 }
 
-/// Edges of closed toolpaths that lie on the same line or circle and may run beside each other: the one of the later way first. In
+/// Edges of closed toolpaths that lie on the same line or circle and may run beside each other: the one of the later toolpath first. In
 /// order.
 fn pairs(toolpaths: &[Path]) -> Vec<(Edge, Edge)> {
     let closed = (0..).zip(toolpaths).filter(|(_, way)| way.is_closed());
@@ -204,7 +204,7 @@ fn beside_line((from, to): (Point, Point), (start, end): (Point, Point)) -> Vec<
     if near && last < first { vec![(last / length, first / length)] } else { Vec::new() }
 }
 
-/// Stretches of a closed way `total` long that touch made one.
+/// Stretches of a closed toolpath `total` long that touch made one.
 fn joined(found: &[(Edge, Stretch)], total: f64) -> Vec<Stretch> {
     let mut sorted: Vec<Stretch> = found.iter().map(|(_, stretch)| *stretch).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -237,13 +237,13 @@ fn chosen(mut stretches: Vec<Stretch>, total: f64) -> Vec<Stretch> {
     stretches
 }
 
-/// Whether two stretches of a closed way `total` long have something in common.
+/// Whether two stretches of a closed toolpath `total` long have something in common.
 fn meet(one: Stretch, other: Stretch, total: f64) -> bool {
     let apart = |one: Stretch, by: f64| one.1 + by <= other.0 || other.1 <= one.0 + by;
     !(apart(one, 0.0) && apart(one, total))
 }
 
-/// What is left of a closed way `total` long without these stretches.
+/// What is left of a closed toolpath `total` long without these stretches.
 fn without(way: &Path, chosen: &[Stretch], total: f64) -> Vec<Path> {
     let Some(&(begin, end)) = chosen.first() else { return vec![way.clone()] };
     if end - begin >= total - JOINED_MM {

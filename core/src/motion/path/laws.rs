@@ -66,8 +66,8 @@ pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagno
     })
 }
 
-/// How fast the feed override of a path may change, in parts of full feed override a second, so that with what the plan has left no axis
-/// gets more than its whole acceleration: at a feed override r that changes by r′ an axis has r²·a + r′·v, at most
+/// How fast the rate of a path may change, in parts of the full rate a second, so that with what the plan has left no axis
+/// gets more than its whole acceleration: at a rate r that changes by r′ an axis has r²·a + r′·v, at most
 /// share·A + r′·v. Infinite for a path that goes nowhere.
 pub fn override_change_per_s(path: &Path, axes: &[Limits; 3], rules: &Rules) -> f64 {
     let mut least = f64::INFINITY;

@@ -34,25 +34,25 @@ pub fn turns(
 ) -> Result<Vec<([bool; 2], Path)>, Diagnostic> {
     check(chain, axes, rules)?;
     let mut found: Vec<([bool; 2], Path)> = Vec::new();
-    let (mut start, mut one_way, mut toolpaths) = (chain.start, Vec::<Fed>::new(), down);
-    let mut drive = |start: Place, one_way: &[Fed], toolpaths: [bool; 2]| {
+    let (mut start, mut one_way, mut down_now) = (chain.start, Vec::<Fed>::new(), down);
+    let mut drive = |start: Place, one_way: &[Fed], down_now: [bool; 2]| {
         let mut paths = Vec::new();
         in_time(start, one_way, (axes, rules), &mut paths);
         let end = paths.last().map_or(start, Path::end);
-        found.extend(paths.into_iter().map(|path| (toolpaths, path)));
+        found.extend(paths.into_iter().map(|path| (down_now, path)));
         end
     };
     for piece in curves(chain)?.iter().flat_map(|fed| monotone(fed, play_mm)) {
-        let next = going(&piece.curve, play_mm, toolpaths);
-        if next != toolpaths && !one_way.is_empty() {
-            start = drive(start, &one_way, toolpaths);
+        let next = going(&piece.curve, play_mm, down_now);
+        if next != down_now && !one_way.is_empty() {
+            start = drive(start, &one_way, down_now);
             one_way.clear();
         }
-        toolpaths = next;
+        down_now = next;
         one_way.push(piece);
     }
     if !one_way.is_empty() {
-        drive(start, &one_way, toolpaths);
+        drive(start, &one_way, down_now);
     }
     Ok(found)
 }

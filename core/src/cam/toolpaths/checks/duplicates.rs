@@ -53,7 +53,7 @@ pub(in crate::cam::toolpaths) fn once(work: &Work, board: &Board, parts: &mut [P
     let mut notes = Vec::new();
     for part in parts {
         let mut twice = Twice::default();
-        // A shape has many ways, and may have some of several bits: it stays or goes with all that this part does there.
+        // A shape has many toolpaths, and may have some of several bits: it stays or goes with all that this part does there.
         let mut judged: BTreeMap<Shape, bool> = BTreeMap::new();
         part.tasks.retain_mut(|task| {
             let before = (task.strokes.len(), task.toolpaths.len());
