@@ -41,6 +41,15 @@ test("a click is one step, a hold goes on until it is let go, by mouse, finger a
     const one = await still(page, "X");
     assert.ok(Math.abs(one - start - 1) < 0.02, `one click, one step of 1 mm: ${start} to ${one}`);
 
+    await x.focus();
+    for (let press = 0; press < 6; press += 1) {
+      await page.keyboard.down("Enter");
+      await page.waitForTimeout(150);
+    }
+    await page.keyboard.up("Enter");
+    const held = await still(page, "X");
+    assert.ok(Math.abs(held - one - 1) < 0.02, `Enter held on a button is one step: ${one} to ${held}`);
+
     const holds = async (begin, end, what) => {
       const from = await still(page, "X");
       await begin();
