@@ -3,6 +3,7 @@
 mod corpus_cam;
 mod corpus_drill;
 mod corpus_gerber;
+mod dependencies;
 mod drill_everyday;
 mod drill_rows;
 mod faults;

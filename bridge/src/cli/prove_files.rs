@@ -25,6 +25,7 @@ use annulus_core::proof::{self, Drilled, Options, Verdict};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 
 /// Places of holes that are named.
@@ -43,12 +44,20 @@ pub(super) fn given(path: &Path, tools: &BTreeMap<u32, Bit>) -> Result<Given, Re
     if let Some(program) = job::program_file(path)? {
         return Ok(Given::Own(program));
     }
-    let bytes = fs::read(path).map_err(|error| {
+    let trouble = |error: std::io::Error| {
         let why = Diagnostic::error("job.unreadable").with("file", path.display());
         Refusal::surroundings(why.with("reason", error))
-    })?;
+    };
+    let name = path.display().to_string();
+    let mut bytes = Vec::new();
+    let file = fs::File::open(path).map_err(trouble)?;
+    // One byte more than may be read: the file may grow meanwhile, or be a pipe that has no length.
+    file.take(Written::LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(trouble)?;
+    if bytes.len() > Written::LARGEST {
+        return Err(Refusal::content(Diagnostic::error("readback.too_large").at(&name, 0, 0)));
+    }
     let text = String::from_utf8_lossy(&bytes);
-    let written = post::read_back(&path.display().to_string(), &text, tools).map_err(Refusal::content)?;
+    let written = post::read_back(&name, &text, tools).map_err(Refusal::content)?;
     Ok(Given::File(Box::new(written)))
 }
 

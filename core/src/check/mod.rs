@@ -38,7 +38,7 @@ const MOST_TICKS: u64 = 10 * 24 * 3600 * crate::units::TICK_HZ;
 const MOST_STEPS: u64 = 20_000_000_000;
 
 /// After so many diagnostics the rest of the stream is not looked at.
-const MOST_REMARKS: usize = 20;
+const MOST_DIAGNOSTICS: usize = 20;
 
 /// What a stream that passed does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -123,7 +123,7 @@ pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
         for found in interlocks.segment(segment, &heights, now, next) {
             diagnostics.push(found.with("leg", segment.leg).with("segment", index));
         }
-        if diagnostics.len() >= MOST_REMARKS {
+        if diagnostics.len() >= MOST_DIAGNOSTICS {
             break;
         }
         now += segment.duration_ticks;

@@ -15,6 +15,7 @@ use crate::geometry::{
     Bounds, Enclosing, Exposure, Fuel, Path, Point, Segment, circle, enclosed, paint_within, rectangle,
 };
 use crate::units::Length;
+use geo::{ConvexHull, Coord, MultiPoint};
 
 /// The outlines of an aperture, about its origin; empty for a block, whose objects are drawn themselves, and for one without
 /// size. None where working it out costs more than there is fuel.
@@ -114,31 +115,16 @@ pub(super) fn ring(corners: impl Iterator<Item = (f64, f64)>) -> Option<Path> {
     Some(path)
 }
 
-/// The convex hull of points as a closed path, counter-clockwise; none where it has no area.
-pub(super) fn hull(mut points: Vec<Point>) -> Option<Path> {
-    points.sort_unstable();
-    points.dedup();
-    let left_turn = |a: &Point, b: &Point, c: &Point| {
-        let (abx, aby) = (i128::from((b.x - a.x).nm()), i128::from((b.y - a.y).nm()));
-        let (acx, acy) = (i128::from((c.x - a.x).nm()), i128::from((c.y - a.y).nm()));
-        abx * acy - aby * acx > 0
-    };
-    let chain = |points: &mut dyn Iterator<Item = Point>| {
-        let mut chain: Vec<Point> = Vec::new();
-        for point in points {
-            while let [.., a, b] = chain.as_slice() {
-                if left_turn(a, b, &point) {
-                    break;
-                }
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut corners = chain(&mut points.iter().copied());
-    corners.extend(chain(&mut points.iter().rev().copied()));
+/// The convex hull of points as a closed path, counter-clockwise from its leftmost corner; none where it has no area.
+/// Exact: whole nanometres are whole numbers in f64, and `geo` turns corners by robust predicates.
+pub(super) fn hull(points: &[Point]) -> Option<Path> {
+    let exact = |point: &Point| Coord { x: point.x.nm() as f64, y: point.y.nm() as f64 };
+    let around = points.iter().map(exact).collect::<MultiPoint>().convex_hull();
+    let whole = |at: &Coord| Point::new(Length::from_nm(at.x as i64), Length::from_nm(at.y as i64));
+    let mut corners: Vec<Point> = around.exterior().coords().skip(1).map(whole).collect();
+    corners.dedup();
+    let leftmost = corners.iter().enumerate().min_by_key(|(_, corner)| **corner)?.0;
+    corners.rotate_left(leftmost);
     let (&first, rest) = corners.split_first().filter(|(_, rest)| rest.len() >= 2)?;
     let segments = rest.iter().copied().chain([first]).map(|to| Segment::Line { to }).collect();
     Some(Path { start: first, segments })
@@ -182,9 +168,11 @@ mod tests {
     fn a_hull_holds_its_points() {
         let at = Point::from_mm;
         let points = vec![at(0.0, 0.0), at(2.0, 0.0), at(1.0, 0.5), at(2.0, 1.0), at(0.0, 1.0), at(1.0, 0.0)];
-        let found = hull(points).unwrap();
+        let found = hull(&points).unwrap();
+        assert_eq!(found.start, at(0.0, 0.0));
         assert_eq!(found.segments.len(), 4);
         assert!((area_mm2(&union(&[found])) - 2.0).abs() < 1e-6);
-        assert_eq!(hull(vec![at(0.0, 0.0), at(1.0, 1.0), at(2.0, 2.0)]), None);
+        assert_eq!(hull(&[at(0.0, 0.0), at(1.0, 1.0), at(2.0, 2.0)]), None);
+        assert_eq!((hull(&[]), hull(&[at(1.0, 1.0); 3])), (None, None));
     }
 }

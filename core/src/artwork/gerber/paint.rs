@@ -199,8 +199,8 @@ impl Brush<'_> {
         let mut paths = Vec::new();
         for stop in stops {
             let at = |p: &Point, q: Point| Point::new(p.x + q.x, p.y + q.y);
-            let both = form.iter().flat_map(|point| [at(point, last), at(point, stop)]).collect();
-            paths.extend(hull(both));
+            let both: Vec<Point> = form.iter().flat_map(|point| [at(point, last), at(point, stop)]).collect();
+            paths.extend(hull(&both));
             last = stop;
         }
         Some(paths)

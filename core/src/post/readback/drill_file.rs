@@ -16,7 +16,7 @@ const OVER_MM: f64 = 2.0;
 pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let (mut head, mut routing, mut down, mut code) = (true, false, false, 0);
     for (line_number, line) in (1..).zip(text.lines()) {
-        hand.line = line_number;
+        hand.at_line(line_number)?;
         let line = bare(line.split(';').next().unwrap_or_default());
         if line == "%" {
             head = false;

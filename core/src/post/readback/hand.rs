@@ -10,7 +10,7 @@
 //! Comes in: moves in mm, tools by number. Goes out: a [`Program`] in the coordinates of the file. Does not know any controller.
 
 use super::titles::{Named, named};
-use super::{MOST_REMARKS, Written};
+use super::{MOST_DIAGNOSTICS, Written};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Leg, Mark, Program};
@@ -23,8 +23,8 @@ const START: Length = Length::from_um(10_000);
 const FARTHEST_MM: f64 = 2_000.0;
 /// Centres of arcs this near, in mm, are one.
 const SAME_CENTRE_MM: f64 = 0.01;
-/// More legs than this are not read.
-const MOST_LEGS: usize = 2_000_000;
+/// More commands than this, over all legs, are not read.
+const MOST_COMMANDS: usize = 1_000_000;
 
 /// A place and a height of the tip, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,7 @@ impl Tip {
 /// A program being put together.
 pub(super) struct Hand {
     file: String,
-    pub(super) line: u32,
+    line: u32,
     pub(super) tip: Tip,
     known: BTreeMap<u32, Bit>,
     /// Tools that the file names.
@@ -52,6 +52,11 @@ pub(super) struct Hand {
     used: Vec<u32>,
     current: Option<u32>,
     commands: Vec<Command>,
+    /// Commands of all legs.
+    count: usize,
+    /// Whether the spindle was told to turn, and how fast: none where nobody said.
+    turns: bool,
+    rpm: Option<f64>,
     legs: Vec<Leg>,
     cuts: bool,
     side: Option<String>,
@@ -71,6 +76,9 @@ impl Hand {
             used: Vec::new(),
             current: None,
             commands: Vec::new(),
+            count: 0,
+            turns: false,
+            rpm: None,
             legs: Vec::new(),
             cuts: false,
             side: None,
@@ -80,6 +88,24 @@ impl Hand {
         }
     }
 
+    /// Another line is read: refused where there is too much already.
+    pub(super) fn at_line(&mut self, line: u32) -> Result<(), Diagnostic> {
+        self.line = line;
+        self.few_enough()
+    }
+
+    fn few_enough(&self) -> Result<(), Diagnostic> {
+        if self.count <= MOST_COMMANDS {
+            return Ok(());
+        }
+        Err(Diagnostic::error("readback.too_many").with("most", MOST_COMMANDS).at(&self.file, self.line, 0))
+    }
+
+    fn push(&mut self, command: Command) {
+        self.count += 1;
+        self.commands.push(command);
+    }
+
     /// A refusal at the line being read.
     pub(super) fn refuse(&self, code: &str, found: impl ToString) -> Diagnostic {
         Diagnostic::error(code).with("found", found).at(&self.file, self.line, 0)
@@ -87,7 +113,9 @@ impl Hand {
 
     /// Something that may have been meant otherwise.
     pub(super) fn warning(&mut self, code: &str, found: impl ToString) {
-        if self.diagnostics.len() < MOST_REMARKS && !self.diagnostics.iter().any(|known| known.code == code) {
+        if self.diagnostics.len() < MOST_DIAGNOSTICS
+            && !self.diagnostics.iter().any(|known| known.code == code)
+        {
             self.diagnostics
                 .push(Diagnostic::warning(code).with("found", found).at(&self.file, self.line, 0));
         }
@@ -122,13 +150,30 @@ impl Hand {
             self.used.push(number);
             self.used.len() - 1
         }) as u32;
+        self.count += 1;
         let commands = vec![Command::AwaitBit { bit: index }];
         self.legs.push(Leg { mark: Mark::ChangeBit(index), commands });
     }
 
     /// The spindle turns so fast; 0 stands.
     pub(super) fn spindle(&mut self, rpm: f64) {
-        self.commands.push(Command::Spindle { rpm: rpm.clamp(0.0, 1e6) as u32 });
+        self.push(Command::Spindle { rpm: rpm.clamp(0.0, 1e6) as u32 });
+    }
+
+    /// The spindle begins to turn, as fast as was said or will be, or stands.
+    pub(super) fn turn(&mut self, on: bool) {
+        self.turns = on;
+        // Turning at a speed that nobody said is turning.
+        let rpm = self.rpm.map_or(1.0, |rpm| if rpm > 0.0 { rpm.max(1.0) } else { 0.0 });
+        self.spindle(if on { rpm } else { 0.0 });
+    }
+
+    /// How fast the spindle turns, or will once it is told to.
+    pub(super) fn speed(&mut self, rpm: f64) {
+        self.rpm = Some(rpm);
+        if self.turns {
+            self.turn(true);
+        }
     }
 
     /// A size that the head says a tool has.
@@ -137,8 +182,8 @@ impl Hand {
     }
 
     fn checked(&self, to: Tip) -> Result<(), Diagnostic> {
-        let good = [to.x, to.y, to.z].iter().all(|mm| mm.abs() <= FARTHEST_MM);
-        if good && self.legs.len() < MOST_LEGS {
+        self.few_enough()?;
+        if [to.x, to.y, to.z].iter().all(|mm| mm.abs() <= FARTHEST_MM) {
             Ok(())
         } else {
             Err(self.refuse("readback.out_of_reach", format!("X {} Y {} Z {}", to.x, to.y, to.z)))
@@ -161,18 +206,20 @@ impl Hand {
             match (to.z < from.z, to.z > from.z) {
                 (true, _) => {
                     self.cuts |= to.z < 0.0;
-                    self.commands.push(Command::Plunge { to: height, feed_um_per_s: 1, gate: None });
+                    self.push(Command::Plunge { to: height, feed_um_per_s: 1, gate: None });
                 }
-                (_, true) => self.commands.push(Command::Retract { to: height }),
+                (_, true) => self.push(Command::Retract { to: height }),
                 _ => {}
             }
         } else if in_board {
             self.cuts = true;
-            self.commands.push(Command::Mill { to: to.at(), height, feed_um_per_s: 1 });
+            self.push(Command::Mill { to: to.at(), height, feed_um_per_s: 1 });
         } else {
             self.flush();
-            self.commands.push(Command::Rapid { to: to.at() });
-            self.commands.extend((to.z != from.z).then_some(Command::Retract { to: height }));
+            self.push(Command::Rapid { to: to.at() });
+            if to.z != from.z {
+                self.push(Command::Retract { to: height });
+            }
         }
         Ok(())
     }
@@ -193,13 +240,7 @@ impl Hand {
         self.tip = to;
         self.cuts = true;
         let (to, height) = (to.at(), Length::from_mm(to.z));
-        self.commands.push(Command::MillArc {
-            to,
-            height,
-            center: Point::from_mm(x, y),
-            ccw,
-            feed_um_per_s: 1,
-        });
+        self.push(Command::MillArc { to, height, center: Point::from_mm(x, y), ccw, feed_um_per_s: 1 });
         Ok(())
     }
 

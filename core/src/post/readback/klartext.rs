@@ -6,11 +6,17 @@ use super::hand::{Hand, Tip};
 use super::words::number;
 use crate::diagnostic::Diagnostic;
 
+/// Words that set the spindle going, let it stand, and that change no place.
+const TURN: &[&str] = &["M3", "M03", "M4", "M04", "M13", "M14"];
+const STAND: &[&str] = &["M5", "M05"];
+const PASSED: &[&str] =
+    &["M0", "M00", "M1", "M01", "M2", "M02", "M30", "M7", "M07", "M8", "M08", "M9", "M09"];
+
 /// Reads the file.
 pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
-    let (mut scale, mut centre, mut rpm) = (1.0, (0.0, 0.0), 0.0);
+    let (mut scale, mut centre) = (1.0, (0.0, 0.0));
     for (number, line) in (1..).zip(text.lines()) {
-        hand.line = number;
+        hand.at_line(number)?;
         let (line, comment) =
             line.split_once(';').map_or((line, None), |(line, comment)| (line, Some(comment)));
         if let Some(comment) = comment {
@@ -21,49 +27,108 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
         match words.as_slice() {
             ["BEGIN", "PGM", .., unit] => scale = if *unit == "INCH" { 25.4 } else { 1.0 },
             ["END", "PGM", ..] => break,
-            ["TOOL", "CALL", rest @ ..] => {
-                if let Some(tool) = rest.first().and_then(|word| word.parse().ok()) {
-                    hand.take(tool);
-                }
-                rpm = axis(rest, "S").unwrap_or(rpm);
-            }
+            ["TOOL", "CALL", rest @ ..] => tool(hand, rest)?,
             ["CC", rest @ ..] => {
-                let own = |name, before| axis(rest, name).map_or(before, |mm| mm * scale);
-                centre = (own("X", centre.0), own("Y", centre.1));
+                if let Some(word) = rest.iter().find(|word| word.starts_with('I')) {
+                    return Err(hand.refuse("readback.changes_place", format!("CC {word}")));
+                }
+                only(hand, rest, &["X", "Y"], &[])?;
+                let (Some(x), Some(y)) = (axis(rest, "X"), axis(rest, "Y")) else {
+                    return Err(hand.refuse("readback.unknown_word", line));
+                };
+                centre = (x * scale, y * scale);
             }
             ["L", rest @ ..] => {
+                only(hand, rest, &["X", "Y", "Z", "IX", "IY", "IZ", "F"], &["FMAX", "FAUTO"])?;
                 let to = place(hand.tip, rest, scale);
+                spindle(hand, rest, true);
                 hand.line_to(to, rest.contains(&"FMAX"))?;
+                spindle(hand, rest, false);
             }
             ["C", rest @ ..] => {
+                only(hand, rest, &["X", "Y", "Z", "IX", "IY", "IZ", "F"], &["DR+", "DR-"])?;
                 let to = place(hand.tip, rest, scale);
-                hand.arc_to(to, centre, rest.contains(&"DR+"))?;
+                arc(hand, rest, to, centre)?;
             }
             ["CP", rest @ ..] => {
+                only(hand, rest, &["IPA", "IZ", "F"], &["DR+", "DR-"])?;
                 let turn = axis(rest, "IPA").unwrap_or(0.0).to_radians();
                 let to = Tip {
                     z: hand.tip.z + axis(rest, "IZ").unwrap_or(0.0) * scale,
                     ..turned(hand.tip, centre, turn)
                 };
-                hand.arc_to(to, centre, rest.contains(&"DR+"))?;
+                arc(hand, rest, to, centre)?;
             }
-            ["M3" | "M4" | "M03" | "M04"] => hand.spindle(rpm),
-            ["M5" | "M05"] => hand.spindle(0.0),
-            [] | ["CYCL", "DEF", "9.0" | "9.1", ..] | ["M30" | "M2" | "M02" | "M8" | "M9"] | ["BLK", ..] => {}
+            [word] if TURN.contains(word) || STAND.contains(word) => {
+                spindle(hand, &words, true);
+                spindle(hand, &words, false);
+            }
+            [] | ["CYCL", "DEF", "9.0" | "9.1", ..] | ["BLK", ..] => {}
+            [word] if PASSED.contains(word) => {}
             [word, ..] => return Err(hand.refuse("readback.unknown_word", word)),
         }
     }
     Ok(())
 }
 
-/// The number behind the name of an axis.
+/// Takes a tool by its number, and the speed: a change of its length or radius is refused, and a name, which says nothing.
+fn tool(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
+    let (number, words) = match words {
+        [first, rest @ ..] => first.parse().map_or((None, words), |number| (Some(number), rest)),
+        [] => (None, words),
+    };
+    if let Some(word) = words.iter().find(|word| word.starts_with("DL") || word.starts_with("DR")) {
+        return Err(hand.refuse("readback.changes_place", word));
+    }
+    only(hand, words, &["S", "F"], &["Z"])?;
+    if let Some(number) = number {
+        hand.take(number);
+    }
+    if let Some(rpm) = axis(words, "S") {
+        hand.speed(rpm);
+    }
+    Ok(())
+}
+
+/// Refuses a block that says more than numbers by these names, these words, and what changes no place.
+fn only(hand: &Hand, words: &[&str], names: &[&str], also: &[&str]) -> Result<(), Diagnostic> {
+    let followed = |word: &str| {
+        let known = also.contains(&word) || word == "R0";
+        known
+            || [PASSED, TURN, STAND].iter().any(|list| list.contains(&word))
+            || names.iter().any(|name| axis(&[word], name).is_some())
+    };
+    let Some(word) = words.iter().find(|word| !followed(word)) else { return Ok(()) };
+    let is_place = ["RL", "RR"].contains(word) || word.starts_with('M');
+    Err(hand.refuse(if is_place { "readback.changes_place" } else { "readback.unknown_word" }, word))
+}
+
+/// The spindle as the words of a block say: it turns before the move, and stands behind it.
+fn spindle(hand: &mut Hand, words: &[&str], before: bool) {
+    if words.iter().any(|word| (if before { TURN } else { STAND }).contains(word)) {
+        hand.turn(before);
+    }
+}
+
+/// Along an arc, whose sense must be said.
+fn arc(hand: &mut Hand, words: &[&str], to: Tip, centre: (f64, f64)) -> Result<(), Diagnostic> {
+    if words.contains(&"DR+") == words.contains(&"DR-") {
+        return Err(hand.refuse("readback.unknown_word", "C"));
+    }
+    spindle(hand, words, true);
+    hand.arc_to(to, centre, words.contains(&"DR+"))?;
+    spindle(hand, words, false);
+    Ok(())
+}
+
+/// The number behind the name of an axis, and nothing behind it.
 fn axis(words: &[&str], name: &str) -> Option<f64> {
     let value = words.iter().find_map(|word| {
         word.strip_prefix(name).filter(|rest| {
             rest.starts_with(['+', '-', '.', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9'])
         })
     })?;
-    number(value).map(|(number, _)| number)
+    number(value).filter(|(_, rest)| rest.is_empty()).map(|(number, _)| number)
 }
 
 /// Where a move ends: axes that are not named stay; with an I in front they count from here.

@@ -26,10 +26,8 @@ use crate::job::{Bit, Program};
 use hand::Hand;
 use std::collections::BTreeMap;
 
-/// Largest file that is read, in bytes.
-const LARGEST: usize = 64 << 20;
 /// At most so many diagnostics are kept.
-const MOST_REMARKS: usize = 50;
+const MOST_DIAGNOSTICS: usize = 50;
 
 /// A file read back.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +40,11 @@ pub struct Written {
     pub of_files: bool,
     /// What was read otherwise than it may have been meant.
     pub diagnostics: Vec<Diagnostic>,
+}
+
+impl Written {
+    /// Largest file that is read, in bytes.
+    pub const LARGEST: usize = 64 << 20;
 }
 
 /// What kind of words a file is written in.
@@ -57,7 +60,7 @@ enum Kind {
 
 /// Reads `text`; `file` names it in diagnostics, `tools` are those that a person says have these numbers.
 pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<Written, Diagnostic> {
-    if text.len() > LARGEST {
+    if text.len() > Written::LARGEST {
         return Err(Diagnostic::error("readback.too_large").at(file, 0, 0));
     }
     let Some(kind) = kind(text) else {

@@ -7,33 +7,82 @@ use super::words::number;
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
+/// Begins of KRL statements that change no place.
+const KRL_PASSED: &[&str] = &[
+    "&",
+    "DEF ",
+    "INT ",
+    "REAL ",
+    "BOOL ",
+    "DECL ",
+    "BAS(#INITMOV,0)",
+    "$VEL",
+    "$ACC",
+    "$OUT",
+    "HALT",
+    "WAIT SEC ",
+];
+/// Begins of RAPID statements that change no place.
+const RAPID_PASSED: &[&str] = &[
+    "PROC main",
+    "VAR ",
+    "PERS ",
+    "CONST ",
+    "ConfL",
+    "ConfJ",
+    "AccSet ",
+    "VelSet ",
+    "Stop;",
+    "WaitTime ",
+    "SetDO ",
+    "Set ",
+    "Reset ",
+    "TPErase",
+];
+
+/// What must stay as it was first said: frames and tools, by their names.
+#[derive(Default)]
+struct Stays(BTreeMap<String, String>);
+
+impl Stays {
+    /// Refuses a name that gets another value than before.
+    fn same(&mut self, hand: &Hand, name: &str, value: &str) -> Result<(), Diagnostic> {
+        let (name, value) = (name.trim().to_owned(), value.trim().to_owned());
+        if *self.0.entry(name).or_insert_with(|| value.clone()) == value {
+            return Ok(());
+        }
+        Err(hand.refuse("readback.unknown_word", value))
+    }
+}
+
 /// Reads a KRL program: the first DEF of the file.
 pub(super) fn krl(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
+    let mut stays = Stays::default();
     for (number, line) in (1..).zip(text.lines()) {
-        hand.line = number;
+        hand.at_line(number)?;
         let (code, comment) = line.split_once(';').unwrap_or((line, ""));
         hand.comment(comment);
         let code = code.trim();
         if code == "END" {
             break;
         }
+        let fast = code.starts_with("PTP {");
         if let Some(rpm) = called(code, "SPINDLE(") {
             hand.spindle(rpm);
         } else if let Some(tool) = called(code, "BIT(") {
             hand.take(tool as u32);
-        } else if code.starts_with("LIN ") || code.starts_with("PTP {") {
-            let to = frames(code).next().unwrap_or(hand.tip);
-            hand.line_to(to, code.starts_with("PTP"))?;
-        } else if code.starts_with("CIRC ") {
-            let mut frames = frames(code);
-            let (Some(middle), Some(to)) = (frames.next(), frames.next()) else {
-                return Err(hand.refuse("readback.unknown_word", code));
-            };
-            hand.arc_through(middle, to)?;
-        } else if code.contains("_REL")
-            || code.starts_with("SLIN")
-            || code.starts_with("SCIRC")
-            || code.starts_with("LOOP")
+        } else if let (true, [Some(to)]) = (fast || code.starts_with("LIN "), frames(code).as_slice()) {
+            hand.line_to(*to, fast)?;
+        } else if let (true, [Some(middle), Some(to)]) = (code.starts_with("CIRC "), frames(code).as_slice())
+        {
+            hand.arc_through(*middle, *to)?;
+        } else if let Some((name, value)) =
+            code.split_once('=').filter(|_| code.starts_with("$BASE") || code.starts_with("$TOOL"))
+        {
+            stays.same(hand, name, value)?;
+        } else if !code.is_empty()
+            && code != "PTP $AXIS_ACT"
+            && !KRL_PASSED.iter().any(|begin| code.starts_with(begin))
         {
             return Err(hand.refuse("readback.unknown_word", code));
         }
@@ -45,24 +94,32 @@ fn called(code: &str, name: &str) -> Option<f64> {
     number(code.strip_prefix(name)?).map(|(number, _)| number)
 }
 
-/// The places of a line between braces: `{X 1.0, Y 2.0, Z 3.0, …}`.
-fn frames(code: &str) -> impl Iterator<Item = Tip> {
-    code.split('{').skip(1).filter_map(|frame| {
-        let fields = frame.split('}').next()?;
+/// The places of a move: `LIN {X 1.0, Y 2.0, Z 3.0, …}`. None for a frame that lacks an axis; no places at all where anything else
+/// stands beside the frames, which may round corners or go on along the arc.
+fn frames(code: &str) -> Vec<Option<Tip>> {
+    let mut places = Vec::new();
+    for frame in code.split('{').skip(1) {
+        let Some((fields, behind)) = frame.split_once('}') else { return Vec::new() };
+        if !["", ","].contains(&behind.trim()) {
+            return Vec::new();
+        }
         let axis = |name: &str| {
             fields
                 .split(',')
                 .find_map(|field| number(field.trim().strip_prefix(name)?).map(|(number, _)| number))
         };
-        Some(Tip { x: axis("X ")?, y: axis("Y ")?, z: axis("Z ")? })
-    })
+        let place = || Some(Tip { x: axis("X ")?, y: axis("Y ")?, z: axis("Z ")? });
+        places.push(place());
+    }
+    places
 }
 
 /// Reads a RAPID module: its procedure main.
 pub(super) fn rapid(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
+    let mut stays = Stays::default();
     let mut inside = false;
     for (number, line) in (1..).zip(text.lines()) {
-        hand.line = number;
+        hand.at_line(number)?;
         let (code, comment) = line.split_once('!').unwrap_or((line, ""));
         hand.comment(comment);
         let code = code.trim();
@@ -80,16 +137,18 @@ pub(super) fn rapid(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
             hand.take(tool);
         } else if let Some(said) = words.strip_prefix("TPWrite ") {
             hand.comment(said.trim_matches('"'));
-        } else if code.starts_with("MoveL") || code.starts_with("MoveJ") {
-            let to = targets(code).next().ok_or_else(|| hand.refuse("readback.unknown_word", code))?;
-            hand.line_to(to, code.starts_with("MoveJ"))?;
-        } else if code.starts_with("MoveC") {
-            let mut targets = targets(code);
-            let (Some(middle), Some(to)) = (targets.next(), targets.next()) else {
-                return Err(hand.refuse("readback.unknown_word", code));
-            };
-            hand.arc_through(middle, to)?;
-        } else if code.starts_with("Move") || code.starts_with("FOR ") || code.starts_with("WHILE ") {
+        } else if code.starts_with("Move") {
+            // Every target is a stop, in one frame and with one tool.
+            let (_, frame) =
+                words.split_once(",fine,").ok_or_else(|| hand.refuse("readback.unknown_word", code))?;
+            stays.same(hand, "frame", frame)?;
+            match (code.get(4..6), targets(code).collect::<Vec<_>>().as_slice()) {
+                (Some("L "), [to]) => hand.line_to(*to, false)?,
+                (Some("J "), [to]) => hand.line_to(*to, true)?,
+                (Some("C "), [middle, to]) => hand.arc_through(*middle, *to)?,
+                _ => return Err(hand.refuse("readback.unknown_word", code)),
+            }
+        } else if !code.is_empty() && !RAPID_PASSED.iter().any(|begin| code.starts_with(begin)) {
             return Err(hand.refuse("readback.unknown_word", code));
         }
     }
@@ -107,39 +166,56 @@ fn targets(code: &str) -> impl Iterator<Item = Tip> {
 /// Reads a TP program as text: its lines, and its points behind them.
 pub(super) fn tp(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let points = points(text);
-    let mut rpm = 0.0;
+    let mut stays = Stays::default();
     let mut middle: Option<Tip> = None;
     for (at, line) in (1..).zip(text.lines()).skip_while(|(_, line)| !line.starts_with("/MN")) {
-        hand.line = at;
+        hand.at_line(at)?;
         if line.starts_with("/POS") {
             break;
         }
         let code =
             line.trim().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches(':').trim();
-        if let Some(comment) = code.strip_prefix('!') {
-            hand.comment(comment.trim_end_matches(';').trim());
-        } else if let Some(tool) = code.strip_prefix("R[1]=").and_then(number) {
-            hand.take(tool.0 as u32);
-        } else if let Some(speed) = code.strip_prefix("GO[1]=").and_then(number) {
-            rpm = speed.0;
-        } else if code.starts_with("DO[1]=") {
-            hand.spindle(if code.contains("ON") { rpm } else { 0.0 });
+        let code = code.trim_end_matches(';').trim_end();
+        let follows = code.starts_with("P[");
+        let moves = follows || ["L ", "C ", "J "].iter().any(|begin| code.starts_with(begin));
+        if moves {
+            let name = code.split("P[").nth(1).and_then(number).map(|(number, _)| number as u32);
+            let begins = code.starts_with("C ");
+            let stops = begins || code.ends_with(" FINE");
+            let to = name.and_then(|name| points.get(&name).copied()).filter(|_| stops);
+            let to = to.ok_or_else(|| hand.refuse("readback.unknown_word", code))?;
+            match (begins, middle.take()) {
+                (true, None) => middle = Some(to),
+                (false, Some(middle)) if follows => hand.arc_through(middle, to)?,
+                (false, None) if !follows => hand.line_to(to, code.starts_with("J "))?,
+                _ => return Err(hand.refuse("readback.unknown_word", code)),
+            }
+        } else {
+            beside(hand, &mut stays, code)?;
         }
-        let moves = code.starts_with("L ")
-            || code.starts_with("C ")
-            || code.starts_with("J ")
-            || code.starts_with("P[");
-        if !moves {
-            continue;
-        }
-        let name = code.split("P[").nth(1).and_then(number).map(|(number, _)| number as u32);
-        let to = name.and_then(|name| points.get(&name).copied());
-        let to = to.ok_or_else(|| hand.refuse("readback.unknown_word", code))?;
-        match (code.starts_with("C "), middle.take()) {
-            (true, _) => middle = Some(to),
-            (false, Some(middle)) => hand.arc_through(middle, to)?,
-            (false, None) => hand.line_to(to, code.starts_with("J "))?,
-        }
+    }
+    Ok(())
+}
+
+/// A line of a TP program that is no move.
+fn beside(hand: &mut Hand, stays: &mut Stays, code: &str) -> Result<(), Diagnostic> {
+    if let Some(comment) = code.strip_prefix('!') {
+        hand.comment(comment.trim());
+    } else if let Some(tool) = code.strip_prefix("R[1]=").and_then(number) {
+        hand.take(tool.0 as u32);
+    } else if let Some(speed) = code.strip_prefix("GO[1]=").and_then(number) {
+        hand.speed(speed.0);
+    } else if code.starts_with("DO[1]=") {
+        hand.turn(code.ends_with("=ON"));
+    } else if let Some((name, value)) =
+        code.split_once('=').filter(|_| code.starts_with("UFRAME_NUM") || code.starts_with("UTOOL_NUM"))
+    {
+        stays.same(hand, name, value)?;
+    } else if !["", "/MN", "PAUSE"].contains(&code)
+        && !code.starts_with("DO[")
+        && (!code.starts_with("WAIT ") || code.contains("LBL"))
+    {
+        return Err(hand.refuse("readback.unknown_word", code));
     }
     Ok(())
 }

@@ -221,6 +221,29 @@ fn what_would_go_elsewhere_is_refused_with_its_line() {
         ("G0 X0 Y0\nG1 Z-1\nG2 X5 Y0 I1 J0\n", "readback.no_arc", 3),
         ("G0 X0 Y0\nM98 P100\n", "readback.changes_place", 2),
         ("G0 X9000 Y0\nG0 X0\n", "readback.out_of_reach", 1),
+        // Places and zeros that a word gives another meaning.
+        ("G0 X0 Y0\nG10 L2 P1 X5\nG1 X1\n", "readback.changes_place", 2),
+        ("G0 X0 Y0\nG10 P1 X5\nG1 X1\n", "readback.changes_place", 2),
+        ("G0 X0 Y0\nG1 X5 L3\n", "readback.changes_place", 2),
+        ("G0 X0 Y0\nG5 X5 Y5 I1 J1 P1 Q1\n", "readback.changes_place", 2),
+        ("G0 X0 Y0\nG6 X5\n", "readback.changes_place", 2),
+        ("G54\nG0 X0 Y0\nG55\nG0 X1\n", "readback.changes_place", 3),
+        ("G55 G0 X0 Y0\nG54 G0 X1\n", "readback.changes_place", 2),
+        ("G0 X0 Y0\nG56\nG0 X1\n", "readback.changes_place", 2),
+        ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG2 I-1 J0 P2\n", "readback.changes_place", 4),
+        ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG3 I-1 J0 TURN=2\n", "readback.unknown_word", 4),
+        ("G0 X0 Y0\nG1 Z-1\nG4 P1 Y5\n", "readback.changes_place", 3),
+        ("G0 X0 Y0\nCYCLE81(2,0,0.5,R1,3)\n", "readback.unknown_word", 2),
+        // Nobody knows where the reference point lies over the board.
+        ("G0 X0 Y0 Z5\nG28 X0 Y0\nG0 X1\nG1 Z-1\n", "readback.place_unknown", 4),
+        ("G0 X0 Y0 Z5\nG28\nG0 Y1\nG1 Z-1\n", "readback.place_unknown", 4),
+        ("G0 X0 Y0 Z5\nG91 G30 X0\nX1 Y1\nG1 Z-16\n", "readback.place_unknown", 4),
+        ("G0 X0 Y0 Z5\nG53 G0 X0 Y0\nG81 X1 Z-1 R1\n", "readback.place_unknown", 3),
+        ("G0 X0 Y0 Z5\nG53 G0 Z-50\nG1 X5\n", "readback.place_unknown", 3),
+        ("G0 X0 Y0 Z5\nG53 G0 X0\nCYCLE81(2,0,1,-2)\n", "readback.place_unknown", 3),
+        ("G0 X0 Y0\nG1 Z-1\nG28 X0 Y0\n", "readback.changes_place", 3),
+        // More than any board needs.
+        ("G0 X0 Y0\nG91 G81 X0.001 Z-2 R1 L4000000\n", "readback.too_many", 2),
     ];
     for (text, code, line) in rows {
         let why = read_back("t.nc", text, &tools(&[(1, "end mill 1")])).unwrap_err();
@@ -257,4 +280,153 @@ fn heads_and_messages_name_tools() {
     // What a person says goes before what the file says.
     let back = read(text, &[(2, "drill 0.9")]);
     assert_eq!(back.program.bits[1].diameter, Length::from_um(900));
+}
+
+/// Whether the spindle turns at every move down into the board.
+fn turning(program: &Program) -> Vec<bool> {
+    let (mut turns, mut out) = (false, Vec::new());
+    for command in program.legs.iter().flat_map(|leg| &leg.commands) {
+        match *command {
+            Command::Spindle { rpm } => turns = rpm > 0,
+            Command::Plunge { to, .. } if to < Length::ZERO => out.push(turns),
+            _ => {}
+        }
+    }
+    out
+}
+
+#[test]
+fn the_spindle_turns_from_its_own_word_on_and_not_from_its_speed() {
+    let g_code = [
+        ("G0 X0 Y0\nG1 Z-1 S9000\nX5 S9000\nG0 Z5\nG1 Z-1\n", [false, false]),
+        ("M3\nS9000\nG0 X0 Y0\nG1 Z-1\nG0 Z5\nM5\nG1 Z-1\n", [true, false]),
+        ("M3\nG0 X0 Y0\nG1 Z-1\nG0 Z5\nM4\nG1 Z-1\n", [true, true]),
+        ("S9000\nG0 X0 Y0\nG1 Z-1\nG0 Z5\nM3\nG1 Z-1\n", [false, true]),
+        ("M3 S0\nG0 X0 Y0\nG1 Z-1\nG0 Z5\nS9000\nG1 Z-1\n", [false, true]),
+        ("M3 S9000\nG0 X0 Y0\nG1 Z-1\nG0 Z5\nM5\nG1 Z-1 S9000\n", [true, false]),
+    ];
+    for (text, wanted) in g_code {
+        assert_eq!(turning(&read(text, &[(1, "drill 1.0")]).program), wanted, "{text}");
+    }
+    let klartext = [
+        ("L Z+5 R0 FMAX M3\nL Z-1 R0 F100\nL Z+5 R0 FMAX M5\nL Z-1 R0 F100\n", [true, false]),
+        ("L Z-1 R0 F100 M13\nL Z+5 R0 FMAX\nL Z-1 R0 F100\n", [true, true]),
+        ("M3\nTOOL CALL S5000\nL Z-1 R0 F100\nL Z+5 R0 FMAX\nM5\nL Z-1 R0 F100\n", [true, false]),
+    ];
+    for (text, wanted) in klartext {
+        let text = format!("BEGIN PGM T MM\n{text}END PGM T MM\n");
+        assert_eq!(turning(&read(&text, &[(1, "drill 1.0")]).program), wanted, "{text}");
+    }
+}
+
+#[test]
+fn klartext_and_robots_refuse_what_they_do_not_follow() {
+    let klartext = [
+        ("L X+1 RL F100", "readback.changes_place"),
+        ("L X+1 RR F100", "readback.changes_place"),
+        ("L X+Q1 R0 FMAX", "readback.unknown_word"),
+        ("L X+1,5 R0 FMAX", "readback.unknown_word"),
+        ("L Z-5 R0 FMAX M91", "readback.changes_place"),
+        ("L X+1 A+30 R0 FMAX", "readback.unknown_word"),
+        ("CC IX+1 IY+2", "readback.changes_place"),
+        ("CC", "readback.unknown_word"),
+        ("CP IPA+90 Z-1 DR+", "readback.unknown_word"),
+        ("C X+1 Y+1 R0", "readback.unknown_word"),
+        ("TOOL CALL \"MILL\" Z S9000", "readback.unknown_word"),
+        ("TOOL CALL 1 Z S9000 DL+0.2", "readback.changes_place"),
+        ("CALL LBL 1", "readback.unknown_word"),
+    ];
+    let krl = [
+        "LIN P1",
+        "LIN {X 1, Y 2}",
+        "PTP HOME",
+        "PTP P1",
+        "PTP {A1 0, A2 0}",
+        "LIN {X 1, Y 2, Z 3} C_DIS",
+        "FOR I = 1 TO 3",
+        "WHILE TRUE",
+        "REPEAT",
+        "IF A THEN",
+        "GOTO L1",
+        "LIN_REL {X 1}",
+        "CIRC {X 1, Y 1, Z 0}, {X 2, Y 0, Z 0}, CA 180",
+        "$BASE = BASE_DATA[2]",
+        "OTHER()",
+    ];
+    let rapid = [
+        "IF a THEN",
+        "GOTO l1;",
+        "FOR i FROM 1 TO 3 DO",
+        "WHILE TRUE DO",
+        "MoveL p1,quick,fine,pcb_tool\\WObj:=b;",
+        "MoveL [[1,1,1],down,free,none],quick,z10,pcb_tool\\WObj:=b;",
+        "MoveL [[1,1,1],down,free,none],quick,fine,pcb_tool\\WObj:=c;",
+        "MoveAbsJ home,quick,fine,t;",
+        "other;",
+    ];
+    let tp = [
+        "JMP LBL[1]",
+        "CALL OTHER",
+        "IF R[1]=1,JMP LBL[2]",
+        "L PR[1] 100mm/sec FINE",
+        "L P[9] 100mm/sec FINE",
+        "FOR R[2]=1 TO 3",
+        "L P[1] 100mm/sec CNT50",
+        "L P[1] 100mm/sec FINE Offset,PR[1]",
+        "UFRAME_NUM=2",
+    ];
+    let mut rows: Vec<(String, &str)> = klartext
+        .iter()
+        .map(|(line, code)| (format!("BEGIN PGM T MM\nCC X+0 Y+0\n{line}\nEND PGM T MM\n"), *code))
+        .collect();
+    rows.extend(
+        krl.map(|line| (format!("DEF T( )\n$BASE = BASE_DATA[1]\n{line}\nEND\n"), "readback.unknown_word")),
+    );
+    let first = "MoveL [[0,0,1],down,free,none],quick,fine,pcb_tool\\WObj:=b;";
+    rows.extend(
+        rapid.map(|line| {
+            (format!("MODULE T\nPROC main()\n{first}\n{line}\nENDPROC\n"), "readback.unknown_word")
+        }),
+    );
+    let points = "/POS\nP[1]{\n X = 1 mm, Y = 1 mm, Z = 1 mm\n};\n/END\n";
+    rows.extend(tp.map(|line| {
+        (format!("/PROG T\n/MN\n 1: UFRAME_NUM=1 ;\n 2:{line} ;\n{points}"), "readback.unknown_word")
+    }));
+    for (text, code) in rows {
+        let line = if text.starts_with("MODULE") || text.starts_with("/PROG") { 4 } else { 3 };
+        let why = read_back("t", &text, &tools(&[(1, "end mill 1")])).map(|_| ()).expect_err(&text);
+        assert_eq!((why.code.as_str(), why.place.map(|place| place.line)), (code, Some(line)), "{text}");
+    }
+}
+
+#[test]
+fn known_places_stay_known_behind_a_reference_point() {
+    let drill = [(1, "drill 1.0")];
+    let rows = [
+        // Z alone, both named again, and the way by which G28 goes.
+        "M3\nG0 X1 Y2 Z5\nG91 G28 Z0.\nG90\nG1 Z-1\nG0 Z5\n",
+        "M3\nG0 X9 Y9 Z5\nG28 X0 Y0\nG0 X1\nG0 Y2\nG1 Z-1\nG0 Z5\n",
+        "M3\nG53 G0 Z0\nG0 X1 Y2\nG0 Z5\nG1 Z-1\nG0 Z5\n",
+        "M3\nG0 X1 Y2 Z5\nG28 Z-1\nG0 Z5\n",
+        "M3\nG54 G0 X1 Y2 Z5\nG54\nG1 Z-1 L1\nG0 Z5\n",
+    ];
+    for text in rows {
+        let found: Vec<_> = done(&read(text, &drill).program).into_iter().map(|row| row.2).collect();
+        assert_eq!(found, [[(1_000, 2_000, -1_000)]], "{text}");
+    }
+    let inches = "G70 G90\nM3 S1\nG0 X1 Y0\nCYCLE81(0.2,0,0.05,-0.04)\nCYCLE82(0.2,0,0.05,,0.04)\n";
+    let found: Vec<_> = done(&read(inches, &drill).program).into_iter().map(|row| row.2).collect();
+    assert_eq!(found, [[(25_400, 0, -1_016)], [(25_400, 0, -1_016)]]);
+}
+
+#[test]
+fn moves_are_counted_over_all_lines() {
+    let lines = "X0.001 L10000\n".repeat(200);
+    let text = format!("G0 X0 Y0\nG91 G81 X0.001 Z-2 R1\n{lines}G80\n");
+    let why = read_back("t.nc", &text, &tools(&[(1, "drill 1.0")])).unwrap_err();
+    assert_eq!(why.code, "readback.too_many");
+    assert!(!why.message("en").contains('{'), "{}", why.message("en"));
+    let text = format!("G0 X0 Y0\nG0 Z1\n{}", "M3\nM5\n".repeat(600_000));
+    let why = read_back("t.nc", &text, &tools(&[(1, "drill 1.0")])).unwrap_err();
+    assert_eq!(why.code, "readback.too_many");
 }

@@ -96,10 +96,12 @@ pub(super) fn of(line: &str) -> Result<Vec<Word>, usize> {
         if behind.starts_with('(') {
             let end = behind.find(')').ok_or(column)?;
             let inner = behind.get(1..end).unwrap_or_default();
-            words.push(Word::Call(
-                name.to_owned(),
-                inner.split(',').map(|one| one.trim().parse().ok()).collect(),
-            ));
+            let given = |one: &str| match one.trim() {
+                "" => Ok(None),
+                number => number.parse().map(Some).map_err(|_| column),
+            };
+            let numbers = inner.split(',').map(given).collect::<Result<_, _>>()?;
+            words.push(Word::Call(name.to_owned(), numbers));
             rest = behind.get(end + 1..).unwrap_or_default();
             continue;
         }

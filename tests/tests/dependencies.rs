@@ -1,0 +1,67 @@
+//! Every dependency that a package names is named by a source of it too.
+//!
+//! Comes in: the manifests and the sources below them. Goes out: a list of what nothing uses. Does not know features.
+
+use crate::floor_plan::rust_files;
+use annulus_tests::root;
+use std::fs;
+use std::path::Path;
+
+const PACKAGES: &[&str] = &["core", "app", "bridge", "tests", "tests/speed", "xtask"];
+
+/// What a manifest asks for, under every kind of table.
+fn dependencies(manifest: &toml::Table, found: &mut Vec<String>) {
+    for (key, value) in manifest {
+        let Some(table) = value.as_table() else { continue };
+        match key.as_str() {
+            "dependencies" | "dev-dependencies" | "build-dependencies" => found.extend(table.keys().cloned()),
+            "target" => {
+                table.values().filter_map(toml::Value::as_table).for_each(|own| dependencies(own, found))
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Whether a line of code, comments apart, has `name` as a word.
+fn names(source: &str, name: &str) -> bool {
+    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+    source.lines().filter(|line| !line.trim_start().starts_with("//")).any(|line| {
+        line.match_indices(name)
+            .any(|(at, _)| !line[..at].ends_with(is_part) && !line[at + name.len()..].starts_with(is_part))
+    })
+}
+
+fn unused(package: &Path) -> Vec<String> {
+    let text = fs::read_to_string(package.join("Cargo.toml")).unwrap();
+    let mut wanted = Vec::new();
+    dependencies(&text.parse().unwrap(), &mut wanted);
+    let mut files = Vec::new();
+    for folder in ["src", "tests", "benches"] {
+        rust_files(&package.join(folder), &mut files);
+    }
+    files.extend(Some(package.join("build.rs")).filter(|file| file.exists()));
+    let sources: Vec<String> = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
+    assert!(!sources.is_empty(), "{}", package.display());
+    wanted.sort();
+    wanted.dedup();
+    wanted.retain(|name| !sources.iter().any(|source| names(source, &name.replace('-', "_"))));
+    wanted
+}
+
+#[test]
+fn no_package_asks_for_what_it_does_not_use() {
+    let rows = PACKAGES.iter().map(|package| (package, unused(&root().join(package))));
+    let left: Vec<_> = rows.filter(|(_, unused)| !unused.is_empty()).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn a_word_in_a_comment_is_no_use() {
+    assert!(names("use geo::Area;", "geo") && names("    geo::area()", "geo"));
+    assert!(!names("// geo is near", "geo") && !names("let geometry = 1;", "geo"));
+    let mut found = Vec::new();
+    let manifest = "[dependencies]\na = \"1\"\n[target.'cfg(unix)'.dev-dependencies]\nb = \"1\"\n";
+    dependencies(&manifest.parse().unwrap(), &mut found);
+    assert_eq!(found, ["a", "b"]);
+}
