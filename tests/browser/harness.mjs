@@ -244,7 +244,7 @@ export async function startJob(page) {
   await tab(page, "Machine").click();
   await press(page, page.getByRole("button", { name: "Home", exact: true }));
   await page.getByText("At rest, position known.").waitFor();
-  await press(page, page.getByRole("button", { name: /^Base/ }));
+  await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
   await page.getByText(/Zero at/).waitFor();
   await press(page, page.getByRole("button", { name: "Start…" }));
   const dialog = page.getByRole("dialog", { name: "Before drilling" });

@@ -199,7 +199,7 @@ fn off_the_plan(package: &str, arrows: &[(&str, &[&str])], common: &[&str]) -> V
 
 #[test]
 fn every_arrow_is_on_the_plan() {
-    let mut wrong = off_the_plan("core/src", ARROWS, &["units", "diagnostic", "locale"]);
+    let mut wrong = off_the_plan("core/src", ARROWS, &["chance", "units", "diagnostic", "locale"]);
     wrong.extend(off_the_plan("bridge/src", BRIDGE, &[]));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     for (at, (floor, allowed)) in BRIDGE.iter().enumerate() {

@@ -233,7 +233,7 @@ fn what_would_go_elsewhere_is_refused_with_its_line() {
         ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG2 I-1 J0 P2\n", "readback.changes_place", 4),
         ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG3 I-1 J0 TURN=2\n", "readback.unknown_word", 4),
         ("G0 X0 Y0\nG1 Z-1\nG4 P1 Y5\n", "readback.changes_place", 3),
-        ("G0 X0 Y0\nCYCLE81(2,0,0.5,R1,3)\n", "readback.unknown_word", 2),
+        ("G0 X0 Y0 Z5\nG0 X1 Y0\nCYCLE81(2,0,0.5,R1,3)\n", "readback.unknown_word", 3),
         // Nobody knows where the reference point lies over the board.
         ("G0 X0 Y0 Z5\nG28 X0 Y0\nG0 X1\nG1 Z-1\n", "readback.place_unknown", 4),
         ("G0 X0 Y0 Z5\nG28\nG0 Y1\nG1 Z-1\n", "readback.place_unknown", 4),
@@ -319,8 +319,18 @@ fn the_spindle_turns_from_its_own_word_on_and_not_from_its_speed() {
     }
 }
 
+/// Every text is refused at the line of its statement, with its code.
+#[track_caller]
+fn refused(rows: &[(String, &str)]) {
+    for (text, code) in rows {
+        let line = if text.starts_with("MODULE") || text.starts_with("/PROG") { 4 } else { 3 };
+        let why = read_back("t", text, &tools(&[(1, "end mill 1")])).map(|_| ()).expect_err(text);
+        assert_eq!((why.code.as_str(), why.place.map(|place| place.line)), (*code, Some(line)), "{text}");
+    }
+}
+
 #[test]
-fn klartext_and_robots_refuse_what_they_do_not_follow() {
+fn klartext_refuses_what_it_does_not_follow() {
     let klartext = [
         ("L X+1 RL F100", "readback.changes_place"),
         ("L X+1 RR F100", "readback.changes_place"),
@@ -336,6 +346,15 @@ fn klartext_and_robots_refuse_what_they_do_not_follow() {
         ("TOOL CALL 1 Z S9000 DL+0.2", "readback.changes_place"),
         ("CALL LBL 1", "readback.unknown_word"),
     ];
+    let rows: Vec<(String, &str)> = klartext
+        .iter()
+        .map(|(line, code)| (format!("BEGIN PGM T MM\nCC X+0 Y+0\n{line}\nEND PGM T MM\n"), *code))
+        .collect();
+    refused(&rows);
+}
+
+#[test]
+fn robots_refuse_what_they_do_not_follow() {
     let krl = [
         "LIN P1",
         "LIN {X 1, Y 2}",
@@ -375,10 +394,7 @@ fn klartext_and_robots_refuse_what_they_do_not_follow() {
         "L P[1] 100mm/sec FINE Offset,PR[1]",
         "UFRAME_NUM=2",
     ];
-    let mut rows: Vec<(String, &str)> = klartext
-        .iter()
-        .map(|(line, code)| (format!("BEGIN PGM T MM\nCC X+0 Y+0\n{line}\nEND PGM T MM\n"), *code))
-        .collect();
+    let mut rows: Vec<(String, &str)> = Vec::new();
     rows.extend(
         krl.map(|line| (format!("DEF T( )\n$BASE = BASE_DATA[1]\n{line}\nEND\n"), "readback.unknown_word")),
     );
@@ -392,11 +408,7 @@ fn klartext_and_robots_refuse_what_they_do_not_follow() {
     rows.extend(tp.map(|line| {
         (format!("/PROG T\n/MN\n 1: UFRAME_NUM=1 ;\n 2:{line} ;\n{points}"), "readback.unknown_word")
     }));
-    for (text, code) in rows {
-        let line = if text.starts_with("MODULE") || text.starts_with("/PROG") { 4 } else { 3 };
-        let why = read_back("t", &text, &tools(&[(1, "end mill 1")])).map(|_| ()).expect_err(&text);
-        assert_eq!((why.code.as_str(), why.place.map(|place| place.line)), (code, Some(line)), "{text}");
-    }
+    refused(&rows);
 }
 
 #[test]
