@@ -115,7 +115,7 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
     await page.getByRole("button", { name: "Test on virtual motor" }).press("Enter");
     await page.getByText(/none was lost/).waitFor();
     await page.getByRole("button", { name: "Play the table" }).press("Enter");
-    await page.getByText(/^Takt [2-9]/).waitFor();
+    await page.getByText(/^Row [2-9]/).waitFor();
     await page.getByRole("button", { name: "Hold" }).press("Enter");
     await until(() => apply.isEnabled(), "a table that can be applied");
     await apply.press("Enter");
