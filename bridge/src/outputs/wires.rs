@@ -422,7 +422,7 @@ mod tests {
         }
     }
 
-    /// A operator without wishes.
+    /// An operator without wishes.
     struct Idle;
 
     impl Operator for Idle {

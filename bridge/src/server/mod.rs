@@ -149,7 +149,7 @@ impl Bridge {
     }
 
     /// Whoever lost control no longer watches what moved by hand: that comes to rest, and what waits is not begun. A job goes
-    /// on. The watchers is kept meanwhile, so that nobody gets a ticket in between.
+    /// on. The watchers are kept meanwhile, so that nobody gets a ticket in between.
     fn after_control(&self, watchers: &Watchers, outcome: &Outcome) {
         if outcome.changed {
             tracing::info!(holder = watchers.holder(), lost = ?outcome.lost, "control");

@@ -1,4 +1,4 @@
-//! The watchers: who watches, who has control, and what they are told.
+//! Watchers: who watches, who has control, and what they are told.
 //!
 //! ```text
 //! drill ── Tell ──▶ pump ──┬─ Status ─────▶ latest value ──▶ every page, as fast as it reads
@@ -46,7 +46,7 @@ pub(crate) struct Seat {
 }
 
 impl Watchers {
-    /// An empty watchers.
+    /// No watchers yet.
     pub(crate) fn new() -> Self {
         let (status, _) = watch::channel(Utf8Bytes::default());
         Self { lease: Lease::default(), next: 1, viewers: BTreeMap::new(), status, state: None }

@@ -1,4 +1,4 @@
-//! The bench on which outlines are laid over each other: straight edges on whole nanometres, each knowing the circle
+//! Where outlines are laid over each other: straight edges on whole nanometres, each knowing the circle
 //! that it is a chord of. The only file that speaks to the overlay engine.
 //!
 //! ```text
@@ -183,7 +183,7 @@ fn wheel(eighths: usize) -> Vec<Spot> {
 }
 
 impl Overlay {
-    /// A overlay for so many edges at most.
+    /// An overlay for so many edges at most.
     pub(super) fn with_room(room: usize) -> Self {
         Self { room: Some(room), ..Self::default() }
     }

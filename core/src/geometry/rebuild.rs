@@ -108,14 +108,17 @@ fn runs(contour: &[Found], circles: &[Circle]) -> Vec<Node> {
 }
 
 /// Rotates the ring so that it starts at a seam between pieces that do not go on, and joins those that do. A ring of
-/// one arc alone stays one node.
+/// one arc alone stays one node; a circle that touches the rest of its ring in the point where it begins and ends stays two
+/// arcs, for one from a point to itself says nothing.
 fn join_arcs(nodes: &[Node]) -> Vec<Node> {
     let before = nodes.iter().cycle().skip(nodes.len().saturating_sub(1));
     let seam = nodes.iter().zip(before).position(|(node, before)| !before.kind.goes_on(node.kind));
     let Some(seam) = seam else { return nodes.iter().take(1).copied().collect() };
     let mut joined: Vec<Node> = Vec::with_capacity(nodes.len());
-    for node in nodes.iter().cycle().skip(seam).take(nodes.len()) {
-        if !joined.last().is_some_and(|last| last.kind.goes_on(node.kind)) {
+    let ring = nodes.iter().cycle().skip(seam);
+    for (node, next) in ring.clone().zip(ring.skip(1)).take(nodes.len()) {
+        let goes_on = |last: &Node| last.kind.goes_on(node.kind) && last.at != next.at;
+        if !joined.last().is_some_and(goes_on) {
             joined.push(*node);
         }
     }
@@ -405,7 +408,7 @@ fn path(contour: &[Found], circles: &[Circle], fragment: f64) -> Option<Path> {
     path_of(&nodes)
 }
 
-/// What is inside of the outlines on a overlay by `fill`; they are used up.
+/// What is inside of the outlines on an overlay by `fill`; they are used up.
 pub(super) fn traced(overlay: &mut Overlay, fill: Fill, fragment: f64) -> Region {
     let [pile] = simplify([&overlay.take()]);
     region(&trace(&pile, fill), &overlay.circles, fragment)

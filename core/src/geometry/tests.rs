@@ -71,6 +71,19 @@ fn a_lens_has_two_exact_corners() {
 }
 
 #[test]
+fn a_circle_that_touches_an_edge_from_inside_is_not_lost() {
+    let plate = rectangle(Bounds { min: at(5.0, 5.5), max: at(6.25, 8.0) });
+    let (plate, hole) = (union(&[plate]), union(&[circle(at(5.5, 7.0), mm(1.0))]));
+    let disc = PI / 4.0;
+    let rows = [(Rule::Difference, 3.125 - disc), (Rule::Xor, 3.125 - disc), (Rule::Union, 3.125), (Rule::Intersection, disc)];
+    for (rule, area) in rows {
+        close(area_mm2(&combine(&plate, &hole, rule)), area, 1e-5);
+    }
+    let drawn = |clear, region: &Region| Exposure { clear, outlines: region.paths().cloned().collect() };
+    close(area_mm2(&paint(&[drawn(false, &plate), drawn(true, &hole)])), 3.125 - disc, 1e-5);
+}
+
+#[test]
 fn strokes_have_the_area_they_sweep() {
     let way = Path::through(&[at(0.0, 0.0), at(5.0, 0.0), at(5.0, 5.0)]).unwrap();
     let region = sweep(&[way], mm(0.5));

@@ -1,4 +1,4 @@
-//! A clock and a operator for segments played in tests.
+//! A clock and an operator for segments played in tests.
 
 use annulus_core::machine::Steps;
 use annulus_core::pins::{Clock, Operator, Order};
