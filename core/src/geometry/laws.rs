@@ -4,42 +4,30 @@
 //! Comes in: seeds, printed when a law is broken. The boards are made to be hard: on a grid, doubled, touching, coincident.
 
 use super::*;
+use crate::chance::Chance;
 
 /// Boards tried for every law.
-const SEEDS: std::ops::Range<u64> = 1..25;
+const SEEDS: std::ops::Range<u64> = 1..60;
 const UM: f64 = 1e-3;
 
-struct Chance(u64);
-
-impl Chance {
-    fn share(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 33) as f64) / f64::from(1_u32 << 31)
-    }
-
-    fn below(&mut self, end: u32) -> u32 {
-        (self.share() * f64::from(end)) as u32
-    }
-
-    /// A coordinate within 8 mm, on a grid of so many mm.
-    fn on_grid(&mut self, grid: f64) -> f64 {
-        libm::round(self.share() * 8.0 / grid) * grid
-    }
+/// A coordinate within 8 mm, on a grid of so many mm.
+fn on_grid(chance: &mut Chance, grid: f64) -> f64 {
+    libm::round(chance.unit() * 8.0 / grid) * grid
 }
 
-/// The grid of a board in mm: simplify so that much coincides, or as fine as nanometres.
+/// The grid of a board in mm: coarse so that much coincides, or as fine as nanometres.
 fn grid(seed: u64) -> f64 {
     [0.25, 0.5, 0.1, 1e-6].get(seed as usize % 4).copied().unwrap_or(0.25)
 }
 
 fn board(seed: u64, shapes: usize) -> Vec<Path> {
-    let mut chance = Chance(seed);
+    let mut chance = Chance::new(seed);
     let grid = grid(seed);
     let mut paths: Vec<Path> = Vec::new();
     while paths.len() < shapes {
-        let at = Point::from_mm(chance.on_grid(grid), chance.on_grid(grid));
-        let size = Length::from_mm(0.25 + chance.on_grid(grid) / 8.0);
-        let other = Point::from_mm(chance.on_grid(grid), chance.on_grid(grid));
+        let at = Point::from_mm(on_grid(&mut chance, grid), on_grid(&mut chance, grid));
+        let size = Length::from_mm(0.25 + on_grid(&mut chance, grid) / 8.0);
+        let other = Point::from_mm(on_grid(&mut chance, grid), on_grid(&mut chance, grid));
         match chance.below(6) {
             0 => paths.push(circle(at, size)),
             1 => paths.push(rectangle(Bounds::of(at).with(Point::new(at.x + size, at.y + size + size)))),
@@ -66,9 +54,9 @@ fn close(got: f64, wanted: f64, allowed: f64, seed: u64) {
     assert!((got - wanted).abs() <= allowed, "seed {seed}: {got} instead of {wanted}");
 }
 
-/// Area that a length of edge may be off by rounding, in mm².
+/// Area that a length of edge may be off by rounding, and where curves graze, in mm².
 fn slack(region: &Region) -> f64 {
-    3e-6 * region.paths().map(Path::length_mm).sum::<f64>() + 1e-5
+    3e-6 * region.paths().map(Path::length_mm).sum::<f64>() + 1e-4
 }
 
 #[test]
@@ -97,9 +85,9 @@ fn points_lie_where_they_lay() {
         let paths = board(seed, 25);
         let region = union(&paths);
         let index = Index::of(&region);
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         for _ in 0..300 {
-            let point = Point::from_mm(chance.share() * 10.0 - 1.0, chance.share() * 10.0 - 1.0);
+            let point = Point::from_mm(chance.unit() * 10.0 - 1.0, chance.unit() * 10.0 - 1.0);
             if index.nearest(point, Length::from_um(1)).is_some() {
                 continue;
             }
@@ -123,9 +111,9 @@ fn offsets_keep_their_distance() {
         let index = Index::of(&region);
         let by = [0.05, 0.3, -0.05, -0.11].get(seed as usize % 4).copied().unwrap_or(0.1);
         let grown = grow(&region, Length::from_mm(by));
-        let mut chance = Chance(seed);
+        let mut chance = Chance::new(seed);
         for _ in 0..300 {
-            let point = Point::from_mm(chance.share() * 10.0 - 1.0, chance.share() * 10.0 - 1.0);
+            let point = Point::from_mm(chance.unit() * 10.0 - 1.0, chance.unit() * 10.0 - 1.0);
             let depth = depth(&region, &index, point);
             if (depth - by).abs() > UM {
                 assert_eq!(contains(&grown, point), depth < by, "seed {seed}: {point:?} {depth} {by}");

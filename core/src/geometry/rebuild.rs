@@ -300,31 +300,79 @@ fn onto(circle: Circle, place: Spot) -> Spot {
     (circle.centre.0 + arm.0 / length * circle.radius, circle.centre.1 + arm.1 / length * circle.radius)
 }
 
-/// Moves corners that were found on chords to where the true curves meet.
-fn snap(nodes: &mut [Node]) {
-    let count = nodes.len();
-    for index in 0..count {
-        let (before, after) = around(index, count);
+/// Where the true curves into and out of a corner meet; none where it lies on both.
+fn meeting(last: Node, here: Node, next: Node) -> Option<Spot> {
+    match (last.kind, here.kind) {
+        (Kind::Line, Kind::Line) => None,
+        (Kind::Line, Kind::Arc { circle, .. }) => meet_line(last.at, here.at, circle),
+        (Kind::Arc { circle, .. }, Kind::Line) => meet_line(next.at, here.at, circle),
+        (Kind::Arc { circle: one, .. }, Kind::Arc { circle: two, .. }) => meet_arcs(one, two, here.at),
+    }
+}
+
+/// Moves corners that were found on chords to where the true curves meet. A piece beside such a corner that is no longer
+/// than chords are wrong by may be all error, as where three curves meet in one point: it goes where the corner would need its
+/// place, for an arc left to end beside its circle is as wrong over its whole length.
+fn snap(nodes: &mut Vec<Node>) {
+    let mut index = 0;
+    while index < nodes.len() {
+        let (before, after) = around(index, nodes.len());
         let (Some(&here), Some(&last), Some(&next)) = (nodes.get(index), nodes.get(before), nodes.get(after))
         else {
             return;
         };
-        let found = match (last.kind, here.kind) {
-            (Kind::Line, Kind::Line) => continue,
-            (Kind::Line, Kind::Arc { circle, .. }) => meet_line(last.at, here.at, circle),
-            (Kind::Arc { circle, .. }, Kind::Line) => meet_line(next.at, here.at, circle),
-            (Kind::Arc { circle: one, .. }, Kind::Arc { circle: two, .. }) => meet_arcs(one, two, here.at),
-        };
-        let Some(found) = found else { continue };
-        let room = apart(here.at, last.at).min(apart(here.at, next.at));
-        let moved = apart(found, here.at);
-        if moved <= SNAP_NM
-            && moved <= room / 3.0
-            && let Some(node) = nodes.get_mut(index)
-        {
-            node.at = (libm::round(found.0), libm::round(found.1));
+        let found = meeting(last, here, next).filter(|&found| apart(found, here.at) <= SNAP_NM);
+        let (back, on) = (apart(here.at, last.at), apart(here.at, next.at));
+        let room = back.min(on);
+        match found {
+            Some(found) if apart(found, here.at) <= room / 3.0 => {
+                if let Some(node) = nodes.get_mut(index) {
+                    node.at = (libm::round(found.0), libm::round(found.1));
+                }
+                index += 1;
+            }
+            Some(_)
+                if room <= 2.0 * CHORD_ERROR_NM && without(nodes, if on < back { index } else { before }) =>
+            {
+                index = index.saturating_sub(1);
+            }
+            _ => {
+                let at = beside(last, here, next).unwrap_or(here.at);
+                if let Some(node) = nodes.get_mut(index) {
+                    node.at = at;
+                }
+                index += 1;
+            }
         }
     }
+}
+
+/// Takes out the piece that begins at node `index`: its neighbours then meet in one corner. Whether they do.
+fn without(nodes: &mut Vec<Node>, index: usize) -> bool {
+    let count = nodes.len();
+    let (before, after) = around(index, count);
+    let ring = [before, index, after, (after + 1) % count.max(1)].map(|index| nodes.get(index).copied());
+    let [Some(from), Some(here), Some(next), Some(to)] = ring else { return false };
+    let met = match (from.kind, next.kind) {
+        (Kind::Line, Kind::Line) => crossing(from.at, here.at, next.at, to.at),
+        (Kind::Line, Kind::Arc { circle, .. }) => line_meets(from.at, here.at, circle, next.at),
+        (Kind::Arc { circle, .. }, Kind::Line) => line_meets(to.at, next.at, circle, here.at),
+        (Kind::Arc { circle: one, .. }, Kind::Arc { circle: two, .. }) => circles_meet(one, two, here.at),
+    };
+    let Some(met) = met.filter(|&met| count > 3 && apart(met, here.at) <= SNAP_NM) else { return false };
+    if let Some(node) = nodes.get_mut(after) {
+        node.at = (libm::round(met.0), libm::round(met.1));
+    }
+    nodes.remove(index);
+    true
+}
+
+/// Where a corner goes that cannot go where its curves meet: onto the longer one, if that is an arc and near.
+fn beside(last: Node, here: Node, next: Node) -> Option<Spot> {
+    let longer = if apart(here.at, last.at) > apart(here.at, next.at) { last.kind } else { here.kind };
+    let Kind::Arc { circle, .. } = longer else { return None };
+    let place = onto(circle, here.at);
+    (apart(place, here.at) <= 2.0 * CHORD_ERROR_NM).then_some((libm::round(place.0), libm::round(place.1)))
 }
 
 fn meet_line(far: Spot, here: Spot, circle: Circle) -> Option<Spot> {

@@ -75,7 +75,12 @@ fn a_circle_that_touches_an_edge_from_inside_is_not_lost() {
     let plate = rectangle(Bounds { min: at(5.0, 5.5), max: at(6.25, 8.0) });
     let (plate, hole) = (union(&[plate]), union(&[circle(at(5.5, 7.0), mm(1.0))]));
     let disc = PI / 4.0;
-    let rows = [(Rule::Difference, 3.125 - disc), (Rule::Xor, 3.125 - disc), (Rule::Union, 3.125), (Rule::Intersection, disc)];
+    let rows = [
+        (Rule::Difference, 3.125 - disc),
+        (Rule::Xor, 3.125 - disc),
+        (Rule::Union, 3.125),
+        (Rule::Intersection, disc),
+    ];
     for (rule, area) in rows {
         close(area_mm2(&combine(&plate, &hole, rule)), area, 1e-5);
     }
@@ -357,4 +362,27 @@ fn strips_run_midway_between_edges_that_face_each_other() {
 #[test]
 fn nothing_has_no_area_and_no_sign() {
     assert!(area_mm2(&Region::default()).is_sign_positive());
+}
+
+/// Area of `one` in `two` and beside it: nothing is gained or lost.
+#[track_caller]
+fn shares_out(one: &Region, two: &Region) {
+    let of = |rule| area_mm2(&combine(one, two, rule));
+    let (either, both) = (of(Rule::Union), of(Rule::Intersection));
+    let sums = [either + both - area_mm2(one) - area_mm2(two), of(Rule::Difference) + both - area_mm2(one)];
+    assert!(sums.iter().all(|off| off.abs() < 1e-5), "{sums:?}");
+}
+
+#[test]
+fn curves_that_meet_near_a_corner_keep_their_places() {
+    let disc = |x, y, size| circle(Point::from_mm(x, y), Length::from_mm(size));
+    let block = |a, b| rectangle(Bounds::of(a).with(b));
+    // Two circles and an edge in one point: a corner found on chords once took its whole arc 0.6 µm inwards.
+    let with_edge =
+        union(&[disc(1.5, 5.0, 0.9375), block(Point::from_mm(1.0, 4.5), Point::from_mm(1.6875, 5.875))]);
+    shares_out(&with_edge, &union(&[disc(2.0, 5.0, 1.0625)]));
+    // A circle 19 nm inside of a corner: the corner stays, and so does the edge from it.
+    let round = union(&[disc(0.440912, 3.282127, 1.007086)]);
+    let corner = block(Point::from_mm(0.183387, 3.714859), Point::from_mm(1.220179, 5.788443));
+    shares_out(&round, &union(&[corner]));
 }
