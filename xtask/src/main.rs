@@ -1,4 +1,4 @@
-//! `cargo xtask run | test | build | page | tools | bench | doctor`: prepares what is missing and does the thing.
+//! `cargo xtask run | test | build | page | site | tools | bench | doctor`: prepares what is missing and does the thing.
 //!
 //! Comes in: one word. Goes out: a running page, a tested tree, a built page, numbers, or a list of what is there.
 //! Does not know what Annulus does.
@@ -11,6 +11,7 @@ mod page;
 mod recap;
 mod run;
 mod sh;
+mod site;
 mod suites;
 mod test;
 mod tools;
@@ -24,6 +25,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   test    prepare and run every test and check; the last line counts them; --long for the full size
   build   build the page into target/www and the bridge in release
   page    build the page alone
+  site    build the page as a site of files, for any server, into target/site
   tools   build what the tests need, once
   bench   print the measured numbers: parsing, tours, steps, sizes
   doctor  list what is there and what would be installed
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
         Some("test") => test::run(rest),
         Some("build") => page::build().and_then(|_| run::build_bridge()).map(drop),
         Some("tools") => tools::ensure().map(drop),
+        Some("site") => site::build().map(drop),
         Some("page") => page::build().map(drop),
         Some("bench") => bench::run(rest),
         Some("doctor") => doctor::run(),

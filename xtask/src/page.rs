@@ -46,7 +46,7 @@ pub(crate) fn build() -> Done<PathBuf> {
 fn stamp(compiled: &Path) -> Done<String> {
     let mut digest = Sha256::new();
     let mut files = vec![compiled.to_owned()];
-    files_below(&root().join("www"), &mut files);
+    files.extend(files_below(&root().join("www")));
     for file in files {
         digest.update(file.to_string_lossy().as_bytes());
         digest.update(fs::read(&file).map_err(|error| format!("{}: {error}.", file.display()))?);
@@ -54,20 +54,18 @@ fn stamp(compiled: &Path) -> Done<String> {
     Ok(format!("{:x}", digest.finalize()))
 }
 
-fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
-    let Ok(entries) = fs::read_dir(folder) else { return };
+/// The files below a folder, in order.
+pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
-    for path in paths {
-        if path.is_dir() { files_below(&path, out) } else { out.push(path) }
-    }
+    let below = |path: PathBuf| if path.is_dir() { files_below(&path) } else { vec![path] };
+    paths.into_iter().flat_map(below).collect()
 }
 
 /// Copies `from` into `to`; the locale tables are compiled in and stay behind.
 fn copy(from: &Path, to: &Path) -> Done {
-    let mut files = Vec::new();
-    files_below(from, &mut files);
-    for file in files {
+    for file in files_below(from) {
         let Ok(name) = file.strip_prefix(from) else { continue };
         if name.starts_with("locales") {
             continue;
@@ -107,9 +105,7 @@ fn shrink(file: &Path) -> Done {
 
 /// Writes `FILE.br` and `FILE.gz` beside every file worth it.
 fn compress(folder: &Path) -> Done {
-    let mut files = Vec::new();
-    files_below(folder, &mut files);
-    for file in files {
+    for file in files_below(folder) {
         let bytes = fs::read(&file).map_err(|error| format!("{}: {error}.", file.display()))?;
         if bytes.len() < 512 {
             continue;

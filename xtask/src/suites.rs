@@ -41,7 +41,7 @@ pub(crate) const LANES: [&[Suite]; 2] = [
         Suite { name: "deny", after: &["tools"], counts: false, command: deny },
     ],
     &[
-        Suite { name: "page", after: &[], counts: false, command: || this("page") },
+        Suite { name: "page", after: &[], counts: false, command: || this("site") },
         Suite { name: "tools", after: &[], counts: false, command: || this("tools") },
         Suite { name: "wasm", after: &["tools"], counts: true, command: in_browser },
         Suite { name: "clippy-page", after: &[], counts: false, command: clippy_page },

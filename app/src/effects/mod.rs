@@ -9,6 +9,7 @@
 mod files;
 mod jobs;
 mod session;
+mod site;
 mod socket;
 mod store;
 mod worker;
@@ -32,6 +33,7 @@ pub fn surroundings() -> Surroundings {
 /// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
 pub fn begin() {
     files::listen();
+    site::begin();
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });
     }
@@ -68,6 +70,7 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::LookInStore => store::look(),
         Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
         Effect::TakeFromStore { place } => store::take(place),
+        Effect::TakeUpdate => site::take_update(),
         Effect::DropFromStore { place } => store::forget(place),
     }
 }

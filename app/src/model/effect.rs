@@ -122,6 +122,8 @@ pub enum Effect {
         /// Where.
         place: u32,
     },
+    /// Let the new version of the site take over and show it; where another window is open, that is said.
+    TakeUpdate,
     /// Forget what is kept at a place; comes back as [`super::KeepEvent::Dropped`].
     DropFromStore {
         /// Where.

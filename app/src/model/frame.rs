@@ -8,7 +8,7 @@ use crate::format::Unit;
 use crate::keys::{Action, Tab};
 use crate::layers::{self, Kind, Look, Preset, Side};
 use crate::model::Document;
-use crate::said::Text;
+use crate::said::{Text, key};
 use crate::view::Colour;
 use annulus_core::locale;
 
@@ -31,6 +31,8 @@ pub enum Theme {
 pub enum ToastAct {
     /// Show the import review.
     Review,
+    /// Take over the new version of the site.
+    Update,
 }
 
 /// A short word in the corner.
@@ -78,6 +80,10 @@ pub struct Frame {
     pub asked: (u32, Option<Action>),
     /// Short words on show.
     pub toasts: Vec<Toast>,
+    /// The page came from a site without a bridge.
+    pub alone: bool,
+    /// A new version of the site is there, and the person has not waved it away.
+    pub update_ready: bool,
     /// The number of the last of them.
     toast: u32,
 }
@@ -99,6 +105,8 @@ impl Default for Frame {
             backend: None,
             asked: (0, None),
             toasts: Vec::new(),
+            alone: false,
+            update_ready: false,
             toast: 0,
         }
     }
@@ -191,6 +199,10 @@ pub enum FrameEvent {
         /// Key of its word.
         word: &'static str,
     },
+    /// The page came from a site without a bridge.
+    Alone,
+    /// A new version of the site is kept and waits to take over.
+    UpdateReady,
     /// A short word is to be said.
     Say {
         /// What.
@@ -210,12 +222,31 @@ pub enum FrameEvent {
 
 /// Says a short word.
 pub(super) fn toast(model: &mut Model, text: Text, act: Option<ToastAct>) -> Effect {
-    let frame = &mut model.frame;
+    let number = put(&mut model.frame, text, act);
+    let event = Event::Frame(FrameEvent::Said { number });
+    Effect::Wake { after_ms: TOAST_MS, event: Box::new(event) }
+}
+
+/// A short word that stays until it is closed.
+fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     frame.toast += 1;
     let number = frame.toast;
     frame.toasts.push(Toast { number, text, act });
-    let event = Event::Frame(FrameEvent::Said { number });
-    Effect::Wake { after_ms: TOAST_MS, event: Box::new(event) }
+    number
+}
+
+/// A new version of the site is offered while nothing moves, and only then.
+pub(super) fn follow(model: &mut Model) {
+    let offered = model.frame.toasts.iter().any(|toast| toast.act == Some(ToastAct::Update));
+    let wanted = model.frame.update_ready && !model.link.busy();
+    match (offered, wanted) {
+        (false, true) => {
+            let text = Text::of(key!("page.update.ready"));
+            put(&mut model.frame, text, Some(ToastAct::Update));
+        }
+        (true, false) => model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::Update)),
+        _ => {}
+    }
 }
 
 /// Takes one event in.
@@ -244,16 +275,32 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Look { action } => frame.asked = (frame.asked.0 + 1, Some(action)),
         FrameEvent::Backend { word } => frame.backend = Some(word),
         FrameEvent::Say { text } => return vec![toast(model, text, None)],
-        FrameEvent::Said { number } => frame.toasts.retain(|toast| toast.number != number),
+        FrameEvent::Alone => frame.alone = true,
+        FrameEvent::UpdateReady => frame.update_ready = true,
+        FrameEvent::Said { number } => {
+            if taken(frame, number) == Some(ToastAct::Update) {
+                frame.update_ready = false;
+            }
+        }
         FrameEvent::Taken { number } => {
-            let found = frame.toasts.iter().position(|toast| toast.number == number);
-            let act = found.map(|at| frame.toasts.remove(at)).and_then(|toast| toast.act);
-            if act == Some(ToastAct::Review) {
-                model.board.reviewing = true;
+            let act = taken(frame, number);
+            match act {
+                Some(ToastAct::Review) => model.board.reviewing = true,
+                Some(ToastAct::Update) => {
+                    frame.update_ready = false;
+                    return vec![Effect::TakeUpdate];
+                }
+                None => {}
             }
         }
     }
     Vec::new()
+}
+
+/// Takes a short word away; gives what it offered.
+fn taken(frame: &mut Frame, number: u32) -> Option<ToastAct> {
+    let found = frame.toasts.iter().position(|toast| toast.number == number)?;
+    frame.toasts.remove(found).act
 }
 
 fn look(frame: &mut Frame, index: usize, act: impl FnOnce(&mut Look)) {

@@ -257,6 +257,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(template::follow(model));
     play::follow(model);
     effects.extend(start::follow(model));
+    frame::follow(model);
     effects
 }
 

@@ -41,6 +41,8 @@ pub struct Frame {
     pub asked: ReadSignal<(u32, Option<Action>)>,
     /// Short words on show.
     pub toasts: ReadSignal<Vec<Toast>>,
+    /// The page came from a site without a bridge.
+    pub alone: ReadSignal<bool>,
 }
 
 /// What frames the work.
@@ -64,5 +66,6 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         backend: slots.part(|model| &model.frame.backend),
         asked: slots.part(|model| &model.frame.asked),
         toasts: slots.part(|model| &model.frame.toasts),
+        alone: slots.part(|model| &model.frame.alone),
     }
 }

@@ -26,6 +26,7 @@ fn line(toast: Toast) -> impl IntoView {
     let act = act.map(|act| {
         let name = match act {
             ToastAct::Review => key!("page.open.review"),
+            ToastAct::Update => key!("page.update.take"),
         };
         super::push(
             "button small",

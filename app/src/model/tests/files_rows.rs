@@ -2,7 +2,9 @@
 
 use super::story::{Story, compare};
 use crate::keys::Tab;
-use crate::model::{Event, FilesEvent, FrameEvent};
+use crate::model::{Effect, Event, FilesEvent, FrameEvent, LinkEvent};
+use annulus_core::control::State;
+use annulus_core::wire::Tell;
 
 #[test]
 fn files_are_read_and_what_is_certain_is_planned_at_once() {
@@ -133,6 +135,31 @@ fn what_a_short_word_offers_is_done_once() {
     let mut story = Story::told("open certain plan");
     story.send(Event::Frame(FrameEvent::Said { number }));
     assert!(story.toasts().is_empty() && !story.model.board.reviewing);
+}
+
+#[test]
+fn a_new_version_is_offered_while_nothing_moves_and_taken_only_when_it_is_wanted() {
+    let mut story = Story::told("begin found-none");
+    let moves = |story: &mut Story, state| {
+        let tell = Tell::Status(Box::new(super::line::status(state, None)));
+        story.send(LinkEvent::Heard { tell: Some(Box::new(tell)) });
+    };
+    moves(&mut story, State::Running);
+    story.send(FrameEvent::UpdateReady);
+    assert_eq!(story.toasts(), Vec::<String>::new(), "never while something moves");
+    moves(&mut story, State::Ready);
+    assert_eq!(story.toasts(), ["page.update.ready"]);
+    moves(&mut story, State::Jogging);
+    assert_eq!(story.toasts(), Vec::<String>::new(), "it moves again");
+    moves(&mut story, State::Ready);
+    let number = story.model.frame.toasts[0].number;
+    story.send(FrameEvent::Taken { number });
+    assert_eq!((story.out.as_slice(), story.toasts().len()), ([Effect::TakeUpdate].as_slice(), 0));
+    story.send(FrameEvent::UpdateReady);
+    let number = story.model.frame.toasts[0].number;
+    story.send(FrameEvent::Said { number });
+    moves(&mut story, State::Ready);
+    assert_eq!((story.out.len(), story.toasts().len()), (0, 0), "waved away, it comes with the next visit");
 }
 
 #[test]

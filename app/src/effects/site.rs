@@ -1,0 +1,106 @@
+//! The site that keeps itself: where no bridge is behind the page, its files stay in the browser, and a new version says so.
+//!
+//! ```text
+//! register ─▶ installed ─▶ waits ─ FrameEvent::UpdateReady ─▶ the person takes it ─▶ "take over" ─▶ reload
+//!                            └─ all windows closed: it is there at the next visit
+//! ```
+//!
+//! Comes in: the wish to take a new version. Goes out: that there is one. Does not know when it may be offered.
+
+use crate::browser::window;
+use crate::model::FrameEvent;
+use crate::page::send;
+use crate::said::{Text, key};
+use leptos::prelude::set_interval;
+use leptos::task::spawn_local;
+use std::time::Duration;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{MessageEvent, ServiceWorkerContainer, ServiceWorkerRegistration, ServiceWorkerState};
+
+/// What keeps the files.
+const KEEPER: &str = "service-worker.js";
+
+/// How often a page that stays open looks for a new version.
+const LOOK_EVERY: Duration = Duration::from_secs(3_600);
+
+/// Whether the page came from a site without a bridge.
+fn alone() -> bool {
+    let root = window().document().and_then(|document| document.document_element());
+    root.is_some_and(|root| root.has_attribute("data-alone"))
+}
+
+/// The browser's keepers of sites; none where the address is not one that they are allowed for.
+fn keepers() -> Option<ServiceWorkerContainer> {
+    let keepers = window().navigator().service_worker();
+    (!keepers.is_undefined()).then_some(keepers)
+}
+
+/// Has the site kept, and listens for new versions of it. Called once; a page of a bridge does nothing.
+pub(super) fn begin() {
+    if !alone() {
+        return;
+    }
+    send(FrameEvent::Alone);
+    let Some(keepers) = keepers() else { return };
+    let heard = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
+        if event.data().as_string().as_deref() == Some("others") {
+            send(FrameEvent::Say { text: Text::of(key!("page.update.others")) });
+        }
+    });
+    keepers.set_onmessage(Some(heard.as_ref().unchecked_ref()));
+    heard.forget();
+    spawn_local(async move {
+        match JsFuture::from(keepers.register(KEEPER)).await {
+            Ok(kept) => watch(&keepers, kept.unchecked_into()),
+            // The page works as it is; it is only not there without a network.
+            Err(why) => web_sys::console::warn_1(&why),
+        }
+    });
+}
+
+fn watch(keepers: &ServiceWorkerContainer, kept: ServiceWorkerRegistration) {
+    if kept.waiting().is_some() {
+        send(FrameEvent::UpdateReady);
+    }
+    let (keepers, of) = (keepers.clone(), kept.clone());
+    let coming = move || {
+        // Where nothing was kept before, what comes is what is on show.
+        let Some(new) = of.installing().filter(|_| keepers.controller().is_some()) else { return };
+        let worker = new.clone();
+        let changed = Closure::<dyn FnMut()>::new(move || {
+            if worker.state() == ServiceWorkerState::Installed {
+                send(FrameEvent::UpdateReady);
+            }
+        });
+        new.set_onstatechange(Some(changed.as_ref().unchecked_ref()));
+        changed.forget();
+    };
+    // The browser may have found it before this page could listen.
+    coming();
+    let found = Closure::<dyn FnMut()>::new(coming);
+    kept.set_onupdatefound(Some(found.as_ref().unchecked_ref()));
+    found.forget();
+    set_interval(
+        move || {
+            if let Ok(looked) = kept.update() {
+                spawn_local(async move { drop(JsFuture::from(looked).await) });
+            }
+        },
+        LOOK_EVERY,
+    );
+}
+
+/// Lets the version that waits take over, and shows it.
+pub(super) fn take_update() {
+    let Some(keepers) = keepers() else { return };
+    let reload = Closure::once_into_js(|| drop(window().location().reload()));
+    keepers.set_oncontrollerchange(Some(reload.unchecked_ref()));
+    spawn_local(async move {
+        let Ok(kept) = JsFuture::from(keepers.get_registration()).await else { return };
+        let Ok(kept) = kept.dyn_into::<ServiceWorkerRegistration>() else { return };
+        if let Some(waiting) = kept.waiting() {
+            let _ = waiting.post_message(&"take over".into());
+        }
+    });
+}

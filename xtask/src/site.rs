@@ -1,0 +1,126 @@
+//! The page as a site of files alone, for any server that serves files: no bridge, installable, there without a network after
+//! the first visit.
+//!
+//! ```text
+//! target/www ─ files as they are ─▶ target/site        index.html says that there is no bridge behind it
+//!                                                      service-worker.js gets the digest of every file
+//! ```
+//!
+//! Goes out: `target/site`; every address in it is relative, so that it may lie in any folder. Does not know what serves it.
+
+use crate::page;
+use crate::sh::{Done, root, say};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where the site is put.
+fn folder() -> PathBuf {
+    root().join("target/site")
+}
+
+/// How the page begins, and how that of a site does.
+const OPENING: (&str, &str) = ("<html lang=\"en\">", "<html lang=\"en\" data-alone=\"true\">");
+
+/// The place in the service worker for the list of files.
+const LIST: &str = "const SITE = { version: \"\", files: {} };";
+
+/// The file that keeps the others.
+const KEEPER: &str = "service-worker.js";
+
+/// Builds the page and writes the site.
+pub(crate) fn build() -> Done<PathBuf> {
+    let page = page::build()?;
+    write(&page, &folder())?;
+    say(&format!("The site is in {}: put it on any server of files", folder().display()));
+    Ok(folder())
+}
+
+/// Writes the site of the page that was built in `page` to `site`.
+fn write(page: &Path, site: &Path) -> Done {
+    let failed = |place: &Path| {
+        let place = place.display().to_string();
+        move |error: std::io::Error| format!("{place}: {error}.")
+    };
+    let _ = fs::remove_dir_all(site);
+    let mut digests = BTreeMap::new();
+    let mut keeper = None;
+    for file in page::files_below(page) {
+        let Some(name) = file.strip_prefix(page).ok().and_then(Path::to_str) else { continue };
+        if name.starts_with('.') || name.ends_with(".br") || name.ends_with(".gz") {
+            continue;
+        }
+        let mut bytes = fs::read(&file).map_err(failed(&file))?;
+        match name {
+            KEEPER => {
+                keeper = Some(bytes);
+                continue;
+            }
+            "index.html" => bytes = replaced(&bytes, OPENING.0, OPENING.1, name)?,
+            _ => {}
+        }
+        put(&site.join(name), &bytes)?;
+        digests.insert(name.replace('\\', "/"), format!("{:x}", Sha256::digest(&bytes)));
+    }
+    let keeper = keeper.ok_or_else(|| format!("{KEEPER} is not in the page."))?;
+    put(&site.join(KEEPER), &replaced(&keeper, LIST, &list(&digests), KEEPER)?)
+}
+
+/// The list of files with their digests, and what all of them come to.
+fn list(digests: &BTreeMap<String, String>) -> String {
+    let rows: Vec<_> = digests.iter().map(|(name, digest)| format!("{name:?}: {digest:?}")).collect();
+    let rows = rows.join(", ");
+    let version = format!("{:x}", Sha256::digest(&rows));
+    format!("const SITE = {{ version: {:?}, files: {{ {rows} }} }};", &version[..16])
+}
+
+/// `bytes` with `now` in the place of `before`, which must be there once.
+fn replaced(bytes: &[u8], before: &str, now: &str, name: &str) -> Done<Vec<u8>> {
+    let text = String::from_utf8_lossy(bytes);
+    if text.matches(before).count() != 1 {
+        return Err(format!("{name} has no line {before:?}, or more than one."));
+    }
+    Ok(text.replacen(before, now, 1).into_bytes())
+}
+
+fn put(place: &Path, bytes: &[u8]) -> Done {
+    let failed = |error: std::io::Error| format!("{}: {error}.", place.display());
+    fs::create_dir_all(place.parent().unwrap_or(place)).map_err(failed)?;
+    fs::write(place, bytes).map_err(failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_site_says_that_it_is_alone_and_its_keeper_knows_every_other_file() {
+        let www = root().join("www");
+        let names = ["index.html", KEEPER, "boot.js", "icons/annulus.svg"];
+        let at = std::env::temp_dir().join(format!("annulus-site-{}", std::process::id()));
+        let (page, site) = (at.join("page"), at.join("site"));
+        for name in names {
+            put(&page.join(name), &fs::read(www.join(name)).unwrap()).unwrap();
+        }
+        put(&page.join("boot.js.br"), b"packed").unwrap();
+        put(&page.join(".stamp"), b"-").unwrap();
+        let written = || {
+            write(&page, &site).unwrap();
+            fs::read_to_string(site.join(KEEPER)).unwrap()
+        };
+        let first = written();
+        assert!(fs::read_to_string(site.join("index.html")).unwrap().contains("data-alone"));
+        for name in ["index.html", "boot.js", "icons/annulus.svg"] {
+            let digest = format!("{:x}", Sha256::digest(fs::read(site.join(name)).unwrap()));
+            assert!(first.contains(&format!("{name:?}: {digest:?}")), "{name}");
+        }
+        assert!(!first.contains("boot.js.br") && !first.contains(".stamp") && !site.join(".stamp").exists());
+        assert_eq!(written(), first, "the same page is the same site");
+        put(&page.join("boot.js"), b"// another").unwrap();
+        assert_ne!(written(), first, "another page is another site");
+        put(&page.join("index.html"), b"<html>").unwrap();
+        assert!(write(&page, &site).is_err(), "an index that cannot be marked");
+        fs::remove_dir_all(at).unwrap();
+    }
+}
