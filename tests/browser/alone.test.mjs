@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { after, before, test } from "node:test";
-import { data, drillOnly, openBrowser, openPage, picture, root, tab, until } from "./harness.mjs";
+import { data, downloaded, drillOnly, openBrowser, openPage, picture, root, tab, until } from "./harness.mjs";
 
 const site = process.env.ANNULUS_SITE ?? join(root, "target/site");
 const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".svg": "image/svg+xml" };
@@ -55,10 +55,13 @@ test("without a bridge and with the network cut, a board is opened, planned, pro
     await page.reload();
     await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     await openSample(page);
-    await tab(page, "CAM").click();
-    await page.getByRole("heading", { name: "Operations" }).waitFor();
-    await page.screenshot({ path: picture("alone-cam-1440") });
     await drillOnly(page);
+    await tab(page, "CAM").click();
+    const save = page.getByRole("button", { name: "Export files" });
+    await until(() => save.isEnabled(), "an export that is allowed");
+    const files = await downloaded(page, save);
+    assert.ok([...files.values()].some((text) => /X\s*-?\d/.test(text.toString())), "a program with places in it");
+    await page.screenshot({ path: picture("alone-cam-1440") });
     await tab(page, "Simulate").click();
     const holes = Number(await data(page, "holes"));
     await page.getByRole("slider", { name: "Time", exact: true }).focus();
