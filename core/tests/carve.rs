@@ -41,7 +41,7 @@ fn program(bit: Bit, commands: Vec<Command>) -> Program {
 fn carved(stock: &mut Stock, program: &Program) -> Vec<Cut> {
     let cuts = cuts(program);
     for cut in &cuts {
-        stock.carve(cut, &program.bits[cut.bit as usize], 0.0, 1.0);
+        stock.carve(&cut.way, &program.bits[cut.bit as usize], 0.0, 1.0);
     }
     cuts
 }
@@ -119,12 +119,12 @@ fn every_place_is_as_deep_as_the_deepest_passing_of_the_bit() {
         let mut stock = stock(16.0, 16.0);
         let cuts = carved(&mut stock, &program);
         for _ in 0..40 {
-            let tip = cuts[chance.bits() as usize % cuts.len()].at(chance.between(0.0, 1.0));
+            let tip = cuts[chance.bits() as usize % cuts.len()].way.at(chance.between(0.0, 1.0));
             let place = [tip[0] + chance.between(-0.8, 0.8), tip[1] + chance.between(-0.8, 0.8)];
             // The places around decide between edges that lie within a cell and ramps cut in pieces.
             let passed = |aside: f64, lower: f64| {
                 let samples =
-                    cuts.iter().flat_map(|cut| (0..=400).map(|part| cut.at(f64::from(part) / 400.0)));
+                    cuts.iter().flat_map(|cut| (0..=400).map(|part| cut.way.at(f64::from(part) / 400.0)));
                 let depth = samples.map(|tip| {
                     let away = (libm::hypot(tip[0] - place[0], tip[1] - place[1]) + aside).max(0.0);
                     let depth = -tip[2] + lower;
@@ -159,8 +159,8 @@ fn a_cut_in_two_parts_is_the_cut_and_holes_are_through() {
     let program = program(bit(800, Cutter::Mill), commands);
     let (mut whole, mut parts) = (stock(20.0, 20.0), stock(20.0, 20.0));
     for cut in carved(&mut whole, &program) {
-        parts.carve(&cut, &program.bits[0], 0.0, 0.37);
-        parts.carve(&cut, &program.bits[0], 0.37, 1.0);
+        parts.carve(&cut.way, &program.bits[0], 0.0, 0.37);
+        parts.carve(&cut.way, &program.bits[0], 0.37, 1.0);
     }
     assert!((whole.removed_mm3() - parts.removed_mm3()).abs() < 0.02, "{}", parts.removed_mm3());
     assert!(whole.is_through([12.0, 9.0]) && !whole.is_through([7.0, 5.0]) && !whole.is_through([60.0, 5.0]));

@@ -6,6 +6,8 @@ mod automaton;
 #[cfg(not(target_arch = "wasm32"))]
 mod carve;
 #[cfg(not(target_arch = "wasm32"))]
+mod carving;
+#[cfg(not(target_arch = "wasm32"))]
 mod feed_override;
 #[cfg(not(target_arch = "wasm32"))]
 mod motion;

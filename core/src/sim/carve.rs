@@ -8,14 +8,16 @@
 //! ```
 //!
 //! Comes in: the size of the board, cuts in mm from the work zero. Goes out: depths in µm below the surface, 0 … 65 535. A
-//! tile of 64 × 64 cells takes memory once it is cut. Drills and mills are flat cylinders, vees cones with a flat tip. Does
-//! not know time, nor what a cut is for.
+//! tile of 64 × 64 cells takes memory once it is cut; copies of a stock share the tiles that are alike, so that one more copy
+//! costs a pointer a tile. Mills are flat cylinders, vees cones with a flat tip, drills flat or pointed. Does not know time,
+//! nor what a cut is for.
 
-use super::cuts::{Cut, Shape};
+use super::cuts::{Shape, Way};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Bounds;
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
+use std::sync::Arc;
 
 /// Cells along each side of a tile.
 pub const TILE: usize = 64;
@@ -25,6 +27,9 @@ const CELLS_UM: [i64; 6] = [25, 50, 100, 200, 400, 800];
 
 /// Most cells of a stock: 32 MB once all of them are cut.
 const MOST_CELLS: f64 = 16e6;
+
+/// Most cells along a side: so large a picture every graphics card takes.
+const MOST_ALONG: f64 = 4096.0;
 
 /// A ramp is cut in pieces that go down by no more than this, mm: each as deep as its deepest end.
 const RAMP_MM: f64 = 0.005;
@@ -39,8 +44,10 @@ pub struct Stock {
     cell_mm: f64,
     cells: [usize; 2],
     thickness_mm: f64,
+    /// How much higher the edge of a drill's point is for every mm further out; 0 for flat drills.
+    point_slope: f64,
     tiles_across: usize,
-    tiles: Vec<Option<Box<[u16]>>>,
+    tiles: Vec<Option<Arc<[u16]>>>,
 }
 
 /// Some cells that belong together.
@@ -49,7 +56,7 @@ pub struct Tile<'a> {
     /// Its first cell, counted from the low corner: X, Y.
     pub first: [usize; 2],
     /// Depths in µm, row by row; cells beyond the board stay 0. None where nothing was cut.
-    pub depths_um: Option<&'a [u16]>,
+    pub depths_um: Option<&'a Arc<[u16]>>,
 }
 
 /// The outline of a bit as seen from the side.
@@ -64,9 +71,10 @@ struct Tool {
 }
 
 impl Tool {
-    fn of(bit: &Bit) -> Self {
+    fn of(bit: &Bit, point_slope: f64) -> Self {
         let radius_mm = 0.5 * bit.diameter.mm();
         match bit.cutter {
+            Cutter::Drill if point_slope > 0.0 => Self { tip_mm: 0.0, radius_mm, slope: point_slope },
             Cutter::Drill | Cutter::Mill => Self { tip_mm: radius_mm, radius_mm, slope: 0.0 },
             Cutter::Vee { tip, angle_mdeg } => {
                 let half_rad = f64::from(angle_mdeg) * 0.5e-3 * core::f64::consts::PI / 180.0;
@@ -99,7 +107,7 @@ impl Stock {
         let count = |cell_um: i64| size.map(|mm| libm::ceil(mm * 1e3 / cell_um as f64));
         let fits = |cell_um: &i64| {
             let [x, y] = count(*cell_um);
-            x >= 1.0 && y >= 1.0 && x * y <= MOST_CELLS
+            x >= 1.0 && y >= 1.0 && x.max(y) <= MOST_ALONG && x * y <= MOST_CELLS
         };
         let Some(cell_um) = CELLS_UM.into_iter().find(fits) else {
             let diagnostic = Diagnostic::warning("sim.no_stock");
@@ -112,9 +120,23 @@ impl Stock {
             cell_mm: cell_um as f64 * 1e-3,
             cells,
             thickness_mm: thickness.mm(),
+            point_slope: 0.0,
             tiles_across: tiles[0],
             tiles: vec![None; tiles[0] * tiles[1]],
         })
+    }
+
+    /// The same board, cut by drills whose points have this angle; 180° is flat.
+    #[must_use]
+    pub fn with_points(mut self, point_deg: f64) -> Self {
+        let half_rad = point_deg.clamp(1.0, 180.0) * 0.5 * core::f64::consts::PI / 180.0;
+        self.point_slope = if point_deg < 180.0 { 1.0 / libm::tan(half_rad) } else { 0.0 };
+        self
+    }
+
+    /// How thick the board is, mm.
+    pub fn thickness_mm(&self) -> f64 {
+        self.thickness_mm
     }
 
     /// Size of a cell, mm.
@@ -136,8 +158,17 @@ impl Stock {
     pub fn tiles(&self) -> impl Iterator<Item = Tile<'_>> {
         self.tiles.iter().enumerate().map(|(index, tile)| Tile {
             first: [index % self.tiles_across * TILE, index / self.tiles_across * TILE],
-            depths_um: tile.as_deref(),
+            depths_um: tile.as_ref(),
         })
+    }
+
+    /// The tiles in which it is not the very same as `before`, a copy of it from another time.
+    pub fn changed<'a>(&'a self, before: &'a Self) -> impl Iterator<Item = Tile<'a>> {
+        let same = |(own, other): &(Tile<'_>, Tile<'_>)| match (own.depths_um, other.depths_um) {
+            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
+            (own, other) => own.is_none() && other.is_none(),
+        };
+        self.tiles().zip(before.tiles()).filter(move |both| !same(both)).map(|(own, _)| own)
     }
 
     /// Depth below the surface at a place, mm; none beside the board.
@@ -166,14 +197,14 @@ impl Stock {
         tile.and_then(|tile| tile.get(y % TILE * TILE + x % TILE)).copied().unwrap_or(0)
     }
 
-    /// Cuts from one share of a cut to another, 0 … 1: all of it from 0 to 1.
-    pub fn carve(&mut self, cut: &Cut, bit: &Bit, from: f64, to: f64) {
-        let tool = Tool::of(bit);
+    /// Cuts from one share of a way to another, 0 … 1: all of it from 0 to 1. Says how many cells it looked at.
+    pub fn carve(&mut self, way: &Way, bit: &Bit, from: f64, to: f64) -> u64 {
+        let tool = Tool::of(bit, self.point_slope);
         if to.is_nan() || from.is_nan() || to < from {
-            return;
+            return 0;
         }
-        let falls_mm = (cut.at(to)[2] - cut.at(from)[2]).abs();
-        let chords = match cut.shape {
+        let falls_mm = (way.at(to)[2] - way.at(from)[2]).abs();
+        let chords = match way.shape {
             Shape::Line => 1.0,
             // The middle of a chord is off its arc by r·(1 − cos(φ/2)), here an eighth of a cell.
             Shape::Arc { radius_mm, turn_rad, .. } => {
@@ -181,29 +212,33 @@ impl Stock {
                 turn_rad.abs() * (to - from) / (2.0 * libm::acos(off)).max(1e-6)
             }
         };
-        let pieces = libm::ceil(chords.max(falls_mm / RAMP_MM).clamp(1.0, MOST_PIECES));
+        // Straight down the deepest end is all.
+        let ramp = if way.from[..2] == way.to[..2] && way.shape == Shape::Line { 0.0 } else { falls_mm };
+        let pieces = libm::ceil(chords.max(ramp / RAMP_MM).clamp(1.0, MOST_PIECES));
         let share = |piece: f64| from + (to - from) * piece / pieces;
-        let mut at = cut.at(from);
+        let (mut at, mut looked) = (way.at(from), 0);
         for piece in 1..=pieces as u32 {
-            let next = cut.at(share(f64::from(piece)));
-            self.sweep(&tool, [at[0], at[1]], [next[0], next[1]], -at[2].min(next[2]));
+            let next = way.at(share(f64::from(piece)));
+            looked += self.sweep(&tool, [at[0], at[1]], [next[0], next[1]], -at[2].min(next[2]));
             at = next;
         }
+        looked
     }
 
-    /// What a bit takes away on its straight way from `a` to `b` with its tip at `depth_mm`.
-    fn sweep(&mut self, tool: &Tool, a: [f64; 2], b: [f64; 2], depth_mm: f64) {
+    /// What a bit takes away on its straight way from `a` to `b` with its tip at `depth_mm`; how many cells that are.
+    fn sweep(&mut self, tool: &Tool, a: [f64; 2], b: [f64; 2], depth_mm: f64) -> u64 {
         if depth_mm.is_nan() || depth_mm <= 0.0 {
-            return;
+            return 0;
         }
         let reach = tool.reach_mm(depth_mm);
         let (low, high) = (a[1].min(b[1]) - reach, a[1].max(b[1]) + reach);
-        let Some((first, last)) = self.span(1, low, high) else { return };
-        let deepest = to_um(depth_mm);
+        let Some((first, last)) = self.span(1, low, high) else { return 0 };
+        let (deepest, mut looked) = (to_um(depth_mm), (last - first) as u64);
         for row in first..=last {
             let y = self.middle(1, row);
             let Some((from_mm, to_mm)) = across(a, b, reach, y) else { continue };
             let Some((from, to)) = self.span(0, from_mm, to_mm) else { continue };
+            looked += (to - from) as u64;
             if tool.slope == 0.0 {
                 self.lower(row, from, to, |_| deepest);
             } else {
@@ -214,6 +249,7 @@ impl Stock {
                 });
             }
         }
+        looked
     }
 
     /// Middle of a column (axis 0) or row (axis 1), mm.
@@ -236,9 +272,9 @@ impl Stock {
             let end = (column / TILE * TILE + TILE - 1).min(to);
             let index = row / TILE * self.tiles_across + column / TILE;
             if let Some(tile) = self.tiles.get_mut(index) {
-                let tile = tile.get_or_insert_with(|| vec![0; TILE * TILE].into_boxed_slice());
+                let tile = tile.get_or_insert_with(|| Arc::from(vec![0; TILE * TILE]));
                 let start = row % TILE * TILE;
-                let cells = tile.iter_mut().skip(start + column % TILE).take(end - column + 1);
+                let cells = Arc::make_mut(tile).iter_mut().skip(start + column % TILE).take(end - column + 1);
                 for (cell, column) in cells.zip(column..) {
                     *cell = (*cell).max(depth_um(column));
                 }

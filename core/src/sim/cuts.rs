@@ -11,7 +11,7 @@ use crate::geometry::{Bounds, Point};
 use crate::job::{Command, Mark, Program};
 use crate::units::Length;
 
-/// One way of the tip.
+/// One command that cuts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
     /// Index of the leg.
@@ -20,6 +20,13 @@ pub struct Cut {
     pub command: u32,
     /// Index of the bit in the program.
     pub bit: u32,
+    /// Where its tip goes.
+    pub way: Way,
+}
+
+/// One way of the tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way {
     /// Where it starts, mm.
     pub from: [f64; 3],
     /// Where it ends.
@@ -28,7 +35,7 @@ pub struct Cut {
     pub shape: Shape,
 }
 
-/// The shape of a cut seen from above; its height changes evenly.
+/// The shape of a way seen from above; its height changes evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Straight.
@@ -46,8 +53,8 @@ pub enum Shape {
     },
 }
 
-impl Cut {
-    /// Where the tip is after a share of the cut, 0 … 1.
+impl Way {
+    /// Where the tip is after a share of the way, 0 … 1.
     pub fn at(&self, share: f64) -> [f64; 3] {
         let share = share.clamp(0.0, 1.0);
         let even = |axis: usize| self.from[axis] + (self.to[axis] - self.from[axis]) * share;
@@ -75,9 +82,9 @@ pub fn cuts(program: &Program) -> Vec<Cut> {
             if let Command::AwaitBit { bit: next } = step {
                 bit = *next;
             }
-            let Some((to, shape)) = way(step, at) else { continue };
+            let Some((to, shape)) = goes(step, at) else { continue };
             if at[2] < 0.0 || to[2] < 0.0 {
-                found.push(Cut { leg, command, bit, from: at, to, shape });
+                found.push(Cut { leg, command, bit, way: Way { from: at, to, shape } });
             }
             at = to;
         }
@@ -86,7 +93,7 @@ pub fn cuts(program: &Program) -> Vec<Cut> {
 }
 
 /// Where a command takes the tip from `at`, and how.
-fn way(command: &Command, at: [f64; 3]) -> Option<([f64; 3], Shape)> {
+fn goes(command: &Command, at: [f64; 3]) -> Option<([f64; 3], Shape)> {
     let place = |to: &Point, z: f64| [to.x.mm(), to.y.mm(), z];
     let straight = |to: [f64; 3]| Some((to, Shape::Line));
     match command {
@@ -122,15 +129,15 @@ fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> Shape {
 /// nothing is cut.
 pub fn reach(program: &Program) -> Option<Bounds> {
     let mut found: Option<Bounds> = None;
-    for cut in cuts(program) {
-        let ends = [cut.from, cut.to].map(|at| (at[0], at[1], 0.0));
-        let round = match cut.shape {
+    for Cut { way, .. } in cuts(program) {
+        let ends = [way.from, way.to].map(|at| (at[0], at[1], 0.0));
+        let round = match way.shape {
             Shape::Line => None,
             Shape::Arc { center, radius_mm, .. } => Some((center[0], center[1], radius_mm)),
         };
         for (x, y, around) in ends.into_iter().chain(round) {
-            for way in [-around, around] {
-                let corner = Point::new(Length::from_mm(x + way), Length::from_mm(y + way));
+            for off in [-around, around] {
+                let corner = Point::new(Length::from_mm(x + off), Length::from_mm(y + off));
                 found = Some(found.map_or(Bounds::of(corner), |all| all.with(corner)));
             }
         }

@@ -1,14 +1,20 @@
 //! The moment shown in a playback, a job in numbers, and the board as it is carved.
 //!
 //! Comes in: a timeline and its stream, or a program. Goes out: where everything is at any second ([`Playback`]), how long it
-//! all takes ([`Summary`]), and what is cut away ([`Stock`]). Does not know pins.
+//! all takes ([`Summary`]), what is cut away ([`Stock`]) by any second ([`Carving`]), and what is wrong when ([`Warning`]). Does not know pins.
 
 mod carve;
+mod carving;
 mod cuts;
 mod playback;
 mod summary;
+mod swept;
+mod warnings;
 
 pub use carve::{Stock, TILE, Tile};
-pub use cuts::{Cut, Shape, cuts, reach};
+pub use carving::Carving;
+pub use cuts::{Cut, Shape, Way, cuts, reach};
 pub use playback::{Drilled, LegStart, Milled, Moment, Playback};
 pub use summary::{Spent, Summary, summary, time_by_bit_s};
+pub use swept::{Swept, nearest, swept};
+pub use warnings::{Fault, Warning, warnings};

@@ -139,6 +139,12 @@ impl Playback {
         &self.milled
     }
 
+    /// The bit in the spindle during leg `leg`.
+    pub fn bit_of_leg(&self, leg: u32) -> Option<u32> {
+        let begun = self.legs.partition_point(|start| start.leg <= leg);
+        self.legs.get(begun.checked_sub(1)?)?.bit
+    }
+
     /// When leg `leg` begins.
     pub fn time_of_leg(&self, leg: u32) -> Option<f64> {
         let index = self.legs.binary_search_by_key(&leg, |start| start.leg).ok()?;
@@ -164,7 +170,6 @@ impl Playback {
         let steps = planned.at(within_s);
         let part = planned.part_at(within_s);
         let speed = part.map_or(0.0, |part| part.speed(within_s, &self.timeline.mm_per_step));
-        let leg = self.legs.partition_point(|start| start.leg <= planned.leg);
         Some(Moment {
             position_mm: std::array::from_fn(|axis| steps[axis] * self.timeline.mm_per_step[axis]),
             speed_mm_per_s: speed,
@@ -173,7 +178,7 @@ impl Playback {
             stage: stage_at(planned, part, steps[2]),
             holes_done: self.drilled.partition_point(|drilled| drilled.done_s <= t_s) as u32,
             toolpaths_done: self.milled.partition_point(|milled| milled.done_s <= t_s) as u32,
-            bit: self.legs.get(leg.saturating_sub(1)).and_then(|start| start.bit),
+            bit: self.bit_of_leg(planned.leg),
         })
     }
 }

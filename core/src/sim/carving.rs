@@ -1,0 +1,143 @@
+//! The board carved up to any second: forwards what is new, backwards from the last checkpoint.
+//!
+//! ```text
+//! work   0 ──── ● ──── ● ──── ● ──── ●──▶        ● a checkpoint: a copy of the stock, every so many cells
+//! seek              ◀──────── t                  from the ● before t, never more than one stretch of work
+//! ```
+//!
+//! Comes in: a [`Playback`], the bits of its program, an uncut [`Stock`], seconds. Goes out: the stock at that second. A seek
+//! does so much work and no more, and is asked again where that was not enough. Does not know clocks.
+
+use super::carve::Stock;
+use super::playback::Playback;
+use super::swept::swept;
+use crate::job::Bit;
+use std::sync::Arc;
+
+/// So many cells are looked at between two checkpoints at first.
+const CHECKPOINT_CELLS: u64 = 250_000;
+/// With more checkpoints than this every other one goes, and the next are twice as far apart.
+const MOST_CHECKPOINTS: usize = 64;
+
+/// How far the carving is: so many moves and so many ways of the next one are cut, and a share of the way after them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Place {
+    moved: usize,
+    ways: usize,
+    share: f64,
+    /// All that is cut before this second is cut.
+    at_s: f64,
+}
+
+/// A board as it is carved in the course of a playback.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Carving {
+    playback: Arc<Playback>,
+    bits: Vec<Bit>,
+    stock: Stock,
+    place: Place,
+    checkpoints: Vec<(Place, Stock)>,
+    since_cells: u64,
+    apart_cells: u64,
+}
+
+impl Carving {
+    /// Nothing is cut yet.
+    pub fn new(playback: Arc<Playback>, bits: Vec<Bit>, stock: Stock) -> Self {
+        let checkpoints = vec![(Place::default(), stock.clone())];
+        Self {
+            playback,
+            bits,
+            stock,
+            place: Place::default(),
+            checkpoints,
+            since_cells: 0,
+            apart_cells: CHECKPOINT_CELLS,
+        }
+    }
+
+    /// The board as far as it is carved.
+    pub fn stock(&self) -> &Stock {
+        &self.stock
+    }
+
+    /// The second up to which it is carved.
+    pub fn at_s(&self) -> f64 {
+        self.place.at_s
+    }
+
+    /// How many checkpoints there are.
+    pub fn checkpoints(&self) -> usize {
+        self.checkpoints.len()
+    }
+
+    /// Carves up to second `t_s`, or stops after about `most_cells` cells. True where it is there.
+    pub fn seek(&mut self, t_s: f64, most_cells: u64) -> bool {
+        self.jump(t_s);
+        let playback = self.playback.clone();
+        let timeline = playback.timeline();
+        let mut spent = 0;
+        while let Some(planned) = timeline.moves.get(self.place.moved) {
+            let bit = playback.bit_of_leg(planned.leg).and_then(|bit| self.bits.get(bit as usize)).cloned();
+            let ways = swept(planned, &timeline.mm_per_step);
+            for found in ways.get(self.place.ways..).unwrap_or_default() {
+                if found.from_s >= t_s {
+                    break;
+                }
+                let to = found.share(planned, t_s);
+                let cells =
+                    bit.as_ref().map_or(0, |bit| self.stock.carve(&found.way, bit, self.place.share, to));
+                spent += cells + 1;
+                self.since_cells += cells + 1;
+                if to < 1.0 {
+                    self.place = Place { share: to, at_s: t_s, ..self.place };
+                    return true;
+                }
+                let ways = self.place.ways + 1;
+                self.place = Place { ways, share: 0.0, at_s: found.to_s, ..self.place };
+                self.keep();
+                if spent >= most_cells {
+                    return false;
+                }
+            }
+            if self.place.ways < ways.len() {
+                break;
+            }
+            let end_s = (planned.start_tick + planned.duration_ticks) as f64 / crate::units::TICK_HZ as f64;
+            if end_s > t_s {
+                break;
+            }
+            self.place = Place { moved: self.place.moved + 1, ways: 0, share: 0.0, at_s: end_s };
+        }
+        self.place.at_s = self.place.at_s.max(t_s);
+        true
+    }
+
+    /// Where a checkpoint is nearer than what is carved now, goes on from there.
+    fn jump(&mut self, t_s: f64) {
+        let before = self.checkpoints.partition_point(|(place, _)| place.at_s <= t_s).saturating_sub(1);
+        let Some((place, stock)) = self.checkpoints.get(before) else { return };
+        if self.place.at_s > t_s || place.at_s > self.place.at_s {
+            (self.place, self.stock, self.since_cells) = (*place, stock.clone(), 0);
+        }
+    }
+
+    /// Keeps a checkpoint where there was much work since the last one.
+    fn keep(&mut self) {
+        let newest = self.checkpoints.last().map_or(0.0, |(place, _)| place.at_s);
+        if self.since_cells >= self.apart_cells {
+            self.since_cells = 0;
+            if self.place.at_s > newest {
+                self.checkpoints.push((self.place, self.stock.clone()));
+            }
+            if self.checkpoints.len() > MOST_CHECKPOINTS {
+                self.apart_cells *= 2;
+                let mut number = 0;
+                self.checkpoints.retain(|_| {
+                    number += 1;
+                    number % 2 == 1
+                });
+            }
+        }
+    }
+}
