@@ -3,6 +3,8 @@
 //! Comes in: millimetres and seconds. Goes out: text without its unit (that stands beside it, from the locale
 //! tables). Knows no browser.
 
+use crate::said::{Text, key};
+
 /// The unit lengths are shown in. Everything inside stays millimetres; this is for the eye alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unit {
@@ -39,6 +41,19 @@ impl Unit {
         }
     }
 
+    /// The length of a scale bar of at most `most_px` at `px_per_mm`: 1, 2 or 5 of some decade of this unit. In pixels, and in
+    /// the unit.
+    pub fn scale(self, px_per_mm: f64, most_px: f64) -> Option<(f64, f64)> {
+        let px_per_unit = px_per_mm / self.of_mm(1.0);
+        let most = most_px / px_per_unit;
+        if !(most.is_finite() && most > 0.0) {
+            return None;
+        }
+        let decade = libm::pow(10.0, libm::floor(libm::log10(most)));
+        let length = [5.0, 2.0, 1.0].map(|step| step * decade).into_iter().find(|length| *length <= most)?;
+        Some((length * px_per_unit, length))
+    }
+
     fn with_digits(self, mm: f64, digits: usize) -> String {
         let text = format!("{:.*}", digits, self.of_mm(mm));
         let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
@@ -50,6 +65,18 @@ impl Unit {
 pub fn plain(value: f64) -> String {
     let text = format!("{value:.3}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// How long something takes, as people say it: `6 min 11 s`.
+pub fn duration(seconds: f64) -> Text {
+    let whole = if seconds.is_finite() { seconds.max(0.0).round() as u64 } else { 0 };
+    let (h, min, s) = (whole / 3600, whole / 60 % 60, whole % 60);
+    let (key, args) = match (h, min) {
+        (0, 0) => (key!("page.duration.s"), vec![("s", s)]),
+        (0, _) => (key!("page.duration.min"), vec![("min", min), ("s", s)]),
+        _ => (key!("page.duration.h"), vec![("h", h), ("min", min)]),
+    };
+    Text::Key { key, args: args.into_iter().map(|(name, value)| (name, value.to_string())).collect() }
 }
 
 /// `00:42`, or `1:02:03` from an hour on.
@@ -91,6 +118,37 @@ mod tests {
         for (unit, mm, coordinate, size) in rows {
             assert_eq!(unit.coordinate(mm), coordinate);
             assert_eq!(unit.size(mm), size);
+        }
+    }
+
+    #[test]
+    fn a_scale_bar_is_a_round_length_that_fits() {
+        let rows = [
+            (Unit::Millimetre, 10.0, Some((100.0, 10.0))),
+            (Unit::Millimetre, 6.6, Some((66.0, 10.0))),
+            (Unit::Millimetre, 900.0, Some((90.0, 0.1))),
+            (Unit::Inch, 10.0, Some((50.8, 0.2))),
+            (Unit::Millimetre, 0.0, None),
+        ];
+        for (unit, px_per_mm, expected) in rows {
+            let found = unit.scale(px_per_mm, 120.0).map(|(px, length)| ((px * 10.0).round() / 10.0, length));
+            assert_eq!(found, expected, "{px_per_mm}");
+        }
+    }
+
+    #[test]
+    fn durations() {
+        let rows = [
+            (0.4, "page.duration.s", vec!["0"]),
+            (59.6, "page.duration.min", vec!["1", "0"]),
+            (371.0, "page.duration.min", vec!["6", "11"]),
+            (7_385.0, "page.duration.h", vec!["2", "3"]),
+            (f64::NAN, "page.duration.s", vec!["0"]),
+        ];
+        for (seconds, expected, values) in rows {
+            let Text::Key { key, args } = duration(seconds) else { panic!("a key") };
+            let told: Vec<&str> = args.iter().map(|(_, value)| value.as_str()).collect();
+            assert_eq!((key, told), (expected, values), "{seconds} s");
         }
     }
 

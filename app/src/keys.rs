@@ -2,6 +2,8 @@
 //!
 //! Comes in: a key press as plain data. Goes out: an [`Action`]. Knows no browser.
 
+use crate::said::key;
+
 /// The screens, in the order of their numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tab {
@@ -114,7 +116,88 @@ pub enum Action {
     Queue(QueueKey),
     /// Something of the job.
     Cam(CamKey),
+    /// Keys, first steps and words.
+    Help,
+    /// All that can be done, to be searched.
+    Palette,
+    /// Save the project.
+    Save,
 }
+
+/// A key that people can look up, and what it does.
+#[derive(Clone, Copy, Debug)]
+pub struct Shortcut {
+    /// The screen it works on; none for everywhere.
+    pub tab: Option<Tab>,
+    /// How it is written.
+    pub keys: &'static str,
+    /// What it does, a key of the locale tables.
+    pub name: &'static str,
+    /// The same for the program.
+    pub action: Action,
+}
+
+const fn shortcut(tab: Option<Tab>, keys: &'static str, name: &'static str, action: Action) -> Shortcut {
+    Shortcut { tab, keys, name, action }
+}
+
+/// Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
+pub const SHORTCUTS: [Shortcut; 39] = [
+    shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), Action::Stop),
+    shortcut(None, "Escape", key!("page.key.escape"), Action::Escape),
+    shortcut(None, "1", key!("page.key.board"), Action::Show(Tab::Board)),
+    shortcut(None, "2", key!("page.key.cam"), Action::Show(Tab::Cam)),
+    shortcut(None, "3", key!("page.key.simulate"), Action::Show(Tab::Simulate)),
+    shortcut(None, "4", key!("page.key.machine"), Action::Show(Tab::Machine)),
+    shortcut(None, "5", key!("page.key.lab"), Action::Show(Tab::Lab)),
+    shortcut(None, "6", key!("page.key.settings"), Action::Show(Tab::Settings)),
+    shortcut(None, "Ctrl+o", key!("page.key.open"), Action::Open),
+    shortcut(None, "Ctrl+s", key!("page.key.save"), Action::Save),
+    shortcut(None, "Ctrl+u", key!("page.key.units"), Action::Units),
+    shortcut(None, "Ctrl+k", key!("page.key.palette"), Action::Palette),
+    shortcut(None, "F1", key!("page.key.help"), Action::Help),
+    shortcut(None, "F6", key!("page.key.region"), Action::Region(true)),
+    shortcut(None, "Shift+w", key!("page.key.speak"), Action::Speak),
+    shortcut(None, "Shift+1", key!("page.key.fit"), Action::Fit),
+    shortcut(None, "Shift++", key!("page.key.closer"), Action::ZoomIn),
+    shortcut(None, "Shift+_", key!("page.key.further"), Action::ZoomOut),
+    shortcut(None, "f", key!("page.key.flip"), Action::Flip),
+    shortcut(Some(Tab::Cam), "a", key!("page.key.add"), Action::Cam(CamKey::Add)),
+    shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), Action::Cam(CamKey::Move(true))),
+    shortcut(Some(Tab::Cam), "Alt+ArrowDown", key!("page.key.down"), Action::Cam(CamKey::Move(false))),
+    shortcut(Some(Tab::Cam), "Delete", key!("page.key.remove"), Action::Cam(CamKey::Remove)),
+    shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), Action::Cam(CamKey::Undo(true))),
+    shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), Action::Cam(CamKey::Undo(false))),
+    shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), Action::Cam(CamKey::Problem(true))),
+    shortcut(Some(Tab::Cam), "s", key!("page.key.simulate"), Action::Show(Tab::Simulate)),
+    shortcut(Some(Tab::Simulate), "Space", key!("page.key.play"), Action::Play),
+    shortcut(
+        Some(Tab::Simulate),
+        "ArrowRight",
+        key!("page.key.segment"),
+        Action::Step(Stride::Segment(true)),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Shift+ArrowRight",
+        key!("page.key.hole"),
+        Action::Step(Stride::Hole(true)),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Ctrl+ArrowRight",
+        key!("page.key.hundredth"),
+        Action::Step(Stride::Percent(true)),
+    ),
+    shortcut(Some(Tab::Simulate), ".", key!("page.key.faster"), Action::Faster(true)),
+    shortcut(Some(Tab::Simulate), "Home", key!("page.key.beginning"), Action::Beginning),
+    shortcut(Some(Tab::Simulate), "End", key!("page.key.end"), Action::End),
+    shortcut(Some(Tab::Machine), "Space", key!("page.key.pause"), Action::Pause),
+    shortcut(Some(Tab::Machine), "j", key!("page.key.arm"), Action::ArmKeys),
+    shortcut(Some(Tab::Lab), "F8", key!("page.key.run"), Action::Queue(QueueKey::Run)),
+    shortcut(Some(Tab::Lab), "F9", key!("page.key.break"), Action::Queue(QueueKey::Break)),
+    shortcut(Some(Tab::Lab), "F10", key!("page.key.step"), Action::Queue(QueueKey::Step)),
+];
 
 /// What a key asks of the job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,6 +255,19 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     }
     if key == "F6" {
         return Some(Action::Region(!press.shift));
+    }
+    if press.repeat && matches!(key, "F1" | "?") {
+        return None;
+    }
+    if key == "F1" || (key == "?" && !press.in_text && !press.ctrl && !press.alt) {
+        return Some(Action::Help);
+    }
+    if press.ctrl && !press.alt && !press.shift {
+        match key {
+            "k" | "K" | "/" => return Some(Action::Palette),
+            "s" | "S" => return Some(Action::Save),
+            _ => {}
+        }
     }
     if tab == Tab::Lab
         && !press.alt
@@ -237,6 +333,7 @@ fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
         return None;
     }
     match (tab, key) {
+        (Tab::Cam, "s" | "S") if !press.shift => Some(Action::Show(Tab::Simulate)),
         (Tab::Machine, " ") => (!press.repeat).then_some(Action::Pause),
         (Tab::Simulate, " ") => (!press.repeat).then_some(Action::Play),
         (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {
@@ -333,6 +430,11 @@ mod tests {
             ("F8", Tab::Machine, None),
             ("9", Tab::Board, None),
             ("Ctrl+Alt+u", Tab::Board, None),
+            ("text+?", Tab::Board, None),
+            ("Shift+?", Tab::Lab, Some(Action::Help)),
+            ("text+F1", Tab::Settings, Some(Action::Help)),
+            ("text+Ctrl+k", Tab::Cam, Some(Action::Palette)),
+            ("Ctrl+Alt+s", Tab::Cam, None),
             ("Enter", Tab::Machine, None),
             ("j", Tab::Machine, Some(Action::ArmKeys)),
             ("text+j", Tab::Machine, None),
@@ -340,6 +442,23 @@ mod tests {
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");
+        }
+    }
+
+    #[test]
+    fn what_the_help_says_of_a_key_is_what_the_key_does() {
+        for shortcut in SHORTCUTS {
+            let mut press = press(&shortcut.keys.replace("++", "+Plus"));
+            if press.key == "Plus" {
+                "+".clone_into(&mut press.key);
+            }
+            if press.key == "1" && press.shift {
+                "Digit1".clone_into(&mut press.code);
+            }
+            let tabs = shortcut.tab.map_or_else(|| Tab::ALL.to_vec(), |tab| vec![tab]);
+            for tab in tabs {
+                assert_eq!(action(&press, tab), Some(shortcut.action), "{} on {tab:?}", shortcut.keys);
+            }
         }
     }
 

@@ -14,6 +14,7 @@ pub mod keys;
 pub mod lab;
 pub mod layers;
 pub mod model;
+pub mod parts;
 pub mod picture;
 pub mod readout;
 pub mod said;

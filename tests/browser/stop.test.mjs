@@ -9,7 +9,7 @@ const SCREENS = ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
 
 /** Windows in px: phones upright and lying, tablets, a desktop at 200 % and at 400 %, and the edges of the layouts. */
 const SIZES = [
-  [320, 256], [320, 568], [360, 740], [390, 844], [480, 320], [640, 400], [700, 450], [768, 1024], [820, 1180], [926, 428],
+  [320, 256], [320, 568], [360, 225], [360, 740], [390, 844], [480, 320], [640, 400], [700, 450], [720, 450], [768, 1024], [820, 1180], [926, 428],
   [1023, 700], [1024, 768], [1280, 360], [1280, 800], [1400, 900],
 ];
 const EVERY = [256, 480, 768, 1200].flatMap((height) =>

@@ -21,8 +21,8 @@ pub enum Event {
     State(State),
     /// An alarm.
     Alarm(Diagnostic),
-    /// A job ended, after so many holes.
-    Ended(Ending, u32),
+    /// A job ended, after so many holes and so many toolpaths.
+    Ended(Ending, u32, u32),
     /// A wish was refused.
     Refused(Diagnostic),
     /// This page asked for something, by its name on the wire.

@@ -66,10 +66,18 @@ impl Document {
         kinds.min()
     }
 
+    /// Whether there is anything of a board in the files.
+    pub fn usable(&self) -> bool {
+        let board = &self.reading.board;
+        !(board.holes.is_empty()
+            && board.slots.is_empty()
+            && board.outline.is_empty()
+            && self.meshes.is_empty())
+    }
+
     /// Whether a person has to look before anything is planned.
     pub fn doubtful(&self) -> bool {
-        let empty = self.reading.board.holes.is_empty() && self.meshes.is_empty();
-        empty || self.diagnostics().any(|diagnostic| diagnostic.severity > Severity::Note)
+        !self.usable() || self.diagnostics().any(|diagnostic| diagnostic.severity > Severity::Note)
     }
 }
 

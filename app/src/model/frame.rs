@@ -49,6 +49,15 @@ pub struct Toast {
 /// So long a short word stays, in ms.
 const TOAST_MS: u32 = 8_000;
 
+/// What lies over the screen when the person asks for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overlay {
+    /// Keys, first steps, words.
+    Help,
+    /// All that can be done.
+    Palette,
+}
+
 /// Screen, units, colours; what is chosen and how it is looked at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
@@ -66,8 +75,12 @@ pub struct Frame {
     pub show_before: bool,
     /// Show the rapids from cut to cut.
     pub show_travel: bool,
+    /// The machine alone, large: for whoever stands at it.
+    pub operator: bool,
     /// How each layer is seen.
     pub layers: Vec<Look>,
+    /// What lies over the screen.
+    pub overlay: Option<Overlay>,
     /// The board is looked at from below.
     pub flipped: bool,
     /// Where the pointer is, work coordinates in mm.
@@ -97,7 +110,9 @@ impl Default for Frame {
             language: locale::FALLBACK.to_owned(),
             selected: None,
             show_before: false,
-            show_travel: true,
+            show_travel: false,
+            operator: false,
+            overlay: None,
             layers: Vec::new(),
             flipped: false,
             cursor_mm: None,
@@ -148,6 +163,16 @@ pub enum FrameEvent {
     /// Show the rapids or not.
     Travel {
         /// Shown.
+        on: bool,
+    },
+    /// Something is to lie over the screen, or nothing.
+    Overlay {
+        /// What.
+        overlay: Option<Overlay>,
+    },
+    /// The machine alone, large, or everything.
+    Operator {
+        /// The machine alone.
         on: bool,
     },
     /// Look at the board from below, or from above.
@@ -253,7 +278,10 @@ pub(super) fn follow(model: &mut Model) {
 pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
     let frame = &mut model.frame;
     match event {
-        FrameEvent::Show { tab } => frame.tab = tab,
+        FrameEvent::Show { tab } => {
+            frame.operator &= tab == Tab::Machine;
+            frame.tab = tab;
+        }
         FrameEvent::Units { unit } => {
             let other = if frame.unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
             frame.unit = unit.unwrap_or(other);
@@ -263,6 +291,13 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Select { hole } => frame.selected = hole,
         FrameEvent::Before { on } => frame.show_before = on,
         FrameEvent::Travel { on } => frame.show_travel = on,
+        FrameEvent::Overlay { overlay } => frame.overlay = overlay,
+        FrameEvent::Operator { on } => {
+            frame.operator = on;
+            if on {
+                frame.tab = Tab::Machine;
+            }
+        }
         FrameEvent::Flip { below } => frame.flipped = below.unwrap_or(!frame.flipped),
         FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
         FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),

@@ -33,7 +33,7 @@ pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
 pub use files::FilesEvent;
-pub use frame::{Frame, FrameEvent, Theme, Toast, ToastAct};
+pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};

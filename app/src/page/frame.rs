@@ -7,7 +7,7 @@ use super::slots::Slots;
 use crate::format::Unit;
 use crate::keys::{Action, Tab};
 use crate::layers::Look;
-use crate::model::{Theme, Toast};
+use crate::model::{Overlay, Theme, Toast};
 use leptos::prelude::*;
 
 /// What frames the work.
@@ -27,8 +27,12 @@ pub struct Frame {
     pub show_before: ReadSignal<bool>,
     /// Show the rapids from cut to cut.
     pub show_travel: ReadSignal<bool>,
+    /// The machine alone, large.
+    pub operator: ReadSignal<bool>,
     /// How each layer is seen.
     pub layers: ReadSignal<Vec<Look>>,
+    /// What lies over the screen.
+    pub overlay: ReadSignal<Option<Overlay>>,
     /// The board is looked at from below.
     pub flipped: ReadSignal<bool>,
     /// Where the pointer is, work coordinates in mm.
@@ -59,7 +63,9 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         selected: slots.part(|model| &model.frame.selected),
         show_before: slots.part(|model| &model.frame.show_before),
         show_travel: slots.part(|model| &model.frame.show_travel),
+        operator: slots.part(|model| &model.frame.operator),
         layers: slots.part(|model| &model.frame.layers),
+        overlay: slots.part(|model| &model.frame.overlay),
         flipped: slots.part(|model| &model.frame.flipped),
         cursor_mm: slots.part(|model| &model.frame.cursor_mm),
         zoom: slots.part(|model| &model.frame.zoom),

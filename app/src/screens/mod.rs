@@ -4,9 +4,11 @@
 
 mod board;
 mod cam;
+mod help;
 mod lab;
 mod layers;
 pub mod machine;
+mod palette;
 mod regions;
 mod review;
 mod settings;

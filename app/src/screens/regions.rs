@@ -7,10 +7,10 @@ use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Panel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
-use crate::model::{FilesEvent, FrameEvent};
+use crate::model::{ExportEvent, FilesEvent, FrameEvent, Overlay};
 use crate::page::link;
-use crate::page::open_lab;
 use crate::page::{frame, send};
+use crate::page::{open_board, open_lab};
 use crate::said::Text;
 use crate::screens::{cam, lab, machine, simulate};
 use crate::widgets::toast;
@@ -38,6 +38,7 @@ pub(crate) fn listen() {
     Effect::new(|_| {
         let address = match frame().tab.get() {
             Tab::Lab => format!("#/{}/{}", Tab::Lab.word(), open_lab().sheet.get().word()),
+            tab if frame().operator.get() => format!("#/{}?view=operator", tab.word()),
             tab => format!("#/{}", tab.word()),
         };
         if let Ok(history) = window().history() {
@@ -50,6 +51,7 @@ fn follow_address() {
     let hash = window().location().hash().unwrap_or_default();
     if let Some(tab) = Tab::of_address(&hash) {
         send(FrameEvent::Show { tab });
+        send(FrameEvent::Operator { on: tab == Tab::Machine && hash.contains("view=operator") });
     }
     if let Some(sheet) = Panel::of_address(&hash) {
         send(LabEvent::Show { sheet });
@@ -96,6 +98,12 @@ pub(crate) fn act(action: Action) {
         Action::Undo(back) => send(LabEvent::Undo { back }),
         Action::Queue(key) => lab::queue_key(key),
         Action::Cam(key) => cam::act(key),
+        Action::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
+        Action::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
+        Action::Save if open_board().document.with_untracked(Option::is_some) => {
+            send(ExportEvent::SaveProject)
+        }
+        Action::Save => {}
     }
 }
 

@@ -2,7 +2,9 @@
 //!
 //! Comes in: the state. Goes out: the page. Knows no screen's content.
 
-use super::{board, cam, lab, machine, review, settings, simulate, stage, status_bar, top_bar, welcome};
+use super::{
+    board, cam, help, lab, machine, palette, review, settings, simulate, stage, status_bar, top_bar, welcome,
+};
 use crate::keys::Tab;
 use crate::page::{frame, open_board};
 use leptos::html::{div, h1, main};
@@ -23,7 +25,8 @@ pub(crate) fn shell() -> impl IntoView {
         Tab::Cam => cam::cam().into_any(),
         Tab::Simulate => simulate::simulate().into_any(),
     };
-    div().class("shell").child((
+    let view = move || frame().operator.get().then_some("operator");
+    div().class("shell").attr("data-view", view).child((
         div().class("head").child((top_bar::top_bar(), machine::alarm())),
         main()
             .class("work")
@@ -35,5 +38,7 @@ pub(crate) fn shell() -> impl IntoView {
             .child((h1().class("unseen").child(move || top_bar::name_of(tab.get())), stage::stage(), screen)),
         status_bar::status_bar(),
         machine::tool_change(),
+        help::help(),
+        palette::palette(),
     ))
 }

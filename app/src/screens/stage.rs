@@ -111,8 +111,27 @@ pub(crate) fn stage() -> impl IntoView {
             .attr("aria-label", t!("page.view.tools"))
             .child(Vec::from(buttons)),
         side(),
+        scale(),
         toasts(),
     ))
+}
+
+/// How long a scale bar is at most, in CSS pixels.
+const SCALE_PX: f64 = 120.0;
+
+/// A round length as it is seen now.
+fn scale() -> impl IntoView {
+    let bar = move || frame().unit.get().scale(frame().zoom.get(), SCALE_PX);
+    move || {
+        bar().map(|(px, length)| {
+            let text = format!("{} {}", crate::format::plain(length), crate::i18n::unit_word());
+            div()
+                .class("scale")
+                .attr("aria-hidden", "true")
+                .style(("width", format!("{px:.1}px")))
+                .child(text)
+        })
+    }
 }
 
 /// Which side is looked at.

@@ -5,8 +5,8 @@
 use crate::format::Unit;
 use crate::i18n::{self, key, say, t};
 use crate::keys::Tab;
-use crate::model::FrameEvent;
 use crate::model::Theme;
+use crate::model::{FrameEvent, Overlay};
 use crate::page::link;
 use crate::page::{frame, open_board, send};
 use crate::screens::machine::words;
@@ -33,10 +33,21 @@ pub(crate) fn top_bar() -> impl IntoView {
     header().class("top-bar").attr("id", "top").attr("tabindex", "-1").child((
         div().class("brand").child((icon(Icon::Annulus), strong().child(project))),
         tabs(),
-        div().class("top-tools").child((units(), span().class("wide").child(themes()), languages())),
+        div().class("top-tools").child((help(), units(), span().class("wide").child(themes()), languages())),
         connection(),
         stop_zone(),
     ))
+}
+
+fn help() -> impl IntoView {
+    button()
+        .attr("type", "button")
+        .class("button icon quiet")
+        .attr("aria-label", t!("page.help.title"))
+        .attr("title", t!("page.help.title"))
+        .attr("aria-keyshortcuts", "F1")
+        .on(ev::click, |_| send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }))
+        .child("?")
 }
 
 fn project() -> String {

@@ -24,6 +24,8 @@ extern "C" {
     fn scale(this: &VisualViewport) -> f64;
     #[wasm_bindgen(method, getter)]
     fn width(this: &VisualViewport) -> f64;
+    #[wasm_bindgen(method, getter)]
+    fn height(this: &VisualViewport) -> f64;
     #[wasm_bindgen(method, getter, js_name = offsetLeft)]
     fn left(this: &VisualViewport) -> f64;
     #[wasm_bindgen(method, getter, js_name = offsetTop)]
@@ -94,8 +96,10 @@ fn place(seen: &VisualViewport) {
     let root = document().document_element().and_then(|root| root.dyn_into::<web_sys::HtmlElement>().ok());
     let Some(root) = root else { return };
     let end = f64::from(root.client_width()) - seen.left() - seen.width();
+    let foot = f64::from(root.client_height()) - seen.top() - seen.height();
     let style = root.style();
     let _ = style.set_property("--stop-end", &format!("{}px", end.max(0.0)));
+    let _ = style.set_property("--stop-foot", &format!("{}px", foot.max(0.0)));
     let _ = style.set_property("--stop-top", &format!("{}px", seen.top().max(0.0)));
     let _ = style.set_property("--stop-scale", &(1.0 / seen.scale().max(1.0)).to_string());
 }

@@ -89,6 +89,21 @@ pub fn width(work: &Work, operation: &Operation) -> Option<Length> {
     (uses && matches!(bit.cutter, Cutter::Vee { .. })).then(|| bit.width_at(operation.depth))
 }
 
+/// How narrow and how wide the V-bit of `operation` can cut: through the copper, and with all of its edge.
+pub fn widths(work: &Work, operation: &Operation) -> Option<(Length, Length)> {
+    width(work, operation)?;
+    let bit = work.bit(&operation.bit)?;
+    Some((bit.width_at(COPPER_THICKNESS + DEPTH_MARGIN), bit.diameter))
+}
+
+/// With the operation at `at` as deep as its V-bit cuts `wanted` wide at the surface; none where it cannot.
+pub fn widened(work: &Work, at: usize, wanted: Length) -> Option<Work> {
+    let operation = work.operations.get(at)?;
+    let (low, high) = widths(work, operation)?;
+    let depth = work.bit(&operation.bit)?.depth_for(wanted).filter(|_| wanted >= low && wanted <= high)?;
+    Some(changed(work, at, |operation| operation.depth = depth))
+}
+
 /// A bit to begin with, whose name is not taken.
 pub fn new_bit(work: &Work) -> Bit {
     let free = |number: &u32| work.bit(&format!("Mill {number}")).is_none();
@@ -235,6 +250,20 @@ mod tests {
         let expected = 0.1 + 2.0 * 0.08 * libm::tan(15.0_f64.to_radians());
         assert!((found[0].unwrap().mm() - expected).abs() < 2e-6, "{found:?}");
         assert_eq!(found[1..], [None, None]);
+    }
+
+    #[test]
+    fn the_depth_follows_the_width_that_is_wanted() {
+        let before = work(&["isolate", "cut_out"]);
+        let um = Length::from_um;
+        let after = widened(&before, 0, um(200)).unwrap();
+        let told = width(&after, &after.operations[0]).unwrap();
+        assert!((told - um(200)).mm().abs() < 2e-6, "{told:?}");
+        let (low, high) = widths(&before, &before.operations[0]).unwrap();
+        assert!(widened(&before, 0, low).is_some() && widened(&before, 0, high).is_some());
+        assert_eq!(widened(&before, 0, low - um(1)), None, "not through the copper");
+        assert_eq!(widened(&before, 0, high + um(1)), None, "wider than the bit");
+        assert_eq!(widened(&before, 1, um(200)), None, "an end mill has one width");
     }
 
     #[test]

@@ -44,11 +44,11 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::Armed { job, stream_digest, checks } => {
             link.armed = Some(Armed { job, stream_digest, checks });
         }
-        Tell::Ended { job, ending, holes_done, .. } => {
+        Tell::Ended { job, ending, holes_done, toolpaths_done } => {
             link.interrupted = None;
-            link.note(wall_ms, Noted::Ended(ending, holes_done));
+            link.note(wall_ms, Noted::Ended(ending, holes_done, toolpaths_done));
             let by_you = ending == Ending::Stopped && stop::pressed_here(link, model.clock.page_ms);
-            link.ended = Some(Ended { job, ending, holes_done, by_you });
+            link.ended = Some(Ended { job, ending, holes_done, toolpaths_done, by_you });
         }
         Tell::Interrupted { job, name, next_leg, holes_done, holes_total, .. } => {
             link.interrupted = Some(Interrupted { job, name, next_leg, holes_done, holes_total });

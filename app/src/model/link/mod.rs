@@ -91,6 +91,8 @@ pub struct Ended {
     pub ending: Ending,
     /// Holes drilled.
     pub holes_done: u32,
+    /// Toolpaths milled.
+    pub toolpaths_done: u32,
     /// It was stopped, and STOP was pressed in this page.
     pub by_you: bool,
 }

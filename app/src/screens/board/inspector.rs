@@ -3,8 +3,8 @@
 //! Comes in: the plan. Goes out: order, first bit, accepted errors.
 
 use crate::engine::messages::Planned;
-use crate::format::clock;
-use crate::i18n::{key, say, t};
+use crate::format::duration;
+use crate::i18n::{key, say, sentence, t};
 use crate::keys::Tab;
 use crate::model::{Event, FilesEvent, FrameEvent, JobEvent};
 use crate::page::{frame, open_board, open_job, send};
@@ -87,8 +87,8 @@ fn travel(plan: &Planned) -> impl IntoView + use<> {
     let (slow, quick) = (plan.hop_time_before_s, plan.hop_time_after_s);
     let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
     let largest = before.max(after).max(1e-9);
-    let before_text = t!("page.plan.before", metres = metres(before), time = clock(slow));
-    let after_text = t!("page.plan.after", metres = metres(after), time = clock(quick));
+    let before_text = t!("page.plan.before", metres = metres(before), time = sentence(&duration(slow)));
+    let after_text = t!("page.plan.after", metres = metres(after), time = sentence(&duration(quick)));
     let saved = if before > 0.0 { (1.0 - after / before) * 100.0 } else { 0.0 };
     div().class("travel").child((
         span().child(before_text),
@@ -103,7 +103,9 @@ fn gains(waits: Memo<bool>) -> impl IntoView {
     let desk = open_board();
     let before = frame().show_before;
     let total = move || {
-        desk.timed.with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| clock(timed.total_s)))
+        desk.timed.with(|timed| {
+            timed.as_ref().map_or_else(|| "–".to_owned(), |timed| sentence(&duration(timed.total_s)))
+        })
     };
     let holes = move || {
         desk.timed

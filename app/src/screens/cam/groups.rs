@@ -38,10 +38,18 @@ fn by_name(proved: &Proved) -> BTreeMap<&str, usize> {
     proved.findings.iter().enumerate().map(|(at, finding)| (finding.id.as_str(), at)).collect()
 }
 
+/// The groups as they are listed: what has to be read before what need not, and crumbs of copper last.
+fn listed(proved: &Proved) -> Vec<&Group> {
+    let mut groups: Vec<&Group> = proved.groups.iter().collect();
+    let crumbs = |group: &Group| matches!(group.kind, Kind::Remnant | Kind::Sliver | Kind::Fragment);
+    groups.sort_by_key(|group| (crumbs(group), !group.must_be_read));
+    groups
+}
+
 /// All places in the order in which they are listed.
 pub(super) fn order(proved: &Proved) -> Vec<usize> {
     let by_name = by_name(proved);
-    proved.groups.iter().flat_map(|group| members(group, &by_name)).collect()
+    listed(proved).into_iter().flat_map(|group| members(group, &by_name)).collect()
 }
 
 /// The name under which it is known whether a group is open: the same while widths change.
@@ -71,7 +79,7 @@ pub(super) fn open_for(bench: OpenJob, proved: &Proved, at: usize) {
 /// The list.
 pub(super) fn groups(bench: OpenJob, proved: &Arc<Proved>) -> impl IntoView + use<> {
     let by_name = by_name(proved);
-    let lines = proved.groups.iter().map(|group| {
+    let lines = listed(proved).into_iter().map(|group| {
         let members = members(group, &by_name);
         line(bench, proved.clone(), group.clone(), members).into_any()
     });

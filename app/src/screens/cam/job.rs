@@ -9,8 +9,8 @@
 //! Comes in: the job. Goes out: edits of it.
 
 use super::entry::entry;
-use crate::format::clock;
-use crate::i18n::{self, say, t};
+use crate::format::duration;
+use crate::i18n::{self, say, sentence, t};
 use crate::model::{FrameEvent, JobEvent};
 use crate::page::{OpenJob, frame, open_board, open_job, send};
 use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if};
@@ -26,7 +26,7 @@ use leptos::prelude::*;
 use std::sync::Arc;
 
 /// The name of an operation for people.
-pub(super) fn name_of(operation: &Operation) -> String {
+pub(crate) fn name_of(operation: &Operation) -> String {
     if operation.name.is_empty() {
         i18n::text(&operation.action.title_key(), &[])
     } else {
@@ -197,7 +197,9 @@ fn line(bench: OpenJob, number: usize, at: usize) -> impl IntoView {
 fn totals() -> impl IntoView {
     let desk = open_board();
     let time = move || {
-        desk.timed.with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| clock(timed.total_s)))
+        desk.timed.with(|timed| {
+            timed.as_ref().map_or_else(|| "–".to_owned(), |timed| sentence(&duration(timed.total_s)))
+        })
     };
     let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
     let travel = move || {

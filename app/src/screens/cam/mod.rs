@@ -18,6 +18,8 @@ mod problems;
 mod run_sheet;
 mod values;
 
+pub(crate) use job::name_of;
+
 use crate::keys::CamKey;
 use crate::model::JobEvent;
 use crate::page::{open_job, send};

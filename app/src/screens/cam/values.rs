@@ -4,6 +4,7 @@
 
 use super::entry::entry;
 use super::job::name_of;
+use crate::format::{Unit, typed};
 use crate::i18n::{say, t};
 use crate::page::{OpenJob, frame, open_job};
 use crate::widgets::push;
@@ -11,8 +12,9 @@ use crate::workbench::edit;
 use annulus_core::cam::parameters::{BIT, OPERATION, Parameter};
 use annulus_core::cam::work::{Action, Operation, Work};
 use annulus_core::job::Bit;
+use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{details, div, h2, header, label, option, p, section, select, span, summary};
+use leptos::html::{details, div, h2, header, input, label, option, p, section, select, span, summary};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -58,7 +60,11 @@ fn fields(bench: OpenJob, at: usize, operation: &Operation) -> impl IntoView + u
     let rows = OPERATION.iter().filter(|row| !ELSEWHERE.contains(&row.key) && row.value(operation).is_some());
     let rows: Vec<AnyView> = rows.map(|row| field(bench, at, row)).collect();
     let mills = !matches!(operation.action, Action::Drill(_));
-    div().class("setting-list").child((mills.then(|| bit(bench, at)), rows, mills.then(|| bits(bench))))
+    div().class("setting-list").child((
+        mills.then(|| (bit(bench, at), width(bench, at))),
+        rows,
+        mills.then(|| bits(bench)),
+    ))
 }
 
 fn field(bench: OpenJob, at: usize, row: &'static Parameter<Operation>) -> AnyView {
@@ -93,16 +99,6 @@ fn bit(bench: OpenJob, at: usize) -> impl IntoView {
         };
         names.get().unwrap_or_default().into_iter().map(one).collect::<Vec<_>>()
     };
-    let width = move || {
-        let found = bench.work.with(|work| {
-            let work = work.as_ref()?;
-            edit::width(work, work.operations.get(at)?)
-        });
-        found.map(|width| {
-            let size = frame().unit.get().coordinate(width.mm());
-            say!("page.cam.width", width = size, unit = crate::i18n::unit_word())
-        })
-    };
     div().class("setting").child((
         label().attr("for", "cam-bit").child(t!("page.cam.bit")),
         select()
@@ -113,8 +109,53 @@ fn bit(bench: OpenJob, at: usize) -> impl IntoView {
                 bench.change(None, |work| edit::changed(work, at, |operation| operation.bit = name));
             })
             .child(options),
-        span().class("quiet tabular").attr("role", "status").child(width),
     ))
+}
+
+/// How wide a V-bit shall cut: what is typed decides how deep it goes, and the depth says how wide that is.
+fn width(bench: OpenJob, at: usize) -> impl IntoView {
+    let now = Memo::new(move |_| {
+        bench.work.with(|work| {
+            let work = work.as_ref()?;
+            let operation = work.operations.get(at)?;
+            Some((edit::width(work, operation)?, edit::widths(work, operation)?))
+        })
+    });
+    let any = Memo::new(move |_| now.with(Option::is_some));
+    let refused = RwSignal::new(false);
+    let unit = || frame().unit.get();
+    let type_in = move |event| {
+        let scale = if frame().unit.get_untracked() == Unit::Inch { 25.4 } else { 1.0 };
+        let wanted = typed(&event_target_value(&event)).map(|number| Length::from_mm(number * scale));
+        let after = bench.work.with_untracked(|work| edit::widened(work.as_ref()?, at, wanted?));
+        refused.set(after.is_none());
+        if let Some(after) = after {
+            bench.change(None, move |_| after);
+        }
+    };
+    let why = move || {
+        let (_, (low, high)) = now.get().filter(|_| refused.get())?;
+        let (low, high) = (unit().coordinate(low.mm()), unit().coordinate(high.mm()));
+        let text = say!("page.cam.width_between", low = low, high = high, unit = crate::i18n::unit_word());
+        Some(p().class("refusal").attr("role", "alert").child(text))
+    };
+    move || {
+        any.get().then(|| {
+            let value = move || now.get().map(|(width, _)| unit().coordinate(width.mm())).unwrap_or_default();
+            let field = input()
+                .attr("type", "text")
+                .attr("id", "cam-width")
+                .attr("inputmode", "decimal")
+                .attr("aria-invalid", move || refused.get().then_some("true"))
+                .prop("value", value)
+                .on(ev::change, type_in);
+            div().class("setting").child((
+                label().attr("for", "cam-width").child(t!("page.cam.width_wanted")),
+                span().class("with-unit").child((field, span().child(crate::i18n::unit_word))),
+                why,
+            ))
+        })
+    }
 }
 
 /// All bits of the job, to be changed.

@@ -27,8 +27,9 @@ fn in_words(event: &Event) -> String {
             let look = words::state(*state);
             format!("{}. {}", crate::i18n::text(look.word, &[]), crate::i18n::text(look.meaning, &[]))
         }
-        Event::Ended(ending, holes) => {
-            crate::i18n::text(words::ending(*ending), &[("holes", holes.to_string())])
+        Event::Ended(ending, holes, toolpaths) => {
+            let made = crate::screens::machine::made(true, *holes, *toolpaths);
+            crate::i18n::text(words::ending(*ending), &[("made", made)])
         }
         Event::Alarm(diagnostic) | Event::Refused(diagnostic) => {
             format!("{} {}", message(diagnostic), advice(diagnostic))

@@ -5,12 +5,13 @@
 use super::{ended, words};
 use crate::health::observer;
 use crate::i18n::{advice, key, message, say, t};
+use crate::keys::Tab;
 use crate::model::{LinkEvent, StartEvent};
 use crate::page::link::{self, Freshness, Link, Notice, Ousted, Phase};
-use crate::page::send;
+use crate::page::{frame, send};
 use crate::widgets::{Icon, icon, push, push_if};
-use annulus_core::control::State;
-use annulus_core::wire::Ask;
+use annulus_core::control::{Alarm, State};
+use annulus_core::wire::{Ask, DrilledReport};
 use leptos::html::{div, p, span, strong};
 use leptos::prelude::*;
 
@@ -22,15 +23,20 @@ pub(crate) fn banner() -> impl IntoView {
     let known =
         Memo::new(move |_| line.phase.get() == Phase::Open && line.freshness.get() != Freshness::Lost);
     let buttons = move || known.get().then(|| control(line));
+    // The alarm says all of it, and who has control too.
+    let alarmed = alarm_of(line);
     move || {
+        if alarmed.get().is_some() {
+            return None;
+        }
         let look = look.get();
         let (word, meaning) = (look.word, look.meaning);
-        div().class(format!("banner {}", look.tone)).attr("role", "status").child((
+        Some(div().class(format!("banner {}", look.tone)).attr("role", "status").child((
             icon(look.icon),
             strong().child(move || crate::i18n::text(word, &[])),
             span().class("grow").child(move || crate::i18n::text(meaning, &[])),
             buttons,
-        ))
+        )))
     }
 }
 
@@ -52,12 +58,15 @@ fn control(line: Link) -> impl IntoView {
     }
 }
 
+fn alarm_of(line: Link) -> Memo<Option<Alarm>> {
+    Memo::new(move |_| line.status.with(|status| status.as_ref().and_then(|status| status.alarm.clone())))
+}
+
 /// The alarm, on every screen until it was acknowledged.
 pub fn alarm() -> impl IntoView {
     let line = link::link();
-    let alarm = Memo::new(move |_| {
-        line.status.with(|status| status.as_ref().and_then(|status| status.alarm.clone()))
-    });
+    let alarm = alarm_of(line);
+    let at_machine = Memo::new(move |_| frame().tab.get() == Tab::Machine);
     move || {
         alarm.get().map(|alarm| {
             let (code, what, cure) = (alarm.code.clone(), alarm.clone(), alarm);
@@ -67,6 +76,7 @@ pub fn alarm() -> impl IntoView {
                     .class("grow")
                     .child((strong().child(move || message(&what)), p().child(move || advice(&cure)))),
                 span().class("quiet tabular").child(code),
+                move || at_machine.get().then(|| control(line)),
                 push_if(
                     "button",
                     move || line.control.get().yours,
@@ -80,9 +90,48 @@ pub fn alarm() -> impl IntoView {
     }
 }
 
-/// A job that was broken off and can be taken up.
-pub(crate) fn interrupted() -> impl IntoView {
+/// What is told under the banner, the gravest first. One at a time: whoever closes it sees the next, and the log has them all.
+#[derive(Clone, Copy, PartialEq)]
+enum Told {
+    Refused,
+    Ousted,
+    Ended,
+    Interrupted,
+}
+
+/// Which of them is on show; none while an alarm says more than they do.
+fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<Told>> {
+    let alarm = alarm_of(line);
+    Memo::new(move |_| {
+        let rows = [
+            (Told::Refused, line.refused.with(Option::is_some)),
+            (Told::Ousted, line.ousted.with(Option::is_some)),
+            (Told::Ended, ended::is_to_be_told(line, closed.get())),
+            (Told::Interrupted, line.interrupted.with(Option::is_some)),
+        ];
+        let told = rows.into_iter().find(|(_, is)| *is).map(|(told, _)| told);
+        told.filter(|_| alarm.with(Option::is_none))
+    })
+}
+
+/// Why control was lost, why the last wish was refused, how the last job ended, what can be taken up: they stay until somebody
+/// closes them.
+pub(crate) fn answers() -> impl IntoView {
     let line = link::link();
+    let closed = RwSignal::new(None);
+    let foremost = foremost(line, closed);
+    move || {
+        Some(match foremost.get()? {
+            Told::Refused => refused(line).into_any(),
+            Told::Ousted => ousted(line).into_any(),
+            Told::Ended => ended::ended(closed).into_any(),
+            Told::Interrupted => interrupted(line).into_any(),
+        })
+    }
+}
+
+/// A job that was broken off and can be taken up.
+fn interrupted(line: Link) -> impl IntoView {
     move || {
         let offer = line.interrupted.get()?;
         let idle = matches!(line.state(), Some(State::Ready | State::NotHomed | State::Alarm));
@@ -102,10 +151,8 @@ pub(crate) fn interrupted() -> impl IntoView {
     }
 }
 
-/// Why control was lost, why the last wish was refused, how the last job ended: they stay until somebody closes them.
-pub(crate) fn answers() -> impl IntoView {
-    let line = link::link();
-    let refused = move || {
+fn refused(line: Link) -> impl IntoView {
+    move || {
         line.refused.get().map(|why| {
             let cure = why.clone();
             div().class("notice tone-alarm").attr("role", "alert").child((
@@ -118,8 +165,11 @@ pub(crate) fn answers() -> impl IntoView {
                 }),
             ))
         })
-    };
-    let ousted = move || {
+    }
+}
+
+fn ousted(line: Link) -> impl IntoView {
+    move || {
         line.ousted.get().map(|why| {
             let (what, cure) = match why {
                 Ousted::Taken => (key!("page.ousted.taken"), key!("page.ousted.taken_do")),
@@ -134,6 +184,5 @@ pub(crate) fn answers() -> impl IntoView {
                 }),
             ))
         })
-    };
-    (ousted, refused, ended::ended())
+    }
 }

@@ -11,12 +11,9 @@ use crate::page::link::{self, Ended, Link, Notice};
 use crate::page::send;
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::{Ending, State};
-use annulus_core::wire::{DrilledReport, Status};
+use annulus_core::wire::DrilledReport;
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
-
-/// The alarm that says the same until it is acknowledged.
-const ALARM: &str = "control.board_differs";
 
 /// What of the board is not as programmed; none where nothing is, or where a job is in work.
 pub(super) fn differs(line: Link) -> Option<DrilledReport> {
@@ -24,29 +21,42 @@ pub(super) fn differs(line: Link) -> Option<DrilledReport> {
     told.filter(|told| *told != DrilledReport::default() && !line.busy())
 }
 
-/// The notice.
-pub(super) fn ended() -> impl IntoView {
+/// Whether there is anything to say of it; `closed` is what was read and closed.
+pub(super) fn is_to_be_told(line: Link, closed: Option<DrilledReport>) -> bool {
+    match differs(line) {
+        Some(told) => closed != Some(told),
+        None => line.ended.with(Option::is_some),
+    }
+}
+
+/// The notice. What is closed goes into `closed`.
+pub(super) fn ended(closed: RwSignal<Option<DrilledReport>>) -> impl IntoView {
     let line = link::link();
     let differs = Memo::new(move |_| differs(line));
-    let closed = RwSignal::new(None::<DrilledReport>);
-    let in_alarm = Memo::new(move |_| {
-        let code = |status: &Status| status.alarm.as_ref().is_some_and(|alarm| alarm.code == ALARM);
-        line.status.with(|status| status.as_deref().is_some_and(code))
-    });
     move || match (differs.get(), line.ended.get()) {
-        _ if in_alarm.get() => None,
-        (Some(told), ended) if closed.get() != Some(told) => {
-            Some(not_as_programmed(line, told, ended.as_ref(), closed).into_any())
-        }
-        (Some(_), _) | (None, None) => None,
+        (Some(told), ended) => Some(not_as_programmed(line, told, ended.as_ref(), closed).into_any()),
         (None, Some(ended)) => Some(as_told(ended).into_any()),
+        (None, None) => None,
+    }
+}
+
+/// What a job made: holes, toolpaths, or both. `drills` is whether it was to drill anything.
+pub(crate) fn made(drills: bool, holes: u32, toolpaths: u32) -> String {
+    match (holes > 0 || drills && toolpaths == 0, toolpaths > 0) {
+        (true, true) => say!("page.ended.both", holes = holes, toolpaths = toolpaths),
+        (true, false) => say!("page.ended.holes", holes = holes),
+        (false, _) => say!("page.ended.toolpaths", toolpaths = toolpaths),
     }
 }
 
 fn as_told(ended: Ended) -> impl IntoView {
     let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
     let word = by_you.unwrap_or_else(|| words::ending(ended.ending));
-    let text = move || crate::i18n::text(word, &[("holes", ended.holes_done.to_string())]);
+    let drills = link::link()
+        .shown_job
+        .with_untracked(|job| job.as_ref().is_none_or(|job| job.program.hole_count() > 0));
+    let (holes, toolpaths) = (ended.holes_done, ended.toolpaths_done);
+    let text = move || crate::i18n::text(word, &[("made", made(drills, holes, toolpaths))]);
     let (class, sign) = match ended.ending {
         Ending::Done => ("notice tone-run", Icon::Check),
         Ending::StoppedAfterHole | Ending::Stopped => ("notice tone-pause", Icon::Pause),

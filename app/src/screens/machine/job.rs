@@ -3,12 +3,13 @@
 //! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
 
 use super::{ended, words};
-use crate::format::clock;
-use crate::i18n::{language, say, t};
+use crate::format::duration;
+use crate::i18n::{key, language, say, sentence, t};
 use crate::model::{StartEvent, Unseen};
 use crate::page::link::{self, Link};
 use crate::page::send;
-use crate::page::{frame, open_board};
+use crate::page::{frame, open_board, open_job};
+use crate::parts::{self, Part};
 use crate::screens::shown;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
@@ -78,11 +79,23 @@ fn progress(line: Link) -> impl IntoView {
     };
     let times = move || {
         let of_job = |status: &Status| status.job.is_some().then_some((status.elapsed_s, status.left_s));
-        from(line, of_job)
-            .map(|(elapsed, left)| say!("page.job.times", elapsed = clock(elapsed), left = clock(left)))
+        from(line, of_job).map(|(elapsed, left)| {
+            say!("page.job.times", elapsed = sentence(&duration(elapsed)), left = sentence(&duration(left)))
+        })
     };
+    let part = part_in_work(line);
+    let idle = move || {
+        let done =
+            counts.get().0 == 0 && there.get().is_none() && from(line, |status| status.job.clone()).is_none();
+        let planned = line.shown_job.get().filter(|_| done)?;
+        let (holes, toolpaths) = (planned.program.hole_count(), planned.program.toolpath_count());
+        Some(say!("page.job.planned", holes = holes, toolpaths = toolpaths))
+    };
+    let title =
+        move || part.get().map_or_else(|| idle().unwrap_or_else(holes), |(part, _)| sentence_of(&part));
     div().class("job-progress").child((
-        div().class("big").child((strong().child(holes), span().child(percent))),
+        div().class("big").child((strong().child(title), span().child(percent))),
+        p().class("tabular").child(within(part)),
         html::progress()
             .attr("aria-label", t!("page.job.progress"))
             .attr("max", "1")
@@ -91,20 +104,87 @@ fn progress(line: Link) -> impl IntoView {
     ))
 }
 
+/// The hole or the toolpath in work, of those of its part.
+fn within(part: Memo<Option<(Named, u32)>>) -> impl Fn() -> Option<String> + Send + Sync + 'static {
+    move || {
+        part.get().map(|(part, done)| {
+            let done = (done + 1).min(part.part.count);
+            if part.part.drills {
+                say!("page.job.holes", done = done, total = part.part.count)
+            } else {
+                say!("page.job.toolpaths", done = done, total = part.part.count)
+            }
+        })
+    }
+}
+
+/// A part of the job in work, and what it is called.
+#[derive(Clone, PartialEq)]
+struct Named {
+    part: Part,
+    number: usize,
+    of: usize,
+    bit: String,
+    operation: Option<String>,
+}
+
+/// The part in work, and how many of its holes or toolpaths are done; none where no job runs.
+fn part_in_work(line: Link) -> Memo<Option<(Named, u32)>> {
+    let operations = Memo::new(move |_| {
+        let own = open_board().job.with(|own| own.as_ref().map(|own| own.key.clone()));
+        let shown = line.shown_job.with(|job| job.as_ref().map(|job| job.key.clone()));
+        let plan = open_board().plan.get().filter(|_| own == shown);
+        plan.map(|plan| plan.toolpath_operations.clone()).unwrap_or_default()
+    });
+    let all = Memo::new(move |_| {
+        let of = |operations: &Vec<u16>| {
+            line.shown_job.with(|job| job.as_ref().map(|job| parts::parts(&job.program, operations)))
+        };
+        operations.with(of).unwrap_or_default()
+    });
+    let leg = Memo::new(move |_| from(line, |status| status.job.as_ref().and(status.leg)));
+    Memo::new(move |_| {
+        let (leg, parts) = (leg.get()?, all.get());
+        line.shown_job.with(|job| {
+            let program = &job.as_ref()?.program;
+            let place = parts::place(program, &parts, leg)?;
+            let part = *parts.get(place.at)?;
+            let bit = part.bit.and_then(|bit| program.bits.get(bit as usize));
+            let bit = bit.map(|bit| bit.title(&language())).unwrap_or_default();
+            let work = open_job().work.get();
+            let operation =
+                part.operation.and_then(|at| work.as_ref()?.operations.get(usize::from(at)).cloned());
+            let operation = operation.map(|operation| crate::screens::cam::name_of(&operation));
+            Some((Named { part, number: place.at + 1, of: parts.len(), bit, operation }, place.done))
+        })
+    })
+}
+
+/// What is being done, and how much of the job it is.
+fn sentence_of(named: &Named) -> String {
+    let work = named.operation.clone().unwrap_or_else(|| {
+        crate::i18n::text(
+            if named.part.drills { key!("page.stage.drill") } else { key!("page.stage.mill") },
+            &[],
+        )
+    });
+    say!("page.job.part", number = named.number, of = named.of, work = work, bit = named.bit)
+}
+
 /// XY › approach › drilling › retract, the one in work marked.
 fn stages(line: Link) -> impl IntoView {
     let now = Memo::new(move |_| from(line, |status| status.stage));
-    let chips = words::STAGES.map(|(stage, word)| {
-        span()
-            .class("stage-chip")
-            .attr("aria-current", move || (now.get() == Some(stage)).then_some("step"))
-            .child(move || crate::i18n::text(word, &[]))
-    });
-    div()
-        .class("stages")
-        .attr("role", "group")
-        .attr("aria-label", t!("page.stage.title"))
-        .child(Vec::from(chips))
+    let mills = Memo::new(move |_| words::mills(line));
+    let chips = move || {
+        let chip = |(stage, word)| {
+            span()
+                .class("stage-chip")
+                .attr("aria-current", move || (now.get() == Some(stage)).then_some("step"))
+                .child(move || crate::i18n::text(word, &[]))
+        };
+        words::stages(mills.get()).map(chip).into_iter().collect::<Vec<_>>()
+    };
+    div().class("stages").attr("role", "group").attr("aria-label", t!("page.stage.title")).child(chips)
 }
 
 fn controls(line: Link) -> impl IntoView {

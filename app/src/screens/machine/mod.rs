@@ -20,30 +20,49 @@ mod tool_change;
 pub mod words;
 
 pub use banner::alarm;
+pub(crate) use ended::made;
 pub(crate) use jog::arm_keys;
 pub use tool_change::tool_change;
 
-use crate::page::link;
+use crate::i18n::say;
+use crate::model::FrameEvent;
+use crate::page::{frame, link, send};
+use crate::widgets::push;
 use leptos::html::div;
 use leptos::prelude::*;
+
+/// Set-up and moving by hand. On a phone they are behind a button: who holds one mostly watches.
+fn operate() -> impl IntoView {
+    let open = RwSignal::new(false);
+    let word = move || if open.get() { say!("page.operator.watch") } else { say!("page.operator.operate") };
+    div()
+        .class("panel left set-up")
+        .attr("data-operate", move || if open.get() { "yes" } else { "no" })
+        .child((
+            push("button operate", word, move |_| open.update(|open| *open = !*open)),
+            set_up::set_up(),
+            jog::jog(),
+        ))
+}
+
+/// The way into the large view of the machine alone, and out of it.
+fn large() -> impl IntoView {
+    let on = frame().operator;
+    let word = move || if on.get() { say!("page.operator.leave") } else { say!("page.operator.enter") };
+    push("button small quiet large-view", word, move |_| {
+        send(FrameEvent::Operator { on: !on.get_untracked() })
+    })
+}
 
 /// Everything around the map.
 pub fn machine() -> impl IntoView {
     let line = link::link();
     let met = Memo::new(move |_| line.ever.get());
     let sides = move || {
-        met.get().then(|| {
-            (
-                div().class("panel left set-up").child((set_up::set_up(), jog::jog())),
-                div().class("panel right job").child((job::job(), sensors::sensors())),
-            )
-        })
+        met.get().then(|| (operate(), div().class("panel right job").child((job::job(), sensors::sensors()))))
     };
-    let top = div().class("top machine-top").child((
-        banner::banner(),
-        banner::interrupted(),
-        banner::answers(),
-        move || met.get().then(readouts::readouts),
-    ));
+    let top = div().class("top machine-top").child((banner::banner(), banner::answers(), move || {
+        met.get().then(|| (readouts::readouts(), large()))
+    }));
     (top, sides, move || (!met.get()).then(connect::connect), preflight::preflight())
 }

@@ -60,13 +60,13 @@ pub(crate) fn sensors() -> impl IntoView {
         let rows: Vec<_> = slips.with(|slips| slips.iter().map(slip).collect());
         (!rows.is_empty()).then(|| (h3().child(t!("page.slip.title")), ul().child(rows)))
     };
-    section().class("block").attr("aria-label", t!("page.sensor.title")).child((
+    section().class("block sensors").attr("aria-label", t!("page.sensor.title")).child((
         h3().child(t!("page.sensor.title")),
         div()
             .class("lamps")
             .attr("role", "list")
             .child(Vec::from(Input::ALL.map(|input| lamp(input, inputs)))),
-        h3().child(t!("page.sensor.phases")),
+        h3().class("phases-title").child(t!("page.sensor.phases")),
         div().class("phase-bits").child(bits),
         lost,
     ))

@@ -9,7 +9,7 @@ use annulus_core::control::{Ending, State};
 use annulus_core::job::Input;
 use annulus_core::steps::Stage;
 use annulus_core::wire::Verdict;
-use leptos::prelude::Get;
+use leptos::prelude::{Get, With};
 
 /// How a state is shown: word, colour class, sign.
 #[derive(Clone, Copy, PartialEq)]
@@ -85,16 +85,31 @@ pub fn of(line: Link) -> Look {
         let lost = line.ever.get();
         return phase(if lost { Phase::Lost } else { line.phase.get() });
     }
-    line.state().map_or_else(|| phase(Phase::Connecting), state)
+    match line.state() {
+        Some(State::Running) if mills(line) => {
+            Look { word: key!("page.state.milling"), ..state(State::Running) }
+        }
+        Some(now) => state(now),
+        None => phase(Phase::Connecting),
+    }
 }
 
-/// The stages of a hole, in their order.
-pub const STAGES: [(Stage, &str); 4] = [
-    (Stage::Travel, key!("page.stage.travel")),
-    (Stage::Approach, key!("page.stage.approach")),
-    (Stage::Drill, key!("page.stage.drill")),
-    (Stage::Retract, key!("page.stage.retract")),
-];
+/// Whether a toolpath is in work, and not a hole.
+pub fn mills(line: Link) -> bool {
+    line.status.with(|status| status.as_ref().is_some_and(|status| status.toolpath.is_some()))
+}
+
+/// The stages of a hole or of a toolpath, in their order.
+pub const fn stages(mills: bool) -> [(Stage, &'static str); 4] {
+    let work =
+        if mills { (Stage::Mill, key!("page.stage.mill")) } else { (Stage::Drill, key!("page.stage.drill")) };
+    [
+        (Stage::Travel, key!("page.stage.travel")),
+        (Stage::Approach, key!("page.stage.approach")),
+        work,
+        (Stage::Retract, key!("page.stage.retract")),
+    ]
+}
 
 /// The word for `stage`.
 pub fn stage(stage: Stage) -> &'static str {

@@ -29,21 +29,31 @@ pub(crate) fn review() -> impl IntoView {
         push("button", t!("page.review.discard"), |_| send(FilesEvent::Discarded)),
         push_if(
             "button primary large",
-            move || desk.unseen().is_none(),
+            move || desk.unseen().is_none() && usable(),
             t!("page.review.go"),
             |_| send(FilesEvent::Reviewed),
         ),
     ));
     let unseen = move || {
+        if !usable() {
+            return Some(
+                p().class("refusal").attr("role", "status").child(t!("page.review.unusable")).into_any(),
+            );
+        }
         let word = match desk.unseen()? {
             Unseen::Several => key!("page.review.unseen_several"),
             Unseen::Unread => key!("page.review.unseen"),
             Unseen::Board => key!("page.review.unseen_board"),
         };
-        Some(p().class("quiet").child(move || crate::i18n::text(word, &[])))
+        Some(p().class("quiet").attr("role", "status").child(move || crate::i18n::text(word, &[])).into_any())
     };
     let body = move || desk.document.get().map(|document| files(&document));
     div().class("whole").child(div().class("review").child((head, unseen, body)))
+}
+
+/// Whether anything of the files can be drilled, milled or looked at.
+fn usable() -> bool {
+    open_board().document.with(|document| document.as_ref().is_some_and(|document| document.usable()))
 }
 
 const COLUMNS: [&str; 6] = [

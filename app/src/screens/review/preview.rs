@@ -6,12 +6,16 @@ use crate::engine::messages::FileRow;
 use crate::layers::Kind;
 use crate::model::Document;
 use crate::view::{Colour, Mesh, Palette};
+use annulus_core::geometry::Point;
+use annulus_core::units::Length;
 use leptos::html::{self, canvas};
 use leptos::prelude::*;
 use std::sync::Arc;
 use wasm_bindgen::JsCast;
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
 
+/// A hole whose size no file says.
+const UNSIZED: Length = Length::from_um(800);
 /// Its size in pixels.
 const WIDTH: u32 = 112;
 const HEIGHT: u32 = 72;
@@ -25,6 +29,9 @@ pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> O
     if let Some((_, mesh)) = boards.find(|(board, _)| board.picture_of == Some(index)) {
         return Some(picture(mesh.clone(), colour));
     }
+    if let Some(mesh) = drawn(document, file) {
+        return Some(picture(Arc::new(mesh), colour));
+    }
     let rows = &document.reading.layers;
     let own = rows.iter().position(|row| row.file == Some(index));
     let copper = || {
@@ -35,6 +42,43 @@ pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> O
     let at = own.or_else(copper)?;
     let mesh = document.meshes.get(at)?.clone();
     Some(picture(mesh, colour))
+}
+
+/// What no layer shows: the holes of a drill file, the shape of an outline.
+fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
+    let board = &document.reading.board;
+    let mesh = match file.role.as_str() {
+        "drill" => {
+            let source = board.sources.iter().position(|name| *name == file.name)?;
+            let own = board.holes.iter().filter(|hole| hole.source as usize == source);
+            discs(own.map(|hole| (hole.at, hole.diameter.unwrap_or(UNSIZED))))
+        }
+        "outline" => {
+            let body = crate::picture::scene(board, document.reading.body, &Palette::DARK).body;
+            Mesh {
+                triangles: (0..body.len() as u32 / 3).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect(),
+                corners_mm: body,
+            }
+        }
+        _ => return None,
+    };
+    (!mesh.triangles.is_empty()).then_some(mesh)
+}
+
+/// Round holes as eight triangles each.
+fn discs(holes: impl Iterator<Item = (Point, Length)>) -> Mesh {
+    let mut mesh = Mesh::default();
+    for (at, diameter) in holes {
+        let (x, y, r) = (at.x.mm() as f32, at.y.mm() as f32, (diameter.mm() / 2.0).max(0.3) as f32);
+        let first = mesh.corners_mm.len() as u32;
+        mesh.corners_mm.push([x, y]);
+        for step in 0..8_u8 {
+            let angle = f64::from(step) * std::f64::consts::FRAC_PI_4;
+            mesh.corners_mm.push([x + r * libm::cos(angle) as f32, y + r * libm::sin(angle) as f32]);
+            mesh.triangles.push([first, first + 1 + u32::from(step), first + 1 + u32::from(step + 1) % 8]);
+        }
+    }
+    mesh
 }
 
 /// Triangles as a small picture.

@@ -1,0 +1,79 @@
+//! Help: the keys that there are, the first steps from a file to a board, and what the words mean.
+//!
+//! Comes in: the table of keys. Goes out: a dialog.
+
+use crate::i18n::{self, key, t};
+use crate::keys::{SHORTCUTS, Tab};
+use crate::model::{FrameEvent, Overlay};
+use crate::page::{frame, send};
+use crate::screens::top_bar::name_of;
+use crate::widgets::{Dialog, dialog, push};
+use leptos::html::{dd, div, dl, dt, h3, kbd, li, ol, section, span};
+use leptos::prelude::*;
+
+const STEPS: [&str; 5] = [
+    key!("page.help.step_open"),
+    key!("page.help.step_cam"),
+    key!("page.help.step_simulate"),
+    key!("page.help.step_machine"),
+    key!("page.help.step_start"),
+];
+
+const WORDS: [(&str, &str); 6] = [
+    (key!("page.help.home"), key!("page.help.home_is")),
+    (key!("page.help.zero"), key!("page.help.zero_is")),
+    (key!("page.help.isolate"), key!("page.help.isolate_is")),
+    (key!("page.help.bit"), key!("page.help.bit_is")),
+    (key!("page.help.travel"), key!("page.help.travel_is")),
+    (key!("page.help.proof"), key!("page.help.proof_is")),
+];
+
+fn word(key: &'static str) -> impl Fn() -> String + Send + Sync + 'static {
+    move || i18n::text(key, &[])
+}
+
+/// How a key is written for people.
+pub(super) fn written(keys: &str) -> String {
+    let arrows = [("ArrowUp", "↑"), ("ArrowDown", "↓"), ("ArrowRight", "→"), ("Escape", "Esc")];
+    let plain = arrows.into_iter().fold(keys.to_owned(), |text, (from, to)| text.replace(from, to));
+    let (before, last) =
+        plain.rsplit_once('+').filter(|(_, last)| !last.is_empty()).unwrap_or(("", plain.as_str()));
+    let last = if last.chars().count() == 1 { last.to_uppercase() } else { last.to_owned() };
+    if before.is_empty() { last } else { format!("{before} + {last}") }
+}
+
+fn keys_of(tab: Option<Tab>) -> impl IntoView {
+    let rows = SHORTCUTS.iter().filter(move |shortcut| shortcut.tab == tab);
+    let rows = rows.map(|shortcut| {
+        li().child((kbd().child(written(shortcut.keys)), span().child(word(shortcut.name)))).into_any()
+    });
+    let title = move || tab.map_or_else(|| i18n::text(key!("page.help.everywhere"), &[]), name_of);
+    section().child((h3().child(title), ol().class("keys").child(rows.collect::<Vec<_>>())))
+}
+
+fn close() {
+    send(FrameEvent::Overlay { overlay: None });
+}
+
+/// The dialog.
+pub(super) fn help() -> impl IntoView {
+    let tabs = [None, Some(Tab::Cam), Some(Tab::Simulate), Some(Tab::Machine), Some(Tab::Lab)];
+    let steps = STEPS.map(|step| li().child(word(step)));
+    let words = WORDS.map(|(name, meaning)| (dt().child(word(name)), dd().child(word(meaning))));
+    let body = div().class("help").child((
+        section().child((h3().child(t!("page.help.steps")), ol().class("steps").child(Vec::from(steps)))),
+        div().class("key-groups").child(Vec::from(tabs.map(keys_of))),
+        section().child((h3().child(t!("page.help.words")), dl().child(Vec::from(words)))),
+    ));
+    dialog(
+        Signal::derive(move || frame().overlay.get() == Some(Overlay::Help)),
+        close,
+        Dialog {
+            name: "help",
+            role: "dialog",
+            title: Box::new(t!("page.help.title")),
+            body: body.into_any(),
+            foot: push("button primary", t!("page.close"), |_| close()).into_any(),
+        },
+    )
+}
