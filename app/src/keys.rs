@@ -137,6 +137,21 @@ pub struct Shortcut {
     pub action: Action,
 }
 
+impl Shortcut {
+    /// How it is written for people.
+    pub fn written(&self) -> String {
+        let signs =
+            [("ArrowUp", "↑"), ("ArrowDown", "↓"), ("ArrowRight", "→"), ("Escape", "Esc"), ("_", "-")];
+        let text = signs.into_iter().fold(self.keys.to_owned(), |text, (from, to)| text.replace(from, to));
+        let (before, last) = match text.strip_suffix("++") {
+            Some(before) => (before, "+"),
+            None => text.rsplit_once('+').unwrap_or(("", &text)),
+        };
+        let last = if last.chars().count() == 1 { last.to_uppercase() } else { last.to_owned() };
+        if before.is_empty() { last } else { format!("{before} + {last}") }
+    }
+}
+
 const fn shortcut(tab: Option<Tab>, keys: &'static str, name: &'static str, action: Action) -> Shortcut {
     Shortcut { tab, keys, name, action }
 }

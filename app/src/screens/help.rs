@@ -32,20 +32,10 @@ fn word(key: &'static str) -> impl Fn() -> String + Send + Sync + 'static {
     move || i18n::text(key, &[])
 }
 
-/// How a key is written for people.
-pub(super) fn written(keys: &str) -> String {
-    let arrows = [("ArrowUp", "↑"), ("ArrowDown", "↓"), ("ArrowRight", "→"), ("Escape", "Esc")];
-    let plain = arrows.into_iter().fold(keys.to_owned(), |text, (from, to)| text.replace(from, to));
-    let (before, last) =
-        plain.rsplit_once('+').filter(|(_, last)| !last.is_empty()).unwrap_or(("", plain.as_str()));
-    let last = if last.chars().count() == 1 { last.to_uppercase() } else { last.to_owned() };
-    if before.is_empty() { last } else { format!("{before} + {last}") }
-}
-
 fn keys_of(tab: Option<Tab>) -> impl IntoView {
     let rows = SHORTCUTS.iter().filter(move |shortcut| shortcut.tab == tab);
     let rows = rows.map(|shortcut| {
-        li().child((kbd().child(written(shortcut.keys)), span().child(word(shortcut.name)))).into_any()
+        li().child((kbd().child(shortcut.written()), span().child(word(shortcut.name)))).into_any()
     });
     let title = move || tab.map_or_else(|| i18n::text(key!("page.help.everywhere"), &[]), name_of);
     section().child((h3().child(title), ol().class("keys").child(rows.collect::<Vec<_>>())))

@@ -2,7 +2,6 @@
 //!
 //! Comes in: the table of keys, what is typed. Goes out: the action that was chosen.
 
-use super::help::written;
 use super::regions;
 use crate::i18n::{self, t};
 use crate::keys::{Action, SHORTCUTS, Shortcut};
@@ -66,13 +65,19 @@ fn search(
             at.set(0);
         })
         .on(ev::keydown, move |event| match event.key().as_str() {
-            "ArrowDown" | "ArrowUp" => {
+            "ArrowDown" => {
                 event.prevent_default();
-                step(event.key() == "ArrowDown");
+                step(true);
             }
-            "Enter" if !event.is_composing() => {
+            "ArrowUp" => {
                 event.prevent_default();
-                run();
+                step(false);
+            }
+            "Enter" => {
+                event.prevent_default();
+                if !event.is_composing() {
+                    run();
+                }
             }
             _ => {}
         })
@@ -134,6 +139,6 @@ fn line(row: usize, shortcut: &'static Shortcut, at: RwSignal<usize>) -> impl In
         .on(ev::click, move |_| choose(shortcut.action))
         .child((
             span().class("grow").child(move || i18n::text(shortcut.name, &[])),
-            kbd().child(written(shortcut.keys)),
+            kbd().child(shortcut.written()),
         ))
 }
