@@ -1,6 +1,12 @@
 //! Turns `www/locales/*.toml` into sorted tables of (key, text): one file, one language.
+//!
+//! Comes in: the files. Goes out: `locales.rs` with the languages and their names, and their tables. The page carries English alone
+//! and fetches the others when they are chosen, so for wasm only that table is written.
 
 use std::{env, fmt::Write, fs, path::Path};
+
+/// The language whose table is always compiled in.
+const ALWAYS: &str = "en";
 
 fn flatten(prefix: &str, table: &toml::Table, rows: &mut Vec<(String, String)>) {
     for (name, value) in table {
@@ -15,25 +21,29 @@ fn flatten(prefix: &str, table: &toml::Table, rows: &mut Vec<(String, String)>) 
 
 fn main() {
     let folder = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../www/locales");
+    let in_browser = env::var("CARGO_CFG_TARGET_FAMILY").is_ok_and(|family| family.contains("wasm"));
     println!("cargo::rerun-if-changed={}", folder.display());
     let mut files: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     files.sort();
-    let mut source = String::from("pub(super) const TABLES: &[(&str, &[(&str, &str)])] = &[\n");
-    for path in files {
+    let mut languages = String::from("pub(super) const LANGUAGES: [(&str, &str); COUNT] = [\n");
+    let mut tables = String::from("pub(super) const TABLES: [(&str, &[(&str, &str)]); COUNT] = [\n");
+    for path in &files {
         println!("cargo::rerun-if-changed={}", path.display());
-        let text = fs::read_to_string(&path).unwrap();
+        let text = fs::read_to_string(path).unwrap();
         let table: toml::Table = text.parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let mut rows = Vec::new();
         flatten("", &table, &mut rows);
         rows.sort();
         let language = path.file_stem().unwrap().to_string_lossy().into_owned();
-        writeln!(source, "({language:?}, &[").unwrap();
-        for (key, text) in rows {
-            writeln!(source, "({key:?}, {text:?}),").unwrap();
+        let name = rows.iter().find(|(key, _)| key == "page.language").map_or(&language, |(_, name)| name);
+        writeln!(languages, "({language:?}, {name:?}),").unwrap();
+        writeln!(tables, "({language:?}, &[").unwrap();
+        for (key, text) in rows.iter().filter(|_| !in_browser || language == ALWAYS) {
+            writeln!(tables, "({key:?}, {text:?}),").unwrap();
         }
-        source.push_str("]),\n");
+        tables.push_str("]),\n");
     }
-    source.push_str("];\n");
+    let source = format!("const COUNT: usize = {};\n{languages}];\n{tables}];\n", files.len());
     fs::write(Path::new(&env::var("OUT_DIR").unwrap()).join("locales.rs"), source).unwrap();
 }

@@ -1,7 +1,9 @@
 //! Numbers as people read them: lengths in the unit on show, times as clocks.
 //!
 //! Comes in: millimetres and seconds. Goes out: text without its unit (that stands beside it, from the locale
-//! tables). Knows no browser.
+//! tables). Knows no browser. What people type is read by the core.
+
+pub use annulus_core::locale::typed;
 
 use crate::said::{Text, key};
 
@@ -90,16 +92,6 @@ pub fn clock(seconds: f64) -> String {
     }
 }
 
-/// A number typed by a person: `0,8` is `0.8`. Both marks in one number, or a thousands mark, is no number.
-pub fn typed(text: &str) -> Option<f64> {
-    let text = text.trim();
-    let marks = text.chars().filter(|c| matches!(c, ',' | '.')).count();
-    if marks > 1 || text.is_empty() || text.contains(char::is_whitespace) {
-        return None;
-    }
-    text.replace(',', ".").parse().ok().filter(|value: &f64| value.is_finite())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,21 +152,5 @@ mod tests {
             assert_eq!(clock(seconds), text);
         }
         assert_eq!(clock(f64::NAN), "00:00");
-    }
-
-    #[test]
-    fn numbers_as_people_type_them() {
-        let rows = [
-            ("0,8", Some(0.8)),
-            (" 12.5 ", Some(12.5)),
-            ("1,234.5", None),
-            ("1 000", None),
-            ("", None),
-            ("-3", Some(-3.0)),
-            ("1e999", None),
-        ];
-        for (text, value) in rows {
-            assert_eq!(typed(text), value, "{text:?}");
-        }
     }
 }

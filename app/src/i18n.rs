@@ -51,6 +51,11 @@ pub fn text(key: &str, args: &[(&str, String)]) -> String {
     locale::text(&language(), key, &args)
 }
 
+/// A measure that stands alone, as the language writes it.
+pub fn number(text: impl AsRef<str>) -> String {
+    locale::number(&language(), text.as_ref())
+}
+
 /// The word for the unit of lengths on show.
 pub fn unit_word() -> String {
     match page::frame().unit.get() {

@@ -63,11 +63,11 @@ pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
     paths.into_iter().flat_map(below).collect()
 }
 
-/// Copies `from` into `to`; the locale tables are compiled in and stay behind.
+/// Copies `from` into `to`; the English table is compiled in and stays behind.
 fn copy(from: &Path, to: &Path) -> Done {
     for file in files_below(from) {
         let Ok(name) = file.strip_prefix(from) else { continue };
-        if name.starts_with("locales") {
+        if name.ends_with("locales/en.toml") {
             continue;
         }
         let place = to.join(name);

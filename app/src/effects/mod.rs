@@ -8,6 +8,7 @@
 
 mod files;
 mod jobs;
+mod languages;
 mod session;
 mod site;
 mod socket;
@@ -34,6 +35,7 @@ pub fn surroundings() -> Surroundings {
 pub fn begin() {
     files::listen();
     site::begin();
+    languages::begin();
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });
     }
@@ -67,6 +69,7 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::ChooseFiles => files::choose(),
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::Sample => files::sample(),
+        Effect::Speak { language } => languages::speak(language),
         Effect::LookInStore => store::look(),
         Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
         Effect::TakeFromStore { place } => store::take(place),

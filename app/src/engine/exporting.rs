@@ -1,8 +1,8 @@
-//! All sides of a job in a controller's words, numbered in the order of running, and the run sheet.
+//! All sides of a job in a controller's words, numbered in the order of running, and what their run sheet says.
 //!
 //! ```text
 //!  job ─ side by side: plan ─▶ program ─ proof ─┬─ something unread on any side: nothing is written
-//!                                               └─▶ 01-bottom-… 02-bottom-… 03-top-…  run sheet
+//!                                               └─▶ 01-bottom-… 02-bottom-… 03-top-…  briefing
 //! ```
 //!
 //! Comes in: the job, what was read of its findings, a dialect. Goes out: [`Exported`]. Does not know workers, nor downloads.
@@ -63,9 +63,7 @@ pub(super) fn export(
         let program = Program { name, ..side.program };
         files.push(dialect(&program, &briefing, index).map_err(|why| vec![why])?);
     }
-    let sheet = post::run_sheet(&wanted.language, &briefing, &files);
-    let files = files.into_iter().flatten().map(|file| (file.name, file.text));
-    Ok(Exported { files: files.collect(), sheet, unread })
+    Ok(Exported { sides: files, briefing, unread })
 }
 
 /// What the files say of the job, with the times of its bits.

@@ -8,9 +8,10 @@ use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::{Bounds, Point};
+use annulus_core::job::Briefing;
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
-use annulus_core::post::RunSheet;
+use annulus_core::post::{self, OutputFile, RunSheet};
 use annulus_core::project::saved::{Project, Said};
 use annulus_core::proof::{Finding, Group, Whole};
 use annulus_core::units::Length;
@@ -225,19 +226,29 @@ pub struct ToExport {
     pub text: Option<String>,
     /// Arcs become lines that are at most so far off, in mm.
     pub lines_only: Option<f64>,
-    /// The language of the run sheet.
-    pub language: String,
 }
 
 /// A job that was written; nothing is, while something in it is unread.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Exported {
-    /// Names and texts of the programs, in the order of running.
-    pub files: Vec<(String, String)>,
-    /// What the person takes to the machine.
-    pub sheet: RunSheet,
+    /// The programs of each side, in the order of running.
+    pub sides: Vec<Vec<OutputFile>>,
+    /// What the run sheet says of them, in no language yet.
+    pub briefing: Briefing,
     /// What nobody has read yet, side by side: findings of the proof and errors of the plan.
     pub unread: Vec<(Face, u32)>,
+}
+
+impl Exported {
+    /// All programs, in the order of running.
+    pub fn files(&self) -> impl Iterator<Item = &OutputFile> {
+        self.sides.iter().flatten()
+    }
+
+    /// What the person takes to the machine, in `language`. The page makes it: a worker knows no language but its own.
+    pub fn sheet(&self, language: &str) -> RunSheet {
+        post::run_sheet(language, &self.briefing, &self.sides)
+    }
 }
 
 /// A program to be written in a controller's words, while its template is edited.

@@ -439,37 +439,36 @@ mod tests {
         let plan = two_sided(&mut ask);
         assert_eq!(plan.work.faces().len(), 2);
         let mut export = |read: Vec<String>, target: &str, lines_only| -> Exported {
-            let (target, language) = (target.to_owned(), "en".to_owned());
-            let wanted = ToExport { plan: plan.clone(), read, target, text: None, lines_only, language };
+            let target = target.to_owned();
+            let wanted = ToExport { plan: plan.clone(), read, target, text: None, lines_only };
             let Answer::Exported(exported) = ask(Request::Export(wanted)) else { panic!() };
             *exported
         };
         let first = export(Vec::new(), "grbl", None);
         assert_eq!(first.unread, [], "two pads far apart leave nothing to be read");
-        let names: Vec<&str> = first.files.iter().map(|(name, _)| name.as_str()).collect();
+        let names: Vec<&str> = first.files().map(|file| file.name.as_str()).collect();
         assert!(names.len() > 3, "{names:?}");
         for (number, name) in (1..).zip(&names) {
             assert!(name.starts_with(&format!("{number:02}-")), "{names:?}");
         }
         let sides: Vec<bool> = names.iter().map(|name| name.contains("-bottom-")).collect();
         assert!(sides.contains(&true) && sides.contains(&false), "{names:?}");
-        let listed: Vec<&str> = first
-            .sheet
+        let sheet = first.sheet("en");
+        let listed: Vec<&str> = sheet
             .rows
             .iter()
             .filter_map(|row| if let SheetRow::File(cells) = row { Some(cells[1][0].as_str()) } else { None })
             .collect();
         assert_eq!(listed, names, "the run sheet has the same in the same order");
-        assert!(first.sheet.rows.iter().any(|row| matches!(row, SheetRow::Turn(_))), "and where to turn");
+        assert!(sheet.rows.iter().any(|row| matches!(row, SheetRow::Turn(_))), "and where to turn");
         let arcs = |exported: &Exported| {
             exported
-                .files
-                .iter()
-                .any(|(_, text)| text.lines().any(|line| line.starts_with("G3") || line.starts_with("G2 ")))
+                .files()
+                .any(|file| file.text.lines().any(|line| line.starts_with("G3") || line.starts_with("G2 ")))
         };
         assert!(arcs(&first) && !arcs(&export(Vec::new(), "grbl", Some(0.005))));
         let own: Vec<String> =
-            export(Vec::new(), "fanuc", None).files.into_iter().map(|(name, _)| name).collect();
+            export(Vec::new(), "fanuc", None).files().map(|file| file.name.clone()).collect();
         assert_eq!(own.len(), 2, "a changer needs one file a side: {own:?}");
         assert_ne!(own[0], own[1]);
     }
@@ -485,14 +484,14 @@ mod tests {
                 operation.spindle_rpm = 0;
             }
         }
-        let (target, language) = ("grbl".to_owned(), "en".to_owned());
-        let wanted = ToExport { plan, read: Vec::new(), target, text: None, lines_only: None, language };
+        let target = "grbl".to_owned();
+        let wanted = ToExport { plan, read: Vec::new(), target, text: None, lines_only: None };
         let Answer::Exported(exported) = ask(Request::Export(wanted.clone())).unwrap() else { panic!() };
-        assert!(exported.files.is_empty() && exported.unread.len() == 1, "{:?}", exported.unread);
+        assert!(exported.sides.is_empty() && exported.unread.len() == 1, "{:?}", exported.unread);
         assert_ne!(exported.unread[0].0, up);
         let target = "nobody".to_owned();
         let why = ask(Request::Export(ToExport { target, ..wanted })).unwrap();
-        assert!(matches!(why, Answer::Exported(exported) if exported.files.is_empty()), "unread goes first");
+        assert!(matches!(why, Answer::Exported(exported) if exported.sides.is_empty()), "unread goes first");
     }
 
     #[test]

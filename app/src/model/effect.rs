@@ -102,6 +102,11 @@ pub enum Effect {
         /// Who asks.
         session: Option<Paired>,
     },
+    /// Have the table of a language; comes back as [`super::FrameEvent::Spoken`].
+    Speak {
+        /// Its word.
+        language: String,
+    },
     /// Look for what was kept; comes back as [`super::KeepEvent::Found`].
     LookInStore,
     /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`].

@@ -175,7 +175,6 @@ fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
         target: model.template.target.clone(),
         text: model.template.own_text(),
         lines_only: model.export.lines_only.then_some(CHORD_ERROR_MM),
-        language: model.frame.language.clone(),
     };
     let number = model.next_request();
     let request = Request::Export(wanted.clone());
@@ -254,12 +253,12 @@ fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effec
     }
     match purpose {
         Purpose::RunSheet => {
-            model.export.run_sheet = Some(exported.sheet);
+            model.export.run_sheet = Some(exported.sheet(&model.frame.language));
             model.export.outcome = None;
             Vec::new()
         }
         Purpose::Files => {
-            let (outcome, file) = packed(model, exported);
+            let (outcome, file) = packed(model, &exported);
             model.export.outcome = Some(outcome);
             file.into_iter().collect()
         }
@@ -267,16 +266,17 @@ fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effec
 }
 
 /// A single program as it is, and several in one zip with the run sheet.
-fn packed(model: &Model, exported: Exported) -> (Outcome, Option<Effect>) {
-    let names: Vec<String> = exported.files.iter().map(|(name, _)| name.clone()).collect();
-    if let [(name, text)] = exported.files.as_slice() {
-        let file = saved(name, "text/plain", text.clone().into_bytes());
-        return (Outcome::Saved { names }, Some(file));
+fn packed(model: &Model, exported: &Exported) -> (Outcome, Option<Effect>) {
+    let names: Vec<String> = exported.files().map(|file| file.name.clone()).collect();
+    let mut files: Vec<_> =
+        exported.files().map(|file| (file.name.clone(), file.text.clone().into_bytes())).collect();
+    if files.len() == 1 {
+        let file = files.pop().map(|(name, text)| saved(&name, "text/plain", text));
+        return (Outcome::Saved { names }, file);
     }
     let name = format!("{}-{}.zip", board_name(model), model.template.target);
-    let sheet = (RUN_SHEET.to_owned(), exported.sheet.html().into_bytes());
-    let files = exported.files.into_iter().map(|(name, text)| (name, text.into_bytes()));
-    match artwork::packed(&files.chain([sheet]).collect::<Vec<_>>()) {
+    files.push((RUN_SHEET.to_owned(), exported.sheet(&model.frame.language).html().into_bytes()));
+    match artwork::packed(&files) {
         Ok(bytes) => (Outcome::Saved { names }, Some(saved(&name, "application/zip", bytes))),
         Err(why) => (Outcome::Refused { why }, None),
     }

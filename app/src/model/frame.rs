@@ -145,10 +145,17 @@ pub enum FrameEvent {
         /// Which.
         theme: Theme,
     },
-    /// Another language.
+    /// Another language is wanted.
     Language {
         /// Its word.
         language: String,
+    },
+    /// Its table is there, or could not be had.
+    Spoken {
+        /// Its word.
+        language: String,
+        /// It is there.
+        there: bool,
     },
     /// A hole was chosen, or none.
     Select {
@@ -287,7 +294,11 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             frame.unit = unit.unwrap_or(other);
         }
         FrameEvent::Colours { theme } => frame.theme = theme,
-        FrameEvent::Language { language } => frame.language = language,
+        FrameEvent::Language { language } => return vec![Effect::Speak { language }],
+        FrameEvent::Spoken { language, there: true } => frame.language = language,
+        FrameEvent::Spoken { there: false, .. } => {
+            return vec![toast(model, Text::of(key!("page.language_missing")), None)];
+        }
         FrameEvent::Select { hole } => frame.selected = hole,
         FrameEvent::Before { on } => frame.show_before = on,
         FrameEvent::Travel { on } => frame.show_travel = on,

@@ -116,20 +116,16 @@ pub(crate) fn themes() -> impl IntoView {
         .child(Vec::from(options))
 }
 
-/// Shown only when there is a choice.
-fn languages() -> impl IntoView {
-    let all: Vec<_> = locale::languages().collect();
-    (all.len() > 1).then(|| {
-        let name = |language: &str| locale::lookup(language, "page.language").unwrap_or(language).to_owned();
-        let options = all.iter().copied().map(|language| {
-            menu_word(language, move || i18n::language() == language, move || name(language))
-        });
-        select()
-            .class("plain")
-            .attr("aria-label", t!("page.language_title"))
-            .on(ev::change, |event| send(FrameEvent::Language { language: event_target_value(&event) }))
-            .child(options.collect::<Vec<_>>())
-    })
+/// The menu of languages, each by its own name; small screens have it in the settings alone.
+pub(crate) fn languages() -> impl IntoView {
+    let options = locale::languages().map(|(language, name)| {
+        menu_word(language, move || i18n::language() == language, move || name.to_owned())
+    });
+    select()
+        .class("plain")
+        .attr("aria-label", t!("page.language_title"))
+        .on(ev::change, |event| send(FrameEvent::Language { language: event_target_value(&event) }))
+        .child(options.collect::<Vec<_>>())
 }
 
 fn connection() -> impl IntoView {

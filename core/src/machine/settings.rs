@@ -7,6 +7,7 @@
 use super::table::SECTIONS;
 use super::{Machine, validate};
 use crate::diagnostic::Diagnostic;
+use crate::locale;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -153,6 +154,9 @@ impl Kind {
                 }
                 range(low, high)
             }
+            (kind, Value::Text(text)) if !matches!(kind, Kind::Choice(_)) && locale::has_two_marks(text) => {
+                diagnostic("marks")
+            }
             _ => diagnostic("kind"),
         }
     }
@@ -218,10 +222,11 @@ mod tests {
 
     #[test]
     fn a_bad_value_names_its_field_and_changes_nothing() {
-        let rows: [(&str, Value, &str); 16] = [
+        let rows: [(&str, Value, &str); 17] = [
             ("x.max_speed", Value::Number(f64::NAN), "machine.setting_range"),
             ("x.max_speed", Value::Number(0.0), "machine.setting_range"),
             ("x.max_speed", Value::Text("fast".into()), "machine.setting_kind"),
+            ("x.max_speed", Value::Text("1,234.5".into()), "machine.setting_marks"),
             ("x.home_end", Value::Text("left".into()), "machine.setting_choice"),
             ("x.min", Value::Number(900.0), "machine.range_inside_out"),
             ("stroke.feed", Value::Number(400.0), "machine.feed_too_fast"),

@@ -25,6 +25,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Briefing, Command, Leg, Mark, Program};
 use crate::units::Length;
+use serde::{Deserialize, Serialize};
 
 /// How far a bit's radius may be from the one a template is for.
 const RADIUS_SLACK: Length = Length::from_um(1);
@@ -32,7 +33,7 @@ const RADIUS_SLACK: Length = Length::from_um(1);
 const LONGEST_NAME: usize = 60;
 
 /// A file that was written.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OutputFile {
     /// Its name with extension.
     pub name: String,

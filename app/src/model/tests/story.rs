@@ -18,6 +18,7 @@ use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::{Value, virtual_drill};
+use annulus_core::post::OutputFile;
 use annulus_core::project::saved::{Project, Said};
 use annulus_core::proof::{Finding, Kind};
 use annulus_core::units::Length;
@@ -167,8 +168,10 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         Ok(Answer::Proved(Proved { findings, ..Proved::default() }))
     };
     let export = |names: &[&str], unread: Vec<(Face, u32)>| {
-        let files = names.iter().map(|name| ((*name).to_owned(), "G21".to_owned())).collect();
-        Ok(Answer::Exported(Box::new(Exported { files, unread, ..Exported::default() })))
+        let file =
+            |name: &&str| OutputFile { name: (*name).to_owned(), text: "G21".to_owned(), bits: Vec::new() };
+        let sides = vec![names.iter().map(file).collect()];
+        Ok(Answer::Exported(Box::new(Exported { sides, unread, ..Exported::default() })))
     };
     Some(match word {
         "opened" => ("open", Ok(project(None))),

@@ -14,7 +14,7 @@ use crate::i18n::{self, key, message, say, t};
 use crate::model::LinkEvent;
 use crate::page::{frame, open_board};
 use crate::page::{link, send};
-use crate::screens::top_bar::{theme_word, themes};
+use crate::screens::top_bar::{languages, theme_word, themes};
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Kind, SECTIONS, Setting, Value};
@@ -95,6 +95,7 @@ pub(crate) fn settings() -> impl IntoView {
         nav().attr("aria-label", t!("page.settings.sections")).child((
             tabs.collect::<Vec<_>>(),
             label().class("field").child((span().child(t!("page.theme.title")), themes())),
+            label().class("field").child((span().child(t!("page.language_title")), languages())),
         )),
         section().class("page").attr("aria-label", t!("page.settings.title")).child((
             h2().child(move || i18n::text(section_name(shown.get()), &[])),
