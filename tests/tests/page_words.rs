@@ -144,6 +144,8 @@ fn no_sentence_of_the_page_is_left_over() {
     used.extend(
         keys_of(parameters::SETUP).chain(keys_of(parameters::BIT)).chain(keys_of(parameters::OPERATION)),
     );
+    // The name of a language is read when the tables are made.
+    used.insert("page.language".to_owned());
     used.extend(Action::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
     let stem = |key: &str| {
         key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice")).unwrap_or(key).to_owned()
