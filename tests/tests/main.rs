@@ -9,6 +9,7 @@ mod drill_rows;
 mod faults;
 mod floor_plan;
 mod hostile_gerber;
+mod languages;
 mod mutations;
 mod page_floors;
 mod page_words;

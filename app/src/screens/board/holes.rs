@@ -64,7 +64,7 @@ fn tool_table(listed: &Listed) -> impl IntoView + use<> {
 
 fn size_text(size: Option<Length>) -> String {
     let unit = frame().unit.get();
-    size.map_or_else(|| say!("page.holes.unsized"), |size| unit.size(size.mm()))
+    size.map_or_else(|| say!("page.holes.unsized"), |size| crate::i18n::number(unit.size(size.mm())))
 }
 
 fn plated_text((plated, bare): (usize, usize), all: usize) -> String {
@@ -150,7 +150,7 @@ fn hole_line(listed: &Listed, hole: u32, number: usize, index: usize) -> AnyView
     let Some(meant) = listed.board.holes.get(hole as usize).cloned() else { return ().into_any() };
     let colour = swatch(&listed.board, meant.diameter);
     let chosen = move || frame().selected.get() == Some(hole);
-    let coordinate = move |mm: f64| move || frame().unit.get().coordinate(mm);
+    let coordinate = move |mm: f64| move || crate::i18n::number(frame().unit.get().coordinate(mm));
     div()
         .class("line hole-line")
         .attr("role", "option")

@@ -31,8 +31,9 @@ fn word_of(word: &str) -> String {
 
 fn shown(value: Option<&Value>) -> String {
     match value {
-        Some(Value::Number(number)) => crate::format::plain(*number),
-        Some(value) => value.to_string(),
+        Some(Value::Number(number)) => i18n::number(crate::format::plain(*number)),
+        Some(Value::Text(text)) => text.clone(),
+        Some(value) => i18n::number(value.to_string()),
         None => String::new(),
     }
 }
@@ -114,7 +115,9 @@ fn slider<T: 'static>(
         .attr("max", high.to_string())
         .attr("step", step.to_string())
         .attr("aria-label", move || name_of(row.key))
-        .attr("aria-valuetext", move || format!("{} {}", crate::format::plain(number()), row.unit))
+        .attr("aria-valuetext", move || {
+            format!("{} {}", i18n::number(crate::format::plain(number())), row.unit)
+        })
         .prop("value", move || number().to_string())
         .on(ev::input, move |event| {
             if let Ok(number) = event_target_value(&event).parse() {

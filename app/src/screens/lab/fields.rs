@@ -3,7 +3,7 @@
 //! Comes in: a name, a unit, the value it has by itself. Goes out: a field, and the number or nothing.
 
 use crate::format::{plain, typed};
-use crate::i18n::{say, t};
+use crate::i18n::{number, say, t};
 use crate::model::LabEvent;
 use crate::page::{open_lab, send};
 use leptos::ev;
@@ -27,7 +27,7 @@ impl Field {
     /// The text on show.
     pub(super) fn text(self) -> String {
         let typed = open_lab().bench.with(|bench| bench.fields.get(self.name).cloned());
-        typed.unwrap_or_else(|| plain(self.own.get()))
+        typed.unwrap_or_else(|| number(plain(self.own.get())))
     }
 
     /// The number; none while the text is no number or out of range.
@@ -65,7 +65,9 @@ impl Field {
                 span().child(self.unit),
             )),
             small().class("refusal").attr("id", why).child(move || {
-                wrong.get().then(|| say!("page.lab.number", low = plain(low), high = plain(high)))
+                let twofold = annulus_core::locale::has_two_marks(&self.text());
+                let range = || say!("page.lab.number", low = plain(low), high = plain(high));
+                wrong.get().then(|| if twofold { say!("queue.two_marks.advice") } else { range() })
             }),
         ))
     }

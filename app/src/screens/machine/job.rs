@@ -297,7 +297,7 @@ fn facts(line: Link) -> impl IntoView {
         let mm = from(line, |status| status.lower_dead_point_mm);
         mm.map_or_else(
             || "–".to_owned(),
-            |mm| format!("{} {}", unit.coordinate(mm), crate::i18n::unit_word()),
+            |mm| format!("{} {}", crate::i18n::number(unit.coordinate(mm)), crate::i18n::unit_word()),
         )
     };
     dl().class("facts").child((

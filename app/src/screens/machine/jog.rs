@@ -75,7 +75,7 @@ pub(crate) fn jog() -> impl IntoView {
         let mm = crate::format::plain(f64::from(um) / 1000.0);
         choice(
             move || step_um.get() == um,
-            move || mm.clone(),
+            move || crate::i18n::number(&mm),
             move |_| send(HandEvent::StepUm { step_um: um }),
         )
     });

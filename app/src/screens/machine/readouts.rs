@@ -2,7 +2,7 @@
 //!
 //! Comes in: the latest status. Goes out: digits, painted at most ten times a second because the status is.
 
-use crate::i18n::t;
+use crate::i18n::{number, t};
 use crate::page::frame;
 use crate::page::link::{self, Freshness, Link};
 use annulus_core::wire::Status;
@@ -22,7 +22,7 @@ fn readout(axis: &'static str, index: usize) -> impl IntoView {
         span()
             .class("digits")
             .attr("data-axis", axis)
-            .child(move || of(line, |status| status.work_mm[index])),
+            .child(move || number(of(line, |status| status.work_mm[index]))),
     ))
 }
 

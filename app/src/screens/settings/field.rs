@@ -7,7 +7,7 @@ use crate::i18n::{self, advice, message, t};
 use crate::page::open_board;
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{IN_FILE_ONLY, Kind, Setting};
+use annulus_core::machine::{IN_FILE_ONLY, Kind, Setting, Value};
 use leptos::ev;
 use leptos::html::{input, label, p, select, small, span};
 use leptos::prelude::*;
@@ -18,7 +18,10 @@ fn id(setting: &Setting) -> String {
 
 fn shown(setting: &'static Setting, draft: Draft) -> String {
     let typed = draft.with(|draft| draft.get(setting.key).cloned());
-    typed.unwrap_or_else(|| open_board().machine.with(|machine| setting.value(machine).to_string()))
+    typed.unwrap_or_else(|| match open_board().machine.with(|machine| setting.value(machine)) {
+        Value::Text(text) => text,
+        numbers => i18n::number(numbers.to_string()),
+    })
 }
 
 /// The field.

@@ -1,0 +1,107 @@
+// The languages of the page: chosen by the address, switched without a reload, kept, and no word cut off in its control.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { atRest, data, openBrowser, openLinked, openPage, picture, startBridge, until } from "./harness.mjs";
+
+let bridge;
+let browser;
+before(async () => {
+  bridge = await startBridge({ speed: 50 });
+  browser = await openBrowser();
+});
+after(async () => {
+  await browser?.close();
+  await bridge?.stop();
+});
+
+const inPolish = (address) => address.replace("/#", "/?lang=pl#");
+const language = (page) => page.evaluate(() => document.documentElement.lang);
+const menu = (page) => page.locator("select:visible", { has: page.locator("option[value=zh]") }).first();
+
+/** Buttons, tabs, labels and heads whose words are wider than they are, as they stand. What scrolls or ends in dots by design
+ * (a name of the person's own) has the class `cut`. */
+const cutOff = (page) =>
+  page.evaluate(() => {
+    const one = "button, .tab, label > span, select, h2, h3, th, dt, summary";
+    return [...document.querySelectorAll(one)]
+      .filter((element) => element.checkVisibility() && !element.matches(".cut, .unseen") && element.innerText?.trim())
+      .filter((element) => {
+        const style = getComputedStyle(element);
+        const hides = style.overflowX !== "visible" && style.overflowX !== "auto" && style.overflowX !== "scroll";
+        return hides && element.scrollWidth > element.clientWidth + 1;
+      })
+      .map((element) => `${element.tagName.toLowerCase()}.${element.className}: ${element.innerText.trim().slice(0, 60)}`);
+  });
+
+for (const [width, height] of [
+  [1440, 900],
+  [390, 844],
+]) {
+  test(`no Polish word is cut off in its control, ${width} px wide`, async () => {
+    const options = { width, height };
+    const { page, context } = await openLinkedInPolish(options);
+    try {
+      await page.getByRole("button", { name: /Płytka przykładowa/ }).click();
+      await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
+      const wrong = [];
+      for (const [number, name] of ["board", "cam", "simulate", "machine", "lab", "settings"].entries()) {
+        await page.keyboard.press(String(number + 1));
+        await atRest(page);
+        await page.screenshot({ path: picture(`${name}-pl-${width}`) });
+        wrong.push(...(await cutOff(page)).map((found) => `${name}: ${found}`));
+      }
+      assert.deepEqual([...new Set(wrong)], []);
+    } finally {
+      await context.close();
+    }
+  });
+}
+
+async function openLinkedInPolish(options) {
+  const opened = await openLinked(browser, bridge, { ...options, locale: "pl-PL" });
+  await until(async () => (await language(opened.page)) === "pl", "a page in Polish");
+  return opened;
+}
+
+test("the language is that of the browser, then the one that was chosen, and it changes without a reload", async () => {
+  const { page, context } = await openLinkedInPolish({});
+  try {
+    await page.getByRole("heading", { name: "Upuść tutaj pliki płytki" }).waitFor();
+    await page.evaluate(() => (globalThis.here = true));
+    await menu(page).selectOption("zh");
+    await page.getByRole("heading", { name: "把电路板文件拖放到这里" }).waitFor();
+    assert.equal(await language(page), "zh-Hans");
+    await page.screenshot({ path: picture("welcome-zh") });
+    assert.equal(await page.evaluate(() => globalThis.here), true, "no reload");
+    await page.reload();
+    await page.getByRole("heading", { name: "把电路板文件拖放到这里" }).waitFor();
+    await menu(page).selectOption("en");
+    await page.getByRole("heading", { name: "Drop the files of a board here" }).waitFor();
+    assert.equal(await language(page), "en");
+  } finally {
+    await context.close();
+  }
+});
+
+test("the address can ask for a language, and numbers have its decimal mark", async () => {
+  const own = await startBridge({ speed: 50 });
+  const { page, context, problems } = await openPage(browser, inPolish(own.url));
+  try {
+    await page.getByRole("button", { name: /Płytka przykładowa/ }).click();
+    await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
+    await page.keyboard.press("6");
+    await page.getByRole("button", { name: "Wrzeciono", exact: true }).waitFor();
+    await page.getByRole("button", { name: "Skok", exact: true }).click();
+    const thickness = page.locator("#setting-stroke-board_thickness");
+    assert.match(await thickness.inputValue(), /^\d+,\d+$/, "a comma is shown");
+    await thickness.fill("1,234.5");
+    await page.getByText(/więcej niż jeden znak dziesiętny/).waitFor();
+    await thickness.fill("1.8");
+    await page.getByText(/więcej niż jeden znak dziesiętny/).waitFor({ state: "detached" });
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await context.close();
+    await own.stop();
+  }
+});
