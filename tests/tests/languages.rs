@@ -3,6 +3,7 @@
 //! Comes in: the locale tables. Goes out: a list of what is wrong. Does not know whether a sentence is well said.
 
 use annulus_core::locale::{self, FALLBACK};
+use fixed_decimal::Decimal;
 use icu_locale_core::Locale;
 use icu_plurals::{PluralCategory, PluralOperands, PluralRules};
 use std::collections::BTreeSet;
@@ -157,7 +158,7 @@ fn forms_of_words_follow_the_rules_of_cldr() {
         let rules = PluralRules::try_new_cardinal(language.parse::<Locale>().unwrap().into()).unwrap();
         assert_eq!(categories.len(), locale::forms(language));
         for number in &numbers {
-            let operands: PluralOperands = number.parse().unwrap();
+            let operands = PluralOperands::from(&number.parse::<Decimal>().unwrap());
             let expected = rules.category_for(operands);
             let found = locale::form(language, number);
             assert_eq!(categories[found], expected, "{language} {number}");
