@@ -3,6 +3,7 @@
 //! Comes in: drill files as written. Goes out: a [`Board`]. Does not know the words of any file format.
 
 mod copper;
+pub mod drawing;
 mod from_artwork;
 mod lay;
 mod legend;

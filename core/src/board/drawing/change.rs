@@ -1,0 +1,328 @@
+//! What a person does to a drawing, each as one [`Edit`].
+//!
+//! ```text
+//!  moved · turned · mirrored (a placement about a point) · removed · grouped · aligned · array · one thing anew
+//! ```
+//!
+//! Comes in: a [`Drawing`], ids of things and groups, lengths. Goes out: edits; an empty one where there is nothing to do.
+//! Does not apply them.
+
+use super::body::{Body, shifted};
+use super::edit::whole_turn;
+use super::{Drawing, Edit, Entry, Id, Layer, PadShape, Thing, clip};
+use crate::geometry::{Bounds, Placement, Point};
+use crate::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The end of a track, the middle of a pad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// A node that is there.
+    Node(Id),
+    /// A place; the node that is exactly there, or a new one.
+    At(Point),
+}
+
+/// Which edges, or middles, come into one line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The lower ends: left, or bottom.
+    Low,
+    /// The middles.
+    Middle,
+    /// The upper ends: right, or top.
+    High,
+}
+
+/// How things come into one line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Align {
+    /// In X, else in Y.
+    pub x: bool,
+    /// With what.
+    pub sides: Sides,
+}
+
+/// An edit with the ids that it gives away.
+struct Draft<'a> {
+    drawing: &'a Drawing,
+    next: Id,
+    edit: Edit,
+}
+
+impl<'a> Draft<'a> {
+    fn new(drawing: &'a Drawing) -> Self {
+        Self { drawing, next: drawing.next_id(), edit: Edit::default() }
+    }
+
+    fn add(&mut self, thing: Thing, group: Option<Id>) -> Id {
+        let id = self.next;
+        self.next = Id(id.0.saturating_add(1));
+        self.edit.changes.push((id, Some(Entry { thing, group })));
+        id
+    }
+
+    fn end(&mut self, end: End) -> Id {
+        match end {
+            End::Node(id) => id,
+            End::At(at) => self.drawing.node_at(at).unwrap_or_else(|| self.add(Thing::Node { at }, None)),
+        }
+    }
+}
+
+/// A node by itself; nothing where one is there already.
+pub fn node(drawing: &Drawing, at: Point) -> Edit {
+    let mut draft = Draft::new(drawing);
+    draft.end(End::At(at));
+    draft.edit
+}
+
+/// A track from one end to the other, and the id of the node where it ends.
+pub fn track(drawing: &Drawing, ends: (End, End), width: Length, layer: Layer) -> (Edit, Id) {
+    let mut draft = Draft::new(drawing);
+    let (from, to) = (draft.end(ends.0), draft.end(ends.1));
+    draft.add(Thing::Track { from, to, width, layer }, None);
+    (draft.edit, to)
+}
+
+/// A pad, with a hole in it where `drill` says how wide.
+pub fn pad(
+    drawing: &Drawing,
+    at: End,
+    (shape, size): (PadShape, Length),
+    drill: Option<Length>,
+    layer: Layer,
+) -> Edit {
+    let mut draft = Draft::new(drawing);
+    let node = draft.end(at);
+    draft.add(Thing::Pad { node, shape, size, turn_mdeg: 0, layer }, None);
+    if let Some(diameter) = drill {
+        draft.add(Thing::Hole { node, diameter, plated: true }, None);
+    }
+    draft.edit
+}
+
+/// A hole.
+pub fn hole(drawing: &Drawing, at: End, diameter: Length, plated: bool) -> Edit {
+    let mut draft = Draft::new(drawing);
+    let node = draft.end(at);
+    draft.add(Thing::Hole { node, diameter, plated }, None);
+    draft.edit
+}
+
+/// One thing anew, in the group where it was.
+pub fn put(drawing: &Drawing, id: Id, thing: Thing) -> Edit {
+    match drawing.get(id) {
+        Some(entry) if entry.thing != thing => Edit::one(id, Some(Entry { thing, group: entry.group })),
+        _ => Edit::default(),
+    }
+}
+
+/// Another name for a group, or for the drawing.
+pub fn renamed(drawing: &Drawing, group: Option<Id>, name: &str) -> Edit {
+    let name = name.to_owned();
+    match group {
+        Some(group) => put(drawing, group, Thing::Group { name }),
+        None if drawing.name() == name => Edit::default(),
+        None => Edit { name: Some(name), changes: Vec::new() },
+    }
+}
+
+/// Everything of `ids` placed anew about a point: mirrored, turned, shifted, in this order. Whatever else hangs on their nodes
+/// goes along with these.
+pub fn placed(drawing: &Drawing, ids: &BTreeSet<Id>, placement: Placement, about: Point) -> Edit {
+    let back = Point::new(-about.x, -about.y);
+    let place = |at: Point| shifted(placement.point(shifted(at, back)), about);
+    let mut edit = Edit::default();
+    for id in drawing.nodes_of(ids) {
+        let (Some(entry), Some(at)) = (drawing.get(id), drawing.at(id)) else { continue };
+        let (thing, group) = (Thing::Node { at: place(at) }, entry.group);
+        if thing != entry.thing {
+            edit.changes.push((id, Some(Entry { thing, group })));
+        }
+    }
+    for id in drawing.leaves(ids) {
+        let Some(entry) = drawing.get(id) else { continue };
+        let thing = match entry.thing.clone() {
+            Thing::Pad { node, shape, size, turn_mdeg, layer } => {
+                let turn = if placement.mirror { -turn_mdeg } else { turn_mdeg };
+                let turn_mdeg = whole_turn(shape, turn.saturating_add(placement.rotation_mdeg));
+                Thing::Pad { node, shape, size, turn_mdeg, layer }
+            }
+            // What a file draws is moved and nothing else.
+            Thing::Imported { file, object, at, by: Some(by) } => {
+                let by = if placement == Placement::shifted(placement.shift) {
+                    shifted(by, placement.shift)
+                } else {
+                    by
+                };
+                Thing::Imported { file, object, at, by: Some(by) }
+            }
+            other => other,
+        };
+        if thing != entry.thing {
+            edit.changes.push((id, Some(Entry { thing, group: entry.group })));
+        }
+    }
+    edit
+}
+
+/// Everything of `ids` moved.
+pub fn moved(drawing: &Drawing, ids: &BTreeSet<Id>, by: Point) -> Edit {
+    placed(drawing, ids, Placement::shifted(by), Point::default())
+}
+
+/// Everything of `ids` turned about the middle of it by thousandths of a degree, and mirrored before where that is wanted:
+/// left becomes right.
+pub fn turned(drawing: &Drawing, ids: &BTreeSet<Id>, rotation_mdeg: i32, mirror: bool) -> Edit {
+    let Some(bounds) = bounds(drawing, ids) else { return Edit::default() };
+    let middle = Point::new(middle(bounds.min.x, bounds.max.x), middle(bounds.min.y, bounds.max.y));
+    placed(drawing, ids, Placement { mirror, rotation_mdeg, shift: Point::default() }, middle)
+}
+
+fn middle(low: Length, high: Length) -> Length {
+    Length::from_nm((low.nm() + high.nm()).div_euclid(2))
+}
+
+/// The box around the bodies of `ids`.
+pub fn bounds(drawing: &Drawing, ids: &BTreeSet<Id>) -> Option<Bounds> {
+    let bodies = drawing.leaves(ids).into_iter().filter_map(|id| Body::of(drawing, drawing.get(id)?));
+    Bounds::around(bodies.flat_map(|body| {
+        let bounds = body.bounds();
+        [bounds.min, bounds.max]
+    }))
+}
+
+/// Everything of `ids` taken out, with the nodes that nothing hangs on after that and the groups that are empty.
+pub fn removed(drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
+    let mut gone = drawing.leaves(ids);
+    // What hangs on a node goes with it.
+    let nodes: Vec<Id> = gone.iter().copied().filter(|id| drawing.at(*id).is_some()).collect();
+    gone.extend(nodes.into_iter().flat_map(|node| drawing.hanging(node)));
+    let nodes: BTreeSet<Id> =
+        gone.iter().filter_map(|id| drawing.thing(*id)).flat_map(Thing::nodes).collect();
+    let bare = |node: &Id| drawing.hanging(*node).all(|id| gone.contains(&id));
+    let bare: Vec<Id> = nodes.into_iter().filter(bare).collect();
+    gone.extend(bare);
+    groups_below(drawing, ids, &mut gone);
+    // Groups that nothing is left in go too, the inner ones first.
+    let mut above: Vec<Id> = gone.iter().filter_map(|id| drawing.get(*id)?.group).collect();
+    while let Some(group) = above.pop() {
+        if drawing.hanging(group).all(|id| gone.contains(&id)) && gone.insert(group) {
+            above.extend(drawing.get(group).and_then(|entry| entry.group));
+        }
+    }
+    Edit { name: None, changes: gone.into_iter().map(|id| (id, None)).collect() }
+}
+
+/// The groups in groups that go whole.
+fn groups_below(drawing: &Drawing, ids: &BTreeSet<Id>, gone: &mut BTreeSet<Id>) {
+    let mut open: Vec<Id> = ids.iter().copied().collect();
+    while let Some(id) = open.pop() {
+        if matches!(drawing.thing(id), Some(Thing::Group { .. })) {
+            gone.insert(id);
+            open.extend(drawing.hanging(id));
+        }
+    }
+}
+
+/// `ids` in a new group, which lies where they lie if that is one place. And the id of the group.
+pub fn grouped(drawing: &Drawing, ids: &BTreeSet<Id>, name: &str) -> (Edit, Option<Id>) {
+    let entries: Vec<(Id, &Entry)> = ids.iter().filter_map(|id| Some((*id, drawing.get(*id)?))).collect();
+    let Some((_, first)) = entries.first() else { return (Edit::default(), None) };
+    let above = first
+        .group
+        .filter(|group| entries.iter().all(|(_, entry)| entry.group == Some(*group)) && !ids.contains(group));
+    let mut draft = Draft::new(drawing);
+    let group = draft.add(Thing::Group { name: name.to_owned() }, above);
+    let into =
+        entries.into_iter().map(|(id, entry)| (id, Some(Entry { group: Some(group), ..entry.clone() })));
+    draft.edit.changes.extend(into);
+    (draft.edit, Some(group))
+}
+
+/// The groups among `ids` dissolved: what is in them lies where they lay.
+pub fn ungrouped(drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
+    let mut edit = Edit::default();
+    for id in ids {
+        let Some(Entry { thing: Thing::Group { .. }, group }) = drawing.get(*id) else { continue };
+        // A group that lies in another one that goes too ends up where that one lay.
+        let mut above = *group;
+        while let Some(outer) = above.filter(|outer| ids.contains(outer)) {
+            above = drawing.get(outer).and_then(|entry| entry.group);
+        }
+        let members = drawing.hanging(*id).filter(|member| !is_group_of(drawing, *member, ids));
+        let members = members.filter_map(|member| Some((member, drawing.get(member)?)));
+        edit.changes
+            .extend(members.map(|(member, entry)| (member, Some(Entry { group: above, ..entry.clone() }))));
+    }
+    let groups = ids.iter().filter(|id| matches!(drawing.thing(**id), Some(Thing::Group { .. })));
+    edit.changes.extend(groups.map(|id| (*id, None)));
+    edit
+}
+
+fn is_group_of(drawing: &Drawing, id: Id, ids: &BTreeSet<Id>) -> bool {
+    ids.contains(&id) && matches!(drawing.thing(id), Some(Thing::Group { .. }))
+}
+
+/// `ids` into a group, or to the top.
+pub fn regrouped(drawing: &Drawing, ids: &BTreeSet<Id>, group: Option<Id>) -> Edit {
+    let entries = ids.iter().filter_map(|id| Some((*id, drawing.get(*id)?)));
+    let moved = entries.filter(|(id, entry)| entry.group != group && Some(*id) != group);
+    let changes = moved.map(|(id, entry)| (id, Some(Entry { group, ..entry.clone() }))).collect();
+    Edit { name: None, changes }
+}
+
+impl Align {
+    /// Brings `ids` into one line; each group among them goes as one. Nothing where it is one thing.
+    pub fn edit(self, drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
+        let Some(all) = bounds(drawing, ids).filter(|_| ids.len() > 1) else { return Edit::default() };
+        let wanted = self.line(all);
+        let mut places: BTreeMap<Id, Point> = BTreeMap::new();
+        for id in ids {
+            let own = BTreeSet::from([*id]);
+            let Some(bounds) = bounds(drawing, &own) else { continue };
+            let by = wanted - self.line(bounds);
+            let by = if self.x { Point::new(by, Length::ZERO) } else { Point::new(Length::ZERO, by) };
+            for node in drawing.nodes_of(&own) {
+                // A node that two of them share goes with the first.
+                if let Some(at) = drawing.at(node) {
+                    places.entry(node).or_insert_with(|| shifted(at, by));
+                }
+            }
+        }
+        let entry = |(id, at): (Id, Point)| {
+            let group = drawing.get(id)?.group;
+            (drawing.at(id) != Some(at)).then_some((id, Some(Entry { thing: Thing::Node { at }, group })))
+        };
+        Edit { name: None, changes: places.into_iter().filter_map(entry).collect() }
+    }
+
+    fn line(self, bounds: Bounds) -> Length {
+        let (low, high) = if self.x { (bounds.min.x, bounds.max.x) } else { (bounds.min.y, bounds.max.y) };
+        match self.sides {
+            Sides::Low => low,
+            Sides::Middle => middle(low, high),
+            Sides::High => high,
+        }
+    }
+}
+
+/// Copies of `ids` in columns and rows, the first being what is there.
+pub fn array(drawing: &Drawing, ids: &BTreeSet<Id>, columns: u32, rows: u32, step: Point) -> Edit {
+    let copied = clip::copied(drawing, ids);
+    let mut edit = Edit::default();
+    let mut next = drawing.next_id();
+    for column in 0..columns {
+        for row in (0..rows).filter(|row| column + row > 0) {
+            if edit.changes.len() > super::MOST_THINGS {
+                return edit;
+            }
+            let by = Point::new(step.x * i64::from(column), step.y * i64::from(row));
+            let (pasted, _) = clip::pasted_from(next, &copied, by);
+            next = Id(next.0.saturating_add(pasted.changes.len() as u32));
+            edit = edit.then(pasted);
+        }
+    }
+    edit
+}

@@ -1,0 +1,59 @@
+//! Copies: a part of a drawing as a drawing of its own, and put back somewhere else.
+//!
+//! Comes in: a [`Drawing`] and ids. Goes out: a drawing of those alone; edits that add one. Does not know clipboards.
+
+use super::body::shifted;
+use super::{Drawing, Edit, Entry, Id, Thing};
+use crate::geometry::Point;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// `ids` with their nodes and the groups that are among them, and nothing else. What is imported stays with its file.
+pub fn copied(drawing: &Drawing, ids: &BTreeSet<Id>) -> Drawing {
+    let mut wanted: BTreeSet<Id> = drawing.leaves(ids);
+    wanted.extend(drawing.nodes_of(ids));
+    let mut open: Vec<Id> = ids.iter().copied().collect();
+    while let Some(id) = open.pop() {
+        if matches!(drawing.thing(id), Some(Thing::Group { .. })) && wanted.insert(id) {
+            open.extend(drawing.hanging(id));
+        }
+    }
+    let entries = wanted.iter().filter_map(|id| Some((*id, drawing.get(*id)?.clone())));
+    let own = entries.filter(|(_, entry)| !matches!(entry.thing, Thing::Imported { .. }));
+    let inside = |entry: Entry| Entry { group: entry.group.filter(|group| wanted.contains(group)), ..entry };
+    let changes = own.map(|(id, entry)| (id, Some(inside(entry)))).collect();
+    let mut copy = Drawing::default();
+    // A part of what holds holds too: every tie leads to what was copied.
+    let _ = copy.apply(&Edit { name: None, changes });
+    copy
+}
+
+/// What adds `copy` to `drawing`, moved, and the ids of what lies at its top.
+pub fn pasted(drawing: &Drawing, copy: &Drawing, by: Point) -> (Edit, BTreeSet<Id>) {
+    pasted_from(drawing.next_id(), copy, by)
+}
+
+/// The same, with ids from `next` on.
+pub(super) fn pasted_from(next: Id, copy: &Drawing, by: Point) -> (Edit, BTreeSet<Id>) {
+    let fresh: BTreeMap<Id, Id> =
+        copy.things().zip(next.0..).map(|((id, _), fresh)| (id, Id(fresh))).collect();
+    let new = |id: Id| fresh.get(&id).copied().unwrap_or(id);
+    let mut top = BTreeSet::new();
+    let changes = copy.things().map(|(id, entry)| {
+        let thing = match entry.thing.clone() {
+            Thing::Node { at } => Thing::Node { at: shifted(at, by) },
+            Thing::Track { from, to, width, layer } => {
+                Thing::Track { from: new(from), to: new(to), width, layer }
+            }
+            Thing::Pad { node, shape, size, turn_mdeg, layer } => {
+                Thing::Pad { node: new(node), shape, size, turn_mdeg, layer }
+            }
+            Thing::Hole { node, diameter, plated } => Thing::Hole { node: new(node), diameter, plated },
+            other => other,
+        };
+        if entry.group.is_none() && (copy.at(id).is_none() || copy.hanging(id).next().is_none()) {
+            top.insert(new(id));
+        }
+        (new(id), Some(Entry { thing, group: entry.group.map(new) }))
+    });
+    (Edit { name: None, changes: changes.collect() }, top)
+}

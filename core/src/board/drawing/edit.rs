@@ -1,0 +1,203 @@
+//! One edit as one value: which things become what. To apply it gives the edit that takes it back.
+//!
+//! ```text
+//!  drawing ─ apply(edit) ─▶ drawing', inverse        drawing' ─ apply(inverse) ─▶ drawing, edit again
+//! ```
+//!
+//! Comes in: a [`Drawing`] and an [`Edit`]. Goes out: its inverse, or why it cannot be; then nothing has changed. Touches what
+//! the edit names and what hangs on that, nothing else. Does not know why it was made.
+
+use super::{
+    Drawing, Entry, FURTHEST, Id, LONGEST_NAME, Layer, MOST_THINGS, NARROWEST, PadShape, Thing, WIDEST,
+};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::Point;
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// What becomes of which things, one after the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Edit {
+    /// Another name for the drawing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// What each becomes; none where it goes.
+    pub changes: Vec<(Id, Option<Entry>)>,
+}
+
+impl Edit {
+    /// An edit that makes something of one thing.
+    pub fn one(id: Id, becomes: Option<Entry>) -> Self {
+        Self { name: None, changes: vec![(id, becomes)] }
+    }
+
+    /// Whether it changes nothing.
+    pub fn is_empty(&self) -> bool {
+        self.name.is_none() && self.changes.is_empty()
+    }
+
+    /// The same, and then `other`.
+    #[must_use]
+    pub fn then(mut self, other: Self) -> Self {
+        self.name = other.name.or(self.name);
+        self.changes.extend(other.changes);
+        self
+    }
+}
+
+impl Drawing {
+    /// Makes the edit, and gives the one that takes it back. What cannot be is refused, and nothing is changed.
+    pub fn apply(&mut self, edit: &Edit) -> Result<Edit, Diagnostic> {
+        if edit.name.as_ref().is_some_and(|name| name.chars().count() > LONGEST_NAME) {
+            return Err(refuse("drawing.long_name", LONGEST_NAME));
+        }
+        let mut inverse = Edit { name: None, changes: Vec::with_capacity(edit.changes.len()) };
+        if let Some(name) = &edit.name {
+            inverse.name = Some(std::mem::replace(&mut self.name, name.clone()));
+        }
+        for (id, becomes) in &edit.changes {
+            inverse.changes.push((*id, self.set(*id, becomes.clone())));
+        }
+        inverse.changes.reverse();
+        if let Err(why) = self.check(edit.changes.iter().map(|(id, _)| *id)) {
+            for (id, was) in inverse.changes {
+                self.set(id, was);
+            }
+            if let Some(name) = inverse.name {
+                self.name = name;
+            }
+            return Err(why);
+        }
+        Ok(inverse)
+    }
+
+    /// What an edit touches: what it names, and what hangs on the nodes among that.
+    pub fn touched(&self, edit: &Edit) -> BTreeSet<Id> {
+        let named = edit.changes.iter().map(|(id, _)| *id);
+        let is_node = |id: &Id| !matches!(self.thing(*id), Some(Thing::Group { .. }));
+        named.clone().filter(is_node).flat_map(|id| self.hanging(id)).chain(named).collect()
+    }
+
+    /// Sets one thing, unchecked, and gives what it was.
+    fn set(&mut self, id: Id, becomes: Option<Entry>) -> Option<Entry> {
+        let ties = |entry: &Entry| entry.thing.nodes().chain(entry.group).collect::<Vec<Id>>();
+        let was = match becomes {
+            Some(entry) => {
+                let on = ties(&entry);
+                let was = self.things.insert(id, entry);
+                was.iter().flat_map(ties).for_each(|from| self.untie(from, id));
+                on.into_iter().for_each(|on| self.hanging.entry(on).or_default().extend([id]));
+                return was;
+            }
+            None => self.things.remove(&id),
+        };
+        was.iter().flat_map(ties).for_each(|from| self.untie(from, id));
+        was
+    }
+
+    fn untie(&mut self, from: Id, id: Id) {
+        if let Some(ids) = self.hanging.get_mut(&from) {
+            ids.remove(&id);
+            if ids.is_empty() {
+                self.hanging.remove(&from);
+            }
+        }
+    }
+
+    /// Whether all that was changed, and what hangs on it, can be so.
+    fn check(&self, changed: impl Iterator<Item = Id>) -> Result<(), Diagnostic> {
+        if self.things.len() > MOST_THINGS {
+            return Err(refuse("drawing.too_many", MOST_THINGS));
+        }
+        for id in changed {
+            match self.things.get(&id) {
+                Some(entry) => self.fits(id, entry)?,
+                None if self.hanging.contains_key(&id) => return Err(refuse("drawing.still_needed", id.0)),
+                None => {}
+            }
+            for hanging in self.hanging(id) {
+                if let Some(entry) = self.things.get(&hanging) {
+                    self.ties_hold(hanging, entry)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn fits(&self, id: Id, entry: &Entry) -> Result<(), Diagnostic> {
+        match &entry.thing {
+            Thing::Node { at } => in_reach(*at)?,
+            Thing::Track { from, to, width, .. } => {
+                if from == to {
+                    return Err(refuse("drawing.no_length", id.0));
+                }
+                sized(*width)?;
+            }
+            Thing::Pad { shape, size, turn_mdeg, layer, .. } => {
+                sized(*size)?;
+                if *layer == Layer::Edge {
+                    return Err(refuse("drawing.pad_on_edge", id.0));
+                }
+                if *turn_mdeg != whole_turn(*shape, *turn_mdeg) {
+                    return Err(refuse("drawing.turn", turn_mdeg));
+                }
+            }
+            Thing::Hole { diameter, .. } => sized(*diameter)?,
+            Thing::Group { name } => {
+                if name.chars().count() > LONGEST_NAME {
+                    return Err(refuse("drawing.long_name", LONGEST_NAME));
+                }
+            }
+            Thing::Imported { file, at, by, .. } => {
+                if file.len() > 4 * LONGEST_NAME {
+                    return Err(refuse("drawing.long_name", LONGEST_NAME));
+                }
+                in_reach(*at)?;
+                in_reach(by.unwrap_or_default())?;
+            }
+        }
+        self.ties_hold(id, entry)
+    }
+
+    /// Whether what it hangs on is there, and its groups end at the top.
+    fn ties_hold(&self, id: Id, entry: &Entry) -> Result<(), Diagnostic> {
+        for node in entry.thing.nodes() {
+            if !matches!(self.thing(node), Some(Thing::Node { .. })) {
+                return Err(refuse("drawing.no_node", node.0));
+            }
+        }
+        let mut above = entry.group;
+        for _ in 0..=self.things.len() {
+            let Some(group) = above else { return Ok(()) };
+            match self.things.get(&group) {
+                Some(Entry { thing: Thing::Group { .. }, group }) => above = *group,
+                _ => return Err(refuse("drawing.no_group", group.0)),
+            }
+        }
+        Err(refuse("drawing.group_in_itself", id.0))
+    }
+}
+
+/// The rotation of a pad that looks the same: from 0 to less than what its form repeats after.
+pub(super) fn whole_turn(shape: PadShape, turn_mdeg: i32) -> i32 {
+    turn_mdeg.rem_euclid(shape.symmetry_mdeg())
+}
+
+fn in_reach(at: Point) -> Result<(), Diagnostic> {
+    let far = at.x.nm().unsigned_abs().max(at.y.nm().unsigned_abs()) > FURTHEST.nm().unsigned_abs();
+    if far { Err(refuse("drawing.too_far", FURTHEST.mm())) } else { Ok(()) }
+}
+
+fn sized(size: Length) -> Result<(), Diagnostic> {
+    if (NARROWEST..=WIDEST).contains(&size) {
+        return Ok(());
+    }
+    let wrong = Diagnostic::error("drawing.size").with("size", size.mm());
+    Err(wrong.with("low", NARROWEST.mm()).with("high", WIDEST.mm()))
+}
+
+fn refuse(code: &str, what: impl ToString) -> Diagnostic {
+    Diagnostic::error(code).with("what", what.to_string())
+}

@@ -1,0 +1,441 @@
+//! The laws of drawings.
+
+use super::*;
+use crate::artwork::{self, Form, Overrides, Shape};
+use crate::board::{Board, Face, Wanted, from_artwork_with};
+use crate::chance::Chance;
+use crate::geometry::{Bounds, Placement, area_mm2, contains};
+use std::sync::Arc;
+
+fn mm(x: f64, y: f64) -> Point {
+    Point::from_mm(x, y)
+}
+
+fn um(um: i64) -> Length {
+    Length::from_um(um)
+}
+
+fn set(ids: &[Id]) -> BTreeSet<Id> {
+    ids.iter().copied().collect()
+}
+
+/// What is of a kind, in order.
+fn all(drawing: &Drawing, word: &str) -> Vec<Id> {
+    drawing.things().filter(|(_, entry)| entry.thing.word() == word).map(|(id, _)| id).collect()
+}
+
+/// Two pads with holes, a track between them, and an edge around.
+fn small() -> Drawing {
+    let mut drawing = Drawing::named("small");
+    for x in [5.0, 15.0] {
+        let at = End::At(mm(x, 5.0));
+        let edit = pad(&drawing, at, (PadShape::Octagon, um(2_000)), Some(um(800)), Layer::Both);
+        drawing.apply(&edit).unwrap();
+    }
+    let ends = (End::At(mm(5.0, 5.0)), End::At(mm(15.0, 5.0)));
+    drawing.apply(&track(&drawing, ends, um(500), Layer::Top).0).unwrap();
+    let corners = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0), (0.0, 0.0)];
+    for pair in corners.windows(2) {
+        let ends = (End::At(mm(pair[0].0, pair[0].1)), End::At(mm(pair[1].0, pair[1].1)));
+        drawing.apply(&track(&drawing, ends, um(100), Layer::Edge).0).unwrap();
+    }
+    drawing
+}
+
+/// The board that a drawing makes by itself.
+fn board_of(drawing: &Drawing) -> (Board, Vec<crate::diagnostic::Diagnostic>) {
+    let (mut artwork, mut used) = (artwork::Artwork::default(), Vec::new());
+    let mut diagnostics = lay_over(drawing, &mut artwork, &mut used);
+    let (board, more) = from_artwork_with(&artwork, &used, Wanted { copper: true, aligned: false });
+    diagnostics.extend(more);
+    (board, diagnostics)
+}
+
+/// Some edit; not all of them can be.
+fn some_edit(drawing: &Drawing, chance: &mut Chance) -> Edit {
+    let ids: Vec<Id> = drawing.things().map(|(id, _)| id).collect();
+    let some = |chance: &mut Chance| -> BTreeSet<Id> {
+        (0..chance.below(4)).filter_map(|_| ids.get(chance.below(ids.len().max(1))).copied()).collect()
+    };
+    let place = |chance: &mut Chance| mm(chance.below(40) as f64 / 2.0, chance.below(40) as f64 / 2.0);
+    let shape = PadShape::ALL[chance.below(3)];
+    let layer = Layer::ALL[chance.below(4)];
+    match chance.below(16) {
+        0 => node(drawing, place(chance)),
+        1 | 2 => track(drawing, (End::At(place(chance)), End::At(place(chance))), um(300), layer).0,
+        3 => pad(drawing, End::At(place(chance)), (shape, um(1_500)), Some(um(700)), layer),
+        4 => hole(drawing, End::At(place(chance)), um(900), chance.below(2) == 0),
+        5 => moved(drawing, &some(chance), place(chance)),
+        6 => turned(drawing, &some(chance), chance.below(360) as i32 * 1_000, chance.below(2) == 0),
+        7 => removed(drawing, &some(chance)),
+        8 => grouped(drawing, &some(chance), "group").0,
+        9 => ungrouped(drawing, &some(chance)),
+        10 => Align { x: chance.below(2) == 0, sides: Sides::Middle }.edit(drawing, &some(chance)),
+        11 => array(drawing, &some(chance), 2, 2, place(chance)),
+        12 => pasted(drawing, &copied(drawing, &some(chance)), place(chance)).0,
+        13 => regrouped(drawing, &some(chance), ids.get(chance.below(ids.len().max(1))).copied()),
+        14 => renamed(drawing, None, &format!("name {}", chance.below(9))),
+        _ => Edit::one(Id(chance.below(60) as u32), None),
+    }
+}
+
+/// Random edits, made and taken back and made again.
+fn undone(seeds: std::ops::Range<u64>) {
+    for seed in seeds {
+        let mut chance = Chance::new(seed);
+        let mut history = History::new(if chance.below(2) == 0 { small() } else { Drawing::named("") });
+        let (first, mut refused) = (history.now().clone(), 0);
+        for _ in 0..chance.below(30) {
+            let (edit, before) = (some_edit(history.now(), &mut chance), history.now().clone());
+            if history.make(&edit).is_err() {
+                assert_eq!(*history.now(), before, "seed {seed}: what is refused changes nothing");
+                refused += 1;
+            }
+        }
+        history.rest();
+        let kept = read("d", &write(&history)).unwrap_or_else(|why| panic!("seed {seed}: {why:?}"));
+        assert_eq!(kept, history, "seed {seed}: kept with its edits");
+        let (last, depth) = (history.now().clone(), history.depth().0);
+        assert!(depth + refused <= 30, "seed {seed}");
+        while history.step(true).is_some() {}
+        assert_eq!(*history.now(), first, "seed {seed}: all taken back");
+        while history.step(false).is_some() {}
+        assert_eq!((history.now(), history.depth()), (&last, (depth, 0)), "seed {seed}: all made again");
+    }
+}
+
+#[test]
+fn ten_thousand_random_sequences_of_edits_are_undone() {
+    let all = 10_000;
+    undone(0..if std::env::var_os("ANNULUS_LONG").is_some() { all } else { all / 10 });
+}
+
+#[test]
+fn who_moves_a_node_moves_all_that_hangs_on_it() {
+    let mut drawing = small();
+    let node = drawing.node_at(mm(5.0, 5.0)).unwrap();
+    assert_eq!(drawing.hanging(node).count(), 3, "pad, hole and track");
+    let inverse = drawing.apply(&moved(&drawing, &set(&[node]), mm(1.0, 2.0))).unwrap();
+    let ends = |drawing: &Drawing| {
+        let track = all(drawing, "track")[0];
+        let entry = drawing.get(track).unwrap();
+        Body::of(drawing, entry).unwrap().points
+    };
+    assert_eq!(ends(&drawing), [mm(6.0, 7.0), mm(15.0, 5.0)]);
+    drawing.apply(&inverse).unwrap();
+    assert_eq!(drawing, small());
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_a_sentence() {
+    let drawing = small();
+    let (node, track) = (all(&drawing, "node")[0], all(&drawing, "track")[0]);
+    let group = grouped(&drawing, &set(&[track]), "a");
+    let mut with_group = drawing.clone();
+    with_group.apply(&group.0).unwrap();
+    let group = group.1.unwrap();
+    let entry = |thing: Thing| Some(Entry { thing, group: None });
+    let of_track = |from, to, width| entry(Thing::Track { from, to, width, layer: Layer::Top });
+    let a_pad =
+        |size, turn_mdeg, layer| entry(Thing::Pad { node, shape: PadShape::Square, size, turn_mdeg, layer });
+    let rows = [
+        ("drawing.still_needed", Edit::one(node, None)),
+        ("drawing.no_length", Edit::one(Id(99), of_track(node, node, um(500)))),
+        ("drawing.no_node", Edit::one(Id(99), of_track(node, Id(98), um(500)))),
+        ("drawing.no_node", Edit::one(Id(99), of_track(node, track, um(500)))),
+        ("drawing.no_node", Edit::one(node, entry(Thing::Group { name: String::new() }))),
+        ("drawing.size", Edit::one(Id(99), a_pad(um(1), 0, Layer::Top))),
+        ("drawing.size", Edit::one(Id(99), a_pad(Length::from_nm(i64::MIN), 0, Layer::Top))),
+        ("drawing.turn", Edit::one(Id(99), a_pad(um(900), 90_000, Layer::Top))),
+        ("drawing.pad_on_edge", Edit::one(Id(99), a_pad(um(900), 0, Layer::Edge))),
+        ("drawing.too_far", Edit::one(Id(99), entry(Thing::Node { at: mm(1_000.1, 0.0) }))),
+        ("drawing.long_name", Edit { name: Some("x".repeat(201)), changes: Vec::new() }),
+        (
+            "drawing.no_group",
+            Edit::one(Id(99), Some(Entry { thing: Thing::Node { at: mm(1.0, 1.0) }, group: Some(node) })),
+        ),
+        (
+            "drawing.group_in_itself",
+            regrouped(&with_group, &set(&[group]), Some(group)).then(Edit::one(
+                group,
+                Some(Entry { thing: Thing::Group { name: String::new() }, group: Some(group) }),
+            )),
+        ),
+    ];
+    for (code, edit) in rows {
+        let mut tried = with_group.clone();
+        let why = tried.apply(&edit).unwrap_err();
+        assert_eq!(why.code, code, "{edit:?}");
+        assert!(!why.message("en").contains(".message"), "{code} has no sentence");
+        assert_eq!(tried, with_group, "{code}");
+    }
+}
+
+#[test]
+fn groups_lie_in_groups_to_any_depth_and_go_as_one() {
+    let mut drawing = small();
+    let mut inner = set(&[all(&drawing, "pad")[0]]);
+    for depth in 0..500 {
+        let (edit, group) = grouped(&drawing, &inner, &format!("depth {depth}"));
+        drawing.apply(&edit).unwrap();
+        inner = set(&[group.unwrap()]);
+    }
+    assert_eq!(drawing.leaves(&inner), set(&[all(&drawing, "pad")[0]]));
+    let edit = removed(&drawing, &inner);
+    drawing.apply(&edit).unwrap();
+    assert!(all(&drawing, "group").is_empty());
+    assert_eq!(all(&drawing, "pad").len(), 1);
+    assert!(drawing.node_at(mm(5.0, 5.0)).is_some(), "hole and track still hang on it");
+}
+
+#[test]
+fn copies_turn_align_and_stand_in_rows() {
+    let mut drawing = small();
+    let pads = all(&drawing, "pad");
+    let (edit, top) = pasted(&drawing, &copied(&drawing, &set(&[pads[0]])), mm(0.0, 20.0));
+    drawing.apply(&edit).unwrap();
+    assert_eq!(top.len(), 1, "{top:?}");
+    assert!(drawing.node_at(mm(5.0, 25.0)).is_some());
+    let copy = *top.first().unwrap();
+    drawing.apply(&Align { x: true, sides: Sides::Low }.edit(&drawing, &set(&[pads[1], copy]))).unwrap();
+    assert!(drawing.node_at(mm(5.0, 5.0)).is_some(), "left edges in one line");
+    let edit = array(&drawing, &set(&[copy]), 3, 2, mm(2.54, 7.62));
+    drawing.apply(&edit).unwrap();
+    assert_eq!(all(&drawing, "pad").len(), 3 + 5);
+    let before = bounds(&drawing, &set(&all(&drawing, "pad"))).unwrap();
+    let quarter = turned(&drawing, &set(&all(&drawing, "pad")), 90_000, false);
+    drawing.apply(&quarter).unwrap();
+    let after = bounds(&drawing, &set(&all(&drawing, "pad"))).unwrap();
+    assert_eq!(before.max.x - before.min.x, after.max.y - after.min.y);
+}
+
+#[test]
+fn what_is_written_is_read_back_to_the_nanometre() {
+    let odd = |nm: i64| Length::from_nm(nm);
+    let at = Point::new(odd(12_345_679), odd(-7_654_321));
+    for (shape, turn_mdeg, layer) in [
+        (PadShape::Circle, 0, Layer::Top),
+        (PadShape::Square, 0, Layer::Top),
+        (PadShape::Square, 33_000, Layer::Bottom),
+        (PadShape::Octagon, 0, Layer::Both),
+        (PadShape::Octagon, 11_000, Layer::Bottom),
+    ] {
+        let mut drawing = Drawing::named("odd");
+        let size = odd(1_234_568);
+        drawing.apply(&pad(&drawing, End::At(at), (shape, size), Some(odd(800_001)), layer)).unwrap();
+        let id = all(&drawing, "pad")[0];
+        let Some(Thing::Pad { node, .. }) = drawing.thing(id).cloned() else { panic!() };
+        drawing.apply(&put(&drawing, id, Thing::Pad { node, shape, size, turn_mdeg, layer })).unwrap();
+        let ends = (End::At(at), End::At(Point::new(odd(1), odd(3))));
+        let line = if layer == Layer::Both { Layer::Top } else { layer };
+        drawing.apply(&track(&drawing, ends, odd(300_003), line).0).unwrap();
+        let texts: Vec<_> =
+            files(&drawing).into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
+        let read = artwork::read_set(&texts, &Overrides::default());
+        for file in &read.files {
+            assert!(file.diagnostics.is_empty(), "{}: {:?}", file.name, file.diagnostics);
+        }
+        let layers: Vec<_> = read.files.iter().filter_map(|file| file.gerber.as_ref()).collect();
+        assert_eq!(layers.len(), if layer == Layer::Both { 2 } else { 1 });
+        let body = Body::of(&drawing, drawing.get(id).unwrap()).unwrap();
+        for gerber in layers {
+            let flash =
+                gerber.objects.iter().find(|object| matches!(object.shape, Shape::Flash { .. })).unwrap();
+            assert_eq!(flash.shape, Shape::Flash { at });
+            match &gerber.aperture(flash).unwrap().form {
+                Form::Circle { diameter } => assert_eq!((shape, *diameter), (PadShape::Circle, size)),
+                Form::Rectangle { width, height } => assert_eq!((*width, *height), (size, size)),
+                Form::Macro { primitives, .. } => {
+                    let path = Placement::shifted(at).path(&primitives[0].1[0]);
+                    assert_eq!(path.corners().take(body.points.len()).collect::<Vec<_>>(), body.points);
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        let drill = read.files.iter().find_map(|file| file.drill.as_ref()).unwrap();
+        assert_eq!((drill.hits[0].at, drill.tools[0].diameter), (at, Some(odd(800_001))));
+        let strokes =
+            read.files.iter().filter_map(|file| file.gerber.as_ref()).flat_map(|gerber| gerber.tracks());
+        let strokes: Vec<_> = strokes.collect();
+        assert_eq!((strokes[0].from, strokes[0].to), (at, Point::new(odd(1), odd(3))));
+    }
+}
+
+#[test]
+fn a_drawing_makes_a_board_like_any_other() {
+    let (board, diagnostics) = board_of(&small());
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    assert_eq!(board.holes.len(), 2);
+    assert_eq!(board.holes[0].plated, Some(true));
+    assert_eq!(board.outline.bounds(), Some(Bounds { min: mm(0.0, 0.0), max: mm(20.0, 10.0) }));
+    let faces: Vec<_> =
+        board.copper.iter().map(|copper| (copper.face, copper.region.islands.len())).collect();
+    assert_eq!(faces, [(Face::Top, 1), (Face::Bottom, 2)]);
+    // Two octagons of 2 mm are 8 (√2 − 1) mm², the track between them is 8 mm long.
+    let top = area_mm2(&board.copper[0].region);
+    assert!((top - (2.0 * 3.3137 + 8.0 * 0.5)).abs() < 0.001, "{top}");
+}
+
+const COPPER: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX33Y33*%%MOMM*%%ADD10C,1*%D10*\
+X1000Y1000D03*X5000Y1000D03*X1000Y5000D02*X5000Y5000D01*M02*";
+const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
+
+fn given() -> artwork::Artwork {
+    let files = [("a.gbr", COPPER), ("a.drl", DRILL)];
+    artwork::read_set(&files.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())), &Overrides::default())
+}
+
+#[test]
+fn imported_layers_are_taken_out_moved_and_added_to() {
+    let artwork = given();
+    let found = imported(&artwork, &[1]);
+    assert_eq!(found.len(), 5, "two pads, a track, two holes");
+    let mut drawing = Drawing::default();
+    let about =
+        |one: &Imported, by| Thing::Imported { file: one.file.clone(), object: one.object, at: one.at, by };
+    let things =
+        [about(&found[0], None), about(&found[2], Some(mm(0.0, 2.0))), about(&found[4], Some(mm(0.0, 4.0)))];
+    for thing in things {
+        let id = drawing.next_id();
+        drawing.apply(&Edit::one(id, Some(Entry { thing, group: None }))).unwrap();
+    }
+    let ends = (End::At(mm(5.0, 1.0)), End::At(mm(5.0, 7.0)));
+    drawing.apply(&track(&drawing, ends, um(600), Layer::Top).0).unwrap();
+    let (mut changed, mut used) = (given(), vec![1]);
+    assert_eq!(lay_over(&drawing, &mut changed, &mut used), []);
+    let (board, _) = from_artwork_with(&changed, &used, Wanted { copper: true, aligned: false });
+    let places: Vec<_> = board.holes.iter().map(|hole| hole.at).collect();
+    assert_eq!(places, [mm(1.0, 1.0), mm(5.0, 5.0)]);
+    let copper = &board.copper[0].region;
+    let rows = [
+        ((1.0, 1.0), false),
+        ((5.0, 1.0), true),
+        ((3.0, 5.0), false),
+        ((3.0, 7.0), true),
+        ((5.0, 4.0), true),
+    ];
+    for ((x, y), is_copper) in rows {
+        assert_eq!(contains(copper, mm(x, y)), is_copper, "{x} {y}");
+    }
+    assert_eq!(copper.islands.len(), 1);
+    assert_eq!(given(), artwork, "the files are as they were");
+    let lost = Thing::Imported { file: "a.gbr".into(), object: 0, at: mm(2.0, 2.0), by: None };
+    let mut other = Drawing::default();
+    other.apply(&Edit::one(Id(1), Some(Entry { thing: lost, group: None }))).unwrap();
+    let said = lay_over(&other, &mut given(), &mut vec![1]);
+    assert_eq!(said[0].code, "drawing.file_is_another");
+}
+
+#[test]
+fn the_pointer_finds_snaps_and_boxes() {
+    let drawing = small();
+    let finder = Finder::new(&drawing, Arc::new(imported(&given(), &[1])));
+    let (pads, holes) = (all(&drawing, "pad"), all(&drawing, "hole"));
+    let drawn = |id: Id| Some(Catch::Drawn(id));
+    let hit = |x, y| finder.at(&drawing, mm(x, y), um(100)).first().copied();
+    let track = all(&drawing, "track")[0];
+    assert_eq!(
+        [hit(5.1, 5.1), hit(5.8, 5.0), hit(10.0, 5.2)],
+        [drawn(holes[0]), drawn(pads[0]), drawn(track)]
+    );
+    assert_eq!(hit(1.0, 1.4), Some(Catch::Imported(0)));
+    assert_eq!(hit(10.0, 8.0), None);
+    let grid = Some(um(500));
+    let snap = |x, y, without: &[Id]| finder.snap(&drawing, mm(x, y), um(300), grid, &set(without));
+    let node = drawing.node_at(mm(5.0, 5.0)).unwrap();
+    assert_eq!(snap(5.1, 4.9, &[]), Snap::Node(mm(5.0, 5.0), node));
+    assert_eq!(snap(10.2, 5.1, &[]), Snap::Middle(mm(10.0, 5.0), track));
+    assert_eq!(snap(10.2, 5.1, &[track]), Snap::Grid(mm(10.0, 5.0)));
+    assert_eq!(snap(12.3, 7.8, &[]), Snap::Grid(mm(12.5, 8.0)));
+    assert_eq!(snap(1.1, 0.9, &[]), Snap::Imported(mm(1.0, 1.0), 0));
+    let inside = Bounds { min: mm(3.9, 3.9), max: mm(7.0, 6.1) };
+    assert_eq!(finder.within(inside, false).len(), 3, "pad, hole and node");
+    assert!(finder.within(inside, true).contains(&Catch::Drawn(track)));
+}
+
+#[test]
+fn the_smallest_figures_follow_every_edit() {
+    let mut drawing = small();
+    let first = mm(5.0, 5.0);
+    let ends = (End::At(mm(0.0, 3.0)), End::At(mm(20.0, 3.0)));
+    drawing.apply(&track(&drawing, ends, um(400), Layer::Top).0).unwrap();
+    let mut finder = Finder::new(&drawing, Arc::default());
+    let mut figures = Figures::new(&drawing, &finder);
+    let smallest = figures.smallest(&drawing);
+    let size = |of: Option<(Length, Id)>| of.unwrap().0;
+    assert_eq!(smallest.gap.unwrap().0, um(800), "from the octagon's flat to the edge of the track");
+    assert_eq!((size(smallest.track), size(smallest.hole)), (um(400), um(800)));
+    assert_eq!(size(smallest.ring), um(600));
+    let mut history = History::new(drawing);
+    let node = history.now().node_at(first).unwrap();
+    let mut chance = Chance::new(3);
+    for _ in 0..200 {
+        let edit = if chance.below(3) == 0 {
+            moved(history.now(), &set(&[node]), mm(chance.between(-0.3, 0.3), chance.between(-0.3, 0.3)))
+        } else {
+            some_edit(history.now(), &mut chance)
+        };
+        let touched = if chance.below(4) == 0 {
+            history.step(true).unwrap_or_default()
+        } else {
+            history.make(&edit).unwrap_or_default()
+        };
+        let moved = finder.update(history.now(), &touched);
+        figures.update(history.now(), &finder, &moved);
+        let anew = Finder::new(history.now(), Arc::default());
+        let all = Figures::new(history.now(), &anew);
+        assert_eq!(figures.smallest(history.now()), all.smallest(history.now()));
+    }
+}
+
+#[test]
+fn a_drag_is_one_step_back() {
+    let mut history = History::new(small());
+    let node = history.now().node_at(mm(5.0, 5.0)).unwrap();
+    for step in 1..=10 {
+        let by = mm(f64::from(step) / 10.0, 0.0);
+        history.make_instead(|drawing| moved(drawing, &set(&[node]), by)).unwrap();
+    }
+    history.rest();
+    assert_eq!((history.now().at(node), history.depth()), (Some(mm(6.0, 5.0)), (1, 0)));
+    history.step(true);
+    assert_eq!(*history.now(), small());
+}
+
+#[test]
+fn kept_text_is_looked_through() {
+    let history = History::new(small());
+    let text = write(&history);
+    assert_eq!(read("d", &text).unwrap(), history);
+    assert!(
+        is_one(text.as_bytes()) && is_one(b" {\n\"annulus_drawing\": 1") && !is_one(DRILL) && !is_one(b"")
+    );
+    let rows = [
+        (text.replace("\"annulus_drawing\":1", "\"annulus_drawing\":2"), "drawing.schema"),
+        (text.replace("\"from\":1", "\"from\":77"), "drawing.no_node"),
+        (text.replace("500000", "5"), "drawing.size"),
+        (text[..text.len() / 2].to_owned(), "drawing.damaged"),
+        (String::new(), "drawing.damaged"),
+    ];
+    for (text, code) in rows {
+        assert_eq!(read("d", &text).unwrap_err().code, code);
+    }
+    let picture = svg(history.now());
+    assert!(picture.contains("<polygon") && picture.contains("<circle") && picture.ends_with("</svg>\n"));
+}
+
+#[test]
+fn the_example_of_the_manual_makes_a_board() {
+    let text = include_str!("../../../../www/examples/robot.json");
+    assert!(is_one(text.as_bytes()));
+    let history = read("robot.json", text).unwrap();
+    let (board, diagnostics) = board_of(history.now());
+    assert_eq!(diagnostics, []);
+    assert_eq!((board.holes.len(), board.copper.len(), board.copper[0].face), (15, 1, Face::Bottom));
+    assert_eq!(board.copper[0].region.islands.len(), 15 - 7, "islands");
+    assert_eq!(board.outline.bounds().unwrap().max, mm(43.18, 25.4));
+    let figures = Figures::new(history.now(), &Finder::new(history.now(), Arc::default()));
+    let smallest = figures.smallest(history.now());
+    assert_eq!(smallest.ring.unwrap().0, um(550));
+    assert!(smallest.gap.unwrap().0 > um(300), "{smallest:?}");
+}

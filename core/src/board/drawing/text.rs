@@ -1,0 +1,87 @@
+//! A drawing with its edits as text, as it stands in a project (S2).
+//!
+//! ```text
+//!  { "annulus_drawing": 1, "name": …, "things": { "1": { "node": { "at": … } }, … }, "back": […], "on": […] }
+//! ```
+//!
+//! Comes in: text. Goes out: a [`History`], or why there is none: nothing in it is taken unchecked. And the text of one; equal
+//! histories give equal texts. Does not know files.
+
+use super::{Drawing, Edit, Entry, History, Id, MOST_THINGS};
+use crate::diagnostic::Diagnostic;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Version of the layout.
+const SCHEMA: u32 = 1;
+/// How a drawing begins, without spaces.
+const HEAD: &[u8] = b"{\"annulus_drawing\"";
+/// The longest text that is read, in bytes.
+const LONGEST: usize = 256 << 20;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Kept<'a> {
+    annulus_drawing: u32,
+    name: String,
+    things: BTreeMap<Id, Entry>,
+    /// What takes the edits back, the latest last.
+    #[serde(default)]
+    back: Cow<'a, [Edit]>,
+    /// What makes again those that were taken back.
+    #[serde(default)]
+    on: Cow<'a, [Edit]>,
+}
+
+/// Whether `bytes` claim to be a drawing.
+pub fn is_one(bytes: &[u8]) -> bool {
+    let letters = bytes.iter().filter(|byte| !byte.is_ascii_whitespace());
+    letters.take(HEAD.len()).eq(HEAD)
+}
+
+/// The drawing in `text`, called `file` in diagnostics.
+pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
+    let refuse = |code: &str| Diagnostic::error(code).at(file, 0, 0);
+    if text.len() > LONGEST {
+        return Err(refuse("drawing.too_many").with("what", MOST_THINGS));
+    }
+    let version = |text: &str| {
+        let value: serde_json::Value = serde_json::from_str(text).ok()?;
+        value.get("annulus_drawing")?.as_u64()
+    };
+    let kept: Kept<'_> = match serde_json::from_str(text) {
+        Ok(kept) => kept,
+        Err(why) => {
+            if let Some(found) = version(text).filter(|found| *found != u64::from(SCHEMA)) {
+                return Err(refuse("drawing.schema").with("found", found).with("known", SCHEMA));
+            }
+            let damaged = Diagnostic::error("drawing.damaged");
+            let damaged = damaged.at(file, why.line() as u32, why.column() as u32);
+            return Err(damaged.with("what", why));
+        }
+    };
+    if kept.annulus_drawing != SCHEMA {
+        return Err(refuse("drawing.schema").with("found", kept.annulus_drawing).with("known", SCHEMA));
+    }
+    let mut drawing = Drawing::default();
+    let changes = kept.things.into_iter().map(|(id, entry)| (id, Some(entry))).collect();
+    drawing.apply(&Edit { name: Some(kept.name), changes }).map_err(|why| why.at(file, 0, 0))?;
+    Ok(History::restored(drawing, kept.back.into_owned(), kept.on.into_owned()))
+}
+
+/// The text of a drawing and its edits.
+pub fn write(history: &History) -> String {
+    let (back, on) = history.edits();
+    let drawing = history.now();
+    let things = drawing.things().map(|(id, entry)| (id, entry.clone())).collect();
+    let kept = Kept {
+        annulus_drawing: SCHEMA,
+        name: drawing.name().to_owned(),
+        things,
+        back: back.into(),
+        on: on.into(),
+    };
+    // Plain data with whole numbers: there is nothing in it that cannot be written.
+    serde_json::to_string(&kept).unwrap_or_default()
+}
