@@ -131,7 +131,7 @@ fn what_cannot_be_is_refused_with_a_sentence() {
     let drawing = small();
     let (node, track) = (all(&drawing, "node")[0], all(&drawing, "track")[0]);
     let group = grouped(&drawing, &set(&[track]), "a");
-    let mut with_group = drawing.clone();
+    let mut with_group = drawing;
     with_group.apply(&group.0).unwrap();
     let group = group.1.unwrap();
     let entry = |thing: Thing| Some(Entry { thing, group: None });
