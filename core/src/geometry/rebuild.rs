@@ -452,8 +452,10 @@ fn path(contour: &[Found], circles: &[Circle], fragment: f64) -> Option<Path> {
         nodes = straighten(&join_arcs(&drop_spikes(&drop_fragments(&nodes, fragment))));
         half_round(&mut nodes);
     }
+    // What would be drawn together to nothing stays as it was found.
+    let found = nodes.clone();
     snap(&mut nodes);
-    path_of(&nodes)
+    path_of(&nodes).or_else(|| path_of(&found))
 }
 
 /// What is inside of the outlines on an overlay by `fill`; they are used up.
