@@ -90,6 +90,12 @@ pub enum Action {
     Fit,
     /// The other side of the board.
     Flip,
+    /// Straight from above.
+    FromAbove,
+    /// As the board in space is seen first.
+    HomeView,
+    /// Flat or in space.
+    Space,
     /// Closer.
     ZoomIn,
     /// Further.
@@ -295,6 +301,9 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     {
         return Some(Action::Cam(key));
     }
+    if tab == Tab::Simulate && press.alt && !press.ctrl && press.code == "Digit3" {
+        return Some(Action::Space);
+    }
     if press.in_text || press.alt {
         return None;
     }
@@ -357,6 +366,8 @@ fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
         }
         (Tab::Simulate, "Home") => Some(Action::Beginning),
         (Tab::Simulate, "End") => Some(Action::End),
+        (Tab::Simulate, "t" | "T") if !press.shift => Some(Action::FromAbove),
+        (Tab::Simulate, "h" | "H") if !press.shift => Some(Action::HomeView),
         (Tab::Simulate, "," | ".") => Some(Action::Faster(key == ".")),
         (Tab::Board | Tab::Cam | Tab::Machine, "Home") => Some(Action::Fit),
         _ => None,
@@ -425,6 +436,9 @@ mod tests {
             ("4", Tab::Board, Some(Action::Show(Tab::Machine))),
             ("5", Tab::Board, Some(Action::Show(Tab::Lab))),
             ("f", Tab::Board, Some(Action::Flip)),
+            ("t", Tab::Simulate, Some(Action::FromAbove)),
+            ("h", Tab::Simulate, Some(Action::HomeView)),
+            ("t", Tab::Board, None),
             ("text+f", Tab::Board, None),
             ("Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
             ("text+Ctrl+z", Tab::Lab, Some(Action::Undo(true))),

@@ -1,5 +1,6 @@
 //! Every test that needs more than one module, in one program, so that it is linked once.
 
+mod carved_copper;
 mod corpus_cam;
 mod corpus_drill;
 mod corpus_gerber;

@@ -11,6 +11,7 @@
 
 pub mod asked;
 pub mod board;
+mod carved;
 pub mod effect;
 pub mod export;
 pub mod files;
@@ -255,7 +256,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(planning::follow(model));
     effects.extend(keeping::follow(model));
     effects.extend(template::follow(model));
-    play::follow(model);
+    effects.extend(play::follow(model));
     effects.extend(start::follow(model));
     frame::follow(model);
     effects

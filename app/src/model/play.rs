@@ -6,10 +6,10 @@
 //!
 //! Comes in: the plan in time, keys, frames of the browser. Goes out: the second on show; it moves only while it runs.
 
-use super::{Effect, Model};
+use super::{Effect, Model, carved};
 use crate::engine::messages::Timed;
-use crate::keys::Stride;
-use annulus_core::sim::Playback;
+use crate::keys::{Stride, Tab};
+use annulus_core::sim::{Carving, Playback, Stock, Warning, nearest};
 use annulus_core::units::TICK_HZ;
 use std::sync::Arc;
 
@@ -29,6 +29,18 @@ pub struct Play {
     pub running: bool,
     /// Seconds of the plan in a second of the clock.
     pub speed: f64,
+    /// The head goes at this speed on the screen instead, in metres a second.
+    pub working_m_per_s: Option<f64>,
+    /// The picture is flat: so it was wanted.
+    pub flat: bool,
+    /// There is nothing that could draw the board in space.
+    pub no_space: bool,
+    /// The board as it is carved now, where it is looked at in space.
+    pub carved: Option<Arc<Stock>>,
+    /// What is wrong, and when.
+    pub warnings: Arc<Vec<Warning>>,
+    /// The board on its way to the second on show.
+    pub(super) carving: Option<Carving>,
     /// When the last frame was.
     last_ms: Option<f64>,
     /// A frame was asked for and has not come yet.
@@ -44,6 +56,12 @@ impl Default for Play {
             at_s: 0.0,
             running: false,
             speed: 10.0,
+            working_m_per_s: None,
+            flat: false,
+            no_space: false,
+            carved: None,
+            warnings: Arc::default(),
+            carving: None,
             last_ms: None,
             awaits: false,
             of: None,
@@ -83,9 +101,39 @@ pub enum PlayEvent {
         /// Seconds of the plan in a second of the clock.
         speed: f64,
     },
+    /// As fast as the head goes at this speed.
+    Working {
+        /// In metres a second.
+        m_per_s: f64,
+    },
+    /// To the moment at which the tool cuts nearest to a place.
+    At {
+        /// In work coordinates, mm.
+        place_mm: [f64; 2],
+    },
+    /// To the next thing that is wrong, or the one before.
+    Wrong {
+        /// The next.
+        on: bool,
+    },
+    /// Flat or in space.
+    Flat {
+        /// Flat; none for the other one.
+        flat: Option<bool>,
+    },
+    /// Whether there is something that can draw the board in space.
+    Space {
+        /// There is.
+        there: bool,
+    },
     /// The browser draws a frame.
     Frame,
 }
+
+/// How far beside a cut a press still means it, mm.
+const BESIDE_MM: f64 = 1.5;
+/// A second of the clock is parted into so many pieces for each frame where the head has a speed of its own.
+const PIECES: u32 = 16;
 
 impl Play {
     /// How long all of it takes.
@@ -124,6 +172,25 @@ impl Play {
         self.ask_for_frame()
     }
 
+    /// The second on show when the clock went on by `gone_s`.
+    fn after(&self, gone_s: f64) -> f64 {
+        let (Some(m_per_s), Some(playback)) = (self.working_m_per_s, &self.playback) else {
+            return self.at_s + gone_s * self.speed;
+        };
+        let piece_s = gone_s / f64::from(PIECES);
+        (0..PIECES).fold(self.at_s, |at_s, _| {
+            // While the head rests or turns, time goes on as it does at the machine.
+            let own = playback.at(at_s).map_or(0.0, |now| now.speed_mm_per_s);
+            let factor = if own > 0.1 { m_per_s * 1e3 / own } else { 1.0 };
+            at_s + piece_s * factor.clamp(SPEEDS[0], SPEEDS[SPEEDS.len() - 1])
+        })
+    }
+
+    /// What can be looked at in space is.
+    pub fn in_space(&self) -> bool {
+        !self.flat && !self.no_space && self.carved.is_some()
+    }
+
     fn ask_for_frame(&mut self) -> Vec<Effect> {
         if std::mem::replace(&mut self.awaits, true) { Vec::new() } else { vec![Effect::Frame] }
     }
@@ -131,12 +198,14 @@ impl Play {
     fn frame(&mut self, now_ms: f64) -> Vec<Effect> {
         self.awaits = false;
         if !self.running {
+            carved::carve(self);
             return Vec::new();
         }
         let last_ms = self.last_ms.replace(now_ms);
         let gone_s = last_ms.map_or(0.0, |last_ms| (now_ms - last_ms).min(LEAP_MS)) / 1000.0;
-        let at_s = self.at_s + gone_s * self.speed;
+        let at_s = self.after(gone_s);
         self.seek(at_s);
+        carved::carve(self);
         if self.at_s < at_s {
             self.running = false;
             return Vec::new();
@@ -180,21 +249,49 @@ pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
         PlayEvent::Seek { at_s } => play.seek(at_s),
         PlayEvent::Step { stride } => play.step(stride),
         PlayEvent::End => play.seek(play.total_s()),
-        PlayEvent::Faster { more } => play.speed = next_speed(play.speed, more),
-        PlayEvent::Speed { speed } => play.speed = speed,
+        PlayEvent::Faster { more } => {
+            (play.speed, play.working_m_per_s) = (next_speed(play.speed, more), None)
+        }
+        PlayEvent::Speed { speed } => (play.speed, play.working_m_per_s) = (speed, None),
+        PlayEvent::Working { m_per_s } => play.working_m_per_s = Some(m_per_s),
+        PlayEvent::At { place_mm } => {
+            let timeline = play.playback.as_ref().map(|playback| playback.timeline());
+            let found = timeline.and_then(|line| nearest(&line.moves, &line.mm_per_step, place_mm));
+            if let Some((at_s, _)) = found.filter(|(_, away_mm)| *away_mm <= BESIDE_MM) {
+                play.running = false;
+                play.seek(at_s);
+            }
+        }
+        PlayEvent::Wrong { on } => {
+            let times = play.warnings.iter().map(|warning| warning.at_s);
+            if let Some(at_s) = neighbour(play.at_s, on, times) {
+                play.running = false;
+                play.seek(at_s);
+            }
+        }
+        PlayEvent::Flat { flat } => play.flat = flat.unwrap_or(!play.flat),
+        PlayEvent::Space { there } => play.no_space = !there,
         PlayEvent::Frame => return play.frame(model.clock.page_ms),
     }
     Vec::new()
 }
 
-/// Another plan is played from its beginning.
-pub(super) fn follow(model: &mut Model) {
+/// Another plan is played from its beginning; the board in space is carved up to the second on show.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let (now, of) = (&model.board.timed, &model.play.of);
-    if now.as_ref().map(Arc::as_ptr) == of.as_ref().map(Arc::as_ptr) {
-        return;
+    if now.as_ref().map(Arc::as_ptr) != of.as_ref().map(Arc::as_ptr) {
+        let playback = now.as_ref().map(|timed| Arc::new(Playback::new(timed.timeline.clone())));
+        let of = now.clone();
+        let play = &mut model.play;
+        (play.playback, play.of, play.at_s, play.running) = (playback, of, 0.0, false);
+        (play.carving, play.carved) = (None, None);
+        let warnings = carved::warned(model);
+        model.play.warnings = warnings;
     }
-    let playback = now.as_ref().map(|timed| Arc::new(Playback::new(timed.timeline.clone())));
-    let of = now.clone();
+    let wanted = model.frame.tab == Tab::Simulate && !model.play.flat && !model.play.no_space;
+    if wanted && model.play.carving.is_none() {
+        carved::begin(model);
+    }
     let play = &mut model.play;
-    (play.playback, play.of, play.at_s, play.running) = (playback, of, 0.0, false);
+    if wanted && carved::is_behind(play) { play.ask_for_frame() } else { Vec::new() }
 }

@@ -4,7 +4,7 @@
 
 use super::signals as all;
 use super::slots::Slots;
-use annulus_core::sim::{Moment, Playback};
+use annulus_core::sim::{Moment, Playback, Stock, Warning};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -19,6 +19,16 @@ pub struct Play {
     pub running: ReadSignal<bool>,
     /// Seconds of the plan in a second of the clock.
     pub speed: ReadSignal<f64>,
+    /// The speed of the head on the screen, in metres a second, where that was chosen.
+    pub working_m_per_s: ReadSignal<Option<f64>>,
+    /// The board is looked at in space.
+    pub in_space: ReadSignal<bool>,
+    /// There is nothing that could draw it in space.
+    pub no_space: ReadSignal<bool>,
+    /// The board as it is carved now.
+    pub carved: ReadSignal<Option<Arc<Stock>>>,
+    /// What is wrong, and when.
+    pub warnings: ReadSignal<Arc<Vec<Warning>>>,
 }
 
 /// The playback.
@@ -32,6 +42,11 @@ pub(super) fn signals(slots: &mut Slots) -> Play {
         at_s: slots.part(|model| &model.play.at_s),
         running: slots.part(|model| &model.play.running),
         speed: slots.part(|model| &model.play.speed),
+        working_m_per_s: slots.part(|model| &model.play.working_m_per_s),
+        in_space: slots.made(|model| model.play.in_space()),
+        no_space: slots.part(|model| &model.play.no_space),
+        carved: slots.handle(|model| &model.play.carved),
+        warnings: slots.kept(|model| &model.play.warnings),
     }
 }
 

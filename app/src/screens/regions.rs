@@ -7,7 +7,7 @@ use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Panel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
-use crate::model::{ExportEvent, FilesEvent, FrameEvent, Overlay};
+use crate::model::{ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
 use crate::page::link;
 use crate::page::{frame, send};
 use crate::page::{open_board, open_lab};
@@ -89,8 +89,12 @@ pub(crate) fn act(action: Action) {
         Action::Open => send(FilesEvent::Choose),
         Action::Units => send(FrameEvent::Units { unit: None }),
         Action::Region(onwards) => next_region(onwards),
+        Action::Flip if frame().tab.get_untracked() == Tab::Simulate => send(FrameEvent::Look { action }),
         Action::Flip => send(FrameEvent::Flip { below: None }),
-        Action::Fit | Action::ZoomIn | Action::ZoomOut => send(FrameEvent::Look { action }),
+        Action::Space => send(PlayEvent::Flat { flat: None }),
+        Action::Fit | Action::ZoomIn | Action::ZoomOut | Action::FromAbove | Action::HomeView => {
+            send(FrameEvent::Look { action })
+        }
         Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
             simulate::act(action);
         }

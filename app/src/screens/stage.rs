@@ -13,8 +13,8 @@ use super::shown::{Shown, missing_holes, moment, shown};
 use crate::i18n::{key, say, t};
 use crate::keys::{Action, Tab};
 use crate::layers::Kind;
-use crate::model::FrameEvent;
 use crate::model::Theme;
+use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
 use crate::view::{Backend, Line, Palette, Scene, State, View, Wanted, Width};
@@ -28,9 +28,9 @@ use wasm_bindgen::prelude::*;
 use web_sys::MediaQueryListEvent;
 
 /// The picture, once there is one.
-type Picture = StoredValue<Option<View>, LocalStorage>;
+pub(super) type Picture = StoredValue<Option<View>, LocalStorage>;
 
-fn with_view(picture: Picture, act: impl FnOnce(&View)) {
+pub(super) fn with_view(picture: Picture, act: impl FnOnce(&View)) {
     if let Some(view) = picture.try_get_value().flatten() {
         act(&view);
     }
@@ -42,6 +42,9 @@ fn look(view: &View, action: Action) {
         Action::Fit => view.fit(),
         Action::ZoomIn => view.zoom_by(1.25),
         Action::ZoomOut => view.zoom_by(0.8),
+        Action::FromAbove => view.look_home(true),
+        Action::HomeView => view.look_home(false),
+        Action::Flip => view.look_flipped(),
         _ => {}
     }
 }
@@ -88,6 +91,7 @@ pub(crate) fn stage() -> impl IntoView {
                     Backend::Flat => key!("page.status.flat"),
                 };
                 send(FrameEvent::Backend { word });
+                send(PlayEvent::Space { there: view.can_show_solids() });
                 listen(&view, shown);
                 picture.set_value(Some(view));
                 ready.set(true);
@@ -95,6 +99,7 @@ pub(crate) fn stage() -> impl IntoView {
         });
     });
     show(picture, ready, shown, palette);
+    super::simulate::in_space(picture, ready, shown);
     let buttons = [
         (Icon::Fit, Action::Fit, key!("page.view.fit")),
         (Icon::Plus, Action::ZoomIn, key!("page.view.closer")),
@@ -179,6 +184,10 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
         let hole =
             pressed.disc.and_then(|disc| shown.with_untracked(|shown| shown.as_ref()?.hole_of_disc(disc)));
         send(FrameEvent::Select { hole });
+        if frame().tab.get_untracked() == Tab::Simulate {
+            let place = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(pressed.at_mm)));
+            place.into_iter().for_each(|place_mm| send(PlayEvent::At { place_mm }));
+        }
     });
     view.on_hover(move |place| {
         let at = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(place?.0)));
@@ -303,7 +312,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     match &shown.toolpaths {
         Some(toolpaths) if !(shown.before && frame().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
-            let with_travel = frame().show_travel.get() || frame().tab.get() != Tab::Cam;
+            let with_travel = frame().show_travel.get() || frame().tab.get() == Tab::Machine;
             scene.lines = picture::toolpaths(toolpaths, palette, colour, with_travel);
             if frame().tab.get() == Tab::Cam {
                 scene.lines.extend(found(shown, palette));

@@ -9,7 +9,7 @@ wasm_bindgen_test_configure!(run_in_browser);
 
 const SIDE: u32 = 240;
 
-fn host() -> HtmlElement {
+pub(super) fn host() -> HtmlElement {
     let document = web_sys::window().unwrap().document().unwrap();
     let host: HtmlElement = document.create_element("div").unwrap().dyn_into().unwrap();
     host.style().set_css_text(&format!("position:fixed;left:0;top:0;width:{SIDE}px;height:{SIDE}px"));
@@ -36,8 +36,8 @@ fn scene() -> Scene {
     }
 }
 
-/// Paints now and copies the picture before the browser takes it away.
-fn pixels(view: &View) -> impl Fn([f32; 2]) -> [u8; 3] + use<> {
+/// Paints now and copies the picture before the browser takes it away; read by pixels of the window.
+pub(super) fn at_px(view: &View) -> impl Fn([f64; 2]) -> [u8; 3] + use<> {
     view.paint();
     let canvas = view.0.borrow().canvas.clone();
     let (width, height) = (canvas.width(), canvas.height());
@@ -48,13 +48,18 @@ fn pixels(view: &View) -> impl Fn([f32; 2]) -> [u8; 3] + use<> {
     let context: CanvasRenderingContext2d = copy.get_context("2d").unwrap().unwrap().dyn_into().unwrap();
     context.draw_image_with_html_canvas_element(&canvas, 0.0, 0.0).unwrap();
     let data = context.get_image_data(0.0, 0.0, f64::from(width), f64::from(height)).unwrap().data();
-    let camera = view.camera();
-    let density = f64::from(width) / camera.viewport_px[0];
-    move |mm| {
-        let px = camera.to_px(mm.map(f64::from)).map(|px| (px * density) as usize);
+    let density = f64::from(width) / view.camera().viewport_px[0];
+    move |px| {
+        let px = px.map(|px| (px * density) as usize);
         let at = (px[1] * width as usize + px[0]) * 4;
         [data[at], data[at + 1], data[at + 2]]
     }
+}
+
+/// The same by places of the flat picture.
+pub(super) fn pixels(view: &View) -> impl Fn([f32; 2]) -> [u8; 3] + use<> {
+    let (read, camera) = (at_px(view), view.camera());
+    move |mm| read(camera.to_px(mm.map(f64::from)))
 }
 
 fn close(found: [u8; 3], wanted: Colour, what: &str) {
@@ -103,7 +108,7 @@ async fn webgpu_and_webgl2_and_the_plain_canvas_draw_the_same_picture() {
     }
 }
 
-async fn tick() {
+pub(super) async fn tick() {
     let promise = js_sys::Promise::new(&mut |resolve, _| {
         web_sys::window()
             .unwrap()

@@ -56,7 +56,10 @@ fn listen_to_wheel(view: &View, canvas: &HtmlCanvasElement) -> Closure<dyn FnMut
         let speed = if event.ctrl_key() { 0.01 } else { 0.0018 };
         let factor = libm::exp(-(event.delta_y() * lines).clamp(-400.0, 400.0) * speed);
         let at = [f64::from(event.offset_x()), f64::from(event.offset_y())];
-        View(stage).move_camera(|camera| camera.zoom_at(at, factor));
+        let view = View(stage);
+        if !view.move_orbit(|orbit, window| orbit.zoom_at(at, factor, window)) {
+            view.move_camera(|camera| camera.zoom_at(at, factor));
+        }
     });
     let options = AddEventListenerOptions::new();
     options.set_passive(false);
@@ -102,6 +105,21 @@ fn moved(view: &View, event: &PointerEvent) {
         gestures.dragged = true;
     }
     let other = held.iter().find(|held| held.id != event.pointer_id());
+    // In space one finger turns the board; two, the other buttons or Shift move it.
+    let pans = event.shift_key() || event.buttons() & 6 != 0;
+    let in_space = view.move_orbit(|orbit, window| match other {
+        None if pans => orbit.pan_px(before, at, window),
+        None => orbit.turn_px([at[0] - before[0], at[1] - before[1]]),
+        Some(other) => {
+            let middle = |at: [f64; 2]| [(at[0] + other.at_px[0]) / 2.0, (at[1] + other.at_px[1]) / 2.0];
+            orbit.pan_px(middle(before), middle(at), window);
+            let factor = apart(at, other.at_px) / apart(before, other.at_px).max(1.0);
+            orbit.zoom_at(middle(at), factor, window);
+        }
+    });
+    if in_space {
+        return;
+    }
     view.move_camera(|camera| match other {
         None => camera.pan_px([at[0] - before[0], at[1] - before[1]]),
         Some(other) => {
@@ -125,7 +143,7 @@ fn up(view: &View, event: &PointerEvent) {
     }
     let at_px = place(event);
     let pressed = Pressed {
-        at_mm: view.camera().to_mm(at_px),
+        at_mm: view.place_of(at_px),
         disc: view.pick(at_px),
         adding: event.shift_key() || event.ctrl_key() || event.meta_key(),
     };
@@ -141,7 +159,7 @@ fn hover(view: &View, at_px: [f64; 2]) {
     let disc = view.pick(at_px);
     view.set_hovered(disc);
     let act = view.0.borrow().gestures.on_hover.clone();
-    tell(act, Some((view.camera().to_mm(at_px), disc)));
+    tell(act, Some((view.place_of(at_px), disc)));
 }
 
 fn left(view: &View, _: &PointerEvent) {

@@ -8,8 +8,11 @@
 use super::areas::Layers;
 use super::buffers::{fill, vertex_buffer};
 use super::camera::Camera;
+use super::carved::{Carved, Sight};
 use super::marks::{self, Emphasis, Mark};
+use super::orbit::Orbit;
 use super::palette::Palette;
+use super::relief::{Cutting, Field, Patch};
 use super::scene::{Progress, Scene};
 use std::ops::Range;
 use std::sync::Arc;
@@ -49,6 +52,8 @@ pub(super) struct Look<'a> {
     pub(super) palette: &'a Palette,
     pub(super) progress: Progress,
     pub(super) head_mm: Option<[f32; 2]>,
+    /// The board in space instead of all that.
+    pub(super) solid: Option<(&'a Field, &'a Orbit, Option<Cutting>)>,
 }
 
 /// What happened to a frame.
@@ -84,6 +89,9 @@ pub(super) struct Gpu {
     mark_count: u32,
     first_disc: usize,
     head: wgpu::Buffer,
+    /// Made when a board in space is first looked at.
+    carved: Option<Carved>,
+    hardware: bool,
     lost: Arc<AtomicBool>,
 }
 
@@ -119,14 +127,14 @@ impl Gpu {
         // A processor that paints in software has four times the work with them.
         let hardware = adapter.get_info().device_type != wgpu::DeviceType::Cpu;
         let samples = if own_view && hardware && can.sample_count_supported(4) { 4 } else { 1 };
-        Ok(Self::assemble(surface, device, queue, (config, view_format, samples), lost))
+        Ok(Self::assemble(surface, (device, queue), (config, view_format, samples), hardware, lost))
     }
 
     fn assemble(
         surface: wgpu::Surface<'static>,
-        device: wgpu::Device,
-        queue: wgpu::Queue,
+        (device, queue): (wgpu::Device, wgpu::Queue),
         (config, view_format, samples): (wgpu::SurfaceConfiguration, wgpu::TextureFormat, u32),
+        hardware: bool,
         lost: Arc<AtomicBool>,
     ) -> Self {
         let shader = device.create_shader_module(wgpu::include_wgsl!("marks.wgsl"));
@@ -186,7 +194,26 @@ impl Gpu {
             mark_count: 0,
             first_disc: 0,
             head,
+            carved: None,
+            hardware,
             lost,
+        }
+    }
+
+    /// Another board in space, or none. False where it is too large for the device.
+    pub(super) fn set_field(&mut self, field: Option<&Field>) -> bool {
+        if self.carved.is_none() && field.is_none() {
+            return true;
+        }
+        let target = (self.view_format, self.samples);
+        let carved = self.carved.get_or_insert_with(|| Carved::new(&self.device, target, self.hardware));
+        carved.set(&self.device, &self.queue, field)
+    }
+
+    /// One tile of the board in space.
+    pub(super) fn patch(&self, patch: &Patch) {
+        if let Some(carved) = &self.carved {
+            carved.patch(&self.queue, patch);
         }
     }
 
@@ -248,14 +275,26 @@ impl Gpu {
             format: Some(self.view_format),
             ..Default::default()
         });
+        let solid = look.solid.is_some_and(|(field, orbit, tool)| {
+            let window_px = [self.config.width, self.config.height];
+            let ground = look.palette.background;
+            let sight = Sight { relief: &field.relief, orbit, tool, window_px, ground };
+            self.carved.as_ref().is_some_and(|carved| carved.look(&self.queue, &sight))
+        });
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.draw(&mut encoder, &view, look.head_mm.is_some());
+        self.draw(&mut encoder, &view, solid, look.head_mm.is_some());
         self.queue.submit([encoder.finish()]);
         self.queue.present(texture);
         Painted::Shown
     }
 
-    fn draw(&self, encoder: &mut wgpu::CommandEncoder, view: &wgpu::TextureView, with_head: bool) {
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &wgpu::TextureView,
+        solid: bool,
+        with_head: bool,
+    ) {
         let attachment = wgpu::RenderPassColorAttachment {
             view: self.smooth.as_ref().unwrap_or(view),
             depth_slice: None,
@@ -269,6 +308,9 @@ impl Gpu {
             color_attachments: &[Some(attachment)],
             ..Default::default()
         });
+        if let Some(carved) = self.carved.as_ref().filter(|_| solid) {
+            return carved.draw(&mut pass);
+        }
         pass.set_bind_group(0, &self.group, &[]);
         pass.set_pipeline(&self.ground);
         pass.draw(0..3, 0..1);

@@ -176,6 +176,9 @@ impl View {
 
     /// Zooms about the middle of the window.
     pub fn zoom_by(&self, factor: f64) {
+        if self.move_orbit(|orbit, window| orbit.zoom_at(window.map(|px| px / 2.0), factor, window)) {
+            return;
+        }
         self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), factor));
     }
 
@@ -206,8 +209,13 @@ impl View {
         if stage.picker.is_none() {
             stage.picker = Some(Picker::new(&stage.scene.discs));
         }
-        let at_mm = stage.camera.to_mm(at_px);
-        let tolerance = PICK_TOLERANCE_PX / stage.camera.px_per_mm;
+        let viewport = stage.camera.viewport_px;
+        let solid = stage.solid.seen().map(|(_, orbit, _)| (orbit.to_mm(at_px, viewport), orbit.across_mm));
+        let (at_mm, px_per_mm) = match solid {
+            Some((at, across_mm)) => (at?, viewport[1] / across_mm),
+            None => (stage.camera.to_mm(at_px), stage.camera.px_per_mm),
+        };
+        let tolerance = PICK_TOLERANCE_PX / px_per_mm;
         stage.picker.as_ref().and_then(|picker| picker.nearest(at_mm, tolerance))
     }
 

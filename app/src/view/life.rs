@@ -17,6 +17,7 @@ use super::held::Gestures;
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::scene::{Progress, Scene};
+use super::solid::Solid;
 use super::stage::{Frames, Stage};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -42,6 +43,7 @@ impl View {
             emphasis: Emphasis::default(),
             progress: Progress::default(),
             head_mm: None,
+            solid: Solid::default(),
             picker: None,
             fitted: true,
             frames: Frames::default(),

@@ -5,6 +5,8 @@
 //!    └──────────────────────── flat ─▶ canvas                      └─ pick ─▶ index of a disc
 //! ```
 //!
+//! A board that is carved is drawn in space instead: a [`Relief`] by its tiles, seen from an [`Orbit`].
+//!
 //! Comes in: a [`Scene`] in millimetres of the board, a [`Palette`], what is done. Goes out: pixels, and which disc lies
 //! under the pointer. Knows no boards, no screens and no leptos.
 //!
@@ -13,8 +15,10 @@
 mod camera;
 #[cfg(any(target_arch = "wasm32", test))]
 mod marks;
+mod orbit;
 mod palette;
 mod pick;
+mod relief;
 mod scene;
 
 #[cfg(target_arch = "wasm32")]
@@ -23,6 +27,8 @@ mod areas;
 mod backend;
 #[cfg(target_arch = "wasm32")]
 mod buffers;
+#[cfg(target_arch = "wasm32")]
+mod carved;
 #[cfg(target_arch = "wasm32")]
 mod flat;
 #[cfg(target_arch = "wasm32")]
@@ -36,11 +42,17 @@ mod held;
 #[cfg(target_arch = "wasm32")]
 mod life;
 #[cfg(target_arch = "wasm32")]
+mod solid;
+#[cfg(target_arch = "wasm32")]
+mod space;
+#[cfg(target_arch = "wasm32")]
 mod stage;
 
 pub use camera::Camera;
+pub use orbit::Orbit;
 pub use palette::{Colour, Palette};
 pub use pick::Picker;
+pub use relief::{Cutting, Field, PATCH, Patch, Relief};
 pub use scene::{Disc, Layer, Line, Mesh, Plate, Progress, Scene, Slot, State, UNORDERED, Width};
 
 #[cfg(target_arch = "wasm32")]
@@ -54,3 +66,5 @@ pub use stage::Frames;
 
 #[cfg(all(test, target_arch = "wasm32"))]
 mod browser_tests;
+#[cfg(all(test, target_arch = "wasm32"))]
+mod space_tests;

@@ -11,6 +11,7 @@ use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
 use super::scene::{Progress, Scene, State};
+use super::solid::Solid;
 use wasm_bindgen::prelude::*;
 use web_sys::{HtmlCanvasElement, HtmlElement, ResizeObserver};
 
@@ -43,6 +44,7 @@ pub(super) struct Stage {
     pub(super) emphasis: Emphasis,
     pub(super) progress: Progress,
     pub(super) head_mm: Option<[f32; 2]>,
+    pub(super) solid: Solid,
     pub(super) picker: Option<Picker>,
     pub(super) fitted: bool,
     pub(super) frames: Frames,
@@ -65,6 +67,7 @@ impl Stage {
     pub(super) fn rebuild(&mut self) {
         if let Painter::Gpu(gpu) = &mut self.painter {
             gpu.set_scene(&self.scene, &self.palette, &self.emphasis);
+            self.solid.fits = gpu.set_field(self.solid.field.as_ref());
         }
         if self.fitted {
             self.fit();
@@ -111,6 +114,7 @@ impl Stage {
             palette: &self.palette,
             progress: self.progress,
             head_mm: self.head_mm,
+            solid: self.solid.seen(),
         };
         let painted = match &self.painter {
             Painter::Gpu(gpu) => gpu.paint(&look),
@@ -146,6 +150,7 @@ impl Stage {
             ("data-failed", failed.to_string()),
             ("data-layers", self.scene.layers.len().to_string()),
             ("data-lines", self.scene.lines.len().to_string()),
+            ("data-solid", self.solid.describe()),
             ("data-mirrored", self.camera.mirrored.to_string()),
             ("data-selected", self.emphasis.selected.len().to_string()),
             ("data-zoom", format!("{:.4}", self.camera.zoom())),

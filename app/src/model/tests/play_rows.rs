@@ -3,8 +3,16 @@
 use crate::engine::messages::Timed;
 use crate::keys::Stride;
 use crate::model::{Clock, Effect, Event, Model, PlayEvent, update};
+use annulus_core::geometry::Point;
+use annulus_core::machine::virtual_drill;
+use annulus_core::motion::timeline;
 use annulus_core::sim::Playback;
+use annulus_core::units::Length;
 use std::sync::Arc;
+
+fn um(um: i64) -> Length {
+    Length::from_um(um)
+}
 
 /// A model that plays for ten seconds, at this second and speed.
 fn playing(at_s: f64, speed: f64) -> Model {
@@ -62,4 +70,49 @@ fn another_plan_is_played_from_its_beginning() {
     model.board.timed = Some(Arc::new(Timed::default()));
     update(&mut model, PlayEvent::Step { stride: Stride::Hole(true) }.into());
     assert!(model.play.at_s.abs() < 1e-9 && !model.play.running);
+}
+
+#[test]
+fn the_head_goes_as_fast_as_it_was_told() {
+    use annulus_core::job::{Command, Leg, Mark, Program};
+    let mill = |x| Command::Mill { to: Point::from_mm(x, 0.0), height: um(-100), feed_um_per_s: 10_000 };
+    let plunge = Command::Plunge { to: um(-100), feed_um_per_s: 5_000, gate: None };
+    let up = Command::Retract { to: um(2_000) };
+    let program = Program {
+        name: String::new(),
+        machine: String::new(),
+        origin: Point::default(),
+        bits: Vec::new(),
+        accepted: Vec::new(),
+        safe_height: um(2_000),
+        spindles: 1,
+        legs: vec![Leg { mark: Mark::Toolpath(0), commands: vec![plunge, mill(100.0), up] }],
+    };
+    let playback = Playback::new(timeline(&program, &virtual_drill()).unwrap());
+    let begin_s = (0..4_000)
+        .map(|ms| f64::from(ms) * 1e-3)
+        .find(|at| playback.at(*at).is_some_and(|now| now.position_mm[0] > 10.0));
+    let begin_s = begin_s.unwrap();
+    for m_per_s in [0.002, 0.02, 0.1] {
+        let mut model = playing(begin_s, 1.0);
+        model.play.playback = Some(Arc::new(playback.clone()));
+        update(&mut model, PlayEvent::Working { m_per_s }.into());
+        model.play.running = true;
+        frame(&mut model, 0.0);
+        frame(&mut model, 100.0);
+        let [x, ..] = playback.at(model.play.at_s).unwrap().position_mm;
+        let [from, ..] = playback.at(begin_s).unwrap().position_mm;
+        assert!((x - from - 100.0 * m_per_s).abs() < 0.02 + 2.0 * m_per_s, "{m_per_s} m/s: {} mm", x - from);
+    }
+}
+
+#[test]
+fn the_flat_picture_is_chosen_or_all_there_is() {
+    let mut model = playing(0.0, 1.0);
+    assert!(!model.play.in_space(), "nothing is carved");
+    update(&mut model, PlayEvent::Flat { flat: None }.into());
+    assert!(model.play.flat);
+    update(&mut model, PlayEvent::Flat { flat: Some(false) }.into());
+    update(&mut model, PlayEvent::Space { there: false }.into());
+    assert!(!model.play.flat && model.play.no_space && !model.play.in_space());
 }

@@ -7,7 +7,6 @@ mod inspector;
 mod rows;
 
 pub(crate) use inspector::{inspector, show_problems};
-pub(crate) use rows::swatch;
 
 use super::layers;
 use leptos::html::div;

@@ -70,7 +70,7 @@ pub(crate) fn rows(tools: &[Tool]) -> Vec<Row> {
 }
 
 /// The colour of holes of `size` in the picture.
-pub(crate) fn swatch(board: &Board, size: Option<Length>) -> String {
+pub(super) fn swatch(board: &Board, size: Option<Length>) -> String {
     let sizes = picture::sizes(board);
     let index = size.map_or(0, |size| sizes.partition_point(|other| *other < size));
     Palette::DARK.tool(index).css()

@@ -6,9 +6,13 @@
 //!
 //! Comes in: the plan in time. Goes out: the moment on show. Never moves a machine.
 
+mod bands;
 mod commands;
 mod player;
 mod scrub;
+mod space;
+
+pub(crate) use space::in_space;
 
 use crate::i18n::t;
 use crate::keys::Action;

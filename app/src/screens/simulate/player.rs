@@ -5,13 +5,14 @@
 use crate::format::{clock, plain};
 use crate::i18n::{language, say, t};
 use crate::keys::{Action, Stride};
-use crate::model::PlayEvent;
 use crate::model::play::SPEEDS;
-use crate::page::{open_board, play, send};
+use crate::model::{FrameEvent, PlayEvent};
+use crate::page::{frame, open_board, play, send};
 use crate::screens::machine::words;
-use crate::widgets::{Icon, icon, picture_button};
+use crate::widgets::{Icon, icon, picture_button, push};
+use annulus_core::job::Mark;
 use leptos::ev;
-use leptos::html::{button, div, label, option, select, span};
+use leptos::html::{button, div, input, label, option, select, span};
 use leptos::prelude::*;
 
 fn step(picture: Icon, action: Action, name: &'static str) -> impl IntoView {
@@ -46,26 +47,89 @@ pub(super) fn controls() -> impl IntoView {
         span().class("clock tabular").child(time),
         speeds(),
         facts(),
+        looks(),
     ))
 }
 
+/// How the board is looked at, and what is wrong on the way.
+fn looks() -> impl IntoView {
+    use crate::i18n::key;
+    let play = play();
+    let flat = label().class("row check").child((
+        input()
+            .attr("type", "checkbox")
+            .prop("checked", move || !play.in_space.get())
+            .prop("disabled", move || play.no_space.get())
+            .on(ev::change, move |event| send(PlayEvent::Flat { flat: Some(event_target_checked(&event)) })),
+        span().attr("title", "Alt+3").child(t!("page.simulate.flat")),
+    ));
+    let travel = label().class("row check").child((
+        input()
+            .attr("type", "checkbox")
+            .prop("checked", move || frame().show_travel.get())
+            .prop("disabled", move || play.in_space.get())
+            .on(ev::change, move |event| send(FrameEvent::Travel { on: event_target_checked(&event) })),
+        span().child(t!("page.simulate.travel")),
+    ));
+    let views = move || {
+        let rows = [
+            (Action::HomeView, key!("page.simulate.home_view")),
+            (Action::FromAbove, key!("page.simulate.from_above")),
+            (Action::Flip, key!("page.simulate.flip")),
+        ];
+        let view = |(action, name): (Action, &'static str)| {
+            push(
+                "button quiet",
+                move || crate::i18n::text(name, &[]),
+                move |_| send(FrameEvent::Look { action }),
+            )
+        };
+        play.in_space.get().then(|| rows.map(view).into_iter().collect::<Vec<_>>())
+    };
+    let wrong = move || {
+        let count = play.warnings.with(|warnings| warnings.len());
+        (count > 0).then(|| {
+            let word = move || say!("page.simulate.wrong", count = count);
+            push("button warn", word, |_| send(PlayEvent::Wrong { on: true }))
+        })
+    };
+    let none = move || play.no_space.get().then(|| span().class("quiet").child(t!("page.simulate.no_space")));
+    div().class("row").child((views, flat, travel, wrong, none))
+}
+
+/// Speeds of the head that can be chosen, in mm/s.
+const WORKING_MM_PER_S: [f64; 7] = [1.0, 5.0, 10.0, 20.0, 50.0, 200.0, 1000.0];
+
+/// By a factor of the planned speed, or by a speed of the head.
 fn speeds() -> impl IntoView {
     let play = play();
-    let options = SPEEDS.map(|speed| {
+    let factor = |speed: f64| {
+        let chosen = move || play.working_m_per_s.get().is_none() && (play.speed.get() - speed).abs() < 1e-9;
         option()
-            .attr("value", speed.to_string())
-            .prop("selected", move || (play.speed.get() - speed).abs() < 1e-9)
+            .attr("value", format!("x{speed}"))
+            .prop("selected", chosen)
             .child(t!("page.simulate.times", speed = plain(speed)))
-    });
+    };
+    let working = |mm_per_s: f64| {
+        let m_per_s = mm_per_s * 1e-3;
+        option()
+            .attr("value", m_per_s.to_string())
+            .prop("selected", move || play.working_m_per_s.get() == Some(m_per_s))
+            .child(t!("page.simulate.working", speed = plain(m_per_s)))
+    };
+    let options = (Vec::from(SPEEDS.map(factor)), Vec::from(WORKING_MM_PER_S.map(working)));
     label().class("row").child((
         span().class("quiet").child(t!("page.simulate.speed")),
         select()
             .on(ev::change, move |event| {
-                if let Ok(speed) = event_target_value(&event).parse() {
-                    send(PlayEvent::Speed { speed });
-                }
+                let chosen = event_target_value(&event);
+                let event = match chosen.strip_prefix('x') {
+                    Some(factor) => factor.parse().ok().map(|speed| PlayEvent::Speed { speed }),
+                    None => chosen.parse().ok().map(|m_per_s| PlayEvent::Working { m_per_s }),
+                };
+                event.into_iter().for_each(send);
             })
-            .child(Vec::from(options)),
+            .child(options),
     ))
 }
 
@@ -74,9 +138,17 @@ fn facts() -> impl IntoView {
     let hole = move || {
         let total =
             play.playback.with(|playback| playback.as_ref().map_or(0, |playback| playback.drilled().len()));
-        let done = play.now().map_or(0, |now| now.holes_done);
-        say!("page.simulate.hole", done = done, total = total)
+        let milled =
+            play.playback.with(|playback| playback.as_ref().map_or(0, |playback| playback.milled().len()));
+        match play.now() {
+            Some(now) if matches!(now.mark, Mark::Toolpath(_)) => {
+                say!("page.simulate.toolpath", done = now.toolpaths_done, total = milled)
+            }
+            Some(now) if total > 0 => say!("page.simulate.hole", done = now.holes_done, total = total),
+            _ => String::new(),
+        }
     };
+    let operation = move || play.now().and_then(|now| super::bands::operation(now.mark));
     let tool = move || {
         let bit = play.now()?.bit?;
         open_board().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
@@ -86,6 +158,7 @@ fn facts() -> impl IntoView {
         play.now().map(|now| say!("page.simulate.moving", speed = format!("{:.0}", now.speed_mm_per_s)))
     };
     (
+        span().class("strong").child(operation),
         span().class("tabular").child(hole),
         span().class("tabular").child(tool),
         span().child(stage),

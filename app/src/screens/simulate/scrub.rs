@@ -1,4 +1,4 @@
-//! Two sliders over the whole: a coarse one with a band for each tool, and a fine one of a hundredth either way.
+//! Two sliders over the whole: a coarse one with a band for each operation and tool, and a fine one of a hundredth either way.
 //!
 //! ```text
 //! coarse  [==T1===|##T2######|==T3==]
@@ -7,13 +7,11 @@
 //!
 //! Comes in: the playback. Goes out: the second on show.
 
+use super::bands;
 use crate::format::clock;
-use crate::i18n::{language, say, t};
+use crate::i18n::{say, t};
 use crate::model::PlayEvent;
-use crate::page::{Play, open_board, play, send};
-use crate::screens::board::swatch;
-use annulus_core::job::Cutter;
-use annulus_core::units::Length;
+use crate::page::{Play, play, send};
 use leptos::ev;
 use leptos::html::{div, input, label, span};
 use leptos::prelude::*;
@@ -23,48 +21,12 @@ fn in_words(play: Play) -> String {
     say!("page.simulate.spoken", now = clock(play.at_s.get()), total = clock(play.total_s()), hole = hole)
 }
 
-/// Stretches of the time with the same bit: bit and length in seconds.
-fn bands(play: Play) -> Vec<(Option<u32>, f64)> {
-    play.playback.with(|playback| {
-        let Some(playback) = playback else { return Vec::new() };
-        let mut bands: Vec<(Option<u32>, f64)> = Vec::new();
-        let ends = playback.legs().iter().skip(1).map(|leg| leg.start_s).chain([playback.total_s()]);
-        for (leg, end_s) in playback.legs().iter().zip(ends) {
-            let length_s = end_s - leg.start_s;
-            match bands.last_mut() {
-                Some((bit, total_s)) if *bit == leg.bit => *total_s += length_s,
-                _ => bands.push((leg.bit, length_s)),
-            }
-        }
-        bands
-    })
-}
-
-fn band(bit: Option<u32>, length_s: f64) -> impl IntoView {
-    let tool = open_board().job.with(|job| job.as_ref()?.program.bits.get(bit? as usize).cloned());
-    // Drills have the colour of the holes that they make.
-    let drill = tool.as_ref().filter(|tool| tool.cutter == Cutter::Drill).map(|tool| tool.diameter);
-    let size: Option<Length> = open_board().plan.with(|plan| {
-        let bit = plan.as_ref()?.bits.iter().find(|bit| Some(bit.diameter) == drill)?;
-        bit.sizes.first().copied()
-    });
-    let colour = open_board()
-        .document
-        .with(|document| document.as_ref().map(|document| swatch(&document.reading.board, size)));
-    let name = move || tool.as_ref().map(|tool| tool.title(&language()));
-    span()
-        .style(("--span", format!("{length_s:.3}")))
-        .style(("--swatch", colour.filter(|_| size.is_some()).unwrap_or_else(|| "transparent".to_owned())))
-        .child(name)
-}
-
 /// The whole.
 pub(super) fn coarse() -> impl IntoView {
     let play = play();
     div().class("scrub").child((
-        div().class("bands").attr("aria-hidden", "true").child(move || {
-            bands(play).into_iter().map(|(bit, length_s)| band(bit, length_s).into_any()).collect::<Vec<_>>()
-        }),
+        bands::shown(play),
+        bands::wrong(play),
         slider(play, t!("page.simulate.coarse"), move || (0.0, play.total_s())),
     ))
 }

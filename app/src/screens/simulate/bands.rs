@@ -1,0 +1,145 @@
+//! The time of a job by operations: one band for each operation and tool, in the operation's words, and marks for what is wrong.
+//!
+//! ```text
+//! [ Isolate · V 30° ][ Drill · 0.8 ][ Drill · 1.0 ][ Cut out · 2.0 ]
+//!        ▼ too deep
+//! ```
+//!
+//! Comes in: the playback, the job. Goes out: bands, marks that can be pressed. Does not know the second on show.
+
+use crate::format::clock;
+use crate::i18n::{self, language, say};
+use crate::model::PlayEvent;
+use crate::page::{Play, open_board, open_job, send};
+use crate::view::Palette;
+use annulus_core::cam::work::{Action, Operation};
+use annulus_core::job::Mark;
+use annulus_core::sim::{Fault, Warning};
+use leptos::ev;
+use leptos::html::{button, div, span};
+use leptos::prelude::*;
+
+/// A stretch of the time with one operation and one tool.
+#[derive(Clone, Debug, PartialEq)]
+struct Band {
+    /// Index into the operations of the job.
+    operation: Option<usize>,
+    bit: Option<u32>,
+    from_s: f64,
+    length_s: f64,
+}
+
+/// The operation of the job that a leg belongs to; holes are those of its drilling.
+fn operation_of(mark: Mark) -> Option<usize> {
+    let known = |toolpath: u32| {
+        let of = |index: u16| usize::from(index);
+        open_board()
+            .plan
+            .with(|plan| plan.as_ref()?.toolpath_operations.get(toolpath as usize).copied().map(of))
+    };
+    match mark {
+        Mark::Toolpath(toolpath) => known(toolpath),
+        Mark::Hole(_) => open_job().work.with(|work| {
+            let work = work.as_ref()?;
+            let drills = |one: &Operation| {
+                one.on && one.face == work.setup.face && matches!(one.action, Action::Drill(_))
+            };
+            work.operations.iter().position(drills)
+        }),
+        Mark::Prepare | Mark::ChangeBit(_) | Mark::Finish => None,
+    }
+}
+
+/// What people call the operation that a leg belongs to.
+pub(super) fn operation(mark: Mark) -> Option<String> {
+    name(operation_of(mark)?)
+}
+
+fn name(operation: usize) -> Option<String> {
+    open_job().work.with(|work| {
+        let operation = work.as_ref()?.operations.get(operation)?;
+        let own = Some(&operation.name).filter(|name| !name.is_empty()).cloned();
+        Some(own.unwrap_or_else(|| i18n::text(&operation.action.title_key(), &[])))
+    })
+}
+
+fn bands(play: Play) -> Vec<Band> {
+    play.playback.with(|playback| {
+        let Some(playback) = playback else { return Vec::new() };
+        let mut bands: Vec<Band> = Vec::new();
+        let ends = playback.legs().iter().skip(1).map(|leg| leg.start_s).chain([playback.total_s()]);
+        for (leg, end_s) in playback.legs().iter().zip(ends) {
+            let length_s = end_s - leg.start_s;
+            let operation = operation_of(leg.mark);
+            match bands.last_mut() {
+                // Changes of tools and ends go with what they are beside.
+                Some(last) if last.bit == leg.bit && (operation.is_none() || last.operation == operation) => {
+                    last.length_s += length_s;
+                }
+                Some(last) if last.bit == leg.bit && last.operation.is_none() => {
+                    last.operation = operation;
+                    last.length_s += length_s;
+                }
+                _ => bands.push(Band { operation, bit: leg.bit, from_s: leg.start_s, length_s }),
+            }
+        }
+        bands
+    })
+}
+
+/// The bands, as long as their times.
+pub(super) fn shown(play: Play) -> impl IntoView {
+    let all = Memo::new(move |_| bands(play));
+    let one = move |band: Band| {
+        let tool = open_board()
+            .job
+            .with(|job| Some(job.as_ref()?.program.bits.get(band.bit? as usize)?.title(&language())));
+        let word = match (band.operation.and_then(name), tool) {
+            (Some(operation), Some(tool)) => say!("page.simulate.band", operation = operation, tool = tool),
+            (operation, tool) => operation.or(tool).unwrap_or_default(),
+        };
+        let colour = band.operation.map(|index| Palette::DARK.operation(index).css());
+        let (from_s, end_s) = (band.from_s, band.from_s + band.length_s);
+        let now = move || (from_s..end_s).contains(&play.at_s.get());
+        span()
+            .style(("--span", format!("{:.3}", band.length_s)))
+            .style(("--swatch", colour.unwrap_or_else(|| "transparent".to_owned())))
+            .attr("data-now", move || now().to_string())
+            .attr("title", word.clone())
+            .child(word)
+    };
+    div()
+        .class("bands")
+        .attr("aria-hidden", "true")
+        .child(move || all.get().into_iter().map(|band| one(band).into_any()).collect::<Vec<_>>())
+}
+
+fn sentence(warning: &Warning) -> String {
+    let (at, depth) = (clock(warning.at_s), format!("{:.2}", warning.depth_mm));
+    match warning.fault {
+        Fault::Outside => say!("page.simulate.wrong_outside", at = at),
+        Fault::TooDeep => say!("page.simulate.wrong_deep", at = at, depth = depth),
+        Fault::RapidInMaterial => say!("page.simulate.wrong_rapid", at = at, depth = depth),
+        Fault::WrongTool => say!("page.simulate.wrong_tool", at = at),
+    }
+}
+
+/// The marks of what is wrong: a press goes there.
+pub(super) fn wrong(play: Play) -> impl IntoView {
+    let marks = move || {
+        let total_s = play.total_s().max(1e-9);
+        let mark = move |warning: &Warning| {
+            let at_s = warning.at_s;
+            let word = sentence(warning);
+            button()
+                .attr("type", "button")
+                .attr("title", word.clone())
+                .attr("aria-label", word)
+                .style(("--at", format!("{:.5}", at_s / total_s)))
+                .on(ev::click, move |_| send(PlayEvent::Hold { at_s }))
+                .into_any()
+        };
+        play.warnings.with(|warnings| warnings.iter().map(mark).collect::<Vec<_>>())
+    };
+    div().class("wrongs").child(marks)
+}

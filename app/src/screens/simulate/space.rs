@@ -1,0 +1,104 @@
+//! The board in space: what is carved goes to the picture, tile by tile, with the tool at its place.
+//!
+//! ```text
+//! carved ─ the same blank? ─┬─ no ──▶ relief, all tiles that are cut
+//!                           └─ yes ─▶ tiles that are others than before
+//! ```
+//!
+//! Comes in: the stock on show, the playback. Goes out: tiles and a tool for the view. Knows no GPU.
+
+use crate::keys::Tab;
+use crate::page::{frame, open_board, play};
+use crate::screens::shown::Shown;
+use crate::screens::stage::{Picture, with_view};
+use crate::view::{Cutting, PATCH, Patch, Relief};
+use annulus_core::board::COPPER_THICKNESS;
+use annulus_core::job::{Bit, Cutter};
+use annulus_core::sim::{Stock, TILE, Tile};
+use leptos::prelude::*;
+use std::sync::Arc;
+
+const _: () = assert!(TILE == PATCH, "tiles of the stock are tiles of the picture");
+
+/// Whatever is carved goes to the picture.
+pub(crate) fn in_space(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>) {
+    let play = play();
+    let low = Memo::new(move |_| {
+        let low_mm = play.carved.with(|stock| stock.as_ref().map(|stock| stock.low_mm()))?;
+        shown.with(|shown| Some(shown.as_ref()?.picture_of_work(low_mm)))
+    });
+    Effect::new(move |before: Option<Option<([f32; 2], Arc<Stock>)>>| {
+        let (ready, stock, low) = (ready.get(), play.carved.get(), low.get());
+        let (Some(stock), Some(low), true) = (stock, low, ready) else {
+            with_view(picture, |view| view.set_relief(None));
+            return None;
+        };
+        let kept = before.flatten().filter(|(at, old)| *at == low && is_same_blank(old, &stock));
+        with_view(picture, |view| match &kept {
+            Some((_, old)) => view.patch(&stock.changed(old).map(patch).collect::<Vec<_>>()),
+            None => {
+                view.set_relief(Some(relief(&stock, low)));
+                view.patch(
+                    &stock.tiles().filter(|tile| tile.depths_um.is_some()).map(patch).collect::<Vec<_>>(),
+                );
+            }
+        });
+        Some((low, stock))
+    });
+    Effect::new(move |_| {
+        let on = ready.get() && play.in_space.get() && frame().tab.get() == Tab::Simulate;
+        with_view(picture, |view| view.show_solid(on));
+    });
+    Effect::new(move |_| {
+        let tool = if play.in_space.get() { cutting(shown) } else { None };
+        if ready.get() {
+            with_view(picture, |view| view.set_cutting(tool));
+        }
+    });
+}
+
+fn is_same_blank(old: &Stock, new: &Stock) -> bool {
+    let shape = |stock: &Stock| (stock.low_mm(), stock.cells(), stock.cell_mm(), stock.thickness_mm());
+    shape(old) == shape(new)
+}
+
+fn patch(tile: Tile<'_>) -> Patch {
+    Patch { first: tile.first, depths_um: tile.depths_um.cloned() }
+}
+
+fn relief(stock: &Stock, low_mm: [f32; 2]) -> Relief {
+    let faces = open_board().laid.with_untracked(|laid| {
+        let layers = laid.iter().flat_map(|laid| &laid.laid.layers);
+        layers.filter(|layer| layer.role == "copper" && layer.side.as_deref() != Some("inner")).count()
+    });
+    Relief {
+        low_mm,
+        cell_mm: stock.cell_mm() as f32,
+        cells: stock.cells(),
+        thickness_mm: stock.thickness_mm() as f32,
+        copper_mm: COPPER_THICKNESS.mm() as f32,
+        both_sides: faces > 1,
+    }
+}
+
+/// The tool at its place.
+fn cutting(shown: Memo<Option<Arc<Shown>>>) -> Option<Cutting> {
+    let now = play().now()?;
+    let [x, y, z] = now.position_mm;
+    let at = shown.with(|shown| Some(shown.as_ref()?.picture_of_work([x, y])))?;
+    let shape = |bit: &Bit| {
+        let radius_mm = 0.5 * bit.diameter.mm();
+        let (end_mm, slope) = match bit.cutter {
+            Cutter::Mill => (radius_mm, 0.0),
+            // As most drills for boards are ground: 130°.
+            Cutter::Drill => (0.0, 0.466),
+            Cutter::Vee { tip, angle_mdeg } => {
+                let half_rad = (f64::from(angle_mdeg) * 0.5e-3).to_radians();
+                (0.5 * tip.mm(), 1.0 / libm::tan(half_rad).max(1e-6))
+            }
+        };
+        let tip_mm = [at[0], at[1], z as f32];
+        Cutting { tip_mm, end_mm: end_mm as f32, radius_mm: radius_mm as f32, slope: slope as f32 }
+    };
+    open_board().program.with(|program| Some(shape(program.as_ref()?.bits.get(now.bit? as usize)?)))
+}

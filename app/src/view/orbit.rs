@@ -1,0 +1,202 @@
+//! Where one looks from in space: a point of the board in the middle of the window, two angles, how much is to be seen.
+//!
+//! ```text
+//!        eye ●            tilt 90° is straight from above, below 0° from underneath
+//!             ╲ tilt      turn 0° has X to the right
+//!   ───────────●──────── centre, on the surface
+//! ```
+//!
+//! Comes in: drags, zooms, boxes. Goes out: rays through pixels. Does not know what is shown.
+
+/// Half the angle that the window's height takes in.
+const HALF_VIEW_RAD: f64 = 0.2;
+/// The least and the most of the board that the window is high, mm.
+const ACROSS_MM: [f64; 2] = [0.2, 5_000.0];
+/// The board is seen like this at first: tilt and turn in degrees.
+const HOME_DEG: [f64; 2] = [52.0, -18.0];
+/// Flatter than this the board is but a line.
+const LEAST_TILT_DEG: f64 = 8.0;
+/// Degrees that a pixel of a drag turns.
+const DEG_PER_PX: f64 = 0.35;
+
+/// A place in space, mm: X to the right, Y up the board, Z out of it.
+pub type Spot = [f64; 3];
+
+/// A view of the board in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// The place of the surface in the middle of the window.
+    pub centre_mm: [f64; 2],
+    /// From 90, straight down, to −90, straight up from underneath.
+    pub tilt_deg: f64,
+    /// About the upright axis.
+    pub turn_deg: f64,
+    /// So much of the board is as high as the window.
+    pub across_mm: f64,
+}
+
+/// The rays of a window: from `eye` along `forward` + x · `right` + y · `up`, x and y from −1 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rays {
+    /// Where they start.
+    pub eye: Spot,
+    /// Through the middle of the window.
+    pub forward: Spot,
+    /// From there to its right edge.
+    pub right: Spot,
+    /// From there to its upper edge.
+    pub up: Spot,
+}
+
+impl Default for Orbit {
+    fn default() -> Self {
+        let [tilt_deg, turn_deg] = HOME_DEG;
+        Self { centre_mm: [0.0; 2], tilt_deg, turn_deg, across_mm: 100.0 }
+    }
+}
+
+fn scaled(spot: Spot, by: f64) -> Spot {
+    spot.map(|part| part * by)
+}
+
+fn cross(a: Spot, b: Spot) -> Spot {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+impl Orbit {
+    /// The whole box from the side at which it is seen first; `flat` straight from above.
+    pub fn of(bounds_mm: [[f64; 2]; 2], viewport_px: [f64; 2], flat: bool) -> Self {
+        let [low, high] = bounds_mm;
+        let mut orbit =
+            Self { centre_mm: [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0), ..Self::default() };
+        if flat {
+            (orbit.tilt_deg, orbit.turn_deg) = (90.0, 0.0);
+        }
+        let aspect = viewport_px[0] / viewport_px[1].max(1.0);
+        let (wide, tall) = (high[0] - low[0], high[1] - low[1]);
+        orbit.set_across(1.18 * tall.max(wide / aspect.max(0.05)).max(1.0));
+        orbit
+    }
+
+    /// Seen from underneath.
+    pub fn is_below(&self) -> bool {
+        self.tilt_deg < 0.0
+    }
+
+    /// From the other side of the board.
+    pub fn flip(&mut self) {
+        self.tilt_deg = -self.tilt_deg;
+    }
+
+    /// Turned by a drag of so many pixels.
+    pub fn turn_px(&mut self, by_px: [f64; 2]) {
+        self.turn_deg = (self.turn_deg + by_px[0] * DEG_PER_PX).rem_euclid(360.0);
+        let tilt = self.tilt_deg + by_px[1] * DEG_PER_PX;
+        let (low, high) = if self.is_below() { (-90.0, -LEAST_TILT_DEG) } else { (LEAST_TILT_DEG, 90.0) };
+        self.tilt_deg = tilt.clamp(low, high);
+    }
+
+    /// Moved by a drag of so many pixels, as if the board hung on the pointer.
+    pub fn pan_px(&mut self, from_px: [f64; 2], to_px: [f64; 2], viewport_px: [f64; 2]) {
+        let places = [from_px, to_px].map(|at| self.to_mm(at, viewport_px));
+        if let [Some(from), Some(to)] = places {
+            self.centre_mm = [0, 1].map(|axis| self.centre_mm[axis] + from[axis] - to[axis]);
+        }
+    }
+
+    /// Makes everything `factor` times larger; the place under `at_px` stays where it is.
+    pub fn zoom_at(&mut self, at_px: [f64; 2], factor: f64, viewport_px: [f64; 2]) {
+        let before = self.to_mm(at_px, viewport_px);
+        self.set_across(self.across_mm / factor);
+        if let (Some(before), Some(after)) = (before, self.to_mm(at_px, viewport_px)) {
+            self.centre_mm = [0, 1].map(|axis| self.centre_mm[axis] + before[axis] - after[axis]);
+        }
+    }
+
+    fn set_across(&mut self, across_mm: f64) {
+        if across_mm.is_finite() {
+            self.across_mm = across_mm.clamp(ACROSS_MM[0], ACROSS_MM[1]);
+        }
+    }
+
+    /// The rays of a window.
+    pub fn rays(&self, viewport_px: [f64; 2]) -> Rays {
+        let (tilt, turn) = (self.tilt_deg.to_radians(), self.turn_deg.to_radians());
+        let half = libm::tan(HALF_VIEW_RAD);
+        let away_mm = self.across_mm / 2.0 / half;
+        let (level, high) = (libm::cos(tilt), libm::sin(tilt));
+        let (sine, cosine) = (libm::sin(turn), libm::cos(turn));
+        let back = [-sine * level, -cosine * level, high];
+        let right = if self.is_below() { [-cosine, sine, 0.0] } else { [cosine, -sine, 0.0] };
+        let forward = scaled(back, -1.0);
+        let up = cross(right, forward);
+        let eye =
+            [self.centre_mm[0] + back[0] * away_mm, self.centre_mm[1] + back[1] * away_mm, back[2] * away_mm];
+        let aspect = viewport_px[0] / viewport_px[1].max(1.0);
+        Rays { eye, forward, right: scaled(right, half * aspect), up: scaled(up, half) }
+    }
+
+    /// The place of the surface that a pixel shows; none beyond the horizon.
+    pub fn to_mm(&self, px: [f64; 2], viewport_px: [f64; 2]) -> Option<[f64; 2]> {
+        let rays = self.rays(viewport_px);
+        let x = 2.0 * px[0] / viewport_px[0].max(1.0) - 1.0;
+        let y = 1.0 - 2.0 * px[1] / viewport_px[1].max(1.0);
+        let way: Spot =
+            std::array::from_fn(|axis| rays.forward[axis] + x * rays.right[axis] + y * rays.up[axis]);
+        let far = -rays.eye[2] / way[2];
+        (far.is_finite() && far > 0.0).then(|| [0, 1].map(|axis| rays.eye[axis] + far * way[axis]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WINDOW: [f64; 2] = [800.0, 600.0];
+
+    fn views() -> Vec<Orbit> {
+        let of = |tilt_deg, turn_deg| Orbit { tilt_deg, turn_deg, centre_mm: [10.0, 5.0], across_mm: 40.0 };
+        vec![of(90.0, 0.0), of(50.0, -20.0), of(20.0, 130.0), of(-60.0, 40.0), of(-90.0, 0.0)]
+    }
+
+    fn near(a: [f64; 2], b: [f64; 2]) {
+        assert!((a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6, "{a:?} is not {b:?}");
+    }
+
+    #[test]
+    fn the_middle_shows_the_centre_and_a_zoom_keeps_what_is_under_the_pointer() {
+        for mut orbit in views() {
+            near(orbit.to_mm([400.0, 300.0], WINDOW).unwrap(), orbit.centre_mm);
+            let held = orbit.to_mm([300.0, 350.0], WINDOW).unwrap();
+            orbit.zoom_at([300.0, 350.0], 1.7, WINDOW);
+            near(orbit.to_mm([300.0, 350.0], WINDOW).unwrap(), held);
+            orbit.pan_px([300.0, 350.0], [340.0, 300.0], WINDOW);
+            near(orbit.to_mm([340.0, 300.0], WINDOW).unwrap(), held);
+        }
+    }
+
+    #[test]
+    fn from_above_x_points_right_and_from_below_left() {
+        let [above, .., below] = <[Orbit; 5]>::try_from(views()).unwrap();
+        let right = |orbit: Orbit| orbit.to_mm([500.0, 300.0], WINDOW).unwrap();
+        let up = |orbit: Orbit| orbit.to_mm([400.0, 200.0], WINDOW).unwrap();
+        assert!(right(above)[0] > 10.0 && up(above)[1] > 5.0);
+        assert!(right(below)[0] < 10.0 && up(below)[1] > 5.0, "{:?}", up(below));
+    }
+
+    #[test]
+    fn a_fitted_box_is_in_the_window_and_a_drag_never_passes_the_horizon() {
+        let box_mm = [[0.0, 0.0], [100.0, 60.0]];
+        let orbit = Orbit::of(box_mm, WINDOW, true);
+        let corner = orbit.to_mm([0.0, 600.0], WINDOW).unwrap();
+        assert!(corner[0] < 0.0 && corner[1] < 0.0, "{corner:?}");
+        for mut orbit in views() {
+            let below = orbit.is_below();
+            orbit.turn_px([0.0, 9_000.0]);
+            orbit.turn_px([0.0, -9_000.0]);
+            assert_eq!((orbit.is_below(), orbit.to_mm([400.0, 300.0], WINDOW).is_some()), (below, true));
+            orbit.flip();
+            assert_eq!(orbit.is_below(), !below);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! A board as it is carved, as plain data: a field of depths in tiles, and the tool over it.
+//!
+//! Comes in: whatever somebody wants drawn, in millimetres of the picture. Goes out: the same. Does not know how it is drawn,
+//! nor what cut it.
+
+use std::sync::Arc;
+
+/// Cells along each side of a tile.
+pub const PATCH: usize = 64;
+
+/// A board that can be carved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Relief {
+    /// Its low corner.
+    pub low_mm: [f32; 2],
+    /// Size of a cell.
+    pub cell_mm: f32,
+    /// Cells along X and Y.
+    pub cells: [usize; 2],
+    /// How thick it is.
+    pub thickness_mm: f32,
+    /// How thick its copper is.
+    pub copper_mm: f32,
+    /// There is copper underneath too.
+    pub both_sides: bool,
+}
+
+/// A tile of it as it is now: depths in µm, row by row; none where nothing is cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patch {
+    /// Its first cell.
+    pub first: [usize; 2],
+    /// What is cut away of it.
+    pub depths_um: Option<Arc<[u16]>>,
+}
+
+/// A tool in the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cutting {
+    /// Where its tip is.
+    pub tip_mm: [f32; 3],
+    /// Radius of its flat end.
+    pub end_mm: f32,
+    /// Its greatest radius.
+    pub radius_mm: f32,
+    /// How much higher its edge is for every mm further out; 0 for a cylinder.
+    pub slope: f32,
+}
+
+/// All tiles of a board, so that a new graphics device gets them again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// The board.
+    pub relief: Relief,
+    tiles: Vec<Option<Arc<[u16]>>>,
+}
+
+impl Relief {
+    /// Tiles along X and Y.
+    pub fn tiles(&self) -> [usize; 2] {
+        self.cells.map(|cells| cells.div_ceil(PATCH))
+    }
+
+    /// Lower left and upper right corner.
+    pub fn bounds_mm(&self) -> [[f64; 2]; 2] {
+        let low = self.low_mm.map(f64::from);
+        let size = self.cells.map(|cells| cells as f64 * f64::from(self.cell_mm));
+        [low, [low[0] + size[0], low[1] + size[1]]]
+    }
+}
+
+impl Field {
+    /// Nothing of it is cut.
+    pub fn new(relief: Relief) -> Self {
+        let [across, up] = relief.tiles();
+        Self { relief, tiles: vec![None; across * up] }
+    }
+
+    /// Takes a tile in.
+    pub fn set(&mut self, patch: &Patch) {
+        let [x, y] = patch.first.map(|cell| cell / PATCH);
+        let across = self.relief.tiles()[0];
+        if let Some(tile) = self.tiles.get_mut(y * across + x).filter(|_| x < across) {
+            tile.clone_from(&patch.depths_um);
+        }
+    }
+
+    /// The tiles in which something is cut.
+    pub fn cut(&self) -> impl Iterator<Item = Patch> + '_ {
+        let across = self.relief.tiles()[0];
+        self.tiles.iter().enumerate().filter_map(move |(index, tile)| {
+            let depths_um = Some(tile.clone()?);
+            Some(Patch { first: [index % across * PATCH, index / across * PATCH], depths_um })
+        })
+    }
+
+    /// Depth at a place, µm; 0 beside the board.
+    pub fn depth_um(&self, at_mm: [f64; 2]) -> u16 {
+        let [low, high] = self.relief.bounds_mm();
+        if (0..2).any(|axis| at_mm[axis] < low[axis] || at_mm[axis] >= high[axis]) {
+            return 0;
+        }
+        let [x, y] = [0, 1].map(|axis| ((at_mm[axis] - low[axis]) / f64::from(self.relief.cell_mm)) as usize);
+        let tile = self.tiles.get(y / PATCH * self.relief.tiles()[0] + x / PATCH).and_then(Option::as_ref);
+        tile.and_then(|tile| tile.get(y % PATCH * PATCH + x % PATCH)).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_found_again_where_they_lie() {
+        let relief = Relief {
+            low_mm: [-1.0, -2.0],
+            cell_mm: 0.1,
+            cells: [100, 70],
+            thickness_mm: 1.6,
+            copper_mm: 0.035,
+            both_sides: false,
+        };
+        let mut field = Field::new(relief);
+        assert_eq!(field.cut().count(), 0);
+        let depths = |depth: u16| Some(Arc::from(vec![depth; PATCH * PATCH]));
+        field.set(&Patch { first: [64, 64], depths_um: depths(300) });
+        field.set(&Patch { first: [128, 0], depths_um: depths(7) });
+        let places = [([5.5, 4.5], 300), ([5.3, 4.5], 0), ([5.5, 4.3], 0), ([9.5, 4.5], 0), ([-9.0, 0.0], 0)];
+        for (at, depth) in places {
+            assert_eq!(field.depth_um(at), depth, "{at:?}");
+        }
+        let cut: Vec<_> = field.cut().map(|patch| patch.first).collect();
+        assert_eq!(cut, [[64, 64]], "a tile beside the board is not there");
+        field.set(&Patch { first: [64, 64], depths_um: None });
+        assert_eq!(field.cut().count(), 0);
+    }
+}
