@@ -49,7 +49,7 @@ pub fn parts(program: &Program, operations: &[u16]) -> Vec<Part> {
         };
         match parts.last_mut() {
             Some(last) if (last.drills, last.bit, last.operation) == (drills, bit, operation) => {
-                last.count += 1
+                last.count += 1;
             }
             _ => parts.push(Part { drills, bit, operation, from_leg: leg, count: 1 }),
         }

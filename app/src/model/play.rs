@@ -250,7 +250,7 @@ pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
         PlayEvent::Step { stride } => play.step(stride),
         PlayEvent::End => play.seek(play.total_s()),
         PlayEvent::Faster { more } => {
-            (play.speed, play.working_m_per_s) = (next_speed(play.speed, more), None)
+            (play.speed, play.working_m_per_s) = (next_speed(play.speed, more), None);
         }
         PlayEvent::Speed { speed } => (play.speed, play.working_m_per_s) = (speed, None),
         PlayEvent::Working { m_per_s } => play.working_m_per_s = Some(m_per_s),

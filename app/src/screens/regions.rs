@@ -93,7 +93,7 @@ pub(crate) fn act(action: Action) {
         Action::Flip => send(FrameEvent::Flip { below: None }),
         Action::Space => send(PlayEvent::Flat { flat: None }),
         Action::Fit | Action::ZoomIn | Action::ZoomOut | Action::FromAbove | Action::HomeView => {
-            send(FrameEvent::Look { action })
+            send(FrameEvent::Look { action });
         }
         Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
             simulate::act(action);
@@ -105,7 +105,7 @@ pub(crate) fn act(action: Action) {
         Action::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
         Action::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
         Action::Save if open_board().document.with_untracked(Option::is_some) => {
-            send(ExportEvent::SaveProject)
+            send(ExportEvent::SaveProject);
         }
         Action::Save => {}
     }

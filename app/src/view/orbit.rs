@@ -20,7 +20,7 @@ const LEAST_TILT_DEG: f64 = 8.0;
 const DEG_PER_PX: f64 = 0.35;
 
 /// A place in space, mm: X to the right, Y up the board, Z out of it.
-pub type Spot = [f64; 3];
+pub(super) type Spot = [f64; 3];
 
 /// A view of the board in space.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -50,7 +50,7 @@ fn large() -> impl IntoView {
     let on = frame().operator;
     let word = move || if on.get() { say!("page.operator.leave") } else { say!("page.operator.enter") };
     push("button small quiet large-view", word, move |_| {
-        send(FrameEvent::Operator { on: !on.get_untracked() })
+        send(FrameEvent::Operator { on: !on.get_untracked() });
     })
 }
 
