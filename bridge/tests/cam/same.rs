@@ -27,12 +27,11 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
         let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
         read.extend(proved.findings.into_iter().map(|finding| finding.id));
     }
-    let (target, language) = (target.to_owned(), "en".to_owned());
-    let wanted = ToExport { plan, read, target, text: None, lines_only: None, language };
+    let wanted = ToExport { plan, read, target: target.to_owned(), text: None, lines_only: None };
     let Answer::Exported(exported) = ask(Request::Export(wanted)) else { panic!() };
     assert_eq!(exported.unread, [], "all of it was read");
-    let mut written = exported.files;
-    written.push(("run-sheet.html".to_owned(), exported.sheet.html()));
+    let mut written: Vec<_> = exported.files().map(|file| (file.name.clone(), file.text.clone())).collect();
+    written.push(("run-sheet.html".to_owned(), exported.sheet("en").html()));
     (written, reading.diagnostics.into_iter().map(|diagnostic| diagnostic.code).collect())
 }
 
