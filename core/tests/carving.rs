@@ -167,6 +167,8 @@ fn what_is_wrong_is_told_with_its_second_and_its_leg() {
     let narrow = Bounds::of(Point::from_mm(-1.0, -1.0)).with(Point::from_mm(29.0, 24.0));
     let outside = found(&good, Some(narrow), 4_600);
     assert!(!outside.is_empty() && outside.iter().all(|one| one.0 == Fault::Outside), "{outside:?}");
+    let reached = annulus_core::sim::reach(&good).unwrap().with(Point::default());
+    assert_eq!(found(&good, Some(reached), 4_600), [], "the last half of a step is not outside");
     assert_eq!(found(&good, None, 2_000), [(Fault::TooDeep, 5), (Fault::TooDeep, 6)]);
     assert_eq!(found(&drill_mills, None, 4_600), [(Fault::WrongTool, 1)]);
     let mut dragged = good;

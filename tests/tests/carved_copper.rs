@@ -80,7 +80,8 @@ fn the_carved_copper_of_three_boards_is_that_of_the_proof_within_a_cell() {
     }
 }
 
-/// Places on the board where all cells around are carved alike and the proof says otherwise, and how many were looked at.
+/// Places on the board where all cells around are carved alike and the proof says otherwise as far around, and how many were
+/// looked at: a sliver narrower than a cell is no difference.
 fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> (Vec<[f64; 2]>, usize) {
     let (cell, [columns, rows], low) = (stock.cell_mm(), stock.cells(), stock.low_mm());
     let (board, left) = (edges(board), edges(left));
@@ -90,7 +91,8 @@ fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> 
     for row in (2..rows.saturating_sub(2)).step_by(ROWS) {
         let y = low[1] + (row as f64 + 0.5) * cell;
         let at_y = y + origin.y.mm();
-        let (edge, kept) = (crossings(&board, at_y), crossings(&left, at_y));
+        let edge = crossings(&board, at_y);
+        let kept = [-1.0, 0.0, 1.0].map(|step| crossings(&left, at_y + step * cell));
         for column in 2..columns.saturating_sub(2) {
             let x = low[0] + (column as f64 + 0.5) * cell;
             let here = is_left(x, y);
@@ -104,7 +106,10 @@ fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> 
                 && is_left(x + cell, y) == here;
             if alike {
                 seen += 1;
-                if is_inside(&kept, x + origin.x.mm()) != here {
+                let at = |step: f64| x + origin.x.mm() + step * cell;
+                let otherwise =
+                    |row: &Vec<f64>| [-1.0, 0.0, 1.0].iter().all(|step| is_inside(row, at(*step)) != here);
+                if kept.iter().all(otherwise) {
                     wrong.push([x, y]);
                 }
             }

@@ -43,6 +43,9 @@ const MOST: usize = 500;
 pub fn warnings(playback: &Playback, bits: &[Bit], travel: Option<Bounds>, deepest: Length) -> Vec<Warning> {
     let timeline = playback.timeline();
     let mut found: Vec<Warning> = Vec::new();
+    // Where the motors rest is up to half a step off what the program says.
+    let step_mm = timeline.mm_per_step.iter().take(2).fold(0.0, |most: f64, step| most.max(step.abs()));
+    let travel = travel.map(|travel| travel.grown(Length::from_mm(step_mm)));
     for planned in &timeline.moves {
         let bit = playback.bit_of_leg(planned.leg).and_then(|bit| bits.get(bit as usize));
         let begin_s = planned.start_tick as f64 / crate::units::TICK_HZ as f64;
