@@ -29,8 +29,6 @@ const DUST_AREA_NM2: f64 = 1e6;
 const SNAP_NM: f64 = 8.0 * CHORD_ERROR_NM;
 /// An arc with a chord shorter than this, in nm, between other pieces is no circle: the neck of one would be longer.
 const TINY_NM: f64 = 1_000.0;
-/// A contour no longer than this, in nm, is small: pieces of it are no errors of chords.
-const SMALL_NM: f64 = 50_000.0;
 /// At most so many corners are swallowed by one line at once.
 const LONGEST_LOOK: usize = 256;
 
@@ -314,9 +312,8 @@ fn meeting(last: Node, here: Node, next: Node) -> Option<Spot> {
 
 /// Moves corners that were found on chords to where the true curves meet. A piece beside such a corner that is no longer
 /// than chords are wrong by may be all error, as where three curves meet in one point: it goes where the corner would need its
-/// place, for an arc left to end beside its circle is as wrong over its whole length. Only where the contour is `large`: of a small
-/// one nothing much would be left.
-fn snap(nodes: &mut Vec<Node>, large: bool) {
+/// place, for an arc left to end beside its circle is as wrong over its whole length.
+fn snap(nodes: &mut Vec<Node>) {
     let mut index = 0;
     while index < nodes.len() {
         let (before, after) = around(index, nodes.len());
@@ -455,8 +452,10 @@ fn path(contour: &[Found], circles: &[Circle], fragment: f64) -> Option<Path> {
         nodes = straighten(&join_arcs(&drop_spikes(&drop_fragments(&nodes, fragment))));
         half_round(&mut nodes);
     }
-    snap(&mut nodes, size(contour).1 > SMALL_NM);
-    path_of(&nodes)
+    // What would be drawn together to nothing stays as it was found.
+    let found = nodes.clone();
+    snap(&mut nodes);
+    path_of(&nodes).or_else(|| path_of(&found))
 }
 
 /// What is inside of the outlines on an overlay by `fill`; they are used up.
