@@ -15,7 +15,13 @@ use annulus_tests::{corpus, read_folder};
 use std::sync::Arc;
 
 /// Folders of the corpus.
-const BOARDS: [&str; 3] = ["kicad/4.0-multivibrator", "easyeda/easytrace-tht", "eagle/arduino-uno"];
+const BOARDS: [(&str, usize); 4] = [
+    ("kicad/4.0-multivibrator", 0),
+    ("easyeda/easytrace-tht", 0),
+    ("kicad/2013-clockblock", 0),
+    // Two spots of a tenth of a millimetre, carved away where the proof leaves copper. Why is not known yet.
+    ("eagle/arduino-uno", 4),
+];
 /// Every so many rows are compared.
 const ROWS: usize = 5;
 
@@ -49,7 +55,7 @@ fn the_carved_copper_of_three_boards_is_that_of_the_proof_within_a_cell() {
     let options = PlanOptions::default();
     let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&machine, from, to);
     let means = Means { options: &options, rapid_time: &rapid_time };
-    for name in BOARDS {
+    for (name, known) in BOARDS {
         let artwork = read_folder(&corpus.join(name));
         let wanted = Wanted { copper: true, aligned: true };
         let board = from_artwork_with(&artwork, &artwork.default_use(), wanted).0;
@@ -76,13 +82,18 @@ fn the_carved_copper_of_three_boards_is_that_of_the_proof_within_a_cell() {
         let (wrong, seen) = differences(carving.stock(), &program.origin, &board, &left);
         println!("{name}: {seen} places, cells of {} mm", carving.stock().cell_mm());
         assert!(seen > 20_000, "{name}: only {seen} places");
-        assert!(wrong.is_empty(), "{name}: {} of {seen} differ, {:?} …", wrong.len(), wrong.first());
+        assert!(
+            wrong.is_empty(),
+            "{name}: {} of {seen} differ: {:?}",
+            wrong.len(),
+            wrong.iter().take(6).collect::<Vec<_>>()
+        );
     }
 }
 
-/// Places on the board where all cells around are carved alike and the proof says otherwise as far around, and how many were
+/// Places on the board, and whether copper was left by the carving (1), where all cells around are carved alike and the proof says otherwise as far around, and how many were
 /// looked at: a sliver narrower than a cell is no difference.
-fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> (Vec<[f64; 2]>, usize) {
+fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> (Vec<[f64; 3]>, usize) {
     let (cell, [columns, rows], low) = (stock.cell_mm(), stock.cells(), stock.low_mm());
     let (board, left) = (edges(board), edges(left));
     let copper = annulus_core::board::COPPER_THICKNESS.mm();
@@ -91,12 +102,12 @@ fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> 
     for row in (2..rows.saturating_sub(2)).step_by(ROWS) {
         let y = low[1] + (row as f64 + 0.5) * cell;
         let at_y = y + origin.y.mm();
-        let edge = crossings(&board, at_y);
+        let edge = [-2.0, 0.0, 2.0].map(|step| crossings(&board, at_y + step * cell));
         let kept = [-1.0, 0.0, 1.0].map(|step| crossings(&left, at_y + step * cell));
         for column in 2..columns.saturating_sub(2) {
             let x = low[0] + (column as f64 + 0.5) * cell;
             let here = is_left(x, y);
-            let near = |step: f64| is_inside(&edge, x + origin.x.mm() + step * cell);
+            let near = |step: f64| edge.iter().all(|row| is_inside(row, x + origin.x.mm() + step * cell));
             if ![-2.0, 0.0, 2.0].into_iter().all(near) {
                 continue;
             }
@@ -110,7 +121,7 @@ fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> 
                 let otherwise =
                     |row: &Vec<f64>| [-1.0, 0.0, 1.0].iter().all(|step| is_inside(row, at(*step)) != here);
                 if kept.iter().all(otherwise) {
-                    wrong.push([x, y]);
+                    wrong.push([x, y, f64::from(u8::from(here))]);
                 }
             }
         }
