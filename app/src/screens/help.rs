@@ -50,7 +50,7 @@ pub(super) fn help() -> impl IntoView {
     let tabs = [None, Some(Tab::Cam), Some(Tab::Simulate), Some(Tab::Machine), Some(Tab::Lab)];
     let steps = STEPS.map(|step| li().child(word(step)));
     let words = WORDS.map(|(name, meaning)| (dt().child(word(name)), dd().child(word(meaning))));
-    let body = div().class("help").child((
+    let body = div().class("help").tabindex("0").child((
         section().child((h3().child(t!("page.help.steps")), ol().class("steps").child(Vec::from(steps)))),
         div().class("key-groups").child(Vec::from(tabs.map(keys_of))),
         section().child((h3().child(t!("page.help.words")), dl().child(Vec::from(words)))),
