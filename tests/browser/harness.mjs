@@ -242,6 +242,8 @@ export async function press(page, button) {
 /** Homes, sets the work zero and starts the planned job. */
 export async function startJob(page) {
   await tab(page, "Machine").click();
+  const operate = page.getByRole("button", { name: "Operate from this phone" });
+  if (await operate.isVisible()) await operate.click();
   await press(page, page.getByRole("button", { name: "Home", exact: true }));
   await page.getByText("At rest, position known.").waitFor();
   await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
