@@ -2,11 +2,15 @@
 //!
 //! Comes in: a key press as plain data. Goes out: an [`Action`]. Knows no browser.
 
+use crate::drawing::keys::{self as draw, StepSize};
+use crate::drawing::{DrawKey, Tool};
 use crate::said::key;
 
-/// The screens, in the order of their numbers.
+/// The screens, in the order of their numbers from 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tab {
+    /// The board editor.
+    Draw,
     /// The board and its holes.
     #[default]
     Board,
@@ -24,12 +28,13 @@ pub enum Tab {
 
 impl Tab {
     /// All of them, in order.
-    pub const ALL: [Self; 6] =
-        [Self::Board, Self::Cam, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
+    pub const ALL: [Self; 7] =
+        [Self::Draw, Self::Board, Self::Cam, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
 
     /// Its word in the address: `#/board`.
     pub fn word(self) -> &'static str {
         match self {
+            Self::Draw => "draw",
             Self::Board => "board",
             Self::Cam => "cam",
             Self::Simulate => "simulate",
@@ -122,6 +127,8 @@ pub enum Action {
     Queue(QueueKey),
     /// Something of the job.
     Cam(CamKey),
+    /// Something of the drawing.
+    Draw(DrawKey),
     /// Keys, first steps and words.
     Help,
     /// All that can be done, to be searched.
@@ -162,10 +169,15 @@ const fn shortcut(tab: Option<Tab>, keys: &'static str, name: &'static str, acti
     Shortcut { tab, keys, name, action }
 }
 
+const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut {
+    shortcut(Some(Tab::Draw), keys, name, Action::Draw(key))
+}
+
 /// Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
-pub const SHORTCUTS: [Shortcut; 39] = [
+pub const SHORTCUTS: [Shortcut; 73] = [
     shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), Action::Stop),
     shortcut(None, "Escape", key!("page.key.escape"), Action::Escape),
+    shortcut(None, "0", key!("page.key.draw"), Action::Show(Tab::Draw)),
     shortcut(None, "1", key!("page.key.board"), Action::Show(Tab::Board)),
     shortcut(None, "2", key!("page.key.cam"), Action::Show(Tab::Cam)),
     shortcut(None, "3", key!("page.key.simulate"), Action::Show(Tab::Simulate)),
@@ -183,6 +195,39 @@ pub const SHORTCUTS: [Shortcut; 39] = [
     shortcut(None, "Shift++", key!("page.key.closer"), Action::ZoomIn),
     shortcut(None, "Shift+_", key!("page.key.further"), Action::ZoomOut),
     shortcut(None, "f", key!("page.key.flip"), Action::Flip),
+    drawn("v", key!("page.key.draw_select"), DrawKey::Tool(Tool::Select)),
+    drawn("x", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
+    drawn("p", key!("page.key.draw_pad"), DrawKey::Tool(Tool::Pad)),
+    drawn("o", key!("page.key.draw_hole"), DrawKey::Tool(Tool::Hole)),
+    drawn("n", key!("page.key.draw_node"), DrawKey::Tool(Tool::Node)),
+    drawn("d", key!("page.key.draw_measure"), DrawKey::Tool(Tool::Measure)),
+    drawn("m", key!("page.key.draw_move"), DrawKey::Move),
+    drawn("ArrowRight", key!("page.key.draw_step"), DrawKey::Step(1, 0, StepSize::Grid)),
+    drawn("Shift+ArrowRight", key!("page.key.draw_step_far"), DrawKey::Step(1, 0, StepSize::Far)),
+    drawn("Ctrl+ArrowRight", key!("page.key.draw_step_fine"), DrawKey::Step(1, 0, StepSize::Fine)),
+    drawn("Enter", key!("page.key.draw_place"), DrawKey::Place),
+    drawn("End", key!("page.key.draw_end_track"), DrawKey::End),
+    drawn("Backspace", key!("page.key.draw_back_piece"), DrawKey::Back),
+    drawn("c", key!("page.key.draw_type"), DrawKey::Type(false)),
+    drawn("@", key!("page.key.draw_type_by"), DrawKey::Type(true)),
+    drawn("e", key!("page.key.draw_numbers"), DrawKey::Numbers),
+    drawn("r", key!("page.key.draw_turn"), DrawKey::Turn(true)),
+    drawn("b", key!("page.key.draw_mirror"), DrawKey::Mirror(true)),
+    drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Mirror(false)),
+    drawn("Ctrl+a", key!("page.key.draw_all"), DrawKey::All),
+    drawn("Ctrl+c", key!("page.key.draw_copy"), DrawKey::Copy),
+    drawn("Ctrl+x", key!("page.key.draw_cut"), DrawKey::Cut),
+    drawn("Ctrl+v", key!("page.key.draw_paste"), DrawKey::Paste),
+    drawn("Ctrl+d", key!("page.key.draw_duplicate"), DrawKey::Duplicate),
+    drawn("Delete", key!("page.key.draw_delete"), DrawKey::Delete),
+    drawn("Ctrl+g", key!("page.key.draw_group"), DrawKey::Group),
+    drawn("Ctrl+Shift+g", key!("page.key.draw_ungroup"), DrawKey::Ungroup),
+    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Undo(true)),
+    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Undo(false)),
+    drawn("g", key!("page.key.draw_snap"), DrawKey::Snap),
+    drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::NextGrid),
+    drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side(true)),
+    drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side(false)),
     shortcut(Some(Tab::Cam), "a", key!("page.key.add"), Action::Cam(CamKey::Add)),
     shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), Action::Cam(CamKey::Move(true))),
     shortcut(Some(Tab::Cam), "Alt+ArrowDown", key!("page.key.down"), Action::Cam(CamKey::Move(false))),
@@ -262,6 +307,11 @@ pub fn is_shift(key: &str) -> bool {
     key == "Shift"
 }
 
+/// Whether a key is the one that leaves a field.
+pub fn is_escape(key: &str) -> bool {
+    key == "Escape"
+}
+
 /// What `press` asks for on `tab`.
 pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     if press.composing {
@@ -300,6 +350,11 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
         && let Some(key) = in_cam(press, key)
     {
         return Some(Action::Cam(key));
+    }
+    if tab == Tab::Draw
+        && let Some(key) = in_drawing(press, key)
+    {
+        return Some(Action::Draw(key));
     }
     if tab == Tab::Simulate && press.alt && !press.ctrl && press.code == "Digit3" {
         return Some(Action::Space);
@@ -352,6 +407,15 @@ fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     }
 }
 
+/// The drawing has keys for everything; in a field its text has its own, on a button Enter presses it.
+fn in_drawing(press: &Press, key: &str) -> Option<DrawKey> {
+    let on_button = press.on_control && (key == "Enter" || key.starts_with("Arrow"));
+    if press.in_text || press.alt || on_button {
+        return None;
+    }
+    draw::of(key, press.ctrl, press.shift)
+}
+
 fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
     if press.on_control {
         return None;
@@ -369,7 +433,7 @@ fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
         (Tab::Simulate, "t" | "T") if !press.shift => Some(Action::FromAbove),
         (Tab::Simulate, "h" | "H") if !press.shift => Some(Action::HomeView),
         (Tab::Simulate, "," | ".") => Some(Action::Faster(key == ".")),
-        (Tab::Board | Tab::Cam | Tab::Machine, "Home") => Some(Action::Fit),
+        (Tab::Draw | Tab::Board | Tab::Cam | Tab::Machine, "Home") => Some(Action::Fit),
         _ => None,
     }
 }
@@ -391,7 +455,7 @@ fn anywhere(press: &Press, key: &str, tab: Tab) -> Option<Action> {
         return Some(Action::Flip);
     }
     let number = key.parse::<usize>().ok().filter(|_| key.len() == 1)?;
-    Tab::ALL.get(number.checked_sub(1)?).map(|tab| Action::Show(*tab))
+    Tab::ALL.get(number).map(|tab| Action::Show(*tab))
 }
 
 #[cfg(test)]
@@ -468,6 +532,18 @@ mod tests {
             ("j", Tab::Machine, Some(Action::ArmKeys)),
             ("text+j", Tab::Machine, None),
             ("j", Tab::Board, None),
+            ("0", Tab::Board, Some(Action::Show(Tab::Draw))),
+            ("7", Tab::Board, None),
+            ("x", Tab::Draw, Some(Action::Draw(DrawKey::Tool(Tool::Track)))),
+            ("text+x", Tab::Draw, None),
+            ("x", Tab::Board, None),
+            ("Ctrl+Alt+z", Tab::Draw, None),
+            ("Ctrl+Shift+z", Tab::Draw, Some(Action::Draw(DrawKey::Undo(false)))),
+            ("control+Enter", Tab::Draw, None),
+            ("control+ArrowUp", Tab::Draw, None),
+            ("control+Delete", Tab::Draw, Some(Action::Draw(DrawKey::Delete))),
+            ("f", Tab::Draw, Some(Action::Flip)),
+            ("Shift+ArrowDown", Tab::Draw, Some(Action::Draw(DrawKey::Step(0, -1, StepSize::Far)))),
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");

@@ -7,6 +7,7 @@
 //!    └──── signals ───┘ └──────── Event ──────────┘        screens ─▶ view    the picture, knows no boards
 //! ```
 
+pub mod drawing;
 pub mod engine;
 pub mod format;
 pub mod health;
@@ -50,6 +51,8 @@ pub fn start() {
             effects::begin();
             screens::app()
         });
+    } else if engine::drill::is_here() {
+        engine::drill::serve();
     } else {
         engine::worker::serve();
     }

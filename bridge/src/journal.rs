@@ -13,92 +13,14 @@
 use crate::quiet;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
-use annulus_core::wire::auth;
+use annulus_drill::Keeper;
+use annulus_drill::journal::{Contents, Damage, JobRecord, Progress, SEAL, WorkZero, sealed, unsealed};
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
-use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 const TABLE: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("journal");
 const STOPS: TableDefinition<'_, u32, &[u8]> = TableDefinition::new("stops");
-
-/// What the steps of X and Y were counted by: a work zero means a place only as long as this is the same.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Ruler {
-    /// Scale of X and Y: millionths of a step, per this many nanometres.
-    pub(crate) scale: [(i64, i64); 2],
-    /// The first step of X and Y at which the home sensor is on.
-    pub(crate) home_edge: [i64; 2],
-}
-
-/// A work zero, and what its steps were counted by.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct WorkZero {
-    /// Machine steps of X and Y.
-    pub(crate) steps: [i64; 2],
-    /// By this.
-    pub(crate) ruler: Ruler,
-}
-
-/// A job that was started.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct JobRecord {
-    /// SHA-256 of the program.
-    pub(crate) key: String,
-    /// Its name.
-    pub(crate) name: String,
-    /// Machine it runs on.
-    pub(crate) fingerprint: String,
-    /// Work zero, machine steps.
-    pub(crate) zero: [i64; 2],
-    /// What they were counted by; not known of a job that an older bridge began.
-    #[serde(default)]
-    pub(crate) ruler: Option<Ruler>,
-    /// Digest of its stream.
-    pub(crate) stream_digest: String,
-    /// Holes in all.
-    pub(crate) holes_total: u32,
-    /// Toolpaths in all; none of a job that an older bridge began.
-    #[serde(default)]
-    pub(crate) toolpaths_total: u32,
-    /// How long the drilled-board record was when it began, bytes; not known of a job that an older bridge began.
-    #[serde(default)]
-    pub(crate) record_from: Option<u64>,
-}
-
-/// How far it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Progress {
-    /// Legs done: the next one to run.
-    pub(crate) done: u32,
-    /// The leg begun last.
-    pub(crate) begun: u32,
-    /// Holes drilled.
-    pub(crate) holes: u32,
-    /// Toolpaths milled.
-    #[serde(default)]
-    pub(crate) toolpaths: u32,
-}
-
-/// What a journal holds.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Contents {
-    /// The job that did not come to its end.
-    pub(crate) job: Option<(JobRecord, Progress)>,
-    /// Work zero in force.
-    pub(crate) zero: Option<WorkZero>,
-    /// A journal before this one was damaged, and nobody has read that yet.
-    pub(crate) damage: Option<Damage>,
-}
-
-/// A journal that was damaged.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Damage {
-    /// Where it was moved to.
-    pub(crate) file: String,
-    /// The last job that could still be read in it.
-    pub(crate) job: Option<String>,
-}
 
 /// An open journal.
 pub(crate) struct Journal {
@@ -256,26 +178,6 @@ impl Trouble {
     }
 }
 
-/// Length of the digest in front of a value.
-const SEAL: usize = 16;
-
-/// A value with the start of its digest in front, so that no damaged one is believed.
-fn sealed(value: &impl Serialize) -> Vec<u8> {
-    let body = serde_json::to_vec(value).unwrap_or_default();
-    let mut bytes = auth::sha256(&body).into_bytes();
-    bytes.truncate(SEAL);
-    bytes.extend(body);
-    bytes
-}
-
-fn unsealed<T: for<'a> Deserialize<'a>>(bytes: &[u8]) -> Result<T, String> {
-    let (seal, body) = bytes.split_at_checked(SEAL).ok_or("a record is too short")?;
-    if !auth::sha256(body).as_bytes().starts_with(seal) {
-        return Err("a record does not match its digest".to_owned());
-    }
-    serde_json::from_slice(body).map_err(|error| error.to_string())
-}
-
 impl Journal {
     /// On a backend of the caller's, to see what a failing disk does.
     #[cfg(test)]
@@ -285,18 +187,6 @@ impl Journal {
         let opens =
             move || Database::builder().create_with_backend(backend()).map_err(|error| error.to_string());
         Ok(Self { database: Some(opens()?), opens: Box::new(opens) })
-    }
-
-    /// Closes and opens it: once the disk refused something, nothing else can be written.
-    pub(crate) fn again(&mut self) -> Result<(), Diagnostic> {
-        let closed = self.database.take();
-        let opened = quiet::caught(|| {
-            drop(closed);
-            (self.opens)()
-        });
-        self.database =
-            Some(opened.unwrap_or_else(|| Err("its structure is broken".to_owned())).map_err(full)?);
-        Ok(())
     }
 
     fn database(&self) -> Result<&Database, String> {
@@ -352,13 +242,16 @@ impl Journal {
         written().map_err(|error| error.to_string())
     }
 
-    /// A job begins at leg `progress.done`. Its program is kept here too, so that it can always be taken up.
-    pub(crate) fn begin(
-        &self,
-        job: &JobRecord,
-        progress: Progress,
-        program: &[u8],
-    ) -> Result<(), Diagnostic> {
+    /// The program of the interrupted job.
+    pub(crate) fn program(&self) -> Option<Vec<u8>> {
+        let read = self.database().ok()?.begin_read().ok()?;
+        let value = read.open_table(TABLE).ok()?.get("program").ok()??;
+        Some(value.value().to_vec())
+    }
+}
+
+impl Keeper for Journal {
+    fn begin(&mut self, job: &JobRecord, progress: Progress, program: &[u8]) -> Result<(), Diagnostic> {
         let rows = [
             ("job", Some(sealed(job))),
             ("progress", Some(sealed(&progress))),
@@ -367,31 +260,32 @@ impl Journal {
         self.write(&rows, None, progress.done == 0).map_err(full)
     }
 
-    /// A leg is done and the next begun. `stop` is where a sensor ended the stroke of a leg.
-    pub(crate) fn advance(&self, progress: Progress, stop: Option<(u32, Steps)>) -> Result<(), Diagnostic> {
+    fn advance(&mut self, progress: Progress, stop: Option<(u32, Steps)>) -> Result<(), Diagnostic> {
         self.write(&[("progress", Some(sealed(&progress)))], stop, false).map_err(full)
     }
 
-    /// The job came to its end, or is to be forgotten.
-    pub(crate) fn finish(&self) -> Result<(), Diagnostic> {
+    fn finish(&mut self) -> Result<(), Diagnostic> {
         self.write(&[("job", None), ("progress", None), ("program", None)], None, true).map_err(full)
     }
 
-    /// The work zero in force.
-    pub(crate) fn keep_zero(&self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
+    fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
         self.write(&[("work_zero", zero.map(sealed))], None, false).map_err(full)
     }
 
-    /// Somebody has read that the journal before this one was damaged.
-    pub(crate) fn forget_damage(&self) -> Result<(), Diagnostic> {
+    fn forget_damage(&mut self) -> Result<(), Diagnostic> {
         self.write(&[("damage", None)], None, false).map_err(full)
     }
 
-    /// The program of the interrupted job.
-    pub(crate) fn program(&self) -> Option<Vec<u8>> {
-        let read = self.database().ok()?.begin_read().ok()?;
-        let value = read.open_table(TABLE).ok()?.get("program").ok()??;
-        Some(value.value().to_vec())
+    /// It is closed and opened: as it is, nothing else can be written.
+    fn again(&mut self) -> Result<(), Diagnostic> {
+        let closed = self.database.take();
+        let opened = quiet::caught(|| {
+            drop(closed);
+            (self.opens)()
+        });
+        self.database =
+            Some(opened.unwrap_or_else(|| Err("its structure is broken".to_owned())).map_err(full)?);
+        Ok(())
     }
 }
 

@@ -4,6 +4,7 @@
 //! standard output. The commands themselves are one file each in `cli/`.
 
 mod cli;
+mod controller;
 mod drill;
 mod executor;
 mod journal;

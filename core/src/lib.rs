@@ -31,6 +31,7 @@
 //! | `queue` | work commands: text, dry check, the next piece of work | sockets |
 //! | `sim` | the moment shown in a playback | pins |
 //! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
+//! | `controller` | controllers that plan their own motion, by serial line: lines, looks, trust | ports |
 //! | `servo` | a closed-loop axis: staged fuzzy PID and the servo it drives | how moves are planned |
 //! | `plot` | pictures of numbers: panels, axes, lines, as shapes and as SVG | what is plotted |
 //! | `wire` | what page and bridge say to each other | how it travels |
@@ -41,6 +42,7 @@ pub mod cam;
 pub mod chance;
 pub mod check;
 pub mod control;
+pub mod controller;
 pub mod diagnostic;
 pub mod geometry;
 pub mod job;

@@ -8,6 +8,8 @@ mod carve;
 #[cfg(not(target_arch = "wasm32"))]
 mod carving;
 #[cfg(not(target_arch = "wasm32"))]
+mod controller;
+#[cfg(not(target_arch = "wasm32"))]
 mod feed_override;
 #[cfg(not(target_arch = "wasm32"))]
 mod motion;

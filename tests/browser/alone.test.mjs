@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { after, before, test } from "node:test";
-import { data, downloaded, drillOnly, openBrowser, openPage, picture, root, tab, until } from "./harness.mjs";
+import { data, downloaded, drillOnly, openBrowser, openPage, picture, root, startJob, tab, until } from "./harness.mjs";
 
 const site = process.env.ANNULUS_SITE ?? join(root, "target/site");
 const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".svg": "image/svg+xml" };
@@ -68,10 +68,125 @@ test("without a bridge and with the network cut, a board is opened, planned, pro
     await page.keyboard.press("End");
     await until(async () => Number(await data(page, "done")) === holes, "all holes done in the playback");
     await tab(page, "Machine").click();
-    await page.getByText(/This page came from a site without a bridge/).waitFor();
+    await page.getByText("The position is not known. Home first.").waitFor();
     await page.screenshot({ path: picture("alone-machine-1440") });
     assert.deepEqual(server.asked.filter((one) => !one.startsWith("GET /boards/here/")), [], "nothing but files of the site");
     assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
+
+/** Where the virtual drill made holes, by its own record. */
+const drilled = (page) =>
+  page.evaluate(async () => {
+    const folder = await (await navigator.storage.getDirectory()).getDirectoryHandle("annulus-drill");
+    const file = await (await folder.getFileHandle("drilled.txt")).getFile();
+    return (await file.text()).split("\n").filter(Boolean);
+  });
+
+/** How many of the holes lie where another one does: within a tenth of a millimetre. */
+const twice = (holes) => holes.length - new Set(holes.map((line) => line.split(" ").slice(0, 2).map((mm) => Math.round(Number(mm) * 10)).join())).size;
+
+const bit = (page) => page.getByRole("button", { name: "Continue: the bit is in" });
+
+/** The sample board, drilled only, started on the virtual drill of the page. */
+async function started(page) {
+  await openSample(page);
+  await drillOnly(page);
+  const { start } = await startJob(page);
+  await start.click();
+}
+
+/** Puts in every bit that is asked for until the job is done. */
+async function toTheEnd(page) {
+  const done = page.getByText(/^The job is done\./);
+  await until(async () => {
+    if (await bit(page).isVisible()) await bit(page).click({ timeout: 2000 }).catch(() => {});
+    return done.isVisible();
+  }, "a job that is done");
+}
+
+test("with the network cut the virtual drill of the page drills the board, and waits half a minute for a bit", async () => {
+  const server = await serveFiles();
+  const { page, problems, context } = await openPage(browser, `${server.url}?speed=20`);
+  try {
+    await kept(page);
+    await context.setOffline(true);
+    server.stop();
+    await page.reload();
+    await started(page);
+    const holes = Number(await data(page, "holes"));
+    await bit(page).waitFor();
+    await new Promise((later) => setTimeout(later, 30_000));
+    await page.screenshot({ path: picture("alone-bit-1440") });
+    assert.deepEqual(await drilled(page), [], "nothing moves while a bit is asked for");
+    await toTheEnd(page);
+    await page.screenshot({ path: picture("alone-done-1440") });
+    const made = await drilled(page);
+    assert.deepEqual([made.length, twice(made)], [holes, 0], "every hole once");
+    assert.equal(await page.getByText(/not as programmed|missing\.|made twice/).count(), 0, "and each where the program has it");
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
+
+test("STOP stops the virtual drill of the page in mid-job, and the job is taken up", async () => {
+  const server = await serveFiles();
+  const { page, context } = await openPage(browser, `${server.url}?speed=3`);
+  try {
+    await started(page);
+    await bit(page).click();
+    await until(async () => Number(await data(page, "done")) > 2, "the first holes");
+    await page.keyboard.press("Control+Shift+E");
+    await page.getByText(/^You stopped it\. Holes drilled/).waitFor();
+    const made = (await drilled(page)).length;
+    await new Promise((later) => setTimeout(later, 1500));
+    assert.equal((await drilled(page)).length, made, "nothing was drilled after STOP");
+    await page.getByRole("button", { name: "Close", exact: true }).click();
+    await page.getByRole("button", { name: /Resume at hole/ }).waitFor();
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
+
+test("a page that is closed in mid-job is opened again, and the job goes on: no hole left out, at most one made twice", async () => {
+  const server = await serveFiles();
+  const { page, context } = await openPage(browser, `${server.url}?speed=5`);
+  try {
+    await started(page);
+    const holes = Number(await data(page, "holes"));
+    await bit(page).click();
+    await until(async () => Number(await data(page, "done")) > 5, "holes");
+    await page.close();
+    const again = await context.newPage();
+    await again.goto(`${server.url}?speed=20`);
+    await tab(again, "Machine").click();
+    const offer = again.getByRole("button", { name: /Resume at hole/ });
+    await offer.waitFor();
+    const other = await context.newPage();
+    await other.goto(server.url);
+    await tab(other, "Machine").click();
+    await other.getByText(/is open in another tab/).first().waitFor();
+    await other.close();
+    await again.getByRole("button", { name: "Home", exact: true }).click();
+    await again.getByText("At rest, position known.").waitFor();
+    await offer.click();
+    const dialog = again.getByRole("dialog", { name: "Before the start" });
+    const start = dialog.getByRole("button", { name: "Resume the job" });
+    await until(async () => {
+      for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
+      return start.isEnabled();
+    }, "a pre-flight that lets the job go on");
+    await start.click();
+    await toTheEnd(again);
+    const made = await drilled(again);
+    assert.ok(made.length - twice(made) === holes, `${made.length} holes made, ${twice(made)} of them twice, ${holes} wanted`);
+    assert.ok(twice(made) <= 1, `${twice(made)} made twice`);
   } finally {
     await context.close();
     server.stop();

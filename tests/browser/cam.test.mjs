@@ -5,22 +5,10 @@ import { spawnSync } from "node:child_process";
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { atRest, corpus, data, downloaded, findings, openBrowser, openLinked, picture, planned, program, root, startBridge, until } from "./harness.mjs";
+import { test } from "node:test";
+import { atRest, corpus, data, downloaded, findings, picture, planned, program, root, stand, until } from "./harness.mjs";
 
-
-let browser;
-let bridge;
-before(async () => {
-  browser = await openBrowser();
-  bridge = await startBridge({ speed: 50 });
-});
-after(async () => {
-  await browser?.close();
-  await bridge?.stop();
-});
-
-const fresh = (options) => openLinked(browser, bridge, options);
+const { fresh } = stand();
 
 /** Opens the sample and goes to its job, planned and proved. */
 async function job(page) {

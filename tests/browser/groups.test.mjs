@@ -5,22 +5,12 @@ import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { atRest, data, downloaded, findings, openBrowser, openLinked, picture, planned, startBridge, until } from "./harness.mjs";
+import { after, test } from "node:test";
+import { atRest, data, downloaded, findings, picture, planned, stand, until } from "./harness.mjs";
 
-let browser;
-let bridge;
-let folder;
-before(async () => {
-  browser = await openBrowser();
-  bridge = await startBridge({ speed: 50 });
-  folder = mkdtempSync(join(tmpdir(), "annulus-groups-"));
-});
-after(async () => {
-  await browser?.close();
-  await bridge?.stop();
-  rmSync(folder, { recursive: true, force: true });
-});
+const { fresh } = stand();
+const folder = mkdtempSync(join(tmpdir(), "annulus-groups-"));
+after(() => rmSync(folder, { recursive: true, force: true }));
 
 const um = (mm) => Math.round(mm * 1000);
 
@@ -62,7 +52,7 @@ async function toJob(page) {
 }
 
 test("gaps are told as one group, and one button cures the whole before single places are", async () => {
-  const { page, problems, context } = await openLinked(browser, bridge);
+  const { page, problems, context } = await fresh();
   try {
     // The cut is 0.143 mm wide; 0.127 at the least depth.
     const places = [...row(2, Array(8).fill(0.135)), ...row(5, [0.11, 0.11, 0.11, 0.11])];
@@ -108,7 +98,7 @@ test("gaps are told as one group, and one button cures the whole before single p
 });
 
 test("both sides come in one zip, numbered in the order of running, with a run sheet to print", async () => {
-  const { page, context } = await openLinked(browser, bridge);
+  const { page, context } = await fresh();
   try {
     const places = row(2, [4, 4]);
     const layers = [layer("both-F_Cu.gbr", "L1,Top", places), layer("both-B_Cu.gbr", "L2,Bot", places)];
@@ -160,7 +150,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
 });
 
 test("of several boards the person chooses one", async () => {
-  const { page, context } = await openLinked(browser, bridge);
+  const { page, context } = await fresh();
   try {
     const places = row(2, [4, 4]);
     const files = ["left", "right"].flatMap((name, at) => [

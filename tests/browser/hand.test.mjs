@@ -159,7 +159,7 @@ test("a board that lacks holes is not told as done, and what is missing can be d
     await page.screenshot({ path: picture("missing-1024") });
     const again = page.getByRole("button", { name: `Drill the missing ${missing}…` });
     await press(page, again);
-    const dialog = page.getByRole("dialog", { name: "Before drilling" });
+    const dialog = page.getByRole("dialog", { name: "Before the start" });
     await dialog.waitFor();
     await until(async () => (await dialog.getByText(/computed the same steps/).count()) === 1, "the bridge's verdict");
     // After a reload it is still said.

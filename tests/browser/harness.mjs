@@ -6,6 +6,7 @@
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, existsSync, mkdirSync } from "node:fs";
 import { createRequire } from "node:module";
+import { after, before } from "node:test";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -141,6 +142,32 @@ export async function openLinked(browser, bridge, options) {
   return openPage(browser, url, options);
 }
 
+/** One browser and one bridge for all tests of a file. */
+export function stand() {
+  const held = {
+    browser: undefined,
+    bridge: undefined,
+    /** A page of the bridge. */
+    fresh: (options) => openLinked(held.browser, held.bridge, options),
+    /** A page with the sample open and planned. */
+    opened: async (options) => {
+      const fresh = await held.fresh(options);
+      await fresh.page.getByRole("button", { name: /Sample board/ }).click();
+      await fresh.page.getByText(/^Planned .* m,/).waitFor();
+      return fresh;
+    },
+  };
+  before(async () => {
+    held.browser = await openBrowser();
+    held.bridge = await startBridge();
+  });
+  after(async () => {
+    await held.browser?.close();
+    await held.bridge?.stop();
+  });
+  return held;
+}
+
 /** Waits until `look` gives something true, and gives that. */
 export async function until(look, what, limit_ms = PATIENCE_MS) {
   const end = Date.now() + limit_ms;
@@ -224,6 +251,16 @@ export function picture(name) {
 /** The button of a screen. */
 export const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
 
+/** The screens, in the order of their keys. */
+export const SCREENS = ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
+
+/** Goes to a screen by its key, whatever has the focus. */
+export async function show(page, screen) {
+  await page.evaluate(() => document.activeElement?.blur());
+  await page.keyboard.press(String(SCREENS.indexOf(screen) + 1));
+  await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
+}
+
 /** What the picture says of itself. */
 export const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
 
@@ -249,8 +286,8 @@ export async function startJob(page) {
   await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
   await page.getByText(/Zero at/).waitFor();
   await press(page, page.getByRole("button", { name: "Start…" }));
-  const dialog = page.getByRole("dialog", { name: "Before drilling" });
-  const start = dialog.getByRole("button", { name: "Start drilling" });
+  const dialog = page.getByRole("dialog", { name: "Before the start" });
+  const start = dialog.getByRole("button", { name: "Start the job" });
   await until(async () => {
     for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
     return start.isEnabled();

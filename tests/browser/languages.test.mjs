@@ -1,19 +1,10 @@
 // The languages of the page: chosen by the address, switched without a reload, kept, and no word cut off in its control.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { atRest, data, openBrowser, openLinked, openPage, picture, startBridge, until } from "./harness.mjs";
+import { test } from "node:test";
+import { atRest, data, openPage, picture, stand, startBridge, until } from "./harness.mjs";
 
-let bridge;
-let browser;
-before(async () => {
-  bridge = await startBridge({ speed: 50 });
-  browser = await openBrowser();
-});
-after(async () => {
-  await browser?.close();
-  await bridge?.stop();
-});
+const held = stand();
 
 const inPolish = (address) => address.replace("/#", "/?lang=pl#");
 const language = (page) => page.evaluate(() => document.documentElement.lang);
@@ -59,7 +50,7 @@ for (const [width, height] of [
 }
 
 async function openLinkedInPolish(options) {
-  const opened = await openLinked(browser, bridge, { ...options, locale: "pl-PL" });
+  const opened = await held.fresh({ ...options, locale: "pl-PL" });
   await until(async () => (await language(opened.page)) === "pl", "a page in Polish");
   return opened;
 }
@@ -86,7 +77,7 @@ test("the language is that of the browser, then the one that was chosen, and it 
 
 test("the address can ask for a language, and numbers have its decimal mark", async () => {
   const own = await startBridge({ speed: 50 });
-  const { page, context, problems } = await openPage(browser, inPolish(own.url));
+  const { page, context, problems } = await openPage(held.browser, inPolish(own.url));
   try {
     await page.getByRole("button", { name: /Płytka przykładowa/ }).click();
     await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");

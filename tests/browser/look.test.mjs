@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { atRest, data, findings, openBrowser, openLinked, picture, root, startBridge, tab, until } from "./harness.mjs";
+import { SCREENS, atRest, data, findings, openBrowser, openLinked, picture, root, startBridge, tab, until } from "./harness.mjs";
 
 let bridge;
 before(async () => (bridge = await startBridge({ speed: 50 })));
@@ -36,7 +36,7 @@ for (const scheme of ["dark", "light"]) {
       assert.deepEqual(await findings(page), [], "welcome");
       await page.getByRole("button", { name: /Sample board/ }).click();
       await page.getByText(/^Planned .* m,/).waitFor();
-      for (const screen of ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"]) {
+      for (const screen of SCREENS) {
         await tab(page, screen).click();
         await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
         await atRest(page);
@@ -55,7 +55,7 @@ test("the screens are reached by their numbers, and no key starts anything", asy
   try {
     await page.getByRole("button", { name: /Sample board/ }).click();
     await page.getByText(/^Planned .* m,/).waitFor();
-    for (const [number, screen] of ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"].entries()) {
+    for (const [number, screen] of SCREENS.entries()) {
       await page.keyboard.press(String(number + 1));
       await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
     }

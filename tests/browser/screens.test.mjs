@@ -3,36 +3,10 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { atRest, findings, openBrowser, openLinked, picture, root, startBridge, tab, until } from "./harness.mjs";
+import { test } from "node:test";
+import { SCREENS, atRest, findings, picture, root, show, stand, tab, until } from "./harness.mjs";
 
-const SCREENS = ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
-
-let browser;
-let bridge;
-before(async () => {
-  browser = await openBrowser();
-  bridge = await startBridge({ speed: 50 });
-});
-after(async () => {
-  await browser?.close();
-  await bridge?.stop();
-});
-
-async function opened(options) {
-  const fresh = await openLinked(browser, bridge, options);
-  await fresh.page.getByRole("button", { name: /Sample board/ }).click();
-  await fresh.page.getByText(/^Planned .* m,/).waitFor();
-  return fresh;
-}
-
-async function show(page, screen) {
-  await page.evaluate(() => document.activeElement?.blur());
-  await page.keyboard.press(String(SCREENS.indexOf(screen) + 1));
-  await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
-  await atRest(page);
-}
-
+const { opened } = stand();
 /** What sticks out of the window to the right and cannot be scrolled into it. */
 const cutOff = (page) =>
   page.evaluate(() => {

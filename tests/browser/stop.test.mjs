@@ -2,10 +2,8 @@
 // colours of the system; and whatever else there is can be reached by scrolling.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { atRest, data, drillOnly, findings, openBrowser, openLinked, picture, rounds, startBridge, startJob, tab, until } from "./harness.mjs";
-
-const SCREENS = ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
+import { test } from "node:test";
+import { SCREENS, atRest, data, drillOnly, findings, openLinked, picture, rounds, show, stand, startBridge, startJob, until } from "./harness.mjs";
 
 /** Windows in px: phones upright and lying, tablets, a desktop at 200 % and at 400 %, and the edges of the layouts. */
 const SIZES = [
@@ -16,25 +14,9 @@ const EVERY = [256, 480, 768, 1200].flatMap((height) =>
   Array.from({ length: 28 }, (_, step) => [320 + step * 40, height]),
 );
 
-let browser;
-let bridge;
-before(async () => {
-  browser = await openBrowser();
-  bridge = await startBridge({ speed: 50 });
-});
-after(async () => {
-  await browser?.close();
-  await bridge?.stop();
-});
+const held = stand();
 
-/** A page with the sample open and planned. */
-async function opened(options) {
-  const fresh = await openLinked(browser, bridge, options);
-  await fresh.page.getByRole("button", { name: /Sample board/ }).click();
-  await fresh.page.getByText(/^Planned .* m,/).waitFor();
-  return fresh;
-}
-
+const { opened } = held;
 /** Where the one STOP is that can be pressed: an open dialog makes the rest of the page inert. */
 async function within(page) {
   const dialog = page.locator("dialog[open]");
@@ -84,13 +66,8 @@ async function looked(page, what, sizes) {
   return found;
 }
 
-async function show(page, screen) {
-  await page.keyboard.press(String(SCREENS.indexOf(screen) + 1));
-  await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
-}
-
 test("STOP is in the window and on top, on every screen at every size", async () => {
-  const { page, context } = await openLinked(browser, bridge);
+  const { page, context } = await held.fresh();
   try {
     await (await pressed(page)).waitFor();
     const sizes = rounds(SIZES, EVERY);
@@ -114,7 +91,7 @@ test("STOP is in the window and on top, on every screen at every size", async ()
 
 test("STOP is in the window and on top in a dialog, and stops from there", async () => {
   const own = await startBridge({ speed: 50 });
-  const { page, context } = await openLinked(browser, own);
+  const { page, context } = await openLinked(held.browser, own);
   try {
     await page.getByRole("button", { name: /Sample board/ }).click();
     await drillOnly(page);
@@ -143,7 +120,7 @@ test("STOP is in the window and on top in a dialog, and stops from there", async
 
 test("a STOP that nobody answers is shouted, over a dialog too", async () => {
   const own = await startBridge({ speed: 50 });
-  const { page, context } = await openLinked(browser, own, { width: 640, height: 700 });
+  const { page, context } = await openLinked(held.browser, own, { width: 640, height: 700 });
   try {
     await page.getByRole("button", { name: /Sample board/ }).click();
     await drillOnly(page);

@@ -31,10 +31,45 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("sim", &["steps", "motion", "job", "geometry", "machine"]),
     ("queue", &["pins", "steps", "motion", "job", "machine", "geometry"]),
     ("control", &["pins", "check", "steps", "motion", "job", "machine", "geometry"]),
+    ("controller", &["control"]),
     ("servo", &[]),
     ("plot", &[]),
     ("wire", &["control", "queue", "steps", "job", "machine"]),
 ];
+
+/// Files of `drill/src` that stand by themselves, and what each may name; all others are the owner, and may name them all.
+const DRILL: &[(&str, &[&str])] = &[
+    ("grant", &[]),
+    ("journal", &[]),
+    ("ticket", &[]),
+    ("executor", &["grant"]),
+    ("place", &["executor"]),
+    ("outside", &["executor", "journal"]),
+    ("recording", &["executor", "journal", "owner"]),
+    ("alone", ALONE),
+    ("owner", OWNER),
+    ("arming", OWNER),
+    ("begin", OWNER),
+    ("board", OWNER),
+    ("faster", OWNER),
+    ("hands", OWNER),
+    ("homing", OWNER),
+    ("moves", OWNER),
+    ("outputs", OWNER),
+    ("prepare", &[]),
+    ("queue", OWNER),
+    ("status", OWNER),
+];
+
+/// What the files of the owner may name: it never plays by itself.
+const OWNER: &[&str] = &[
+    "arming", "begin", "board", "executor", "faster", "hands", "homing", "journal", "moves", "outputs",
+    "outside", "owner", "prepare", "queue", "status", "ticket",
+];
+
+/// What the drill without threads may name: what the bridge names too.
+const ALONE: &[&str] =
+    &["board", "executor", "journal", "outside", "owner", "place", "prepare", "recording", "ticket"];
 
 /// Folders and files of `bridge/src`, lowest first, and what each may name: only what lies lower.
 const BRIDGE: &[(&str, &[&str])] = &[
@@ -47,11 +82,13 @@ const BRIDGE: &[(&str, &[&str])] = &[
     ("outputs", &["own"]),
     ("executor", &["own", "outputs", "signals"]),
     ("lab", &[]),
+    ("controller", &["machine_file"]),
     ("drill", &["executor", "journal", "machine_file", "own", "refusal"]),
     ("server", &["drill", "machine_file", "own", "refusal"]),
     (
         "cli",
         &[
+            "controller",
             "drill",
             "executor",
             "journal",
@@ -85,7 +122,7 @@ pub(crate) fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
 
 fn sources() -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
-    for folder in ["core/src", "app/src", "bridge/src", "tests/src", "xtask/src"] {
+    for folder in ["core/src", "drill/src", "app/src", "bridge/src", "tests/src", "xtask/src"] {
         rust_files(&root().join(folder), &mut files);
     }
     assert!(files.len() > 20, "the sources were not found");
@@ -200,6 +237,7 @@ fn off_the_plan(package: &str, arrows: &[(&str, &[&str])], common: &[&str]) -> V
 #[test]
 fn every_arrow_is_on_the_plan() {
     let mut wrong = off_the_plan("core/src", ARROWS, &["chance", "units", "diagnostic", "locale"]);
+    wrong.extend(off_the_plan("drill/src", DRILL, &[]));
     wrong.extend(off_the_plan("bridge/src", BRIDGE, &[]));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     for (at, (floor, allowed)) in BRIDGE.iter().enumerate() {

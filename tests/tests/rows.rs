@@ -55,9 +55,17 @@ fn every_row_that_is_quoted_is_in_the_index_and_has_its_proof() {
         }
     }
     let mut count = 0;
-    for folder in
-        ["core", "bridge", "app", "xtask", "tests/tests", "tests/src", "tests/browser", "tests/faults"]
-    {
+    for folder in [
+        "core",
+        "drill",
+        "bridge",
+        "app",
+        "xtask",
+        "tests/tests",
+        "tests/src",
+        "tests/browser",
+        "tests/faults",
+    ] {
         let wanted = ["rs", "mjs", "toml"];
         for file in files_below_apart(&root().join(folder)) {
             if !file.extension().is_some_and(|ending| wanted.iter().any(|one| ending == *one)) {

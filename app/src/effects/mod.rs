@@ -6,6 +6,8 @@
 //!
 //! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
 
+mod drawings;
+mod drill;
 mod files;
 mod jobs;
 mod languages;
@@ -64,8 +66,8 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::KeepBench { text } => session::keep_bench(&text),
         Effect::ForgetSession => session::forget(),
         Effect::Renew { on } => line.renew(on),
-        Effect::Upload { number, bytes, session } => jobs::upload(number, bytes, session),
-        Effect::Fetch { number, key, session } => jobs::fetch(number, key, session),
+        Effect::Upload { number, bytes, session } => line.upload(number, bytes, session),
+        Effect::Fetch { number, key, session } => line.fetch(number, key, session),
         Effect::ChooseFiles => files::choose(),
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::Sample => files::sample(),
@@ -73,6 +75,12 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::LookInStore => store::look(),
         Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
         Effect::TakeFromStore { place } => store::take(place),
+        Effect::LookForDrawings { own } => drawings::look(own),
+        Effect::KeepDrawing { of, place, name, text, at_ms } => drawings::keep(of, place, name, text, at_ms),
+        Effect::TakeDrawing { place } => drawings::take(place),
+        Effect::DropDrawing { place } => drawings::forget(place),
+        Effect::OwnDrawing { place } => drawings::own(place),
+        Effect::DrawExample => drawings::example(),
         Effect::TakeUpdate => site::take_update(),
         Effect::DropFromStore { place } => store::forget(place),
     }

@@ -25,7 +25,7 @@ const KEEPER: &str = "service-worker.js";
 const LOOK_EVERY: Duration = Duration::from_secs(3_600);
 
 /// Whether the page came from a site without a bridge.
-fn alone() -> bool {
+pub(super) fn alone() -> bool {
     let root = window().document().and_then(|document| document.document_element());
     root.is_some_and(|root| root.has_attribute("data-alone"))
 }

@@ -1,13 +1,15 @@
-//! The socket itself: opened, written to, heard; the beat of the line, and of a move by hand.
+//! The socket itself: opened, written to, heard; the beat of the line, and of a move by hand. Where the page has no bridge behind
+//! it, the worker of its own drill is in its place.
 //!
 //! Comes in: text to send. Goes out: what is heard, as events. Does not know what it means.
 
-use super::session;
+use super::drill::{self, Drill};
+use super::{jobs, session, site};
 use crate::browser::{document_hidden, window};
 use crate::model::LinkEvent;
 use crate::model::link::TICK_MS;
 use crate::page::send;
-use annulus_core::wire::{FRAME_LIMIT, JOG_GRANT_MS};
+use annulus_core::wire::{FRAME_LIMIT, JOG_GRANT_MS, Paired};
 use leptos::leptos_dom::helpers::IntervalHandle;
 use leptos::prelude::{set_interval, set_interval_with_handle};
 use std::cell::{Cell, RefCell};
@@ -32,23 +34,38 @@ impl Drop for Open {
     }
 }
 
-/// The line to the bridge.
+/// The line to the bridge, or to the drill of this page.
 #[derive(Default)]
 pub(super) struct Line {
     open: RefCell<Option<Open>>,
+    drill: RefCell<Option<Drill>>,
     renews: Cell<Option<IntervalHandle>>,
 }
 
 /// Begins the beat of the line, and tells who this tab is. Called once.
 pub(super) fn begin() {
     let token = session::token_from_address();
-    send(LinkEvent::Begun { token, kept: session::kept(), had_control: session::had_control() });
+    // The drill of this page knows nobody else.
+    let own = || Paired { ok: true, session: String::new(), key: String::new() };
+    let kept = if site::alone() { Some(own()) } else { session::kept() };
+    send(LinkEvent::Begun { token, kept, had_control: session::had_control() });
     set_interval(|| send(LinkEvent::Tick), Duration::from_millis(u64::from(TICK_MS)));
 }
 
 impl Line {
     /// Opens a socket in place of the one before.
     pub(super) fn connect(&self) {
+        if site::alone() {
+            // The one before lets go of its files first.
+            drop(self.drill.take());
+            let opened = drill::open();
+            let failed = opened.is_none();
+            self.drill.replace(opened);
+            if failed {
+                send(LinkEvent::Closed);
+            }
+            return;
+        }
         let opened = open();
         let failed = opened.is_none();
         self.open.replace(opened);
@@ -59,11 +76,33 @@ impl Line {
 
     /// Sends text; where the socket is not open, that is told.
     pub(super) fn send(&self, text: &str) {
+        if let Some(drill) = &*self.drill.borrow() {
+            if !drill.send(text) {
+                send(LinkEvent::NotSent);
+            }
+            return;
+        }
         let open = self.open.borrow();
         let socket = open.as_ref().map(|open| &open.socket);
         let socket = socket.filter(|socket| socket.ready_state() == WebSocket::OPEN);
         if socket.is_none_or(|socket| socket.send_with_str(text).is_err()) {
             send(LinkEvent::NotSent);
+        }
+    }
+
+    /// Brings a program to where it is to run.
+    pub(super) fn upload(&self, number: u32, bytes: Vec<u8>, session: Option<Paired>) {
+        match &*self.drill.borrow() {
+            Some(drill) => drill.upload(number, &bytes),
+            None => jobs::upload(number, bytes, session),
+        }
+    }
+
+    /// Has a program from there.
+    pub(super) fn fetch(&self, number: u32, key: String, session: Option<Paired>) {
+        match &*self.drill.borrow() {
+            Some(drill) => drill.fetch(number, key),
+            None => jobs::fetch(number, key, session),
         }
     }
 

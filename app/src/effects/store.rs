@@ -91,13 +91,14 @@ async fn row(place: u32) -> Option<(Offer, String)> {
     Some((Offer { place, name, at_ms }, job))
 }
 
-async fn get(key: &JsValue) -> Result<JsValue, JsValue> {
+/// What is kept under a key.
+pub(super) async fn get(key: &JsValue) -> Result<JsValue, JsValue> {
     let (table, _) = table(IdbTransactionMode::Readonly).await?;
     answered(&table.get(key)?).await
 }
 
 /// The table, and the transaction in which it may be used before anything else is waited for.
-async fn table(mode: IdbTransactionMode) -> Result<(IdbObjectStore, IdbTransaction), JsValue> {
+pub(super) async fn table(mode: IdbTransactionMode) -> Result<(IdbObjectStore, IdbTransaction), JsValue> {
     let factory = window().indexed_db()?.ok_or_else(|| JsValue::from_str("no store"))?;
     let opening: IdbOpenDbRequest = factory.open_with_u32(BASE, 1)?;
     let made = opening.clone();
@@ -115,7 +116,7 @@ async fn table(mode: IdbTransactionMode) -> Result<(IdbObjectStore, IdbTransacti
 }
 
 /// What a request gives.
-async fn answered(request: &IdbRequest) -> Result<JsValue, JsValue> {
+pub(super) async fn answered(request: &IdbRequest) -> Result<JsValue, JsValue> {
     wait(|done, failed| {
         request.set_onsuccess(Some(done));
         request.set_onerror(Some(failed));
@@ -125,7 +126,7 @@ async fn answered(request: &IdbRequest) -> Result<JsValue, JsValue> {
 }
 
 /// Waits until a transaction is on the disk.
-async fn finished(transaction: &IdbTransaction) -> Result<(), JsValue> {
+pub(super) async fn finished(transaction: &IdbTransaction) -> Result<(), JsValue> {
     wait(|done, failed| {
         transaction.set_oncomplete(Some(done));
         transaction.set_onerror(Some(failed));

@@ -4,6 +4,7 @@
 //! Comes in, goes out: messages. Does not know how they travel.
 
 use crate::view::Mesh;
+use annulus_core::board::drawing::Imported;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
@@ -35,6 +36,8 @@ pub enum Request {
     Save(Project),
     /// Read files and make the board of some of them.
     Read(ToRead),
+    /// Read files for what they draw, to be drawn over.
+    Trace(ToRead),
     /// Plan the operations of a job, make the program.
     Plan(ToPlan),
     /// Look at what copper a program leaves.
@@ -61,7 +64,7 @@ pub struct ToOpen {
 pub struct ToRead {
     /// The number by which the board shall be known.
     pub board_key: u32,
-    /// Names and bytes; zips are opened.
+    /// Names and bytes; zips are opened. Drawings among them are laid over the others.
     pub files: Vec<(String, Vec<u8>)>,
     /// What a person says of them.
     pub said: Said,
@@ -446,6 +449,8 @@ pub enum Answer {
     Saved(Vec<u8>),
     /// To [`Request::Read`].
     Read(Box<Reading>),
+    /// To [`Request::Trace`].
+    Traced(Vec<Imported>),
     /// To [`Request::Plan`].
     Planned(Box<Planned>),
     /// To [`Request::Prove`].

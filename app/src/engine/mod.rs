@@ -18,6 +18,10 @@ mod work;
 mod writing;
 
 #[cfg(target_arch = "wasm32")]
+pub mod drill;
+#[cfg(target_arch = "wasm32")]
+mod files;
+#[cfg(target_arch = "wasm32")]
 mod requests;
 #[cfg(target_arch = "wasm32")]
 pub mod worker;

@@ -10,19 +10,15 @@
 //!
 //! Comes in: requests. Goes out: futures of answers. Does not know what is read or planned.
 
-use super::Stopped;
 use super::messages::{Answer, Envelope, Report, Request};
-use crate::trusted;
+use super::{Stopped, worker};
 use annulus_core::diagnostic::Diagnostic;
 use futures_channel::oneshot;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
-use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
-
-/// Address of the script that starts a worker.
-const SCRIPT: &str = "worker.js";
+use web_sys::{ErrorEvent, MessageEvent, Worker};
 
 struct Pending {
     answer: oneshot::Sender<Result<Answer, Stopped>>,
@@ -85,26 +81,12 @@ fn hand_over(requests: &Rc<RefCell<Requests>>, request: Request, pending: Pendin
     let bytes = postcard::to_allocvec(&Envelope { id, request }).map_err(|error| error.to_string())?;
     requests.pending.insert(id, pending);
     let Some(staff) = &requests.staff else { return Err(String::new()) };
-    send(|message, moved| staff.worker.post_message_with_transfer(message, moved), &bytes).map_err(words)
-}
-
-/// Posts bytes so that the other side gets them without a copy.
-pub(super) fn send(
-    post: impl FnOnce(&JsValue, &JsValue) -> Result<(), JsValue>,
-    bytes: &[u8],
-) -> Result<(), JsValue> {
-    let buffer = js_sys::Uint8Array::from(bytes).buffer();
-    post(&buffer, &js_sys::Array::of1(&buffer))
+    worker::send(|message, moved| staff.worker.post_message_with_transfer(message, moved), &bytes)
+        .map_err(words)
 }
 
 fn hire(requests: &Rc<RefCell<Requests>>) -> Result<Staff, JsValue> {
-    let options = WorkerOptions::new();
-    options.set_type(WorkerType::Module);
-    options.set_name("annulus engine");
-    let constructor: js_sys::Function =
-        js_sys::Reflect::get(&js_sys::global(), &"Worker".into())?.dyn_into()?;
-    let arguments = js_sys::Array::of2(&trusted::script_url(SCRIPT), &options);
-    let worker: Worker = js_sys::Reflect::construct(&constructor, &arguments)?.unchecked_into();
+    let worker = worker::hire("annulus engine")?;
     let mine = Rc::downgrade(requests);
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
         if let Some(requests) = mine.upgrade() {
@@ -120,7 +102,6 @@ fn hire(requests: &Rc<RefCell<Requests>>) -> Result<Staff, JsValue> {
     });
     worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
     worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
-    worker.post_message(&wasm_bindgen::module())?;
     Ok(Staff { worker, _on_message: on_message, _on_error: on_error })
 }
 

@@ -11,6 +11,7 @@ use super::messages::{
 use super::{exporting, planning, proving, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
+use annulus_core::board::drawing;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Bounds;
@@ -37,6 +38,7 @@ pub fn perform(
         Request::Open(wanted) => saved::read(&wanted.name, &wanted.bytes).map(Answer::Opened).map_err(one),
         Request::Save(project) => saved::write(&project).map(Answer::Saved).map_err(one),
         Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, cache)))),
+        Request::Trace(wanted) => Ok(Answer::Traced(trace(&wanted))),
         Request::Plan(wanted) => {
             planning::plan(&wanted, cache, progress).map(|planned| Answer::Planned(Box::new(planned)))
         }
@@ -51,13 +53,17 @@ pub fn perform(
 
 fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
     let said = &wanted.said;
-    let mut artwork = artwork::read_set(&wanted.files, &said.numbers.overrides());
+    let (drawings, files): (Vec<_>, Vec<_>) =
+        wanted.files.iter().cloned().partition(|(_, bytes)| drawing::is_one(bytes));
+    let mut artwork = artwork::read_set(&files, &said.numbers.overrides());
     let boards = several(&artwork);
     said.choose_board(&mut artwork);
     said.say_roles(&mut artwork);
-    let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
+    let mut used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
+    let mut diagnostics = draw_over(&drawings, &mut artwork, &mut used);
     let asked = board::Wanted { copper: true, aligned: said.aligned };
-    let (mut board, mut diagnostics) = board::from_artwork_with(&artwork, &used, asked);
+    let (mut board, more) = board::from_artwork_with(&artwork, &used, asked);
+    diagnostics.extend(more);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
     layers.extend(other_layers(&artwork, body, &mut diagnostics));
@@ -82,6 +88,32 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
         work,
         diagnostics,
     }
+}
+
+/// What is drawn by hand goes into the artwork as the Gerber and Excellon files that it makes.
+fn draw_over(
+    drawings: &[(String, Vec<u8>)],
+    artwork: &mut Artwork,
+    used: &mut Vec<usize>,
+) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    for (name, bytes) in drawings {
+        match drawing::read(name, &String::from_utf8_lossy(bytes)) {
+            Ok(history) => diagnostics.extend(drawing::lay_over(history.now(), artwork, used)),
+            Err(why) => diagnostics.push(why),
+        }
+    }
+    diagnostics
+}
+
+/// What files draw, without the drawings among them.
+fn trace(wanted: &ToRead) -> Vec<drawing::Imported> {
+    let said = &wanted.said;
+    let mut artwork = artwork::read_set(&wanted.files, &said.numbers.overrides());
+    said.choose_board(&mut artwork);
+    said.say_roles(&mut artwork);
+    let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
+    drawing::imported(&artwork, &used)
 }
 
 /// The boards whose copper or holes are in `artwork`, where they are several.

@@ -4,11 +4,36 @@
 
 use super::cache::Cache;
 use super::messages::{Envelope, Report};
-use super::requests::send;
 use super::work;
+use crate::trusted;
 use annulus_core::diagnostic::Diagnostic;
 use wasm_bindgen::prelude::*;
-use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
+use web_sys::{DedicatedWorkerGlobalScope, MessageEvent, Worker, WorkerOptions, WorkerType};
+
+/// Address of the script that starts a worker.
+const SCRIPT: &str = "worker.js";
+
+/// A worker of this name, with the wasm that this page is made of on its way to it.
+pub fn hire(name: &str) -> Result<Worker, JsValue> {
+    let options = WorkerOptions::new();
+    options.set_type(WorkerType::Module);
+    options.set_name(name);
+    let constructor: js_sys::Function =
+        js_sys::Reflect::get(&js_sys::global(), &"Worker".into())?.dyn_into()?;
+    let arguments = js_sys::Array::of2(&trusted::script_url(SCRIPT), &options);
+    let worker: Worker = js_sys::Reflect::construct(&constructor, &arguments)?.unchecked_into();
+    worker.post_message(&wasm_bindgen::module())?;
+    Ok(worker)
+}
+
+/// Posts bytes so that the other side gets them without a copy.
+pub(super) fn send(
+    post: impl FnOnce(&JsValue, &JsValue) -> Result<(), JsValue>,
+    bytes: &[u8],
+) -> Result<(), JsValue> {
+    let buffer = js_sys::Uint8Array::from(bytes).buffer();
+    post(&buffer, &js_sys::Array::of1(&buffer))
+}
 
 /// Begins to listen. Called once, when the wasm is started in a worker.
 pub fn serve() {

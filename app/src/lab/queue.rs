@@ -34,16 +34,38 @@ pub enum Edit {
     Double(usize),
     /// The line goes.
     Delete(usize),
-    /// The line moves up or down by one.
-    Move(usize, bool),
+    /// A line moves by one.
+    Move {
+        /// Which.
+        at: usize,
+        /// Down, else up.
+        down: bool,
+    },
     /// Breakpoint on or off.
     Break(usize),
-    /// Another word, with the arguments that it begins with.
-    Word(usize, String, String),
-    /// Other arguments.
-    Arguments(usize, String),
-    /// Another note.
-    Note(usize, String),
+    /// Another word in a line.
+    Word {
+        /// Which line.
+        at: usize,
+        /// The word.
+        word: String,
+        /// The arguments that it begins with.
+        arguments: String,
+    },
+    /// Other arguments in a line.
+    Arguments {
+        /// Which line.
+        at: usize,
+        /// As they are typed.
+        text: String,
+    },
+    /// Another note on a line.
+    Note {
+        /// Which line.
+        at: usize,
+        /// As it is typed.
+        text: String,
+    },
     /// Another text altogether.
     Text(String),
 }
@@ -69,7 +91,7 @@ pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
             }
             *at
         }
-        Edit::Move(at, down) => {
+        Edit::Move { at, down } => {
             let to = at.saturating_add_signed(if *down { 1 } else { -1 });
             if *at < next.len() && to < next.len() {
                 next.swap(*at, to);
@@ -79,12 +101,12 @@ pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
             }
         }
         Edit::Break(at) => changed(&mut next, *at, |line| line.breakpoint = !line.breakpoint),
-        Edit::Word(at, word, arguments) => changed(&mut next, *at, |line| {
+        Edit::Word { at, word, arguments } => changed(&mut next, *at, |line| {
             line.word.clone_from(word);
             line.arguments.clone_from(arguments);
         }),
-        Edit::Arguments(at, text) => changed(&mut next, *at, |line| line.arguments = one_line(text)),
-        Edit::Note(at, text) => changed(&mut next, *at, |line| line.note = one_line(text)),
+        Edit::Arguments { at, text } => changed(&mut next, *at, |line| line.arguments = one_line(text)),
+        Edit::Note { at, text } => changed(&mut next, *at, |line| line.note = one_line(text)),
         Edit::Text(text) => {
             next = of_text(text);
             0
@@ -188,10 +210,10 @@ mod tests {
             (Edit::Double(1), "A B B C", 2),
             (Edit::Delete(2), "A B", 1),
             (Edit::Delete(7), "A B C", 2),
-            (Edit::Move(0, true), "B A C", 1),
-            (Edit::Move(0, false), "A B C", 0),
-            (Edit::Move(2, true), "A B C", 2),
-            (Edit::Word(1, "X".into(), String::new()), "A X C", 1),
+            (Edit::Move { at: 0, down: true }, "B A C", 1),
+            (Edit::Move { at: 0, down: false }, "A B C", 0),
+            (Edit::Move { at: 2, down: true }, "A B C", 2),
+            (Edit::Word { at: 1, word: "X".into(), arguments: String::new() }, "A X C", 1),
             (Edit::Text("Q 1\nR".into()), "Q R", 0),
         ];
         let lines = of_text("A\nB\nC");
@@ -199,7 +221,7 @@ mod tests {
             let (next, now_at) = edited(&lines, &edit);
             assert_eq!((words(&next).as_str(), now_at), (expected, at), "{edit:?}");
         }
-        let (next, _) = edited(&lines, &Edit::Arguments(1, "3\n4".into()));
+        let (next, _) = edited(&lines, &Edit::Arguments { at: 1, text: "3\n4".into() });
         assert_eq!(next[1].arguments, "3 4");
         let (next, _) = edited(&lines, &Edit::Break(2));
         assert!(next[2].breakpoint && edited(&next, &Edit::Break(2)).0 == lines);

@@ -127,6 +127,41 @@ pub enum Effect {
         /// Where.
         place: u32,
     },
+    /// Look for drawings that are kept; comes back as [`super::DrawEvent::Found`].
+    LookForDrawings {
+        /// With the text of the one of this tab.
+        own: bool,
+    },
+    /// Keep a drawing; comes back as [`super::DrawEvent::Kept`].
+    KeepDrawing {
+        /// Which, by the count of drawings.
+        of: u32,
+        /// Where; none for a place that is free.
+        place: Option<u32>,
+        /// Its name.
+        name: String,
+        /// Its text.
+        text: String,
+        /// When, in ms since 1970.
+        at_ms: f64,
+    },
+    /// Take a drawing that is kept; comes back as [`super::DrawEvent::Opened`].
+    TakeDrawing {
+        /// Where.
+        place: u32,
+    },
+    /// Forget a drawing; comes back as [`super::DrawEvent::Found`].
+    DropDrawing {
+        /// Where.
+        place: u32,
+    },
+    /// The drawing kept there is that of this tab, over a reload.
+    OwnDrawing {
+        /// Where; none for a drawing that is not kept yet.
+        place: Option<u32>,
+    },
+    /// Fetch the example of a drawing; comes back as [`super::DrawEvent::Opened`].
+    DrawExample,
     /// Let the new version of the site take over and show it; where another window is open, that is said.
     TakeUpdate,
     /// Forget what is kept at a place; comes back as [`super::KeepEvent::Dropped`].

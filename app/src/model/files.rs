@@ -176,7 +176,8 @@ fn flip_use(model: &mut Model, row: u32) -> Vec<Effect> {
     say(model, |said| said.used = Some(used))
 }
 
-fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
+/// Reads files into a board.
+pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
     let mut effects = planning::called_off(model);
     let number = model.next_request();
     let request = Request::Read(ToRead {

@@ -56,6 +56,8 @@ pub enum Overlay {
     Help,
     /// All that can be done.
     Palette,
+    /// How what is drawn is repeated.
+    Array,
 }
 
 /// Screen, units, colours; what is chosen and how it is looked at.

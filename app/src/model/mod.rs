@@ -12,6 +12,7 @@
 pub mod asked;
 pub mod board;
 mod carved;
+pub mod drawing;
 pub mod effect;
 pub mod export;
 pub mod files;
@@ -31,6 +32,7 @@ mod tests;
 
 pub use asked::Task;
 pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
+pub use drawing::{Draw, DrawEvent};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
 pub use files::FilesEvent;
@@ -83,6 +85,8 @@ pub struct Model {
     pub start: Start,
     /// The Lab.
     pub lab: Lab,
+    /// The board editor.
+    pub draw: Draw,
     /// The playback.
     pub play: Play,
     /// What is kept in this browser.
@@ -115,6 +119,8 @@ pub enum Event {
     Template(TemplateEvent),
     /// The Lab.
     Lab(LabEvent),
+    /// The board editor.
+    Draw(DrawEvent),
     /// The playback.
     Play(PlayEvent),
     /// What is kept.
@@ -158,6 +164,7 @@ from_parts!(
     Template(TemplateEvent),
     Keep(KeepEvent),
     Lab(LabEvent),
+    Draw(DrawEvent),
     Play(PlayEvent),
     Link(LinkEvent),
     Start(StartEvent)
@@ -177,6 +184,7 @@ impl Default for Model {
             link: Link::default(),
             start: Start::default(),
             lab: Lab::default(),
+            draw: Draw::default(),
             play: Play::default(),
             keeping: Keeping::default(),
             asked: None,
@@ -245,6 +253,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Answered { number, answer } => worker::answered(model, number, answer),
         Event::Cancelled => planning::cancelled(model),
         Event::Lab(event) => lab::update(model, event),
+        Event::Draw(event) => drawing::update(model, event),
         Event::Link(event) => linked(model, event),
         Event::Play(event) => play::update(model, event),
         Event::Start(event) => start::update(model, event),
@@ -253,6 +262,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         // What was written is not what the job says any more.
         export::forget(model);
     }
+    effects.extend(drawing::follow(model));
     effects.extend(planning::follow(model));
     effects.extend(keeping::follow(model));
     effects.extend(template::follow(model));

@@ -2,7 +2,7 @@
 //! the machine has and this page did not plan.
 //!
 //! ```text
-//! Start… ─▶ upload ─▶ Arm ─▶ rows and digest ─▶ [Start drilling]   (only this button moves anything)
+//! Start… ─▶ upload ─▶ Arm ─▶ rows and digest ─▶ [Start the job]   (only this button moves anything)
 //! a key of the bridge ─▶ fetched ─▶ timed in a worker ─▶ Job
 //! ```
 //!

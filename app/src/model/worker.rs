@@ -4,7 +4,7 @@
 //! generation, and dropped.
 
 use super::planning::{OnTheWay, Step};
-use super::{Effect, Model, export, files, keeping, planning, start, template};
+use super::{Effect, Model, drawing, export, files, keeping, planning, start, template};
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
 
@@ -30,6 +30,8 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
         template::answered(model, answer)
     } else if model.keeping.waits_for(number) {
         keeping::packed(model, answer)
+    } else if model.draw.waits_for(number) {
+        drawing::answered(model, answer)
     } else if model.start.waits_for(number) {
         start::timed(model, number, answer)
     } else {

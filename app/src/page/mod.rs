@@ -8,6 +8,7 @@
 //! Does not know how effects are run nor what screens look like. The one static of the page that holds state is here.
 
 mod board;
+mod drawing;
 mod frame;
 mod job;
 mod lab;
@@ -16,6 +17,7 @@ mod play;
 mod slots;
 
 pub use board::{OpenBoard, open_board};
+pub use drawing::{Drawing, open_drawing};
 pub use frame::{Frame, frame};
 pub use job::{OpenJob, open_job};
 
@@ -37,6 +39,7 @@ struct Signals {
     link: Link,
     play: Play,
     lab: Lab,
+    drawing: Drawing,
 }
 
 /// What the page needs of its surroundings.
@@ -71,6 +74,7 @@ pub fn begin(around: Surroundings) {
         link: link::signals(&mut slots),
         play: play::signals(&mut slots),
         lab: lab::signals(&mut slots),
+        drawing: drawing::signals(&mut slots),
     };
     let (model, waiting, busy) = (RefCell::new(model), RefCell::default(), Cell::new(false));
     PAGE.with(|page| drop(page.set(Page { model, waiting, busy, slots, signals, around })));

@@ -47,7 +47,8 @@ fn close() {
 
 /// The dialog.
 pub(super) fn help() -> impl IntoView {
-    let tabs = [None, Some(Tab::Cam), Some(Tab::Simulate), Some(Tab::Machine), Some(Tab::Lab)];
+    let tabs =
+        [None, Some(Tab::Draw), Some(Tab::Cam), Some(Tab::Simulate), Some(Tab::Machine), Some(Tab::Lab)];
     let steps = STEPS.map(|step| li().child(word(step)));
     let words = WORDS.map(|(name, meaning)| (dt().child(word(name)), dd().child(word(meaning))));
     let body = div().class("help").tabindex("0").child((

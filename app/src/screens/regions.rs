@@ -2,7 +2,7 @@
 //!
 //! Comes in: the browser's key presses. Goes out: what [`crate::keys`] says they mean.
 
-use crate::i18n::key;
+use crate::i18n::{key, unit_word};
 use crate::keys::{self, Action, Press, Tab};
 use crate::lab::Panel;
 use crate::model::LabEvent;
@@ -10,9 +10,9 @@ use crate::model::LinkEvent;
 use crate::model::{ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
 use crate::page::link;
 use crate::page::{frame, send};
-use crate::page::{open_board, open_lab};
+use crate::page::{open_board, open_drawing, open_lab};
 use crate::said::Text;
-use crate::screens::{cam, lab, machine, simulate};
+use crate::screens::{cam, drawing, lab, machine, simulate};
 use crate::widgets::toast;
 use leptos::ev;
 use leptos::prelude::*;
@@ -82,7 +82,12 @@ fn press(event: &KeyboardEvent) -> Press {
 pub(crate) fn act(action: Action) {
     match action {
         Action::Stop => link::stop(),
-        Action::Escape => send(LinkEvent::Escape),
+        Action::Escape => {
+            send(LinkEvent::Escape);
+            if frame().tab.get_untracked() == Tab::Draw {
+                drawing::escape();
+            }
+        }
         Action::Pause => send(LinkEvent::Pause),
         Action::ArmKeys => machine::arm_keys(),
         Action::Show(tab) => send(FrameEvent::Show { tab }),
@@ -102,6 +107,7 @@ pub(crate) fn act(action: Action) {
         Action::Undo(back) => send(LabEvent::Undo { back }),
         Action::Queue(key) => lab::queue_key(key),
         Action::Cam(key) => cam::act(key),
+        Action::Draw(key) => drawing::key(key),
         Action::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
         Action::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
         Action::Save if open_board().document.with_untracked(Option::is_some) => {
@@ -114,6 +120,15 @@ pub(crate) fn act(action: Action) {
 /// Reads the work position out.
 fn speak() {
     let unit = frame().unit.get_untracked();
+    if frame().tab.get_untracked() == Tab::Draw {
+        let at = open_drawing().aim.get_untracked();
+        let args = vec![
+            ("x", unit.coordinate(at.x.mm())),
+            ("y", unit.coordinate(at.y.mm())),
+            ("unit", untrack(unit_word)),
+        ];
+        return toast(Text::Key { key: key!("page.status.cursor"), args });
+    }
     let place = link::link().status.with_untracked(|status| status.as_ref().map(|status| status.work_mm));
     if let Some(place) = place {
         let [x, y, z] = place.map(|mm| unit.coordinate(mm));

@@ -3,7 +3,8 @@
 //! Comes in: the state. Goes out: the page. Knows no screen's content.
 
 use super::{
-    board, cam, help, lab, machine, palette, review, settings, simulate, stage, status_bar, top_bar, welcome,
+    board, cam, drawing, help, lab, machine, palette, review, settings, simulate, stage, status_bar, top_bar,
+    welcome,
 };
 use crate::keys::Tab;
 use crate::page::{frame, open_board};
@@ -16,6 +17,7 @@ pub(crate) fn shell() -> impl IntoView {
     let empty = Memo::new(move |_| open_board().document.with(Option::is_none));
     let reviewing = Memo::new(move |_| open_board().reviewing.get() && !empty.get());
     let screen = move || match tab.get() {
+        Tab::Draw => drawing::drawing().into_any(),
         Tab::Machine => machine::machine().into_any(),
         Tab::Lab => lab::lab().into_any(),
         Tab::Settings => settings::settings().into_any(),

@@ -100,6 +100,7 @@ pub(crate) fn stage() -> impl IntoView {
     });
     show(picture, ready, shown, palette);
     super::simulate::in_space(picture, ready, shown);
+    super::drawing::in_picture(picture, ready, palette);
     let buttons = [
         (Icon::Fit, Action::Fit, key!("page.view.fit")),
         (Icon::Plus, Action::ZoomIn, key!("page.view.closer")),
@@ -141,7 +142,10 @@ fn scale() -> impl IntoView {
 
 /// Which side is looked at.
 fn side() -> impl IntoView {
-    let known = move || open_board().document.with(Option::is_some) && frame().tab.get() == Tab::Board;
+    let known = move || match frame().tab.get() {
+        Tab::Board => open_board().document.with(Option::is_some),
+        tab => tab == Tab::Draw,
+    };
     let planned = Memo::new(move |_| {
         let of_job = matches!(frame().tab.get(), Tab::Cam | Tab::Simulate);
         open_job().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
@@ -193,6 +197,7 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
         let at = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(place?.0)));
         send(FrameEvent::Cursor { at_mm: at });
     });
+    view.on_stroke(super::drawing::stroke);
     view.on_camera(|camera| send(FrameEvent::Zoom { px_per_mm: camera.px_per_mm }));
     send(FrameEvent::Zoom { px_per_mm: view.camera().px_per_mm });
 }
@@ -201,8 +206,9 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
 fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
     // Another scene is bare of all that was marked in the one before.
     let drawn = RwSignal::new(0_u32);
+    let drawing = Memo::new(move |_| frame().tab.get() == Tab::Draw);
     Effect::new(move |before: Option<Option<usize>>| {
-        if !ready.get() {
+        if !ready.get() || drawing.get() {
             return None;
         }
         let (shown, palette) = (shown.get(), palette.get());
@@ -236,7 +242,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
         count
     });
     Effect::new(move |_| {
-        let flipped = frame().flipped.get() && frame().tab.get() == Tab::Board;
+        let flipped = frame().flipped.get() && matches!(frame().tab.get(), Tab::Board | Tab::Draw);
         if ready.get() {
             with_view(picture, |view| view.set_mirrored(flipped));
         }
@@ -245,7 +251,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
         let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
         let disc = |hole: u32| shown.as_ref()?.disc_of_hole(hole);
         let chosen: Vec<usize> = frame().selected.get().and_then(disc).into_iter().collect();
-        if ready {
+        if ready && !drawing.get() {
             with_view(picture, |view| view.set_selected(&chosen));
         }
     });

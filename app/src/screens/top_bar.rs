@@ -19,6 +19,7 @@ use leptos::prelude::*;
 /// The name of a screen.
 pub(crate) fn name_of(tab: Tab) -> String {
     match tab {
+        Tab::Draw => say!("page.tab.draw"),
         Tab::Board => say!("page.tab.board"),
         Tab::Cam => say!("page.tab.cam"),
         Tab::Simulate => say!("page.tab.simulate"),
@@ -67,7 +68,7 @@ fn tabs() -> impl IntoView {
             .attr("aria-current", move || chosen().then_some("page"))
             .on(ev::click, move |_| send(FrameEvent::Show { tab: this }))
             .child((
-                leptos::html::kbd().attr("aria-hidden", "true").child(index + 1),
+                leptos::html::kbd().attr("aria-hidden", "true").child(index),
                 span().child(move || name_of(this)),
             ))
     });

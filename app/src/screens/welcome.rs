@@ -24,6 +24,17 @@ pub(crate) fn welcome() -> impl IntoView {
                 span().class("quiet").child(t!("page.welcome.sample_is")),
             )),
         ));
+    let draw = button()
+        .attr("type", "button")
+        .class("tile")
+        .on(ev::click, |_| send(FrameEvent::Show { tab: Tab::Draw }))
+        .child((
+            icon(Icon::Pencil),
+            span().child((
+                strong().child(t!("page.welcome.draw")),
+                span().class("quiet").child(t!("page.welcome.draw_is")),
+            )),
+        ));
     let machine = button()
         .attr("type", "button")
         .class("tile")
@@ -43,7 +54,7 @@ pub(crate) fn welcome() -> impl IntoView {
             p().class("quiet").child(t!("page.welcome.kinds")),
             push("button large primary", t!("page.welcome.open"), |_| send(FilesEvent::Choose)),
         )),
-        div().class("tiles").child((sample, machine)),
+        div().class("tiles").child((sample, draw, machine)),
         p().class("promise").child((icon(Icon::Lock), t!("page.welcome.promise"))),
     )))
 }

@@ -1,4 +1,5 @@
-//! What hands do on the picture: wheel and pinch zoom, drag pans, a press without a drag picks.
+//! What hands do on the picture: wheel and pinch zoom, drag pans, a press without a drag picks. Where one draws, the first button
+//! and a single finger draw instead.
 //!
 //! ```text
 //! down ─▶ held ── moved > 4 px ──▶ panning ── up ─▶ nothing more
@@ -8,7 +9,7 @@
 //! Comes in: pointer and wheel events of the canvas. Goes out: camera moves and presses. Does not know what a press means.
 
 use super::handle::View;
-use super::held::{Held, Pressed, tell};
+use super::held::{Held, Pressed, Stroke, Touch, tell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{AddEventListenerOptions, HtmlCanvasElement, PointerEvent, WheelEvent};
@@ -81,18 +82,47 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 fn down(view: &View, event: &PointerEvent) {
-    let mut stage = view.0.borrow_mut();
-    let _ = stage.canvas.set_pointer_capture(event.pointer_id());
-    let at_px = place(event);
-    stage.gestures.dragged = !stage.gestures.held.is_empty() || event.button() != 0;
-    stage.gestures.held.push(Held { id: event.pointer_id(), from_px: at_px, at_px });
+    let (draws, broken) = {
+        let stage = &mut *view.0.borrow_mut();
+        let _ = stage.canvas.set_pointer_capture(event.pointer_id());
+        let (at_px, gestures) = (place(event), &mut stage.gestures);
+        let alone = gestures.held.is_empty();
+        let draws = gestures.strokes && alone && event.button() == 0;
+        let broken = gestures.stroke.take().is_some();
+        gestures.stroke = draws.then(|| event.pointer_id());
+        gestures.dragged = !alone || draws || event.button() != 0;
+        gestures.held.push(Held { id: event.pointer_id(), from_px: at_px, at_px });
+        (draws, broken)
+    };
+    if broken {
+        stroke(view, event, Touch::Cancel);
+    } else if draws {
+        stroke(view, event, Touch::Down);
+    }
+}
+
+/// Tells what a pointer does that draws.
+fn stroke(view: &View, event: &PointerEvent, touch: Touch) {
+    let act = view.0.borrow().gestures.on_stroke.clone();
+    let at_mm = view.place_of(place(event));
+    let ctrl = event.ctrl_key() || event.meta_key();
+    tell(act, Stroke { touch, at_mm, shift: event.shift_key(), ctrl });
+}
+
+/// Whether this is the pointer that draws.
+fn draws(view: &View, event: &PointerEvent) -> bool {
+    view.0.borrow().gestures.stroke == Some(event.pointer_id())
 }
 
 fn moved(view: &View, event: &PointerEvent) {
     let at = place(event);
+    if draws(view, event) {
+        return stroke(view, event, Touch::Move);
+    }
     let held = view.0.borrow().gestures.held.clone();
     let Some(index) = held.iter().position(|held| held.id == event.pointer_id()) else {
-        return hover(view, at);
+        let strokes = view.0.borrow().gestures.strokes;
+        return if strokes { stroke(view, event, Touch::Hover) } else { hover(view, at) };
     };
     let before = held[index].at_px;
     let start = apart(held[index].from_px, at);
@@ -134,10 +164,15 @@ fn release(view: &View, id: i32) -> bool {
     let gestures = &mut view.0.borrow_mut().gestures;
     let known = gestures.held.iter().any(|held| held.id == id);
     gestures.held.retain(|held| held.id != id);
+    gestures.stroke = gestures.stroke.filter(|own| *own != id);
     known && !gestures.dragged
 }
 
 fn up(view: &View, event: &PointerEvent) {
+    if draws(view, event) {
+        release(view, event.pointer_id());
+        return stroke(view, event, Touch::Up);
+    }
     if !release(view, event.pointer_id()) {
         return;
     }
@@ -152,6 +187,9 @@ fn up(view: &View, event: &PointerEvent) {
 }
 
 fn cancelled(view: &View, event: &PointerEvent) {
+    if draws(view, event) {
+        stroke(view, event, Touch::Cancel);
+    }
     release(view, event.pointer_id());
 }
 

@@ -5,7 +5,7 @@
 
 use super::backend::{Backend, Painter};
 use super::camera::Camera;
-use super::held::{Pressed, tell};
+use super::held::{Pressed, Stroke, tell};
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
@@ -232,6 +232,22 @@ impl View {
     /// Called after the camera moved.
     pub fn on_camera(&self, act: impl FnMut(Camera) + 'static) {
         self.0.borrow_mut().gestures.on_camera = Some(Rc::new(RefCell::new(act)));
+    }
+
+    /// Called with what the pointer does while it draws, see [`set_strokes`](Self::set_strokes).
+    pub fn on_stroke(&self, act: impl FnMut(Stroke) + 'static) {
+        self.0.borrow_mut().gestures.on_stroke = Some(Rc::new(RefCell::new(act)));
+    }
+
+    /// The first button and a single finger draw, or they move the picture. The other buttons and two fingers always do that.
+    pub fn set_strokes(&self, on: bool) {
+        {
+            let gestures = &mut self.0.borrow_mut().gestures;
+            (gestures.strokes, gestures.stroke) = (on, None);
+        }
+        if on {
+            self.set_hovered(None);
+        }
     }
 
     /// Which painter is used.

@@ -19,6 +19,34 @@ pub struct Pressed {
     pub adding: bool,
 }
 
+/// What a pointer does that draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touch {
+    /// It moves and is not held.
+    Hover,
+    /// It goes down.
+    Down,
+    /// It moves while it is held.
+    Move,
+    /// It goes up.
+    Up,
+    /// It is taken away: a second finger moves the picture, or the browser wants it.
+    Cancel,
+}
+
+/// A pointer that draws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// What it does.
+    pub touch: Touch,
+    /// Where on the board.
+    pub at_mm: [f64; 2],
+    /// Shift is held.
+    pub shift: bool,
+    /// Ctrl or Command is held.
+    pub ctrl: bool,
+}
+
 /// Who wants to know.
 pub(super) type Act<T> = Option<Rc<RefCell<dyn FnMut(T)>>>;
 
@@ -30,6 +58,11 @@ pub(super) struct Gestures {
     pub(super) on_press: Act<Pressed>,
     pub(super) on_hover: Act<Option<([f64; 2], Option<usize>)>>,
     pub(super) on_camera: Act<Camera>,
+    pub(super) on_stroke: Act<Stroke>,
+    /// The first button and a single finger draw; they do not move the picture.
+    pub(super) strokes: bool,
+    /// The pointer that draws now.
+    pub(super) stroke: Option<i32>,
     pub(super) listeners: Vec<Closure<dyn FnMut(PointerEvent)>>,
     pub(super) wheel: Option<Closure<dyn FnMut(WheelEvent)>>,
 }

@@ -60,7 +60,7 @@ pub use backend::{Backend, Wanted};
 #[cfg(target_arch = "wasm32")]
 pub use handle::View;
 #[cfg(target_arch = "wasm32")]
-pub use held::Pressed;
+pub use held::{Pressed, Stroke, Touch};
 #[cfg(target_arch = "wasm32")]
 pub use stage::Frames;
 

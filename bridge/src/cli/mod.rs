@@ -12,6 +12,7 @@ mod executor;
 pub(crate) mod export;
 pub(crate) mod files;
 mod findings;
+mod grbl;
 mod inspect;
 pub(crate) mod job;
 mod lab;
@@ -71,6 +72,8 @@ pub(crate) enum Command {
     Simulate(simulate::SimulateArgs),
     /// Drill a job.
     Run(run::RunArgs),
+    /// Controllers of the GRBL family at a serial port: ports, info, run, resume.
+    Grbl(grbl::GrblArgs),
     /// Check or run a queue of work commands.
     Queue(queue::QueueArgs),
     /// Serve the page on this computer (the default).
@@ -366,6 +369,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Templates(args)) => templates::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Run(args)) => run::run(&args, json),
+        Some(Command::Grbl(args)) => grbl::run(&args, json),
         Some(Command::Queue(args)) => queue::run(&args),
         Some(Command::Serve(args)) => serve::run(&args, json),
         Some(Command::Link(args)) => link::run(&args),

@@ -37,7 +37,7 @@ pub(crate) struct RunArgs {
 }
 
 /// A time of at most a day.
-fn seconds(text: &str) -> Result<Duration, String> {
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     const DAY: f64 = 86_400.0;
     let found = text.parse::<f64>().ok().filter(|seconds| (0.0..=DAY).contains(seconds));
     found.map(Duration::from_secs_f64).ok_or_else(|| format!("give seconds from 0 to {DAY}"))

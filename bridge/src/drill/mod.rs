@@ -1,4 +1,4 @@
-//! The drill: one owner of machine, job, journal and pins. Everything that can move goes through here.
+//! The drill of this computer: the owner of `annulus-drill` in a thread of its own, its journal in another.
 //!
 //! ```text
 //! server, `run` ── ask ──▶ owner thread ── tasks ──▶ executor ── steps ──▶ pins (virtual drill, or card)
@@ -9,25 +9,14 @@
 //!
 //! Comes in: asks and uploaded programs. Goes out: tells. Does not know sockets, sessions or leases.
 
-mod arming;
-mod begin;
-mod board;
-mod faster;
-mod hands;
-mod homing;
-mod moves;
-mod outputs;
-mod owner;
-mod prepare;
-mod queue;
+mod outside;
 mod recorder;
-mod status;
 mod store;
 #[cfg(test)]
 mod tests;
-mod ticket;
 
-use crate::journal::{self, Contents, Journal};
+use crate::executor::clock;
+use crate::journal::{self, Journal};
 use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::control::Timing;
@@ -35,14 +24,19 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
-use owner::{Message, Owner};
+pub(crate) use annulus_drill::Ticket;
+use annulus_drill::executor::Shared;
+use annulus_drill::journal::Contents;
+use annulus_drill::{DAMAGED, Message, Owner, Parts, Tickets, line, prepare};
+use outside::Here;
+use recorder::Recorder;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
-pub(crate) use ticket::{Ticket, Tickets};
+use std::time::{Duration, Instant};
 use tokio::sync::broadcast;
 
 /// Name of the drilled-board record in the drill's folder: one line a hole, written by the virtual drill itself.
@@ -51,11 +45,14 @@ pub(crate) const RECORD: &str = "drilled.txt";
 /// Name of the journal in the drill's folder.
 pub(crate) const JOURNAL: &str = "journal.redb";
 
-/// Code of the alarm that a journal was damaged: it stands, from start to start, until somebody acknowledges it.
-const DAMAGED: &str = "journal.damaged";
-
 /// Tells that a slow listener may be behind before it misses some.
 const BACKLOG: usize = 256;
+
+/// How long `shutdown` waits for the machine to come to rest.
+const LAST_REST: Duration = Duration::from_secs(5);
+
+/// How often it is looked whether it rests.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A handle on the drill. Clones speak to the same drill; it shuts down with [`Drill::shutdown`].
 #[derive(Clone)]
@@ -68,6 +65,8 @@ pub(crate) struct Drill {
     tickets: Arc<Tickets>,
     /// One plan is made at a time.
     planner: Arc<Mutex<()>>,
+    /// Where changed settings go.
+    settings: Arc<Mutex<PathBuf>>,
 }
 
 impl Drill {
@@ -115,30 +114,49 @@ impl Drill {
         let (messages, inbox) = channel();
         let record = drilled_record(&folder.join(RECORD), messages.clone())
             .map_err(|error| unwritable(folder, &error))?;
+        if let Some((job, _)) =
+            contents.job.as_ref().filter(|(job, _)| store::load(folder, &job.key).is_none())
+            && let Some(program) = journal.program()
+        {
+            let _ = store::keep(folder, &job.key, &program);
+        }
         let (tells, _) = broadcast::channel(BACKLOG);
         let tickets = Arc::<Tickets>::default();
-        let owner = Owner::new(owner::Parts {
+        let settings = Arc::new(Mutex::new(folder.join("machines").join("virtual.toml")));
+        let shared = Arc::new(Shared::new(clock::time));
+        let no_thread =
+            |error| Refusal::surroundings(Diagnostic::error("control.no_thread").with("reason", error));
+        let recorder = Recorder::start(journal, Arc::clone(&shared), messages.clone()).map_err(no_thread)?;
+        let here = Here {
             folder: folder.to_owned(),
+            speed,
+            settings: Arc::clone(&settings),
+            recorder,
+            messages: messages.clone(),
+            tells: tells.clone(),
+        };
+        let owner = Owner::new(Parts {
             machine,
             speed,
             faults,
+            seed: u64::from(std::process::id()),
             record,
-            journal,
             contents,
             alarm,
-            messages: messages.clone(),
-            tells: tells.clone(),
             tickets: Arc::clone(&tickets),
+            shared,
+            time: clock::time,
+            outside: Box::new(here),
         })
         .map_err(Refusal::surroundings)?;
         let timing = owner.timing.clone();
         let thread = thread::Builder::new()
             .name("drill".to_owned())
-            .spawn(move || owner.run(&inbox))
+            .spawn(move || run(owner, &inbox))
             .map_err(|error| unwritable(folder, &error))?;
         let owner = Arc::new(Mutex::new(Some(thread)));
-        let planner = Arc::default();
-        Ok(Self { folder: folder.to_owned(), messages, tells, owner, timing, tickets, planner })
+        let (folder, planner) = (folder.to_owned(), Arc::default());
+        Ok(Self { folder, messages, tells, owner, timing, tickets, planner, settings })
     }
 
     /// What was found out about this computer's clock when the drill was opened; none where the drill is virtual.
@@ -148,7 +166,7 @@ impl Drill {
 
     /// Changed settings go to this machine file from now on.
     pub(crate) fn keep_settings_in(&self, path: PathBuf) {
-        let _ = self.messages.send(Message::KeepSettingsIn(path));
+        *self.settings.lock().unwrap_or_else(PoisonError::into_inner) = path;
     }
 
     /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
@@ -276,6 +294,30 @@ impl Begun {
     }
 }
 
+/// The owner's thread: hands messages to it until it is to end, then waits until it rests.
+fn run(mut owner: Owner, inbox: &Receiver<Message>) {
+    loop {
+        match inbox.recv_timeout(owner.idle()) {
+            Ok(Message::Shutdown) | Err(RecvTimeoutError::Disconnected) => break,
+            Ok(message) => owner.take(message),
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        owner.beat();
+    }
+    owner.take(Message::Shutdown);
+    let since = Instant::now();
+    while owner.moves() && since.elapsed() < LAST_REST {
+        match inbox.recv_timeout(LOOK) {
+            Ok(message @ (Message::Report(_) | Message::ExecutorGone(_) | Message::CannotRecord(_))) => {
+                owner.take(message);
+            }
+            Err(RecvTimeoutError::Disconnected) => break,
+            Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+        }
+    }
+    owner.over();
+}
+
 fn gone() -> Diagnostic {
     Diagnostic::error("control.shut_down")
 }
@@ -290,10 +332,8 @@ fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
 fn drilled_record(path: &Path, owner: Sender<Message>) -> std::io::Result<DrilledBoard> {
     let mut file = own::open(path, OpenOptions::new().create(true).append(true))?;
     Ok(Box::new(move |hole| {
-        let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
-        let line = format!("{:.4} {:.4} {:.4}{spindle}\n", hole.x_mm, hole.y_mm, hole.depth_mm);
         let before = file.metadata().map(|file| file.len());
-        if let Err(error) = file.write_all(line.as_bytes()) {
+        if let Err(error) = file.write_all(line(hole).as_bytes()) {
             // No half line stays.
             let _ = before.and_then(|before| file.set_len(before));
             let why = Diagnostic::error("control.record_unwritable").with("reason", error);

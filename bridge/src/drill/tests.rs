@@ -18,6 +18,7 @@ use annulus_core::job::{Bit, Command, Cutter, Gate, Input, Leg, Mark, Otherwise,
 use annulus_core::machine::{StrokeEnd, ToolChange, Value, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::{Status, Verdict, program};
+use annulus_drill::Keeper;
 use redb::StorageBackend;
 use redb::backends::InMemoryBackend;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -501,7 +502,7 @@ fn damaged_journals_are_moved_aside() {
         assert_eq!(contents.job, None);
         // It is known until somebody has read it.
         drop(journal);
-        let (journal, again) = journal::open(&path).unwrap();
+        let (mut journal, again) = journal::open(&path).unwrap();
         assert!(again.damage.is_some(), "round {round}");
         journal.forget_damage().unwrap();
         drop(journal);

@@ -13,13 +13,13 @@
 use super::clock::{MEASURED, StepClock, measure};
 use super::frames::{self, Down, Up};
 use super::record::{Offsets, Recorded, Why};
-use super::thread::{self, Message};
-use super::{Glimpse, Shared, realtime};
+use super::{clock, realtime, thread};
 use crate::outputs::{self, Trouble};
 use annulus_core::control::{Lateness, Timing, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use annulus_core::pins::Steady;
+use annulus_drill::executor::{Glimpse, Message, Said, Shared};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -173,20 +173,20 @@ fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> En
         };
         silent = Duration::ZERO;
         match serde_json::from_slice(&bytes) {
-            Ok(Down::Order(Message::Finish)) => return End::Asked,
-            Ok(Down::Order(message)) => {
-                if let Message::Correct(axis, steps) = &message
+            Ok(Down::Said(Said::Order(Message::Finish))) => return End::Asked,
+            Ok(Down::Said(Said::Order(message))) => {
+                if let Message::Correct { axis, steps } = &message
                     && let Some(offset) = offsets.get(*axis)
                 {
                     offset.fetch_add(*steps, Ordering::SeqCst);
                 }
                 hands.send(message);
             }
-            Ok(Down::Stop(id)) => hands.shared.stop(id),
-            Ok(Down::Durable(legs)) => hands.shared.set_durable(legs),
-            Ok(Down::FeedOverride(percent)) => hands.shared.set_feed_override(percent),
-            Ok(Down::Grant) => hands.shared.grant(),
-            Ok(Down::Revoke) => hands.shared.revoke(),
+            Ok(Down::Said(Said::Stop(id))) => hands.shared.stop(id),
+            Ok(Down::Said(Said::Durable(legs))) => hands.shared.set_durable(legs),
+            Ok(Down::Said(Said::FeedOverride(percent))) => hands.shared.set_feed_override(percent),
+            Ok(Down::Said(Said::Grant)) => hands.shared.grant(),
+            Ok(Down::Said(Said::Revoke)) => hands.shared.revoke(),
             Ok(Down::Alive) => {}
             Ok(Down::Start { .. }) | Err(_) => return End::Gone,
         }
@@ -205,7 +205,7 @@ fn begin(
     let trouble = wires.trouble();
     let (offsets, why) = (Offsets::default(), Why::new(Mutex::new(RUNNING)));
     let pins = Recorded::new(wires, record, Arc::clone(&offsets), Arc::clone(&why)).map_err(cannot)?;
-    let shared = Arc::new(Shared::default());
+    let shared = Arc::new(Shared::new(clock::time));
     let not_locked = realtime::ask_for_memory();
     let start_stop_hz = f64::from(machine.card.start_stop_hz);
     let rehearsed = rehearsed(machine);

@@ -10,6 +10,7 @@
 use annulus_core::control::Lateness;
 use annulus_core::pins::Clock;
 use annulus_core::steps::TICK_HZ;
+use std::sync::LazyLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -103,6 +104,12 @@ impl Clock for StepClock {
             }
         }
     }
+}
+
+/// How long this program has looked at its clock.
+pub(crate) fn time() -> Duration {
+    static BEGAN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGAN.elapsed()
 }
 
 /// How late `clock` is when it is asked for a beat, for so long.

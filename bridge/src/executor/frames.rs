@@ -3,7 +3,7 @@
 //! ```text
 //! bridge ── Start ────────────▶ executor          the pipe's end is a message too: the bridge is no more
 //!        ◀───────────── Ready ─  (or Refused)
-//!        ── Order, Stop … ────▶
+//!        ── Said ─────────────▶
 //!        ◀── Report, Glimpse ──
 //!        ── Alive ─▶ ◀─ Alive ─   50 ms apart at most: silence is a message too
 //! ```
@@ -11,11 +11,10 @@
 //! Comes in and goes out: messages over a pipe between two processes of the same program and version. A frame that is too
 //! long or not understood ends the conversation. Does not know what is moved.
 
-use super::thread::Message;
-use super::{Glimpse, Report};
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
+use annulus_drill::executor::{Glimpse, Report, Said};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
@@ -30,18 +29,8 @@ const LIMIT: usize = 16 * 1024 * 1024;
 pub(super) enum Down {
     /// First: the machine, where to keep the record, and what was measured before.
     Start { settings: Vec<(String, Value)>, record: PathBuf, measured: Option<Lateness> },
-    /// To be done after what was ordered before.
-    Order(Message),
-    /// Every task up to this one comes to rest, at once.
-    Stop(u64),
-    /// So many legs are durable.
-    Durable(u32),
-    /// Everything at so many percent of the planned feed.
-    FeedOverride(u8),
-    /// A move by hand may go for a moment.
-    Grant,
-    /// It may not any more.
-    Revoke,
+    /// What its owner has to say.
+    Said(Said),
     /// The bridge lives. Nothing is to be done.
     Alive,
 }
@@ -109,22 +98,23 @@ pub(super) fn receive_bytes(pipe: &mut impl Read) -> io::Result<Option<Vec<u8>>>
 mod tests {
     use super::*;
     use annulus_core::machine;
+    use annulus_drill::executor::Message;
 
     #[test]
     fn a_machine_survives_the_way_and_broken_frames_end_it() {
         let settings = machine::read(&machine::lab());
         let frames = [
             Down::Start { settings, record: "executor.log".into(), measured: None },
-            Down::Stop(u64::MAX),
-            Down::Order(Message::Spindle(3)),
+            Down::Said(Said::Stop(u64::MAX)),
+            Down::Said(Said::Order(Message::Spindle(3))),
         ];
         let mut bytes = Vec::new();
         frames.iter().for_each(|frame| send(&mut bytes, frame).unwrap());
         let mut pipe = bytes.as_slice();
         let Some(Down::Start { settings, .. }) = receive(&mut pipe).unwrap() else { panic!("no start") };
         assert_eq!(machine::apply(&machine::virtual_drill(), &settings).unwrap(), machine::lab());
-        assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Stop(u64::MAX))));
-        assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Order(Message::Spindle(3)))));
+        assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Said(Said::Stop(u64::MAX)))));
+        assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Said(Said::Order(Message::Spindle(3))))));
         assert!(receive::<Down>(&mut pipe).unwrap().is_none(), "the end");
         for cut in 1..bytes.len() {
             let mut pipe = &bytes[..cut];

@@ -9,13 +9,13 @@
 //! what its clock is worth. A process that lives comes to rest by itself when its pipe ends; it is killed only when it does not.
 //! Does not know pins.
 
+use super::Heard;
 use super::frames::{self, BEAT, Down, Up};
-use super::thread::Message;
-use super::{Heard, Shared};
 use crate::outputs;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
+use annulus_drill::executor::{Message, Said, Seat, Shared};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -41,6 +41,7 @@ const GRACE: Duration = Duration::from_secs(1);
 pub(crate) struct Process {
     link: Arc<Link>,
     orders: Option<Sender<Down>>,
+    shared: Arc<Shared>,
 }
 
 /// What the threads around the process share.
@@ -83,13 +84,12 @@ pub(crate) fn start(
     frames::send(&mut stdin, &Down::Start { settings, record: record.to_owned(), measured })
         .map_err(failed)?;
     let (orders, frames_down) = channel();
-    let (stopped, durable) = (&shared.stop_upto, &shared.durable);
-    for frame in [
-        Down::Stop(stopped.load(Ordering::SeqCst)),
-        Down::Durable(durable.load(Ordering::SeqCst)),
-        Down::FeedOverride(shared.feed_override()),
+    for said in [
+        Said::Stop(shared.stopped()),
+        Said::Durable(shared.durable()),
+        Said::FeedOverride(shared.feed_override()),
     ] {
-        let _ = orders.send(frame);
+        let _ = orders.send(Down::Said(said));
     }
     let link = Arc::new(Link {
         machine: machine.clone(),
@@ -101,9 +101,11 @@ pub(crate) fn start(
         gone: AtomicBool::new(false),
         finishing: AtomicBool::new(false),
     });
-    let mut process = Process { link: Arc::clone(&link), orders: Some(orders.clone()) };
+    let shared = Arc::clone(shared);
+    let mut process =
+        Process { link: Arc::clone(&link), orders: Some(orders.clone()), shared: Arc::clone(&shared) };
     let (ready, answer) = channel();
-    let reader = Reader { shared: Arc::clone(shared), link: Arc::clone(&link), ready };
+    let reader = Reader { shared: Arc::clone(&shared), link: Arc::clone(&link), ready };
     let (writer, watcher) = (Arc::clone(&link), link);
     let named = |name: &str| thread::Builder::new().name(name.to_owned());
     named("orders")
@@ -114,7 +116,7 @@ pub(crate) fn start(
     let answer = answer.recv_timeout(READY).unwrap_or_else(|_| Err(failed("it does not answer")));
     match answer {
         Ok(timing) => {
-            shared.set_courier(Some(orders));
+            shared.set_courier(Some(Box::new(move |said| drop(orders.send(Down::Said(said))))));
             Ok((process, timing))
         }
         Err(why) => {
@@ -259,28 +261,26 @@ impl Reader {
     }
 }
 
-impl Process {
-    /// Whether it died or gave up.
-    pub(crate) fn is_gone(&self) -> bool {
+impl Seat for Process {
+    fn order(&self, message: Message) {
+        self.shared.say(Said::Order(message));
+    }
+
+    fn is_gone(&self) -> bool {
         self.link.gone.load(Ordering::SeqCst)
     }
 
-    /// Switches everything off in the place of a process that is gone.
-    pub(super) fn make_safe(&self) -> Result<(), Diagnostic> {
+    fn make_safe(&self) -> Result<(), Diagnostic> {
         self.link.make_safe()
     }
 
-    /// Whether it was not told to end yet.
-    pub(super) fn is_open(&self) -> bool {
-        self.orders.is_some()
-    }
-
-    /// Lets it come to rest and end.
-    pub(super) fn finish(&mut self) {
+    fn finish(&mut self) {
+        // Once only: by the second time the courier may be another executor's.
+        let Some(orders) = self.orders.take() else { return };
+        self.shared.set_courier(None);
         self.link.finishing.store(true, Ordering::SeqCst);
-        if let Some(orders) = self.orders.take() {
-            let _ = orders.send(Down::Order(Message::Finish));
-        }
+        let _ = orders.send(Down::Said(Said::Order(Message::Finish)));
+        drop(orders);
         if !self.is_gone() && !self.link.await_end(END) {
             let _ = self.link.make_safe();
         }

@@ -16,7 +16,7 @@ use super::watchers::Seat;
 use crate::drill::Begun;
 use annulus_core::control::lease::{Event, Viewer};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth};
+use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth, understand};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
@@ -249,17 +249,6 @@ async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
     sleep(LINGER).await;
 }
 
-/// What a frame asks.
-fn understand(text: &str) -> Result<Ask, Diagnostic> {
-    if let Ok(ask) = serde_json::from_str(text) {
-        return Ok(ask);
-    }
-    let value: serde_json::Value = serde_json::from_str(text).map_err(|_| no("socket.malformed"))?;
-    let name = value.get("t").and_then(serde_json::Value::as_str).unwrap_or("?");
-    let name: String = name.chars().filter(|c| c.is_ascii_graphic()).take(40).collect();
-    Err(no("socket.unknown").with("name", name))
-}
-
 /// Says why and closes, before a page has a seat.
 async fn refuse(socket: &mut WebSocket, why: Diagnostic, code: u16) {
     let both = async {
@@ -275,31 +264,4 @@ fn message(tell: &Tell) -> Message {
 
 fn goodbye(code: u16) -> Message {
     Message::Close(Some(CloseFrame { code, reason: Default::default() }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frames_that_are_no_asks_are_named() {
-        let rows = [
-            ("", "socket.malformed"),
-            ("{", "socket.malformed"),
-            ("\u{0}", "socket.malformed"),
-            ("[]", "socket.unknown"),
-            ("7", "socket.unknown"),
-            (r#"{"t":"open_port"}"#, "socket.unknown"),
-            (r#"{"t":"jog","axis":0}"#, "socket.unknown"),
-            (r#"{"t":"jog","axis":0,"distance_um":1e300}"#, "socket.unknown"),
-            (r#"{"t":"jog","axis":-1,"distance_um":5}"#, "socket.unknown"),
-            (r#"{"t":"start"}"#, "socket.unknown"),
-        ];
-        for (text, code) in rows {
-            assert_eq!(understand(text).unwrap_err().code, code, "{text}");
-        }
-        assert_eq!(understand(r#"{"t":"stop"}"#), Ok(Ask::Stop));
-        let deep = "[".repeat(10_000);
-        assert_eq!(understand(&deep).unwrap_err().code, "socket.malformed");
-    }
 }

@@ -3,12 +3,14 @@
 //! Comes in: what people ask and what the executor reports. Goes out: what to do, and what to show. Knows no socket, no
 //! thread, no disk.
 
+mod events;
 pub mod lateness;
 pub mod lease;
 mod session;
 
+pub use events::{Action, Event};
 pub use lateness::{Lateness, Timing};
-pub use session::{Action, Event, Session, step};
+pub use session::{Session, step};
 
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};

@@ -16,7 +16,7 @@
 //! Comes in: asks, and what the executor reports. Goes out: the next session and what to do. One thing moves at a time;
 //! the executor answers every moving action with exactly one report, at rest. Does not know how anything is moved.
 
-use super::{Alarm, Ending, State, Trust};
+use super::{Action, Alarm, Ending, Event, State, Trust};
 use crate::diagnostic::Diagnostic;
 
 /// Work zeros that can be taken back.
@@ -58,114 +58,6 @@ enum Wish {
     StopAfterHole,
 }
 
-/// Something asked, or something that happened.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// Home.
-    Home,
-    /// The place in the plane, machine steps, becomes work zero.
-    SetZero([i64; 2]),
-    /// The work zero before it.
-    UndoZero,
-    /// One axis by so many µm.
-    Jog(u8, i32),
-    /// This job was checked and may start; its digest.
-    Armed(String, String),
-    /// What was armed no longer holds; whether the position is lost with it.
-    Disarmed(bool),
-    /// Start this job with this stream digest from this leg on.
-    Start(String, String, u32),
-    /// Begin a queue of work commands, or go on with it: a row, or up to a breakpoint.
-    Queue,
-    /// Finish the leg, then hold.
-    Pause,
-    /// Go on.
-    Resume,
-    /// Finish the hole or toolpath, then end.
-    StopAfterHole,
-    /// Come to rest now.
-    Stop,
-    /// The bit is in.
-    ToolChanged,
-    /// The alarm was read.
-    Acknowledge,
-    /// Report: all axes are homed.
-    Homed,
-    /// Report: the move by hand is done, or the head stands where the job starts.
-    Arrived,
-    /// Report: a leg is done; whether it drilled a hole or milled a toolpath, whether it was the last.
-    LegDone(bool, bool),
-    /// Report: the leg waits for a bit.
-    BitWanted,
-    /// Report: the queue rests between two rows.
-    QueueHeld,
-    /// Report: the last row of the queue is done.
-    QueueDone,
-    /// A queue began to home an axis, or has homed all of them: whether every axis is homed.
-    Counted(bool),
-    /// Report: at rest because of Stop.
-    Rested,
-    /// Report: the tip is up and the spindle off.
-    Safe,
-    /// Report, at rest: something went wrong, and what is left of the trust.
-    Failed(Alarm, Trust),
-    /// The journal cannot keep up: nothing new may be begun.
-    CannotRecord(Alarm),
-    /// A job is over, at rest, and its board is not as programmed; what is left of the trust.
-    BoardDiffers(Alarm, Trust),
-}
-
-/// Something to be done.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Home all axes. Moves.
-    Home,
-    /// Move one axis by so many µm. Moves.
-    Jog(u8, i32),
-    /// Begin the job: go to where this leg starts, spindle on. Moves.
-    Approach(u32),
-    /// The next rows of the queue. Moves.
-    Queue,
-    /// Run the next leg. Moves.
-    NextLeg,
-    /// Run what is left of the leg after its bit. Moves.
-    RestOfLeg,
-    /// Spindle on again, as before the pause, then the next leg. Moves.
-    SpindleOn,
-    /// Tip up where the position is known well enough, spindle off. Moves.
-    MakeSafe {
-        /// Whether Z may be lifted.
-        lift: bool,
-    },
-    /// Spindle off, nothing moves.
-    SpindleOff,
-    /// Whatever moves comes to rest.
-    Brake,
-    /// The work zero changed.
-    KeepZero,
-    /// The job is over.
-    End(Ending),
-    /// The ask is refused; nothing changed.
-    Refuse(Diagnostic),
-}
-
-impl Action {
-    /// Whether the executor gets something to do.
-    pub fn moves(&self) -> bool {
-        matches!(
-            self,
-            Self::Home
-                | Self::Jog(..)
-                | Self::Approach(_)
-                | Self::Queue
-                | Self::NextLeg
-                | Self::RestOfLeg
-                | Self::SpindleOn
-                | Self::MakeSafe { .. }
-        )
-    }
-}
-
 impl Default for Session {
     fn default() -> Self {
         Self {
@@ -197,7 +89,7 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
         Event::Stop => next.stop(),
         Event::Homed
         | Event::Arrived
-        | Event::LegDone(..)
+        | Event::LegDone { .. }
         | Event::BitWanted
         | Event::QueueHeld
         | Event::QueueDone
@@ -289,7 +181,7 @@ impl Session {
                 self.armed = None;
                 vec![Action::KeepZero]
             }
-            Event::Armed(job, digest) => {
+            Event::Armed { job, digest } => {
                 self.armed = Some((job, digest));
                 Vec::new()
             }
@@ -300,7 +192,7 @@ impl Session {
                 }
                 Vec::new()
             }
-            Event::Start(job, digest, leg) => self.start(&job, &digest, leg),
+            Event::Start { job, digest, from_leg } => self.start(&job, &digest, from_leg),
             Event::Queue => {
                 (self.state, self.wish, self.ending, self.queue) = (State::Running, Wish::None, None, true);
                 vec![Action::Queue]
@@ -410,7 +302,7 @@ impl Session {
                 vec![self.lift()]
             }
             // The last leg was done already: nothing was stopped.
-            (State::Stopping, Event::LegDone(_, true)) if self.ending == Some(Ending::Stopped) => {
+            (State::Stopping, Event::LegDone { last: true, .. }) if self.ending == Some(Ending::Stopped) => {
                 self.ending = Some(Ending::Done);
                 vec![self.lift()]
             }
@@ -433,20 +325,20 @@ impl Session {
                 self.state = State::ToolChange;
                 vec![Action::SpindleOff]
             }
-            (State::Running | State::Pausing, Event::LegDone(_, true)) => {
+            (State::Running | State::Pausing, Event::LegDone { last: true, .. }) => {
                 (self.state, self.wish) = (State::Stopping, Wish::None);
                 self.ending = Some(Ending::Done);
                 vec![self.lift()]
             }
-            (State::Pausing, Event::LegDone(hole, false)) => match self.wish {
-                Wish::StopAfterHole if *hole => self.finish(Ending::StoppedAfterHole),
+            (State::Pausing, Event::LegDone { cut, last: false }) => match self.wish {
+                Wish::StopAfterHole if *cut => self.finish(Ending::StoppedAfterHole),
                 Wish::Pause => {
                     self.state = State::Paused;
                     vec![Action::SpindleOff]
                 }
                 _ => vec![Action::NextLeg],
             },
-            (State::Running | State::Pausing, Event::LegDone(_, false) | Event::Arrived) => {
+            (State::Running | State::Pausing, Event::LegDone { last: false, .. } | Event::Arrived) => {
                 vec![Action::NextLeg]
             }
             _ => Vec::new(),
@@ -527,7 +419,7 @@ mod tests {
                 (2, Action::Queue) => Event::QueueDone,
                 (_, Action::Queue) => Event::QueueHeld,
                 (_, Action::MakeSafe { .. }) => Event::Safe,
-                _ => Event::LegDone(next(seed, 2) == 0, next(seed, 5) == 0),
+                _ => Event::LegDone { cut: next(seed, 2) == 0, last: next(seed, 5) == 0 },
             };
         }
         if session.queue && session.moving && next(seed, 9) == 0 {
@@ -538,10 +430,11 @@ mod tests {
             1 => Event::SetZero([next(seed, 99) as i64, 3]),
             2 => Event::UndoZero,
             3 => Event::Jog(next(seed, 3) as u8, 100),
-            4 => Event::Armed(job(), "d".into()),
+            4 => Event::Armed { job: job(), digest: "d".into() },
             5 => Event::Disarmed(next(seed, 4) == 0),
             6 | 7 => {
-                Event::Start(job(), if next(seed, 4) == 0 { "e" } else { "d" }.into(), next(seed, 2) as u32)
+                let digest = if next(seed, 4) == 0 { "e" } else { "d" };
+                Event::Start { job: job(), digest: digest.into(), from_leg: next(seed, 2) as u32 }
             }
             8 => Event::Pause,
             9 => Event::Resume,
@@ -559,7 +452,7 @@ mod tests {
             event,
             Event::Homed
                 | Event::Arrived
-                | Event::LegDone(..)
+                | Event::LegDone { .. }
                 | Event::BitWanted
                 | Event::QueueHeld
                 | Event::QueueDone
@@ -583,7 +476,7 @@ mod tests {
             let asked = match action {
                 Action::Home => *event == Event::Home,
                 Action::Jog(..) => matches!(event, Event::Jog(..)),
-                Action::Approach(_) => matches!(event, Event::Start(..)),
+                Action::Approach(_) => matches!(event, Event::Start { .. }),
                 Action::RestOfLeg => *event == Event::ToolChanged,
                 Action::SpindleOn => *event == Event::Resume,
                 Action::Queue => *event == Event::Queue,

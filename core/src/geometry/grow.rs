@@ -11,8 +11,9 @@
 //! ```
 //!
 //! Shrinking is the same with everything turned round: what was inside counts one, every strip inwards takes one away.
-//! Where two straight pieces meet in an inner corner and both are long enough, the strips are trimmed to where
-//! their far sides cross, since there they overlap twice.
+//! Where two pieces meet in an inner corner and both are long enough, the strips are trimmed to where their far sides
+//! cross, since there they overlap twice; an arc only where it stays on its circle. Joined straight instead, the far sides
+//! would go back and leave a cleft that a tool stops in.
 //!
 //! Comes in: a region and a distance. Goes out: a region. Tolerance: every edge is within 1 µm of the true offset (arcs about
 //! the true centre with the true radius, to the nanometre; corners within 0.8 µm); pieces shorter than 1 µm are
@@ -32,6 +33,8 @@ const CLOSING_NM: f64 = 20.0;
 const GROWN_CRUMB_NM: f64 = 1_000.0;
 /// Strips whose far corners are this near, in nm, are joined straight.
 const TOUCH_NM: f64 = 60.0;
+/// A strip is trimmed where its far side then ends no farther than this, in nm, off its circle.
+const TRIMMED_OFF_NM: f64 = 20.0;
 /// Up to this distance, in nm, outer corners are pointed instead of round.
 const POINTED_NM: f64 = 100.0;
 /// Turning by more than this, in rad, is turning back.
@@ -130,11 +133,11 @@ fn corner(first: &Strip, second: &Strip, by: f64) -> Corner {
         let pointed = by <= POINTED_NM && turn < 2.5;
         return if pointed { Corner::Pointed(tip) } else { Corner::Round(Circle { centre: at, radius: by }) };
     }
-    let lines = first.arc.is_none() && second.arc.is_none();
-    if lines && by * libm::tan(-turn / 2.0) <= room {
-        return Corner::Trimmed(tip);
-    }
-    if gap <= room { Corner::Straight } else { Corner::Inner(at) }
+    let cut = by * libm::tan(-turn / 2.0);
+    let stays_near =
+        |strip: &Strip| strip.arc.is_none_or(|(circle, _)| cut * cut <= 2.0 * TRIMMED_OFF_NM * circle.radius);
+    let trimmed = cut <= room && stays_near(first) && stays_near(second);
+    if trimmed { Corner::Trimmed(tip) } else { Corner::Inner(at) }
 }
 
 /// Lays down the outline moved to the right by `by` nm, above zero.
@@ -229,6 +232,33 @@ mod tests {
                         assert_eq!(edge.b, next.a, "{radius_um} µm and {more_nm} nm");
                     });
                 }
+            }
+        }
+    }
+
+    /// A line, the cap of a stroke that stands out of it by a fifth of a micrometre, a line: the far sides of the strips cross.
+    #[test]
+    fn no_edge_of_a_grown_outline_turns_back_beside_a_flat_cap() {
+        let at = |x: i64, y: i64| Point::new(Length::from_nm(x), Length::from_nm(y));
+        let line = |x: i64, y: i64| Segment::Line { to: at(x, y) };
+        let cap = Segment::Arc { to: at(18_096, 29_787), centre: at(-72_880, -14_500), clockwise: false };
+        let left = [line(-118_600, 361_229), line(-300_000, 361_229), line(-300_000, -128_599)];
+        let segments = [line(51_409, -50_985), line(22_822, 18_329), cap].into_iter().chain(left);
+        let outer = Path {
+            start: at(129_023, -128_599),
+            segments: segments.chain([line(129_023, -128_599)]).collect(),
+        };
+        let copper = Region { islands: vec![super::super::Island { outer, holes: Vec::new() }] };
+        for by_um in [20, 71, 150] {
+            let grown = grow(&copper, Length::from_um(by_um));
+            let corners: Vec<Spot> = grown.paths().flat_map(Path::corners).map(spot).collect();
+            let pairs =
+                corners.iter().zip(corners.iter().cycle().skip(1)).map(|(a, b)| (b.0 - a.0, b.1 - a.1));
+            let ways: Vec<Spot> = pairs.filter(|way| apart(*way, (0.0, 0.0)) > 0.0).collect();
+            for (one, two) in ways.iter().zip(ways.iter().cycle().skip(1)) {
+                let along = one.0 * two.0 + one.1 * two.1;
+                let both = apart(*one, (0.0, 0.0)) * apart(*two, (0.0, 0.0));
+                assert!(along > -0.9 * both, "{by_um} µm: back along {one:?} {two:?} nm");
             }
         }
     }

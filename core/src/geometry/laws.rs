@@ -160,3 +160,53 @@ fn nothing_depends_on_where_or_which_way() {
         same(paths.iter().map(started).collect(), "started elsewhere");
     }
 }
+
+/// Lines and arcs that nearly go on in each other's direction, with centres a little off, as planners and robots write them.
+fn chain(chance: &mut Chance, half_mm: f64) -> Vec<Path> {
+    let (mut x, mut y) = (chance.between(-5.0, 5.0), chance.between(-5.0, 5.0));
+    let (mut heading, mut pieces) = (chance.between(0.0, std::f64::consts::TAU), Vec::new());
+    for _ in 0..2 + chance.below(4) {
+        let start = Point::from_mm(x, y);
+        let length =
+            if chance.below(2) == 0 { chance.between(0.002, 0.03) } else { chance.between(0.03, 0.6) };
+        let segment = if chance.below(5) < 2 {
+            (x, y) = (x + length * libm::cos(heading), y + length * libm::sin(heading));
+            Segment::Line { to: Point::from_mm(x, y) }
+        } else {
+            let radius = half_mm * chance.between(1.06, 5.0);
+            let clockwise = chance.below(2) == 0;
+            let side = if clockwise { -radius } else { radius };
+            let (cx, cy) = (x - side * libm::sin(heading), y + side * libm::cos(heading));
+            heading += (length / radius).min(2.5) * side.signum();
+            (x, y) = (cx + side * libm::sin(heading), cy - side * libm::cos(heading));
+            let off = chance.between(-1e-4, 1e-4);
+            Segment::Arc { to: Point::from_mm(x, y), centre: Point::from_mm(cx + off, cy - off), clockwise }
+        };
+        pieces.push(Path { start, segments: vec![segment] });
+        let bend = [0.0, 0.06, 0.06, 1.0].get(chance.below(4)).copied().unwrap_or_default();
+        let back = if chance.below(4) == 0 { std::f64::consts::PI } else { 0.0 };
+        heading += back + chance.between(-bend, bend);
+    }
+    pieces
+}
+
+#[test]
+fn what_a_tool_sweeps_along_curves_that_graze_is_the_same_together_and_one_by_one() {
+    for seed in 0..400 {
+        let mut chance = Chance::new(seed);
+        let width = Length::from_mm(chance.between(0.08, 0.3));
+        let pieces = chain(&mut chance, width.mm() / 2.0);
+        let alone: Vec<Region> =
+            pieces.iter().map(|piece| sweep(std::slice::from_ref(piece), width)).collect();
+        let together = sweep(&pieces, width);
+        let one_by_one =
+            alone.iter().fold(Region::default(), |grown, next| combine(&grown, next, Rule::Union));
+        let allowed = slack(&together) + 1e-4;
+        close(area_mm2(&combine(&together, &one_by_one, Rule::Xor)), 0.0, allowed, seed);
+        let length: f64 = pieces.iter().map(Path::length_mm).sum();
+        let most = (length + width.mm() * std::f64::consts::FRAC_PI_4) * width.mm();
+        let least = alone.iter().map(area_mm2).fold(0.0, f64::max);
+        let area = area_mm2(&together);
+        assert!(area <= most + allowed && area >= least - allowed, "seed {seed}: {least} ≤ {area} ≤ {most}");
+    }
+}

@@ -359,12 +359,23 @@ fn without(nodes: &mut Vec<Node>, index: usize) -> bool {
         (Kind::Arc { circle, .. }, Kind::Line) => line_meets(to.at, next.at, circle, here.at),
         (Kind::Arc { circle: one, .. }, Kind::Arc { circle: two, .. }) => circles_meet(one, two, here.at),
     };
-    let Some(met) = met.filter(|&met| count > 3 && apart(met, here.at) <= SNAP_NM) else { return false };
+    let near = |met: &Spot| count > 3 && apart(*met, here.at) <= SNAP_NM;
+    let Some(met) = met.filter(near).filter(|&met| is_between(from.at, (here.at, next.at), to.at, met))
+    else {
+        return false;
+    };
     if let Some(node) = nodes.get_mut(after) {
         node.at = (libm::round(met.0), libm::round(met.1));
     }
     nodes.remove(index);
     true
+}
+
+/// Whether the pieces before and behind still lead the same way when the two corners between them become the one at `met`:
+/// curves that graze each other meet far along, where it would lie beyond the next corner.
+fn is_between(from: Spot, (first, second): (Spot, Spot), to: Spot, met: Spot) -> bool {
+    let same_way = |one: Spot, other: Spot| dot(one, other) > 0.0;
+    same_way(sub(first, from), sub(met, from)) && same_way(sub(to, second), sub(to, met))
 }
 
 /// Where a corner goes that cannot go where its curves meet: onto the longer one, if that is an arc and near.

@@ -16,6 +16,8 @@
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
 //! 2. Late is never caught up: after a late return the caller shifts all later ticks.
+//! 3. `wait_until` is called only for ticks that `grants` said yes to. A clock that waits by itself always does; one that is
+//!    told the time does once the tick is reached, and its `wait_until` then waits for nothing.
 //!
 //! Comes in: runs. Goes out: calls on the traits. Does not know who computed the stream.
 
@@ -24,7 +26,7 @@ mod play;
 mod recorder;
 mod steady;
 
-pub use play::{Line, Motors, Operator, Order, Outcome, play};
+pub use play::{Line, Motors, Operator, Order, Outcome, give_way, play, play_by_turns, through};
 pub use recorder::{Recorder, Written};
 pub use steady::Steady;
 
@@ -72,6 +74,11 @@ pub trait Pins {
 pub trait Clock {
     /// The tick it is now.
     fn now(&mut self) -> u64;
+
+    /// Whether it may be waited for `tick` now.
+    fn grants(&mut self, _tick: u64) -> bool {
+        true
+    }
 
     /// Wait until `tick`; returns the tick it is then, never less than `tick`.
     fn wait_until(&mut self, tick: u64) -> u64;

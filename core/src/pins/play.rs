@@ -10,6 +10,9 @@
 //! contact sensor is the interlock. If it still reports the board then, the plane does not start: the spindle alone goes on
 //! up, and the segment ends there.
 //!
+//! Where the clock waits by itself this is a function that returns at the end ([`play`]). Where it is told the time, it is played
+//! by turns ([`play_by_turns`]): it gives way whenever the next step is not due.
+//!
 //! Comes in: a segment. Goes out: calls on [`Pins`], and an [`Outcome`]. Every end is at rest and every step is counted.
 //! Does not know who computed the segment, nor what it is for.
 
@@ -18,6 +21,9 @@ use super::{AxisSet, Clock, Pins};
 use crate::job::{Gate, Input, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
 use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay};
+use std::future::{Future, poll_fn};
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
 
 /// Axes of the plane.
 const PLANE: AxisSet = 0b11;
@@ -117,9 +123,12 @@ pub enum Outcome {
 }
 
 impl Line {
-    fn wait(&mut self, tick: u64, clock: &mut dyn Clock) {
+    async fn wait(&mut self, tick: u64, clock: &mut dyn Clock) {
         let tick = tick.max(self.tick);
         let due = tick + self.late;
+        while !clock.grants(due) {
+            give_way().await;
+        }
         self.late += clock.wait_until(due).saturating_sub(due);
         self.tick = tick;
     }
@@ -143,8 +152,36 @@ fn guard(segment: &Segment) -> u32 {
     guard & !segment.gate.map_or(0, |gate| gate.input.bit())
 }
 
-/// Plays `segment` to its end, or to rest where something ended it early.
+/// Lets whoever polls go on with something else; the next time it is polled, it goes on.
+pub fn give_way() -> impl Future<Output = ()> {
+    let mut gave = false;
+    poll_fn(move |_| if std::mem::replace(&mut gave, true) { Poll::Ready(()) } else { Poll::Pending })
+}
+
+/// What comes of `work`, polled until it is done: for what waits by itself and gives way to nobody.
+pub fn through<T>(work: impl Future<Output = T>) -> T {
+    let (mut work, mut context) = (pin!(work), Context::from_waker(Waker::noop()));
+    loop {
+        if let Poll::Ready(done) = work.as_mut().poll(&mut context) {
+            return done;
+        }
+    }
+}
+
+/// Plays `segment` to its end, or to rest where something ended it early, with a clock that waits by itself.
 pub fn play(
+    segment: &Segment,
+    motors: &Motors,
+    line: &mut Line,
+    pins: &mut dyn Pins,
+    clock: &mut dyn Clock,
+    operator: &mut dyn Operator,
+) -> Outcome {
+    through(play_by_turns(segment, motors, line, pins, clock, operator))
+}
+
+/// The same by turns: gives way as long as `clock` does not grant the next tick. Polled again, it goes on where it was.
+pub async fn play_by_turns(
     segment: &Segment,
     motors: &Motors,
     line: &mut Line,
@@ -169,7 +206,7 @@ pub fn play(
         clock,
         operator,
     };
-    play.run()
+    play.run().await
 }
 
 /// Where the plane is in its part of the segment.
@@ -202,15 +239,15 @@ struct Play<'a> {
 }
 
 impl Play<'_> {
-    fn run(mut self) -> Outcome {
+    async fn run(mut self) -> Outcome {
         if let Effect::Spindle(rpm) = self.segment.effect {
-            self.line.wait(self.line.tick, self.clock);
+            self.line.wait(self.line.tick, self.clock).await;
             self.pins.spindle(self.line.tick, rpm);
         }
         self.look();
         let mut pulses = replay(self.segment);
         while let Some(pulse) = pulses.next() {
-            self.idle_until(pulse.tick);
+            self.idle_until(pulse.tick).await;
             if let (Some(end), false) = (self.end, self.moving) {
                 return end;
             }
@@ -222,12 +259,12 @@ impl Play<'_> {
             if pulse.axes & PLANE != 0 && pulses.pending() & PLANE == 0 {
                 self.plane = Plane::Done;
             }
-            if self.paced(pulse.tick, &pulses) {
+            if self.paced(pulse.tick, &pulses).await {
                 return self.end.unwrap_or(Outcome::Stopped);
             }
         }
         self.moving = false;
-        self.idle_until(self.segment.duration_ticks);
+        self.idle_until(self.segment.duration_ticks).await;
         match (self.end, self.segment.gate) {
             (Some(Outcome::Stopped) | None, Some(gate)) if gate.otherwise == Otherwise::Alarm => {
                 Outcome::Unmet(gate)
@@ -288,11 +325,11 @@ impl Play<'_> {
     }
 
     /// Waits for a stream tick. While nothing moves, orders are obeyed at once.
-    fn idle_until(&mut self, stream_tick: u64) {
+    async fn idle_until(&mut self, stream_tick: u64) {
         loop {
             let at = self.feed_override.at(stream_tick);
             if self.moving || at <= self.line.tick {
-                return self.wait(at);
+                return self.wait(at).await;
             }
             match self.operator.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
@@ -302,21 +339,21 @@ impl Play<'_> {
             if self.end.is_some() {
                 return;
             }
-            self.wait(at.min(self.line.tick + SLICE));
+            self.wait(at.min(self.line.tick + SLICE)).await;
             self.look();
         }
     }
 
     /// Waits until `at`. What the pins have to switch meanwhile is switched in time.
-    fn wait(&mut self, at: u64) {
+    async fn wait(&mut self, at: u64) {
         while let Some(due) = self.pins.due().filter(|due| *due < at) {
-            self.line.wait(due, self.clock);
+            self.line.wait(due, self.clock).await;
             self.pins.attend(self.line.tick.max(due));
             if self.pins.due() == Some(due) {
                 break;
             }
         }
-        self.line.wait(at, self.clock);
+        self.line.wait(at, self.clock).await;
     }
 
     /// Looks at the inputs: is this where it ends?
@@ -343,7 +380,7 @@ impl Play<'_> {
     }
 
     /// After a step: sets the rate to the next one. True when it came to rest for good.
-    fn paced(&mut self, tick: u64, later: &Replay<'_>) -> bool {
+    async fn paced(&mut self, tick: u64, later: &Replay<'_>) -> bool {
         if self.plane == Plane::Kept {
             return false;
         }
@@ -354,7 +391,7 @@ impl Play<'_> {
         let next = later.clone().next().map(|pulse| pulse.tick - tick);
         self.feed_override.next(tick, next, &rates(later, &self.motors.braking));
         while self.feed_override.at_rest() {
-            self.wait(self.feed_override.at(tick));
+            self.wait(self.feed_override.at(tick)).await;
             self.look();
             match (self.end, self.operator.order()) {
                 (Some(_), _) => return true,

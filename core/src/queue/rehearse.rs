@@ -89,7 +89,7 @@ impl Rehearsal {
             for action in actions {
                 match action {
                     Action::Output(place, on) => pins.output(self.line.tick, place, on),
-                    Action::Correct(axis, steps) => {
+                    Action::Correct { axis, steps } => {
                         for axis in cycles::together(machine, axis) {
                             self.line.position[axis] += steps;
                         }

@@ -88,8 +88,13 @@ pub struct Report {
 pub enum Action {
     /// Switch this output: its place among the machine's outputs.
     Output(u8, bool),
-    /// The count of this axis, and of all that move together with it, is off by so many steps.
-    Correct(usize, i64),
+    /// The count of an axis, and of all that move together with it, is off.
+    Correct {
+        /// Which axis.
+        axis: usize,
+        /// By so many.
+        steps: i64,
+    },
     /// Play these, then report.
     Play(Vec<Segment>),
     /// Nothing to do.
@@ -314,7 +319,7 @@ impl Run {
                 self.doing = Doing::Homing(homing);
                 let mut actions = Vec::new();
                 if correction != 0 {
-                    actions.push(Action::Correct(axis, correction));
+                    actions.push(Action::Correct { axis, steps: correction });
                 }
                 actions.push(Action::Play(vec![segment]));
                 actions

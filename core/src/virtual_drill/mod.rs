@@ -212,6 +212,18 @@ impl VirtualDrill {
         }
     }
 
+    /// Whether the drills of two machines have the same motors, tables and sensors at the same places; the feed that a sharp bit
+    /// is made for is no part of that.
+    pub fn is_the_same_for(one: &Machine, other: &Machine) -> bool {
+        let [one, other] =
+            [one, other].map(|machine| Self::new(machine, 0, Faults::default(), Box::new(|_| {})));
+        one.rotors == other.rotors
+            && one.tables == other.tables
+            && one.edges == other.edges
+            && one.steps_per_mm == other.steps_per_mm
+            && one.switches == other.switches
+    }
+
     /// The same, with somebody who is told where steps are lost, the moment they are.
     #[must_use]
     pub fn watched(mut self, watch: SlipWatch) -> Self {

@@ -92,7 +92,7 @@ impl Push {
 }
 
 /// A stepping motor.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rotor {
     /// Where it really is, in takts.
     pub at: i64,

@@ -21,7 +21,7 @@ const CELL: u64 = TICK_HZ / 5000;
 const INPUTS: usize = 32;
 
 /// All inputs of the drill.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Switches {
     seed: u64,
     /// Share of single readings that are flipped.

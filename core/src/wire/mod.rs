@@ -17,9 +17,11 @@
 //! promised to stay readable: append only, never renumber.
 
 pub mod auth;
+mod frames;
 mod lab;
 pub mod program;
 
+pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 
 use crate::control::{Alarm, Ending, State, Timing, Trust};

@@ -89,6 +89,8 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
     model.link.phase = Phase::Open;
     model.link.ever = true;
     model.link.attempt = 0;
+    // The other tab let go of the drill.
+    model.link.refused.take_if(|why| why.code == "drill.other_tab");
     let mut effects = stop::opened(model);
     model.link.note(model.clock.wall_ms, Noted::Link(true));
     effects.extend(ask(model, &Ask::TakeControl { force: false }));

@@ -42,6 +42,7 @@ fn kind(request: &Request) -> &'static str {
         Request::Open(_) => "open",
         Request::Save(_) => "save",
         Request::Read(_) => "read",
+        Request::Trace(_) => "trace",
         Request::Plan(_) => "plan",
         Request::Prove(_) => "prove",
         Request::Export(_) => "export",

@@ -2,7 +2,7 @@
 //!
 //! Comes in: how far the connection is. Goes out: a card with the one thing to do.
 
-use crate::i18n::{say, t};
+use crate::i18n::{advice, message, say, t};
 use crate::model::LinkEvent;
 use crate::page::link::{self, Phase};
 use crate::page::{frame, send};
@@ -14,12 +14,17 @@ use leptos::prelude::*;
 pub(crate) fn connect() -> impl IntoView {
     let line = link::link();
     let text = move || match line.phase.get() {
-        Phase::Unpaired if frame().alone.get() => say!("page.connect.alone"),
+        // The drill of this page says itself why it is not there.
+        _ if frame().alone.get() => line
+            .refused
+            .get()
+            .map_or_else(|| say!("page.connect.alone"), |why| format!("{} {}", message(&why), advice(&why))),
         Phase::Unpaired => say!("page.connect.unpaired"),
         _ => say!("page.connect.looking"),
     };
     let again = move || {
-        (line.phase.get() != Phase::Unpaired)
+        let waits = line.phase.get() != Phase::Unpaired;
+        (waits && (!frame().alone.get() || line.refused.get().is_some()))
             .then(|| push("button primary", t!("page.connect.again"), |_| send(LinkEvent::ReconnectNow)))
     };
     let linked = move || line.phase.get() == Phase::Unpaired && !frame().alone.get();

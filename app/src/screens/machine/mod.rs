@@ -62,7 +62,7 @@ pub fn machine() -> impl IntoView {
         met.get().then(|| (operate(), div().class("panel right job").child((job::job(), sensors::sensors()))))
     };
     let top = div().class("top machine-top").child((banner::banner(), banner::answers(), move || {
-        met.get().then(|| (readouts::readouts(), large()))
+        met.get().then(|| div().class("readouts-row").child((readouts::readouts(), large())))
     }));
     (top, sides, move || (!met.get()).then(connect::connect), preflight::preflight())
 }

@@ -1,7 +1,7 @@
 //! Before the first move: the program goes to the bridge, the bridge checks it, a person reads the rows.
 //!
 //! ```text
-//! Start… ─▶ upload ─▶ Arm ─▶ rows and digest ─▶ [Start drilling]   (only this button moves anything)
+//! Start… ─▶ upload ─▶ Arm ─▶ rows and digest ─▶ [Start the job]   (only this button moves anything)
 //! ```
 //!
 //! Comes in: the planned job. Goes out: `Arm`, and `Start` once nothing fails and every warning is ticked.

@@ -181,7 +181,7 @@ impl Drawing {
 }
 
 /// The rotation of a pad that looks the same: from 0 to less than what its form repeats after.
-pub(super) fn whole_turn(shape: PadShape, turn_mdeg: i32) -> i32 {
+pub fn whole_turn(shape: PadShape, turn_mdeg: i32) -> i32 {
     turn_mdeg.rem_euclid(shape.symmetry_mdeg())
 }
 

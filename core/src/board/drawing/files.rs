@@ -53,7 +53,7 @@ pub fn files(drawing: &Drawing) -> Vec<(String, String)> {
 }
 
 /// The name of a drawing as it can stand in the name of a file.
-fn stem(name: &str) -> String {
+pub fn stem(name: &str) -> String {
     let plain = |letter: char| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' };
     let stem: String = name.trim().chars().take(60).map(plain).collect();
     if stem.is_empty() { "board".to_owned() } else { stem }

@@ -199,13 +199,12 @@ impl Finder {
         at: Point,
         reach: Length,
         grid: Option<Length>,
-        without: &BTreeSet<Id>,
+        without: &BTreeSet<Catch>,
     ) -> Snap {
         let (mut ends, mut middles) = (Vec::new(), Vec::new());
         for catch in self.meeting(Bounds::of(at).grown(reach)) {
-            let Some(body) = self.bodies.get(&catch) else { continue };
+            let Some(body) = self.bodies.get(&catch).filter(|_| !without.contains(&catch)) else { continue };
             match catch {
-                Catch::Drawn(id) if without.contains(&id) => {}
                 Catch::Drawn(id) => match (drawing.thing(id), body.points.as_slice()) {
                     (Some(Thing::Node { at }), _) => ends.push(Snap::Node(*at, id)),
                     (Some(Thing::Track { .. }), [a, b]) => middles.push(Snap::Middle(halfway(*a, *b), id)),

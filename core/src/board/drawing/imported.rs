@@ -249,7 +249,7 @@ fn graft(into: &mut Gerber, drawn: Gerber) {
 }
 
 /// What becomes of the objects of one file: each is moved by so much, or taken out.
-type Changes<'a> = BTreeMap<&'a str, BTreeMap<u32, (Point, Option<Point>)>>;
+type Changes<'a> = BTreeMap<&'a str, Shifts>;
 
 /// Takes out and moves what the drawing says.
 fn changed(drawing: &Drawing, artwork: &mut Artwork) -> Vec<Diagnostic> {
@@ -276,28 +276,50 @@ fn changed(drawing: &Drawing, artwork: &mut Artwork) -> Vec<Diagnostic> {
     lost
 }
 
+/// What becomes of objects of a file by their numbers: where each lay, and by how much it moves; none where it goes.
+type Shifts = BTreeMap<u32, (Point, Option<Point>)>;
+
 /// The place of the object that is meant: by its number where it lies there, else the first that does.
 fn meant(places: &[Option<Point>], object: u32, at: Point) -> Option<usize> {
     let by_number = Some(object as usize).filter(|index| places.get(*index) == Some(&Some(at)));
     by_number.or_else(|| places.iter().position(|place| *place == Some(at)))
 }
 
-fn of_layer(gerber: &mut Gerber, changes: &BTreeMap<u32, (Point, Option<Point>)>) -> Vec<Point> {
-    let places: Vec<_> = gerber.objects.iter().map(|object| place_of(&object.shape)).collect();
+fn of_layer(gerber: &mut Gerber, changes: &Shifts) -> Vec<Point> {
+    made(
+        &mut gerber.objects,
+        changes,
+        |object| place_of(&object.shape),
+        |object, by| move_shape(&mut object.shape, by),
+    )
+}
+
+fn of_drill(drill: &mut DrillFile, changes: &Shifts) -> Vec<Point> {
+    made(&mut drill.hits, changes, |hit| Some(hit.at), |hit, by| hit.at = shifted(hit.at, by))
+}
+
+/// Makes `changes` of `objects`; the places at which none lies.
+fn made<T>(
+    objects: &mut Vec<T>,
+    changes: &Shifts,
+    place: impl Fn(&T) -> Option<Point>,
+    shift: impl Fn(&mut T, Point),
+) -> Vec<Point> {
+    let places: Vec<_> = objects.iter().map(place).collect();
     let (mut gone, mut missed) = (BTreeSet::new(), Vec::new());
     for (object, (at, by)) in changes {
         match (meant(&places, *object, *at), by) {
             (None, _) => missed.push(*at),
             (Some(index), None) => gone.extend([index]),
             (Some(index), Some(by)) => {
-                if let Some(object) = gerber.objects.get_mut(index) {
-                    move_shape(&mut object.shape, *by);
+                if let Some(object) = objects.get_mut(index) {
+                    shift(object, *by);
                 }
             }
         }
     }
     let mut index = 0;
-    gerber.objects.retain(|_| {
+    objects.retain(|_| {
         index += 1;
         !gone.contains(&(index - 1))
     });
@@ -316,26 +338,4 @@ fn move_shape(shape: &mut Shape, by: Point) {
         Shape::Contour(path) => *path = Placement::shifted(by).path(path),
         Shape::Repeat { .. } => {}
     }
-}
-
-fn of_drill(drill: &mut DrillFile, changes: &BTreeMap<u32, (Point, Option<Point>)>) -> Vec<Point> {
-    let places: Vec<_> = drill.hits.iter().map(|hit| Some(hit.at)).collect();
-    let (mut gone, mut missed) = (BTreeSet::new(), Vec::new());
-    for (object, (at, by)) in changes {
-        match (meant(&places, *object, *at), by) {
-            (None, _) => missed.push(*at),
-            (Some(index), None) => gone.extend([index]),
-            (Some(index), Some(by)) => {
-                if let Some(hit) = drill.hits.get_mut(index) {
-                    hit.at = shifted(hit.at, *by);
-                }
-            }
-        }
-    }
-    let mut index = 0;
-    drill.hits.retain(|_| {
-        index += 1;
-        !gone.contains(&(index - 1))
-    });
-    missed
 }

@@ -32,9 +32,9 @@ pub use change::{
     renamed, track, turned, ungrouped,
 };
 pub use clip::{copied, pasted};
-pub use edit::Edit;
+pub use edit::{Edit, whole_turn};
 pub use figures::{Figures, Smallest, WINDOW};
-pub use files::files;
+pub use files::{files, stem};
 pub use find::{Catch, Finder, Snap, whole};
 pub use history::History;
 pub use imported::{Imported, imported, lay_over};

@@ -341,7 +341,10 @@ fn the_pointer_finds_snaps_and_boxes() {
     assert_eq!(hit(1.0, 1.4), Some(Catch::Imported(0)));
     assert_eq!(hit(10.0, 8.0), None);
     let grid = Some(um(500));
-    let snap = |x, y, without: &[Id]| finder.snap(&drawing, mm(x, y), um(300), grid, &set(without));
+    let snap = |x, y, without: &[Id]| {
+        let without = without.iter().copied().map(Catch::Drawn).collect();
+        finder.snap(&drawing, mm(x, y), um(300), grid, &without)
+    };
     let node = drawing.node_at(mm(5.0, 5.0)).unwrap();
     assert_eq!(snap(5.1, 4.9, &[]), Snap::Node(mm(5.0, 5.0), node));
     assert_eq!(snap(10.2, 5.1, &[]), Snap::Middle(mm(10.0, 5.0), track));
@@ -426,7 +429,7 @@ fn kept_text_is_looked_through() {
 
 #[test]
 fn the_example_of_the_manual_makes_a_board() {
-    let text = include_str!("../../../../www/examples/robot.json");
+    let text = include_str!("../../../../www/drawings/robot.json");
     assert!(is_one(text.as_bytes()));
     let history = read("robot.json", text).unwrap();
     let (board, diagnostics) = board_of(history.now());

@@ -57,6 +57,7 @@ pub(super) fn with_slivers(pass: &Region, through: Length, next: Option<Length>)
             Some(Near { edge, place, .. }) if path.length_mm() <= LONGEST_DETOUR_MM => {
                 detours.push(Detour { edge, place, path });
             }
+            _ if path.segments.is_empty() => paths.extend(dot(path.start)),
             _ => paths.push(path),
         }
     }
@@ -126,13 +127,17 @@ fn is_sliver(strip: &Strip, through: Length, thin: Length) -> bool {
     !(strip.own && tip || dust)
 }
 
-/// The way along the middle of a strip, in as few lines as it needs.
+/// A toolpath that stands for a single place.
+fn dot(at: Point) -> Option<Path> {
+    let end = |by: f64| Point::from_mm(at.x.mm() + by, at.y.mm());
+    Path::through(&[end(-DOT_MM / 2.0), end(DOT_MM / 2.0)])
+}
+
+/// The way along the middle of a strip, in as few lines as it needs; none of them where it is a single place.
 fn along(strip: &Strip) -> Option<Path> {
     let places: Vec<Point> = strip.middle.iter().map(|(at, _)| *at).collect();
     if let [only] = places.as_slice() {
-        let (x, y) = (only.x.mm(), only.y.mm());
-        let end = |by: f64| Point::from_mm(x + by, y);
-        return Path::through(&[end(-DOT_MM / 2.0), end(DOT_MM / 2.0)]);
+        return Some(Path { start: *only, segments: Vec::new() });
     }
     let mut kept: Vec<Point> = places.first().copied().into_iter().collect();
     let mut from = 0;

@@ -127,7 +127,7 @@ fn words(work: Work, at: usize) -> impl IntoView {
     let choose = move |event| {
         let name = event_target_value(&event);
         let arguments = Word::find(&name).map(beginning).unwrap_or_default();
-        work.edit(None, &Edit::Word(at, name, arguments));
+        work.edit(None, &Edit::Word { at, word: name, arguments });
     };
     select()
         .attr("tabindex", move || in_row(work, at))
@@ -165,7 +165,7 @@ fn arguments(work: Work, at: usize, wrong: Memo<Option<Diagnostic>>) -> impl Int
             .prop("value", move || line(work, at).arguments)
             .on(ev::input, move |event| {
                 let field = format!("queue.arguments.{at}");
-                work.edit(Some(&field), &Edit::Arguments(at, event_target_value(&event)));
+                work.edit(Some(&field), &Edit::Arguments { at, text: event_target_value(&event) });
             })
             .on(ev::change, move |_| send(LabEvent::Rest)),
         small().class("quiet").attr("aria-hidden", "true").child(takes),
@@ -181,7 +181,7 @@ fn note(work: Work, at: usize) -> impl IntoView {
         .prop("value", move || line(work, at).note)
         .on(ev::input, move |event| {
             let field = format!("queue.note.{at}");
-            work.edit(Some(&field), &Edit::Note(at, event_target_value(&event)));
+            work.edit(Some(&field), &Edit::Note { at, text: event_target_value(&event) });
         })
         .on(ev::change, move |_| send(LabEvent::Rest))
 }
@@ -225,8 +225,8 @@ fn pressed(work: Work, event: &KeyboardEvent) {
     let ctrl = event.ctrl_key() || event.meta_key();
     let key = event.key().to_ascii_lowercase();
     let edit = match (key.as_str(), event.alt_key(), ctrl) {
-        ("arrowup", true, _) => Some(Edit::Move(at, false)),
-        ("arrowdown", true, _) => Some(Edit::Move(at, true)),
+        ("arrowup", true, _) => Some(Edit::Move { at, down: false }),
+        ("arrowdown", true, _) => Some(Edit::Move { at, down: true }),
         ("d", false, true) => Some(Edit::Double(at)),
         ("insert", false, false) => Some(Edit::Insert(at)),
         ("delete", false, false) if on_row => Some(Edit::Delete(at)),

@@ -54,8 +54,12 @@ pub(super) fn tools(work: Work) -> impl IntoView {
                 },
             ),
             push_if("button", on_rows, t!("page.lab.queue.double"), move |_| edit(Edit::Double)),
-            push_if("button", on_rows, t!("page.lab.queue.up"), move |_| edit(|at| Edit::Move(at, false))),
-            push_if("button", on_rows, t!("page.lab.queue.down"), move |_| edit(|at| Edit::Move(at, true))),
+            push_if("button", on_rows, t!("page.lab.queue.up"), move |_| {
+                edit(|at| Edit::Move { at, down: false });
+            }),
+            push_if("button", on_rows, t!("page.lab.queue.down"), move |_| {
+                edit(|at| Edit::Move { at, down: true });
+            }),
             push_if("button", on_rows, t!("page.lab.queue.delete"), move |_| edit(Edit::Delete)),
         )),
         span().class("grow"),

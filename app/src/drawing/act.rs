@@ -1,0 +1,257 @@
+//! What is done with what is chosen: moved, turned, mirrored, lined up, repeated, grouped, copied, taken out.
+//!
+//! Comes in: an [`Act`]. Goes out: the next drawing and what is chosen in it. What files draw is moved, taken out and put back;
+//! nothing else can be done with it. Does not know the languages: a new group is told its name.
+
+use super::{Editor, GRIDS};
+use annulus_core::board::drawing::{
+    Align, Catch, Drawing, Edit, Entry, Id, Imported, Layer, Thing, array, bounds, copied, grouped, pasted,
+    placed, put, removed, ungrouped,
+};
+use annulus_core::geometry::{Placement, Point};
+use annulus_core::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// Where a copy lies beside what it was made of.
+const BESIDE: Point = Point::new(Length::from_um(2_540), Length::from_um(-2_540));
+
+/// What is done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Act {
+    /// Turned about its middle, in thousandths of a degree counter-clockwise.
+    Turn(i32),
+    /// Left becomes right, or lower becomes upper.
+    Mirror {
+        /// Left becomes right.
+        x: bool,
+    },
+    /// Brought into one line.
+    Align(Align),
+    /// Repeated in columns and rows.
+    Array {
+        /// How many beside each other.
+        columns: u32,
+        /// How many above each other.
+        rows: u32,
+        /// From one to the next.
+        step: Point,
+    },
+    /// Into a group of its own with this name.
+    Group(String),
+    /// Groups are dissolved.
+    Ungroup,
+    /// Kept to be pasted.
+    Copy,
+    /// Kept to be pasted, and taken out.
+    Cut,
+    /// What was copied, where the tool aims.
+    Paste,
+    /// A copy beside it.
+    Duplicate,
+    /// Taken out.
+    Delete,
+    /// Everything is chosen.
+    All,
+    /// Onto this layer.
+    Layer(Layer),
+    /// What files draw is as they draw it.
+    PutBack,
+    /// The grid is on or off: the other of the two.
+    Snap,
+    /// The next grid.
+    NextGrid,
+    /// Back by an edit, or on again.
+    Undo(bool),
+}
+
+/// What a drawing says of objects of files: the thing that says it, and by how much they are moved.
+type Said<'a> = BTreeMap<(&'a str, u32), (Id, Option<Point>)>;
+
+fn said(drawing: &Drawing) -> Said<'_> {
+    let said = drawing.things().filter_map(|(id, entry)| match &entry.thing {
+        Thing::Imported { file, object, by, .. } => Some(((file.as_str(), *object), (id, *by))),
+        _ => None,
+    });
+    said.collect()
+}
+
+/// Everything of `ids` and of what is imported moved.
+pub(super) fn moved(drawing: &Drawing, ids: &BTreeSet<Id>, imported: &[Imported], by: Point) -> Edit {
+    let edit = annulus_core::board::drawing::moved(drawing, ids, by);
+    edit.then(said_anew(drawing, imported, |before| {
+        let before = before.unwrap_or_default();
+        Some(Point::new(before.x + by.x, before.y + by.y))
+    }))
+}
+
+/// What is imported is moved by so much in all, or taken out, as `becomes` makes of what it was.
+fn said_anew(
+    drawing: &Drawing,
+    imported: &[Imported],
+    becomes: impl Fn(Option<Point>) -> Option<Point>,
+) -> Edit {
+    if imported.is_empty() {
+        return Edit::default();
+    }
+    let (said, mut next, mut edit) = (said(drawing), drawing.next_id(), Edit::default());
+    for one in imported {
+        let known = said.get(&(one.file.as_str(), one.object));
+        let by = becomes(known.and_then(|(_, by)| *by));
+        let thing = Thing::Imported { file: one.file.clone(), object: one.object, at: one.at, by };
+        match known {
+            Some((id, _)) => edit.changes.extend(put(drawing, *id, thing).changes),
+            None => {
+                edit.changes.push((next, Some(Entry { thing, group: None })));
+                next = Id(next.0.saturating_add(1));
+            }
+        }
+    }
+    edit
+}
+
+impl Editor {
+    /// Objects of files that are chosen.
+    pub(super) fn of_files(&self) -> Vec<Imported> {
+        let one = |catch: &Catch| match catch {
+            Catch::Imported(of) => self.finder.imported().get(*of as usize).cloned(),
+            Catch::Drawn(_) => None,
+        };
+        self.chosen.iter().filter_map(one).collect()
+    }
+
+    /// Does something with what is chosen.
+    pub fn act(&mut self, act: Act) {
+        let ids = self.ids();
+        match act {
+            Act::Turn(mdeg) => self.place_anew(mdeg, false),
+            // A mirrored thing turned by half a turn is mirrored the other way.
+            Act::Mirror { x } => self.place_anew(if x { 0 } else { 180_000 }, true),
+            Act::Align(align) => {
+                self.make(&align.edit(self.drawing(), &ids));
+            }
+            Act::Array { columns, rows, step } => {
+                self.make(&array(self.drawing(), &ids, columns, rows, step));
+            }
+            Act::Group(name) => self.group(&ids, &name),
+            Act::Ungroup => self.ungroup(&ids),
+            Act::Copy => self.copy(&ids),
+            Act::Cut => {
+                self.copy(&ids);
+                self.delete(&ids);
+            }
+            Act::Paste => self.paste(),
+            Act::Duplicate => {
+                let copy = copied(self.drawing(), &ids);
+                self.put_copy(&copy, BESIDE);
+            }
+            Act::Delete => self.delete(&ids),
+            Act::All => self.choose_all(),
+            Act::Layer(layer) => self.put_on_layer(&ids, layer),
+            Act::PutBack => self.put_back(),
+            Act::Snap => self.grid.on = !self.grid.on,
+            Act::NextGrid => {
+                let next = GRIDS.into_iter().find(|grid| *grid > self.grid.step).unwrap_or(GRIDS[0]);
+                self.grid = super::Grid { on: true, step: next };
+            }
+            Act::Undo(back) => {
+                self.leave();
+                self.step(back);
+            }
+        }
+    }
+
+    fn place_anew(&mut self, rotation_mdeg: i32, mirror: bool) {
+        let (drawing, ids) = (self.drawing(), self.ids());
+        let Some(all) = bounds(drawing, &ids) else { return };
+        let half = |low: Length, high: Length| Length::from_nm((low.nm() + high.nm()).div_euclid(2));
+        let mut middle = Point::new(half(all.min.x, all.max.x), half(all.min.y, all.max.y));
+        // One thing on one node turns about that and stays where it is.
+        let nodes = drawing.nodes_of(&ids);
+        if let (1, Some(at)) = (nodes.len(), nodes.first().and_then(|node| drawing.at(*node))) {
+            middle = at;
+        }
+        let placement = Placement { mirror, rotation_mdeg, shift: Point::default() };
+        self.make(&placed(drawing, &ids, placement, middle));
+    }
+
+    fn group(&mut self, ids: &BTreeSet<Id>, name: &str) {
+        if let (edit, Some(group)) = grouped(self.drawing(), ids, name)
+            && self.make(&edit)
+        {
+            self.chosen = BTreeSet::from([Catch::Drawn(group)]);
+        }
+    }
+
+    fn ungroup(&mut self, ids: &BTreeSet<Id>) {
+        let drawing = self.drawing();
+        let is_group = |id: &&Id| matches!(drawing.thing(**id), Some(Thing::Group { .. }));
+        let members = ids.iter().filter(is_group).flat_map(|id| drawing.hanging(*id));
+        let members: BTreeSet<Catch> = members.map(Catch::Drawn).collect();
+        let edit = ungrouped(drawing, ids);
+        if !edit.is_empty() && self.make(&edit) {
+            self.chosen.extend(members);
+            let drawing = self.history.now();
+            self.chosen.retain(|catch| !matches!(catch, Catch::Drawn(id) if drawing.get(*id).is_none()));
+        }
+    }
+
+    fn copy(&mut self, ids: &BTreeSet<Id>) {
+        let copy = copied(self.drawing(), ids);
+        if !copy.is_empty() {
+            self.clip = Some(Arc::new(copy));
+        }
+    }
+
+    /// What was copied, with the node of it that lies lowest and most to the left where the tool aims.
+    fn paste(&mut self) {
+        let Some(clip) = self.clip.clone() else { return };
+        let nodes = clip.things().filter_map(|(id, _)| clip.at(id));
+        let Some(corner) = nodes.min_by_key(|at| (at.x + at.y, at.x)) else { return };
+        let to = self.aim.at();
+        let by = Point::new(to.x - corner.x, to.y - corner.y);
+        self.put_copy(&clip, if by == Point::default() { BESIDE } else { by });
+    }
+
+    fn put_copy(&mut self, copy: &Drawing, by: Point) {
+        let (edit, top) = pasted(self.drawing(), copy, by);
+        if !top.is_empty() && self.make(&edit) {
+            self.take(super::Tool::Select);
+            self.chosen = top.into_iter().map(Catch::Drawn).collect();
+        }
+    }
+
+    fn delete(&mut self, ids: &BTreeSet<Id>) {
+        let drawing = self.drawing();
+        let edit = removed(drawing, ids).then(said_anew(drawing, &self.of_files(), |_| None));
+        self.make(&edit);
+    }
+
+    fn put_on_layer(&mut self, ids: &BTreeSet<Id>, to: Layer) {
+        let drawing = self.drawing();
+        let mut edit = Edit::default();
+        for id in drawing.leaves(ids) {
+            let mut thing = drawing.thing(id).cloned();
+            if let Some(Thing::Track { layer, .. } | Thing::Pad { layer, .. }) = &mut thing {
+                *layer = to;
+            }
+            edit = edit.then(thing.map(|thing| put(drawing, id, thing)).unwrap_or_default());
+        }
+        self.make(&edit);
+    }
+
+    /// What is chosen of files; all that was taken out or moved where nothing is chosen.
+    fn put_back(&mut self) {
+        let drawing = self.drawing();
+        let chosen = self.of_files();
+        let wanted = |file: &str, object: u32| {
+            chosen.is_empty() || chosen.iter().any(|one| one.file == file && one.object == object)
+        };
+        let said = drawing.things().filter_map(|(id, entry)| match &entry.thing {
+            Thing::Imported { file, object, .. } if wanted(file, *object) => Some(id),
+            _ => None,
+        });
+        let edit = removed(drawing, &said.collect());
+        self.make(&edit);
+    }
+}

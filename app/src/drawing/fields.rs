@@ -1,0 +1,321 @@
+//! The numbers of what is chosen: every property as a field that can be read and typed (S1).
+//!
+//! ```text
+//! one track     from X Y, to X Y, length, width, layer        several of a kind   what they share; else nothing
+//! one pad       X Y, form, size, turn, layer                  several kinds       X and Y of the box around them
+//! ```
+//!
+//! Comes in: an [`Editor`], text as typed. Goes out: fields; edits. Lengths are whole nanometres, angles thousandths of a degree.
+//! Knows no words.
+
+use super::Editor;
+use super::typed::{degrees, length};
+use crate::format::Unit;
+use annulus_core::board::drawing::{
+    Catch, Drawing, Edit, Entry, Id, Layer, PadShape, Thing, bounds, moved, put, regrouped, renamed,
+    whole_turn,
+};
+use annulus_core::geometry::Point;
+use annulus_core::units::Length;
+use std::collections::BTreeSet;
+
+/// A property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// X of a middle, a node, or of the left edge of the box around several things.
+    X,
+    /// Y likewise.
+    Y,
+    /// X where a track begins.
+    FromX,
+    /// Y where it begins.
+    FromY,
+    /// X where it ends.
+    ToX,
+    /// Y where it ends.
+    ToY,
+    /// Length of a track; read only.
+    Length,
+    /// Width of tracks.
+    Width,
+    /// Form of pads.
+    Shape,
+    /// Size of pads.
+    Size,
+    /// Rotation of pads.
+    Turn,
+    /// Diameter of holes.
+    Diameter,
+    /// Whether holes are plated.
+    Plated,
+    /// Where copper lies.
+    Layer,
+    /// Name of a group, or of the drawing where nothing is chosen.
+    Name,
+    /// The group that it lies in.
+    Group,
+    /// By how much an object of a file is moved in X.
+    ByX,
+    /// And in Y.
+    ByY,
+}
+
+impl Field {
+    /// Its word in the address of a sentence.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::FromX => "from_x",
+            Self::FromY => "from_y",
+            Self::ToX => "to_x",
+            Self::ToY => "to_y",
+            Self::Length => "length",
+            Self::Width => "width",
+            Self::Shape => "shape",
+            Self::Size => "size",
+            Self::Turn => "turn",
+            Self::Diameter => "diameter",
+            Self::Plated => "plated",
+            Self::Layer => "layer",
+            Self::Name => "name",
+            Self::Group => "group",
+            Self::ByX => "by_x",
+            Self::ByY => "by_y",
+        }
+    }
+}
+
+/// What stands in a field; nothing where the things differ.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A length.
+    Length(Option<Length>),
+    /// A length that follows from others.
+    Fixed(Option<Length>),
+    /// An angle in thousandths of a degree.
+    Turn(Option<i32>),
+    /// A form.
+    Shape(Option<PadShape>),
+    /// A layer.
+    Layer(Option<Layer>),
+    /// Yes or no.
+    Flag(Option<bool>),
+    /// A name.
+    Name(String),
+    /// A group, or none, of those there are.
+    Group(Option<Option<Id>>, Vec<(Id, String)>),
+}
+
+/// A field with its value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Which.
+    pub field: Field,
+    /// What stands in it.
+    pub value: Value,
+}
+
+/// The value that all of them have.
+fn shared<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
+    let first = values.next()?;
+    values.all(|value| value == first).then_some(first)
+}
+
+/// The fields of what is chosen; of the drawing where nothing is.
+pub fn rows(editor: &Editor) -> Vec<Row> {
+    let (drawing, ids) = (editor.drawing(), editor.ids());
+    let row = |field, value| Row { field, value };
+    if editor.chosen.is_empty() {
+        return vec![row(Field::Name, Value::Name(drawing.name().to_owned()))];
+    }
+    if ids.is_empty() {
+        return of_file(editor);
+    }
+    let things: Vec<&Thing> = ids.iter().filter_map(|id| drawing.thing(*id)).collect();
+    let mut rows = places(drawing, &ids);
+    let leaves: Vec<&Thing> = drawing.leaves(&ids).into_iter().filter_map(|id| drawing.thing(id)).collect();
+    if let [Thing::Group { name }] = things.as_slice() {
+        rows.insert(0, row(Field::Name, Value::Name(name.clone())));
+    }
+    rows.extend(sizes(&leaves));
+    let groups = drawing.things().filter_map(|(id, entry)| match &entry.thing {
+        Thing::Group { name } if !ids.contains(&id) => Some((id, name.clone())),
+        _ => None,
+    });
+    let groups: Vec<(Id, String)> = groups.collect();
+    if !groups.is_empty() {
+        let own = shared(ids.iter().filter_map(|id| drawing.get(*id)).map(|entry| entry.group));
+        rows.push(row(Field::Group, Value::Group(own, groups)));
+    }
+    rows
+}
+
+/// Where it is.
+fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<Row> {
+    let pair = |x: Field, y: Field, at: Option<Point>| {
+        let value = |length: Option<Length>| Value::Length(length);
+        [Row { field: x, value: value(at.map(|at| at.x)) }, Row { field: y, value: value(at.map(|at| at.y)) }]
+    };
+    let first = ids.first().filter(|_| ids.len() == 1);
+    match first.and_then(|id| drawing.thing(*id)) {
+        Some(Thing::Track { from, to, .. }) => {
+            let (from, to) = (drawing.at(*from), drawing.at(*to));
+            let mut rows = Vec::from(pair(Field::FromX, Field::FromY, from));
+            rows.extend(pair(Field::ToX, Field::ToY, to));
+            let length = from.zip(to).map(|(from, to)| Length::from_mm(from.distance_mm(to)));
+            rows.push(Row { field: Field::Length, value: Value::Fixed(length) });
+            rows
+        }
+        Some(Thing::Pad { node, .. } | Thing::Hole { node, .. }) => {
+            Vec::from(pair(Field::X, Field::Y, drawing.at(*node)))
+        }
+        Some(Thing::Node { at }) => Vec::from(pair(Field::X, Field::Y, Some(*at))),
+        _ => Vec::from(pair(Field::X, Field::Y, bounds(drawing, ids).map(|bounds| bounds.min))),
+    }
+}
+
+/// Widths, sizes, forms, layers of all that have them.
+fn sizes(leaves: &[&Thing]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let widths: Vec<Length> = leaves
+        .iter()
+        .filter_map(|thing| if let Thing::Track { width, .. } = thing { Some(*width) } else { None })
+        .collect();
+    if !widths.is_empty() {
+        rows.push(Row { field: Field::Width, value: Value::Length(shared(widths.into_iter())) });
+    }
+    let pads: Vec<(PadShape, Length, i32)> = leaves
+        .iter()
+        .filter_map(|thing| match thing {
+            Thing::Pad { shape, size, turn_mdeg, .. } => Some((*shape, *size, *turn_mdeg)),
+            _ => None,
+        })
+        .collect();
+    if !pads.is_empty() {
+        let (shape, size, turn) = (
+            shared(pads.iter().map(|pad| pad.0)),
+            shared(pads.iter().map(|pad| pad.1)),
+            shared(pads.iter().map(|pad| pad.2)),
+        );
+        rows.push(Row { field: Field::Shape, value: Value::Shape(shape) });
+        rows.push(Row { field: Field::Size, value: Value::Length(size) });
+        rows.push(Row { field: Field::Turn, value: Value::Turn(turn) });
+    }
+    let holes: Vec<(Length, bool)> = leaves
+        .iter()
+        .filter_map(|thing| match thing {
+            Thing::Hole { diameter, plated, .. } => Some((*diameter, *plated)),
+            _ => None,
+        })
+        .collect();
+    if !holes.is_empty() {
+        let (diameter, plated) =
+            (shared(holes.iter().map(|hole| hole.0)), shared(holes.iter().map(|hole| hole.1)));
+        rows.push(Row { field: Field::Diameter, value: Value::Length(diameter) });
+        rows.push(Row { field: Field::Plated, value: Value::Flag(plated) });
+    }
+    let layers: Vec<Layer> = leaves.iter().filter_map(|thing| thing.layer()).collect();
+    if !layers.is_empty() {
+        rows.push(Row { field: Field::Layer, value: Value::Layer(shared(layers.into_iter())) });
+    }
+    rows
+}
+
+/// What can be said of something that a file draws: by how much it is moved.
+fn of_file(editor: &Editor) -> Vec<Row> {
+    let by = |catch: &Catch| {
+        let Catch::Imported(of) = catch else { return None };
+        let one = editor.finder().imported().get(*of as usize)?;
+        let now = editor.place_of(*catch)?;
+        Some(Point::new(now.x - one.at.x, now.y - one.at.y))
+    };
+    let by = shared(editor.chosen.iter().filter_map(by));
+    vec![
+        Row { field: Field::ByX, value: Value::Length(by.map(|by| by.x)) },
+        Row { field: Field::ByY, value: Value::Length(by.map(|by| by.y)) },
+    ]
+}
+
+/// The edit that a typed value makes; none where it cannot be read.
+pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edit> {
+    let (drawing, ids) = (editor.drawing(), editor.ids());
+    match field {
+        Field::Name => {
+            let group = ids.iter().find(|id| matches!(drawing.thing(**id), Some(Thing::Group { .. })));
+            Some(renamed(drawing, group.copied(), text.trim()))
+        }
+        Field::Group => {
+            let group = text.parse::<u32>().ok().map(Id);
+            Some(regrouped(drawing, &ids, group))
+        }
+        Field::X | Field::Y => {
+            let now = rows(editor).into_iter().find(|row| row.field == field)?.value;
+            let Value::Length(Some(now)) = now else { return None };
+            Some(moved(drawing, &ids, along(field == Field::X, length(text, unit)? - now)))
+        }
+        Field::ByX | Field::ByY => {
+            let now = of_file(editor).into_iter().find(|row| row.field == field)?.value;
+            let Value::Length(Some(now)) = now else { return None };
+            let by = along(field == Field::ByX, length(text, unit)? - now);
+            Some(super::act::moved(drawing, &ids, &editor.of_files(), by))
+        }
+        Field::FromX | Field::FromY | Field::ToX | Field::ToY => {
+            let Some(Thing::Track { from, to, .. }) = drawing.thing(*ids.first()?) else { return None };
+            let node = if matches!(field, Field::FromX | Field::FromY) { *from } else { *to };
+            let (at, wanted) = (drawing.at(node)?, length(text, unit)?);
+            let at = match field {
+                Field::FromX | Field::ToX => Point::new(wanted, at.y),
+                _ => Point::new(at.x, wanted),
+            };
+            Some(put(drawing, node, Thing::Node { at }))
+        }
+        Field::Length => None,
+        _ => of_things(drawing, &ids, field, text, unit),
+    }
+}
+
+fn along(x: bool, by: Length) -> Point {
+    if x { Point::new(by, Length::ZERO) } else { Point::new(Length::ZERO, by) }
+}
+
+/// Sizes, forms and layers of all things that have them.
+fn of_things(drawing: &Drawing, ids: &BTreeSet<Id>, field: Field, text: &str, unit: Unit) -> Option<Edit> {
+    let size = || length(text, unit);
+    let new_size = matches!(field, Field::Width | Field::Size | Field::Diameter).then(size).flatten();
+    let new_turn = (field == Field::Turn).then(|| degrees(text)).flatten();
+    let new_shape = PadShape::ALL.into_iter().find(|shape| shape.word() == text);
+    let new_layer = Layer::ALL.into_iter().find(|layer| layer.word() == text);
+    let known = match field {
+        Field::Turn => new_turn.is_some(),
+        Field::Shape => new_shape.is_some(),
+        Field::Layer => new_layer.is_some(),
+        Field::Plated => matches!(text, "true" | "false"),
+        _ => new_size.is_some(),
+    };
+    if !known {
+        return None;
+    }
+    let mut edit = Edit::default();
+    for id in drawing.leaves(ids) {
+        let Some(Entry { thing, group }) = drawing.get(id) else { continue };
+        let mut next = thing.clone();
+        match (&mut next, field) {
+            (Thing::Track { width, .. }, Field::Width) => *width = new_size?,
+            (Thing::Track { layer, .. } | Thing::Pad { layer, .. }, Field::Layer) => *layer = new_layer?,
+            (Thing::Pad { size, .. }, Field::Size) => *size = new_size?,
+            (Thing::Pad { shape, turn_mdeg, .. }, Field::Shape) => {
+                *shape = new_shape?;
+                *turn_mdeg = whole_turn(*shape, *turn_mdeg);
+            }
+            (Thing::Pad { shape, turn_mdeg, .. }, Field::Turn) => *turn_mdeg = whole_turn(*shape, new_turn?),
+            (Thing::Hole { diameter, .. }, Field::Diameter) => *diameter = new_size?,
+            (Thing::Hole { plated, .. }, Field::Plated) => *plated = text == "true",
+            _ => {}
+        }
+        if next != *thing {
+            edit = edit.then(Edit::one(id, Some(Entry { thing: next, group: *group })));
+        }
+    }
+    Some(edit)
+}

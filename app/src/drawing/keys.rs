@@ -1,0 +1,116 @@
+//! Which key draws what. The letters are those of other board editors.
+//!
+//! Comes in: a key as plain data. Goes out: a [`DrawKey`]. Does not know where the focus is: who asks has looked.
+
+use super::Tool;
+
+/// What a key asks of the drawing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawKey {
+    /// Take a tool; pads once more: the next form.
+    Tool(Tool),
+    /// Take what is under the cross-hair, to be moved.
+    Move,
+    /// Cross-hair, or what is chosen, by so many steps in X and Y.
+    Step(i8, i8, StepSize),
+    /// Place, or choose, where the tool aims.
+    Place,
+    /// The track ends.
+    End,
+    /// The last piece of the track is taken back.
+    Back,
+    /// A quarter turn counter-clockwise, or clockwise.
+    Turn(bool),
+    /// Left becomes right, or lower becomes upper.
+    Mirror(bool),
+    /// Into a group.
+    Group,
+    /// Groups are dissolved.
+    Ungroup,
+    /// Copy.
+    Copy,
+    /// Cut.
+    Cut,
+    /// Paste.
+    Paste,
+    /// Duplicate.
+    Duplicate,
+    /// Take out.
+    Delete,
+    /// Choose everything.
+    All,
+    /// Back by an edit, or on again.
+    Undo(bool),
+    /// Snap to the grid, or not.
+    Snap,
+    /// The next grid.
+    NextGrid,
+    /// Draw on the upper side, or on the lower one.
+    Side(bool),
+    /// Go to the numbers of what is chosen.
+    Numbers,
+    /// Go to where places are typed; with the sign for places that count from the last one.
+    Type(bool),
+}
+
+/// How far a step goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepSize {
+    /// A tenth of the grid.
+    Fine,
+    /// The grid.
+    Grid,
+    /// Ten times the grid.
+    Far,
+}
+
+/// What a key asks for; `ctrl` and `shift` are held.
+pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
+    let size = match (ctrl, shift) {
+        (true, false) => StepSize::Fine,
+        (false, true) => StepSize::Far,
+        _ => StepSize::Grid,
+    };
+    let step = |x, y| (!(ctrl && shift)).then_some(DrawKey::Step(x, y, size));
+    match key {
+        "ArrowLeft" => return step(-1, 0),
+        "ArrowRight" => return step(1, 0),
+        "ArrowUp" => return step(0, 1),
+        "ArrowDown" => return step(0, -1),
+        "@" => return (!ctrl).then_some(DrawKey::Type(true)),
+        _ => {}
+    }
+    let letter = key.to_ascii_lowercase();
+    match (letter.as_str(), ctrl, shift) {
+        ("z", true, _) => Some(DrawKey::Undo(!shift)),
+        ("y", true, false) => Some(DrawKey::Undo(false)),
+        ("c", true, false) => Some(DrawKey::Copy),
+        ("x", true, false) => Some(DrawKey::Cut),
+        ("v", true, false) => Some(DrawKey::Paste),
+        ("d", true, false) => Some(DrawKey::Duplicate),
+        ("a", true, false) => Some(DrawKey::All),
+        ("g", true, _) => Some(if shift { DrawKey::Ungroup } else { DrawKey::Group }),
+        (_, true, _) => None,
+        ("r", _, _) => Some(DrawKey::Turn(!shift)),
+        ("b", _, _) => Some(DrawKey::Mirror(!shift)),
+        ("g", _, true) => Some(DrawKey::NextGrid),
+        (_, _, true) => None,
+        ("v", ..) => Some(DrawKey::Tool(Tool::Select)),
+        ("x" | "l", ..) => Some(DrawKey::Tool(Tool::Track)),
+        ("p", ..) => Some(DrawKey::Tool(Tool::Pad)),
+        ("o", ..) => Some(DrawKey::Tool(Tool::Hole)),
+        ("n", ..) => Some(DrawKey::Tool(Tool::Node)),
+        ("d", ..) => Some(DrawKey::Tool(Tool::Measure)),
+        ("m", ..) => Some(DrawKey::Move),
+        ("g", ..) => Some(DrawKey::Snap),
+        ("e", ..) => Some(DrawKey::Numbers),
+        ("c", ..) => Some(DrawKey::Type(false)),
+        ("enter", ..) => Some(DrawKey::Place),
+        ("end", ..) => Some(DrawKey::End),
+        ("backspace", ..) => Some(DrawKey::Back),
+        ("delete", ..) => Some(DrawKey::Delete),
+        ("pageup", ..) => Some(DrawKey::Side(true)),
+        ("pagedown", ..) => Some(DrawKey::Side(false)),
+        _ => None,
+    }
+}

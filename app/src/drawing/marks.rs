@@ -1,0 +1,135 @@
+//! What lies over the drawing while one works on it: what is chosen, where the tool aims, what is about to be.
+//!
+//! Comes in: an [`Editor`]. Goes out: [`Marks`], in mm from the zero point. Knows no colours.
+
+use super::pieces::{Sheet, fill, spot};
+use super::{Doing, Editor, Tool};
+use crate::view::Mesh;
+use annulus_core::board::drawing::{Body, Catch, Layer, Snap};
+use annulus_core::geometry::Point;
+use annulus_core::units::Length;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// More things than these have no rim of their own when they are chosen.
+const MOST_RIMS: usize = 400;
+
+/// What a mark means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The rim of what is chosen.
+    Chosen,
+    /// Copper, or an edge, that is not there yet.
+    Coming(Layer),
+    /// A box to choose with.
+    Box,
+    /// A measure.
+    Measure,
+    /// The tool has caught a node, or the end of something imported.
+    Caught,
+    /// The tool has caught the middle of a track.
+    Middle,
+}
+
+/// A stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// From here …
+    pub a_mm: [f32; 2],
+    /// … to here.
+    pub b_mm: [f32; 2],
+    /// How wide on the board; none for a line that is the same at every zoom.
+    pub width_mm: Option<f32>,
+    /// What it means.
+    pub kind: Kind,
+}
+
+/// Everything that lies over the drawing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Marks {
+    /// Strokes.
+    pub strokes: Vec<Mark>,
+    /// The triangles of what is chosen.
+    pub chosen: Arc<Mesh>,
+    /// Holes that are chosen, by their places in the sheet.
+    pub holes: Vec<usize>,
+    /// The cross-hair.
+    pub cross: Option<[f32; 2]>,
+}
+
+impl Marks {
+    /// What is chosen, with its triangles.
+    pub fn of_chosen(&mut self, editor: &Editor, sheet: &Sheet) {
+        let drawing = editor.drawing();
+        let drawn = drawing.leaves(&editor.ids()).into_iter().map(Catch::Drawn);
+        let imported = editor.chosen.iter().copied().filter(|catch| matches!(catch, Catch::Imported(_)));
+        let leaves: BTreeSet<Catch> = drawn.chain(imported).collect();
+        let holes = sheet.holes.iter().enumerate().filter(|(_, hole)| leaves.contains(&hole.catch));
+        self.holes = holes.map(|(at, _)| at).collect();
+        let mut mesh = Mesh::default();
+        self.strokes = Vec::new();
+        for catch in &leaves {
+            let Some(body) = editor.finder().body(*catch) else { continue };
+            if editor.finder().layer(drawing, *catch).is_some() {
+                fill(&mut mesh, body);
+            }
+            if leaves.len() <= MOST_RIMS {
+                rim(&mut self.strokes, body);
+            }
+        }
+        self.chosen = Arc::new(mesh);
+    }
+
+    /// The same with what follows the pointer.
+    #[must_use]
+    pub fn with_aim(&self, editor: &Editor) -> Self {
+        let mut marks = self.clone();
+        let aim = editor.aim.at();
+        let line = |a: Point, b: Point, kind| Mark { a_mm: spot(a), b_mm: spot(b), width_mm: None, kind };
+        match &editor.doing {
+            Doing::Track { from, .. } => marks.strokes.push(Mark {
+                width_mm: Some(editor.pen.width.mm() as f32),
+                ..line(*from, aim, Kind::Coming(editor.pen.layer))
+            }),
+            Doing::Box { from, to, .. } => {
+                let corners = [*from, Point::new(to.x, from.y), *to, Point::new(from.x, to.y), *from];
+                marks.strokes.extend(corners.windows(2).map(|two| line(two[0], two[1], Kind::Box)));
+            }
+            Doing::Measure { from, to } => {
+                marks.strokes.push(line(*from, to.unwrap_or(aim), Kind::Measure));
+            }
+            Doing::Drag { .. } | Doing::Nothing => marks.strokes.extend(coming(editor)),
+        }
+        match editor.aim {
+            Snap::Node(at, _) | Snap::Imported(at, _) => marks.strokes.push(line(at, at, Kind::Caught)),
+            Snap::Middle(at, _) => marks.strokes.push(line(at, at, Kind::Middle)),
+            Snap::Free(_) | Snap::Grid(_) => {}
+        }
+        marks.cross = Some(spot(aim));
+        marks
+    }
+}
+
+/// The pad or the hole that a press would place.
+fn coming(editor: &Editor) -> Vec<Mark> {
+    let (at, pen) = (spot(editor.aim.at()), editor.pen);
+    let disc = |size: Length, kind| Mark { a_mm: at, b_mm: at, width_mm: Some(size.mm() as f32), kind };
+    match editor.tool {
+        Tool::Pad => vec![disc(pen.size, Kind::Coming(pen.layer))],
+        Tool::Hole => vec![disc(pen.diameter, Kind::Measure)],
+        _ => Vec::new(),
+    }
+}
+
+fn rim(strokes: &mut Vec<Mark>, body: &Body) {
+    for path in body.outline() {
+        let points = path.flattened(0.01);
+        let stroke = |two: &[Point]| Mark {
+            a_mm: spot(two[0]),
+            b_mm: spot(two[1]),
+            width_mm: None,
+            kind: Kind::Chosen,
+        };
+        strokes.extend(points.windows(2).map(stroke));
+    }
+}

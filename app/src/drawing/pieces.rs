@@ -1,0 +1,209 @@
+//! What is drawn as triangles, in pieces of 256 things: an edit makes only those pieces anew that it touched.
+//!
+//! ```text
+//!  Body ─ circle │ capsule │ ring ─▶ triangles ┐
+//!  things 0…255, 256…511, … of each layer ─────┴▶ a mesh each ─▶ Sheet
+//! ```
+//!
+//! Comes in: a drawing, where everything is, what moved. Goes out: a [`Sheet`], in mm from the zero point. Knows no colours.
+
+use crate::view::Mesh;
+use annulus_core::board::drawing::{Body, Catch, Drawing, Finder, Id, Layer, Thing};
+use annulus_core::geometry::Point;
+use annulus_core::units::Length;
+use geo::{LineString, Polygon, TriangulateEarcut};
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Things in a piece.
+const PIECE: u32 = 256;
+/// How far a chord may be from its arc, in mm.
+const CHORD_ERROR_MM: f64 = 0.004;
+/// The layers that have triangles, the lowest first.
+const LAYERS: [Layer; 3] = [Layer::Bottom, Layer::Top, Layer::Edge];
+
+/// A hole as it is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drilled {
+    /// What it is.
+    pub catch: Catch,
+    /// Its centre.
+    pub at_mm: [f32; 2],
+    /// Its diameter.
+    pub diameter: Length,
+}
+
+/// Everything that is drawn.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sheet {
+    /// Triangles by layer, the lowest first. Pieces that nothing touched are the same as before.
+    pub areas: Vec<(Layer, Arc<Mesh>)>,
+    /// Holes.
+    pub holes: Vec<Drilled>,
+    /// Nodes.
+    pub nodes: Vec<[f32; 2]>,
+    /// Lower left and upper right corner.
+    pub bounds_mm: Option<[[f32; 2]; 2]>,
+}
+
+/// Of objects of files, or of drawn things; which.
+type Key = (bool, u32);
+
+#[derive(Clone, Debug, Default)]
+struct Piece {
+    meshes: [Arc<Mesh>; 3],
+    holes: Vec<Drilled>,
+    nodes: Vec<[f32; 2]>,
+    bounds_mm: Option<[[f32; 2]; 2]>,
+}
+
+/// The pieces of a drawing.
+#[derive(Clone, Debug, Default)]
+pub struct Pieces {
+    pieces: BTreeMap<Key, Piece>,
+    stale: BTreeSet<Key>,
+    sheet: Arc<Sheet>,
+}
+
+fn key(catch: Catch) -> Key {
+    match catch {
+        Catch::Imported(of) => (false, of / PIECE),
+        Catch::Drawn(id) => (true, id.0 / PIECE),
+    }
+}
+
+/// A place in mm.
+pub(super) fn spot(at: Point) -> [f32; 2] {
+    [at.x.mm() as f32, at.y.mm() as f32]
+}
+
+impl Pieces {
+    /// All of a drawing.
+    pub(super) fn new(drawing: &Drawing, finder: &Finder) -> Self {
+        let imported = (0..finder.imported().len() as u32).map(Catch::Imported);
+        let drawn = drawing.things().map(|(id, _)| Catch::Drawn(id));
+        let stale = imported.chain(drawn).map(key).collect();
+        Self { stale, ..Self::default() }
+    }
+
+    /// These have another body now.
+    pub(super) fn touch(&mut self, moved: &BTreeSet<Catch>) {
+        self.stale.extend(moved.iter().copied().map(key));
+    }
+
+    /// Everything as it is; the same handle as long as nothing was touched.
+    pub(super) fn sheet(&mut self, drawing: &Drawing, finder: &Finder) -> Arc<Sheet> {
+        if self.stale.is_empty() {
+            return self.sheet.clone();
+        }
+        for key in std::mem::take(&mut self.stale) {
+            self.pieces.insert(key, piece(key, drawing, finder));
+        }
+        let mut sheet = Sheet::default();
+        for (index, layer) in LAYERS.into_iter().enumerate() {
+            let meshes = self.pieces.values().filter_map(|piece| piece.meshes.get(index));
+            let drawn = meshes.filter(|mesh| !mesh.triangles.is_empty());
+            sheet.areas.extend(drawn.map(|mesh| (layer, mesh.clone())));
+        }
+        for piece in self.pieces.values() {
+            sheet.holes.extend_from_slice(&piece.holes);
+            sheet.nodes.extend_from_slice(&piece.nodes);
+            sheet.bounds_mm = both(sheet.bounds_mm, piece.bounds_mm);
+        }
+        self.sheet = Arc::new(sheet);
+        self.sheet.clone()
+    }
+}
+
+fn both(a: Option<[[f32; 2]; 2]>, b: Option<[[f32; 2]; 2]>) -> Option<[[f32; 2]; 2]> {
+    let (Some([a_low, a_high]), Some([b_low, b_high])) = (a, b) else { return a.or(b) };
+    let low = [a_low[0].min(b_low[0]), a_low[1].min(b_low[1])];
+    Some([low, [a_high[0].max(b_high[0]), a_high[1].max(b_high[1])]])
+}
+
+fn piece((drawn, number): Key, drawing: &Drawing, finder: &Finder) -> Piece {
+    let mut meshes = [Mesh::default(), Mesh::default(), Mesh::default()];
+    let mut piece = Piece::default();
+    let first = number.saturating_mul(PIECE);
+    for of in first..first.saturating_add(PIECE) {
+        let catch = if drawn { Catch::Drawn(Id(of)) } else { Catch::Imported(of) };
+        let Some(body) = finder.body(catch) else { continue };
+        let bounds = body.bounds();
+        piece.bounds_mm = both(piece.bounds_mm, Some([spot(bounds.min), spot(bounds.max)]));
+        match (finder.layer(drawing, catch), body.points.first()) {
+            (Some(layer), _) => {
+                let own = LAYERS.iter().zip(&mut meshes).filter(|(own, _)| layer.meets(**own));
+                own.for_each(|(_, mesh)| fill(mesh, body));
+            }
+            (None, Some(at)) if drawn && matches!(drawing.thing(Id(of)), Some(Thing::Node { .. })) => {
+                piece.nodes.push(spot(*at));
+            }
+            (None, Some(at)) => {
+                piece.holes.push(Drilled { catch, at_mm: spot(*at), diameter: body.radius * 2 });
+            }
+            (None, None) => {}
+        }
+    }
+    piece.meshes = meshes.map(Arc::new);
+    piece
+}
+
+/// Adds the triangles of a body.
+pub(super) fn fill(mesh: &mut Mesh, body: &Body) {
+    let points: Vec<[f64; 2]> = body.points.iter().map(|at| [at.x.mm(), at.y.mm()]).collect();
+    let radius = body.radius.mm();
+    match points.as_slice() {
+        [] => {}
+        ring if body.closed => polygon(mesh, ring),
+        [at] => fan(mesh, &arc(*at, radius, 0.0, 2.0 * PI)),
+        [..] => {
+            for pair in points.windows(2) {
+                let [a, b] = [pair[0], pair[1]];
+                let along = libm::atan2(b[1] - a[1], b[0] - a[0]);
+                let mut around = arc(b, radius, along - PI / 2.0, PI);
+                around.extend(arc(a, radius, along + PI / 2.0, PI));
+                fan(mesh, &around);
+            }
+        }
+    }
+}
+
+/// Points on an arc from one angle on over another.
+fn arc(at: [f64; 2], radius: f64, from: f64, over: f64) -> Vec<[f64; 2]> {
+    let bend = libm::acos((1.0 - CHORD_ERROR_MM / radius.max(CHORD_ERROR_MM)).clamp(-1.0, 1.0)).max(0.05);
+    let steps = (libm::ceil(over / (2.0 * bend)) as usize).clamp(4, 128);
+    let whole = over >= 2.0 * PI;
+    let point = |step: usize| {
+        let angle = from + over * step as f64 / steps as f64;
+        [at[0] + radius * libm::cos(angle), at[1] + radius * libm::sin(angle)]
+    };
+    (0..steps + usize::from(!whole)).map(point).collect()
+}
+
+/// The triangles of what is nowhere hollow.
+fn fan(mesh: &mut Mesh, ring: &[[f64; 2]]) {
+    let first = mesh.corners_mm.len() as u32;
+    mesh.corners_mm.extend(ring.iter().map(|at| at.map(|mm| mm as f32)));
+    let last = ring.len().saturating_sub(1) as u32;
+    mesh.triangles.extend((1..last).map(|corner| [first, first + corner, first + corner + 1]));
+}
+
+fn polygon(mesh: &mut Mesh, ring: &[[f64; 2]]) {
+    let turns = |at: usize| {
+        let count = ring.len();
+        let (a, b, c) = (ring[at], ring[(at + 1) % count], ring[(at + 2) % count]);
+        (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+    };
+    let all = |sign: f64| (0..ring.len()).all(|at| turns(at) * sign >= 0.0);
+    if ring.len() < 9 && (all(1.0) || all(-1.0)) {
+        return fan(mesh, ring);
+    }
+    let line: LineString<f64> = ring.to_vec().into();
+    let cut = Polygon::new(line, Vec::new()).earcut_triangles_raw();
+    let first = mesh.corners_mm.len();
+    mesh.corners_mm.extend(cut.vertices.iter().map(|at| at.map(|mm| mm as f32)));
+    let corner = |index: usize| (first + index) as u32;
+    let triangles = cut.triangle_indices.chunks_exact(3);
+    mesh.triangles.extend(triangles.map(|three| [corner(three[0]), corner(three[1]), corner(three[2])]));
+}

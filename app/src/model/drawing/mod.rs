@@ -1,0 +1,466 @@
+//! The board editor: what happens to it, and what is shown of it.
+//!
+//! ```text
+//! pointer, keys, fields ─▶ Editor ─▶ Shown: sheet, marks, tree, fields      each the same handle while it is the same
+//!                            │
+//!                            ├─ rests ─▶ the store of the browser          (kept)
+//!                            └─ Use ───▶ read like files that were dropped (board)
+//! ```
+//!
+//! Comes in: events. Goes out: the next drawing, effects. Does not know screens.
+
+mod board;
+mod kept;
+
+pub use board::{Export, Using};
+pub(super) use board::{answered, follow};
+pub use kept::{Earlier, PLACES};
+
+use super::{Effect, Model};
+use crate::drawing::fields::{self, Field, Row};
+use crate::drawing::keys::StepSize;
+use crate::drawing::tree::{self, TreeRow};
+use crate::drawing::{Act, DrawKey, Editor, Marks, Pen, Phase, Pointer, Sheet, Tool, typed};
+use crate::keys::Tab;
+use crate::said::{Text, key};
+use annulus_core::board::drawing::{Catch, History, Id, Layer, PadShape, bounds};
+use annulus_core::geometry::Point;
+use annulus_core::locale;
+use annulus_core::units::Length;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// How far beside a thing a pointer still means it, in CSS pixels.
+const REACH_PX: f64 = 8.0;
+
+/// Which of the smallest figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Least {
+    /// The smallest gap.
+    Gap,
+    /// The narrowest track.
+    Track,
+    /// The narrowest ring.
+    Ring,
+    /// The smallest hole.
+    Hole,
+}
+
+/// What is shown of the drawing.
+#[derive(Clone, Debug, Default)]
+pub struct Shown {
+    /// What is drawn.
+    pub sheet: Arc<Sheet>,
+    /// What lies over it.
+    pub marks: Arc<Marks>,
+    /// The tree.
+    pub tree: Arc<Vec<TreeRow>>,
+    /// The fields of what is chosen.
+    pub fields: Arc<Vec<Row>>,
+    /// What is chosen, with its triangles.
+    of_chosen: Marks,
+    /// Of which drawing, which choice and which open groups that is.
+    of: (u32, BTreeSet<Catch>, BTreeSet<Id>),
+}
+
+/// The board editor.
+#[derive(Clone, Debug, Default)]
+pub struct Draw {
+    /// The drawing under work.
+    pub editor: Editor,
+    /// What is shown of it.
+    pub shown: Shown,
+    /// The place to be looked at, none for all of it; and how often one was.
+    pub look: (u32, Option<[f64; 2]>),
+    /// How it goes with files and boards.
+    with_board: board::WithBoard,
+    /// How it goes with the store.
+    kept: kept::Kept,
+}
+
+/// What happens to it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DrawEvent {
+    /// A pointer over the picture.
+    Point {
+        /// What it does.
+        phase: Phase,
+        /// Where, in mm.
+        at_mm: [f64; 2],
+        /// Shift is held.
+        shift: bool,
+        /// Control is held.
+        ctrl: bool,
+    },
+    /// A key.
+    Key {
+        /// What it asks for.
+        key: DrawKey,
+    },
+    /// What is being done is left; else nothing is chosen any more; else the tool is put down.
+    Escape,
+    /// Another tool.
+    Take {
+        /// Which.
+        tool: Tool,
+    },
+    /// The next thing is drawn otherwise.
+    Pen {
+        /// So.
+        pen: Pen,
+    },
+    /// One size of the pen was typed.
+    PenSize {
+        /// Of tracks, pads or holes.
+        field: Field,
+        /// As typed.
+        text: String,
+    },
+    /// Another grid.
+    Grid {
+        /// Distance of its lines, as typed.
+        text: String,
+    },
+    /// A place was typed.
+    Typed {
+        /// As typed.
+        text: String,
+    },
+    /// A property of what is chosen was typed.
+    Set {
+        /// Which.
+        field: Field,
+        /// As typed.
+        text: String,
+    },
+    /// A line of the tree is chosen.
+    Choose {
+        /// The thing.
+        id: Id,
+        /// Beside what is chosen.
+        adding: bool,
+    },
+    /// A group of the tree is opened or closed.
+    Open {
+        /// Which.
+        id: Id,
+    },
+    /// The smallest of something is shown.
+    Find {
+        /// Of what.
+        least: Least,
+    },
+    /// Something is done with what is chosen.
+    Act {
+        /// What.
+        act: Act,
+    },
+    /// What is chosen becomes a group.
+    Group,
+    /// The open files are drawn over, or are not.
+    Over {
+        /// They are.
+        on: bool,
+    },
+    /// A new drawing is begun; the one before stays in the store.
+    New,
+    /// The board is made of the drawing, and shown on this screen.
+    Use {
+        /// Which.
+        tab: Tab,
+    },
+    /// The drawing is saved as files.
+    Export {
+        /// Which.
+        what: Export,
+    },
+    /// The example of the manual is wanted.
+    Example,
+    /// The text of a drawing is there.
+    Opened {
+        /// Where it is kept, where that is so.
+        place: Option<u32>,
+        /// Its text; none where it could not be had.
+        text: Option<String>,
+    },
+    /// This was in the store.
+    Found {
+        /// The drawing of this tab: its place and its text.
+        own: Option<(u32, String)>,
+        /// The others.
+        earlier: Vec<Earlier>,
+    },
+    /// The drawing did not change for a while.
+    Rested {
+        /// Since this change.
+        change: u32,
+    },
+    /// The store has written a drawing.
+    Kept {
+        /// Which, by the count of drawings.
+        of: u32,
+        /// Where; none where it could not.
+        place: Option<u32>,
+    },
+    /// An earlier drawing is wanted.
+    Fetch {
+        /// Where it is kept.
+        place: u32,
+    },
+    /// An earlier drawing is to be forgotten.
+    Drop {
+        /// Where it is kept.
+        place: u32,
+    },
+}
+
+impl Draw {
+    /// Other drawings that are kept, the latest first.
+    pub fn earlier(&self) -> &[Earlier] {
+        &self.kept.earlier
+    }
+
+    /// The distance of the grid by the size of a step.
+    fn step_of(&self, size: StepSize) -> Length {
+        let step = self.editor.grid.step;
+        match size {
+            StepSize::Fine => Length::from_nm((step.nm() / 10).max(1)),
+            StepSize::Grid => step,
+            StepSize::Far => step * 10,
+        }
+    }
+
+    /// What is shown follows the editor.
+    fn refresh(&mut self) {
+        let (editor, shown) = (&mut self.editor, &mut self.shown);
+        shown.sheet = editor.sheet();
+        let same = shown.of.0 == editor.changes() && shown.of.1 == editor.chosen && shown.of.2 == editor.open;
+        if !same {
+            shown.of = (editor.changes(), editor.chosen.clone(), editor.open.clone());
+            shown.of_chosen.of_chosen(editor, &shown.sheet);
+            shown.tree = Arc::new(tree::rows(editor));
+            let fields = fields::rows(editor);
+            if *shown.fields != fields {
+                shown.fields = Arc::new(fields);
+            }
+        }
+        let marks = shown.of_chosen.with_aim(editor);
+        if *shown.marks != marks {
+            shown.marks = Arc::new(marks);
+        }
+    }
+
+    /// Another drawing is under work.
+    fn open(&mut self, history: History) {
+        let imported = self.editor.finder().imported().clone();
+        self.editor = self.editor.with(history, imported);
+        self.look_at_all();
+    }
+
+    /// Everything is looked at.
+    fn look_at_all(&mut self) {
+        self.look = (self.look.0.wrapping_add(1), None);
+    }
+
+    /// Where one looks.
+    fn look_at(&mut self, at: Point) {
+        self.look = (self.look.0.wrapping_add(1), Some([at.x.mm(), at.y.mm()]));
+    }
+
+    fn find(&mut self, least: Least) {
+        let smallest = self.editor.smallest;
+        let one = |found: Option<(Length, Id)>| found.map(|(_, id)| BTreeSet::from([Catch::Drawn(id)]));
+        let found = match least {
+            Least::Gap => smallest.gap.map(|(_, a, b)| BTreeSet::from([a, b])),
+            Least::Track => one(smallest.track),
+            Least::Ring => one(smallest.ring),
+            Least::Hole => one(smallest.hole),
+        };
+        let Some(found) = found else { return };
+        self.editor.take(Tool::Select);
+        self.editor.chosen = found;
+        self.editor.open_to_chosen();
+        let of_files = self.editor.chosen.iter().find_map(|catch| self.editor.place_of(*catch));
+        let box_of = bounds(self.editor.drawing(), &self.editor.ids());
+        let middle = box_of.map(|all| {
+            let half = |low: Length, high: Length| Length::from_nm((low.nm() + high.nm()) / 2);
+            Point::new(half(all.min.x, all.max.x), half(all.min.y, all.max.y))
+        });
+        middle.or(of_files).into_iter().for_each(|at| self.look_at(at));
+    }
+}
+
+/// A name for a group: how many there are, and one more.
+fn group_name(model: &Model) -> String {
+    let groups = model.draw.editor.drawing().things();
+    let count = groups.filter(|(_, entry)| entry.thing.word() == "group").count() + 1;
+    locale::text(&model.frame.language, key!("page.draw.group_name"), &[("n".to_owned(), count.to_string())])
+}
+
+/// Takes one event in.
+pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
+    let hovers = matches!(event, DrawEvent::Point { phase: Phase::Hover | Phase::Move, .. });
+    let of_store = matches!(event, DrawEvent::Rested { .. } | DrawEvent::Kept { .. });
+    if !hovers && !of_store {
+        model.draw.editor.said = None;
+    }
+    let effects = match event {
+        DrawEvent::Point { phase, at_mm: [x, y], shift, ctrl } => {
+            let reach = REACH_PX / if model.frame.zoom > 0.0 { model.frame.zoom } else { 10.0 };
+            let pointer =
+                Pointer { phase, at: Point::from_mm(x, y), reach: Length::from_mm(reach), shift, ctrl };
+            model.draw.editor.point(&pointer);
+            Vec::new()
+        }
+        DrawEvent::Over { on } => board::over(model, on),
+        DrawEvent::New => kept::put_aside(model),
+        DrawEvent::Use { tab } => board::make(model, tab),
+        DrawEvent::Export { what } => board::export(model, what),
+        DrawEvent::Example => vec![Effect::DrawExample],
+        DrawEvent::Opened { place, text } => kept::opened(model, place, text),
+        DrawEvent::Found { own, earlier } => kept::found(model, own, earlier),
+        DrawEvent::Rested { change } => kept::rested(model, change),
+        DrawEvent::Kept { of, place } => kept::written(model, of, place),
+        DrawEvent::Fetch { place } => vec![Effect::TakeDrawing { place }],
+        DrawEvent::Drop { place } => vec![Effect::DropDrawing { place }],
+        other => {
+            edit(model, other);
+            Vec::new()
+        }
+    };
+    model.draw.refresh();
+    effects
+}
+
+/// What changes nothing but the editor.
+fn edit(model: &mut Model, event: DrawEvent) {
+    let (unit, group) = (model.frame.unit, group_name(model));
+    let draw = &mut model.draw;
+    let editor = &mut draw.editor;
+    match event {
+        DrawEvent::Key { key } => by_key(draw, key, group),
+        DrawEvent::Escape => escape(editor),
+        DrawEvent::Take { tool } => editor.take(tool),
+        DrawEvent::Pen { pen } => editor.pen = pen,
+        DrawEvent::PenSize { field, text } => pen_size(editor, field, typed::length(&text, unit)),
+        DrawEvent::Grid { text } => match typed::length(&text, unit).filter(|step| step.nm() > 0) {
+            Some(step) => editor.grid.step = step,
+            None => editor.said = Some(Text::of(key!("page.draw.no_number"))),
+        },
+        DrawEvent::Typed { text } => match typed::place(&text, last(editor), unit) {
+            Some(at) => to(editor, at),
+            None => editor.said = Some(Text::of(key!("page.draw.no_place"))),
+        },
+        DrawEvent::Set { field, text } => match fields::edit(editor, field, &text, unit) {
+            Some(edit) => drop(editor.make(&edit)),
+            None => editor.said = Some(Text::of(key!("page.draw.no_number"))),
+        },
+        DrawEvent::Choose { id, adding } => {
+            let catch = editor.catch_of(id);
+            editor.take(Tool::Select);
+            editor.choose(catch, adding);
+        }
+        DrawEvent::Open { id } => turn_group(editor, id),
+        DrawEvent::Find { least } => draw.find(least),
+        DrawEvent::Act { act } => editor.act(act),
+        DrawEvent::Group => editor.act(Act::Group(group)),
+        _ => {}
+    }
+}
+
+/// What is being done is left; else nothing is chosen any more; else the tool is put down.
+fn escape(editor: &mut Editor) {
+    if editor.leave() {
+        return;
+    }
+    if editor.chosen.is_empty() {
+        editor.take(Tool::Select);
+    }
+    editor.chosen.clear();
+}
+
+/// A group of the tree is opened or closed: the other of the two.
+fn turn_group(editor: &mut Editor, id: Id) {
+    if !editor.open.remove(&id) {
+        editor.open.insert(id);
+    }
+}
+
+/// What a typed place counts from: where the track goes on, else where the tool aims.
+fn last(editor: &Editor) -> Point {
+    match &editor.doing {
+        crate::drawing::Doing::Track { from, .. } => *from,
+        _ => editor.aim.at(),
+    }
+}
+
+/// A typed place: the tool places there; where it selects, what is chosen goes there with the cross-hair.
+fn to(editor: &mut Editor, at: Point) {
+    editor.aim_at(at);
+    if editor.tool != Tool::Select {
+        editor.place();
+    }
+}
+
+fn pen_size(editor: &mut Editor, field: Field, size: Option<Length>) {
+    let (low, high) = (annulus_core::board::drawing::NARROWEST, annulus_core::board::drawing::WIDEST);
+    match size.filter(|size| (low..=high).contains(size)) {
+        Some(size) => match field {
+            Field::Width => editor.pen.width = size,
+            Field::Size => editor.pen.size = size,
+            _ => editor.pen.diameter = size,
+        },
+        None => editor.said = Some(Text::of(key!("page.draw.no_number"))),
+    }
+}
+
+fn by_key(draw: &mut Draw, key: DrawKey, group: String) {
+    let editor = &mut draw.editor;
+    match key {
+        DrawKey::Tool(Tool::Pad) if editor.tool == Tool::Pad => {
+            let at = PadShape::ALL.iter().position(|shape| *shape == editor.pen.shape).unwrap_or(0);
+            editor.pen.shape = PadShape::ALL[(at + 1) % PadShape::ALL.len()];
+        }
+        DrawKey::Tool(tool) => editor.take(tool),
+        DrawKey::Move => {
+            editor.take(Tool::Select);
+            choose_at_aim(editor);
+        }
+        DrawKey::Step(x, y, size) => {
+            let step = draw.step_of(size);
+            draw.editor.nudge((x, y), step);
+        }
+        DrawKey::Place if editor.tool == Tool::Select => choose_at_aim(editor),
+        DrawKey::Place => editor.place(),
+        DrawKey::End => drop(editor.leave()),
+        DrawKey::Back => editor.back_by_a_piece(),
+        DrawKey::Turn(left) => editor.act(Act::Turn(if left { 90_000 } else { -90_000 })),
+        DrawKey::Mirror(x) => editor.act(Act::Mirror { x }),
+        DrawKey::Group => editor.act(Act::Group(group)),
+        DrawKey::Ungroup => editor.act(Act::Ungroup),
+        DrawKey::Copy => editor.act(Act::Copy),
+        DrawKey::Cut => editor.act(Act::Cut),
+        DrawKey::Paste => editor.act(Act::Paste),
+        DrawKey::Duplicate => editor.act(Act::Duplicate),
+        DrawKey::Delete => editor.act(Act::Delete),
+        DrawKey::All => {
+            editor.take(Tool::Select);
+            editor.act(Act::All);
+        }
+        DrawKey::Undo(back) => editor.act(Act::Undo(back)),
+        DrawKey::Snap => editor.act(Act::Snap),
+        DrawKey::NextGrid => editor.act(Act::NextGrid),
+        DrawKey::Side(top) => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
+        // These only move the focus: the screen does it.
+        DrawKey::Numbers | DrawKey::Type(_) => {}
+    }
+}
+
+/// What is under the cross-hair is chosen.
+fn choose_at_aim(editor: &mut Editor) {
+    let reach = Length::from_nm(editor.grid.step.nm() / 2);
+    if let Some(hit) = editor.hit(editor.aim.at(), reach, false) {
+        editor.choose(hit, false);
+        editor.open_to_chosen();
+    }
+}

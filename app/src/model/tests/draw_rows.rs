@@ -1,0 +1,491 @@
+//! The board editor by rows: what a person does, in short words, and what is drawn after it.
+
+use crate::drawing::fields::Field;
+use crate::drawing::{DrawKey, Phase, keys};
+use crate::engine::messages::{Answer, Request};
+use crate::engine::{Cache, Stopped, perform};
+use crate::keys::Tab;
+use crate::model::drawing::{Export, Least};
+use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, Model, update};
+use annulus_core::board::drawing::{self, Drawing, Id, Thing};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
+use annulus_core::units::Length;
+
+/// A model on the Draw screen, with what was asked of the outside.
+struct Sheet {
+    model: Model,
+    out: Vec<Effect>,
+    all: Vec<Effect>,
+}
+
+impl Default for Sheet {
+    fn default() -> Self {
+        let mut sheet = Self { model: Model::default(), out: Vec::new(), all: Vec::new() };
+        sheet.event(FrameEvent::Zoom { px_per_mm: 20.0 });
+        sheet.event(FrameEvent::Show { tab: Tab::Draw });
+        sheet.event(DrawEvent::Found { own: None, earlier: Vec::new() });
+        sheet
+    }
+}
+
+/// A request done as the worker does it.
+fn alone(request: Request) -> Result<Answer, Vec<Diagnostic>> {
+    perform(request, &mut Cache::default(), &mut |_, _| {})
+}
+
+fn mm(text: &str) -> [f64; 2] {
+    let (x, y) = text.split_once(',').unwrap_or_else(|| panic!("{text} is no place"));
+    [x.parse().unwrap(), y.parse().unwrap()]
+}
+
+impl Sheet {
+    fn event(&mut self, event: impl Into<Event>) {
+        self.out = update(&mut self.model, event.into());
+        self.all.extend(self.out.iter().cloned());
+    }
+
+    fn point(&mut self, phase: Phase, at: &str, held: &str) {
+        let (shift, ctrl) = (held.contains("shift"), held.contains("ctrl"));
+        self.event(DrawEvent::Point { phase, at_mm: mm(at), shift, ctrl });
+    }
+
+    /// Takes one word in: `key:Ctrl+z`, `at:5,5`, `drag:1,1>5,5`, `type:@5,0`, `set:width=0.8`, and others.
+    fn word(&mut self, word: &str) {
+        let (name, rest) = word.split_once(':').unwrap_or((word, ""));
+        let (name, held) = name.split_once('+').unwrap_or((name, ""));
+        match name {
+            "key" => {
+                let (ctrl, shift) = (rest.contains("Ctrl+"), rest.contains("Shift+"));
+                let letter = rest.rsplit('+').next().unwrap();
+                let key: DrawKey = keys::of(letter, ctrl, shift).unwrap_or_else(|| panic!("{word}"));
+                self.event(DrawEvent::Key { key });
+            }
+            "hover" => self.point(Phase::Hover, rest, held),
+            "at" => {
+                self.point(Phase::Hover, rest, held);
+                self.point(Phase::Down, rest, held);
+                self.point(Phase::Up, rest, held);
+            }
+            "drag" | "begin" => {
+                let (from, to) = rest.split_once('>').unwrap();
+                let (a, b) = (mm(from), mm(to));
+                self.point(Phase::Down, from, held);
+                for step in 1..=5 {
+                    let share = f64::from(step) / 5.0;
+                    let at = [0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis]));
+                    self.point(Phase::Move, &format!("{},{}", at[0], at[1]), held);
+                }
+                self.point(if name == "drag" { Phase::Up } else { Phase::Cancel }, to, held);
+            }
+            "type" => self.event(DrawEvent::Typed { text: rest.replace('_', " ") }),
+            "set" => {
+                let (field, text) = rest.split_once('=').unwrap();
+                let all = [
+                    Field::X,
+                    Field::Y,
+                    Field::FromX,
+                    Field::ToY,
+                    Field::Width,
+                    Field::Shape,
+                    Field::Size,
+                    Field::Turn,
+                    Field::Diameter,
+                    Field::Plated,
+                    Field::Layer,
+                    Field::Name,
+                    Field::Group,
+                ];
+                let field = all.into_iter().find(|one| one.word() == field).unwrap();
+                self.event(DrawEvent::Set { field, text: text.to_owned() });
+            }
+            "group" => self.event(DrawEvent::Group),
+            "escape" => self.event(DrawEvent::Escape),
+            "new" => self.event(DrawEvent::New),
+            "gap" => self.event(DrawEvent::Find { least: Least::Gap }),
+            other => panic!("{other} is no word"),
+        }
+    }
+
+    fn tell(words: &str) -> Self {
+        let mut sheet = Self::default();
+        words.split_whitespace().for_each(|word| sheet.word(word));
+        sheet
+    }
+
+    fn drawing(&self) -> &Drawing {
+        self.model.draw.editor.drawing()
+    }
+
+    fn of(&self, word: &str) -> Vec<Id> {
+        self.drawing().things().filter(|(_, entry)| entry.thing.word() == word).map(|(id, _)| id).collect()
+    }
+
+    /// `tracks/pads/holes/nodes/groups  steps back/on  chosen`.
+    fn counts(&self) -> String {
+        let count = |word| self.of(word).len();
+        let (back, on) = self.model.draw.editor.history().depth();
+        let kinds = ["track", "pad", "hole", "node", "group"].map(|word| count(word).to_string()).join("/");
+        format!("{kinds} {back}/{on} {}", self.model.draw.editor.chosen.len())
+    }
+
+    /// Both ends of every track, in order.
+    fn tracks(&self) -> Vec<[Point; 2]> {
+        let ends = |id: &Id| match self.drawing().thing(*id) {
+            Some(Thing::Track { from, to, .. }) => {
+                [self.drawing().at(*from).unwrap(), self.drawing().at(*to).unwrap()]
+            }
+            _ => panic!("no track"),
+        };
+        self.of("track").iter().map(ends).collect()
+    }
+}
+
+#[test]
+fn what_is_drawn_with_each_tool() {
+    let rows = [
+        ("by mouse", "key:x at:5,5 at:10,5 at:10,10 key:End", "2/0/0/3/0 2/0 0"),
+        ("a drag is a track too", "key:x drag:5,5>10,5 key:End", "1/0/0/2/0 1/0 0"),
+        ("the same place ends it", "key:x at:5,5 at:10,5 at:10,5 at:20,5", "1/0/0/2/0 1/0 0"),
+        ("by typed places", "key:x type:x_5_y_5 type:@5,0 type:@0,5 key:End", "2/0/0/3/0 2/0 0"),
+        (
+            "by keys alone",
+            "key:x key:Shift+ArrowRight key:Enter key:Shift+ArrowRight key:Shift+ArrowUp key:Enter key:End",
+            "1/0/0/2/0 1/0 0",
+        ),
+        ("a pad with its hole", "key:p at:5,5", "0/1/1/1/0 1/0 0"),
+        ("a hole and a node", "key:o at:5,5 key:n at:9,9 at:9,9", "0/0/1/2/0 2/0 0"),
+        (
+            "pads on the end of a track share its node",
+            "key:x at:5,5 at:10,5 key:End key:p at:5.1,5.1",
+            "1/1/1/2/0 2/0 0",
+        ),
+        ("the last piece goes back", "key:x at:5,5 at:9,5 at:9,9 key:Backspace at:12,5", "2/0/0/3/0 2/0 0"),
+        ("left half-way", "key:x at:5,5 escape", "0/0/0/0/0 0/0 0"),
+        ("undo and redo", "key:p at:5,5 at:9,9 key:Ctrl+z", "0/1/1/1/0 1/1 0"),
+        (
+            "undo all",
+            "key:p at:5,5 at:9,9 key:Ctrl+z key:Ctrl+z key:Ctrl+z key:Ctrl+y key:Ctrl+y",
+            "0/2/2/2/0 2/0 0",
+        ),
+        ("choose and delete", "key:p at:5,5 at:9,9 key:v at:9.3,9 key:Delete", "0/2/1/2/0 3/0 0"),
+        ("a box", "key:p at:5,5 at:9,9 key:v drag:2,2>12,12 key:Delete", "0/0/0/0/0 3/0 0"),
+        ("a box that does not hold all", "key:p at:5,5 at:9,9 key:v drag:2,2>7,7", "0/2/2/2/0 2/0 2"),
+        (
+            "a box from right to left takes what it meets",
+            "key:p at:5,5 at:9,9 key:v drag:12,8.7>5.5,4",
+            "0/2/2/2/0 2/0 3",
+        ),
+        ("shift adds", "key:o at:5,5 at:9,9 key:v at:5,5 at+shift:9,9", "0/0/2/2/0 2/0 2"),
+        ("a group is one", "key:p at:5,5 at:9,9 key:Ctrl+a group at:30,30 at:5,5", "0/2/2/2/1 3/0 1"),
+        (
+            "one thing out of a group",
+            "key:o at:5,5 at:9,9 key:Ctrl+a group at:30,30 at+ctrl:5,5 key:Delete",
+            "0/0/1/1/1 4/0 0",
+        ),
+        (
+            "groups in groups and apart again",
+            "key:o at:5,5 at:9,9 key:Ctrl+a group group key:Ctrl+Shift+g",
+            "0/0/2/2/1 5/0 1",
+        ),
+        (
+            "copy and paste",
+            "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+c hover:20,20 key:Ctrl+v",
+            "0/2/2/2/0 2/0 2",
+        ),
+        ("cut", "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+x hover:20,20 key:Ctrl+v", "0/1/1/1/0 3/0 2"),
+        ("duplicate", "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+d", "0/2/2/2/0 2/0 2"),
+        ("a drag that is called off changes nothing", "key:p at:5,5 key:v begin:5,5>9,9", "0/1/1/1/0 1/0 1"),
+        ("escape: choice, then tool", "key:p at:5,5 key:v key:Ctrl+a escape", "0/1/1/1/0 1/0 0"),
+    ];
+    for (name, words, expected) in rows {
+        assert_eq!(Sheet::tell(words).counts(), expected, "{name}: {words}");
+    }
+}
+
+#[test]
+fn mouse_keys_and_numbers_draw_the_same() {
+    let mouse = Sheet::tell("key:x at:5,5 at:10,5 key:End key:p at:5,5");
+    let typed = Sheet::tell("key:x type:5,5 type:@5,0 key:End key:p type:x5_y5");
+    let keys = Sheet::tell(
+        "key:x key:Shift+ArrowRight key:Shift+ArrowUp key:Enter key:Shift+ArrowRight key:Enter key:End \
+         key:p key:Shift+ArrowLeft key:Enter",
+    );
+    assert_eq!(mouse.drawing(), typed.drawing());
+    assert_eq!(mouse.drawing(), keys.drawing());
+}
+
+#[test]
+fn what_is_moved_goes_onto_the_grid_with_all_that_hangs_on_it() {
+    let rows = [
+        (
+            "a node with its track",
+            "key:x at:5,5 at:10,5 key:End key:v drag:10,5>10.1,9.2",
+            [(5.0, 5.0), (10.0, 9.0)],
+        ),
+        (
+            "a track with both ends",
+            "key:x at:5,5 at:10,5 key:End key:v drag:7.6,5>7.6,9.1",
+            [(5.0, 9.0), (10.0, 9.0)],
+        ),
+        (
+            "without the grid",
+            "key:x at:5,5 at:10,5 key:End key:v drag+ctrl:7.6,5>7.6,9.1",
+            [(5.0, 9.1), (10.0, 9.1)],
+        ),
+        (
+            "onto a node",
+            "key:n at+ctrl:20.25,20 key:x at:5,5 at:10,5 key:End key:v drag:10,5>20.1,20.1",
+            [(5.0, 5.0), (20.25, 20.0)],
+        ),
+        (
+            "by keys",
+            "key:x at:5,5 at:10,5 key:End key:v at:7.6,5 key:ArrowUp key:Shift+ArrowUp",
+            [(5.0, 10.5), (10.0, 10.5)],
+        ),
+        (
+            "a tenth",
+            "key:x at:5,5 at:10,5 key:End key:v at:7.6,5 key:Ctrl+ArrowRight",
+            [(5.05, 5.0), (10.05, 5.0)],
+        ),
+        ("turned", "key:x at:5,5 at:10,5 key:End key:v at:7.6,5 key:r", [(7.5, 2.5), (7.5, 7.5)]),
+        ("mirrored", "key:x at:5,5 at:10,6 key:End key:v at:7.5,5.5 key:b", [(10.0, 5.0), (5.0, 6.0)]),
+        (
+            "upside down",
+            "key:x at:5,5 at:10,6 key:End key:v at:7.5,5.5 key:Shift+b",
+            [(5.0, 6.0), (10.0, 5.0)],
+        ),
+        ("shift keeps to eighths", "key:x at:5,5 at+shift:10.4,5.4 key:End", [(5.0, 5.0), (10.5, 5.0)]),
+        (
+            "its numbers",
+            "key:x at:5,5 at:10,5 key:End key:v at:7.6,5 set:to_y=8,5 set:from_x=1in",
+            [(25.4, 5.0), (10.0, 8.5)],
+        ),
+    ];
+    for (name, words, [a, b]) in rows {
+        let found = Sheet::tell(words).tracks();
+        assert_eq!(found, [[Point::from_mm(a.0, a.1), Point::from_mm(b.0, b.1)]], "{name}: {words}");
+    }
+}
+
+#[test]
+fn every_property_is_a_number_that_can_be_typed() {
+    let pad = "key:p at:5,5 key:v drag:2,2>8,8 ";
+    let rows = [
+        ("set:size=3", "size: Length(3000000)"),
+        ("set:size=0.1in", "size: Length(2540000)"),
+        ("set:shape=octagon", "shape: Octagon"),
+        ("set:shape=square set:turn=95", "turn_mdeg: 5000"),
+        ("set:layer=bottom", "layer: Bottom"),
+        ("set:diameter=1.1", "diameter: Length(1100000)"),
+        ("set:plated=false", "plated: false"),
+    ];
+    for (words, expected) in rows {
+        let sheet = Sheet::tell(&format!("{pad}{words}"));
+        let text = format!("{:?}", sheet.drawing().things().collect::<Vec<_>>());
+        assert!(text.contains(expected), "{words}: {text}");
+        assert_eq!(sheet.model.draw.editor.said, None, "{words}");
+    }
+    for words in ["set:size=wide", "set:size=0", "set:size=5000", "set:turn=a", "type:nowhere", "type:9999,0"]
+    {
+        let sheet = Sheet::tell(&format!("{pad}{words}"));
+        let before = Sheet::tell(pad);
+        assert_eq!(sheet.drawing(), before.drawing(), "{words}");
+        assert!(
+            sheet.model.draw.editor.said.is_some() || words.starts_with("type:9999"),
+            "{words} is refused with a sentence"
+        );
+    }
+    let named = Sheet::tell("key:p at:5,5 key:Ctrl+a group set:name=U1");
+    let groups = named.of("group");
+    assert_eq!(named.drawing().thing(groups[0]), Some(&Thing::Group { name: "U1".to_owned() }));
+    let bare = Sheet::tell("key:p at:5,5 escape escape set:name=Robot");
+    assert_eq!(bare.drawing().name(), "Robot");
+}
+
+#[test]
+fn the_smallest_gap_is_live_and_is_found() {
+    let sheet = Sheet::tell("key:p at:5,5 at:8,5");
+    assert_eq!(sheet.model.draw.editor.smallest.gap.unwrap().0, Length::from_um(1_000));
+    let sheet = Sheet::tell("key:p at:5,5 at:8,5 key:v drag:8.7,5>8.2,5 gap");
+    assert_eq!(sheet.model.draw.editor.smallest.gap.unwrap().0, Length::from_um(500));
+    assert_eq!(sheet.model.draw.editor.chosen.len(), 2);
+    assert_eq!(sheet.model.draw.look, (1, Some([6.25, 5.0])));
+}
+
+#[test]
+fn the_picture_is_made_anew_only_where_it_was_touched() {
+    let mut sheet = Sheet::tell("key:o");
+    for at in 0..600 {
+        sheet.word(&format!("at:{},{}", f64::from(at % 30), f64::from(at / 30)));
+    }
+    sheet.word("key:x");
+    for at in 0..300 {
+        sheet.word(&format!("at:{},{}", f64::from(at % 30), 40.0 + f64::from(at / 30)));
+    }
+    let before = sheet.model.draw.shown.sheet.clone();
+    assert_eq!((before.holes.len(), sheet.of("track").len()), (600, 299));
+    for word in ["key:End", "key:v", "at:28.5,49", "key:ArrowUp"] {
+        sheet.word(word);
+    }
+    let now = sheet.model.draw.shown.sheet.clone();
+    let same = |layer: &(_, std::sync::Arc<crate::view::Mesh>)| {
+        before.areas.iter().any(|old| std::sync::Arc::ptr_eq(&old.1, &layer.1))
+    };
+    let kept = now.areas.iter().filter(|layer| same(layer)).count();
+    assert!(
+        now.areas.len() > 2 && kept + 2 >= now.areas.len() && kept < now.areas.len(),
+        "{kept} of {}",
+        now.areas.len()
+    );
+}
+
+fn asked(effects: &[Effect]) -> Option<(u32, Request)> {
+    effects.iter().find_map(|effect| match effect {
+        Effect::Ask { number, request, .. } => Some((*number, (**request).clone())),
+        _ => None,
+    })
+}
+
+#[test]
+fn a_drawn_board_is_read_like_files_that_were_dropped() {
+    let mut sheet = Sheet::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 key:End");
+    sheet.event(DrawEvent::Use { tab: Tab::Cam });
+    let Some((number, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
+    assert_eq!(wanted.files.len(), 1);
+    let kept = drawing::read("d", std::str::from_utf8(&wanted.files[0].1).unwrap()).unwrap();
+    assert_eq!(kept.now(), sheet.drawing());
+    let Ok(Answer::Read(reading)) = alone(Request::Read(wanted)) else { panic!() };
+    assert_eq!((reading.board.holes.len(), reading.layers.len()), (2, 1), "{:?}", reading.files);
+    sheet.event(Event::Answered { number, answer: Ok(Answer::Read(reading)) });
+    assert_eq!(sheet.model.frame.tab, Tab::Cam);
+    assert!(!sheet.model.draw.is_ahead());
+    // Back in the editor one thing more is drawn: going to CAM makes the board anew, and keeps the job.
+    sheet.event(FrameEvent::Show { tab: Tab::Draw });
+    sheet.word("key:o");
+    sheet.word("at:20,20");
+    assert!(sheet.model.draw.is_ahead());
+    sheet.event(FrameEvent::Show { tab: Tab::Cam });
+    let read = sheet
+        .out
+        .iter()
+        .any(|effect| matches!(effect, Effect::Ask { request, .. } if matches!(**request, Request::Read(_))));
+    assert!(read, "{:?}", sheet.out);
+}
+
+const COPPER: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX33Y33*%%MOMM*%%ADD10C,1*%D10*\
+X1000Y1000D03*X5000Y1000D03*X1000Y5000D02*X5000Y5000D01*M02*";
+const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
+
+/// Files are open, and what they draw is in the editor.
+fn over_files() -> Sheet {
+    let mut sheet = Sheet::default();
+    let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), DRILL.to_vec())];
+    sheet.event(FilesEvent::Chosen { files });
+    let (number, request) = asked(&sheet.out).unwrap();
+    let answer = alone(request);
+    sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
+    sheet.event(FrameEvent::Show { tab: Tab::Draw });
+    let (number, request) = asked(&sheet.out).unwrap();
+    assert!(matches!(request, Request::Trace(_)), "{request:?}");
+    let answer = alone(request);
+    sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
+    assert_eq!(sheet.model.draw.editor.finder().imported().len(), 5);
+    sheet
+}
+
+#[test]
+fn what_files_draw_is_taken_out_moved_and_added_to() {
+    let mut sheet = over_files();
+    for word in ["at:1,1.4", "key:Delete", "drag:3,5>3,7", "key:x", "at:5,1", "at:5,7", "key:End"] {
+        sheet.word(word);
+    }
+    assert_eq!((sheet.of("imported").len(), sheet.of("track").len()), (2, 1), "{:?}", sheet.drawing());
+    sheet.event(DrawEvent::Use { tab: Tab::Cam });
+    let Some((_, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
+    assert_eq!(wanted.files.len(), 3);
+    assert_eq!(
+        (wanted.files[0].1.as_slice(), wanted.files[1].1.as_slice()),
+        (COPPER, DRILL),
+        "the files stay as they are"
+    );
+    let Ok(Answer::Read(reading)) = alone(Request::Read(wanted)) else { panic!() };
+    assert_eq!((reading.layers[0].islands, reading.board.holes.len()), (1, 2));
+    // Put back: the drawing says nothing of the files any more.
+    sheet.event(DrawEvent::Escape);
+    sheet.event(DrawEvent::Act { act: crate::drawing::Act::PutBack });
+    assert_eq!(sheet.of("imported"), []);
+    while sheet.model.draw.editor.can_undo().0 {
+        sheet.word("key:Ctrl+z");
+    }
+    assert!(sheet.drawing().is_empty());
+}
+
+fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {
+    effects.iter().find_map(|effect| match effect {
+        Effect::KeepDrawing { of, place, text, .. } => Some((*of, *place, text.clone())),
+        _ => None,
+    })
+}
+
+#[test]
+fn a_reload_gives_the_drawing_back_with_all_its_edits() {
+    let mut sheet = Sheet::tell("key:p at:5,5 at:9,9 key:Ctrl+z");
+    let change = sheet.model.draw.editor.changes();
+    sheet.event(DrawEvent::Rested { change: change - 1 });
+    assert_eq!(kept(&sheet.out), None, "it changed meanwhile");
+    sheet.event(DrawEvent::Rested { change });
+    let (of, place, text) = kept(&sheet.out).unwrap();
+    assert_eq!(place, None);
+    sheet.event(DrawEvent::Kept { of, place: Some(3) });
+    assert_eq!(sheet.out, [Effect::OwnDrawing { place: Some(3) }]);
+    let mut again = Sheet { model: Model::default(), out: Vec::new(), all: Vec::new() };
+    again.event(FrameEvent::Show { tab: Tab::Draw });
+    assert_eq!(again.out, [Effect::LookForDrawings { own: true }]);
+    again.event(DrawEvent::Found { own: Some((3, text)), earlier: Vec::new() });
+    assert_eq!(again.model.draw.editor.history(), sheet.model.draw.editor.history());
+    again.word("key:Ctrl+y");
+    assert_eq!(again.counts(), "0/2/2/2/0 2/0 0");
+    // It is written where it was.
+    let change = again.model.draw.editor.changes();
+    again.event(DrawEvent::Rested { change });
+    assert_eq!(kept(&again.out).map(|(_, place, _)| place), Some(Some(3)));
+}
+
+#[test]
+fn a_new_drawing_leaves_the_one_before_in_the_store() {
+    let mut sheet = Sheet::tell("key:p at:5,5 new");
+    assert!(sheet.drawing().is_empty());
+    let (of, place, text) = kept(&sheet.out).unwrap();
+    assert_eq!((of, place), (0, None));
+    assert!(drawing::read("d", &text).unwrap().now().len() > 1);
+    sheet.event(DrawEvent::Kept { of, place: Some(0) });
+    sheet.word("key:o");
+    sheet.word("at:1,1");
+    let change = sheet.model.draw.editor.changes();
+    sheet.event(DrawEvent::Rested { change });
+    let (of, place, _) = kept(&sheet.out).unwrap();
+    assert_eq!((of, place), (1, None), "it does not take the place of the one before");
+    let mut bad = Sheet::tell("key:p at:5,5");
+    let before = bad.counts();
+    bad.event(DrawEvent::Opened { place: None, text: Some("{}".to_owned()) });
+    bad.event(DrawEvent::Opened { place: None, text: None });
+    assert_eq!((bad.counts(), bad.model.frame.toasts.len()), (before, 2));
+}
+
+#[test]
+fn a_drawing_is_saved_as_files() {
+    let mut sheet = Sheet::tell("key:p at:5,5 escape escape set:name=my_board");
+    let mut name = |what| {
+        sheet.event(DrawEvent::Export { what });
+        match sheet.out.first() {
+            Some(Effect::Save { name, bytes, .. }) if !bytes.is_empty() => name.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let names = [Export::Board, Export::Svg, Export::Drawing].map(&mut name);
+    assert_eq!(names, ["my_board.zip", "my_board.svg", "my_board.drawing.json"]);
+    let mut empty = Sheet::default();
+    empty.event(DrawEvent::Export { what: Export::Board });
+    assert!(empty.out.is_empty() && empty.model.draw.editor.said.is_some());
+}

@@ -1,0 +1,94 @@
+//! The board editor as signals.
+//!
+//! Goes out: signals to be read. Does not know how they are shown.
+
+use super::signals as all;
+use super::slots::Slots;
+use crate::drawing::fields::Row;
+use crate::drawing::tree::TreeRow;
+use crate::drawing::{Doing, Grid, Marks, Pen, Sheet, Tool};
+use crate::model::drawing::Earlier;
+use crate::said::Text;
+use annulus_core::board::drawing::{Catch, Smallest};
+use annulus_core::geometry::Point;
+use leptos::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// The board editor.
+#[derive(Clone, Copy)]
+pub struct Drawing {
+    /// What is drawn.
+    pub sheet: ReadSignal<Arc<Sheet>>,
+    /// What lies over it.
+    pub marks: ReadSignal<Arc<Marks>>,
+    /// The tree.
+    pub tree: ReadSignal<Arc<Vec<TreeRow>>>,
+    /// The fields of what is chosen.
+    pub fields: ReadSignal<Arc<Vec<Row>>>,
+    /// What is chosen.
+    pub chosen: ReadSignal<BTreeSet<Catch>>,
+    /// The first of what is chosen: the tree shows its line.
+    pub shown: ReadSignal<Option<Catch>>,
+    /// The tool in hand.
+    pub tool: ReadSignal<Tool>,
+    /// With what is drawn.
+    pub pen: ReadSignal<Pen>,
+    /// Where the pointer snaps to.
+    pub grid: ReadSignal<Grid>,
+    /// Where the tool aims.
+    pub aim: ReadSignal<Point>,
+    /// What is being done.
+    pub doing: ReadSignal<Doing>,
+    /// The smallest gap, track, ring and hole.
+    pub smallest: ReadSignal<Smallest>,
+    /// Whether there is a step back, and one on.
+    pub can_undo: ReadSignal<(bool, bool)>,
+    /// Something was copied.
+    pub copied: ReadSignal<bool>,
+    /// Name of the drawing, and how many things are in it.
+    pub title: ReadSignal<(String, usize)>,
+    /// The open files are drawn over, and whether there are any.
+    pub over: ReadSignal<(bool, bool)>,
+    /// The open board is not made of the drawing as it is.
+    pub ahead: ReadSignal<bool>,
+    /// Drawings that are kept.
+    pub earlier: ReadSignal<Vec<Earlier>>,
+    /// The place to be looked at, none for all of it; and how often one was.
+    pub look: ReadSignal<(u32, Option<[f64; 2]>)>,
+    /// Said to the person.
+    pub said: ReadSignal<Option<Text>>,
+}
+
+/// The board editor.
+pub fn open_drawing() -> Drawing {
+    all().drawing
+}
+
+pub(super) fn signals(slots: &mut Slots) -> Drawing {
+    Drawing {
+        sheet: slots.kept(|model| &model.draw.shown.sheet),
+        marks: slots.kept(|model| &model.draw.shown.marks),
+        tree: slots.kept(|model| &model.draw.shown.tree),
+        fields: slots.kept(|model| &model.draw.shown.fields),
+        chosen: slots.part(|model| &model.draw.editor.chosen),
+        shown: slots.made(|model| model.draw.editor.chosen.first().copied()),
+        tool: slots.part(|model| &model.draw.editor.tool),
+        pen: slots.part(|model| &model.draw.editor.pen),
+        grid: slots.part(|model| &model.draw.editor.grid),
+        aim: slots.made(|model| model.draw.editor.aim.at()),
+        doing: slots.part(|model| &model.draw.editor.doing),
+        smallest: slots.part(|model| &model.draw.editor.smallest),
+        can_undo: slots.made(|model| model.draw.editor.can_undo()),
+        copied: slots.made(|model| model.draw.editor.clip.is_some()),
+        title: slots.made(|model| {
+            let drawing = model.draw.editor.drawing();
+            (drawing.name().to_owned(), drawing.len())
+        }),
+        over: slots.made(|model| model.draw.over()),
+        ahead: slots.made(|model| model.draw.is_ahead()),
+        earlier: slots.made(|model| model.draw.earlier().to_vec()),
+        look: slots.part(|model| &model.draw.look),
+        said: slots.part(|model| &model.draw.editor.said),
+    }
+}

@@ -1,0 +1,101 @@
+//! What can be done with what is chosen.
+//!
+//! Comes in: whether something is chosen. Goes out: acts.
+
+use crate::drawing::Act;
+use crate::i18n::{self, key, t};
+use crate::model::DrawEvent;
+use crate::page::{open_drawing, send};
+use crate::widgets::push_if;
+use annulus_core::board::drawing::{Align, Catch, Sides};
+use leptos::html::{div, h2, h3, header, section};
+use leptos::prelude::*;
+
+/// When a button can be pressed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum When {
+    /// Something of the drawing is chosen.
+    Drawn,
+    /// More than one thing is.
+    Several,
+    /// Anything is.
+    Any,
+    /// Something was copied.
+    Copied,
+    /// Files are drawn over.
+    Files,
+}
+
+fn may(when: When) -> bool {
+    let drawing = open_drawing();
+    let drawn =
+        || drawing.chosen.with(|chosen| chosen.iter().filter(|one| matches!(one, Catch::Drawn(_))).count());
+    match when {
+        When::Drawn => drawn() > 0,
+        When::Several => drawn() > 1,
+        When::Any => drawing.chosen.with(|chosen| !chosen.is_empty()),
+        When::Copied => drawing.copied.get(),
+        When::Files => drawing.over.get().0,
+    }
+}
+
+fn button(when: When, name: &'static str, act: Act) -> AnyView {
+    let press = move |_| send(DrawEvent::Act { act: act.clone() });
+    push_if("button small", move || may(when), move || i18n::text(name, &[]), press).into_any()
+}
+
+fn align(x: bool, sides: Sides, name: &'static str) -> AnyView {
+    button(When::Several, name, Act::Align(Align { x, sides }))
+}
+
+fn row(name: &'static str, buttons: Vec<AnyView>) -> impl IntoView {
+    let words = move || i18n::text(name, &[]);
+    div()
+        .class("draw-acts")
+        .attr("role", "group")
+        .attr("aria-label", words)
+        .child((h3().child(words), div().class("row").child(buttons)))
+}
+
+/// The block.
+pub(super) fn actions() -> impl IntoView {
+    let clip = vec![
+        button(When::Drawn, key!("page.draw.act.copy"), Act::Copy),
+        button(When::Drawn, key!("page.draw.act.cut"), Act::Cut),
+        button(When::Copied, key!("page.draw.act.paste"), Act::Paste),
+        button(When::Drawn, key!("page.draw.act.duplicate"), Act::Duplicate),
+        button(When::Any, key!("page.draw.act.delete"), Act::Delete),
+        button(When::Files, key!("page.draw.act.put_back"), Act::PutBack),
+    ];
+    let turn = vec![
+        button(When::Drawn, key!("page.draw.act.left"), Act::Turn(90_000)),
+        button(When::Drawn, key!("page.draw.act.right"), Act::Turn(-90_000)),
+        button(When::Drawn, key!("page.draw.act.mirror_x"), Act::Mirror { x: true }),
+        button(When::Drawn, key!("page.draw.act.mirror_y"), Act::Mirror { x: false }),
+    ];
+    let lines = vec![
+        align(true, Sides::Low, key!("page.draw.act.align_left")),
+        align(true, Sides::Middle, key!("page.draw.act.align_middle_x")),
+        align(true, Sides::High, key!("page.draw.act.align_right")),
+        align(false, Sides::Low, key!("page.draw.act.align_low")),
+        align(false, Sides::Middle, key!("page.draw.act.align_middle_y")),
+        align(false, Sides::High, key!("page.draw.act.align_high")),
+    ];
+    let group =
+        push_if("button small", || may(When::Drawn), t!("page.draw.act.group"), |_| send(DrawEvent::Group));
+    let array =
+        push_if("button small", || may(When::Drawn), t!("page.draw.act.array"), |_| super::array::open());
+    let groups = vec![
+        group.into_any(),
+        button(When::Drawn, key!("page.draw.act.ungroup"), Act::Ungroup),
+        array.into_any(),
+        button(When::Drawn, key!("page.draw.act.all"), Act::All),
+    ];
+    section().class("block draw-actions").attr("aria-label", t!("page.draw.acts")).child((
+        header().child(h2().child(t!("page.draw.acts"))),
+        row(key!("page.draw.act.copies"), clip),
+        row(key!("page.draw.act.turns"), turn),
+        row(key!("page.draw.act.aligns"), lines),
+        row(key!("page.draw.act.groups"), groups),
+    ))
+}

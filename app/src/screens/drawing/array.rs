@@ -1,0 +1,96 @@
+//! The dialog that repeats what is chosen in columns and rows.
+//!
+//! Comes in: numbers as typed. Goes out: an act.
+
+use crate::drawing::{Act, typed};
+use crate::i18n::{key, t, text, unit_word};
+use crate::model::{DrawEvent, FrameEvent, Overlay};
+use crate::page::{frame, send};
+use crate::widgets::{Dialog, dialog, push, push_if};
+use annulus_core::geometry::Point;
+use annulus_core::units::Length;
+use leptos::ev;
+use leptos::html::{div, input, label, span};
+use leptos::prelude::*;
+
+/// The most copies along one side.
+const MOST: u32 = 1_000;
+
+/// Opens the dialog.
+pub(super) fn open() {
+    send(FrameEvent::Overlay { overlay: Some(Overlay::Array) });
+}
+
+fn close() {
+    send(FrameEvent::Overlay { overlay: None });
+}
+
+fn count(text: &str) -> Option<u32> {
+    text.trim().parse().ok().filter(|count| (1..=MOST).contains(count))
+}
+
+fn field(
+    id: &'static str,
+    name: &'static str,
+    typed: RwSignal<String>,
+    unit: fn() -> String,
+    fits: fn(&str) -> bool,
+) -> impl IntoView {
+    label().class("field").attr("for", id).child((
+        span().child(move || text(name, &[])),
+        span().class("with-unit").child((
+            input()
+                .attr("type", "text")
+                .attr("id", id)
+                .attr("inputmode", "decimal")
+                .attr("aria-invalid", move || (!typed.with(|text| fits(text))).then_some("true"))
+                .prop("value", move || typed.get())
+                .on(ev::input, move |event| typed.set(event_target_value(&event))),
+            span().child(unit),
+        )),
+    ))
+}
+
+fn length(text: &str) -> Option<Length> {
+    typed::length(text, frame().unit.get())
+}
+
+/// The dialog.
+pub(super) fn array() -> impl IntoView {
+    let texts = ["4", "1", "2.54", "2.54"].map(|text| RwSignal::new(text.to_owned()));
+    let [columns, rows, x, y] = texts;
+    let act = move || {
+        let counts = (columns.with(|text| count(text))?, rows.with(|text| count(text))?);
+        let step = Point::new(x.with(|text| length(text))?, y.with(|text| length(text))?);
+        Some(Act::Array { columns: counts.0, rows: counts.1, step })
+    };
+    let body = div().class("field-pairs").child((
+        field("array-columns", key!("page.draw.array.columns"), columns, String::new, |text| {
+            count(text).is_some()
+        }),
+        field("array-rows", key!("page.draw.array.rows"), rows, String::new, |text| count(text).is_some()),
+        field("array-x", key!("page.draw.array.x"), x, unit_word, |text| length(text).is_some()),
+        field("array-y", key!("page.draw.array.y"), y, unit_word, |text| length(text).is_some()),
+    ));
+    let make = move |_| {
+        if let Some(act) = untrack(act) {
+            send(DrawEvent::Act { act });
+            close();
+        }
+    };
+    dialog(
+        Signal::derive(move || frame().overlay.get() == Some(Overlay::Array)),
+        close,
+        Dialog {
+            name: "array",
+            role: "dialog",
+            title: Box::new(t!("page.draw.array.title")),
+            body: body.into_any(),
+            foot: (
+                push("button", t!("page.cancel"), |_| close()),
+                push_if("button primary", move || act().is_some(), t!("page.draw.array.make"), make),
+            )
+                .into_any(),
+        },
+    )
+}

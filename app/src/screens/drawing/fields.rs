@@ -1,0 +1,104 @@
+//! The numbers of what is chosen, each in a field.
+//!
+//! Comes in: fields with values. Goes out: what is typed into them.
+
+use super::inputs::{labelled, layer_menu, length, shape_menu, shown, tick, typed_field, word};
+use crate::drawing::fields::{Field, Row, Value};
+use crate::drawing::typed;
+use crate::i18n::{self, key, number, t};
+use crate::model::DrawEvent;
+use crate::page::{frame, open_drawing, send};
+use annulus_core::board::drawing::Id;
+use leptos::ev;
+use leptos::html::{self, div, h2, header, p, section, select, span};
+use leptos::prelude::*;
+
+/// The block.
+pub(super) fn fields() -> impl IntoView {
+    let drawing = open_drawing();
+    let names = Memo::new(move |_| {
+        drawing.fields.with(|rows| rows.iter().map(|row| row.field).collect::<Vec<Field>>())
+    });
+    let count = move || drawing.chosen.with(std::collections::BTreeSet::len);
+    let title = move || match count() {
+        0 => i18n::text(key!("page.draw.drawing"), &[]),
+        count => i18n::text(key!("page.draw.chosen"), &[("count", count.to_string())]),
+    };
+    let lines = move || names.get().into_iter().filter_map(row).collect::<Vec<_>>();
+    section().class("block draw-fields").attr("aria-label", t!("page.draw.numbers")).child((
+        header().child(h2().child(title)),
+        div().class("field-pairs").child(lines),
+        move || (count() == 0).then(|| p().class("quiet").child(t!("page.draw.hint"))),
+    ))
+}
+
+fn row(field: Field) -> Option<AnyView> {
+    let drawing = open_drawing();
+    let value = Memo::new(move |_| {
+        let own = |row: &&Row| row.field == field;
+        drawing.fields.with(|rows| rows.iter().find(own).map(|row| row.value.clone()))
+    });
+    let id = format!("draw-{}", field.word());
+    let set = move |text: String| send(DrawEvent::Set { field, text });
+    let now = move || value.get();
+    Some(match value.get_untracked()? {
+        Value::Length(_) => {
+            let value = move || if let Some(Value::Length(length)) = now() { length } else { None };
+            length(id, field, Signal::derive(value), set).into_any()
+        }
+        Value::Fixed(_) => {
+            let text = move || match now() {
+                Some(Value::Fixed(Some(length))) => number(shown(frame().unit.get(), length)),
+                _ => String::new(),
+            };
+            div()
+                .class("field")
+                .child((
+                    span().child(move || i18n::text(word(field), &[])),
+                    span().class("tabular").child(text),
+                ))
+                .into_any()
+        }
+        Value::Turn(_) => {
+            let text = move || match now() {
+                Some(Value::Turn(Some(mdeg))) => number(crate::format::plain(f64::from(mdeg) / 1_000.0)),
+                _ => String::new(),
+            };
+            let fits = |text: &str| typed::degrees(text).is_some();
+            typed_field(id, field, Signal::derive(text), || "°".to_owned(), fits, set).into_any()
+        }
+        Value::Name(_) => {
+            let text = move || if let Some(Value::Name(name)) = now() { name } else { String::new() };
+            typed_field(id, field, Signal::derive(text), String::new, |_| true, set).into_any()
+        }
+        Value::Flag(_) => {
+            let on = move || now() == Some(Value::Flag(Some(true)));
+            tick(on, move || i18n::text(word(field), &[]), move |on| set(on.to_string())).into_any()
+        }
+        Value::Layer(_) => {
+            let layer = move || if let Some(Value::Layer(layer)) = now() { layer } else { None };
+            labelled(id.clone(), field, layer_menu(id, layer, set)).into_any()
+        }
+        Value::Shape(_) => {
+            let shape = move || if let Some(Value::Shape(shape)) = now() { shape } else { None };
+            labelled(id.clone(), field, shape_menu(id, shape, set)).into_any()
+        }
+        Value::Group(..) => labelled(id.clone(), field, group_menu(id, value, set)).into_any(),
+    })
+}
+
+/// The groups that it can lie in.
+fn group_menu(id: String, value: Memo<Option<Value>>, act: impl Fn(String) + 'static) -> impl IntoView {
+    let options = move || {
+        let Some(Value::Group(now, groups)) = value.get() else { return Vec::new() };
+        let one = |id: Option<Id>, name: String| {
+            let word = id.map_or_else(String::new, |id| id.0.to_string());
+            html::option().attr("value", word).prop("selected", now == Some(id)).child(name)
+        };
+        let none = one(None, i18n::text(key!("page.draw.no_group"), &[]));
+        std::iter::once(none)
+            .chain(groups.into_iter().map(|(id, name)| one(Some(id), name)))
+            .collect::<Vec<_>>()
+    };
+    select().attr("id", id).on(ev::change, move |event| act(event_target_value(&event))).child(options)
+}

@@ -1,0 +1,176 @@
+//! What fields of the editor are made of: names of properties, lengths as they are shown and typed, menus.
+//!
+//! Comes in: values. Goes out: fields; what is typed into them. Does not know what it is of.
+
+use crate::drawing::fields::Field;
+use crate::drawing::typed;
+use crate::format::Unit;
+use crate::i18n::{self, key, number, t};
+use crate::page::frame;
+use crate::widgets::menu_word;
+use annulus_core::board::drawing::{Layer, PadShape};
+use annulus_core::units::Length;
+use leptos::ev;
+use leptos::html::{self, input, label, select, span};
+use leptos::prelude::*;
+
+/// The name of a property.
+pub(super) fn word(field: Field) -> &'static str {
+    match field {
+        Field::X => key!("page.draw.field.x"),
+        Field::Y => key!("page.draw.field.y"),
+        Field::FromX => key!("page.draw.field.from_x"),
+        Field::FromY => key!("page.draw.field.from_y"),
+        Field::ToX => key!("page.draw.field.to_x"),
+        Field::ToY => key!("page.draw.field.to_y"),
+        Field::Length => key!("page.draw.field.length"),
+        Field::Width => key!("page.draw.field.width"),
+        Field::Shape => key!("page.draw.field.shape"),
+        Field::Size => key!("page.draw.field.size"),
+        Field::Turn => key!("page.draw.field.turn"),
+        Field::Diameter => key!("page.draw.field.diameter"),
+        Field::Plated => key!("page.draw.field.plated"),
+        Field::Layer => key!("page.draw.field.layer"),
+        Field::Name => key!("page.draw.field.name"),
+        Field::Group => key!("page.draw.field.group"),
+        Field::ByX => key!("page.draw.field.by_x"),
+        Field::ByY => key!("page.draw.field.by_y"),
+    }
+}
+
+/// A length with all its digits and no more.
+pub(super) fn shown(unit: Unit, length: Length) -> String {
+    let text = format!("{:.6}", unit.of_mm(length.mm()));
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+}
+
+/// The name of a layer.
+pub(super) fn layer_word(layer: Layer) -> &'static str {
+    match layer {
+        Layer::Top => key!("page.draw.layer.top"),
+        Layer::Bottom => key!("page.draw.layer.bottom"),
+        Layer::Both => key!("page.draw.layer.both"),
+        Layer::Edge => key!("page.draw.layer.edge"),
+    }
+}
+
+/// The name of the form of a pad.
+pub(super) fn shape_word(shape: PadShape) -> &'static str {
+    match shape {
+        PadShape::Circle => key!("page.draw.shape.circle"),
+        PadShape::Square => key!("page.draw.shape.square"),
+        PadShape::Octagon => key!("page.draw.shape.octagon"),
+    }
+}
+
+/// A tick with its words.
+pub(super) fn tick(
+    on: impl Fn() -> bool + Send + Sync + 'static,
+    words: impl Fn() -> String + Send + Sync + 'static,
+    act: impl Fn(bool) + 'static,
+) -> impl IntoView {
+    label().class("tick").child((
+        input()
+            .attr("type", "checkbox")
+            .prop("checked", on)
+            .on(ev::change, move |event| act(event_target_checked(&event))),
+        span().child(words),
+    ))
+}
+
+/// A menu of layers.
+pub(super) fn layer_menu(
+    id: String,
+    now: impl Fn() -> Option<Layer> + Copy + Send + Sync + 'static,
+    act: impl Fn(String) + 'static,
+) -> impl IntoView {
+    let words = Layer::ALL.map(|layer| {
+        menu_word(layer.word(), move || now() == Some(layer), move || i18n::text(layer_word(layer), &[]))
+    });
+    let several = html::option()
+        .attr("value", "")
+        .prop("hidden", true)
+        .prop("selected", move || now().is_none())
+        .child(t!("page.draw.several"));
+    select()
+        .attr("id", id)
+        .on(ev::change, move |event| act(event_target_value(&event)))
+        .child((several, Vec::from(words)))
+}
+
+/// A menu of the forms of pads.
+pub(super) fn shape_menu(
+    id: String,
+    now: impl Fn() -> Option<PadShape> + Copy + Send + Sync + 'static,
+    act: impl Fn(String) + 'static,
+) -> impl IntoView {
+    let words = PadShape::ALL.map(|shape| {
+        menu_word(shape.word(), move || now() == Some(shape), move || i18n::text(shape_word(shape), &[]))
+    });
+    let several = html::option()
+        .attr("value", "")
+        .prop("hidden", true)
+        .prop("selected", move || now().is_none())
+        .child(t!("page.draw.several"));
+    select()
+        .attr("id", id)
+        .on(ev::change, move |event| act(event_target_value(&event)))
+        .child((several, Vec::from(words)))
+}
+
+/// A menu with its word above it.
+pub(super) fn labelled(id: String, field: Field, menu: impl IntoView) -> impl IntoView {
+    label().class("field").attr("for", id).child((span().child(move || i18n::text(word(field), &[])), menu))
+}
+
+/// A length that can be typed, in the unit on show or with its own behind it.
+pub(super) fn length(
+    id: String,
+    field: Field,
+    value: Signal<Option<Length>>,
+    act: impl Fn(String) + 'static,
+) -> impl IntoView {
+    let text = Signal::derive(move || {
+        value.get().map_or_else(String::new, |length| number(shown(frame().unit.get(), length)))
+    });
+    let fits = |text: &str| typed::length(text, Unit::default()).is_some();
+    typed_field(id, field, text, i18n::unit_word, fits, act)
+}
+
+/// A field whose text is taken in when it is left or Enter is pressed.
+pub(super) fn typed_field(
+    id: String,
+    field: Field,
+    text: Signal<String>,
+    unit: impl Fn() -> String + Send + Sync + 'static,
+    fits: impl Fn(&str) -> bool + 'static,
+    act: impl Fn(String) + 'static,
+) -> impl IntoView {
+    let wrong = RwSignal::new(false);
+    Effect::new(move |_| {
+        let _ = text.get();
+        wrong.set(false);
+    });
+    let take = move |event: web_sys::Event| {
+        let text = event_target_value(&event);
+        let fits = fits(&text);
+        wrong.set(!fits);
+        if fits {
+            act(text);
+        }
+    };
+    label().class("field").attr("for", id.clone()).child((
+        span().child(move || i18n::text(word(field), &[])),
+        span().class("with-unit").child((
+            input()
+                .attr("type", "text")
+                .attr("id", id)
+                .attr("autocomplete", "off")
+                .attr("aria-invalid", move || wrong.get().then_some("true"))
+                .prop("value", move || text.get())
+                .on(ev::change, take),
+            span().child(unit),
+        )),
+    ))
+}

@@ -1,0 +1,78 @@
+//! The Draw screen: a board drawn by hand, or over files that are open.
+//!
+//! ```text
+//! + tools, pen ──+ picture ─────────────────────────────+ numbers ──────────+
+//! | tree         | cross-hair, what is chosen           | what can be done  |
+//! |              +--------------------------------------+ the board, files  |
+//! |              | place: typed or pointed at, smallest |                   |
+//! +──────────────+──────────────────────────────────────+───────────────────+
+//! ```
+//!
+//! Comes in: the drawing as signals. Goes out: what the person does with it. Boards are made of it elsewhere.
+
+mod actions;
+mod array;
+mod board;
+mod fields;
+mod inputs;
+mod picture;
+mod readout;
+mod tools;
+mod tree;
+
+pub(crate) use picture::{in_picture, stroke};
+
+use crate::drawing::DrawKey;
+use crate::model::DrawEvent;
+use crate::page::send;
+use leptos::html::div;
+use leptos::prelude::*;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlElement;
+
+/// The panels beside the picture.
+pub(crate) fn drawing() -> impl IntoView {
+    (
+        div().class("panel left draw-left").child((tools::tools(), tree::tree())),
+        div().class("bottom draw-bottom").child(readout::readout()),
+        div().class("panel right draw-right").child((fields::fields(), actions::actions(), board::board())),
+        array::array(),
+    )
+}
+
+/// Puts the focus on the first element that `selector` finds.
+fn focus(selector: &str) {
+    let found = document().query_selector(selector).ok().flatten();
+    if let Some(element) = found.and_then(|found| found.dyn_into::<HtmlElement>().ok()) {
+        let _ = element.focus();
+    }
+}
+
+/// The keys go to the picture from now on.
+fn focus_picture() {
+    if let Ok(Some(stage)) = document().query_selector("main .stage") {
+        let _ = stage.set_attribute("tabindex", "-1");
+    }
+    focus("main .stage");
+}
+
+/// Escape leaves what is being drawn, unless it is meant for a field or a dialog.
+pub(crate) fn escape() {
+    let elsewhere =
+        |one: &web_sys::Element| one.matches("input, select, textarea, dialog *").unwrap_or(false);
+    if !document().active_element().is_some_and(|one| elsewhere(&one)) {
+        send(DrawEvent::Escape);
+    }
+}
+
+/// What a key asks of the drawing; nothing while a dialog lies over it.
+pub(crate) fn key(key: DrawKey) {
+    if document().query_selector("dialog[open]").ok().flatten().is_some() {
+        return;
+    }
+    match key {
+        DrawKey::Numbers => focus(".draw-fields :is(input, select)"),
+        DrawKey::Type(by) => readout::type_place(by),
+        key => send(DrawEvent::Key { key }),
+    }
+}

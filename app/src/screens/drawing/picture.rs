@@ -1,0 +1,106 @@
+//! The drawing in the picture, and the pointer over it.
+//!
+//! Comes in: sheet and marks. Goes out: a scene; what the pointer does, in mm. Knows no GPU.
+
+use crate::drawing::{Phase, scene};
+use crate::i18n::say;
+use crate::keys::Tab;
+use crate::model::DrawEvent;
+use crate::page::{frame, open_drawing, send};
+use crate::screens::stage::{Picture, with_view};
+use crate::view::{Palette, Stroke, Touch, View};
+use annulus_core::board::drawing::Layer;
+use leptos::prelude::*;
+
+/// So much of the board is across where one place is looked at, in mm.
+const LOOK_MM: f64 = 12.0;
+
+/// What a pointer does that draws.
+pub(crate) fn stroke(stroke: Stroke) {
+    let phase = match stroke.touch {
+        Touch::Hover => Phase::Hover,
+        Touch::Down => Phase::Down,
+        Touch::Move => Phase::Move,
+        Touch::Up => Phase::Up,
+        Touch::Cancel => Phase::Cancel,
+    };
+    if phase == Phase::Down {
+        super::focus_picture();
+    }
+    send(DrawEvent::Point { phase, at_mm: stroke.at_mm, shift: stroke.shift, ctrl: stroke.ctrl });
+}
+
+/// The side that lies in front: that which is drawn on, else that which is looked at.
+fn front() -> Layer {
+    match open_drawing().pen.get().layer {
+        Layer::Bottom => Layer::Bottom,
+        Layer::Top => Layer::Top,
+        _ if frame().flipped.get() => Layer::Bottom,
+        _ => Layer::Top,
+    }
+}
+
+/// Everything is in sight, and stays where it is from then on.
+fn fit_once(view: &View) {
+    view.fit();
+    view.set_camera(view.camera());
+}
+
+/// Whatever is drawn goes to the picture while the screen is on show.
+pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<Palette>) {
+    let drawing = open_drawing();
+    let on = Memo::new(move |_| ready.get() && frame().tab.get() == Tab::Draw);
+    let front = Memo::new(move |_| front());
+    let whole = RwSignal::new(0_u32);
+    Effect::new(move |_| {
+        let on = on.get();
+        with_view(picture, |view| view.set_strokes(on));
+    });
+    Effect::new(move |before: Option<bool>| {
+        if !on.get() {
+            return false;
+        }
+        let (sheet, front, palette) = (drawing.sheet.get(), front.get(), palette.get());
+        let _ = drawing.chosen.get();
+        let marks = drawing.marks.get_untracked();
+        with_view(picture, |view| {
+            view.set_palette(palette);
+            view.set_scene(scene::scene(&sheet, &marks, front, &palette));
+            if before != Some(true) {
+                view.set_head(None);
+                fit_once(view);
+            }
+            view.set_selected(&marks.holes);
+        });
+        whole.update(|count| *count += 1);
+        true
+    });
+    Effect::new(move |_| {
+        if !on.get() {
+            return;
+        }
+        let (marks, palette, _) = (drawing.marks.get(), palette.get(), whole.get());
+        let sheet = drawing.sheet.get_untracked();
+        with_view(picture, |view| {
+            view.set_lines(scene::lines(&sheet, &marks, &palette));
+            view.set_head(marks.cross);
+        });
+    });
+    Effect::new(move |_| {
+        let (name, count) = drawing.title.get();
+        if on.get() {
+            let text = say!("page.draw.summary", name = name, count = count);
+            with_view(picture, |view| view.describe(&text));
+        }
+    });
+    Effect::new(move |before: Option<u32>| {
+        let (count, at) = drawing.look.get();
+        if before.is_some_and(|before| before != count) && on.get_untracked() {
+            with_view(picture, |view| match at {
+                Some(at) => view.look_at(at, LOOK_MM),
+                None => fit_once(view),
+            });
+        }
+        count
+    });
+}

@@ -1,0 +1,179 @@
+//! The tools, and with what the next thing is drawn.
+//!
+//! Comes in: tool, pen, grid. Goes out: others.
+
+use super::focus_picture;
+use super::inputs::{self, layer_word, shape_word, shown, tick};
+use crate::drawing::fields::Field;
+use crate::drawing::{Act, GRIDS, Pen, Tool};
+use crate::i18n::{self, key, t};
+use crate::model::DrawEvent;
+use crate::page::{frame, open_drawing, send};
+use crate::widgets::{Icon, choice, picture_button_if};
+use annulus_core::board::drawing::{Layer, PadShape};
+use leptos::ev;
+use leptos::html::{self, button, div, h2, header, section, select, span};
+use leptos::prelude::*;
+
+/// The name of a tool, and its key.
+fn word(tool: Tool) -> (&'static str, &'static str) {
+    match tool {
+        Tool::Select => (key!("page.draw.tool.select"), "V"),
+        Tool::Track => (key!("page.draw.tool.track"), "X"),
+        Tool::Pad => (key!("page.draw.tool.pad"), "P"),
+        Tool::Hole => (key!("page.draw.tool.hole"), "O"),
+        Tool::Node => (key!("page.draw.tool.node"), "N"),
+        Tool::Measure => (key!("page.draw.tool.measure"), "D"),
+    }
+}
+
+/// The blocks.
+pub(super) fn tools() -> impl IntoView {
+    let drawing = open_drawing();
+    let buttons = Tool::ALL.map(|tool| {
+        let (name, letter) = word(tool);
+        button()
+            .attr("type", "button")
+            .class("button")
+            .attr("aria-pressed", move || if drawing.tool.get() == tool { "true" } else { "false" })
+            .attr("aria-keyshortcuts", letter)
+            .on(ev::click, move |_| {
+                send(DrawEvent::Take { tool });
+                focus_picture();
+            })
+            .child((
+                span().child(move || i18n::text(name, &[])),
+                html::kbd().attr("aria-hidden", "true").child(letter),
+            ))
+    });
+    section().class("block draw-tools").attr("aria-label", t!("page.draw.tools")).child((
+        header().child((h2().child(t!("page.draw.tools")), undo())),
+        div()
+            .class("tool-grid")
+            .attr("role", "group")
+            .attr("aria-label", t!("page.draw.tools"))
+            .child(Vec::from(buttons)),
+        pen,
+        grid(),
+    ))
+}
+
+fn undo() -> impl IntoView {
+    let can = open_drawing().can_undo;
+    div().class("row").child((
+        picture_button_if(
+            Icon::Undo,
+            move || can.get().0,
+            t!("page.draw.undo"),
+            |_| send(DrawEvent::Act { act: Act::Undo(true) }),
+        ),
+        picture_button_if(
+            Icon::Redo,
+            move || can.get().1,
+            t!("page.draw.redo"),
+            |_| send(DrawEvent::Act { act: Act::Undo(false) }),
+        ),
+    ))
+}
+
+fn change(edit: impl FnOnce(&mut Pen)) {
+    let mut pen = open_drawing().pen.get_untracked();
+    edit(&mut pen);
+    send(DrawEvent::Pen { pen });
+}
+
+/// What the tool in hand asks for.
+fn pen() -> impl IntoView {
+    let drawing = open_drawing();
+    let tool = Memo::new(move |_| drawing.tool.get());
+    move || match tool.get() {
+        Tool::Track => div().class("draw-pen").child((layers(), size(Field::Width))).into_any(),
+        Tool::Pad => div()
+            .class("draw-pen")
+            .child((layers(), shapes(), size(Field::Size), drilled(), size(Field::Diameter)))
+            .into_any(),
+        Tool::Hole => div().class("draw-pen").child((size(Field::Diameter), plated())).into_any(),
+        Tool::Select | Tool::Node | Tool::Measure => ().into_any(),
+    }
+}
+
+fn layers() -> impl IntoView {
+    let pen = open_drawing().pen;
+    let choices = Layer::ALL.map(|layer| {
+        choice(
+            move || pen.get().layer == layer,
+            move || i18n::text(layer_word(layer), &[]),
+            move |_| change(|pen| pen.layer = layer),
+        )
+    });
+    div()
+        .class("segmented")
+        .attr("role", "group")
+        .attr("aria-label", t!("page.draw.field.layer"))
+        .child(Vec::from(choices))
+}
+
+fn shapes() -> impl IntoView {
+    let pen = open_drawing().pen;
+    let choices = PadShape::ALL.map(|shape| {
+        choice(
+            move || pen.get().shape == shape,
+            move || i18n::text(shape_word(shape), &[]),
+            move |_| change(|pen| pen.shape = shape),
+        )
+    });
+    div()
+        .class("segmented")
+        .attr("role", "group")
+        .attr("aria-label", t!("page.draw.field.shape"))
+        .child(Vec::from(choices))
+}
+
+fn size(field: Field) -> impl IntoView {
+    let pen = open_drawing().pen;
+    let value = Memo::new(move |_| {
+        let pen = pen.get();
+        Some(match field {
+            Field::Width => pen.width,
+            Field::Size => pen.size,
+            _ => pen.diameter,
+        })
+    });
+    let id = format!("pen-{}", field.word());
+    inputs::length(id, field, value.into(), move |text| send(DrawEvent::PenSize { field, text }))
+}
+
+fn drilled() -> impl IntoView {
+    let pen = open_drawing().pen;
+    tick(move || pen.get().drilled, t!("page.draw.drilled"), |on| change(|pen| pen.drilled = on))
+}
+
+fn plated() -> impl IntoView {
+    let pen = open_drawing().pen;
+    tick(move || pen.get().plated, t!("page.draw.field.plated"), |on| change(|pen| pen.plated = on))
+}
+
+/// Whether the pointer snaps, and to which grid.
+fn grid() -> impl IntoView {
+    let grid = open_drawing().grid;
+    let step = Memo::new(move |_| grid.get().step);
+    let options = move || {
+        let (unit, now) = (frame().unit.get(), step.get());
+        let known = GRIDS.into_iter().chain((!GRIDS.contains(&now)).then_some(now));
+        let word = |one| {
+            let text = format!("{} {}", i18n::number(shown(unit, one)), i18n::unit_word());
+            html::option()
+                .attr("value", format!("{}mm", one.mm()))
+                .prop("selected", move || step.get() == one)
+                .child(text)
+        };
+        known.map(word).collect::<Vec<_>>()
+    };
+    div().class("row").child((
+        tick(move || grid.get().on, t!("page.draw.snap"), |_| send(DrawEvent::Act { act: Act::Snap })),
+        select()
+            .attr("aria-label", t!("page.draw.grid"))
+            .on(ev::change, |event| send(DrawEvent::Grid { text: event_target_value(&event) }))
+            .child(options),
+    ))
+}

@@ -1,0 +1,127 @@
+//! The tree of the drawing: groups in groups, and what is in them.
+//!
+//! Comes in: lines. Goes out: what is chosen in them, which groups are open.
+
+use super::inputs::{layer_word, shown};
+use crate::drawing::tree::TreeRow;
+use crate::i18n::{self, number, say, t};
+use crate::model::DrawEvent;
+use crate::page::{frame, open_drawing, send};
+use crate::widgets::{ROW_PX, push, virtual_list};
+use annulus_core::board::drawing::{Catch, Thing};
+use annulus_core::geometry::Point;
+use leptos::ev::{self, MouseEvent};
+use leptos::html::{div, h2, header, p, section, span};
+use leptos::prelude::*;
+
+/// The block.
+pub(super) fn tree() -> impl IntoView {
+    let drawing = open_drawing();
+    let count = Signal::derive(move || drawing.tree.with(|rows| rows.len()));
+    let at = Memo::new(move |_| {
+        let wanted = drawing.shown.get()?;
+        drawing.tree.with(|rows| rows.iter().position(|row| row.catch == wanted))
+    });
+    let row = move |index: usize| {
+        let row = drawing.tree.with(|rows| rows.get(index).cloned());
+        row.map(|row| line(&row, index)).into_any()
+    };
+    let walk = move |by: i64| {
+        drawing.tree.with_untracked(|rows| {
+            let from = at.get_untracked().map_or(if by > 0 { -1 } else { 0 }, |at| at as i64);
+            let to = (from + by).clamp(0, rows.len().saturating_sub(1) as i64);
+            if let Some(row) = rows.get(to as usize) {
+                send(DrawEvent::Choose { id: row.id, adding: false });
+            }
+        });
+    };
+    section().class("block draw-tree").attr("aria-label", t!("page.draw.tree")).child((
+        header().child((h2().child(t!("page.draw.tree")), open_button())),
+        move || (count.get() == 0).then(|| p().class("quiet").child(t!("page.draw.empty"))),
+        virtual_list(t!("page.draw.tree"), count, at.into(), row, walk),
+    ))
+}
+
+/// Opens or closes the chosen group.
+fn open_button() -> impl IntoView {
+    let drawing = open_drawing();
+    let group = Memo::new(move |_| {
+        let shown = drawing.shown.get()?;
+        drawing.tree.with(|rows| {
+            let row = rows.iter().find(|row| row.catch == shown)?;
+            row.open.map(|open| (row.id, open))
+        })
+    });
+    move || {
+        group.get().map(|(id, open)| {
+            let word =
+                move || if open { say!("page.draw.close_group") } else { say!("page.draw.open_group") };
+            push("button small", word, move |_| send(DrawEvent::Open { id }))
+        })
+    }
+}
+
+fn place(at: Point) -> String {
+    let unit = frame().unit.get();
+    format!("{} {}", number(shown(unit, at.x)), number(shown(unit, at.y)))
+}
+
+/// What a line says.
+fn words(row: &TreeRow) -> String {
+    let unit = frame().unit.get();
+    let size = |length| number(shown(unit, length));
+    match &row.thing {
+        Thing::Group { name } => name.clone(),
+        Thing::Track { width, layer, .. } => {
+            say!("page.draw.line.track", width = size(*width), layer = i18n::text(layer_word(*layer), &[]))
+        }
+        Thing::Pad { size: across, layer, .. } => {
+            say!("page.draw.line.pad", size = size(*across), layer = i18n::text(layer_word(*layer), &[]))
+        }
+        Thing::Hole { diameter, .. } => say!("page.draw.line.hole", size = size(*diameter)),
+        Thing::Node { .. } => say!("page.draw.line.node"),
+        Thing::Imported { file, by: Some(_), .. } => say!("page.draw.line.moved", file = file),
+        Thing::Imported { file, by: None, .. } => say!("page.draw.line.taken_out", file = file),
+    }
+}
+
+fn is_chosen(catch: Catch) -> bool {
+    open_drawing().chosen.with(|chosen| chosen.contains(&catch))
+}
+
+fn line(row: &TreeRow, index: usize) -> AnyView {
+    let (id, catch, depth, open) = (row.id, row.catch, row.depth, row.open);
+    let own = row.clone();
+    let sign = open.map(|open| if open { "▾" } else { "▸" });
+    let press = move |event: MouseEvent| {
+        let adding = event.shift_key() || event.ctrl_key() || event.meta_key();
+        send(DrawEvent::Choose { id, adding });
+    };
+    let at = row.at;
+    let places = move || {
+        let places = [at.0, at.1].into_iter().flatten().map(place);
+        places.collect::<Vec<_>>().join(" → ")
+    };
+    div()
+        .class("line draw-line")
+        .attr("role", "option")
+        .attr("id", format!("thing-{}", id.0))
+        .attr("aria-selected", move || if is_chosen(catch) { "true" } else { "false" })
+        .style(("top", format!("{}px", index as f64 * ROW_PX)))
+        .style(("padding-inline-start", format!("{}px", 12 + 14 * depth.min(12))))
+        .on(ev::click, press)
+        .on(ev::dblclick, move |_| {
+            if open.is_some() {
+                send(DrawEvent::Open { id });
+            }
+        })
+        .child((
+            span().class("cut").child((
+                sign.map(|sign| span().attr("aria-hidden", "true").child(sign)),
+                " ",
+                move || words(&own),
+            )),
+            span().class("number quiet").child(places),
+        ))
+        .into_any()
+}

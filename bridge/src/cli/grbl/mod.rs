@@ -1,0 +1,210 @@
+//! Controllers of the GRBL family at a serial port: which ports there are, who is there, a job run, a job resumed (N19).
+//!
+//! Comes in: names of ports, programs. Goes out: what was run, and how it ended. Does not know a controller's words.
+
+mod operator;
+mod program;
+
+use super::{Answer, Exit, Refusal};
+use crate::controller::ledger::{Entry, Ledger};
+use crate::controller::{self, Owner, Told};
+use crate::machine_file;
+use annulus_core::controller::{Info, estimate_s, settings};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::locale;
+use operator::Operator;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Arguments of `annulus grbl`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct GrblArgs {
+    #[command(subcommand)]
+    command: GrblCommand,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum GrblCommand {
+    /// List the serial ports of this computer.
+    Ports,
+    /// Ask a controller who it is, and list its settings in words.
+    Info(PortArgs),
+    /// Run a job: programs in G-code one after the other, or a board.
+    Run(Box<RunArgs>),
+    /// Go on with the job that was interrupted, at the hole or toolpath where it was.
+    Resume(ResumeArgs),
+}
+
+/// The port.
+#[derive(Debug, Clone, clap::Args)]
+struct PortArgs {
+    /// The serial port, as `annulus grbl ports` lists it.
+    #[arg(long, value_name = "PORT")]
+    port: String,
+    /// Bits in a second.
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+}
+
+/// Arguments of `annulus grbl run`.
+#[derive(Debug, clap::Args)]
+struct RunArgs {
+    #[command(flatten)]
+    job: super::JobArgs,
+    /// Further programs, run after the first; between two of them the tool is changed.
+    #[arg(value_name = "PROGRAM")]
+    more: Vec<PathBuf>,
+    #[command(flatten)]
+    how: How,
+    /// Begin anew even though this job was interrupted.
+    #[arg(long)]
+    from_start: bool,
+}
+
+/// Arguments of `annulus grbl resume`.
+#[derive(Debug, clap::Args)]
+struct ResumeArgs {
+    /// Errors and findings that were seen, by code.
+    #[arg(long, value_delimiter = ',', value_name = "CODE")]
+    accept: Vec<String>,
+    #[command(flatten)]
+    how: How,
+}
+
+/// How a job is run.
+#[derive(Debug, Clone, clap::Args)]
+struct How {
+    #[command(flatten)]
+    port: PortArgs,
+    /// Where the head stands now is the work zero: X, Y and the tip on the board.
+    #[arg(long)]
+    zero_here: bool,
+    /// The work zero in machine coordinates, in mm, for machines that home.
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
+    zero_at: Option<Place>,
+    /// Seconds that the spindle takes to come up to speed.
+    #[arg(long, default_value_t = 3.0)]
+    spin_up: f64,
+    /// How many times faster than life the controller runs, for simulated ones.
+    #[arg(long, hide = true, default_value_t = 1.0)]
+    speed: f64,
+    /// Answer each tool change after so many seconds, as a changer would; without it a person is asked.
+    #[arg(long, value_name = "SECONDS", value_parser = super::run::seconds)]
+    confirm_tools: Option<Duration>,
+    /// After each tool change find the board with the probe, at most so many mm down.
+    #[arg(long, value_name = "MM")]
+    probe: Option<f64>,
+    /// Thickness of the plate on the board while probing, in mm; 0 for bare copper.
+    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    plate: f64,
+}
+
+/// A place of the machine, mm.
+#[derive(Debug, Clone, Copy)]
+struct Place([f64; 3]);
+
+/// Three numbers with commas between them.
+fn place(text: &str) -> Result<Place, String> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
+    let place = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
+    match &args.command {
+        GrblCommand::Ports => Ok(ports()),
+        GrblCommand::Info(port) => info(port),
+        GrblCommand::Run(args) => run_job(args, json),
+        GrblCommand::Resume(args) => resume(args, json),
+    }
+}
+
+fn ports() -> Answer {
+    let found = controller::list();
+    let text = found.iter().map(|port| format!("{:<16} {}\n", port.name, port.what)).collect();
+    let rows: Vec<Value> = found.iter().map(|port| json!({ "port": port.name, "what": port.what })).collect();
+    Answer { object: json!({ "ports": rows }), text, exit: Exit::Done }
+}
+
+fn ledger() -> Ledger {
+    Ledger::in_folder(&machine_file::data_folder())
+}
+
+fn info(args: &PortArgs) -> Result<Answer, Refusal> {
+    let port = controller::open(&args.port, args.baud).map_err(Refusal::surroundings)?;
+    let owner = Owner::new(port, ledger(), Entry::default(), 1.0);
+    let mut said = Diagnostic::error("grbl.no_answer");
+    let info = loop {
+        match owner.next() {
+            Some(Told::Greeted(info)) => break info,
+            Some(Told::Found(found)) => said = found,
+            Some(Told::Gone) => return Err(Refusal::surroundings(said)),
+            _ => {}
+        }
+    };
+    Ok(Answer { object: described(&info), text: text_of(&info), exit: Exit::Done })
+}
+
+fn controller_object(info: &Info) -> Value {
+    json!({ "flavour": info.flavour(), "version": info.version, "rx_bytes": info.options.rx_bytes })
+}
+
+fn described(info: &Info) -> Value {
+    let rows: Vec<Value> = info
+        .values
+        .iter()
+        .map(|(number, value)| {
+            let row = settings::of(*number);
+            let name = row.map(|row| locale::text("en", &row.key(), &[]));
+            json!({ "number": number, "name": name, "value": value, "unit": row.map(|row| row.unit) })
+        })
+        .collect();
+    json!({ "controller": controller_object(info), "banner": info.banner, "settings": rows })
+}
+
+fn text_of(info: &Info) -> String {
+    let mut text = format!("{} {}\n{}\n", info.flavour(), info.version, info.banner);
+    for (number, value) in &info.values {
+        let Some(row) = settings::of(*number) else { continue };
+        let name = locale::text("en", &row.key(), &[]);
+        text += &format!("${number:<4} {value:>10} {:<9} {name}\n", row.unit);
+    }
+    text
+}
+
+fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
+    let programs = program::read(&args.job, &args.more)?;
+    let ledger = ledger();
+    if let Some(entry) = ledger
+        .interrupted()
+        .filter(|entry| entry.key == programs.routine.key && entry.holes + entry.toolpaths > 0)
+        && !args.from_start
+    {
+        let why = Diagnostic::error("grbl.interrupted").with("holes", entry.holes);
+        return Err(Refusal::content(why.with("toolpaths", entry.toolpaths)));
+    }
+    let entry = Entry { files: programs.files.clone(), ..Entry::default() };
+    let mut operator = Operator::new(&args.how, &ledger, entry, json)?;
+    operator.run(&programs, None, &args.job.accept)
+}
+
+fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
+    let ledger = ledger();
+    let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
+    let entry = ledger.interrupted().ok_or_else(none)?;
+    let programs = program::read_again(&entry.files)?;
+    if programs.routine.key != entry.key {
+        let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
+        return Err(Refusal::content(why));
+    }
+    let mut operator = Operator::new(&args.how, &ledger, entry.clone(), json)?;
+    operator.run(&programs, Some(&entry), &args.accept)
+}
+
+/// How long a job takes from a section on, in words of the object.
+fn time_s(programs: &program::Programs, info: &Info, from: usize, at: [f64; 3]) -> Option<f64> {
+    estimate_s(&programs.routine, &info.values, usize::from(info.options.blocks), from, at)
+}

@@ -1,0 +1,363 @@
+//! The person at the controller, as the command line has them: homes, sets zero, starts, changes tools, stops.
+//!
+//! Comes in: a job, a port, what is typed, Ctrl-C. Goes out: how it ended. Does not know how anything moves.
+
+use super::program::Programs;
+use super::{How, controller_object, time_s};
+use crate::cli::{Answer, Exit, Refusal, diagnostic_objects, say};
+use crate::controller::ledger::{Entry, Ledger};
+use crate::controller::{self, Glimpse, Owner, Told};
+use crate::signals::Signals;
+use annulus_core::control::{Ending, Trust};
+use annulus_core::controller::{Ask, Info, Phase, Start, settings};
+use annulus_core::diagnostic::{Diagnostic, Severity};
+use serde_json::json;
+use std::io::BufRead;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+/// How fast the probe goes down, mm/min, and how far it is lifted afterwards, mm.
+const PROBE: (f64, f64) = (60.0, 2.0);
+/// How fast moves by hand are, mm/min.
+const JOG_MM_PER_MIN: f64 = 300.0;
+/// How often homing, or a zero, is asked for when the line was damaged.
+const TRIES: u32 = 3;
+
+/// What comes from outside of the controller.
+enum Word {
+    Line(String),
+    Signal,
+}
+
+/// Stands for the person.
+pub(super) struct Operator {
+    owner: Owner,
+    how: How,
+    words: Receiver<Word>,
+    info: Option<Info>,
+    now: Option<Glimpse>,
+    said: Vec<Diagnostic>,
+    worst: Option<Diagnostic>,
+    zero_set: bool,
+    gone: bool,
+    interrupted: bool,
+    quiet: bool,
+    ledger: Ledger,
+}
+
+/// What a job came to.
+struct Ended {
+    ending: Option<Ending>,
+    entry: Entry,
+}
+
+impl Operator {
+    /// Opens the port.
+    pub(super) fn new(how: &How, ledger: &Ledger, entry: Entry, quiet: bool) -> Result<Self, Refusal> {
+        let port = controller::open(&how.port.port, how.port.baud).map_err(Refusal::surroundings)?;
+        let owner = Owner::new(port, ledger.clone(), entry, how.speed);
+        let (sends, words) = channel();
+        listen(sends, how.confirm_tools.is_none());
+        Ok(Self {
+            owner,
+            how: how.clone(),
+            words,
+            info: None,
+            now: None,
+            said: Vec::new(),
+            worst: None,
+            zero_set: false,
+            gone: false,
+            interrupted: false,
+            quiet,
+            ledger: ledger.clone(),
+        })
+    }
+
+    /// Runs the job, from where `before` says.
+    pub(super) fn run(
+        &mut self,
+        programs: &Programs,
+        before: Option<&Entry>,
+        accept: &[String],
+    ) -> Result<Answer, Refusal> {
+        programs.diagnostics.iter().for_each(|diagnostic| say(diagnostic.message("en")));
+        self.until(|operator| {
+            operator.info.is_some() && operator.phase().is_some_and(|phase| phase != Phase::Greeting)
+        });
+        if self.gone {
+            return Err(Refusal::surroundings(self.why("grbl.no_answer")));
+        }
+        self.find_place()?;
+        let from = before.map_or(0, |entry| entry.done);
+        let zero =
+            before.and_then(|entry| entry.zero).filter(|_| !self.how.zero_here && self.how.zero_at.is_none());
+        if let Some(tool) = programs.routine.tool_at(from).filter(|_| from > 0) {
+            say(format_args!("{}", tool_name(programs, tool)));
+        }
+        let place = self.now.as_ref().and_then(|now| now.place).unwrap_or_default();
+        let seconds = self.info.as_ref().and_then(|info| time_s(programs, info, from, place));
+        if let (Some(seconds), false) = (seconds, self.quiet) {
+            say(format_args!("About {:.0} min {:02.0} s.", (seconds / 60.0).floor(), seconds % 60.0));
+        }
+        self.worst = None;
+        let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
+        let start = Start { routine, from, zero, spin_up_s: self.how.spin_up, accepted };
+        self.owner.ask(Ask::Start(start));
+        let ended = self.until_ended(programs);
+        Ok(self.answer(programs, &ended, seconds))
+    }
+
+    fn phase(&self) -> Option<Phase> {
+        self.now.as_ref().map(|now| now.phase)
+    }
+
+    fn why(&self, code: &str) -> Diagnostic {
+        self.worst.clone().unwrap_or_else(|| Diagnostic::error(code))
+    }
+
+    /// Takes what is told next.
+    fn next(&mut self) -> Option<Told> {
+        let told = self.owner.next()?;
+        match &told {
+            Told::Greeted(info) => self.info = Some(info.as_ref().clone()),
+            Told::Now(now) => self.now = Some(now.as_ref().clone()),
+            Told::ZeroSet => self.zero_set = true,
+            Told::Gone => self.gone = true,
+            Told::Found(found) => {
+                say(format_args!("{} {} ({})", found.message("en"), found.advice("en"), found.code));
+                if found.severity == Severity::Error {
+                    self.worst.get_or_insert(found.clone());
+                }
+                self.said.push(found.clone());
+            }
+            _ => {}
+        }
+        Some(told)
+    }
+
+    /// Goes on until something is so, or nobody is there, or a person ends it.
+    fn until(&mut self, so: impl Fn(&Self) -> bool) {
+        while !so(self) && !self.gone && !self.interrupted {
+            self.next();
+            self.hear();
+        }
+    }
+
+    /// A line that was typed; the first signal stops.
+    fn hear(&mut self) -> Option<String> {
+        match self.words.try_recv().ok()? {
+            Word::Line(line) => Some(line),
+            Word::Signal => {
+                self.interrupted = true;
+                say("Stopping.");
+                self.owner.ask(Ask::Stop);
+                None
+            }
+        }
+    }
+
+    /// Homes where it can, and sets zero where that was asked for.
+    fn find_place(&mut self) -> Result<(), Refusal> {
+        let homes = self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22));
+        for _ in 0..TRIES {
+            if !homes || self.trusted() || self.gone || self.interrupted {
+                break;
+            }
+            self.rests();
+            self.worst = None;
+            self.owner.ask(Ask::Home);
+            self.until(|operator| operator.phase() == Some(Phase::Homing) || operator.worst.is_some());
+            self.until(|operator| operator.phase() != Some(Phase::Homing));
+            self.rests();
+        }
+        if homes && !self.trusted() {
+            return Err(Refusal::content(self.why("grbl.not_homed")));
+        }
+        let zero = self.how.zero_at.map(|place| place.0);
+        if zero.is_some() || self.how.zero_here {
+            self.set_zero(zero)?;
+        }
+        Ok(())
+    }
+
+    /// Sets zero there, in machine coordinates, or here; until the controller reports it so.
+    fn set_zero(&mut self, there: Option<[f64; 3]>) -> Result<(), Refusal> {
+        for _ in 0..TRIES {
+            (self.worst, self.zero_set) = (None, false);
+            self.owner.ask(match there {
+                Some(zero) => Ask::ZeroAt(zero),
+                None => Ask::SetZero { axes: [true; 3], height_mm: 0.0 },
+            });
+            self.until(|operator| operator.zero_set || operator.worst.is_some());
+            self.rests();
+            if self.worst.is_none() {
+                return Ok(());
+            }
+        }
+        Err(Refusal::content(self.why("grbl.zero_not_taken")))
+    }
+
+    fn trusted(&self) -> bool {
+        self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted)
+    }
+
+    /// Waits for rest, and for the first report.
+    fn rests(&mut self) {
+        self.until(|operator| {
+            operator.now.as_ref().is_some_and(|now| {
+                matches!(now.phase, Phase::Ready | Phase::Locked | Phase::ToolChange) && now.place.is_some()
+            })
+        });
+    }
+
+    fn until_ended(&mut self, programs: &Programs) -> Ended {
+        let mut ending = None;
+        let mut begun = false;
+        let asked = Instant::now();
+        while ending.is_none() && !self.gone {
+            match self.next() {
+                Some(Told::Ended(how)) => ending = Some(how),
+                Some(Told::ToolWanted(tool)) => self.change_tool(programs, tool),
+                Some(Told::Now(now)) => begun |= now.phase == Phase::Running,
+                // A refusal: nothing was begun.
+                _ if !begun && self.interrupted => break,
+                _ if !begun && self.worst.is_some() && asked.elapsed() > Duration::from_secs(1) => break,
+                _ => {}
+            }
+            self.hear();
+        }
+        Ended { ending, entry: self.ledger.interrupted().unwrap_or_default() }
+    }
+
+    /// Waits, without any clock, until the person says that the tool is in.
+    fn change_tool(&mut self, programs: &Programs, tool: u32) {
+        say(format_args!("{}", tool_name(programs, tool)));
+        if let Some(wait) = self.how.confirm_tools {
+            let since = Instant::now();
+            while since.elapsed() < wait && !self.gone && !self.interrupted {
+                self.next();
+                self.hear();
+            }
+            self.measure();
+            self.owner.ask(Ask::ToolReady);
+            return;
+        }
+        say(
+            "Type: x 1, y -0.5, z -0.1 to move by hand in mm; zero when the tip touches the board; probe; go.",
+        );
+        while !self.gone && !self.interrupted && self.phase() == Some(Phase::ToolChange) {
+            self.next();
+            let Some(line) = self.hear() else { continue };
+            let mut words = line.split_whitespace();
+            match (words.next().unwrap_or_default(), words.next().and_then(|word| word.parse::<f64>().ok())) {
+                (axis @ ("x" | "y" | "z"), Some(mm)) if mm.abs() <= 500.0 => {
+                    let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
+                    let um = (mm * 1e3).round() as i32;
+                    self.owner.ask(Ask::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
+                    self.settle();
+                }
+                ("zero", _) => self.owner.ask(Ask::SetZero { axes: [false, false, true], height_mm: 0.0 }),
+                ("probe", depth) => self.probe(depth.or(self.how.probe).unwrap_or(10.0)),
+                ("go", _) => {
+                    self.owner.ask(Ask::ToolReady);
+                    self.until(|operator| operator.phase() != Some(Phase::ToolChange));
+                }
+                _ => say("x, y, z with mm; zero; probe; go."),
+            }
+        }
+    }
+
+    fn measure(&mut self) {
+        if let Some(depth) = self.how.probe {
+            self.probe(depth);
+        }
+    }
+
+    fn probe(&mut self, depth_mm: f64) {
+        let (mm_per_min, up_mm) = PROBE;
+        self.owner.ask(Ask::Probe { depth_mm, mm_per_min, plate_mm: self.how.plate, up_mm });
+        self.settle();
+    }
+
+    /// Waits until a move by hand that was asked for is over.
+    fn settle(&mut self) {
+        let since = Instant::now();
+        while self.phase() == Some(Phase::ToolChange)
+            && since.elapsed() < Duration::from_secs(1)
+            && !self.gone
+        {
+            self.next();
+        }
+        self.until(|operator| !matches!(operator.phase(), Some(Phase::Jogging | Phase::Probing)));
+    }
+
+    fn answer(&self, programs: &Programs, ended: &Ended, seconds: Option<f64>) -> Answer {
+        let done = ended.ending == Some(Ending::Done);
+        let (holes, toolpaths) =
+            if done { programs.routine.cuts() } else { (ended.entry.holes, ended.entry.toolpaths) };
+        let exit = match ended.ending {
+            Some(Ending::Done) => Exit::Done,
+            _ if self.interrupted => Exit::Interrupted,
+            None if self.gone => Exit::Surroundings,
+            _ => Exit::Content,
+        };
+        let now = self.now.as_ref();
+        let resume_from = (!done).then_some(ended.entry.done);
+        let line = resume_from.and_then(|at| programs.routine.sections.get(at)).map(|section| section.line);
+        let mut object = json!({
+            "controller": self.info.as_ref().map(controller_object),
+            "lines_sent": now.map_or(0, |now| now.sent),
+            "lines_done": now.map_or(0, |now| now.answered),
+            "holes_done": holes,
+            "toolpaths_done": toolpaths,
+            "sections": programs.routine.sections.len(),
+            "stopped_because": ended.ending.unwrap_or(Ending::Alarm),
+            "position_trust": now.map_or(Trust::Lost, |now| now.trust),
+            "resume_from": resume_from.map(|section| json!({ "section": section, "line": line })),
+            "estimated_s": seconds.map(crate::cli::rounded),
+            "diagnostics": diagnostic_objects(&self.said),
+        });
+        let mut text = format!("{holes} holes drilled, {toolpaths} toolpaths milled.\n");
+        if exit != Exit::Done {
+            let stopped = Diagnostic::error("grbl.stopped").with("holes", holes).with("toolpaths", toolpaths);
+            let refusal = Refusal::content(self.worst.clone().unwrap_or(stopped));
+            object["error"] = refusal.object()["error"].clone();
+            text += &format!("{refusal}\n");
+        }
+        Answer { object, text, exit }
+    }
+}
+
+fn tool_name(programs: &Programs, tool: u32) -> String {
+    let name = programs.routine.tools.get(tool as usize).map_or("", String::as_str);
+    format!("Tool {}: {name}", tool + 1)
+}
+
+/// Listens for signals, and for lines where a person is to type them.
+fn listen(sends: Sender<Word>, lines: bool) {
+    let signals = sends.clone();
+    let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        let Ok(runtime) = runtime else { return };
+        runtime.block_on(async {
+            let Ok(mut all) = Signals::new() else { return };
+            loop {
+                let _ = all.wait().await;
+                if signals.send(Word::Signal).is_err() {
+                    return;
+                }
+            }
+        });
+    });
+    if lines {
+        let _ = std::thread::Builder::new().name("typed".to_owned()).spawn(move || {
+            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+                if sends.send(Word::Line(line)).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+}

@@ -1,0 +1,98 @@
+//! Serial ports: which there are, and one of them opened.
+//!
+//! Comes in: the name of a port. Goes out: names, and bytes. A port that fails is gone for good. Does not know what is said.
+
+use annulus_core::diagnostic::Diagnostic;
+use serialport::{FlowControl, SerialPort, SerialPortType};
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::time::Duration;
+
+/// How long a read waits for a byte.
+const PATIENCE: Duration = Duration::from_millis(4);
+/// Most bytes that wait to be written: far more than a controller holds.
+const MOST_WAITING: usize = 64 * 1024;
+
+/// A port as people know it.
+#[derive(Debug, Clone)]
+pub(crate) struct Listed {
+    /// How it is opened.
+    pub(crate) name: String,
+    /// What is on it, if it says so.
+    pub(crate) what: String,
+}
+
+/// The ports of this computer; those that say what is on them first.
+pub(crate) fn list() -> Vec<Listed> {
+    let mut found: Vec<Listed> = serialport::available_ports()
+        .unwrap_or_default()
+        .into_iter()
+        .map(|port| {
+            let what = match port.port_type {
+                SerialPortType::UsbPort(usb) => {
+                    let name =
+                        [usb.manufacturer, usb.product].into_iter().flatten().collect::<Vec<_>>().join(" ");
+                    let number = format!("USB {:04x}:{:04x}", usb.vid, usb.pid);
+                    if name.is_empty() { number } else { format!("{name} ({number})") }
+                }
+                _ => String::new(),
+            };
+            Listed { name: port.port_name, what }
+        })
+        .collect();
+    found.sort_by(|a, b| (a.what.is_empty(), &a.name).cmp(&(b.what.is_empty(), &b.name)));
+    found
+}
+
+/// An open port.
+pub(crate) struct Port {
+    /// How it was opened.
+    pub(super) name: String,
+    serial: Box<dyn SerialPort>,
+    waiting: VecDeque<u8>,
+}
+
+/// Opens the port called `name`. Most boards begin anew with that.
+pub(crate) fn open(name: &str, baud: u32) -> Result<Port, Diagnostic> {
+    let builder = serialport::new(name, baud).timeout(PATIENCE).flow_control(FlowControl::None);
+    match builder.open() {
+        Ok(serial) => Ok(Port { name: name.to_owned(), serial, waiting: VecDeque::new() }),
+        Err(error) => Err(Diagnostic::error("grbl.port_unopened").with("port", name).with("reason", error)),
+    }
+}
+
+impl Port {
+    /// What came; nothing after a short wait.
+    pub(crate) fn read(&mut self) -> io::Result<Vec<u8>> {
+        let there = self.serial.bytes_to_read().map_err(io::Error::from)? as usize;
+        let mut bytes = vec![0; there.clamp(1, 4096)];
+        match self.serial.read(&mut bytes) {
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            Ok(count) => {
+                bytes.truncate(count);
+                Ok(bytes)
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
+                Ok(Vec::new())
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Writes what has room; the rest waits for the next turn.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.waiting.extend(bytes);
+        if self.waiting.len() > MOST_WAITING {
+            return Err(ErrorKind::OutOfMemory.into());
+        }
+        while !self.waiting.is_empty() {
+            let written = match self.serial.write(self.waiting.make_contiguous()) {
+                Ok(written) => written,
+                Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => break,
+                Err(error) => return Err(error),
+            };
+            self.waiting.drain(..written);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! The place where this drill runs: threads, a folder, and whoever listens.
+//!
+//! Comes in: what the owner wants done. Goes out: executors, files, tells; what is heard of them goes before the owner. Does not
+//! know what it means.
+
+use super::RECORD;
+use super::recorder::Recorder;
+use crate::executor::{self, Heard, process};
+use crate::machine_file;
+use annulus_core::control::{Lateness, Timing};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::Machine;
+use annulus_core::pins::Pins;
+use annulus_core::wire::Tell;
+use annulus_drill::executor::{Seat, Shared};
+use annulus_drill::journal::Record;
+use annulus_drill::{Message, Outside};
+use std::fs;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::PathBuf;
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, PoisonError};
+use tokio::sync::broadcast;
+
+/// Name of the executor's record in the drill's folder.
+const EXECUTED: &str = "executor.log";
+
+/// A folder of this computer.
+pub(super) struct Here {
+    pub(super) folder: PathBuf,
+    pub(super) speed: f64,
+    /// Where changed settings go.
+    pub(super) settings: Arc<Mutex<PathBuf>>,
+    pub(super) recorder: Recorder,
+    pub(super) messages: Sender<Message>,
+    pub(super) tells: broadcast::Sender<Tell>,
+}
+
+impl Here {
+    /// Puts what is heard of an executor before the owner.
+    fn hear(&self) -> impl Fn(Heard) + Send + 'static {
+        let messages = self.messages.clone();
+        move |heard| {
+            let _ = messages.send(match heard {
+                Heard::Report(report) => Message::Report(report),
+                Heard::Gone(why) => Message::ExecutorGone(why),
+            });
+        }
+    }
+}
+
+impl Outside for Here {
+    fn tell(&self, tell: Tell) {
+        let _ = self.tells.send(tell);
+    }
+
+    fn record(&self, record: Record) {
+        self.recorder.write(record);
+    }
+
+    fn records(&self) -> bool {
+        self.recorder.lives()
+    }
+
+    fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic> {
+        let path = self.settings.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        machine_file::save(&path, machine)
+    }
+
+    fn record_length(&self) -> Option<u64> {
+        fs::metadata(self.folder.join(RECORD)).ok().map(|file| file.len())
+    }
+
+    fn recorded(&self, from: u64) -> Option<String> {
+        let mut file = fs::File::open(self.folder.join(RECORD)).ok()?;
+        file.seek(SeekFrom::Start(from)).ok()?;
+        let mut text = String::new();
+        file.read_to_string(&mut text).ok()?;
+        Some(text)
+    }
+
+    fn seat(
+        &self,
+        machine: &Machine,
+        pins: Box<dyn Pins + Send>,
+        late: Option<u64>,
+        shared: &Arc<Shared>,
+    ) -> Result<Box<dyn Seat>, Diagnostic> {
+        executor::start(machine, pins, (self.speed, late), shared, self.hear())
+            .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))
+    }
+
+    fn real_seat(
+        &self,
+        machine: &Machine,
+        measured: Option<Lateness>,
+        shared: &Arc<Shared>,
+    ) -> Result<(Box<dyn Seat>, Timing), Diagnostic> {
+        let record = self.folder.join(EXECUTED);
+        let (process, timing) = process::start(machine, &record, measured, shared, self.hear())?;
+        Ok((Box::new(process), timing))
+    }
+}

@@ -1,0 +1,135 @@
+//! What the session is asked and told, and what is to be done then.
+//!
+//! ```text
+//!   a person asks, the executor reports ─▶ Event ─▶ session ─▶ Action ─▶ executor, journal, whoever asked
+//! ```
+//!
+//! Comes in, goes out: plain data; places in machine steps, lengths in µm. Does not know what is allowed when.
+
+use super::{Alarm, Ending, Trust};
+use crate::diagnostic::Diagnostic;
+
+/// Something asked, or something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// Home.
+    Home,
+    /// The place in the plane, machine steps, becomes work zero.
+    SetZero([i64; 2]),
+    /// The work zero before it.
+    UndoZero,
+    /// One axis by so many µm.
+    Jog(u8, i32),
+    /// A job was checked and may start.
+    Armed {
+        /// Its key.
+        job: String,
+        /// Digest of its stream.
+        digest: String,
+    },
+    /// What was armed no longer holds; whether the position is lost with it.
+    Disarmed(bool),
+    /// Start a job.
+    Start {
+        /// Its key.
+        job: String,
+        /// Digest of its stream.
+        digest: String,
+        /// The leg to begin with.
+        from_leg: u32,
+    },
+    /// Begin a queue of work commands, or go on with it: a row, or up to a breakpoint.
+    Queue,
+    /// Finish the leg, then hold.
+    Pause,
+    /// Go on.
+    Resume,
+    /// Finish the hole or toolpath, then end.
+    StopAfterHole,
+    /// Come to rest now.
+    Stop,
+    /// The bit is in.
+    ToolChanged,
+    /// The alarm was read.
+    Acknowledge,
+    /// Report: all axes are homed.
+    Homed,
+    /// Report: the move by hand is done, or the head stands where the job starts.
+    Arrived,
+    /// Report: a leg is done.
+    LegDone {
+        /// It drilled a hole or milled a toolpath.
+        cut: bool,
+        /// It was the last one of the job.
+        last: bool,
+    },
+    /// Report: the leg waits for a bit.
+    BitWanted,
+    /// Report: the queue rests between two rows.
+    QueueHeld,
+    /// Report: the last row of the queue is done.
+    QueueDone,
+    /// A queue began to home an axis, or has homed all of them: whether every axis is homed.
+    Counted(bool),
+    /// Report: at rest because of Stop.
+    Rested,
+    /// Report: the tip is up and the spindle off.
+    Safe,
+    /// Report, at rest: something went wrong, and what is left of the trust.
+    Failed(Alarm, Trust),
+    /// The journal cannot keep up: nothing new may be begun.
+    CannotRecord(Alarm),
+    /// A job is over, at rest, and its board is not as programmed; what is left of the trust.
+    BoardDiffers(Alarm, Trust),
+}
+
+/// Something to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Home all axes. Moves.
+    Home,
+    /// Move one axis by so many µm. Moves.
+    Jog(u8, i32),
+    /// Begin the job: go to where this leg starts, spindle on. Moves.
+    Approach(u32),
+    /// The next rows of the queue. Moves.
+    Queue,
+    /// Run the next leg. Moves.
+    NextLeg,
+    /// Run what is left of the leg after its bit. Moves.
+    RestOfLeg,
+    /// Spindle on again, as before the pause, then the next leg. Moves.
+    SpindleOn,
+    /// Tip up where the position is known well enough, spindle off. Moves.
+    MakeSafe {
+        /// Whether Z may be lifted.
+        lift: bool,
+    },
+    /// Spindle off, nothing moves.
+    SpindleOff,
+    /// Whatever moves comes to rest.
+    Brake,
+    /// The work zero changed.
+    KeepZero,
+    /// The job is over.
+    End(Ending),
+    /// The ask is refused; nothing changed.
+    Refuse(Diagnostic),
+}
+
+impl Action {
+    /// Whether the executor gets something to do.
+    pub fn moves(&self) -> bool {
+        matches!(
+            self,
+            Self::Home
+                | Self::Jog(..)
+                | Self::Approach(_)
+                | Self::Queue
+                | Self::NextLeg
+                | Self::RestOfLeg
+                | Self::SpindleOn
+                | Self::MakeSafe { .. }
+        )
+    }
+}

@@ -1,0 +1,233 @@
+//! What may be asked of a controller, what happens to it, and what the engine then wants done.
+//!
+//! Comes in: nothing. Goes out: the words that engine, bridge and page share. Does not know what becomes of them.
+
+use super::heard::Options;
+use super::routine::Routine;
+use super::settings::Values;
+use crate::control::Ending;
+use crate::diagnostic::Diagnostic;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Real-time characters.
+pub mod signs {
+    /// Report.
+    pub const ASK: u8 = b'?';
+    /// Feed hold.
+    pub const HOLD: u8 = b'!';
+    /// Go on.
+    pub const RESUME: u8 = b'~';
+    /// Begin anew.
+    pub const RESET: u8 = 0x18;
+    /// Safety door.
+    pub const DOOR: u8 = 0x84;
+    /// Ends a jog.
+    pub const JOG_CANCEL: u8 = 0x85;
+}
+
+/// What the controller is doing, as far as the engine brought it there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// No link.
+    Closed,
+    /// Finding out who is there.
+    Greeting,
+    /// At rest.
+    Ready,
+    /// Locked after an alarm, or never homed.
+    Locked,
+    /// Looking for the end switches.
+    Homing,
+    /// A move by hand.
+    Jogging,
+    /// Looking for the board with the probe.
+    Probing,
+    /// A job.
+    Running,
+    /// Coming to rest in a job.
+    Holding,
+    /// At rest in a job.
+    Held,
+    /// A person changes the tool.
+    ToolChange,
+    /// Coming to rest to end a job.
+    Stopping,
+}
+
+/// Something happened, or is asked.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// The port is open.
+    Opened,
+    /// The port is gone.
+    Closed,
+    /// Bytes came.
+    Bytes(Vec<u8>),
+    /// Nothing but time; wanted at least every 20 ms.
+    Tick,
+    /// A person asks.
+    Ask(Ask),
+}
+
+/// What a person may ask.
+#[derive(Clone, Debug)]
+pub enum Ask {
+    /// Home.
+    Home,
+    /// Unlock without homing: the position stays unknown.
+    Unlock,
+    /// Move one axis, in µm, at so many mm/min.
+    Jog {
+        /// 0 to 2.
+        axis: u8,
+        /// How far.
+        um: i32,
+        /// How fast.
+        mm_per_min: f64,
+    },
+    /// End the move by hand.
+    JogCancel,
+    /// The place of these axes becomes work zero; of Z, this height.
+    SetZero {
+        /// X, Y, Z.
+        axes: [bool; 3],
+        /// The height of the tip over the board, mm.
+        height_mm: f64,
+    },
+    /// This place in machine coordinates becomes work zero, mm.
+    ZeroAt([f64; 3]),
+    /// Go down until the probe meets the board, at most so far; its plate is so thick.
+    Probe {
+        /// How far down at most, mm.
+        depth_mm: f64,
+        /// How fast, mm/min.
+        mm_per_min: f64,
+        /// Thickness of the plate, mm.
+        plate_mm: f64,
+        /// How far up afterwards, mm.
+        up_mm: f64,
+    },
+    /// Run a job from a section on.
+    Start(Start),
+    /// Come to rest, to go on later.
+    Hold,
+    /// Go on.
+    Resume,
+    /// The tool is in and its length known.
+    ToolReady,
+    /// Come to rest and end the job. Nothing moves afterwards.
+    Stop,
+    /// Change an override.
+    Override(Override),
+    /// A setting.
+    Set(u16, f64),
+}
+
+/// A job to be run.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// The job.
+    pub routine: Arc<Routine>,
+    /// The first section to run.
+    pub from: usize,
+    /// Where the work zero was when the job was interrupted, machine coordinates.
+    pub zero: Option<[f64; 3]>,
+    /// Seconds that the spindle takes to come up to speed.
+    pub spin_up_s: f64,
+    /// Findings that were seen, by code.
+    pub accepted: Vec<String>,
+}
+
+/// A step of an override.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Override {
+    /// Feed as programmed.
+    FeedFull,
+    /// Feed 10 % up.
+    FeedUp,
+    /// Feed 10 % down.
+    FeedDown,
+    /// Rapids at full speed.
+    RapidFull,
+    /// Rapids at half.
+    RapidHalf,
+    /// Rapids at a quarter.
+    RapidQuarter,
+    /// Spindle as programmed.
+    SpindleFull,
+    /// Spindle 10 % up.
+    SpindleUp,
+    /// Spindle 10 % down.
+    SpindleDown,
+}
+
+impl Override {
+    /// Its real-time character.
+    pub fn sign(self) -> u8 {
+        match self {
+            Self::FeedFull => 0x90,
+            Self::FeedUp => 0x91,
+            Self::FeedDown => 0x92,
+            Self::RapidFull => 0x95,
+            Self::RapidHalf => 0x96,
+            Self::RapidQuarter => 0x97,
+            Self::SpindleFull => 0x99,
+            Self::SpindleUp => 0x9A,
+            Self::SpindleDown => 0x9B,
+        }
+    }
+}
+
+/// What is to be done, or told.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Write these bytes.
+    Write(Vec<u8>),
+    /// The port is to be closed: nobody answers.
+    Close,
+    /// Everything is known of who is there.
+    Greeted,
+    /// The work zero is where it was asked for: it was written and read again.
+    ZeroSet,
+    /// So many sections of the job are certainly done.
+    Progress(usize),
+    /// A person is to put this tool in: index into the routine's tools.
+    ToolWanted(u32),
+    /// The job is over.
+    Ended(Ending),
+    /// Something to be said; an error stands until the next ask.
+    Found(Diagnostic),
+}
+
+/// Who is there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Info {
+    /// How it greeted.
+    pub banner: String,
+    /// Its version.
+    pub version: String,
+    /// Rows of `$I` that only some have.
+    pub about: BTreeMap<String, String>,
+    /// Compiled options.
+    pub options: Options,
+    /// Settings.
+    pub values: Values,
+    /// Stored places.
+    pub offsets: BTreeMap<String, Vec<f64>>,
+}
+
+impl Info {
+    /// What kind of firmware it is: `GRBL`, `grblHAL` or `FluidNC`.
+    pub fn flavour(&self) -> &'static str {
+        let says = |text: &str| {
+            let all = [&self.banner, &self.version].into_iter().chain(self.about.values());
+            all.into_iter().any(|row| row.to_ascii_lowercase().contains(text))
+        };
+        match () {
+            () if says("grblhal") => "grblHAL",
+            () if says("fluidnc") => "FluidNC",
+            () => "GRBL",
+        }
+    }
+}

@@ -1,0 +1,496 @@
+//! The engine of a controller by serial line: (state, event) → (state, actions).
+//!
+//! ```text
+//! Closed ─▶ Greeting ─▶ Ready ─┬─ Homing, Jogging, Probing ─▶ Ready
+//!               │         ▲    └─ Running ⇄ Holding, Held ─▶ Stopping ─▶ Ready
+//!               ▼         │         └─ ToolChange (jog, probe, zero) ─▶ Running
+//!             Locked ─────┘ home, unlock
+//! ```
+//!
+//! Comes in: bytes, time, a link that opens and closes, what a person asks. Goes out: bytes to be written and what there is to tell.
+//! Times in ms of any clock that only goes forward; places in mm. Knows no port, no page, no clock of its own.
+//!
+//! A position is never guessed: it is trusted after homing, or after a person set zero; a link that was lost, a reset that nobody asked
+//! for and every alarm but the soft limit's end the trust.
+
+use super::asks::{Action, Event, Info, Phase, signs};
+use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
+use super::heard::{Doing, Ear, Heard, Modes, Status, hear};
+use super::routine::Routine;
+use super::run::Run;
+use super::settings;
+use crate::control::{Ending, Trust};
+use crate::diagnostic::Diagnostic;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Between two questions for the status; with a look that waits, and without.
+const ASK_SOON_MS: u64 = 100;
+const ASK_USUALLY_MS: u64 = 200;
+/// The same where a look is near.
+const ASK_LATE_MS: u64 = 400;
+/// A question without an answer is asked again.
+const ASK_AGAIN_MS: u64 = 600;
+/// Nothing heard for so long: nobody is there.
+const SILENT_MS: u64 = 4_000;
+/// How long a board takes to greet after its port was opened.
+const GREET_MS: u64 = 2_500;
+/// How long it takes after a reset.
+const RESET_MS: u64 = 1_000;
+/// How often a reset is tried.
+const RESETS: u32 = 5;
+
+/// What a line in flight is for.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Meaning {
+    /// Finding out who is there; the last of those.
+    Greeting(bool),
+    Home,
+    Unlock,
+    Jog,
+    /// A stored place or a setting is written.
+    Written,
+    /// What was written is read again.
+    Echo,
+    Probe {
+        plate_mm: f64,
+        up_mm: f64,
+    },
+    /// A line of a job: its text, how long it may wait.
+    Job {
+        text: String,
+        wait_s: f64,
+    },
+}
+
+/// A line that is to be sent.
+#[derive(Clone, Debug)]
+pub(super) struct Outgoing {
+    pub(super) text: String,
+    pub(super) meaning: Meaning,
+}
+
+/// Everything that is known of a controller.
+#[derive(Debug)]
+pub struct Controller {
+    /// What it is doing.
+    pub phase: Phase,
+    /// How well its position is known.
+    pub trust: Trust,
+    /// Who it is.
+    pub info: Info,
+    /// What it reported last; places in mm.
+    pub status: Option<Status>,
+    /// Work zero in machine coordinates, mm.
+    pub zero: Option<[f64; 3]>,
+    /// The words in force, heard last.
+    pub modes: Option<Modes>,
+    pub(super) now_ms: u64,
+    pub(super) ear: Ear,
+    pub(super) buffer: Buffer<Meaning>,
+    pub(super) queue: VecDeque<Outgoing>,
+    /// When the status was asked for, while no answer came.
+    pub(super) asked_ms: Option<u64>,
+    /// When it was asked for last.
+    pub(super) last_ask_ms: u64,
+    /// When anything was heard last.
+    pub(super) heard_ms: u64,
+    /// When a line was sent or answered last.
+    pub(super) moved_ms: u64,
+    /// A banner is due because the engine asked for it: since when, and how often it was tried.
+    pub(super) reset_at: Option<(u64, u32)>,
+    /// Since when the phase is what it is.
+    pub(super) since_ms: u64,
+    /// The controller has to begin anew before it can be unlocked.
+    pub(super) needs_reset: bool,
+    /// What is to be sent once it has begun anew: `$X` or `$H`.
+    pub(super) after_reset: Option<Meaning>,
+    /// The zero that was asked for, by axes, machine coordinates.
+    pub(super) zero_wanted: Option<[Option<f64>; 3]>,
+    pub(super) probed: Option<bool>,
+    /// Where the probe met the board, machine coordinates, mm.
+    pub(super) probed_at: Option<[f64; 3]>,
+    pub(super) run: Option<Run>,
+    pub(super) ending: Option<Ending>,
+    /// Lines of jobs that were sent since the link was opened.
+    pub sent_lines: u64,
+    /// Those of them that were answered.
+    pub answered_lines: u64,
+    pub(super) out: Vec<Action>,
+}
+
+impl Default for Controller {
+    fn default() -> Self {
+        Self {
+            phase: Phase::Closed,
+            trust: Trust::Lost,
+            info: Info::default(),
+            status: None,
+            zero: None,
+            modes: None,
+            now_ms: 0,
+            ear: Ear::default(),
+            buffer: Buffer::new(USUAL_RX_BYTES),
+            queue: VecDeque::new(),
+            asked_ms: None,
+            last_ask_ms: 0,
+            heard_ms: 0,
+            moved_ms: 0,
+            reset_at: None,
+            since_ms: 0,
+            needs_reset: false,
+            after_reset: None,
+            zero_wanted: None,
+            probed: None,
+            probed_at: None,
+            run: None,
+            ending: None,
+            sent_lines: 0,
+            answered_lines: 0,
+            out: Vec::new(),
+        }
+    }
+}
+
+/// The controller after `event` at `now_ms`, and what to do.
+#[must_use]
+pub fn step(mut controller: Controller, now_ms: u64, event: Event) -> (Controller, Vec<Action>) {
+    controller.now_ms = controller.now_ms.max(now_ms);
+    match event {
+        Event::Opened => controller.opened(),
+        Event::Closed => controller.closed(),
+        Event::Bytes(bytes) => {
+            controller.heard_ms = controller.now_ms;
+            for line in controller.ear.take(&bytes) {
+                controller.heard(hear(&line));
+            }
+        }
+        Event::Tick => {}
+        Event::Ask(ask) => controller.ask(ask),
+    }
+    controller.time();
+    controller.feed();
+    let out = std::mem::take(&mut controller.out);
+    (controller, out)
+}
+
+impl Controller {
+    /// The job that runs, or is held.
+    pub fn routine(&self) -> Option<&Arc<Routine>> {
+        self.run.as_ref().map(Run::routine)
+    }
+
+    /// Where the tip is in work coordinates, mm.
+    pub fn place(&self) -> Option<[f64; 3]> {
+        let status = self.status.as_ref()?;
+        let (machine, zero) = (status.machine?, self.zero?);
+        Some(core::array::from_fn(|axis| machine[axis] - zero[axis]))
+    }
+
+    /// The line of the file that is being run, as far as the reports show on the path.
+    pub fn line(&self) -> Option<u32> {
+        self.run.as_ref().and_then(Run::line)
+    }
+
+    pub(super) fn set(&mut self, phase: Phase) {
+        if self.phase != phase {
+            (self.phase, self.since_ms) = (phase, self.now_ms);
+        }
+    }
+
+    pub(super) fn write(&mut self, sign: u8) {
+        self.out.push(Action::Write(vec![sign]));
+    }
+
+    pub(super) fn found(&mut self, diagnostic: Diagnostic) {
+        self.out.push(Action::Found(diagnostic));
+    }
+
+    pub(super) fn send(&mut self, text: &str, meaning: Meaning) {
+        self.queue.push_back(Outgoing { text: text.to_owned(), meaning });
+    }
+
+    /// What was sent and not answered is gone, what waited to be sent too.
+    pub(super) fn drop_lines(&mut self) {
+        self.buffer.clear();
+        self.queue.clear();
+        self.asked_ms = None;
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.write(signs::RESET);
+        self.drop_lines();
+        let tries = self.reset_at.map_or(0, |(_, tries)| tries);
+        self.reset_at = Some((self.now_ms, tries + 1));
+    }
+
+    fn opened(&mut self) {
+        let now_ms = self.now_ms;
+        *self =
+            Self { now_ms, heard_ms: now_ms, since_ms: now_ms, phase: Phase::Greeting, ..Self::default() };
+    }
+
+    fn closed(&mut self) {
+        if self.phase == Phase::Closed {
+            return;
+        }
+        if self.run.take().is_some() {
+            self.found(Diagnostic::error("grbl.unplugged"));
+            self.out.push(Action::Ended(Ending::Alarm));
+        }
+        self.drop_lines();
+        self.ear.clear();
+        self.trust = Trust::Lost;
+        self.set(Phase::Closed);
+    }
+
+    fn heard(&mut self, heard: Heard) {
+        match heard {
+            Heard::Banner(text) => self.greeted(text),
+            Heard::Ok => self.answered(None),
+            Heard::Error(number) => self.answered(Some(number)),
+            Heard::Alarm(number) => self.alarmed(number),
+            Heard::Status(status) => self.reported(*status),
+            Heard::Setting(number, value) => {
+                self.info.values.insert(number, value);
+            }
+            Heard::Version(version, _) => self.info.version = version,
+            Heard::Options(options) => {
+                if options.rx_bytes > 0 {
+                    self.buffer.resize(usize::from(options.rx_bytes));
+                }
+                self.info.options = options;
+            }
+            Heard::About(name, value) if self.info.about.len() < 64 => {
+                self.info.about.insert(name, value);
+            }
+            Heard::Offset(name, places) => {
+                let places = places.into_iter().map(|place| place * self.unit_mm()).collect();
+                if self.info.offsets.len() < 32 || self.info.offsets.contains_key(&name) {
+                    self.info.offsets.insert(name, places);
+                }
+            }
+            Heard::Modes(mut modes) => {
+                modes.feed *= self.unit_mm();
+                self.modes = Some(modes);
+            }
+            Heard::Probe(place, met) => {
+                self.probed = Some(met);
+                self.probed_at = Some(place.map(|value| value * self.unit_mm()));
+            }
+            Heard::About(..) | Heard::Message(_) | Heard::Startup(_) | Heard::Other(_) => {}
+        }
+    }
+
+    /// Millimetres in the unit of its reports.
+    fn unit_mm(&self) -> f64 {
+        if settings::on(&self.info.values, 13) { 25.4 } else { 1.0 }
+    }
+
+    fn greeted(&mut self, banner: String) {
+        let expected = self.reset_at.take().is_some();
+        self.drop_lines();
+        self.info.banner = banner;
+        (self.needs_reset, self.status, self.zero) = (false, None, None);
+        let stopping = self.phase == Phase::Stopping;
+        if !expected {
+            self.trust = Trust::Lost;
+        }
+        let ending = self.ending.take().unwrap_or(Ending::Stopped);
+        if self.run.take().is_some() {
+            if !stopping {
+                self.found(Diagnostic::error("grbl.reset_by_itself"));
+            }
+            self.out.push(Action::Ended(if stopping { ending } else { Ending::Alarm }));
+        }
+        self.set(Phase::Greeting);
+        for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
+            self.send(text, Meaning::Greeting(index == 3));
+        }
+    }
+
+    fn answered(&mut self, error: Option<u16>) {
+        self.moved_ms = self.now_ms;
+        let Some(meaning) = self.buffer.answered() else {
+            if self.run.is_some() {
+                self.trouble(Diagnostic::error("grbl.answer_extra"));
+            }
+            return;
+        };
+        match (meaning, error) {
+            (Meaning::Job { text, .. }, Some(number)) => {
+                let why = Diagnostic::error(&settings::error_code(number)).with("number", number);
+                self.trouble(why.with("line", text));
+            }
+            (Meaning::Job { .. }, None) => self.answered_lines += 1,
+            (Meaning::Greeting(last), _) => {
+                if last {
+                    self.set(Phase::Ready);
+                    self.out.push(Action::Greeted);
+                    self.go_on_after_reset();
+                }
+            }
+            (meaning, Some(number)) => {
+                let text = match meaning {
+                    Meaning::Home => "$H",
+                    Meaning::Unlock => "$X",
+                    _ => "",
+                };
+                let why = Diagnostic::error(&settings::error_code(number)).with("number", number);
+                self.found(why.with("line", text));
+                self.rest();
+            }
+            (meaning, None) => self.done_by_hand(&meaning),
+        }
+    }
+
+    /// Back to what it was before a move by hand.
+    pub(super) fn rest(&mut self) {
+        self.queue.clear();
+        let phase = if self.run.is_some() { Phase::ToolChange } else { Phase::Ready };
+        self.set(phase);
+    }
+
+    fn alarmed(&mut self, number: u16) {
+        let why = Diagnostic::error(&settings::alarm_code(number)).with("number", number);
+        self.found(why);
+        if !settings::keeps_position(number) {
+            self.trust = Trust::Lost;
+        }
+        // It waits for a reset after the switches and the soft limit have spoken.
+        self.needs_reset |= number <= 3;
+        self.drop_lines();
+        if self.run.take().is_some() {
+            self.out.push(Action::Ended(Ending::Alarm));
+        }
+        self.reset_at = None;
+        self.set(Phase::Locked);
+    }
+
+    fn reported(&mut self, mut status: Status) {
+        let fresh = self.asked_ms.take().is_some();
+        let unit = self.unit_mm();
+        let scaled = |place: Option<[f64; 3]>| place.map(|place| place.map(|value| value * unit));
+        (status.machine, status.work, status.offset) =
+            (scaled(status.machine), scaled(status.work), scaled(status.offset));
+        status.feed = status.feed.map(|feed| feed * unit);
+        if status.offset.is_some() {
+            self.zero = status.offset;
+        }
+        if let (None, Some(work), Some(zero)) = (status.machine, status.work, self.zero) {
+            status.machine = Some(core::array::from_fn(|axis| work[axis] + zero[axis]));
+        }
+        if status.overrides.is_none() {
+            status.overrides = self.status.as_ref().and_then(|before| before.overrides);
+            status.accessories = self.status.as_ref().and_then(|before| before.accessories.clone());
+        }
+        let doing = status.doing;
+        self.status = Some(status);
+        match self.phase {
+            Phase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => self.strange(doing),
+            Phase::Jogging
+                if fresh && doing == Doing::Idle && self.buffer.is_empty() && self.queue.is_empty() =>
+            {
+                self.rest();
+            }
+            Phase::Ready if doing == Doing::Alarm => self.set(Phase::Locked),
+            Phase::Locked if doing == Doing::Idle && self.buffer.is_empty() && !self.needs_reset => {
+                self.set(Phase::Ready);
+            }
+            Phase::Stopping => self.stopping(doing),
+            _ if self.run.is_some() => self.watch(doing, fresh),
+            _ => {}
+        }
+    }
+
+    /// A board that did not greet is brought to rest and made to greet.
+    fn strange(&mut self, doing: Doing) {
+        use Doing::{Door, Hold, Home, Jog, Run};
+        match doing {
+            Run | Jog | Home | Hold { rests: false } | Door { rests: false } => self.write(signs::HOLD),
+            _ => self.reset(),
+        }
+    }
+
+    /// What only time brings.
+    fn time(&mut self) {
+        if self.phase == Phase::Closed {
+            return;
+        }
+        if let Some((since, tries)) = self.reset_at
+            && self.now_ms >= since + RESET_MS
+        {
+            if tries >= RESETS {
+                return self.silent();
+            }
+            self.reset();
+        }
+        if self.phase == Phase::Greeting
+            && self.info.banner.is_empty()
+            && self.now_ms < self.since_ms + GREET_MS
+        {
+            return;
+        }
+        // It does not answer while it looks for its switches.
+        if self.phase == Phase::Homing {
+            self.asked_ms = None;
+            self.heard_ms = self.now_ms;
+            return;
+        }
+        if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
+            return self.silent();
+        }
+        let soon = self.phase == Phase::Stopping || self.run.as_ref().is_some_and(Run::looks);
+        let wait = match self.asked_ms {
+            Some(_) => ASK_AGAIN_MS,
+            None if soon => ASK_SOON_MS,
+            None => ASK_USUALLY_MS,
+        };
+        // So near to a look it is held back: the look's own question could not be asked at once after it.
+        let held = self.run.as_ref().is_some_and(|run| run.ends_soon(self.now_ms));
+        let wait = match () {
+            () if self.may_look() || self.phase != Phase::Running => wait,
+            () if held => wait.max(ASK_LATE_MS),
+            () => wait.max(ASK_USUALLY_MS),
+        };
+        if self.reset_at.is_none() && self.now_ms >= self.last_ask_ms + wait {
+            self.write(signs::ASK);
+            (self.last_ask_ms, self.asked_ms) = (self.now_ms, Some(self.now_ms));
+            self.asked_for_look();
+        }
+        self.stalls();
+    }
+
+    fn silent(&mut self) {
+        self.found(Diagnostic::error("grbl.no_answer"));
+        self.out.push(Action::Close);
+        self.closed();
+    }
+
+    /// Sends what has room.
+    fn feed(&mut self) {
+        loop {
+            let Some(next) = self.queue.front() else {
+                if !self.feed_run() {
+                    return;
+                }
+                continue;
+            };
+            let alone = stands_alone(&next.text);
+            if self.reset_at.is_some() || !self.buffer.takes(next.text.len() + 1, alone) {
+                return;
+            }
+            let Some(next) = self.queue.pop_front() else { return };
+            self.put(next, alone);
+        }
+    }
+
+    fn put(&mut self, next: Outgoing, alone: bool) {
+        let mut bytes = next.text.into_bytes();
+        bytes.push(b'\n');
+        self.sent_lines += u64::from(matches!(next.meaning, Meaning::Job { .. }));
+        self.buffer.put(bytes.len(), alone, next.meaning);
+        self.moved_ms = self.now_ms;
+        self.out.push(Action::Write(bytes));
+    }
+}

@@ -1,0 +1,581 @@
+//! Programs for controllers of the GRBL family, ours and other people's, read into sections.
+//!
+//! What is followed: G0 G1 G2 G3 (centre by I and J, or R), G4, G17, G20 G21, G40 G49 G54 G61 G64 G80 G90 G91 G91.1 G94, M0 M1 M2 M6
+//! M30, M3 M4 M5, M7 M8 M9, F S T N. Anything else that would change where the tool goes is refused with its line: a word that the
+//! engine does not follow is a move that it cannot watch.
+//!
+//! Comes in: text. Goes out: a [`Routine`]. Does not know the machine.
+
+use super::routine::{Action, Course, Move, Place, Routine, Section, SectionKind, Spindle};
+use crate::diagnostic::Diagnostic;
+use crate::units::Length;
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+
+/// Most lines of a program.
+const MOST_LINES: usize = 2_000_000;
+/// Furthest place, in mm.
+const FURTHEST_MM: f64 = 5_000.0;
+/// Words, in tenths, that change no place.
+const PASSED: &[u32] = &[170, 210, 400, 490, 540, 610, 640, 800, 911, 940];
+
+/// What holds from line to line.
+struct Reader<'t> {
+    file: &'t str,
+    line: u32,
+    routine: Routine,
+    /// Where the tip is, each axis once it was said.
+    at: [Option<Length>; 3],
+    course: Option<Going>,
+    /// Nanometres in one unit.
+    unit_nm: f64,
+    relative: bool,
+    feed: f64,
+    speed: f64,
+    sense: i8,
+    coolant: [bool; 2],
+    /// The last words to the person.
+    said: String,
+    tool: Option<u32>,
+    open: Open,
+    /// Holes and toolpaths so far.
+    counts: (u32, u32),
+    ended: bool,
+}
+
+/// The section that is being read.
+#[derive(Default)]
+struct Open {
+    line: u32,
+    actions: Vec<Action>,
+    cuts: bool,
+    /// It leaves its place in the plane while it cuts.
+    wanders: bool,
+    /// How many actions come before the entry, once it is passed.
+    approach: Option<usize>,
+    entry: Option<Place>,
+    spindle: Spindle,
+    coolant: [bool; 2],
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Going {
+    Rapid,
+    Line,
+    Arc { ccw: bool },
+}
+
+/// The words of one line.
+#[derive(Default)]
+struct Words {
+    g: Vec<u32>,
+    m: Vec<u32>,
+    letters: [Option<f64>; 26],
+}
+
+impl Words {
+    fn letter(&self, name: u8) -> Option<f64> {
+        self.letters[usize::from(name - b'A')]
+    }
+}
+
+/// Reads programs that are run one after the other, each with its name; between two files a person changes the tool.
+pub fn read(name: &str, files: &[(String, String)]) -> Result<Routine, Diagnostic> {
+    let mut digest = Sha256::new();
+    let mut routine = Routine { name: name.to_owned(), ..Routine::default() };
+    for (index, (file, text)) in files.iter().enumerate() {
+        digest.update(text.as_bytes());
+        digest.update([0]);
+        if index > 0 {
+            let tool = routine.tools.len() as u32;
+            routine.tools.push(file.clone());
+            let last = routine.sections.pop();
+            let mut change = last.unwrap_or_else(|| empty(SectionKind::Finish));
+            change.kind = SectionKind::Change(tool);
+            routine.sections.push(change);
+        }
+        routine = one(file, text, routine)?;
+    }
+    for byte in digest.finalize() {
+        let _ = write!(routine.key, "{byte:02x}");
+    }
+    Ok(routine)
+}
+
+fn empty(kind: SectionKind) -> Section {
+    let (actions, coolant) = (Vec::new(), [false; 2]);
+    Section { kind, line: 0, entry: Place::default(), spindle: Spindle::Off, coolant, approach: 0, actions }
+}
+
+fn one(file: &str, text: &str, routine: Routine) -> Result<Routine, Diagnostic> {
+    let counts = routine.cuts();
+    let mut reader = Reader {
+        file,
+        line: 0,
+        routine,
+        at: [None; 3],
+        course: None,
+        unit_nm: 1e6,
+        relative: false,
+        feed: 0.0,
+        speed: 0.0,
+        sense: 0,
+        coolant: [false; 2],
+        said: String::new(),
+        tool: None,
+        open: Open::default(),
+        counts,
+        ended: false,
+    };
+    if text.lines().count() > MOST_LINES {
+        return Err(reader.refuse("grbl.too_long"));
+    }
+    for (number, line) in (1..).zip(text.lines()) {
+        reader.line = number;
+        let bare = reader.bare(line)?;
+        if reader.ended || bare.is_empty() || bare.starts_with('%') {
+            continue;
+        }
+        let words = reader.words(&bare)?;
+        reader.follow(&words)?;
+    }
+    reader.finish()
+}
+
+impl Reader<'_> {
+    fn refuse(&self, code: &str) -> Diagnostic {
+        Diagnostic::error(code).at(self.file, self.line, 1)
+    }
+
+    /// A line without its comments; what comments say is kept for the person.
+    fn bare(&mut self, line: &str) -> Result<String, Diagnostic> {
+        let mut bare = String::new();
+        let mut comment: Option<String> = None;
+        for letter in line.chars() {
+            match (&mut comment, letter) {
+                (Some(_), ')') => self.keep(comment.take().unwrap_or_default()),
+                (Some(text), _) => text.push(letter),
+                (None, '(') => comment = Some(String::new()),
+                (None, ';') => break,
+                (None, _) if letter.is_whitespace() || letter == '/' => {}
+                (None, _) => bare.push(letter.to_ascii_uppercase()),
+            }
+        }
+        if comment.is_some() {
+            return Err(self.refuse("grbl.open_comment"));
+        }
+        Ok(bare)
+    }
+
+    fn keep(&mut self, comment: String) {
+        let text = comment.trim();
+        let text = text.strip_prefix("MSG,").or_else(|| text.strip_prefix("MSG")).unwrap_or(text).trim();
+        self.said = text.chars().take(120).collect();
+    }
+
+    fn words(&self, bare: &str) -> Result<Words, Diagnostic> {
+        let unknown = |text: &str| {
+            self.refuse("grbl.unknown_word").with("word", text.chars().take(20).collect::<String>())
+        };
+        let mut words = Words::default();
+        let mut rest = bare;
+        while let Some(letter) = rest.chars().next() {
+            if !letter.is_ascii_uppercase() {
+                return Err(unknown(rest));
+            }
+            let end = rest[1..].find(|c: char| c.is_ascii_uppercase()).map_or(rest.len(), |at| at + 1);
+            let number: f64 =
+                rest[1..end].parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| unknown(rest))?;
+            match letter {
+                'G' => words.g.push(libm::round(number * 10.0).clamp(0.0, 1e6) as u32),
+                'M' => words.m.push(libm::round(number).clamp(0.0, 1e6) as u32),
+                _ => {
+                    let place = usize::from(letter as u8 - b'A');
+                    if words.letters[place].replace(number).is_some() {
+                        return Err(unknown(rest));
+                    }
+                }
+            }
+            rest = &rest[end..];
+        }
+        Ok(words)
+    }
+
+    fn follow(&mut self, words: &Words) -> Result<(), Diagnostic> {
+        let known = b"FIJKNPRSTXYZGM";
+        for (place, value) in (b'A'..).zip(words.letters) {
+            if value.is_some() && !known.contains(&place) {
+                return Err(self.refuse("grbl.unknown_word").with("word", char::from(place)));
+            }
+        }
+        let mut waits = false;
+        for &code in &words.g {
+            match code {
+                0 => self.course = Some(Going::Rapid),
+                10 => self.course = Some(Going::Line),
+                20 => self.course = Some(Going::Arc { ccw: false }),
+                30 => self.course = Some(Going::Arc { ccw: true }),
+                40 => waits = true,
+                200 => self.unit_nm = 25.4e6,
+                210 => self.unit_nm = 1e6,
+                900 => self.relative = false,
+                910 => self.relative = true,
+                _ if PASSED.contains(&code) => {}
+                _ => {
+                    let word = format!("G{}", f64::from(code) / 10.0);
+                    return Err(self.refuse("grbl.unknown_word").with("word", word));
+                }
+            }
+        }
+        if let Some(feed) = words.letter(b'F') {
+            self.feed = feed * self.unit_nm / 1e6;
+        }
+        if let Some(speed) = words.letter(b'S') {
+            self.speed = speed;
+        }
+        if let Some(tool) = words.letter(b'T') {
+            self.tool = Some(tool.clamp(0.0, 1e6) as u32);
+        }
+        self.switches(words)?;
+        if waits {
+            let seconds = words.letter(b'P').filter(|p| (0.0..=3600.0).contains(p));
+            self.open.actions.push(Action::Wait(seconds.ok_or_else(|| self.refuse("grbl.no_wait"))?));
+            return Ok(());
+        }
+        if [b'X', b'Y', b'Z'].into_iter().any(|axis| words.letter(axis).is_some()) {
+            self.go(words)?;
+        } else if words.letter(b'I').is_some() || words.letter(b'J').is_some() {
+            // A full circle may be told by its centre alone.
+            self.go(words)?;
+        }
+        self.pauses(words)
+    }
+
+    fn switches(&mut self, words: &Words) -> Result<(), Diagnostic> {
+        let before = (self.sense, self.coolant);
+        for &code in &words.m {
+            match code {
+                3 => self.sense = 1,
+                4 => self.sense = -1,
+                5 => self.sense = 0,
+                7 => self.coolant[0] = true,
+                8 => self.coolant[1] = true,
+                9 => self.coolant = [false; 2],
+                0 | 1 | 2 | 6 | 30 => {}
+                _ => return Err(self.refuse("grbl.unknown_word").with("word", format!("M{code}"))),
+            }
+        }
+        let switched = words.m.iter().any(|code| (3..=5).contains(code));
+        if switched || (before.0 != 0 && words.letter(b'S').is_some()) {
+            self.open.actions.push(Action::Spindle(self.spindle()));
+        }
+        if self.coolant != before.1 {
+            let [mist, flood] = self.coolant;
+            self.open.actions.push(Action::Coolant { mist, flood });
+        }
+        Ok(())
+    }
+
+    fn spindle(&self) -> Spindle {
+        match self.sense {
+            0 => Spindle::Off,
+            1 => Spindle::On(self.speed),
+            _ => Spindle::Back(self.speed),
+        }
+    }
+
+    /// Where a pause or the end is asked for.
+    fn pauses(&mut self, words: &Words) -> Result<(), Diagnostic> {
+        if words.m.iter().any(|code| [0, 1, 6].contains(code)) {
+            if self.open.cuts {
+                self.close();
+            }
+            let name = match (&*self.said, self.tool) {
+                ("", Some(tool)) => format!("T{tool}"),
+                ("", None) => String::new(),
+                (said, _) => said.to_owned(),
+            };
+            let tool = self.routine.tools.len() as u32;
+            self.routine.tools.push(name);
+            self.shut(SectionKind::Change(tool));
+            self.said.clear();
+        }
+        if words.m.iter().any(|code| [2, 30].contains(code)) {
+            self.ended = true;
+        }
+        Ok(())
+    }
+
+    fn length(&self, value: f64) -> Result<Length, Diagnostic> {
+        let nm = libm::round(value * self.unit_nm);
+        if libm::fabs(nm) > FURTHEST_MM * 1e6 {
+            return Err(self.refuse("grbl.too_far"));
+        }
+        Ok(Length::from_nm(nm as i64))
+    }
+
+    fn go(&mut self, words: &Words) -> Result<(), Diagnostic> {
+        let going = self.course.ok_or_else(|| self.refuse("grbl.no_course"))?;
+        let before = self.at;
+        for (axis, name) in [b'X', b'Y', b'Z'].into_iter().enumerate() {
+            let Some(value) = words.letter(name) else { continue };
+            let value = self.length(value)?;
+            self.at[axis] = Some(match (self.relative, self.at[axis]) {
+                (false, _) => value,
+                (true, Some(from)) => from + value,
+                (true, None) => return Err(self.refuse("grbl.unknown_place")),
+            });
+        }
+        let far = self.at.iter().flatten().any(|place| place.abs() > Length::from_mm(FURTHEST_MM));
+        if far {
+            return Err(self.refuse("grbl.too_far"));
+        }
+        let whole = |at: [Option<Length>; 3]| Some([at[0]?, at[1]?, at[2]?]);
+        let (Some(from), Some(to)) = (whole(before), whole(self.at)) else {
+            // Until every axis was said, the machine only gets ready; the entry of the first section brings it there.
+            return if going == Going::Rapid { Ok(()) } else { Err(self.refuse("grbl.unknown_place")) };
+        };
+        let course = match going {
+            Going::Rapid => Course::Rapid,
+            Going::Line => Course::Line,
+            Going::Arc { ccw } => Course::Arc { centre: self.centre(words, from, to, ccw)?, ccw },
+        };
+        if course != Course::Rapid && self.feed <= 0.0 {
+            return Err(self.refuse("grbl.no_feed"));
+        }
+        self.add(from, Move { course, to, feed_mm_per_min: self.feed, line: self.line });
+        Ok(())
+    }
+
+    fn centre(&self, words: &Words, from: Place, to: Place, ccw: bool) -> Result<[Length; 2], Diagnostic> {
+        if let Some(radius) = words.letter(b'R') {
+            let (x, y) = ((to[0] - from[0]).mm(), (to[1] - from[1]).mm());
+            let radius = radius * self.unit_nm / 1e6;
+            let chord = libm::hypot(x, y);
+            let rest = 4.0 * radius * radius - chord * chord;
+            if chord == 0.0 || rest < -1e-6 {
+                return Err(self.refuse("grbl.no_arc"));
+            }
+            let side = if (radius > 0.0) == ccw { 1.0 } else { -1.0 };
+            let h = side * libm::sqrt(rest.max(0.0)) / chord;
+            let middle = [from[0].mm() + 0.5 * (x - y * h), from[1].mm() + 0.5 * (y + x * h)];
+            return Ok(middle.map(Length::from_mm));
+        }
+        let (i, j) = (words.letter(b'I'), words.letter(b'J'));
+        if (i.is_none() && j.is_none()) || words.letter(b'K').is_some() {
+            return Err(self.refuse("grbl.no_arc"));
+        }
+        let offset = |value: Option<f64>| self.length(value.unwrap_or(0.0));
+        let centre = [from[0] + offset(i)?, from[1] + offset(j)?];
+        let radius = |place: Place| libm::hypot((place[0] - centre[0]).mm(), (place[1] - centre[1]).mm());
+        let (begin, end) = (radius(from), radius(to));
+        // The controller refuses an arc whose ends differ by more.
+        if begin <= 0.0 || libm::fabs(begin - end) > (0.001 * begin).max(0.005) {
+            return Err(self.refuse("grbl.no_arc"));
+        }
+        Ok(centre)
+    }
+
+    fn add(&mut self, from: Place, step: Move) {
+        let in_plane = from[0] != step.to[0] || from[1] != step.to[1];
+        let cuts = step.course != Course::Rapid;
+        if self.open.cuts && !cuts && in_plane && from[2] > Length::ZERO {
+            self.close();
+        }
+        let down = step.to[2] < from[2];
+        if !cuts && in_plane && !down {
+            self.routine.safe = self.routine.safe.max(step.to[2]);
+        }
+        let open = &mut self.open;
+        if open.line == 0 {
+            open.line = step.line;
+        }
+        if cuts || (down && !in_plane) {
+            if open.entry.is_none() {
+                self.routine.safe = self.routine.safe.max(from[2]);
+                (open.entry, open.approach) = (Some(from), Some(open.actions.len()));
+                (open.spindle, open.coolant) = match self.sense {
+                    0 => (Spindle::Off, self.coolant),
+                    1 => (Spindle::On(self.speed), self.coolant),
+                    _ => (Spindle::Back(self.speed), self.coolant),
+                };
+            }
+        } else if in_plane && !open.cuts {
+            // It went on before it cut anything: the entry is there.
+            (open.entry, open.approach) = (None, None);
+        }
+        open.wanders |= cuts && (in_plane || matches!(step.course, Course::Arc { .. }));
+        open.cuts |= cuts;
+        open.actions.push(Action::Go(step));
+    }
+
+    /// Ends the section that is open, a cutting one.
+    fn close(&mut self) {
+        let kind = if self.open.wanders {
+            self.counts.1 += 1;
+            SectionKind::Toolpath(self.counts.1)
+        } else {
+            self.counts.0 += 1;
+            SectionKind::Hole(self.counts.0)
+        };
+        self.shut(kind);
+    }
+
+    fn shut(&mut self, kind: SectionKind) {
+        let open = std::mem::take(&mut self.open);
+        let here = self.at.map(Option::unwrap_or_default);
+        let (entry, approach) = (open.entry.unwrap_or(here), open.approach.unwrap_or(open.actions.len()));
+        let (spindle, coolant) =
+            if open.entry.is_some() { (open.spindle, open.coolant) } else { (self.spindle(), self.coolant) };
+        let line = if open.line == 0 { self.line } else { open.line };
+        let actions = open.actions;
+        self.routine.sections.push(Section { kind, line, entry, spindle, coolant, approach, actions });
+    }
+
+    fn finish(mut self) -> Result<Routine, Diagnostic> {
+        if self.open.cuts {
+            self.close();
+        }
+        self.shut(SectionKind::Finish);
+        if self.at.iter().any(Option::is_none) || !self.routine.sections.iter().any(Section::cuts) {
+            return Err(self.refuse("grbl.nothing_to_do"));
+        }
+        if self.routine.safe <= Length::ZERO {
+            return Err(self.refuse("grbl.no_safe_height"));
+        }
+        Ok(self.routine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOARD: &str = "\
+(A board)
+G21 G17 G90 G91.1 G94
+M5
+G0 Z20.0000
+G0 X0.0000 Y0.0000
+(MSG, put in tool 1: 0.8 mm)
+M0
+M3 S10000
+G4 P2
+G0 X1 Y2
+G0 Z0.5
+G1 Z-1.8 F120
+G0 Z2
+G0 X5 Y2
+G0 Z0.5
+G1 Z-1.8
+G0 Z2
+M5
+G0 Z20
+G0 X0 Y0
+(MSG, put in tool 2: V)
+M0
+M3 S9000
+G0 X10 Y10
+G1 Z-0.1 F60
+G1 X20 F300
+G3 X20 Y20 I0 J5
+G0 Z2
+G0 X30 Y10
+G1 Z-0.1 F60
+G0 Z2
+M5
+G0 Z20
+G0 X0 Y0
+M2
+";
+
+    fn routine(text: &str) -> Result<Routine, Diagnostic> {
+        read("board", &[("board.nc".to_owned(), text.to_owned())])
+    }
+
+    #[test]
+    fn a_program_of_ours_comes_apart_into_holes_toolpaths_and_changes() {
+        let routine = routine(BOARD).unwrap();
+        let kinds: Vec<_> = routine.sections.iter().map(|section| section.kind).collect();
+        use SectionKind::{Change, Finish, Hole, Toolpath};
+        assert_eq!(kinds, [Change(0), Hole(1), Hole(2), Change(1), Toolpath(1), Hole(3), Finish]);
+        assert_eq!(routine.tools, ["put in tool 1: 0.8 mm", "put in tool 2: V"]);
+        let mm = |place: Place| place.map(Length::mm);
+        let entries: Vec<_> = routine.sections.iter().map(|section| mm(section.entry)).collect();
+        assert_eq!(entries[1], [1.0, 2.0, 20.0]);
+        assert_eq!(entries[2], [5.0, 2.0, 2.0]);
+        assert_eq!(entries[4], [10.0, 10.0, 20.0]);
+        let spindles: Vec<_> = routine.sections.iter().map(|section| section.spindle).collect();
+        assert_eq!(spindles[2], Spindle::On(10_000.0));
+        assert_eq!((spindles[0], spindles[6]), (Spindle::Off, Spindle::Off));
+        assert_eq!(routine.sections.iter().map(|section| section.line).collect::<Vec<_>>()[2], 14);
+        // Everything that goes down is behind the entry.
+        for section in routine.sections.iter().filter(|section| section.cuts()) {
+            let low = |action: &Action| matches!(action, Action::Go(step) if step.to[2] < section.entry[2]);
+            assert!(!section.actions[..section.approach].iter().any(low));
+        }
+        assert_eq!(routine.safe, Length::from_mm(20.0));
+        let [low, high] = routine.reach().unwrap().map(mm);
+        assert!(
+            (low[2] + 1.8).abs() < 1e-9 && (high[0] - 30.0).abs() < 1e-9 && (high[1] - 20.0).abs() < 1e-9
+        );
+    }
+
+    #[test]
+    fn inches_relative_moves_and_radii_are_followed() {
+        let text = "G20 G90\nG0 Z0.2\nG0 X1 Y1\nG1 Z-0.05 F10\nG91\nG2 X1 Y-1 R1\nG1 X0.5\nG90 G0 Z0.2\n";
+        let routine = routine(text).unwrap();
+        let section = &routine.sections[0];
+        let arcs: Vec<_> = section
+            .actions
+            .iter()
+            .filter_map(|action| match action {
+                Action::Go(Move { course: Course::Arc { centre, .. }, to, .. }) => {
+                    Some((centre.map(Length::mm), to[0].mm()))
+                }
+                _ => None,
+            })
+            .collect();
+        assert_eq!(arcs, [([25.4, 0.0], 50.8)]);
+        assert_eq!(section.end().map(Length::mm), [63.5, 0.0, 5.08]);
+    }
+
+    #[test]
+    fn what_is_not_followed_is_refused_with_its_line() {
+        let head = "G21 G90\nG0 Z5\nG0 X0 Y0\n";
+        for (line, code) in [
+            ("G81 X1 Y1 Z-1 R2 F100", "grbl.unknown_word"),
+            ("G1 X5", "grbl.no_feed"),
+            ("G2 X5 Y5 F100", "grbl.no_arc"),
+            ("G2 X5 Y5 I1 F100", "grbl.no_arc"),
+            ("G0 X6000", "grbl.too_far"),
+            ("G0 X1 X2", "grbl.unknown_word"),
+            ("G0 X", "grbl.unknown_word"),
+            ("G0 A1", "grbl.unknown_word"),
+            ("M98", "grbl.unknown_word"),
+            ("(open", "grbl.open_comment"),
+            ("G4", "grbl.no_wait"),
+            ("G55", "grbl.unknown_word"),
+            ("G1 Xé F1", "grbl.unknown_word"),
+        ] {
+            let why = routine(&format!("{head}{line}\n")).unwrap_err();
+            let found = why.place.as_ref().map(|place| (place.file.as_str(), place.line));
+            assert_eq!((why.code.as_str(), found), (code, Some(("board.nc", 4))), "{line}");
+        }
+        assert_eq!(routine(head).unwrap_err().code, "grbl.nothing_to_do");
+        assert_eq!(routine("").unwrap_err().code, "grbl.nothing_to_do");
+    }
+
+    #[test]
+    fn noise_never_panics() {
+        let mut chance = crate::chance::Chance::new(3);
+        for _ in 0..2_000 {
+            let mut text: Vec<u8> = BOARD.bytes().collect();
+            for _ in 0..1 + chance.below(8) {
+                let at = chance.below(text.len());
+                text[at] = chance.below(256) as u8;
+            }
+            let _ = routine(&String::from_utf8_lossy(&text));
+        }
+    }
+}

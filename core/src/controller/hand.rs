@@ -1,0 +1,251 @@
+//! What a person asks of a controller, and what of it can be done now.
+//!
+//! Comes in: asks. Goes out: lines, real-time characters, refusals. Does not know buttons.
+
+use super::asks::{Action, Ask, Override, Phase, Start, signs};
+use super::engine::{Controller, Meaning};
+use super::fits::{self, Machine};
+use super::lines::number;
+use super::settings;
+use crate::control::{Ending, Trust};
+use crate::diagnostic::{Diagnostic, Severity};
+
+/// How far a work zero may be from where it was when the job was interrupted, mm.
+const SAME_ZERO_MM: f64 = 0.01;
+/// Longest move by hand, mm.
+const FURTHEST_JOG_MM: f64 = 1_000.0;
+const AXES: [char; 3] = ['X', 'Y', 'Z'];
+
+impl Controller {
+    pub(super) fn ask(&mut self, ask: Ask) {
+        match ask {
+            Ask::Stop => self.ask_stop(),
+            Ask::Hold if self.phase == Phase::Running => {
+                self.write(signs::HOLD);
+                self.set(Phase::Holding);
+            }
+            Ask::Resume if self.phase == Phase::Held => {
+                self.write(signs::RESUME);
+                self.set(Phase::Running);
+            }
+            Ask::Override(change) => self.change(change),
+            Ask::JogCancel if self.phase == Phase::Jogging => self.write(signs::JOG_CANCEL),
+            Ask::Home if matches!(self.phase, Phase::Ready | Phase::Locked) => self.home(),
+            Ask::Unlock if self.phase == Phase::Locked => self.unlock(),
+            Ask::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
+            Ask::SetZero { axes, height_mm } if self.at_rest() => self.set_zero(axes, height_mm),
+            Ask::ZeroAt(zero) if self.phase == Phase::Ready && self.idle() => {
+                let [x, y, z] = zero.map(number);
+                self.send(&format!("G21G10L2P1X{x}Y{y}Z{z}"), Meaning::Written);
+                self.read_zero(zero.map(Some));
+            }
+            Ask::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
+                self.probed = None;
+                let down = format!("G91G38.2Z-{}F{}", number(depth_mm.abs()), number(mm_per_min));
+                self.send("G21G94", Meaning::Jog);
+                self.send(&down, Meaning::Probe { plate_mm, up_mm });
+                self.set(Phase::Probing);
+            }
+            Ask::Start(start) if self.phase == Phase::Ready => self.begin(&start),
+            Ask::ToolReady if self.phase == Phase::ToolChange && self.idle() => match self.place() {
+                Some(place) => self.tool_ready(place),
+                None => self.found(Diagnostic::error("grbl.no_report")),
+            },
+            Ask::Set(number, value) if self.phase == Phase::Ready && self.idle() => {
+                self.send(&format!("${number}={}", super::lines::number(value)), Meaning::Written);
+                self.send("$$", Meaning::Written);
+            }
+            _ => self.found(Diagnostic::error("grbl.not_now")),
+        }
+    }
+
+    /// Nothing is in flight.
+    fn idle(&self) -> bool {
+        self.buffer.is_empty() && self.queue.is_empty() && self.reset_at.is_none()
+    }
+
+    /// Moves by hand may begin.
+    fn at_rest(&self) -> bool {
+        matches!(self.phase, Phase::Ready | Phase::ToolChange) && self.idle()
+    }
+
+    fn ask_stop(&mut self) {
+        match self.phase {
+            Phase::Closed | Phase::Greeting => {}
+            Phase::Stopping => {
+                // Asked twice: at once, whatever becomes of the position.
+                self.trust = Trust::Lost;
+                self.reset();
+            }
+            Phase::Homing => {
+                self.trust = Trust::Lost;
+                self.reset();
+            }
+            Phase::Jogging => self.write(signs::JOG_CANCEL),
+            Phase::Locked => self.reset(),
+            _ => self.stop(Ending::Stopped),
+        }
+    }
+
+    fn change(&mut self, change: Override) {
+        if matches!(self.phase, Phase::Closed | Phase::Greeting) {
+            return self.found(Diagnostic::error("grbl.not_now"));
+        }
+        self.write(change.sign());
+    }
+
+    fn home(&mut self) {
+        if !settings::on(&self.info.values, 22) {
+            return self.found(Diagnostic::error("grbl.cannot_home"));
+        }
+        self.trust = Trust::Lost;
+        if self.needs_reset {
+            self.after_reset = Some(Meaning::Home);
+            return self.reset();
+        }
+        self.send("$H", Meaning::Home);
+        self.set(Phase::Homing);
+    }
+
+    fn unlock(&mut self) {
+        if self.needs_reset {
+            self.after_reset = Some(Meaning::Unlock);
+            return self.reset();
+        }
+        self.send("$X", Meaning::Unlock);
+    }
+
+    fn jog(&mut self, axis: u8, um: i32, mm_per_min: f64) {
+        let Some(letter) = AXES.get(usize::from(axis)) else { return };
+        let mm = f64::from(um) / 1e3;
+        if libm::fabs(mm) > FURTHEST_JOG_MM || !(mm_per_min > 0.0 && mm_per_min.is_finite()) {
+            return self.found(Diagnostic::error("grbl.not_now"));
+        }
+        let text = format!("$J=G91G21{letter}{}F{}", number(mm), number(mm_per_min));
+        self.send(&text, Meaning::Jog);
+        self.set(Phase::Jogging);
+    }
+
+    fn set_zero(&mut self, axes: [bool; 3], height_mm: f64) {
+        let mut text = "G21G10L20P1".to_owned();
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            if axes[axis] {
+                text += &format!("{letter}{}", number(if axis == 2 { height_mm } else { 0.0 }));
+            }
+        }
+        let Some(machine) = self.status.as_ref().and_then(|status| status.machine) else {
+            return self.found(Diagnostic::error("grbl.no_report"));
+        };
+        self.send(&text, Meaning::Written);
+        let heights = [0.0, 0.0, height_mm];
+        self.read_zero(core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis])));
+        // Without switches a person's word is all there is to know a place by.
+        if axes[0] && axes[1] && !settings::on(&self.info.values, 22) && self.phase == Phase::Ready {
+            self.trust = Trust::Trusted;
+        }
+    }
+
+    /// What a person asked for and had to wait for a reset.
+    pub(super) fn go_on_after_reset(&mut self) {
+        match self.after_reset.take() {
+            Some(Meaning::Home) => {
+                self.send("$H", Meaning::Home);
+                self.set(Phase::Homing);
+            }
+            Some(_) => self.send("$X", Meaning::Unlock),
+            None => {}
+        }
+    }
+
+    /// A line that a person asked for was taken.
+    pub(super) fn done_by_hand(&mut self, meaning: &Meaning) {
+        match *meaning {
+            // What was reported before it is of another place, or of another zero.
+            Meaning::Written => self.zero = None,
+            Meaning::Home => {
+                self.status = None;
+                self.trust = Trust::Trusted;
+                self.set(Phase::Ready);
+            }
+            Meaning::Unlock => self.set(Phase::Ready),
+            Meaning::Probe { plate_mm, up_mm } => {
+                if self.probed != Some(true) {
+                    self.found(Diagnostic::error("grbl.alarm_5").with("number", 5));
+                    return self.rest();
+                }
+                self.send(&format!("G21G10L20P1Z{}", number(plate_mm)), Meaning::Written);
+                let place = self.probed_at.map(|place| place[2] - plate_mm);
+                self.read_zero([None, None, place]);
+                self.send(&format!("G91G0Z{}", number(up_mm.abs())), Meaning::Jog);
+                self.send("G90", Meaning::Jog);
+                self.set(Phase::Jogging);
+            }
+            Meaning::Echo => self.compare_zero(),
+            _ => {}
+        }
+    }
+
+    /// Asks for the stored places, to see whether the zero is where it was wanted.
+    fn read_zero(&mut self, wanted: [Option<f64>; 3]) {
+        self.zero_wanted = Some(wanted);
+        self.info.offsets.remove("G54");
+        self.send("$#", Meaning::Echo);
+    }
+
+    fn compare_zero(&mut self) {
+        let Some(wanted) = self.zero_wanted.take() else { return };
+        let found = self.info.offsets.get("G54");
+        let same = |axis: usize, wanted: f64| {
+            let found = found.and_then(|places| places.get(axis));
+            found.is_some_and(|found| libm::fabs(found - wanted) <= SAME_ZERO_MM)
+        };
+        if !(0..3).all(|axis| wanted[axis].is_none_or(|wanted| same(axis, wanted))) {
+            if !settings::on(&self.info.values, 22) {
+                self.trust = Trust::Lost;
+            }
+            return self.found(Diagnostic::error("grbl.zero_not_taken"));
+        }
+        self.out.push(Action::ZeroSet);
+    }
+
+    /// Compares a job with the machine and begins it.
+    fn begin(&mut self, start: &Start) {
+        let found = self.check(start);
+        let refused = found.iter().any(|diagnostic| diagnostic.is_unacknowledged(&start.accepted));
+        let place = self.place();
+        self.out.extend(found.into_iter().map(Action::Found));
+        if let (false, Some(place)) = (refused, place) {
+            self.start(start, place);
+        }
+    }
+
+    /// What keeps a job from being started, and what there is to say of it.
+    pub fn check(&self, start: &Start) -> Vec<Diagnostic> {
+        let mut found = Vec::new();
+        if self.trust != Trust::Trusted {
+            let homes = settings::on(&self.info.values, 22);
+            found.push(Diagnostic::error(if homes { "grbl.not_homed" } else { "grbl.no_zero" }));
+        }
+        let (Some(zero), Some(_)) = (self.zero, self.place()) else {
+            found.push(Diagnostic::error("grbl.no_report"));
+            return found;
+        };
+        if let Some(before) = start.zero {
+            let moved = (0..2).any(|axis| libm::fabs(before[axis] - zero[axis]) > SAME_ZERO_MM);
+            if moved {
+                found.push(Diagnostic::error("grbl.zero_moved"));
+            }
+        }
+        let homed = settings::on(&self.info.values, 22) && self.trust == Trust::Trusted;
+        let positive = self.info.options.letters.contains('Z');
+        let small = self.info.flavour() == "GRBL";
+        let machine = Machine { values: &self.info.values, zero, homed, positive, small };
+        found.extend(fits::compare(&start.routine, &machine));
+        found.sort_by_key(|diagnostic| std::cmp::Reverse(severity(diagnostic)));
+        found
+    }
+}
+
+fn severity(diagnostic: &Diagnostic) -> Severity {
+    diagnostic.severity
+}

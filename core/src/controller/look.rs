@@ -1,0 +1,183 @@
+//! What reports show of a job: whether the machine is on the path that was sent, and at a look whether it is where it should be.
+//!
+//! Comes in: reports. Goes out: a hold where something is not as planned, and what follows a look. mm, ms. Does not know what is sent.
+
+use super::asks::{Action, Phase, signs};
+use super::engine::{Controller, Meaning};
+use super::heard::{Doing, Modes};
+use super::lines::Pen;
+use super::routine::Spindle;
+use super::settings;
+use crate::control::{Ending, Trust};
+use crate::diagnostic::Diagnostic;
+
+/// How far a report may be from the path, apart from a step and a half.
+const OFF_PATH_MM: f64 = 0.02;
+/// How far the head may be from where a look expects it, apart from three quarters of a step.
+const OFF_PLACE_MM: f64 = 0.0025;
+/// Steps in a millimetre where nobody knows.
+const USUAL_STEPS: f64 = 80.0;
+/// Reports off the path before it is believed: a report may be damaged too.
+const REPORTS: u32 = 2;
+/// Reports of feed above the programmed one that are believed.
+const FEED_SLACK: (f64, f64) = (1.05, 10.0);
+/// A batch that takes less of its time than this, and so many seconds less, was not what was planned.
+const QUICKEST: (f64, f64) = (0.75, 0.15);
+/// A report of a hold so soon after going on is an old one.
+const OLD_REPORT_MS: u64 = 500;
+/// Pieces in which a report is looked for.
+const FAR: usize = 4_096;
+
+impl Controller {
+    /// What a report means for the job.
+    pub(super) fn watch(&mut self, doing: Doing, fresh: bool) {
+        let overridden = self
+            .status
+            .as_ref()
+            .and_then(|status| status.overrides)
+            .is_some_and(|all| all[..2] != [100, 100]);
+        if let Some(run) = &mut self.run {
+            run.batch.disturbed |= overridden || self.phase != Phase::Running;
+        }
+        match (self.phase, doing) {
+            (Phase::Running, Doing::Hold { .. }) if self.now_ms < self.since_ms + OLD_REPORT_MS => {}
+            (Phase::Running, Doing::Hold { .. }) => self.trouble(Diagnostic::error("grbl.held_by_itself")),
+            (Phase::Running | Phase::Holding, Doing::Door { .. }) => {
+                self.found(Diagnostic::warning("grbl.door"));
+                self.set(Phase::Held);
+            }
+            (Phase::Running, Doing::Check | Doing::Sleep | Doing::Home | Doing::Jog) => {
+                self.trouble(Diagnostic::error("grbl.held_by_itself"));
+            }
+            (_, Doing::Alarm) => {
+                // The alarm's own line was lost on the way.
+                self.trust = Trust::Lost;
+                self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
+                (self.run, self.needs_reset) = (None, true);
+                self.drop_lines();
+                self.out.push(Action::Ended(Ending::Alarm));
+                self.set(Phase::Locked);
+            }
+            (Phase::Running, _) => {
+                self.follow();
+                self.look(doing, fresh);
+            }
+            (Phase::Holding, Doing::Hold { rests: true }) => self.set(Phase::Held),
+            (Phase::Holding, Doing::Run | Doing::Idle) if self.now_ms >= self.since_ms + OLD_REPORT_MS => {
+                // It was not heard.
+                self.since_ms = self.now_ms;
+                self.write(signs::HOLD);
+            }
+            (Phase::Held, Doing::Run) if self.now_ms >= self.since_ms + OLD_REPORT_MS => {
+                self.set(Phase::Running);
+            }
+            _ => {}
+        }
+    }
+
+    fn step_mm(&self) -> f64 {
+        let scale = settings::axes(&self.info.values, 100).unwrap_or([USUAL_STEPS; 3]);
+        scale.into_iter().fold(0.0_f64, |most, steps| most.max(1.0 / steps))
+    }
+
+    /// Finds the report on the path. What lies before it is passed.
+    fn follow(&mut self) {
+        let tolerance = OFF_PATH_MM + 1.5 * self.step_mm();
+        let Some(place) = self.place() else { return };
+        let feed = self.status.as_ref().and_then(|status| status.feed);
+        let override_part = self
+            .status
+            .as_ref()
+            .and_then(|status| status.overrides)
+            .map_or(1.0, |all| f64::from(all[0]) / 100.0);
+        let Some(run) = &mut self.run else { return };
+        if run.window.is_empty() {
+            return;
+        }
+        let near = run.window.iter().take(FAR).position(|(piece, _)| piece.distance(place) <= tolerance);
+        let Some(near) = near else {
+            run.off += 1;
+            let off = run.window.iter().map(|(piece, _)| piece.distance(place)).fold(f64::INFINITY, f64::min);
+            if run.off >= REPORTS {
+                let why = Diagnostic::error("grbl.off_path").with("off", libm::round(off * 1e3) / 1e3);
+                self.trouble(why);
+            }
+            return;
+        };
+        run.off = 0;
+        run.window.drain(..near);
+        // Faster than the path allows: where it may be on a rapid as well, up again from a hole, it is not judged.
+        let here = run.window.iter().take(FAR).filter(|(piece, _)| piece.distance(place) <= tolerance);
+        let most = here.map(|(piece, _)| piece.feed).reduce(|a, b| Some(a?.max(b?))).flatten();
+        let over =
+            |most: f64| feed.is_some_and(|feed| feed > most * override_part * FEED_SLACK.0 + FEED_SLACK.1);
+        run.fast = if most.is_some_and(over) { run.fast + 1 } else { 0 };
+        if run.fast >= REPORTS {
+            let why = Diagnostic::error("grbl.too_fast").with("feed", feed.unwrap_or(0.0));
+            self.trouble(why.with("most", most.unwrap_or(0.0)));
+        }
+    }
+
+    /// Compares what is reported at the end of a batch with what should be.
+    fn look(&mut self, doing: Doing, fresh: bool) {
+        let (now_ms, step) = (self.now_ms, self.step_mm());
+        let place = self.place();
+        let may = self.may_look() && fresh && doing == Doing::Idle;
+        let Some(run) = self.run.as_mut().filter(|run| may && run.batch.asked) else { return };
+        run.batch.asked = false;
+        let Some(place) = place else { return };
+        let Some(modes) = &self.modes else {
+            // The answer was damaged: once more.
+            run.batch.looks += 1;
+            if run.batch.looks > REPORTS {
+                return self.trouble(Diagnostic::error("grbl.answer_missing"));
+            }
+            self.send("$G", Meaning::Job { text: "$G".to_owned(), wait_s: 0.0 });
+            return;
+        };
+        let expected = run.pen.at();
+        let tolerance = OFF_PLACE_MM + 0.75 * step;
+        let off = (0..3).map(|axis| libm::fabs(place[axis] - expected[axis])).fold(0.0_f64, f64::max);
+        if off > tolerance {
+            run.batch.looks += 1;
+            if run.batch.looks >= REPORTS {
+                let words = |place: [f64; 3]| place.map(|value| format!("{value:.3}")).join(", ");
+                let why = Diagnostic::error("grbl.place_differs").with("found", words(place));
+                self.trouble(why.with("expected", words(expected)));
+            }
+            return;
+        }
+        if let Some(word) = other_mode(modes, &run.pen) {
+            return self.trouble(Diagnostic::error("grbl.modes_differ").with("word", word));
+        }
+        let spent_s = run.batch.began_ms.map_or(0.0, |began| (now_ms - began) as f64 / 1e3);
+        let quickest = run.batch.expected_s.map_or(0.0, |expected| expected * QUICKEST.0 - QUICKEST.1);
+        if spent_s < quickest && !run.batch.disturbed {
+            let why = Diagnostic::error("grbl.too_quick").with("seconds", format!("{spent_s:.1}"));
+            let expected = run.batch.expected_s.unwrap_or(0.0);
+            return self.trouble(why.with("expected", format!("{expected:.1}")));
+        }
+        self.passed();
+    }
+}
+
+/// The word in force that should not be.
+fn other_mode(modes: &Modes, pen: &Pen) -> Option<String> {
+    let spindle = match pen.spindle {
+        Spindle::Off => ('M', 50),
+        Spindle::On(_) => ('M', 30),
+        Spindle::Back(_) => ('M', 40),
+    };
+    for (letter, tenths) in [spindle, ('G', 170), ('G', 210), ('G', 940), ('G', 540)] {
+        if !modes.says(letter, tenths) {
+            return Some(format!("{letter}{}", f64::from(tenths) / 10.0));
+        }
+    }
+    if let Spindle::On(speed) | Spindle::Back(speed) = pen.spindle
+        && libm::fabs(modes.speed - speed) > 1.0
+    {
+        return Some(format!("S{}", modes.speed));
+    }
+    let feed = pen.feed.filter(|feed| libm::fabs(modes.feed - feed) > 1.0 + 0.01 * feed);
+    feed.map(|_| format!("F{}", modes.feed))
+}

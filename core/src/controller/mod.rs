@@ -1,0 +1,30 @@
+//! Controllers that plan their own motion, by serial line: GRBL 1.1, grblHAL, FluidNC (N19). One engine for the bridge and for the page.
+//!
+//! ```text
+//!  text ─ gcode ─▶ Routine ─ lines ─▶ words on the wire ─┐
+//!                      └──── timing, fits                ├─ engine · run · hand ─▶ bytes, tells
+//!                     bytes ─ heard ─────────────────────┘
+//! ```
+//!
+//! Comes in: programs as text, bytes of the line, time. Goes out: bytes for the line, diagnostics. Does not know ports, pages or clocks.
+
+mod asks;
+pub mod buffer;
+mod engine;
+pub mod fits;
+mod gcode;
+mod hand;
+pub mod heard;
+mod lines;
+mod look;
+mod routine;
+mod run;
+pub mod settings;
+pub mod timing;
+
+pub use asks::{Action, Ask, Event, Info, Override, Phase, Start, signs};
+pub use engine::{Controller, step};
+pub use gcode::read;
+pub use lines::{Line, Pen, Piece};
+pub use routine::{Bow, Course, Move, Place, Routine, Section, SectionKind, Spindle};
+pub use run::estimate_s;

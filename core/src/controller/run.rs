@@ -1,0 +1,371 @@
+//! A job in work: lines that are fed, reports that are compared with the path, and looks at the entry of every section.
+//!
+//! ```text
+//!  work of section k, approach to k+1 ─▶ all answered, at rest ─▶ look ─┬─ as planned ─▶ k is done, k+1 begins
+//!                                        $G, then ?                    └─ not ────────▶ hold, reset, said
+//! ```
+//!
+//! The tip goes down only after a look that found it over the right place with the right words in force. Moves are relative, so
+//! whatever was changed on the way between two looks shows at the second one, and mostly before, as a report off the path.
+//!
+//! Comes in: answers and reports, from the engine. Goes out: lines, tells. Does not know how a person is asked.
+
+use super::asks::{Action, Phase, Start, signs};
+use super::engine::{Controller, Meaning};
+use super::heard::{Doing, Status};
+use super::lines::{Line, Pen, Piece};
+use super::routine::{Routine, SectionKind};
+use super::settings::Values;
+use super::timing::{Clockwork, Limits};
+use crate::control::{Ending, Trust};
+use crate::diagnostic::Diagnostic;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// How near a look is near.
+const NEAR_END_MS: f64 = 120.0;
+/// An answer that is late by so much is missing.
+const ANSWER_MS: f64 = 2_000.0;
+/// Reports of rest without a hold after which it is believed.
+const IDLE_REPORTS: u32 = 4;
+/// How long it may take to come to rest.
+const REST_MS: u64 = 10_000;
+
+/// What follows a look that found everything right.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum After {
+    /// The words that everything goes by are in force.
+    #[default]
+    Begun,
+    /// The tip is up.
+    Risen,
+    /// The entry of the section is reached.
+    Entered,
+    /// The work of the section before is done, and the entry reached.
+    Done,
+}
+
+/// Lines between two looks.
+#[derive(Debug, Default)]
+pub(super) struct Batch {
+    lines: VecDeque<Line>,
+    after: After,
+    /// Its last words were sent.
+    closed: bool,
+    /// When its first line was sent.
+    pub(super) began_ms: Option<u64>,
+    pub(super) expected_s: Option<f64>,
+    /// It was held or overridden: its time means nothing.
+    pub(super) disturbed: bool,
+    /// Looks that did not find what they should.
+    pub(super) looks: u32,
+    /// The question for this look was asked.
+    pub(super) asked: bool,
+}
+
+/// A job in work.
+#[derive(Debug)]
+pub(super) struct Run {
+    routine: Arc<Routine>,
+    spin_up_s: f64,
+    /// The section whose entry is next, or reached.
+    at: usize,
+    pub(super) pen: Pen,
+    pub(super) batch: Batch,
+    /// Paths that were sent and are not certainly passed, with their lines.
+    pub(super) window: VecDeque<(Piece, u32)>,
+    pub(super) off: u32,
+    pub(super) fast: u32,
+    idle: u32,
+    limits: Option<Limits>,
+}
+
+impl Run {
+    pub(super) fn routine(&self) -> &Arc<Routine> {
+        &self.routine
+    }
+
+    /// Whether it waits for a look.
+    pub(super) fn looks(&self) -> bool {
+        self.batch.closed
+    }
+
+    /// Whether the look at the end of what was sent is near.
+    pub(super) fn ends_soon(&self, now_ms: u64) -> bool {
+        let (Some(began), Some(expected)) = (self.batch.began_ms, self.batch.expected_s) else {
+            return false;
+        };
+        self.batch.closed && (now_ms - began) as f64 + NEAR_END_MS > expected * 1e3
+    }
+
+    pub(super) fn line(&self) -> Option<u32> {
+        let here = self.window.iter().map(|(_, line)| *line).find(|line| *line > 0);
+        here.or_else(|| self.routine.sections.get(self.at).map(|section| section.line))
+    }
+
+    /// A batch of these lines.
+    fn batch(&mut self, lines: Vec<Line>, after: After) {
+        let expected_s = self.limits.clone().map(|limits| time_s(limits, &lines));
+        let lines = lines.into();
+        self.window.clear();
+        (self.off, self.fast) = (0, 0);
+        self.batch = Batch { lines, after, expected_s, ..Batch::default() };
+    }
+
+    /// The way to the entry of the section that is next, from wherever the head is: up first, and only what is up goes anywhere.
+    fn enter(&mut self, after: After) {
+        let routine = Arc::clone(&self.routine);
+        let Some(section) = routine.sections.get(self.at) else { return };
+        let lines = match after {
+            After::Begun => self.pen.words(),
+            After::Risen => self.pen.rise(section, routine.safe),
+            _ => self.pen.over(section, self.spin_up_s),
+        };
+        self.batch(lines, after);
+    }
+
+    /// The work of the section whose entry is reached, and the approach to the next one.
+    fn work(&mut self) {
+        let routine = Arc::clone(&self.routine);
+        let Some(section) = routine.sections.get(self.at) else { return };
+        let work = section.actions.iter().skip(section.approach);
+        let next = routine.sections.get(self.at + 1);
+        let approach = next.into_iter().flat_map(|next| next.actions.iter().take(next.approach));
+        let lines = work.chain(approach).flat_map(|action| self.pen.act(action)).collect();
+        self.batch(lines, After::Done);
+    }
+}
+
+/// Seconds that lines take, begun and ended at rest.
+fn time_s(limits: Limits, lines: &[Line]) -> f64 {
+    let mut clock = Clockwork::new(limits);
+    for line in lines {
+        match &line.piece {
+            Some(piece) => clock.go(piece),
+            None => clock.rest(wait_of(&line.text)),
+        }
+    }
+    clock.rest(0.0);
+    clock.spent_s()
+}
+
+/// How long a line makes the controller wait, in seconds.
+fn wait_of(text: &str) -> f64 {
+    text.strip_prefix("G4P").and_then(|wait| wait.parse().ok()).unwrap_or(0.0)
+}
+
+/// Seconds of the whole job from section `from` on, begun at the place `at` in work coordinates, with what each look costs and without
+/// tool changes; none where the settings do not say enough.
+pub fn estimate_s(
+    routine: &Routine,
+    values: &Values,
+    blocks: usize,
+    from: usize,
+    at: [f64; 3],
+) -> Option<f64> {
+    /// A look: the last words, their answers, the question and its answer.
+    const LOOK_S: f64 = 0.07;
+    let limits = Limits::of(values, blocks)?;
+    let mut pen = Pen::standing(at);
+    let mut whole = 0.0;
+    for (index, section) in routine.sections.iter().enumerate().skip(from) {
+        let fresh = index == from || matches!(routine.sections[index - 1].kind, SectionKind::Change(_));
+        let lines: Vec<Line> = if fresh {
+            let up = pen.rise(section, routine.safe);
+            up.into_iter().chain(pen.over(section, 0.0)).collect()
+        } else {
+            section.actions.iter().take(section.approach).flat_map(|action| pen.act(action)).collect()
+        };
+        let work = section.actions.iter().skip(section.approach).flat_map(|action| pen.act(action));
+        let lines: Vec<Line> = lines.into_iter().chain(work).collect();
+        whole += time_s(limits.clone(), &lines) + LOOK_S;
+    }
+    Some(whole)
+}
+
+impl Controller {
+    /// Begins a job.
+    pub(super) fn start(&mut self, start: &Start, place: [f64; 3]) {
+        let pen = Pen::standing(place);
+        let limits = Limits::of(&self.info.values, usize::from(self.info.options.blocks));
+        let mut run = Run {
+            routine: Arc::clone(&start.routine),
+            spin_up_s: start.spin_up_s,
+            at: start.from,
+            pen,
+            batch: Batch::default(),
+            window: VecDeque::new(),
+            off: 0,
+            fast: 0,
+            idle: 0,
+            limits,
+        };
+        run.enter(After::Begun);
+        (self.run, self.ending) = (Some(run), None);
+        self.set(Phase::Running);
+    }
+
+    /// Puts the next line of the job into the queue, if there is one that may go.
+    pub(super) fn feed_run(&mut self) -> bool {
+        if self.phase != Phase::Running || self.reset_at.is_some() {
+            return false;
+        }
+        let now_ms = self.now_ms;
+        let Some(run) = &mut self.run else { return false };
+        run.batch.began_ms.get_or_insert(now_ms);
+        if let Some(line) = run.batch.lines.pop_front() {
+            run.window.extend(line.piece.map(|piece| (piece, line.source)));
+            let wait_s = wait_of(&line.text);
+            let meaning = Meaning::Job { text: line.text.clone(), wait_s };
+            self.send(&line.text, meaning);
+            return true;
+        }
+        if run.batch.closed {
+            return false;
+        }
+        run.batch.closed = true;
+        self.close_batch();
+        true
+    }
+
+    /// The last words of a batch: they are answered when everything before them has come to rest.
+    fn close_batch(&mut self) {
+        self.modes = None;
+        for text in ["G4P0", "$G"] {
+            self.send(text, Meaning::Job { text: text.to_owned(), wait_s: 0.0 });
+        }
+    }
+
+    /// Whether all of a batch is answered, so that a report shows its end.
+    pub(super) fn may_look(&self) -> bool {
+        self.run.as_ref().is_some_and(Run::looks) && self.buffer.is_empty() && self.queue.is_empty()
+    }
+
+    /// The question that was asked now is the one of the look.
+    pub(super) fn asked_for_look(&mut self) {
+        let may = self.may_look();
+        if let Some(run) = &mut self.run {
+            run.batch.asked = may;
+        }
+    }
+
+    /// A look found everything right.
+    pub(super) fn passed(&mut self) {
+        let Some(run) = &mut self.run else { return };
+        match run.batch.after {
+            After::Begun => return run.enter(After::Risen),
+            After::Risen => return run.enter(After::Entered),
+            After::Entered | After::Done => {}
+        }
+        if run.batch.after == After::Done {
+            run.at += 1;
+            let done = run.at;
+            self.out.push(Action::Progress(done));
+        }
+        let Some(run) = &mut self.run else { return };
+        match run.routine.sections.get(run.at).map(|section| section.kind) {
+            Some(SectionKind::Hole(_) | SectionKind::Toolpath(_)) => run.work(),
+            Some(SectionKind::Change(tool)) => {
+                run.window.clear();
+                self.set(Phase::ToolChange);
+                self.out.push(Action::ToolWanted(tool));
+            }
+            Some(SectionKind::Finish) | None => {
+                let done = run.routine.sections.len();
+                self.run = None;
+                self.out.extend([Action::Progress(done), Action::Ended(Ending::Done)]);
+                self.set(Phase::Ready);
+            }
+        }
+    }
+
+    /// The tool is in: on to the next section, from wherever the head is.
+    pub(super) fn tool_ready(&mut self, place: [f64; 3]) {
+        let Some(run) = &mut self.run else { return };
+        run.at += 1;
+        let done = run.at;
+        run.pen = Pen::standing(place);
+        run.enter(After::Begun);
+        self.out.push(Action::Progress(done));
+        self.set(Phase::Running);
+    }
+
+    /// Something is not as planned: at rest, and an end.
+    pub(super) fn trouble(&mut self, why: Diagnostic) {
+        if self.phase == Phase::Stopping || self.run.is_none() {
+            return;
+        }
+        self.found(why);
+        self.stop(Ending::Alarm);
+    }
+
+    pub(super) fn stop(&mut self, ending: Ending) {
+        self.ending = Some(ending);
+        self.queue.clear();
+        self.write(signs::HOLD);
+        self.asked_ms = None;
+        if let Some(run) = &mut self.run {
+            run.idle = 0;
+        }
+        self.set(Phase::Stopping);
+    }
+
+    /// A report while it comes to rest. A reset in motion would lose the position, so it waits for the hold.
+    pub(super) fn stopping(&mut self, doing: Doing) {
+        if self.reset_at.is_some() {
+            return;
+        }
+        let late = self.now_ms >= self.since_ms + REST_MS;
+        match doing {
+            Doing::Hold { rests: true }
+            | Doing::Door { rests: true }
+            | Doing::Check
+            | Doing::Sleep
+            | Doing::Alarm => {
+                self.reset();
+            }
+            _ if late => {
+                self.trust = Trust::Lost;
+                self.reset();
+            }
+            Doing::Idle => {
+                let idle = self.run.as_mut().map_or(IDLE_REPORTS, |run| {
+                    run.idle += 1;
+                    run.idle
+                });
+                if idle >= IDLE_REPORTS { self.reset() } else { self.write(signs::HOLD) }
+            }
+            Doing::Run | Doing::Jog => self.write(signs::HOLD),
+            _ => {}
+        }
+    }
+
+    /// Answers that do not come.
+    pub(super) fn stalls(&mut self) {
+        let waits_s: f64 = self
+            .buffer
+            .waiting()
+            .map(|meaning| if let Meaning::Job { wait_s, .. } = meaning { *wait_s } else { 0.0 })
+            .sum();
+        let late = self.now_ms as f64 > self.moved_ms as f64 + ANSWER_MS + waits_s * 1e3;
+        let rests = |status: &Status| matches!(status.doing, Doing::Idle | Doing::Alarm | Doing::Check);
+        let still = self.status.as_ref().is_some_and(rests);
+        if self.buffer.is_empty() || !late || !still || self.reset_at.is_some() {
+            return;
+        }
+        match self.phase {
+            Phase::Running => self.trouble(Diagnostic::error("grbl.answer_missing")),
+            Phase::Stopping | Phase::Homing => {}
+            Phase::Greeting => self.reset(),
+            _ => {
+                // At rest a reset leaves the position as it was.
+                self.found(Diagnostic::warning("grbl.answer_missing"));
+                let job = self.run.take().is_some();
+                if job {
+                    self.out.push(Action::Ended(Ending::Alarm));
+                }
+                self.reset();
+            }
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The numbered settings of a controller: what each is called, in which unit, and which of them a job depends on.
+//!
+//! Comes in: numbers and values as `$$` lists them. Goes out: names (keys of the locale tables) and units. Does not know a controller's
+//! own settings beyond those that the family shares.
+
+use std::collections::BTreeMap;
+
+/// Values by their numbers.
+pub type Values = BTreeMap<u16, f64>;
+
+/// One setting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Its number.
+    pub number: u16,
+    /// Its unit: `mm`, `mm/min`, `mm/s²`, `steps/mm`, `µs`, `ms`, `rpm`, `on/off`, `bits`, or nothing.
+    pub unit: &'static str,
+}
+
+impl Row {
+    /// Key of its name in the locale tables.
+    pub fn key(self) -> String {
+        format!("grbl.setting.{}", self.number)
+    }
+}
+
+const fn row(number: u16, unit: &'static str) -> Row {
+    Row { number, unit }
+}
+
+/// Settings that the whole family knows, in order.
+pub const SETTINGS: &[Row] = &[
+    row(0, "µs"),
+    row(1, "ms"),
+    row(2, "bits"),
+    row(3, "bits"),
+    row(4, "on/off"),
+    row(5, "on/off"),
+    row(6, "on/off"),
+    row(10, "bits"),
+    row(11, "mm"),
+    row(12, "mm"),
+    row(13, "on/off"),
+    row(20, "on/off"),
+    row(21, "on/off"),
+    row(22, "on/off"),
+    row(23, "bits"),
+    row(24, "mm/min"),
+    row(25, "mm/min"),
+    row(26, "ms"),
+    row(27, "mm"),
+    row(30, "rpm"),
+    row(31, "rpm"),
+    row(32, "on/off"),
+    row(100, "steps/mm"),
+    row(101, "steps/mm"),
+    row(102, "steps/mm"),
+    row(110, "mm/min"),
+    row(111, "mm/min"),
+    row(112, "mm/min"),
+    row(120, "mm/s²"),
+    row(121, "mm/s²"),
+    row(122, "mm/s²"),
+    row(130, "mm"),
+    row(131, "mm"),
+    row(132, "mm"),
+];
+
+/// The row of a number, if the family shares it.
+pub fn of(number: u16) -> Option<Row> {
+    SETTINGS.iter().copied().find(|row| row.number == number)
+}
+
+/// Three values from `first` on, where all are known and above 0.
+pub fn axes(values: &Values, first: u16) -> Option<[f64; 3]> {
+    let value = |axis: u16| values.get(&(first + axis)).copied().filter(|value| *value > 0.0);
+    Some([value(0)?, value(1)?, value(2)?])
+}
+
+/// Whether a switch is on.
+pub fn on(values: &Values, number: u16) -> bool {
+    values.get(&number).is_some_and(|value| *value != 0.0)
+}
+
+/// Errors that the family shares, by number.
+pub const ERRORS: &[u16] = &[
+    1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30,
+    31, 32, 33, 34, 35, 36, 37, 38,
+];
+/// Alarms that the family shares, by number.
+pub const ALARMS: &[u16] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
+
+/// The code of an error's sentences.
+pub fn error_code(number: u16) -> String {
+    if ERRORS.contains(&number) { format!("grbl.error_{number}") } else { "grbl.error_other".to_owned() }
+}
+
+/// The code of an alarm's sentences.
+pub fn alarm_code(number: u16) -> String {
+    if ALARMS.contains(&number) { format!("grbl.alarm_{number}") } else { "grbl.alarm_other".to_owned() }
+}
+
+/// Whether an alarm leaves the position as it was: the controller stopped as planned.
+pub fn keeps_position(alarm: u16) -> bool {
+    matches!(alarm, 2 | 4 | 5)
+}

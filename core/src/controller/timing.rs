@@ -1,0 +1,229 @@
+//! How long a job takes on a controller that plans its own motion: its planner once more, with trapezoids, junction deviation and a
+//! look-ahead of so many blocks.
+//!
+//! ```text
+//!  speed ▲    ┌────────┐            limit of a block: feed, or what its slowest axis allows
+//!        │   ╱          ╲──┐        junction: as fast as its angle allows; at the last block that is known, rest
+//!        └──╱──────────────╲─▶
+//! ```
+//!
+//! Comes in: paths, settings. Goes out: seconds. mm and s. Does not know lines.
+
+use super::lines::Piece;
+use super::settings::{self, Values};
+
+/// Blocks that an 8-bit controller looks ahead.
+pub const USUAL_BLOCKS: usize = 15;
+/// Feeds below this are raised to it, mm/s.
+const SLOWEST: f64 = 1.0 / 60.0;
+
+/// What the planner goes by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Fastest of each axis, mm/s.
+    pub fastest: [f64; 3],
+    /// Acceleration of each axis, mm/s².
+    pub acceleration: [f64; 3],
+    /// Junction deviation, mm.
+    pub junction: f64,
+    /// How far lines that stand for an arc may be from it, mm.
+    pub arc: f64,
+    /// Blocks that it looks ahead.
+    pub blocks: usize,
+}
+
+impl Limits {
+    /// As the settings say; none where they do not say enough.
+    pub fn of(values: &Values, blocks: usize) -> Option<Self> {
+        Some(Self {
+            fastest: settings::axes(values, 110)?.map(|rate| rate / 60.0),
+            acceleration: settings::axes(values, 120)?,
+            junction: values.get(&11).copied().filter(|value| *value > 0.0).unwrap_or(0.01),
+            arc: values.get(&12).copied().filter(|value| *value > 0.0).unwrap_or(0.002),
+            blocks: if blocks == 0 { USUAL_BLOCKS } else { blocks },
+        })
+    }
+
+    /// The greatest length of a vector along `unit` whose parts stay within `most`.
+    fn along(most: &[f64; 3], unit: &[f64; 3]) -> f64 {
+        let parts = (0..3).filter(|axis| unit[*axis] != 0.0);
+        parts.map(|axis| most[axis] / libm::fabs(unit[axis])).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// A straight block.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    length: f64,
+    /// Nominal speed, mm/s.
+    nominal: f64,
+    acceleration: f64,
+    /// Fastest entry that the angle before it allows, squared.
+    junction: f64,
+}
+
+/// A planner that is fed with paths and tells how long they take.
+#[derive(Clone, Debug)]
+pub struct Clockwork {
+    limits: Limits,
+    /// Blocks not begun, oldest first.
+    queue: std::collections::VecDeque<Block>,
+    before: Option<([f64; 3], f64)>,
+    /// Speed at which the oldest block is entered, squared.
+    entry: f64,
+    spent_s: f64,
+}
+
+impl Clockwork {
+    /// A planner at rest.
+    pub fn new(limits: Limits) -> Self {
+        Self { limits, queue: std::collections::VecDeque::new(), before: None, entry: 0.0, spent_s: 0.0 }
+    }
+
+    /// Seconds so far, without what is not begun.
+    pub fn spent_s(&self) -> f64 {
+        self.spent_s
+    }
+
+    /// Everything that is queued is run to its end; then it waits.
+    pub fn rest(&mut self, wait_s: f64) {
+        while !self.queue.is_empty() {
+            self.run_oldest();
+        }
+        (self.before, self.entry) = (None, 0.0);
+        self.spent_s += wait_s;
+    }
+
+    /// A path is queued.
+    pub fn go(&mut self, piece: &Piece) {
+        let Some(bow) = piece.bow else { return self.line(piece.from, piece.to, piece.feed) };
+        let arc = self.limits.arc;
+        let reach = arc * (2.0 * bow.radius - arc);
+        let parts = if reach > 0.0 { libm::floor(0.5 * bow.length() / libm::sqrt(reach)) } else { 0.0 };
+        let parts = parts.clamp(1.0, 100_000.0) as u32;
+        let mut from = piece.from;
+        for part in 1..=parts {
+            let t = f64::from(part) / f64::from(parts);
+            let [x, y] = bow.at(t);
+            let to = if part == parts {
+                piece.to
+            } else {
+                [x, y, piece.from[2] + (piece.to[2] - piece.from[2]) * t]
+            };
+            self.line(from, to, piece.feed);
+            from = to;
+        }
+    }
+
+    fn line(&mut self, from: [f64; 3], to: [f64; 3], feed: Option<f64>) {
+        let way: [f64; 3] = core::array::from_fn(|axis| to[axis] - from[axis]);
+        let length = libm::sqrt(way.iter().map(|part| part * part).sum());
+        if length < 1e-6 {
+            return;
+        }
+        let unit = way.map(|part| part / length);
+        let fastest = Limits::along(&self.limits.fastest, &unit);
+        let nominal = feed.map_or(fastest, |feed| (feed / 60.0).min(fastest)).max(SLOWEST);
+        let acceleration = Limits::along(&self.limits.acceleration, &unit);
+        let junction = match self.before {
+            None => 0.0,
+            Some((before, speed)) => self.corner(&before, &unit).min(speed * speed).min(nominal * nominal),
+        };
+        self.before = Some((unit, nominal));
+        self.queue.push_back(Block { length, nominal, acceleration, junction });
+        if self.queue.len() > self.limits.blocks {
+            self.run_oldest();
+        }
+    }
+
+    /// Fastest way round a corner, squared.
+    fn corner(&self, before: &[f64; 3], unit: &[f64; 3]) -> f64 {
+        let cos = -(0..3).map(|axis| before[axis] * unit[axis]).sum::<f64>();
+        if cos > 0.999_999 {
+            return 0.0;
+        }
+        if cos < -0.999_999 {
+            return f64::INFINITY;
+        }
+        let turn: [f64; 3] = core::array::from_fn(|axis| unit[axis] - before[axis]);
+        let length = libm::sqrt(turn.iter().map(|part| part * part).sum());
+        let along = Limits::along(&self.limits.acceleration, &turn.map(|part| part / length));
+        let sin = libm::sqrt(0.5 * (1.0 - cos));
+        along * self.limits.junction * sin / (1.0 - sin)
+    }
+
+    /// Runs the oldest block as it is planned now: at the end of all that is known there is rest.
+    fn run_oldest(&mut self) {
+        let mut exit = 0.0;
+        for block in self.queue.iter().skip(1).rev() {
+            exit = block.junction.min(exit + 2.0 * block.acceleration * block.length);
+        }
+        let Some(block) = self.queue.pop_front() else { return };
+        let (a, entry) = (block.acceleration, self.entry);
+        let exit = exit.min(entry + 2.0 * a * block.length).min(block.nominal * block.nominal);
+        let peak = (0.5 * (entry + exit) + a * block.length).min(block.nominal * block.nominal);
+        let (v0, v1, top) = (libm::sqrt(entry), libm::sqrt(exit), libm::sqrt(peak.max(entry).max(exit)));
+        let ramps = ((top * top - entry) + (top * top - exit)) / (2.0 * a);
+        let even = (block.length - ramps).max(0.0);
+        self.spent_s += (top - v0) / a + (top - v1) / a + if top > 0.0 { even / top } else { 0.0 };
+        self.entry = exit;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limits() -> Limits {
+        Limits { fastest: [50.0; 3], acceleration: [100.0; 3], junction: 0.01, arc: 0.002, blocks: 15 }
+    }
+
+    fn straight(from: [f64; 3], to: [f64; 3], feed: Option<f64>) -> Piece {
+        Piece { from, to, bow: None, feed }
+    }
+
+    #[test]
+    fn single_moves_take_what_the_book_says() {
+        // Length, feed in mm/min, seconds: v/a + s/v, or 2·√(s/a) where it never gets there.
+        for (length, feed, seconds) in
+            [(100.0, 1200.0, 5.2), (1.0, 6000.0, 0.2), (0.04, 6000.0, 0.04), (10.0, 600.0, 1.1)]
+        {
+            let mut clock = Clockwork::new(limits());
+            clock.go(&straight([0.0; 3], [length, 0.0, 0.0], Some(feed)));
+            clock.rest(0.0);
+            assert!((clock.spent_s() - seconds).abs() < 1e-9, "{length} {}", clock.spent_s());
+        }
+    }
+
+    #[test]
+    fn a_line_cut_into_many_is_slower_only_by_its_look_ahead() {
+        let run = |parts: u32, blocks: usize| {
+            let mut clock = Clockwork::new(Limits { blocks, ..limits() });
+            for part in 0..parts {
+                let at = |n: u32| [100.0 * f64::from(n) / f64::from(parts), 0.0, 0.0];
+                clock.go(&straight(at(part), at(part + 1), Some(1200.0)));
+            }
+            clock.rest(0.0);
+            clock.spent_s()
+        };
+        assert!((run(1, 15) - 5.2).abs() < 1e-9 && (run(100, 15) - 5.2).abs() < 1e-9);
+        // 15 blocks of 0.05 mm are 0.75 mm, in which it must be able to stop: √(2·100·0.75) = 12.2 mm/s.
+        assert!(run(2_000, 15) > 100.0 / 12.3 && run(2_000, 15) < 100.0 / 11.0, "{}", run(2_000, 15));
+        assert!(run(2_000, 1_000) < 5.3);
+    }
+
+    #[test]
+    fn a_sharp_corner_stops_and_a_flat_one_does_not() {
+        let run = |to: [f64; 3]| {
+            let mut clock = Clockwork::new(limits());
+            clock.go(&straight([0.0; 3], [10.0, 0.0, 0.0], Some(600.0)));
+            clock.go(&straight([10.0, 0.0, 0.0], to, Some(600.0)));
+            clock.rest(0.0);
+            clock.spent_s()
+        };
+        assert!((run([20.0, 0.0, 0.0]) - 2.1).abs() < 1e-9);
+        assert!((run([0.0, 0.0, 0.0]) - 2.2).abs() < 1e-9);
+        let square = run([10.0, 10.0, 0.0]);
+        assert!(square > 2.1 && square < 2.2, "{square}");
+    }
+}

@@ -1,0 +1,412 @@
+//! A GRBL of our own for the tests: receive buffer, parser, planner and real-time characters, in simulated milliseconds. It knows nothing
+//! of the engine, and is simpler than the firmware: moves begin and end at rest, arcs are taken as their chords.
+//!
+//! Comes in: bytes, time. Goes out: bytes, and every place where the tip was.
+
+use std::collections::VecDeque;
+
+/// Bytes of the receive buffer.
+const RX: usize = 128;
+/// Blocks of the planner.
+const BLOCKS: usize = 15;
+/// How far a rapid goes in a millisecond, mm.
+const RAPID_MM: f64 = 0.1;
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Lock {
+    None,
+    Alarm,
+}
+
+struct Block {
+    to: [f64; 3],
+    per_ms: f64,
+}
+
+/// What holds from line to line.
+#[derive(Clone)]
+struct Modal {
+    relative: bool,
+    motion: u32,
+    feed: f64,
+    speed: f64,
+    spindle: u32,
+    zero: usize,
+    inches: bool,
+}
+
+impl Default for Modal {
+    fn default() -> Self {
+        Self { relative: false, motion: 0, feed: 0.0, speed: 0.0, spindle: 5, zero: 0, inches: false }
+    }
+}
+
+/// The board.
+pub(super) struct Automaton {
+    rx: VecDeque<u8>,
+    line: Vec<u8>,
+    out: Vec<u8>,
+    queue: VecDeque<Block>,
+    /// Machine position.
+    pub(super) at: [f64; 3],
+    /// Where the planner's last block ends.
+    planned: [f64; 3],
+    zeros: [[f64; 3]; 6],
+    modal: Modal,
+    held: bool,
+    lock: Lock,
+    check: bool,
+    dwell_ms: f64,
+    /// A line that waits for the planner to run empty, or for room.
+    pending: Option<Vec<u8>>,
+    /// Physical place of machine zero: it changes when the board forgets where it is.
+    pub(super) origin: [f64; 3],
+    /// Bytes that had no room.
+    pub(super) overrun: u32,
+    /// Physical places where the tip was in the board, and at which the spindle stood still while it moved there.
+    pub(super) cuts: Vec<[f64; 3]>,
+    asked: bool,
+    settings: Vec<(u16, f64)>,
+}
+
+impl Automaton {
+    /// A board at rest, its switches at the physical origin.
+    pub(super) fn new(at: [f64; 3]) -> Self {
+        let mut settings = vec![(11, 0.01), (12, 0.002), (22, 1.0), (32, 0.0), (13, 0.0), (30, 20_000.0)];
+        for axis in 0..3 {
+            settings.extend([
+                (100 + axis, 100.0),
+                (110 + axis, 6000.0),
+                (120 + axis, 1_000_000.0),
+                (130 + axis, 300.0),
+            ]);
+        }
+        let mut new = Self {
+            rx: VecDeque::new(),
+            line: Vec::new(),
+            out: Vec::new(),
+            queue: VecDeque::new(),
+            at: [0.0; 3],
+            planned: [0.0; 3],
+            zeros: [[0.0; 3]; 6],
+            modal: Modal::default(),
+            held: false,
+            lock: Lock::Alarm,
+            check: false,
+            dwell_ms: 0.0,
+            pending: None,
+            origin: at,
+            overrun: 0,
+            cuts: Vec::new(),
+            asked: false,
+            settings,
+        };
+        new.greet();
+        new
+    }
+
+    fn say(&mut self, text: &str) {
+        self.out.extend(text.as_bytes());
+        self.out.extend(b"\r\n");
+    }
+
+    fn greet(&mut self) {
+        self.say("");
+        self.say("Grbl 1.1h ['$' for help]");
+        if self.lock == Lock::Alarm {
+            self.say("[MSG:'$H'|'$X' to unlock]");
+        }
+    }
+
+    /// Power was lost, or the reset pin was pulled: it forgets where it is.
+    pub(super) fn power_up(&mut self) {
+        let physical = self.place();
+        self.begin_anew();
+        (self.origin, self.at, self.planned) = (physical, [0.0; 3], [0.0; 3]);
+        self.lock = Lock::Alarm;
+        self.out.clear();
+        self.greet();
+    }
+
+    fn begin_anew(&mut self) {
+        self.rx.clear();
+        self.line.clear();
+        self.queue.clear();
+        (self.planned, self.modal) = (self.at, Modal::default());
+        (self.held, self.check, self.dwell_ms, self.pending) = (false, false, 0.0, None);
+    }
+
+    fn soft_reset(&mut self) {
+        let moves = !self.queue.is_empty() && !self.held;
+        self.begin_anew();
+        if moves {
+            self.lock = Lock::Alarm;
+            self.say("ALARM:3");
+        }
+        self.greet();
+    }
+
+    /// Where the tip is, physically.
+    pub(super) fn place(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.origin[axis] + self.at[axis])
+    }
+
+    /// Bytes that it has said.
+    pub(super) fn said(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.out)
+    }
+
+    /// Bytes that it hears.
+    pub(super) fn hear(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            match byte {
+                b'?' => self.asked = true,
+                b'!' => self.held = true,
+                b'~' => self.held = false,
+                0x18 => self.soft_reset(),
+                0x80.. => {}
+                _ if self.rx.len() >= RX => self.overrun += 1,
+                _ => self.rx.push_back(byte),
+            }
+        }
+    }
+
+    /// A millisecond passes.
+    pub(super) fn tick(&mut self) {
+        if self.asked {
+            self.asked = false;
+            self.report();
+        }
+        self.go();
+        if self.dwell_ms > 0.0 {
+            self.dwell_ms -= 1.0;
+            if self.dwell_ms <= 0.0 {
+                self.say("ok");
+            }
+            return;
+        }
+        // Some ten bytes are read in a millisecond.
+        for _ in 0..12 {
+            if self.pending.is_some() {
+                self.try_pending();
+                return;
+            }
+            let Some(byte) = self.rx.pop_front() else { return };
+            match byte {
+                b'\n' | b'\r' => {
+                    let line = std::mem::take(&mut self.line);
+                    self.pending = Some(line);
+                    self.try_pending();
+                    if self.dwell_ms > 0.0 {
+                        return;
+                    }
+                }
+                _ if byte > b' ' && self.line.len() < 80 => self.line.push(byte.to_ascii_uppercase()),
+                _ => {}
+            }
+        }
+    }
+
+    fn go(&mut self) {
+        let mut left = 1.0;
+        while !self.held && left > 0.0 {
+            let Some(block) = self.queue.front() else { return };
+            let way: [f64; 3] = std::array::from_fn(|axis| block.to[axis] - self.at[axis]);
+            let length = way.iter().map(|part| part * part).sum::<f64>().sqrt();
+            let reach = block.per_ms * left;
+            if length <= reach {
+                self.at = block.to;
+                left -= length / block.per_ms;
+                self.queue.pop_front();
+            } else {
+                self.at = std::array::from_fn(|axis| self.at[axis] + way[axis] * reach / length);
+                left = 0.0;
+            }
+            self.cuts.push(self.place());
+        }
+    }
+
+    fn report(&mut self) {
+        let doing = match () {
+            () if self.lock == Lock::Alarm => "Alarm",
+            () if self.held => "Hold:0",
+            () if self.check => "Check",
+            () if !self.queue.is_empty() => "Run",
+            () => "Idle",
+        };
+        let words = |place: [f64; 3]| place.map(|value| format!("{value:.3}")).join(",");
+        let feed = self.queue.front().map_or(0.0, |block| block.per_ms * 60_000.0);
+        let (at, zero) = (words(self.at), words(self.zeros[self.modal.zero]));
+        self.say(&format!("<{doing}|MPos:{at}|FS:{feed:.0},0|WCO:{zero}>"));
+    }
+
+    fn try_pending(&mut self) {
+        let Some(line) = self.pending.clone() else { return };
+        let text = String::from_utf8_lossy(&line).into_owned();
+        match self.run(&text) {
+            Ok(true) => {
+                self.pending = None;
+                if self.dwell_ms <= 0.0 {
+                    self.say("ok");
+                }
+            }
+            Ok(false) => {}
+            Err(number) => {
+                self.pending = None;
+                self.say(&format!("error:{number}"));
+            }
+        }
+    }
+
+    /// Runs a line; false when it has to wait.
+    fn run(&mut self, text: &str) -> Result<bool, u16> {
+        if text.is_empty() {
+            return Ok(true);
+        }
+        if let Some(rest) = text.strip_prefix('$') {
+            return self.system(rest);
+        }
+        if self.lock == Lock::Alarm {
+            return Err(9);
+        }
+        let words = words(text)?;
+        self.gcode(&words)
+    }
+
+    fn system(&mut self, rest: &str) -> Result<bool, u16> {
+        match rest {
+            "" => {}
+            "$" => {
+                for (number, value) in self.settings.clone() {
+                    self.say(&format!("${number}={value:.3}"));
+                }
+            }
+            "I" => {
+                self.say("[VER:1.1h.20190830:]");
+                self.say("[OPT:V,15,128]");
+            }
+            "#" => {
+                for (index, zero) in self.zeros.into_iter().enumerate() {
+                    let words = zero.map(|value| format!("{value:.3}")).join(",");
+                    self.say(&format!("[G{}:{words}]", 54 + index));
+                }
+            }
+            "G" => {
+                let Modal { relative, motion, feed, speed, spindle, zero, inches } = self.modal.clone();
+                let (distance, unit) = (if relative { 91 } else { 90 }, if inches { 20 } else { 21 });
+                let zero = 54 + zero;
+                self.say(&format!("[GC:G{motion} G{zero} G17 G{unit} G{distance} G94 M{spindle} M9 T0 F{feed:.0} S{speed:.0}]"));
+            }
+            "C" => self.check = !self.check,
+            "X" => self.lock = Lock::None,
+            "H" => {
+                if !self.queue.is_empty() {
+                    return Err(8);
+                }
+                // The switches are at the physical origin, a millimetre above the resting place.
+                (self.lock, self.origin) = (Lock::None, [0.0; 3]);
+                (self.at, self.planned) = ([-1.0; 3], [-1.0; 3]);
+            }
+            _ => return Err(3),
+        }
+        Ok(true)
+    }
+
+    fn gcode(&mut self, words: &[(char, f64)]) -> Result<bool, u16> {
+        let mut modal = self.modal.clone();
+        let value = |letter: char| words.iter().find(|(name, _)| *name == letter).map(|(_, value)| *value);
+        let (mut dwells, mut writes) = (false, false);
+        let mut motions = 0;
+        for (letter, number) in words {
+            match (letter, (number * 10.0).round() as i64) {
+                ('G', 0 | 10 | 20 | 30) => {
+                    motions += 1;
+                    modal.motion = *number as u32;
+                }
+                ('G', 40) => dwells = true,
+                ('G', 100) => writes = true,
+                ('G', 170 | 940) => {}
+                ('G', 200) => modal.inches = true,
+                ('G', 210) => modal.inches = false,
+                ('G', code @ 540..=590) if code % 10 == 0 => modal.zero = (code / 10 - 54) as usize,
+                ('G', 900) => modal.relative = false,
+                ('G', 910) => modal.relative = true,
+                ('M', 30 | 40 | 50) => modal.spindle = *number as u32,
+                ('M', 70 | 80 | 90) => {}
+                ('F', _) => modal.feed = *number,
+                ('S', _) => modal.speed = *number,
+                ('X' | 'Y' | 'Z' | 'I' | 'J' | 'P' | 'L', _) => {}
+                _ => return Err(20),
+            }
+        }
+        if motions > 1 || (motions > 0 && (dwells || writes)) {
+            return Err(21);
+        }
+        if modal.zero > 5 {
+            return Err(29);
+        }
+        let moves = ['X', 'Y', 'Z'].into_iter().any(|axis| value(axis).is_some());
+        let synchronised = dwells || writes || words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'));
+        if (synchronised && !self.queue.is_empty()) || self.queue.len() >= BLOCKS {
+            return Ok(false);
+        }
+        if dwells {
+            self.dwell_ms = value('P').filter(|p| *p >= 0.0).ok_or(28_u16)? * 1e3;
+            self.modal = modal;
+            return Ok(true);
+        }
+        let unit = if modal.inches { 25.4 } else { 1.0 };
+        if writes {
+            if value('L') != Some(2.0) {
+                return Err(20);
+            }
+            let place = value('P').filter(|p| (1.0..=6.0).contains(p)).ok_or(29_u16)? as usize - 1;
+            for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+                self.zeros[place][axis] = value(letter).map_or(self.zeros[place][axis], |value| value * unit);
+            }
+            self.modal = modal;
+            return Ok(true);
+        }
+        if moves {
+            if modal.motion > 0 && modal.feed <= 0.0 {
+                return Err(22);
+            }
+            if modal.motion < 2 && (value('I').is_some() || value('J').is_some()) {
+                return Err(36);
+            }
+            let zero = self.zeros[modal.zero];
+            let mut to = self.planned;
+            for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+                let Some(value) = value(letter) else { continue };
+                to[axis] = if modal.relative { to[axis] + value * unit } else { value * unit + zero[axis] };
+            }
+            if !self.check {
+                let per_ms = if modal.motion == 0 { RAPID_MM } else { (modal.feed / 60_000.0).min(RAPID_MM) };
+                self.queue.push_back(Block { to, per_ms });
+                self.planned = to;
+            }
+        }
+        self.modal = modal;
+        Ok(true)
+    }
+}
+
+fn words(text: &str) -> Result<Vec<(char, f64)>, u16> {
+    let mut found: Vec<(char, f64)> = Vec::new();
+    let mut rest = text;
+    while let Some(letter) = rest.chars().next() {
+        if !letter.is_ascii_uppercase() {
+            return Err(1);
+        }
+        let end = rest[1..]
+            .find(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'))
+            .map_or(rest.len(), |at| at + 1);
+        let value = rest[1..end].parse().map_err(|_| 2_u16)?;
+        if !matches!(letter, 'G' | 'M') && found.iter().any(|(name, _)| *name == letter) {
+            return Err(25);
+        }
+        found.push((letter, value));
+        rest = &rest[end..];
+    }
+    Ok(found)
+}

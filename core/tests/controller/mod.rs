@@ -1,0 +1,437 @@
+//! The engine of serial controllers against a GRBL of our own: streams, looks, stops, resets, pulled cables, lost and damaged characters
+//! (N19). The seed of every property is printed where it fails.
+
+mod automaton;
+
+use annulus_core::chance::Chance;
+use annulus_core::control::{Ending, Trust};
+use annulus_core::controller::{
+    Action, Ask, Controller, Event, Phase, Routine, SectionKind, Start, read, step,
+};
+use automaton::Automaton;
+use std::sync::Arc;
+
+/// Work zero in machine coordinates.
+const ZERO: [f64; 3] = [-150.0, -150.0, -30.0];
+/// A hole is there when the tip was so near to its bottom, mm.
+const NEAR: f64 = 0.02;
+
+/// Holes in a grid and a toolpath, with a tool change between.
+fn text() -> String {
+    let mut text = "G21 G17 G90 G94\nM5\nG0 Z8\nG0 X0 Y0\n(MSG, tool 1)\nM0\nM3 S9000\n".to_owned();
+    for hole in 0..9 {
+        let (x, y) = (hole % 3 * 4, hole / 3 * 4);
+        text += &format!("G0 X{x} Y{y}\nG0 Z0.5\nG1 Z-1.7 F600\nG0 Z2\n");
+        if hole == 4 {
+            text += "M5\nG0 Z8\nG0 X0 Y0\n(MSG, tool 2)\nM0\nM3 S9000\n";
+        }
+    }
+    text + "G0 X0 Y14\nG1 Z-0.1 F300\nG1 X10 F1200\nG1 X14 Y18\nG0 Z2\nM5\nG0 Z8\nG0 X0 Y0\nM2\n"
+}
+
+fn bottoms() -> Vec<[f64; 3]> {
+    let mut all: Vec<[f64; 3]> =
+        (0..9).map(|hole| [f64::from(hole % 3 * 4), f64::from(hole / 3 * 4), -1.7]).collect();
+    all.extend([[0.0, 14.0, -0.1], [10.0, 14.0, -0.1], [14.0, 18.0, -0.1]]);
+    all
+}
+
+fn routine() -> Arc<Routine> {
+    Arc::new(read("board", &[("board.nc".to_owned(), text())]).unwrap())
+}
+
+/// What happens to the line.
+#[derive(Clone, Copy, Default)]
+struct Faults {
+    /// How often a byte to the board is lost, or has a bit changed.
+    lost: f64,
+    damaged: f64,
+    /// The same of bytes from the board.
+    back: f64,
+}
+
+/// A board, an engine, a line between them, and a person.
+struct Bench {
+    board: Automaton,
+    engine: Option<Controller>,
+    now_ms: u64,
+    chance: Chance,
+    faults: Faults,
+    open: bool,
+    /// What was told.
+    told: Vec<Action>,
+    done: usize,
+    questions: Vec<u64>,
+    damaged: u32,
+}
+
+impl Bench {
+    fn new(seed: u64, faults: Faults) -> Self {
+        let board = Automaton::new([-20.0, -30.0, -10.0]);
+        let (engine, chance) = (Some(Controller::default()), Chance::new(seed));
+        Self {
+            board,
+            engine,
+            now_ms: 0,
+            chance,
+            faults,
+            open: false,
+            told: Vec::new(),
+            done: 0,
+            questions: Vec::new(),
+            damaged: 0,
+        }
+    }
+
+    fn engine(&self) -> &Controller {
+        self.engine.as_ref().unwrap()
+    }
+
+    fn event(&mut self, event: Event) {
+        let (engine, actions) = step(self.engine.take().unwrap(), self.now_ms, event);
+        self.engine = Some(engine);
+        for action in actions {
+            match &action {
+                Action::Write(bytes) => {
+                    self.questions.extend(bytes.iter().filter(|byte| **byte == b'?').map(|_| self.now_ms));
+                    let bytes = self.spoiled(bytes, self.faults.lost, self.faults.damaged);
+                    if self.open {
+                        self.board.hear(&bytes);
+                    }
+                }
+                Action::Progress(done) => {
+                    assert!(*done >= self.done, "what is done stays done");
+                    self.done = *done;
+                }
+                Action::Close => self.open = false,
+                _ => {}
+            }
+            self.told.push(action);
+        }
+    }
+
+    fn spoiled(&mut self, bytes: &[u8], lost: f64, damaged: f64) -> Vec<u8> {
+        let mut out = Vec::new();
+        for &byte in bytes {
+            if self.chance.unit() < lost {
+                self.damaged += 1;
+                continue;
+            }
+            let flips = self.chance.unit() < damaged;
+            self.damaged += u32::from(flips);
+            out.push(if flips { byte ^ (1 << self.chance.below(8)) } else { byte });
+        }
+        out
+    }
+
+    /// A millisecond passes.
+    fn tick(&mut self) {
+        self.now_ms += 1;
+        self.board.tick();
+        let said = self.board.said();
+        if !self.open {
+            return;
+        }
+        if !said.is_empty() {
+            let (lost, damaged) = (self.faults.back / 2.0, self.faults.back / 2.0);
+            let said = self.spoiled(&said, lost, damaged);
+            self.event(Event::Bytes(said));
+        } else if self.now_ms.is_multiple_of(10) {
+            self.event(Event::Tick);
+        }
+    }
+
+    fn plug(&mut self) {
+        self.open = true;
+        self.board.power_up();
+        self.event(Event::Opened);
+    }
+
+    fn unplug(&mut self) {
+        self.open = false;
+        self.event(Event::Closed);
+    }
+
+    /// Time passes until something is so; false where it never is.
+    fn until(&mut self, limit_ms: u64, so: impl Fn(&Self) -> bool) -> bool {
+        let end = self.now_ms + limit_ms;
+        while !so(self) {
+            if self.now_ms >= end {
+                return false;
+            }
+            self.tick();
+        }
+        true
+    }
+
+    /// Connects, homes, sets the zero; false where the line spoiled it.
+    fn ready(&mut self) -> bool {
+        self.open = false;
+        self.event(Event::Closed);
+        self.plug();
+        let greeted = self.until(20_000, |bench| {
+            matches!(bench.engine().phase, Phase::Ready | Phase::Locked | Phase::Closed)
+                && bench.engine().place().is_some()
+        });
+        self.event(Event::Ask(Ask::Home));
+        greeted
+            && self.until(5_000, |bench| {
+                bench.engine().trust == Trust::Trusted && bench.engine().phase == Phase::Ready
+            })
+            && {
+                self.until(1_000, |bench| bench.engine().place().is_some());
+                self.told.clear();
+                self.event(Event::Ask(Ask::ZeroAt(ZERO)));
+                self.until(5_000, |bench| {
+                    bench.told.contains(&Action::ZeroSet) && bench.engine().place().is_some()
+                })
+            }
+    }
+
+    fn start(&mut self, from: usize) {
+        self.told.clear();
+        let (routine, accepted) = (routine(), Vec::new());
+        let start = Start { routine, from, zero: None, spin_up_s: 0.1, accepted };
+        self.event(Event::Ask(Ask::Start(start)));
+    }
+
+    fn ended(&self) -> Option<Ending> {
+        self.told
+            .iter()
+            .find_map(|action| if let Action::Ended(ending) = action { Some(*ending) } else { None })
+    }
+
+    /// Runs on, with somebody who changes tools, until the job is over; false where it never is.
+    fn run(&mut self) -> bool {
+        for _ in 0..200_000 {
+            if self.ended().is_some() || self.engine().phase == Phase::Closed {
+                return true;
+            }
+            if self.engine().phase == Phase::Ready {
+                return true;
+            }
+            if self.engine().phase == Phase::ToolChange {
+                self.event(Event::Ask(Ask::ToolReady));
+            }
+            self.tick();
+        }
+        false
+    }
+
+    /// What was told last, and how the engine is.
+    fn words(&self) -> (Phase, Trust, Vec<&Action>) {
+        let told =
+            self.told.iter().rev().filter(|action| !matches!(action, Action::Write(bytes) if bytes == b"?"));
+        (self.engine().phase, self.engine().trust, told.take(12).collect())
+    }
+
+    /// Places in the board, in work coordinates as they really are.
+    fn cuts(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.board
+            .cuts
+            .iter()
+            .map(|place| [0, 1, 2].map(|axis| place[axis] - ZERO[axis]))
+            .filter(|place| place[2] < -0.01)
+    }
+
+    fn missing(&self) -> Vec<[f64; 3]> {
+        let near = |a: &[f64; 3], b: &[f64; 3]| (0..3).all(|axis| (a[axis] - b[axis]).abs() <= NEAR);
+        bottoms().into_iter().filter(|bottom| !self.cuts().any(|cut| near(&cut, bottom))).collect()
+    }
+
+    /// Places in the board where nothing is wanted.
+    fn wrong(&self) -> Vec<[f64; 3]> {
+        let hole = |place: &[f64; 3]| {
+            place[2] >= -1.7 - NEAR
+                && (0..9).any(|hole| {
+                    (place[0] - f64::from(hole % 3 * 4)).abs() <= NEAR
+                        && (place[1] - f64::from(hole / 3 * 4)).abs() <= NEAR
+                })
+        };
+        let path = |place: &[f64; 3]| {
+            let flat = (place[1] - 14.0).abs() <= NEAR && (-NEAR..=10.0 + NEAR).contains(&place[0]);
+            let slope = (place[1] - 14.0 - (place[0] - 10.0)).abs() <= NEAR
+                && (10.0 - NEAR..=14.0 + NEAR).contains(&place[0]);
+            place[2] >= -0.1 - NEAR && (flat || slope)
+        };
+        self.cuts().filter(|place| !hole(place) && !path(place)).collect()
+    }
+}
+
+#[test]
+fn a_job_is_run_as_it_is_written() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    bench.start(0);
+    assert!(bench.run());
+    assert_eq!(bench.ended(), Some(Ending::Done), "{:?}", bench.told);
+    assert_eq!((bench.missing(), bench.wrong()), (vec![], vec![]));
+    assert_eq!((bench.board.overrun, bench.done), (0, routine().sections.len()));
+    let place = bench.board.place();
+    assert!((0..2).all(|axis| (place[axis] - ZERO[axis]).abs() < 0.001), "{place:?}");
+}
+
+#[test]
+fn the_status_is_never_asked_for_more_than_ten_times_a_second() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    bench.start(0);
+    assert!(bench.run());
+    let gaps: Vec<u64> = bench.questions.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(gaps.len() > 20 && gaps.iter().all(|gap| *gap >= 100), "{:?}", gaps.iter().min());
+    assert!(gaps.iter().all(|gap| *gap <= 600), "{:?}", gaps.iter().max());
+}
+
+#[test]
+fn a_job_begins_only_where_the_place_is_known() {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.plug();
+    assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Locked));
+    let code = |bench: &Bench| {
+        bench.told.iter().rev().find_map(|action| {
+            if let Action::Found(found) = action { Some(found.code.clone()) } else { None }
+        })
+    };
+    bench.start(0);
+    assert_eq!(code(&bench), Some("grbl.not_now".to_owned()));
+    bench.event(Event::Ask(Ask::Unlock));
+    assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Ready));
+    bench.start(0);
+    assert_eq!(code(&bench), Some("grbl.not_homed".to_owned()));
+    assert_eq!((bench.engine().phase, bench.board.cuts.len()), (Phase::Ready, 0));
+}
+
+#[test]
+fn a_tool_change_waits_without_any_clock() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    bench.start(0);
+    assert!(bench.until(60_000, |bench| bench.engine().phase == Phase::ToolChange));
+    let place = bench.board.place();
+    // Two hours.
+    assert!(!bench.until(7_200_000, |bench| bench.engine().phase != Phase::ToolChange));
+    assert_eq!(bench.board.place(), place);
+    assert!(bench.run());
+    assert_eq!((bench.ended(), bench.missing(), bench.wrong()), (Some(Ending::Done), vec![], vec![]));
+}
+
+#[test]
+fn after_stop_nothing_moves_and_the_place_is_known() {
+    for seed in 0..200 {
+        let mut bench = Bench::new(seed, Faults::default());
+        assert!(bench.ready());
+        bench.start(0);
+        let moment = bench.now_ms + 200 + bench.chance.below(20_000) as u64;
+        while bench.now_ms < moment && bench.ended().is_none() {
+            if bench.engine().phase == Phase::ToolChange {
+                bench.event(Event::Ask(Ask::ToolReady));
+            }
+            bench.tick();
+        }
+        bench.event(Event::Ask(Ask::Stop));
+        let asked = bench.board.place();
+        assert!(bench.until(15_000, |bench| bench.ended().is_some()), "seed {seed}");
+        let far = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| (a[axis] - b[axis]).abs()).fold(0.0, f64::max);
+        // Our own board stops at once; what it does then is nothing.
+        assert!(far(asked, bench.board.place()) < 0.2, "seed {seed}");
+        bench.until(1_000, |_| false);
+        assert!(far(asked, bench.board.place()) < 0.2, "seed {seed}");
+        assert_eq!(bench.engine().trust, Trust::Trusted, "seed {seed}");
+        let from = bench.done;
+        if bench.ended() == Some(Ending::Done) {
+            continue;
+        }
+        assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Ready));
+        bench.start(from);
+        assert!(bench.run());
+        let found = (bench.ended(), bench.missing(), bench.wrong());
+        assert_eq!(found, (Some(Ending::Done), vec![], vec![]), "seed {seed}");
+    }
+}
+
+#[test]
+fn resets_and_pulled_cables_leave_nothing_out_and_nothing_wrong() {
+    for seed in 0..200 {
+        let mut bench = Bench::new(seed, Faults::default());
+        let mut disturbances = 3;
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            assert!(rounds < 20, "seed {seed} never ends: {:?}", bench.words());
+            assert!(bench.ready(), "seed {seed} is never ready: {:?}", bench.words());
+            bench.start(bench.done);
+            let moment = bench.now_ms + 200 + bench.chance.below(15_000) as u64;
+            while bench.now_ms < moment && bench.ended().is_none() && disturbances > 0 {
+                if bench.engine().phase == Phase::ToolChange {
+                    bench.event(Event::Ask(Ask::ToolReady));
+                }
+                bench.tick();
+            }
+            if bench.ended().is_none() && disturbances > 0 {
+                disturbances -= 1;
+                if bench.chance.below(2) == 0 {
+                    bench.board.power_up();
+                } else {
+                    bench.unplug();
+                    // It runs what it has.
+                    let wait = bench.chance.below(5_000) as u64;
+                    bench.until(wait, |_| false);
+                }
+                bench.until(500, |_| false);
+                assert_eq!(bench.engine().trust, Trust::Lost, "seed {seed}: never guessed");
+                continue;
+            }
+            assert!(bench.run(), "seed {seed}");
+            if bench.ended() == Some(Ending::Done) {
+                break;
+            }
+        }
+        assert_eq!((bench.missing(), bench.wrong()), (vec![], vec![]), "seed {seed}");
+    }
+}
+
+#[test]
+fn no_damaged_character_goes_unnoticed() {
+    let (mut jobs, mut stops, mut spoiled, mut wrongs) = (0, 0, 0, 0);
+    for seed in 0..400 {
+        let mut bench = Bench::new(
+            seed,
+            Faults { lost: 5e-4, damaged: 5e-4, back: if seed % 3 == 0 { 2e-4 } else { 0.0 } },
+        );
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            assert!(rounds < 60, "seed {seed} never ends: {:?}", bench.words());
+            if !bench.ready() {
+                continue;
+            }
+            let before = bench.wrong().len();
+            bench.start(bench.done);
+            assert!(bench.run(), "seed {seed}");
+            let wrong = bench.wrong().len() > before;
+            wrongs += u32::from(wrong);
+            match bench.ended() {
+                Some(Ending::Done) => {
+                    assert!(!wrong, "seed {seed}: cut in the wrong place, and nobody was told");
+                    break;
+                }
+                _ => stops += 1,
+            }
+        }
+        jobs += 1;
+        spoiled += bench.damaged;
+        assert_eq!(bench.missing(), Vec::<[f64; 3]>::new(), "seed {seed}: left out");
+    }
+    println!("{jobs} jobs, {spoiled} characters spoiled, {stops} stops, {wrongs} wrong cuts, all told");
+    assert!(stops > 100);
+}
+
+#[test]
+fn sections_say_what_they_are() {
+    let kinds: Vec<SectionKind> = routine().sections.iter().map(|section| section.kind).collect();
+    assert_eq!(kinds.len(), 13);
+    assert_eq!(
+        (kinds[0], kinds[6], kinds[11], kinds[12]),
+        (SectionKind::Change(0), SectionKind::Change(1), SectionKind::Toolpath(1), SectionKind::Finish)
+    );
+}

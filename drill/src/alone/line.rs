@@ -1,0 +1,189 @@
+//! The line to the one page: the frames of `wire`, as the bridge's server speaks them with many.
+//!
+//! Comes in: text. Goes out: text, and what is asked of the drill. Nobody has to prove who he is: whoever reaches this drill is the
+//! page that made it. Does not know how frames travel.
+
+use crate::owner::Message;
+use crate::ticket::{Ticket, Tickets};
+use annulus_core::control::lease::{Event, Lease, Outcome, Viewer};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Tell, understand};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::Duration;
+
+/// The one page.
+const PAGE: Viewer = 1;
+
+/// What the page asks of the drill.
+pub(super) enum Asked {
+    /// To be put before the owner.
+    Message(Message),
+    /// A job to be planned and checked.
+    Arm { job: String, ticket: Ticket },
+    /// The plan for a feed override that was ordered.
+    FeedOverride { percent: u8 },
+}
+
+/// Something that is waited for.
+enum Waiting {
+    /// An answer, and the feed override to be planned after it.
+    Answer(Receiver<Result<Vec<Tell>, Diagnostic>>, Option<u8>),
+    /// What a newcomer must know.
+    Greeting(Receiver<Vec<Tell>>),
+}
+
+/// The line.
+pub(super) struct Line {
+    pub(super) tickets: Arc<Tickets>,
+    lease: Lease,
+    welcome: bool,
+    waiting: Vec<Waiting>,
+    frames: Vec<String>,
+}
+
+impl Line {
+    pub(super) fn new(tickets: Arc<Tickets>) -> Self {
+        let (lease, waiting, frames) = (Lease::default(), Vec::new(), Vec::new());
+        Self { tickets, lease, welcome: false, waiting, frames }
+    }
+
+    /// The first frame.
+    pub(super) fn challenge(&mut self) {
+        self.welcome = false;
+        let (proto, min) = (PROTOCOL, OLDEST_PROTOCOL);
+        let bridge = env!("CARGO_PKG_VERSION").to_owned();
+        self.say(&Tell::Challenge { proto, min, bridge, nonce: String::new() });
+    }
+
+    /// The frames to be sent.
+    pub(super) fn frames(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.frames)
+    }
+
+    /// Something that everybody hears.
+    pub(super) fn tell(&mut self, tell: &Tell) {
+        if self.welcome {
+            self.say(tell);
+        }
+    }
+
+    /// What became of something that was asked.
+    pub(super) fn answer(&mut self, answer: Result<Vec<Tell>, Diagnostic>) {
+        match answer {
+            Ok(tells) => tells.iter().for_each(|tell| self.say(tell)),
+            Err(why) => self.say(&Tell::Refused { why }),
+        }
+    }
+
+    /// The same, once it is there.
+    pub(super) fn await_answer(&mut self, answer: Receiver<Result<Vec<Tell>, Diagnostic>>) {
+        self.waiting.push(Waiting::Answer(answer, None));
+    }
+
+    fn say(&mut self, tell: &Tell) {
+        self.frames.extend(serde_json::to_string(tell));
+    }
+
+    /// What the page says.
+    pub(super) fn heard(&mut self, text: &str, now: Duration) -> Vec<Asked> {
+        if text.len() > FRAME_LIMIT {
+            self.answer(Err(Diagnostic::error("socket.too_large").with("limit", FRAME_LIMIT)));
+            return Vec::new();
+        }
+        let mut asked = self.control(Event::Heard(PAGE), now);
+        match understand(text) {
+            Ok(ask) => asked.extend(self.asked(ask, now)),
+            Err(why) => self.answer(Err(why)),
+        }
+        asked
+    }
+
+    fn asked(&mut self, ask: Ask, now: Duration) -> Vec<Asked> {
+        match ask {
+            Ask::Hello { .. } if !self.welcome => return self.hello(),
+            Ask::Hello { .. } => self.answer(Err(Diagnostic::error("socket.hello_again"))),
+            _ if !self.welcome => self.answer(Err(Diagnostic::error("socket.first_frame"))),
+            Ask::Ping { stamp } => self.say(&Tell::Pong { stamp }),
+            Ask::TakeControl { force } => return self.control(Event::Take { viewer: PAGE, force }, now),
+            Ask::ReleaseControl => return self.control(Event::Release(PAGE), now),
+            Ask::Stop => {
+                self.tickets.stopped();
+                return vec![Asked::Message(Message::Stop)];
+            }
+            _ if self.lease.holder() != Some(PAGE) => {
+                self.answer(Err(Diagnostic::error("control.needed")));
+            }
+            Ask::Arm { job } => return vec![Asked::Arm { job, ticket: self.tickets.now() }],
+            ask => {
+                let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
+                let (reply, answer) = channel();
+                self.waiting.push(Waiting::Answer(answer, percent));
+                return vec![Asked::Message(Message::Ask(ask, Some(self.tickets.now()), reply))];
+            }
+        }
+        Vec::new()
+    }
+
+    fn hello(&mut self) -> Vec<Asked> {
+        self.welcome = true;
+        self.say(&Tell::Welcome { viewer: PAGE });
+        self.say_control();
+        let (reply, greeting) = channel();
+        self.waiting.push(Waiting::Greeting(greeting));
+        vec![Asked::Message(Message::Greeting(reply))]
+    }
+
+    fn say_control(&mut self) {
+        let yours = self.lease.holder() == Some(PAGE);
+        self.say(&Tell::Control { yours, taken: yours, viewers: 1 });
+    }
+
+    fn control(&mut self, event: Event, now: Duration) -> Vec<Asked> {
+        let now_ms = u64::try_from(now.as_millis()).unwrap_or(u64::MAX);
+        let Outcome { changed, refused, .. } = self.lease.step(event, now_ms);
+        if let Some(why) = refused {
+            self.answer(Err(why));
+        }
+        if !changed {
+            return Vec::new();
+        }
+        self.tickets.control_changed();
+        self.say_control();
+        vec![Asked::Message(Message::ControlChanged)]
+    }
+
+    /// Time went by: whoever was silent too long has no control any more.
+    pub(super) fn passed(&mut self, now: Duration) -> Vec<Asked> {
+        self.control(Event::Tick, now)
+    }
+
+    /// Hands on the answers that have come; what is to be done after them.
+    pub(super) fn answers(&mut self) -> Vec<Asked> {
+        let mut asked = Vec::new();
+        for waiting in std::mem::take(&mut self.waiting) {
+            let later = match &waiting {
+                Waiting::Answer(answer, percent) => match answer.try_recv() {
+                    Ok(answer) => {
+                        let good = answer.is_ok();
+                        self.answer(answer);
+                        asked.extend(percent.filter(|_| good).map(|percent| Asked::FeedOverride { percent }));
+                        false
+                    }
+                    Err(why) => why == TryRecvError::Empty,
+                },
+                Waiting::Greeting(greeting) => match greeting.try_recv() {
+                    Ok(tells) => {
+                        self.answer(Ok(tells));
+                        false
+                    }
+                    Err(why) => why == TryRecvError::Empty,
+                },
+            };
+            if later {
+                self.waiting.push(waiting);
+            }
+        }
+        asked
+    }
+}

@@ -1,0 +1,327 @@
+//! The virtual drill without threads: the same owner, the same executor, taken by turns by whoever has it, a page's worker.
+//!
+//! ```text
+//! page ── text ──▶ line ── Message ──▶ owner ── orders ──▶ place (a coroutine: as far as time is granted)
+//!   ◀── frames ────┘                     │ left behind: tells, records, settings, holes
+//!                                        └──▶ advance: journal in two slots, drilled-board record, settings
+//! ```
+//!
+//! Comes in: frames of `wire`, programs, files, the time. Goes out: frames of `wire`, and how long it needs nothing. Stream time
+//! passes as [`Alone::advance`] is called: while nobody calls, because a page is hidden or a computer sleeps, none passes. Does not
+//! know a browser.
+
+mod line;
+mod outside;
+mod slots;
+#[cfg(test)]
+mod tests;
+
+use crate::board;
+use crate::executor::{Report, Shared, Time};
+use crate::journal::{sealed, unsealed};
+use crate::owner::{DAMAGED, Message, Owner, Parts};
+use crate::prepare::{at_feed, prepare};
+use crate::recording::Recording;
+use crate::ticket::{Ticket, Tickets};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::{self, Machine, Output, Value};
+use annulus_core::steps::TICK_HZ;
+use annulus_core::virtual_drill::{DrilledBoard, Faults};
+use annulus_core::wire::program;
+use line::Line;
+use outside::Letters;
+use slots::Slots;
+pub use slots::{File, Files};
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::task::{Context, Waker};
+use std::time::Duration;
+
+/// The most that passes in one turn, however long nobody called.
+const LONGEST_TURN: Duration = Duration::from_millis(50);
+
+/// How often it wants to be called while something moves.
+const TURN: Duration = Duration::from_millis(8);
+
+/// Programs that were brought, at most; the oldest goes first.
+const MOST_PROGRAMS: usize = 8;
+
+/// A drilled-board record longer than this is begun anew where no job needs it, in bytes.
+const LONGEST_RECORD: usize = 1024 * 1024;
+
+/// How often owner and executor take turns at most before whoever calls is heard again.
+const MOST_ROUNDS: usize = 1_000;
+
+/// What is played.
+type Play = Pin<Box<dyn Future<Output = ()>>>;
+
+/// A virtual drill and the one page that it belongs to.
+pub struct Alone<F> {
+    owner: Owner,
+    inbox: Receiver<Message>,
+    messages: Sender<Message>,
+    letters: Letters,
+    shared: Arc<Shared>,
+    play: Option<Play>,
+    slots: Slots<F>,
+    recording: Recording,
+    /// How much of the drilled-board record is in its file.
+    written: usize,
+    programs: Vec<(String, Vec<u8>)>,
+    line: Line,
+    speed: f64,
+    time: Time,
+    /// When it was called last.
+    called: Duration,
+}
+
+impl<F: Files> Alone<F> {
+    /// The drill whose journal, settings and record lie in `files`. Nothing moves. `speed` is how many times faster than life it
+    /// runs.
+    pub fn open(mut files: F, speed: f64, seed: u64, time: Time) -> Result<Self, Diagnostic> {
+        if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
+            return Err(Diagnostic::error("control.speed_range").with("speed", speed));
+        }
+        let machine = machine_in(&mut files);
+        let drilled = files.read(File::Drilled).unwrap_or_default();
+        let mut drilled = String::from_utf8_lossy(&drilled).into_owned();
+        let (mut slots, contents, program) = Slots::open(files)?;
+        if contents.job.is_none() && drilled.len() > LONGEST_RECORD {
+            // Nobody asks for what was drilled before the last job.
+            drilled.clear();
+            let _ = slots.files.write(File::Drilled, &[]);
+        }
+        let alarm = contents.damage.as_ref().map(|damage| {
+            let why = Diagnostic::error(DAMAGED).with("file", &damage.file);
+            why.with("job", damage.job.as_deref().unwrap_or("?")).with("holes", drilled.lines().count())
+        });
+        let job = contents.job.as_ref().map(|(job, _)| job.key.clone());
+        let programs = job.zip(program).into_iter().collect();
+        let (messages, inbox) = channel();
+        let (letters, shared, tickets) =
+            (Letters::default(), Arc::new(Shared::new(time)), Arc::<Tickets>::default());
+        let written = drilled.len();
+        letters.left().drilled = drilled;
+        let owner = Owner::new(Parts {
+            machine,
+            speed,
+            faults: Faults::default(),
+            seed,
+            record: record(&letters),
+            contents,
+            alarm,
+            tickets: Arc::clone(&tickets),
+            shared: Arc::clone(&shared),
+            time,
+            outside: Box::new(letters.clone()),
+        })?;
+        let (play, recording, line) = (None, Recording::default(), Line::new(tickets));
+        let called = time();
+        Ok(Self {
+            owner,
+            inbox,
+            messages,
+            letters,
+            shared,
+            play,
+            slots,
+            recording,
+            written,
+            programs,
+            line,
+            speed,
+            time,
+            called,
+        })
+    }
+
+    /// A page is there, and says hello next.
+    pub fn connect(&mut self) {
+        self.line.challenge();
+    }
+
+    /// The page says `text`.
+    pub fn hear(&mut self, text: &str) {
+        let now = (self.time)();
+        let asked = self.line.heard(text, now);
+        self.see_to(asked);
+    }
+
+    /// The frames that are to go to the page, in their order.
+    pub fn frames(&mut self) -> Vec<String> {
+        self.line.frames()
+    }
+
+    /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
+    pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
+        if program::key(&bytes) != key {
+            return Err(Diagnostic::error("control.wrong_key"));
+        }
+        program::decode(&bytes)?;
+        self.programs.retain(|(other, _)| other != key);
+        self.programs.push((key.to_owned(), bytes));
+        while self.programs.len() > MOST_PROGRAMS {
+            // That of a job that is in work, or was broken off, stays.
+            let goes = self.programs.iter().position(|(other, _)| self.slots.job() != Some(other));
+            self.programs.remove(goes.unwrap_or(0));
+        }
+        Ok(())
+    }
+
+    /// The bytes kept under `key`.
+    pub fn job(&self, key: &str) -> Option<&[u8]> {
+        self.programs.iter().find(|(other, _)| other == key).map(|(_, bytes)| bytes.as_slice())
+    }
+
+    /// Time went by, or something was heard: does what is to be done now. Gives after which time it wants to be called again
+    /// where nothing is heard before.
+    pub fn advance(&mut self) -> Duration {
+        let now = (self.time)();
+        let passed = now.saturating_sub(std::mem::replace(&mut self.called, now)).min(LONGEST_TURN);
+        if self.letters.allowance.was_wanted() {
+            let ticks = passed.as_secs_f64() * self.speed * TICK_HZ as f64;
+            self.letters.allowance.grant(ticks as u64);
+        }
+        let asked = self.line.passed(now);
+        self.see_to(asked);
+        for _ in 0..MOST_ROUNDS {
+            self.poll();
+            let mut quiet = true;
+            while let Ok(message) = self.inbox.try_recv() {
+                quiet = false;
+                self.owner.take(message);
+                self.clear_up();
+            }
+            if quiet {
+                break;
+            }
+        }
+        self.owner.beat();
+        self.clear_up();
+        let asked = self.line.answers();
+        self.see_to(asked);
+        if self.owner.moves() { TURN } else { self.owner.idle() }
+    }
+
+    /// Lets the executor go on as far as it may.
+    fn poll(&mut self) {
+        let fresh = self.letters.left().executor.take();
+        if let Some((place, ring)) = fresh {
+            // The one before lets go first.
+            self.play_on();
+            let messages = self.messages.clone();
+            let report = move |report: Report| drop(messages.send(Message::Report(report)));
+            self.play = Some(Box::pin(place.run(ring, report)));
+        }
+        self.play_on();
+    }
+
+    fn play_on(&mut self) {
+        let mut context = Context::from_waker(Waker::noop());
+        self.play.take_if(|play| play.as_mut().poll(&mut context).is_ready());
+    }
+
+    /// Hands on what the page asked, after what is said of it.
+    fn see_to(&mut self, asked: Vec<line::Asked>) {
+        for asked in asked {
+            match asked {
+                line::Asked::Message(message) => self.owner.take(message),
+                line::Asked::Arm { job, ticket } => {
+                    if let Err(why) = self.arm(&job, ticket) {
+                        self.line.answer(Err(why));
+                    }
+                }
+                line::Asked::FeedOverride { percent } => {
+                    if let Err(why) = self.plan_feed_override(percent) {
+                        self.line.answer(Err(why));
+                    }
+                }
+            }
+            self.clear_up();
+        }
+    }
+
+    fn arm(&mut self, job: &str, ticket: Ticket) -> Result<(), Diagnostic> {
+        self.line.tickets.check(ticket)?;
+        let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+        let prepared = prepare(job, bytes, &self.owner.context())?;
+        let (reply, answer) = channel();
+        self.line.await_answer(answer);
+        self.owner.take(Message::Prepared(Box::new(prepared), reply));
+        Ok(())
+    }
+
+    /// Plans the job in work at higher feeds, where those are wanted; the owner takes the plan over at the next rest.
+    fn plan_feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
+        let feed = percent.max(100);
+        let (reply, answer) = channel();
+        self.owner.take(Message::InWork(reply));
+        match answer.try_recv().ok().flatten() {
+            Some((job, wanted)) if wanted == feed && job.feed_percent != feed => {
+                let anew = Box::new(at_feed(&job, feed)?);
+                self.owner.take(Message::Anew(anew));
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Sees to everything that the owner left: holes first, then what the journal says of them.
+    fn clear_up(&mut self) {
+        loop {
+            self.write_drilled();
+            let (tells, settings, record) = {
+                let mut left = self.letters.left();
+                (std::mem::take(&mut left.tells), left.settings.take(), left.records.pop_front())
+            };
+            if record.is_none() && settings.is_none() && tells.is_empty() {
+                return;
+            }
+            tells.iter().for_each(|tell| self.line.tell(tell));
+            if let Some(machine) = settings {
+                self.keep_settings(&machine);
+            }
+            if let Some(record) = record {
+                let messages = &self.messages;
+                let owner = |message| drop(messages.send(message));
+                self.recording.write(&mut self.slots, record, &self.shared, owner);
+            }
+        }
+    }
+
+    /// Writes the holes down that were made since.
+    fn write_drilled(&mut self) {
+        let letters = self.letters.left();
+        let Some(new) = letters.drilled.get(self.written..).filter(|new| !new.is_empty()) else { return };
+        let done = self.slots.files.append(File::Drilled, new.as_bytes());
+        self.written = letters.drilled.len();
+        if let Err(reason) = done {
+            let why = Diagnostic::error("control.record_unwritable").with("reason", reason);
+            let _ = self.messages.send(Message::CannotRecord(why));
+        }
+    }
+
+    fn keep_settings(&mut self, machine: &Machine) {
+        if let Err(reason) = self.slots.files.write(File::Settings, &sealed(&machine::read(machine))) {
+            let why = Diagnostic::error("journal.cannot_write").with("reason", reason);
+            let _ = self.messages.send(Message::CannotRecord(why));
+        }
+    }
+}
+
+/// The machine as it was set last. Settings that cannot be believed, or that this version does not know, are those of the
+/// virtual drill.
+fn machine_in(files: &mut impl Files) -> Machine {
+    let settings = files.read(File::Settings).unwrap_or_default();
+    let settings: Vec<(String, Value)> = unsealed(&settings).unwrap_or_default();
+    let machine =
+        machine::apply(&machine::virtual_drill(), &settings).unwrap_or_else(|_| machine::virtual_drill());
+    Machine { output: Output::Virtual, ..machine }
+}
+
+/// Writes a hole down the moment it is made.
+fn record(letters: &Letters) -> DrilledBoard {
+    let letters = letters.clone();
+    Box::new(move |hole| letters.left().drilled.push_str(&board::line(hole)))
+}

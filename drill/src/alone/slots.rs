@@ -1,0 +1,169 @@
+//! A journal in two files that take turns: one of them is always whole (N16).
+//!
+//! ```text
+//! slot 0 │ 41 sealed │           │ 43 sealed │          the highest number that is whole is what holds;
+//! slot 1 │           │ 42 sealed │           │ 44 se     one that was broken off in mid-writing is not believed
+//! ```
+//!
+//! Comes in: what is to be kept. Goes out: what was kept. Files where neither can be believed are put aside, and the next journal
+//! says so until somebody has read it. Does not know where files lie.
+
+use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, unsealed};
+use crate::recording::Keeper;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::Steps;
+use serde::{Deserialize, Serialize};
+
+/// A file of the drill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum File {
+    /// One of the two halves of the journal.
+    Slot(bool),
+    /// The program of a job, in turns too: that of the job before stays until the new one is in the journal.
+    Program(bool),
+    /// A journal that could not be believed.
+    Aside,
+    /// The drilled-board record.
+    Drilled,
+    /// The machine's settings.
+    Settings,
+}
+
+impl File {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Slot(false),
+        Self::Slot(true),
+        Self::Program(false),
+        Self::Program(true),
+        Self::Aside,
+        Self::Drilled,
+        Self::Settings,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slot(false) => "journal-0",
+            Self::Slot(true) => "journal-1",
+            Self::Program(false) => "program-0",
+            Self::Program(true) => "program-1",
+            Self::Aside => "journal-damaged",
+            Self::Drilled => "drilled.txt",
+            Self::Settings => "settings",
+        }
+    }
+}
+
+/// Where files lie. A file that was never written is empty.
+pub trait Files {
+    /// What is in a file.
+    fn read(&mut self, file: File) -> Result<Vec<u8>, String>;
+
+    /// Puts `bytes` into a file in place of what was there; they are durable when this returns.
+    fn write(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
+
+    /// Puts `bytes` behind what is there.
+    fn append(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
+}
+
+/// What a slot holds.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Slot {
+    number: u64,
+    job: Option<(JobRecord, Progress)>,
+    zero: Option<WorkZero>,
+    damage: Option<Damage>,
+    /// Which file has the program of the job.
+    program: bool,
+}
+
+/// The journal, open.
+pub(super) struct Slots<F> {
+    pub(super) files: F,
+    last: Slot,
+}
+
+fn full(reason: String) -> Diagnostic {
+    Diagnostic::error("journal.cannot_write").with("reason", reason)
+}
+
+fn unreadable(file: File, reason: String) -> Diagnostic {
+    Diagnostic::error("journal.cannot_open").with("file", file.name()).with("reason", reason)
+}
+
+impl<F: Files> Slots<F> {
+    /// The journal in `files`, what it holds, and the program of its job.
+    pub(super) fn open(mut files: F) -> Result<(Self, Contents, Option<Vec<u8>>), Diagnostic> {
+        let mut read = |file: File| files.read(file).map_err(|why| unreadable(file, why));
+        let slots = [read(File::Slot(false))?, read(File::Slot(true))?];
+        let believed = slots.iter().filter_map(|bytes| unsealed::<Slot>(bytes).ok());
+        let last = believed.max_by_key(|slot| slot.number);
+        let damaged = last.is_none() && slots.iter().any(|bytes| !bytes.is_empty());
+        let mut slots = Slots { files, last: last.unwrap_or_default() };
+        if damaged {
+            slots.put_aside()?;
+        }
+        let Slot { job, zero, damage, program, .. } = slots.last.clone();
+        let program = job.is_some().then(|| slots.files.read(File::Program(program)).ok()).flatten();
+        Ok((slots, Contents { job, zero, damage }, program))
+    }
+
+    /// The key of the job that it has.
+    pub(super) fn job(&self) -> Option<&String> {
+        self.last.job.as_ref().map(|(job, _)| &job.key)
+    }
+
+    /// Keeps what cannot be believed where nothing is written over it, and begins anew.
+    fn put_aside(&mut self) -> Result<(), Diagnostic> {
+        let mut all = Vec::new();
+        for file in [File::Slot(false), File::Slot(true)] {
+            all.extend(self.files.read(file).map_err(|why| unreadable(file, why))?);
+        }
+        self.files.write(File::Aside, &all).map_err(full)?;
+        let damage = Damage { file: File::Aside.name().to_owned(), job: None };
+        self.change(|slot| slot.damage = Some(damage))
+    }
+
+    /// Writes what `change` makes of it. Only what is written is believed to be so.
+    fn change(&mut self, change: impl FnOnce(&mut Slot)) -> Result<(), Diagnostic> {
+        let mut next = self.last.clone();
+        next.number += 1;
+        change(&mut next);
+        self.files.write(File::Slot(next.number % 2 == 1), &sealed(&next)).map_err(full)?;
+        self.last = next;
+        Ok(())
+    }
+}
+
+impl<F: Files> Keeper for Slots<F> {
+    fn begin(&mut self, job: &JobRecord, progress: Progress, program: &[u8]) -> Result<(), Diagnostic> {
+        let other = !self.last.program;
+        self.files.write(File::Program(other), program).map_err(full)?;
+        self.change(|slot| (slot.job, slot.program) = (Some((job.clone(), progress)), other))
+    }
+
+    fn advance(&mut self, now: Progress, _: Option<(u32, Steps)>) -> Result<(), Diagnostic> {
+        self.change(|slot| {
+            if let Some((_, progress)) = &mut slot.job {
+                *progress = now;
+            }
+        })
+    }
+
+    fn finish(&mut self) -> Result<(), Diagnostic> {
+        self.change(|slot| slot.job = None)
+    }
+
+    fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
+        self.change(|slot| slot.zero = zero.cloned())
+    }
+
+    fn forget_damage(&mut self) -> Result<(), Diagnostic> {
+        self.change(|slot| slot.damage = None)
+    }
+
+    fn again(&mut self) -> Result<(), Diagnostic> {
+        Ok(())
+    }
+}

@@ -1,0 +1,177 @@
+//! A job begins and ends: its start is in the journal before anything moves (N16).
+//!
+//! ```text
+//! Start ─▶ may it? ─▶ journal ──── fsync ────▶ may it still? ─▶ moves ─▶ what waited
+//!                        meanwhile: STOP, alarms, the status, who is in control; what else is asked waits its turn
+//! ```
+//!
+//! Comes in: a start that was asked for, the journal's answer. Goes out: the job in work, and how it ended. Does not know how
+//! anything moves.
+
+use crate::journal::JobRecord;
+use crate::journal::Record;
+use crate::moves::{Work, ruler};
+use crate::owner::{Message, Owner, diagnostic, zero_of};
+use crate::ticket::Ticket;
+use annulus_core::control::{Action, Ending, Event, step};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::{Ask, Tell};
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+
+/// Whoever asked for it waits for this.
+type Reply = Sender<Result<Vec<Tell>, Diagnostic>>;
+
+/// A job whose start is being written down.
+pub(crate) struct Starting {
+    event: Event,
+    work: Work,
+    record: JobRecord,
+    asked: Ticket,
+    reply: Reply,
+    /// Somebody stopped it before it began.
+    stopped: bool,
+    /// What came after it.
+    waits: Vec<Message>,
+}
+
+/// Whether `message` has to wait while the start of a job is being written down.
+fn waits(message: &Message) -> bool {
+    match message {
+        Message::Ask(ask, ..) => *ask != Ask::Stop,
+        Message::Context(_) | Message::Prepared(..) | Message::InWork(_) | Message::Anew(_) => true,
+        _ => false,
+    }
+}
+
+impl Owner {
+    /// Has the start of the job that is armed written down, where it may start. However long the disk takes, nobody waits here.
+    pub(crate) fn begin(&mut self, event: Event, asked: Ticket, reply: Reply) {
+        match self.to_be_started(&event) {
+            Ok((work, record)) => {
+                let begin = Record::Begin(Box::new(record.clone()), work.progress(), work.job.bytes.clone());
+                let (stopped, waits) = (false, Vec::new());
+                self.starting = Some(Starting { event, work, record, asked, reply, stopped, waits });
+                self.outside.record(begin);
+                if !self.outside.records() {
+                    self.begun(Err(diagnostic("control.shut_down")));
+                }
+            }
+            Err(why) => drop(reply.send(Err(why))),
+        }
+    }
+
+    /// Keeps `message` back where the start of a job comes first.
+    pub(crate) fn in_turn(&mut self, message: Message) -> Option<Message> {
+        match &mut self.starting {
+            Some(starting) if waits(&message) => {
+                starting.waits.push(message);
+                None
+            }
+            _ => Some(message),
+        }
+    }
+
+    /// What is being started does not start.
+    pub(crate) fn stop_start(&mut self) {
+        if let Some(starting) = &mut self.starting {
+            starting.stopped = true;
+        }
+    }
+
+    fn to_be_started(&self, event: &Event) -> Result<(Work, JobRecord), Diagnostic> {
+        self.may_start(event)?;
+        let prepared = self.prepared.as_ref().ok_or_else(|| diagnostic("control.not_armed"))?;
+        let Event::Start { from_leg, .. } = *event else { return Err(diagnostic("control.not_armed")) };
+        let plane = [prepared.zero[0], prepared.zero[1]];
+        let begun = self.interrupted.as_ref().map(|(begun, _)| zero_of(begun, &self.machine));
+        if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
+            return Err(diagnostic("control.zero_moved"));
+        }
+        let taken_up =
+            self.interrupted.as_ref().filter(|(begun, _)| from_leg > 0 && begun.key == prepared.key);
+        let record = JobRecord {
+            key: prepared.key.clone(),
+            name: prepared.program.name.clone(),
+            fingerprint: self.machine.fingerprint(),
+            zero: plane,
+            ruler: Some(ruler(&self.machine)),
+            stream_digest: prepared.digest.clone(),
+            holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
+            toolpaths_total: u32::try_from(prepared.program.toolpath_count()).unwrap_or(u32::MAX),
+            record_from: taken_up
+                .map_or_else(|| self.outside.record_length(), |(begun, _)| begun.record_from),
+        };
+        Ok((Work::new(Arc::clone(prepared), from_leg as usize, self.executor.shared.feed_override()), record))
+    }
+
+    fn may_start(&self, event: &Event) -> Result<(), Diagnostic> {
+        match step(&self.session, event.clone()).1.as_slice() {
+            [Action::Refuse(why)] => Err(why.clone()),
+            _ => Ok(()),
+        }
+    }
+
+    /// The journal's answer: the job starts, unless it was stopped or may not start any more. Then it is a job that was
+    /// interrupted before its first move, which is what the journal says.
+    pub(crate) fn begun(&mut self, written: Result<(), Diagnostic>) {
+        let Some(starting) = self.starting.take() else { return };
+        let Starting { event, mut work, record, asked, reply, stopped, waits } = starting;
+        let still = written.clone().and_then(|()| self.tickets.check(asked)).and_then(|()| {
+            if stopped { Err(diagnostic("socket.stopped_meanwhile")) } else { self.may_start(&event) }
+        });
+        let record_from = record.record_from;
+        if written.is_ok() {
+            self.interrupted = Some((record, work.progress()));
+        }
+        let done = match still {
+            Ok(()) => {
+                self.board_begins(&work, record_from);
+                work.begins(self.now());
+                self.work = Some(work);
+                self.try_event(event)
+            }
+            Err(why) => {
+                self.session.offer = self.left_over();
+                self.offer().into_iter().for_each(|tell| self.tell(tell));
+                Err(why)
+            }
+        };
+        let _ = reply.send(done.map(|()| Vec::new()));
+        waits.into_iter().for_each(|message| self.take(message));
+    }
+
+    /// The job that did not come to its end: key, and the leg it would go on with.
+    fn left_over(&self) -> Option<(String, u32)> {
+        self.interrupted.as_ref().map(|(job, progress)| (job.key.clone(), progress.done))
+    }
+
+    pub(crate) fn end(&mut self, ending: Ending) {
+        let Some(work) = self.work.take() else { return };
+        self.executor.shared.set_feed_override(work.percent.min(100));
+        self.board_ends(&work);
+        self.prepared = None;
+        self.session.armed = None;
+        if ending == Ending::Done {
+            self.interrupted = None;
+            self.outside.record(Record::Finish);
+        } else if let Some((_, progress)) = &mut self.interrupted {
+            *progress = work.progress();
+        }
+        self.session.offer = self.left_over();
+        let (holes_done, toolpaths_done) = (work.holes, work.toolpaths);
+        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, toolpaths_done });
+        if let Some(offer) = self.offer() {
+            self.tell(offer);
+        }
+    }
+
+    pub(crate) fn forget(&mut self) -> Result<(), Diagnostic> {
+        if self.work.is_some() {
+            return Err(diagnostic("control.busy"));
+        }
+        (self.interrupted, self.session.offer) = (None, None);
+        self.outside.record(Record::Finish);
+        Ok(())
+    }
+}

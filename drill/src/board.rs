@@ -1,0 +1,127 @@
+//! The board as the virtual drill made it, against the program, at the end of every run (N20).
+//!
+//! ```text
+//! record   │ … other jobs … │ this job, before it was broken off │ this run
+//!                           └ where the job began: in the journal
+//! ```
+//!
+//! The hole at which a job was taken up may be there already: by design one hole at most is drilled twice. That is told and is
+//! no alarm; any other hole made again is.
+//!
+//! Comes in: every hole and broken bit as it happens, and which legs were run. Goes out: what differs, for everybody, and an
+//! alarm where something does. Real machines keep no such record. Does not know the journal.
+
+use crate::moves::Work;
+use crate::owner::Owner;
+use annulus_core::control::{Event, Trust};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::Output;
+use annulus_core::virtual_drill::{Drilled, made_again, missing_legs, tally};
+use annulus_core::wire::{DrilledReport, MissingReport};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// More runs of legs than this are not told: what is missing then is half the board, and the job is run anew.
+const MOST_RUNS: usize = 200;
+
+/// What happened to the board since the run began.
+#[derive(Default)]
+pub(crate) struct Log {
+    pub(crate) holes: Vec<Drilled>,
+    pub(crate) broken: u32,
+}
+
+/// The same, shared with the thread that drills.
+pub(crate) type Board = Arc<Mutex<Log>>;
+
+/// What is known of the last run.
+#[derive(Default)]
+pub(crate) struct Judged {
+    /// Steps that were lost before it began.
+    slipped_before: u64,
+    /// What this job drilled before it was taken up.
+    before: Vec<Drilled>,
+    /// Holes that were there when it was taken up, and were drilled again: by their order, the first is 1.
+    pub(crate) twice: Vec<u32>,
+    pub(crate) told: Option<DrilledReport>,
+    pub(crate) missing: Option<MissingReport>,
+}
+
+impl Owner {
+    fn slipped(&self) -> u64 {
+        self.slips().iter().map(|slip| slip.lost).sum()
+    }
+
+    /// A run begins, of a job that began when the drilled-board record was so long.
+    pub(crate) fn board_begins(&mut self, work: &Work, record_from: Option<u64>) {
+        *self.hands.board.lock().unwrap_or_else(PoisonError::into_inner) = Log::default();
+        let taken_up = record_from.filter(|_| work.first > 0 && self.machine.output == Output::Virtual);
+        let before = taken_up.and_then(|from| {
+            let text = self.outside.recorded(from)?;
+            Some(text.lines().filter_map(drilled).collect())
+        });
+        let before = before.unwrap_or_default();
+        self.judged = Judged { slipped_before: self.slipped(), before, ..Judged::default() };
+    }
+
+    /// A run ended at rest.
+    pub(crate) fn board_ends(&mut self, work: &Work) {
+        if self.machine.output != Output::Virtual {
+            return;
+        }
+        let log = std::mem::take(&mut *self.hands.board.lock().unwrap_or_else(PoisonError::into_inner));
+        let mm = |axis: usize| self.machine.axis(axis).scale.length(work.job.zero[axis]).mm();
+        let (program, run, zero_mm) = (&work.job.program, work.first..work.leg, [mm(0), mm(1)]);
+        let found = tally(program, &self.machine, run.clone(), zero_mm, &log.holes);
+        let before = std::mem::take(&mut self.judged.before);
+        let again = made_again(program, &self.machine, run.clone(), zero_mm, &before, &log.holes);
+        self.judged.twice = again.by_design;
+        let legs = runs(&missing_legs(program, &self.machine, run, zero_mm, &log.holes));
+        let told = !legs.is_empty() && legs.len() <= MOST_RUNS;
+        self.judged.missing = told.then(|| MissingReport { job: work.job.key.clone(), legs });
+        let told = DrilledReport {
+            missing: found.missing,
+            doubled: found.doubled + again.besides,
+            shifted: found.shifted,
+            broken: log.broken,
+            slipped_steps: self.slipped().saturating_sub(self.judged.slipped_before),
+        };
+        self.judged.told = Some(told);
+        if told != DrilledReport::default() {
+            let why = Diagnostic::error("control.board_differs")
+                .with("missing", told.missing)
+                .with("doubled", told.doubled)
+                .with("shifted", told.shifted)
+                .with("broken", told.broken)
+                .with("slipped", told.slipped_steps);
+            let left = if told.slipped_steps > 0 { Trust::Suspect } else { Trust::Trusted };
+            self.pending.push_back(Event::BoardDiffers(why, left));
+        }
+    }
+}
+
+/// A hole as a line of the drilled-board record.
+pub fn line(hole: &Drilled) -> String {
+    let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
+    format!("{:.4} {:.4} {:.4}{spindle}\n", hole.x_mm, hole.y_mm, hole.depth_mm)
+}
+
+/// The hole of a line.
+pub(crate) fn drilled(line: &str) -> Option<Drilled> {
+    let mut words = line.split(' ');
+    let mut number = || words.next()?.parse::<f64>().ok();
+    let (x_mm, y_mm, depth_mm) = (number()?, number()?, number()?);
+    let spindle = words.next().map_or(Some(1), |word| word.strip_prefix('Z')?.parse::<u8>().ok())?;
+    Some(Drilled { x_mm, y_mm, depth_mm, tick: 0, spindle: spindle.checked_sub(1)? })
+}
+
+/// Numbers in their order as runs: the first and the one behind the last.
+fn runs(legs: &[usize]) -> Vec<(u32, u32)> {
+    let mut runs: Vec<(u32, u32)> = Vec::new();
+    for leg in legs.iter().filter_map(|leg| u32::try_from(*leg).ok()) {
+        match runs.last_mut() {
+            Some((_, end)) if *end == leg => *end = leg + 1,
+            _ => runs.push((leg, leg + 1)),
+        }
+    }
+    runs
+}

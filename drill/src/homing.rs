@@ -1,0 +1,56 @@
+//! Homing of the whole machine: Z up out of the way, then X, then Y. `core` knows the stages; here they become tasks.
+//!
+//! Comes in: reports of single segments. Goes out: tasks, corrections of the count, events. Does not know sensors.
+
+use crate::executor::Report;
+use crate::moves::{Doing, segments};
+use crate::owner::Owner;
+use annulus_core::control::{Event, State, Trust};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::motion::cycles;
+use annulus_core::queue::{Harm, Homing, Next};
+
+impl Owner {
+    /// Begins. `counted` says that the position was believed until now: what it was off by is worth an alarm.
+    pub(crate) fn home(&mut self, counted: bool) -> Result<(), Diagnostic> {
+        let mut axes = Vec::new();
+        for (axis, timeline) in cycles::home(&self.machine)? {
+            self.in_time(segments(&timeline, &self.machine))?;
+            axes.push(axis);
+        }
+        let mut homing = Homing::new(&axes, [counted; 3]);
+        let next = homing.begin(&self.machine)?;
+        self.homing_goes_on(homing, next);
+        Ok(())
+    }
+
+    /// What the report of a stage means.
+    pub(crate) fn homed(&mut self, mut homing: Homing, report: &Report) {
+        if self.session.state == State::Stopping {
+            return self.pending.push_back(Event::Rested);
+        }
+        let told = self.told_to_core(report);
+        match homing.reported(&self.machine, &told, &mut self.position) {
+            Ok(next) => self.homing_goes_on(homing, next),
+            Err((why, Harm::None)) => {
+                self.pending.push_back(Event::Homed);
+                self.pending.push_back(Event::Failed(why, Trust::Trusted));
+            }
+            Err((why, Harm::Suspect | Harm::Lost)) => {
+                self.pending.push_back(Event::Failed(why, Trust::Lost));
+            }
+        }
+    }
+
+    fn homing_goes_on(&mut self, homing: Homing, next: Next) {
+        match next {
+            Next::Homed => self.pending.push_back(Event::Homed),
+            Next::Play(segment, correction) => {
+                for axis in cycles::together(&self.machine, homing.axis()) {
+                    self.executor.correct(axis, correction);
+                }
+                self.give(Doing::Homing(homing), vec![segment]);
+            }
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! The drill: one owner of machine, job, journal and pins, wherever it runs. Everything that can move goes through here.
+//!
+//! ```text
+//! asks, plans, STOP ─ Message ─▶ owner ── tasks ──▶ executor (Place) ── steps ──▶ pins (virtual drill, or card)
+//!        tells ◀─ Outside::tell ─┤  ▲   control: (session, event) → (session, actions)      │
+//!                                │  └── report: done, gated, stopped, alarm ◀───────────────┘
+//!                                └── legs begun and done ──▶ Outside::record ── durable ──▶ lets the next stroke start
+//! ```
+//!
+//! Comes in: messages, the time, and an [`Outside`]. Goes out: tells, records, orders. Does not know sockets, sessions, leases, files,
+//! nor whose thread it is.
+
+mod alone;
+mod arming;
+mod begin;
+mod board;
+pub mod executor;
+mod faster;
+mod grant;
+mod hands;
+mod homing;
+pub mod journal;
+mod moves;
+mod outputs;
+mod outside;
+mod owner;
+mod place;
+pub mod prepare;
+mod queue;
+mod recording;
+mod status;
+mod ticket;
+
+pub use alone::{Alone, File, Files};
+pub use board::line;
+pub use executor::Time;
+pub use outside::Outside;
+pub use owner::{DAMAGED, Message, Owner, Parts};
+pub use place::{Next, Orders, Place};
+pub use recording::{Keeper, Recording};
+pub use ticket::{Ticket, Tickets};

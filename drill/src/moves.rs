@@ -1,0 +1,474 @@
+//! What each moving action means in segments, and what the executor's report of it means in events.
+//!
+//! ```text
+//! leg   [ travel ][ dwell ][ approach ][ drill, gate ]│[ retract ]       a gate that ended a segment early parts the leg:
+//!       ───────────── task 17 ───────────────────────▶│ ── task 18 ──▶   what follows is planned anew from where it rests
+//! ```
+//!
+//! Comes in: actions and reports. Goes out: tasks and events. Does not know asks.
+
+use crate::executor::{Ended, Report, Task};
+use crate::journal::Record;
+use crate::journal::{Progress, Ruler};
+use crate::owner::Owner;
+use crate::prepare::Prepared;
+use annulus_core::control::{Event, State, Trust, lateness};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::{Input, Mark, Otherwise};
+use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
+use annulus_core::motion::{Timeline, cycles};
+use annulus_core::queue::{Homing, late};
+use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
+use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The job in work.
+pub(crate) struct Work {
+    pub(crate) job: Arc<Prepared>,
+    /// The same job at other feeds, from the next rest on.
+    pub(crate) anew: Option<Arc<Prepared>>,
+    /// The feed override that is wanted, percent of the feed it came with.
+    pub(crate) percent: u8,
+    /// The leg that this run began with.
+    pub(crate) first: usize,
+    /// The leg in work or to come.
+    pub(crate) leg: usize,
+    /// Its segments, and how many of them were given.
+    segments: Vec<Segment>,
+    given: usize,
+    /// Holes drilled.
+    pub(crate) holes: u32,
+    /// Toolpaths milled.
+    pub(crate) toolpaths: u32,
+    /// When it began, by the clock outside.
+    pub(crate) started: Duration,
+    /// Bit in the spindle.
+    pub(crate) bit: Option<u32>,
+    /// Where a sensor ended the stroke of this leg.
+    stop: Option<Steps>,
+    /// A job that is taken up asks for its bit before the first leg, unless that leg does.
+    confirm_bit: bool,
+}
+
+impl Work {
+    pub(crate) fn new(job: Arc<Prepared>, leg: usize, percent: u8) -> Self {
+        let (bit, _) = job.in_force(job.stream.range(leg).start);
+        let (holes, toolpaths) = job.done_before(leg);
+        let segments = job.stream.leg(leg);
+        let asks = segments.iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
+        let confirm_bit = bit.is_some() && !asks;
+        let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
+        Self {
+            job,
+            anew,
+            percent,
+            first,
+            leg,
+            segments,
+            given,
+            holes,
+            toolpaths,
+            started,
+            bit,
+            stop,
+            confirm_bit,
+        }
+    }
+
+    /// It begins now, however long ago it was asked for.
+    pub(crate) fn begins(&mut self, now: Duration) {
+        self.started = now;
+    }
+
+    /// Begins with the leg: its segments as the plan in force has them.
+    pub(crate) fn unpack(&mut self) {
+        (self.segments, self.given) = (self.job.stream.leg(self.leg), 0);
+    }
+
+    /// The next segment of the leg.
+    fn next(&self) -> Option<&Segment> {
+        self.segments.get(self.given)
+    }
+
+    /// The bit that the next segment waits for.
+    fn awaited(&self) -> Option<u32> {
+        self.next().and_then(|next| if let Effect::AwaitBit(bit) = next.effect { Some(bit) } else { None })
+    }
+
+    /// The spindle speed that is in force before the next segment.
+    fn rpm(&self) -> u32 {
+        self.job.in_force(self.job.stream.range(self.leg).start + self.given).1
+    }
+
+    pub(crate) fn progress(&self) -> Progress {
+        let leg = u32::try_from(self.leg).unwrap_or(u32::MAX);
+        Progress { done: leg, begun: leg, holes: self.holes, toolpaths: self.toolpaths }
+    }
+}
+
+/// What the executor has in hand.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Doing {
+    /// Nothing.
+    Nothing,
+    /// One stage of homing.
+    Homing(Homing),
+    /// A move by hand.
+    Jog,
+    /// To where the job starts, or the spindle on again.
+    Approach,
+    /// Some segments of the leg in work.
+    Leg,
+    /// Some segments of a row of the queue.
+    Queue,
+    /// Up from the bottom of a hole, because the next one does not follow at once.
+    Lift {
+        /// That leg drilled a hole or milled a toolpath.
+        cut: bool,
+        /// It was the last one.
+        last: bool,
+    },
+    /// Tip up, spindle off.
+    Safe,
+}
+
+/// A pause with an effect.
+fn rest(stage: Stage, effect: Effect, duration_ticks: u64, end: Steps) -> Segment {
+    Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
+}
+
+pub(crate) fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
+    timeline.moves.iter().map(|planned| steps::segment(planned, machine)).collect()
+}
+
+/// The first step of `axis` at which its home sensor is on.
+fn home_edge(machine: &Machine, axis: usize) -> i64 {
+    cycles::home_edge(machine, axis)
+}
+
+/// What the steps of X and Y are counted by.
+pub(crate) fn ruler(machine: &Machine) -> Ruler {
+    let scale = |axis: usize| machine.axis(axis).scale;
+    let per_nm = |axis: usize| match scale(axis).per {
+        ScaleUnit::Millimetre => NM_PER_MM,
+        ScaleUnit::Inch => NM_PER_INCH,
+    };
+    Ruler {
+        scale: [0, 1].map(|axis| (scale(axis).micro_steps, per_nm(axis))),
+        home_edge: [0, 1].map(|axis| home_edge(machine, axis)),
+    }
+}
+
+fn alarm(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
+}
+
+fn name(input: Input) -> String {
+    format!("{input:?}")
+}
+
+fn letter(axis: usize) -> &'static str {
+    ["X", "Y", "Z"].get(axis).copied().unwrap_or("Z")
+}
+
+impl Owner {
+    /// Gives the executor something to do.
+    pub(crate) fn give(&mut self, doing: Doing, segments: Vec<Segment>) {
+        self.task += 1;
+        if self.executor.is_gone() {
+            // Nobody will report: what was to be made safe is out of reach, and nothing else can begin.
+            let dead = Event::Failed(alarm("output.executor_gone"), Trust::Lost);
+            self.pending.push_back(if doing == Doing::Safe { Event::Safe } else { dead });
+            return;
+        }
+        self.doing = doing;
+        let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
+        let lift_to = (self.session.trust == Trust::Trusted).then(|| self.top());
+        let follows = self.doing == Doing::Leg && self.goes_on_low();
+        let granted = self.doing == Doing::Jog;
+        if granted {
+            self.executor.shared.grant();
+        }
+        self.executor.give(Task { id: self.task, segments, follows, needs_durable, lift_to, granted });
+    }
+
+    /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported. What waits for a
+    /// person has no clock.
+    fn goes_on_low(&self) -> bool {
+        let Some(work) = &self.work else { return false };
+        match work.next() {
+            Some(behind_gate) => !matches!(behind_gate.effect, Effect::AwaitBit(_)),
+            None => work.job.begins_low(work.leg + 1),
+        }
+    }
+
+    /// `segments`, where this computer can step them in time.
+    pub(crate) fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Diagnostic> {
+        let safe_hz = self.timing.as_ref().map(|timing| timing.safe_hz);
+        match safe_hz.and_then(|safe_hz| lateness::too_fast(&segments, safe_hz)) {
+            Some(why) => Err(why),
+            None => Ok(segments),
+        }
+    }
+
+    pub(crate) fn jog(&mut self, axis: usize, steps: i64) -> Result<(), Diagnostic> {
+        let speed = self.machine.axis(axis).home_speed_mm_per_s;
+        let timeline = cycles::jog(&self.machine, self.position, axis, steps, speed)?;
+        let segments = self.in_time(segments(&timeline, &self.machine))?;
+        self.give(Doing::Jog, segments);
+        Ok(())
+    }
+
+    /// The way of a jog in steps: inside the travel where the position is known, with the tip up where XY moves, else no
+    /// longer than the travel.
+    pub(crate) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Diagnostic> {
+        let index = usize::from(axis);
+        if index > 2 || distance_um == 0 {
+            return Err(alarm("control.no_such_jog"));
+        }
+        let settings = self.machine.axis(index);
+        let way = settings.scale.steps(Length::from_um(i64::from(distance_um)));
+        let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
+        if self.session.trust != Trust::Trusted {
+            return Ok(way.clamp(low - high, high - low));
+        }
+        let process = &self.machine.process;
+        if index < 2 && self.position[2] < self.machine.z.scale.steps(process.surface + process.safe_height) {
+            return Err(alarm("control.tip_low"));
+        }
+        let target = (self.position[index] + way).clamp(low, high);
+        match target - self.position[index] {
+            0 => Err(alarm("control.end_of_travel").with("axis", letter(index))),
+            clamped => Ok(clamped),
+        }
+    }
+
+    pub(crate) fn approach(&mut self) -> Result<(), Diagnostic> {
+        let Some(work) = &self.work else { return Ok(()) };
+        let to = work.job.start_of_leg(work.leg);
+        let (bit, asks) = (work.bit.unwrap_or(0), work.confirm_bit);
+        if !asks {
+            self.put_in(bit, false);
+        }
+        let Some(work) = &self.work else { return Ok(()) };
+        let beside = work.job.before_start(&self.machine, work.leg);
+        let there = cycles::go_to(&self.machine, self.position, beside)?;
+        let on = cycles::go_to(&self.machine, beside, to)?;
+        let moves = [there, on].iter().flat_map(|way| segments(way, &self.machine)).collect();
+        let mut segments = self.in_time(moves)?;
+        if !work.confirm_bit {
+            segments.extend(self.spindle_up());
+        }
+        self.give(Doing::Approach, segments);
+        Ok(())
+    }
+
+    /// The spindle as it has to turn before the next segment, with time to get there.
+    pub(crate) fn spindle_up(&self) -> Vec<Segment> {
+        let Some(work) = &self.work else { return Vec::new() };
+        let rpm = work.rpm();
+        let ticks = (self.machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
+        let on = rest(Stage::Dwell, Effect::Spindle(rpm), ticks, self.position);
+        if rpm == 0 { Vec::new() } else { vec![on] }
+    }
+
+    pub(crate) fn spindle_on(&mut self) {
+        let segments = self.spindle_up();
+        self.give(Doing::Approach, segments);
+    }
+
+    /// Runs the leg in work up to its end, or up to where a bit is wanted.
+    pub(crate) fn leg(&mut self, mut segments: Vec<Segment>) {
+        let unattended = self.machine.tool_change == ToolChange::Unattended;
+        let Some(work) = &mut self.work else { return };
+        let mut put_in = None;
+        let starts = work.given == 0;
+        if starts && work.take_over() {
+            self.executor.shared.set_feed_override(work.slower());
+        }
+        let up = self.position[2] >= work.job.zero[2];
+        if starts && up && work.job.begins_low(work.leg) {
+            match work.job.entry(&self.machine, work.leg) {
+                Ok(leg) => segments.extend(leg),
+                Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
+            }
+            work.given = work.segments.len();
+        }
+        while let Some(segment) = work.segments.get(work.given) {
+            if let Effect::AwaitBit(bit) = segment.effect {
+                if !unattended {
+                    break;
+                }
+                work.bit = Some(bit);
+                work.given += 1;
+                put_in = Some(bit);
+                continue;
+            }
+            let gated = segment.gate.is_some();
+            segments.push(segment.clone());
+            work.given += 1;
+            if gated {
+                break;
+            }
+        }
+        if let Some(bit) = put_in {
+            self.put_in(bit, true);
+        }
+        if segments.is_empty() { self.leg_ended() } else { self.give(Doing::Leg, segments) }
+    }
+
+    /// The bit is in: the leg goes on after it.
+    pub(crate) fn rest_of_leg(&mut self) {
+        let spindle = self.spindle_up();
+        let Some(work) = &mut self.work else { return };
+        if std::mem::take(&mut work.confirm_bit) {
+            let bit = work.bit.unwrap_or(0);
+            self.put_in(bit, true);
+            return self.give(Doing::Approach, spindle);
+        }
+        if let Some(bit) = work.awaited() {
+            work.bit = Some(bit);
+            work.given += 1;
+            self.put_in(bit, true);
+        }
+        self.leg(spindle);
+    }
+
+    /// Bit `bit` of the program is in the spindles: a new one, or perhaps still the same.
+    fn put_in(&mut self, bit: u32, is_new: bool) {
+        let bits = self.work.as_ref().map(|work| &work.job.program.bits);
+        let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
+        if is_new || self.in_spindle.as_ref() != Some(&bit) {
+            self.executor.bit(bit.clone());
+            self.in_spindle = Some(bit);
+        }
+    }
+
+    /// All segments given are played: the leg is done, waits for a bit, or goes on behind a gate.
+    fn leg_ended(&mut self) {
+        self.doing = Doing::Nothing;
+        let Some(work) = &mut self.work else { return };
+        if work.next().is_some() {
+            let waits = work.awaited().is_some();
+            return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
+        }
+        let mark = work.job.program.legs.get(work.leg).map(|leg| leg.mark);
+        let (hole, way) = (matches!(mark, Some(Mark::Hole(_))), matches!(mark, Some(Mark::Toolpath(_))));
+        let stop = work.stop.take().map(|at| (u32::try_from(work.leg).unwrap_or(u32::MAX), at));
+        work.holes += u32::from(hole);
+        work.toolpaths += u32::from(way);
+        work.leg += 1;
+        work.unpack();
+        let last = work.leg >= work.job.stream.legs();
+        self.outside.record(Record::Advance(work.progress(), stop));
+        // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
+        if self.session.state == State::Pausing && work.job.begins_low(work.leg) {
+            match work.job.lift(&self.machine, work.leg - 1) {
+                Ok(lift) => return self.give(Doing::Lift { cut: hole || way, last }, lift),
+                Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
+            }
+        }
+        self.pending.push_back(Event::LegDone { cut: hole || way, last });
+    }
+
+    /// A sensor ended a stroke early: what follows in the leg starts from there.
+    fn rejoin(&mut self) -> Result<(), Diagnostic> {
+        let Some(work) = &mut self.work else { return Ok(()) };
+        let zero = work.job.zero;
+        let mut before = Vec::new();
+        while let Some(segment) = work.segments.get(work.given) {
+            work.given += 1;
+            if segment.runs.is_empty() {
+                before.push(segment.clone());
+                continue;
+            }
+            let from = std::array::from_fn(|axis| self.position[axis] - zero[axis]);
+            let timeline = cycles::rejoin(&self.machine, segment.stage, from, segment.end)?;
+            let (leg, mark) = (segment.leg, segment.mark);
+            let fresh = segments(&timeline, &self.machine).into_iter();
+            before.extend(fresh.map(|planned| Segment { leg, mark, ..planned }));
+            break;
+        }
+        self.leg(before);
+        Ok(())
+    }
+
+    /// Machine steps of Z with the tip all the way up.
+    fn top(&self) -> i64 {
+        self.machine.z.scale.steps(self.machine.z.max - self.machine.z.home_offset)
+    }
+
+    pub(crate) fn make_safe(&mut self, lift: bool) {
+        let top = self.top();
+        let mut segments_up = Vec::new();
+        if lift && self.position[2] < top {
+            match cycles::retract(&self.machine, self.position, top) {
+                Ok(timeline) => segments_up = segments(&timeline, &self.machine),
+                Err(why) => self.pending.push_back(Event::Failed(why, self.session.trust)),
+            }
+        }
+        segments_up.push(rest(Stage::Dwell, Effect::Spindle(0), 0, self.position));
+        self.give(Doing::Safe, segments_up);
+    }
+
+    /// What a report means.
+    pub(crate) fn reported(&mut self, report: &Report) {
+        if report.id != self.task {
+            return;
+        }
+        (self.position, self.down) = (report.position, report.down);
+        let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
+        let stopping = self.session.state == State::Stopping;
+        match (doing, report.ended) {
+            (Doing::Queue, _) => self.queue_reported(report),
+            (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
+            (Doing::Lift { cut, last }, Ended::Completed) => {
+                self.pending.push_back(Event::LegDone { cut, last });
+            }
+            // Whoever stopped it is told so, whatever was late besides.
+            (_, Ended::Starved) if stopping => self.pending.push_back(Event::Rested),
+            // The hand that moved it let go, or is gone: it rests on its way.
+            (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
+            (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
+            (_, Ended::Starved) => {
+                self.pending.push_back(Event::Failed(alarm("control.starved"), self.session.trust));
+            }
+            (Doing::Homing(homing), _) => self.homed(homing, report),
+            (_, Ended::Late(ticks)) => self.pending.push_back(Event::Failed(late(ticks), Trust::Suspect)),
+            (_, Ended::Guarded(input)) => {
+                let why = alarm("control.end_sensor").with("sensor", name(input));
+                self.pending.push_back(Event::Failed(why, Trust::Suspect));
+            }
+            (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
+                let us = f64::from(gate.deadline_us);
+                let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
+                self.pending.push_back(Event::Failed(why.with("seconds", us / 1e6), self.session.trust));
+            }
+            (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => {
+                if let (Ended::Gated(at), Some(work)) = (report.ended, &mut self.work) {
+                    work.stop = Some(at);
+                }
+                if stopping {
+                    return self.pending.push_back(Event::Rested);
+                }
+                if let Err(why) = self.rejoin() {
+                    self.pending.push_back(Event::Failed(why, self.session.trust));
+                }
+            }
+            (Doing::Leg, Ended::Completed) => {
+                let more = self.work.as_ref().is_some_and(|work| work.next().is_some());
+                if stopping && more { self.pending.push_back(Event::Rested) } else { self.leg_ended() }
+            }
+            (Doing::Approach, Ended::Completed) => {
+                let asks = self.work.as_ref().is_some_and(|work| work.confirm_bit);
+                let unattended = self.machine.tool_change == ToolChange::Unattended;
+                if asks && unattended && !stopping {
+                    return self.rest_of_leg();
+                }
+                self.pending.push_back(if asks { Event::BitWanted } else { Event::Arrived });
+            }
+            (_, _) => self.pending.push_back(Event::Arrived),
+        }
+    }
+}

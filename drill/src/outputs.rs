@@ -1,0 +1,208 @@
+//! Outputs by hand: locked, unlocked for minutes, switched one by one while nothing moves (C7).
+//!
+//! ```text
+//! locked ── OutputLease 1 … 5 min ──▶ unlocked ── time over, 0 min, control changes hands, anything moves ──▶ locked, all off
+//!                                       └─ Output: on, off, pulse
+//! ```
+//!
+//! Comes in: asks and the time. Goes out: calls on the executor, tells. Does not know which wire an output is.
+
+use crate::owner::Owner;
+use annulus_core::control::State;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::{Outputs, Tell};
+use std::time::Duration;
+
+/// Longest lease, in minutes.
+const LONGEST_LEASE: u8 = 5;
+
+/// Longest pulse, in ms.
+const LONGEST_PULSE: u32 = 10_000;
+
+/// What comes first among the names.
+const SPINDLE: &str = "spindle";
+
+/// Something to be switched: place among the names, on or off.
+type Switch = (usize, bool);
+
+/// The lock, and what was switched since it was opened. Knows no executor.
+#[derive(Debug, Default)]
+pub(crate) struct ManualOutputs {
+    until: Option<Duration>,
+    on: u32,
+    /// Pulses: place among the names, what it goes back to, when.
+    pulses: Vec<(usize, bool, Duration)>,
+}
+
+impl ManualOutputs {
+    fn unlock(&mut self, minutes: u8, now: Duration) {
+        self.until = Some(now + Duration::from_secs(60 * u64::from(minutes)));
+    }
+
+    fn switch(&mut self, (place, on): Switch, pulse_ms: Option<u32>, now: Duration) {
+        self.pulses.retain(|(other, ..)| *other != place);
+        self.note((place, on));
+        if let Some(ms) = pulse_ms {
+            self.pulses.push((place, !on, now + Duration::from_millis(u64::from(ms))));
+        }
+    }
+
+    fn note(&mut self, (place, on): Switch) {
+        let bit = 1 << place;
+        self.on = if on { self.on | bit } else { self.on & !bit };
+    }
+
+    /// Locks: what is to be turned off. None where it was locked already.
+    fn lock(&mut self) -> Option<Vec<Switch>> {
+        self.until.take()?;
+        self.pulses.clear();
+        let on = std::mem::take(&mut self.on);
+        Some((0..32).filter(|place| on >> place & 1 == 1).map(|place| (place, false)).collect())
+    }
+
+    /// Ends pulses and the lease when it is time: what is to be switched, if anything happened.
+    fn tick(&mut self, now: Duration) -> Option<Vec<Switch>> {
+        if self.until.is_some_and(|until| until <= now) {
+            return self.lock();
+        }
+        let over: Vec<Switch> = self
+            .pulses
+            .iter()
+            .filter(|(.., end)| *end <= now)
+            .map(|(place, back, _)| (*place, *back))
+            .collect();
+        self.pulses.retain(|(.., end)| *end > now);
+        over.iter().for_each(|switch| self.note(*switch));
+        (!over.is_empty()).then_some(over)
+    }
+
+    /// When something is to be done.
+    fn due(&self) -> Option<Duration> {
+        self.pulses.iter().map(|(.., end)| *end).chain(self.until).min()
+    }
+}
+
+fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
+}
+
+impl Owner {
+    fn output_names(&self) -> Vec<String> {
+        std::iter::once(SPINDLE.to_owned()).chain(self.machine.card.names()).collect()
+    }
+
+    /// Unlocks for `minutes` from now on; 0 locks.
+    pub(crate) fn lease_outputs(&mut self, minutes: u8) -> Result<(), Diagnostic> {
+        if minutes > LONGEST_LEASE {
+            let why = diagnostic("control.lease_range").with("minutes", minutes);
+            return Err(why.with("most", LONGEST_LEASE));
+        }
+        if minutes == 0 {
+            self.lock_outputs();
+            return Ok(());
+        }
+        self.may_switch()?;
+        let now = self.now();
+        self.by_hand.unlock(minutes, now);
+        self.tell(self.outputs_tell());
+        Ok(())
+    }
+
+    fn may_switch(&self) -> Result<(), Diagnostic> {
+        match self.session.state {
+            State::Alarm => Err(diagnostic("control.alarm_unread")),
+            State::Ready | State::NotHomed if !self.session.moving => Ok(()),
+            _ => Err(diagnostic("control.busy")),
+        }
+    }
+
+    /// Switches an output.
+    pub(crate) fn switch_output(
+        &mut self,
+        name: &str,
+        on: bool,
+        pulse_ms: Option<u32>,
+    ) -> Result<(), Diagnostic> {
+        if self.by_hand.until.is_none() {
+            return Err(diagnostic("control.outputs_locked"));
+        }
+        self.may_switch()?;
+        let names = self.output_names();
+        let Some(place) = names.iter().position(|known| known == name) else {
+            let why = diagnostic("control.no_such_output").with("name", name);
+            return Err(why.with("known", names.join(", ")));
+        };
+        if let Some(ms) = pulse_ms.filter(|ms| !(1..=LONGEST_PULSE).contains(ms)) {
+            return Err(diagnostic("control.pulse_range").with("ms", ms).with("most", LONGEST_PULSE));
+        }
+        let now = self.now();
+        self.by_hand.switch((place, on), pulse_ms, now);
+        self.put_out(&[(place, on)]);
+        Ok(())
+    }
+
+    fn put_out(&mut self, switches: &[Switch]) {
+        for (place, on) in switches {
+            match place.checked_sub(1).and_then(|place| u8::try_from(place).ok()) {
+                None => self.executor.spindle(if *on { self.machine.process.spindle_rpm } else { 0 }),
+                Some(place) => self.executor.output(place, *on),
+            }
+        }
+        self.tell(self.outputs_tell());
+    }
+
+    /// Locks, and turns off what was left on. Where it was locked already, nothing.
+    pub(crate) fn lock_outputs(&mut self) {
+        if let Some(switches) = self.by_hand.lock() {
+            self.put_out(&switches);
+        }
+    }
+
+    /// Ends pulses and the lease when it is time.
+    pub(crate) fn tick_outputs(&mut self) {
+        let now = self.now();
+        if let Some(switches) = self.by_hand.tick(now) {
+            self.put_out(&switches);
+        }
+    }
+
+    /// Time until something is to be done here.
+    pub(crate) fn outputs_due(&self) -> Option<Duration> {
+        self.by_hand.due().map(|end| end.saturating_sub(self.now()))
+    }
+
+    pub(crate) fn outputs_tell(&self) -> Tell {
+        let left = self.by_hand.until.map(|until| until.saturating_sub(self.now()));
+        let left_s = left.map(|left| (left.as_secs_f64() * 10.0).round() / 10.0);
+        Tell::Outputs(Outputs { names: self.output_names(), on: self.by_hand.on, left_s })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pulses_and_the_lease_end_when_it_is_time() {
+        let start = Duration::ZERO;
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        let mut bench = ManualOutputs::default();
+        assert_eq!((bench.lock(), bench.due(), bench.tick(at(0))), (None, None, None), "locked as it is");
+        bench.unlock(5, start);
+        bench.switch((1, true), Some(200), at(10));
+        bench.switch((2, false), Some(50), at(10));
+        bench.switch((3, true), None, at(10));
+        assert_eq!((bench.on, bench.due()), (0b1010, Some(at(60))));
+        assert_eq!(bench.tick(at(59)), None);
+        assert_eq!((bench.tick(at(60)), bench.on), (Some(vec![(2, true)]), 0b1110));
+        // Switched by hand, a pulse no longer ends.
+        bench.switch((1, true), None, at(100));
+        assert_eq!(bench.tick(at(500)), None);
+        assert_eq!(bench.due(), Some(at(300_000)));
+        bench.unlock(5, at(299_000));
+        assert_eq!(bench.tick(at(300_000)), None, "extended");
+        let off = [1, 2, 3].map(|place| (place, false));
+        assert_eq!((bench.tick(at(599_000)), bench.on), (Some(off.to_vec()), 0));
+        assert_eq!((bench.lock(), bench.due()), (None, None));
+    }
+}

@@ -1,0 +1,337 @@
+//! Arming: the program becomes a stream, the stream is checked, and the pre-flight says row by row what was found.
+//!
+//! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
+
+use annulus_core::check;
+use annulus_core::control::{State, Trust, lateness};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
+use annulus_core::locale;
+use annulus_core::machine::{self, Machine, Steps};
+use annulus_core::motion;
+use annulus_core::steps::{self, Effect, Packed, Segment, TICK_HZ};
+use annulus_core::wire::{PreflightRow, Tell, Verdict, program};
+use std::thread;
+
+/// How the drill stands when a job is prepared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Context {
+    /// The machine.
+    pub machine: Machine,
+    /// Work zero in machine steps, where there is one.
+    pub zero: Option<[i64; 2]>,
+    /// What it is doing.
+    pub state: State,
+    /// What its position is worth.
+    pub trust: Trust,
+    /// The highest safe step rate, where time is real.
+    pub safe_hz: Option<f64>,
+    /// An interrupted job: key, leg, and the work zero it was begun with, where its steps still mean what they meant.
+    pub offer: Option<(String, u32, Option<[i64; 2]>)>,
+}
+
+/// A job that was checked.
+pub struct Prepared {
+    /// SHA-256 of the program's bytes.
+    pub key: String,
+    /// These.
+    pub bytes: Vec<u8>,
+    /// The program.
+    pub program: Program,
+    /// Its steps.
+    pub stream: Packed,
+    /// Their digest.
+    pub digest: String,
+    /// Stream time from the start of every leg to the end of the job, in ticks.
+    pub left_ticks: Vec<u64>,
+    /// Work zero in machine steps, Z on the board's surface.
+    pub zero: Steps,
+    /// What was found, row by row.
+    pub checks: Vec<PreflightRow>,
+    /// What it was prepared for; arming is void when that changed meanwhile.
+    pub context: Context,
+    /// Its feeds, percent of those in `bytes`.
+    pub feed_percent: u8,
+}
+
+/// What a program becomes on a machine.
+struct Planned {
+    program: Program,
+    stream: Packed,
+    left_ticks: Vec<u64>,
+}
+
+impl Prepared {
+    /// The verdict as everybody sees it.
+    pub(crate) fn tell(&self) -> Tell {
+        let (job, stream_digest) = (self.key.clone(), self.digest.clone());
+        Tell::Armed { job, stream_digest, checks: self.checks.clone() }
+    }
+
+    /// The first reason against starting.
+    pub(crate) fn refusal(&self) -> Option<Diagnostic> {
+        self.checks.iter().find(|row| row.verdict == Verdict::Fail).map(|row| row.finding.clone())
+    }
+
+    /// Where leg `leg` starts when it is begun from rest, in machine steps: all spindles up.
+    pub(crate) fn start_of_leg(&self, leg: usize) -> Steps {
+        let from = self.before_leg(leg);
+        let up = self.stream.start();
+        std::array::from_fn(|axis| {
+            self.zero[axis] + if axis < 2 { from[axis] } else { from[axis].max(up[axis]) }
+        })
+    }
+
+    /// Whether the motors of X and Y went down in their numbers last before leg `leg`: so their play is taken up.
+    fn down_before(&self, leg: usize) -> [bool; 2] {
+        let mut down = [None; 2];
+        for segment in (0..leg).rev().flat_map(|leg| self.stream.leg(leg).into_iter().rev()) {
+            for (axis, down) in down.iter_mut().enumerate() {
+                let last = segment.runs.iter().rev().find(|run| run.axes >> axis & 1 == 1);
+                *down = down.or(last.map(|run| !run.forward));
+            }
+            if down.iter().all(Option::is_some) {
+                break;
+            }
+        }
+        down.map(Option::unwrap_or_default)
+    }
+
+    /// Where the motors of X and Y go first, in machine steps, when leg `leg` is begun from anywhere: so that they come to its
+    /// start from the side that the stream has them come from, with their play taken up.
+    pub(crate) fn before_start(&self, machine: &Machine, leg: usize) -> Steps {
+        let mut start = self.start_of_leg(leg);
+        for (axis, down) in self.down_before(leg).into_iter().enumerate() {
+            let settings = machine.axis(axis);
+            let play = settings.scale.steps(settings.backlash);
+            start[axis] += if down { play } else { -play };
+            start[axis] = start[axis].max(settings.scale.steps(settings.min));
+        }
+        start
+    }
+
+    /// Where everything stands when leg `leg` follows the one before, in steps from the work zero.
+    pub fn before_leg(&self, leg: usize) -> Steps {
+        self.stream.before(leg)
+    }
+
+    /// Whether leg `leg` goes on from the bottom of the hole before.
+    pub(crate) fn begins_low(&self, leg: usize) -> bool {
+        !self.stream.range(leg).is_empty() && self.before_leg(leg)[2] < 0
+    }
+
+    /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
+    pub(crate) fn entry(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Diagnostic> {
+        let mut alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
+        if self.begins_low(leg + 1) {
+            alone.moves.pop();
+        }
+        Ok(alone.moves.iter().map(|planned| steps::segment(planned, machine)).collect())
+    }
+
+    /// What lifts the spindles after leg `leg` when the next one does not follow at once.
+    pub(crate) fn lift(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Diagnostic> {
+        let alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
+        Ok(alone.moves.last().map(|planned| steps::segment(planned, machine)).into_iter().collect())
+    }
+
+    /// What is in force before segment `first`: bit and spindle speed.
+    pub(crate) fn in_force(&self, first: usize) -> (Option<u32>, u32) {
+        let (mut bit, mut rpm) = (None, 0);
+        for effect in self.stream.effects_before(first) {
+            match effect {
+                Effect::Spindle(speed) => rpm = speed,
+                Effect::AwaitBit(wanted) => bit = Some(wanted),
+                Effect::None => {}
+            }
+        }
+        (bit, rpm)
+    }
+
+    /// Holes and toolpaths of the legs before `leg`.
+    pub(crate) fn done_before(&self, leg: usize) -> (u32, u32) {
+        let before = self.program.legs.iter().take(leg);
+        before.fold((0, 0), |(holes, toolpaths), leg| match leg.mark {
+            Mark::Hole(_) => (holes + 1, toolpaths),
+            Mark::Toolpath(_) => (holes, toolpaths + 1),
+            _ => (holes, toolpaths),
+        })
+    }
+}
+
+fn row(verdict: Verdict, finding: Diagnostic) -> PreflightRow {
+    PreflightRow { finding, verdict }
+}
+
+fn note(code: &str) -> Diagnostic {
+    Diagnostic::note(code)
+}
+
+/// The job `bytes` prepared for the drill as it stands.
+pub fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, Diagnostic> {
+    let machine = &context.machine;
+    let program = program::decode(bytes)?;
+    let plan = planned(program, machine)?;
+    let Planned { program, stream, left_ticks, .. } = &plan;
+    let taken_up = context.offer.as_ref().filter(|(offered, ..)| offered == key);
+    let plane = context.zero.or(taken_up.and_then(|(_, _, zero)| *zero));
+    let mut zero = Steps::default();
+    [zero[0], zero[1]] = plane.unwrap_or_default();
+    for spindle in 0..machine.spindles.clamp(1, 6) as usize {
+        zero[2 + spindle] = machine.z.scale.steps(machine.process.surface);
+    }
+    let total_s = left_ticks.first().copied().unwrap_or(0) as f64 / TICK_HZ as f64;
+    let mut checks = standing(context, plane);
+    checks.push(if program.machine == machine.fingerprint() {
+        row(Verdict::Pass, note("preflight.same_machine"))
+    } else {
+        row(Verdict::Fail, Diagnostic::error("preflight.other_machine"))
+    });
+    let (digest, verdict) = judged(stream, machine, plane.map(|_| zero));
+    match verdict {
+        Some(Ok(())) => checks.push(row(Verdict::Pass, note("preflight.stream_safe"))),
+        Some(Err(reasons)) => checks.extend(reasons.into_iter().take(20).map(|why| row(Verdict::Fail, why))),
+        None => {}
+    }
+    checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
+    checks.extend(machine::warnings(machine).into_iter().map(|warning| row(Verdict::Warn, warning)));
+    checks.extend(unknown_bit(program).map(|why| row(Verdict::Fail, why)));
+    let missing = missing_drills(program, machine);
+    if !missing.is_empty() {
+        let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
+        checks.push(row(Verdict::Warn, why));
+    }
+    if let Some(bit) = program.bits.first() {
+        checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK))));
+    }
+    if !program.accepted.is_empty() {
+        let codes = program.accepted.join(", ");
+        checks.push(row(Verdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)));
+    }
+    if let Some((other, ..)) = context.offer.as_ref().filter(|(offered, ..)| offered != key) {
+        let why = Diagnostic::warning("preflight.forgets").with("job", &other[..other.len().min(8)]);
+        checks.push(row(Verdict::Warn, why));
+    }
+    let holes = program.hole_count();
+    let words = if program.toolpath_count() > 0 { "preflight.time_milling" } else { "preflight.time" };
+    checks.push(row(
+        Verdict::Pass,
+        note(words)
+            .with("holes", holes)
+            .with("toolpaths", program.toolpath_count())
+            .with("seconds", total_s.round()),
+    ));
+    let (key, bytes) = (key.to_owned(), bytes.to_vec());
+    Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
+}
+
+/// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
+fn missing_drills<'a>(program: &'a Program, machine: &Machine) -> Vec<&'a str> {
+    let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.contains(&bit.diameter);
+    program.bits.iter().filter(lacks).map(|bit| bit.name.as_str()).collect()
+}
+
+fn planned(program: Program, machine: &Machine) -> Result<Planned, Diagnostic> {
+    let stream = Packed::of(&program, machine)?;
+    let left_ticks = left_ticks(&stream);
+    Ok(Planned { program, stream, left_ticks })
+}
+
+/// The digest of a stream, and what the independent checker says of it where the work zero is known: side by side.
+fn judged(
+    stream: &Packed,
+    machine: &Machine,
+    zero: Option<Steps>,
+) -> (String, Option<Result<(), Vec<Diagnostic>>>) {
+    let digest = || steps::digest_of(&stream.start(), stream.count(), stream.segments());
+    let check = |zero| check::verify_each(&stream.start(), || stream.segments(), machine, zero).map(drop);
+    thread::scope(|scope| {
+        let beside = thread::Builder::new().name("digest".to_owned()).spawn_scoped(scope, digest);
+        let verdict = zero.map(check);
+        // Where there is no second thread, or it failed, it is done here.
+        let found = beside.ok().and_then(|beside| beside.join().ok());
+        (found.unwrap_or_else(digest), verdict)
+    })
+}
+
+/// A plan with what it was made from, at the feeds it came with, not judged.
+fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepared {
+    let Planned { program, stream, left_ticks } = plan;
+    let (zero, checks, digest, feed_percent) = (Steps::default(), Vec::new(), String::new(), 100);
+    Prepared { key, bytes, program, stream, digest, left_ticks, zero, checks, context, feed_percent }
+}
+
+/// The job in work with its feeds at `percent` of those it came with: the same legs to the same places, planned and checked
+/// anew. Refused where the check, or this computer's clock, refuses it.
+pub fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
+    let machine = &job.context.machine;
+    let plan = planned(program::decode(&job.bytes)?.at_feed(percent), machine)?;
+    let (digest, verdict) = judged(&plan.stream, machine, Some(job.zero));
+    verdict
+        .unwrap_or(Ok(()))
+        .map_err(|reasons| reasons.into_iter().next().unwrap_or_else(|| Diagnostic::error("control.busy")))?;
+    let too_fast = |safe_hz| lateness::too_fast(plan.stream.segments(), safe_hz);
+    if let Some(why) = job.context.safe_hz.and_then(too_fast) {
+        return Err(why);
+    }
+    let anew = bare(plan, job.key.clone(), job.bytes.clone(), job.context.clone());
+    let checks = job.checks.clone();
+    Ok(Prepared { zero: job.zero, checks, digest, feed_percent: percent, ..anew })
+}
+
+/// A wait for a bit that the program does not have: nobody could put it in.
+fn unknown_bit(program: &Program) -> Option<Diagnostic> {
+    let commands = program.legs.iter().flat_map(|leg| &leg.commands);
+    let mut waits = commands.filter_map(|command| match command {
+        Command::AwaitBit { bit } => Some(*bit),
+        _ => None,
+    });
+    let bit = waits.find(|bit| *bit as usize >= program.bits.len())?;
+    let why = Diagnostic::error("preflight.no_such_bit").with("bit", u64::from(bit) + 1);
+    Some(why.with("bits", program.bits.len()))
+}
+
+/// The rows about the drill itself.
+fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
+    let lost = |code| row(Verdict::Fail, Diagnostic::error(code));
+    vec![
+        match context.trust {
+            Trust::Trusted => row(Verdict::Pass, note("preflight.homed")),
+            Trust::Suspect | Trust::Lost => lost("preflight.not_homed"),
+        },
+        match context.state {
+            State::Ready | State::NotHomed => row(Verdict::Pass, note("preflight.at_rest")),
+            _ => lost("preflight.busy"),
+        },
+        match plane {
+            Some(_) => row(Verdict::Pass, note("preflight.zero_set")),
+            None => lost("preflight.no_zero"),
+        },
+    ]
+}
+
+/// Whether this computer can step the stream in time.
+fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
+    let fastest = lateness::fastest_rate(stream.segments());
+    match lateness::beyond(fastest, safe_hz) {
+        Some(why) => row(Verdict::Fail, why),
+        None => {
+            let hz = fastest.map_or(0.0, |(hz, _)| hz);
+            let finding = note("preflight.in_time").with("hz", hz.ceil()).with("safe", safe_hz.floor());
+            row(Verdict::Pass, finding)
+        }
+    }
+}
+
+fn left_ticks(stream: &Packed) -> Vec<u64> {
+    let mut left = 0;
+    let mut rows: Vec<u64> = (0..stream.legs())
+        .rev()
+        .map(|leg| {
+            left += stream.ticks(leg);
+            left
+        })
+        .collect();
+    rows.reverse();
+    rows
+}

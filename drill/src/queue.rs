@@ -1,0 +1,270 @@
+//! A queue of work commands on the drill: what its actions mean in tasks, and what reports of those mean for it.
+//!
+//! ```text
+//! Ask::Queue ─▶ read, check ─▶ Lab.run ── go ─▶ actions ─▶ tasks, outputs, corrections ─▶ executor
+//!                                 ▲                                                          │
+//!                                 └────────────────── report of one task ◀───────────────────┘
+//! ```
+//!
+//! Comes in: asks and reports. Goes out: tasks, events for the session, tells. Does not know what a row means; `core` does.
+
+use crate::executor::{Ended, Report};
+use crate::moves::Doing;
+use crate::owner::Owner;
+use annulus_core::control::{Event, State, Trust};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::motion::cycles;
+use annulus_core::pins::Outcome;
+use annulus_core::queue::{self, Action, Harm, Mode, Queue, Rest, RowResult, Run, Standing, check};
+use annulus_core::wire::{QueuePhase, QueueStatus, Tell};
+use std::time::Duration;
+
+/// Results are told at most this often while rows are being done.
+const PACE: Duration = Duration::from_millis(40);
+
+/// A queue that was checked, and how far it is.
+pub(crate) struct Lab {
+    text: String,
+    queue: Queue,
+    /// Rows it comes through.
+    total: u32,
+    run: Run,
+    begun: bool,
+    mode: Mode,
+    phase: QueuePhase,
+    why: Option<Diagnostic>,
+    /// Results as they were told last.
+    told: Vec<RowResult>,
+    told_at: Duration,
+}
+
+fn diagnostic(code: &str) -> Diagnostic {
+    Diagnostic::error(code)
+}
+
+impl Owner {
+    fn standing(&self) -> Standing {
+        let homed = [self.session.trust == Trust::Trusted; 3];
+        Standing { position: self.position, zero: self.session.zero(), homed, rpm: 0 }
+    }
+
+    /// Reads and checks `text`; it takes the place of the queue before it.
+    pub(crate) fn queue_load(&mut self, text: String) -> Result<Vec<Tell>, Diagnostic> {
+        if self.session.queue {
+            return Err(diagnostic("control.busy"));
+        }
+        let first =
+            |whys: Vec<Diagnostic>| whys.into_iter().next().unwrap_or_else(|| diagnostic("queue.empty"));
+        let queue = queue::read("", &text).map_err(first)?;
+        let standing = self.standing();
+        let checked = check(&queue, &self.machine, &self.machine.card.names(), &standing)?;
+        let run = Run::new(queue.clone(), self.machine.card.names(), standing);
+        self.lab = Some(Lab {
+            text,
+            total: checked.rows,
+            run,
+            begun: false,
+            mode: Mode::Step,
+            phase: QueuePhase::Ready,
+            why: None,
+            told: vec![RowResult::default(); queue.rows().len()],
+            told_at: self.now(),
+            queue,
+        });
+        self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
+        Ok(Vec::new())
+    }
+
+    /// Begins the queue, or goes on.
+    pub(crate) fn queue_run(&mut self, mode: Mode) -> Result<(), Diagnostic> {
+        let standing = self.standing();
+        let Some(lab) = &mut self.lab else { return Err(diagnostic("control.no_queue")) };
+        if self.session.queue && self.session.state == State::Pausing {
+            lab.mode = mode;
+            self.try_event(Event::Resume)?;
+            if let Some(lab) = &mut self.lab {
+                lab.run.proceed(mode);
+            }
+            return Ok(());
+        }
+        if !self.session.queue {
+            if lab.begun {
+                return Err(diagnostic("control.queue_over"));
+            }
+            // The drill may stand elsewhere than when the queue was sent.
+            let outputs = self.machine.card.names();
+            lab.total = check(&lab.queue, &self.machine, &outputs, &standing)?.rows;
+            lab.run = Run::new(lab.queue.clone(), outputs, standing);
+        }
+        lab.mode = mode;
+        self.try_event(Event::Queue)
+    }
+
+    /// The next rows.
+    pub(crate) fn queue_go(&mut self) {
+        let Some(lab) = &mut self.lab else { return };
+        lab.begun = true;
+        (lab.phase, lab.why) = (QueuePhase::Running, None);
+        let actions = lab.run.go(&self.machine, lab.mode);
+        self.queue_act(actions);
+    }
+
+    /// Holds after the row in work.
+    pub(crate) fn queue_hold(&mut self) {
+        if let Some(lab) = &mut self.lab {
+            lab.run.hold();
+        }
+    }
+
+    pub(crate) fn queue_clear(&mut self) -> Result<(), Diagnostic> {
+        if self.session.queue {
+            return Err(diagnostic("control.busy"));
+        }
+        self.lab = None;
+        self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
+        Ok(())
+    }
+
+    /// What a report of a task of the queue means.
+    pub(crate) fn queue_reported(&mut self, report: &Report) {
+        let told = self.told_to_core(report);
+        let Some(lab) = &mut self.lab else { return };
+        let actions = lab.run.reported(&self.machine, &told);
+        self.queue_act(actions);
+    }
+
+    /// A report in the words of `core`.
+    pub(crate) fn told_to_core(&self, report: &Report) -> queue::Report {
+        let outcome = match report.ended {
+            // Stop crossed the report on its way: no row after this one.
+            _ if self.session.state == State::Stopping => Outcome::Stopped,
+            Ended::Completed => Outcome::Completed,
+            Ended::Gated(at) => Outcome::Gated(at),
+            Ended::Unmet(gate) => Outcome::Unmet(gate),
+            Ended::Guarded(input) => Outcome::Guarded(input),
+            Ended::Late(ticks) => Outcome::Late(ticks),
+            Ended::Stopped | Ended::Starved => Outcome::Stopped,
+        };
+        let Report { position, inputs, ticks, .. } = *report;
+        queue::Report { outcome, position, inputs, ticks }
+    }
+
+    fn queue_act(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            match action {
+                Action::Output(place, on) => self.executor.output(place, on),
+                Action::Correct { axis, steps } => {
+                    for axis in cycles::together(&self.machine, axis) {
+                        self.executor.correct(axis, steps);
+                        self.position[axis] += steps;
+                    }
+                }
+                Action::Play(segments) => {
+                    self.queue_trust();
+                    match self.in_time(segments) {
+                        Ok(segments) => self.give(Doing::Queue, segments),
+                        Err(why) => self.queue_rests(Rest::Failed(why, Harm::None)),
+                    }
+                }
+                Action::Rest(rest) => {
+                    self.queue_trust();
+                    self.queue_rests(rest);
+                }
+            }
+        }
+        self.tell_queue(false);
+    }
+
+    /// What the rows did to the trust in the position: an axis being homed has none, all homed have it again.
+    fn queue_trust(&mut self) {
+        let Some(lab) = &self.lab else { return };
+        let all = lab.run.standing().all_homed();
+        if all != (self.session.trust == Trust::Trusted) && (all || lab.run.homes()) {
+            self.pending.push_back(Event::Counted(all));
+        }
+    }
+
+    fn queue_rests(&mut self, rest: Rest) {
+        let Some(lab) = &mut self.lab else { return };
+        let event = match rest {
+            Rest::Held => {
+                lab.phase = QueuePhase::Held;
+                Event::QueueHeld
+            }
+            Rest::Done => {
+                lab.phase = QueuePhase::Done;
+                Event::QueueDone
+            }
+            Rest::Stopped => {
+                lab.phase = QueuePhase::Stopped;
+                Event::Rested
+            }
+            Rest::Failed(why, harm) => {
+                (lab.phase, lab.why) = (QueuePhase::Failed, Some(why.clone()));
+                let left = match harm {
+                    Harm::None => Trust::Trusted,
+                    Harm::Suspect => Trust::Suspect,
+                    Harm::Lost => Trust::Lost,
+                };
+                Event::Failed(why, left)
+            }
+        };
+        self.pending.push_back(event);
+    }
+
+    /// The session ended what it was doing. A queue that was held then is over.
+    pub(crate) fn queue_over(&mut self) {
+        let Some(lab) = &mut self.lab else { return };
+        if lab.begun && !lab.run.ended() {
+            let actions = lab.run.stopped();
+            lab.phase = QueuePhase::Stopped;
+            let switched =
+                actions.into_iter().filter(|action| matches!(action, Action::Output(..))).collect();
+            self.queue_act(switched);
+        }
+        self.tell_queue(true);
+    }
+
+    /// Tells how the queue stands, when it is time or when it rests.
+    pub(crate) fn tell_queue(&mut self, now: bool) {
+        let time = self.now();
+        let Some(lab) = &mut self.lab else { return };
+        let rests = lab.phase != QueuePhase::Running;
+        if !(now || rests || time.saturating_sub(lab.told_at) >= PACE) {
+            return;
+        }
+        let results = lab.run.results();
+        let changed = (0..).zip(results).zip(&lab.told).filter(|((_, is), was)| is != was);
+        let changed = changed.map(|((row, is), _)| (row, is.clone())).collect();
+        lab.told = results.to_vec();
+        lab.told_at = time;
+        let status = lab.status(changed, false);
+        self.tell(Tell::Queue(Box::new(status)));
+    }
+
+    /// What a newcomer must know, and everybody after a change.
+    pub(crate) fn queue_greeting(&self) -> Vec<Tell> {
+        let Some(lab) = &self.lab else {
+            let status = QueueStatus { whole: true, ..QueueStatus::default() };
+            return vec![Tell::QueueText { text: String::new() }, Tell::Queue(Box::new(status))];
+        };
+        let begun = (0..).zip(lab.run.results()).filter(|(_, result)| result.turns > 0);
+        let results = begun.map(|(row, result)| (row, result.clone())).collect();
+        vec![Tell::QueueText { text: lab.text.clone() }, Tell::Queue(Box::new(lab.status(results, true)))]
+    }
+
+    /// The command of the row in work, by its name in the table.
+    pub(crate) fn queue_command(&self) -> Option<String> {
+        let lab = self.lab.as_ref().filter(|_| self.doing == Doing::Queue)?;
+        let command = lab.queue.rows().get(lab.run.row()?)?.command.as_ref()?;
+        Some(command.split().0.name.to_owned())
+    }
+}
+
+impl Lab {
+    fn status(&self, results: Vec<(u32, RowResult)>, whole: bool) -> QueueStatus {
+        let row = self.run.row().and_then(|row| u32::try_from(row).ok());
+        let (phase, passed, total) = (self.phase, self.run.passed(), self.total);
+        QueueStatus { phase, row, passed, total, results, whole, why: self.why.clone() }
+    }
+}

@@ -1,0 +1,151 @@
+// The board editor: drawn by mouse, by keys and by numbers; taken back, kept over a reload, made into a board.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { data, downloaded, findings, picture, planned, stand, tab, until } from "./harness.mjs";
+
+const { fresh } = stand();
+
+/** A page on the Draw screen. */
+async function draw(options) {
+  const opened = await fresh(options);
+  await opened.page.getByRole("button", { name: /Draw a board/ }).click();
+  await opened.page.getByRole("heading", { name: "Objects" }).waitFor();
+  await until(async () => Number(await data(opened.page, "frames")) > 0, "a picture");
+  return opened;
+}
+
+/** How many things the drawing has, by its own words. */
+const things = async (page) => {
+  const words = await page.locator("canvas").first().getAttribute("aria-label");
+  return Number(/: (\d+) objects?$/.exec(words ?? "")?.[1] ?? -1);
+};
+
+/** Where a place of the drawing is in the window. */
+async function at(page, x, y) {
+  const canvas = page.locator("canvas").first();
+  const box = await canvas.boundingBox();
+  const [cx, cy] = (await data(page, "centre")).split(" ").map(Number);
+  const px = (Number(await data(page, "zoom")) * 96) / 25.4;
+  return [box.x + box.width / 2 + (x - cx) * px, box.y + box.height / 2 - (y - cy) * px];
+}
+
+async function press(page, x, y) {
+  await page.mouse.move(...(await at(page, x, y)));
+  await page.mouse.down();
+  await page.mouse.up();
+}
+
+const field = (page, name) => page.getByRole("textbox", { name: new RegExp(`^${name}`) });
+
+test("a board is drawn by mouse and keys, taken back, kept over a reload, and milled", async () => {
+  const { page, context, problems } = await draw();
+  try {
+    await page.keyboard.press("p");
+    await press(page, 20, 20);
+    await press(page, 40, 20);
+    await until(async () => (await things(page)) === 6, "two pads with holes");
+    await page.keyboard.press("x");
+    await press(page, 20, 20);
+    await press(page, 40, 20);
+    await page.keyboard.press("End");
+    await until(async () => (await things(page)) === 7, "a track on their nodes");
+    // The edge by typed places.
+    await page.getByRole("group", { name: "Layer" }).getByRole("button", { name: "Edge" }).click();
+    await page.keyboard.press("c");
+    for (const place of ["x 10 y 10", "@40 0", "@0 20", "@-40 0", "10 10"]) {
+      await page.keyboard.type(place);
+      await page.keyboard.press("Enter");
+    }
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("End");
+    await until(async () => (await things(page)) === 15, "an edge of four tracks");
+    await page.getByRole("button", { name: /^Track 0.6/ }).waitFor();
+    await page.screenshot({ path: picture("draw-1440-dark") });
+    assert.deepEqual(await findings(page), [], "Draw");
+    // Everything goes back, and comes again.
+    const all = 7;
+    for (let step = 0; step < all; step += 1) await page.keyboard.press("Control+z");
+    await until(async () => (await things(page)) === 0, "an empty sheet");
+    for (let step = 0; step < all; step += 1) await page.keyboard.press("Control+y");
+    await until(async () => (await things(page)) === 15, "all of it again");
+    await page.keyboard.press("Control+z");
+    await page.waitForTimeout(1500);
+    await page.reload();
+    await until(async () => (await things(page)) === 14, "the drawing after a reload");
+    await page.keyboard.press("Control+y");
+    await until(async () => (await things(page)) === 15, "an edit from before the reload");
+    await page.getByRole("button", { name: "Use this board" }).click();
+    await page.getByRole("heading", { name: "Operations" }).waitFor();
+    await planned(page);
+    await tab(page, "Board").click();
+    await until(async () => (await data(page, "holes")) === "2", "both holes on the board");
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await context.close();
+  }
+});
+
+test("drawn by keys alone, and the numbers of what is chosen are typed", async () => {
+  const { page, context } = await draw();
+  try {
+    await page.keyboard.press("x");
+    for (const key of ["Shift+ArrowRight", "Enter", "Shift+ArrowRight", "Shift+ArrowUp", "Enter", "End"]) await page.keyboard.press(key);
+    await until(async () => (await things(page)) === 3, "a track");
+    await page.keyboard.press("v");
+    await page.keyboard.press("Control+a");
+    await field(page, "Track width").waitFor();
+    await page.keyboard.press("e");
+    assert.equal(await field(page, "From X").evaluate((one) => one === document.activeElement), true, "E goes to the numbers");
+    await field(page, "To X").fill("12,5");
+    await page.keyboard.press("Enter");
+    await page.getByRole("option", { name: /→ 12.5 5/ }).waitFor();
+    await field(page, "Track width").fill("20mil");
+    await page.keyboard.press("Enter");
+    await page.getByRole("button", { name: "Track 0.508 mm" }).waitFor();
+    await field(page, "Track width").fill("wide");
+    await page.keyboard.press("Enter");
+    assert.equal(await field(page, "Track width").getAttribute("aria-invalid"), "true");
+    await page.getByRole("button", { name: "Array…" }).click();
+    const dialog = page.getByRole("dialog", { name: "Repeat the selection" });
+    await dialog.getByRole("textbox", { name: "Rows" }).fill("3");
+    await dialog.getByRole("button", { name: "Repeat" }).click();
+    await until(async () => (await things(page)) === 36, "twelve tracks");
+    const files = await downloaded(page, page.getByRole("button", { name: "Gerber and Excellon" }));
+    assert.deepEqual([...files.keys()], ["board-top.gbr"]);
+  } finally {
+    await context.close();
+  }
+});
+
+test("the example of the manual becomes a job that is planned", async () => {
+  const { page, context } = await draw();
+  try {
+    await page.getByRole("button", { name: "Open the example" }).click();
+    await until(async () => (await things(page)) === 87, "the example");
+    await page.getByRole("button", { name: "Use this board" }).click();
+    await page.getByRole("heading", { name: "Operations" }).waitFor();
+    await planned(page);
+    await page.getByText(/^Planned .* m,|Problems \(\d+\)/).first().waitFor();
+    await page.screenshot({ path: picture("draw-example-cam") });
+  } finally {
+    await context.close();
+  }
+});
+
+for (const [width, height] of [[390, 844], [820, 1180], [1440, 900]]) {
+  test(`the editor at ${width} is accessible and no wider than the window`, async () => {
+    const { page, context } = await draw({ width, height, scheme: "light" });
+    try {
+      await page.getByRole("button", { name: "Open the example" }).click();
+      await until(async () => (await things(page)) === 87, "the example");
+      await page.locator(".draw-line").first().click();
+      await page.screenshot({ path: picture(`draw-${width}-light`), fullPage: true });
+      assert.deepEqual(await findings(page), [], "Draw");
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+      assert.ok(wide <= width, `${wide} px in ${width}`);
+    } finally {
+      await context.close();
+    }
+  });
+}
