@@ -1,6 +1,6 @@
 // Starts the page. The one Trusted Types policy, `annulus`, vouches for addresses of our own scripts; markup it never
 // makes, so nothing on the page can be written as markup.
-import init from "./annulus.js";
+import init from "./page.js";
 
 const own = (address) => {
   const url = new URL(address, import.meta.url);
@@ -9,7 +9,21 @@ const own = (address) => {
 };
 globalThis.annulusPolicy = globalThis.trustedTypes?.createPolicy("annulus", { createScriptURL: own });
 
-init({ module_or_path: new URL("./annulus_bg.wasm", import.meta.url) }).catch((error) => {
+/** The engine of the workers, fetched and compiled once; another try where it could not be had. */
+const fetched = async () => {
+  const answer = await fetch(new URL("./engine_bg.wasm", import.meta.url));
+  if (!answer.ok) throw new Error(`engine_bg.wasm: ${answer.status}`);
+  const streams = answer.headers.get("content-type") === "application/wasm";
+  return streams ? WebAssembly.compileStreaming(answer) : WebAssembly.compile(await answer.arrayBuffer());
+};
+let engine;
+globalThis.annulusEngine = () =>
+  (engine ??= fetched().catch((error) => {
+    engine = undefined;
+    throw error;
+  }));
+
+init({ module_or_path: new URL("./page_bg.wasm", import.meta.url) }).catch((error) => {
   console.error(error);
   document.documentElement.dataset.failed = "true";
 });

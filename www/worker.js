@@ -1,5 +1,16 @@
-// Starts the engine: the page sends the wasm it is made of, compiled already, as the first message; what follows goes
-// to the engine itself.
-import { initSync } from "./annulus.js";
+// Starts the engine: the page sends it, compiled already, or the reason why it cannot be had. What came before it is given to
+// the engine once it runs.
+import { initSync } from "./engine.js";
 
-addEventListener("message", (event) => initSync({ module: event.data }), { once: true });
+const early = [];
+const hear = ({ data }) => {
+  if (data instanceof Error) throw data;
+  if (!(data instanceof WebAssembly.Module)) {
+    early.push(data);
+    return;
+  }
+  removeEventListener("message", hear);
+  initSync({ module: data });
+  for (const data of early) dispatchEvent(new MessageEvent("message", { data }));
+};
+addEventListener("message", hear);

@@ -2,8 +2,8 @@
 //!
 //! Comes in: a key press as plain data. Goes out: an [`Action`]. Knows no browser.
 
-use crate::drawing::keys::{self as draw, StepSize};
-use crate::drawing::{DrawKey, Tool};
+use crate::drawing::keys::{self as draw, QUARTER_MDEG, StepSize};
+use crate::drawing::{Act, DrawKey, Tool};
 use crate::said::key;
 
 /// The screens, in the order of their numbers from 0.
@@ -211,21 +211,21 @@ pub const SHORTCUTS: [Shortcut; 73] = [
     drawn("c", key!("page.key.draw_type"), DrawKey::Type(false)),
     drawn("@", key!("page.key.draw_type_by"), DrawKey::Type(true)),
     drawn("e", key!("page.key.draw_numbers"), DrawKey::Numbers),
-    drawn("r", key!("page.key.draw_turn"), DrawKey::Turn(true)),
-    drawn("b", key!("page.key.draw_mirror"), DrawKey::Mirror(true)),
-    drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Mirror(false)),
-    drawn("Ctrl+a", key!("page.key.draw_all"), DrawKey::All),
-    drawn("Ctrl+c", key!("page.key.draw_copy"), DrawKey::Copy),
-    drawn("Ctrl+x", key!("page.key.draw_cut"), DrawKey::Cut),
-    drawn("Ctrl+v", key!("page.key.draw_paste"), DrawKey::Paste),
-    drawn("Ctrl+d", key!("page.key.draw_duplicate"), DrawKey::Duplicate),
-    drawn("Delete", key!("page.key.draw_delete"), DrawKey::Delete),
+    drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn(QUARTER_MDEG))),
+    drawn("b", key!("page.key.draw_mirror"), DrawKey::Act(Act::Mirror { x: true })),
+    drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Act(Act::Mirror { x: false })),
+    drawn("Ctrl+a", key!("page.key.draw_all"), DrawKey::Act(Act::All)),
+    drawn("Ctrl+c", key!("page.key.draw_copy"), DrawKey::Act(Act::Copy)),
+    drawn("Ctrl+x", key!("page.key.draw_cut"), DrawKey::Act(Act::Cut)),
+    drawn("Ctrl+v", key!("page.key.draw_paste"), DrawKey::Act(Act::Paste)),
+    drawn("Ctrl+d", key!("page.key.draw_duplicate"), DrawKey::Act(Act::Duplicate)),
+    drawn("Delete", key!("page.key.draw_delete"), DrawKey::Act(Act::Delete)),
     drawn("Ctrl+g", key!("page.key.draw_group"), DrawKey::Group),
-    drawn("Ctrl+Shift+g", key!("page.key.draw_ungroup"), DrawKey::Ungroup),
-    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Undo(true)),
-    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Undo(false)),
-    drawn("g", key!("page.key.draw_snap"), DrawKey::Snap),
-    drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::NextGrid),
+    drawn("Ctrl+Shift+g", key!("page.key.draw_ungroup"), DrawKey::Act(Act::Ungroup)),
+    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Act(Act::Undo(true))),
+    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo(false))),
+    drawn("g", key!("page.key.draw_snap"), DrawKey::Act(Act::Snap)),
+    drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::Act(Act::NextGrid)),
     drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side(true)),
     drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side(false)),
     shortcut(Some(Tab::Cam), "a", key!("page.key.add"), Action::Cam(CamKey::Add)),
@@ -538,10 +538,10 @@ mod tests {
             ("text+x", Tab::Draw, None),
             ("x", Tab::Board, None),
             ("Ctrl+Alt+z", Tab::Draw, None),
-            ("Ctrl+Shift+z", Tab::Draw, Some(Action::Draw(DrawKey::Undo(false)))),
+            ("Ctrl+Shift+z", Tab::Draw, Some(Action::Draw(DrawKey::Act(Act::Undo(false))))),
             ("control+Enter", Tab::Draw, None),
             ("control+ArrowUp", Tab::Draw, None),
-            ("control+Delete", Tab::Draw, Some(Action::Draw(DrawKey::Delete))),
+            ("control+Delete", Tab::Draw, Some(Action::Draw(DrawKey::Act(Act::Delete)))),
             ("f", Tab::Draw, Some(Action::Flip)),
             ("Shift+ArrowDown", Tab::Draw, Some(Action::Draw(DrawKey::Step(0, -1, StepSize::Far)))),
         ];

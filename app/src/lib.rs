@@ -1,5 +1,5 @@
-//! The page of Annulus. One wasm serves twice: in a window it is the page, in a worker it is the engine that reads
-//! and plans, so that the page never waits.
+//! The page of Annulus, and the engine that reads and plans in its workers, so that the page never waits. Each is a file of
+//! WebAssembly of its own (`bin/`): the window shows something before the engine is there.
 //!
 //! ```text
 //! screens ─ Event ─▶ page ─▶ model ─▶ Effect ─▶ effects ═ worker, store, files ═▶ annulus-core
@@ -40,18 +40,21 @@ pub mod trusted;
 #[cfg(target_arch = "wasm32")]
 pub mod widgets;
 
-/// Where the browser begins: the page in a window, the engine in a worker.
-#[cfg(all(target_arch = "wasm32", not(test)))]
-#[wasm_bindgen::prelude::wasm_bindgen(start)]
-pub fn start() {
-    if web_sys::window().is_some() {
-        fallen::watch();
-        leptos::mount::mount_to_body(|| {
-            page::begin(effects::surroundings());
-            effects::begin();
-            screens::app()
-        });
-    } else if engine::drill::is_here() {
+/// The page begins, in a window.
+#[cfg(target_arch = "wasm32")]
+pub fn begin_page() {
+    fallen::watch();
+    leptos::mount::mount_to_body(|| {
+        page::begin(effects::surroundings());
+        effects::begin();
+        screens::app()
+    });
+}
+
+/// The engine begins, in a worker: that of the drill by its name, or one that reads and plans.
+#[cfg(target_arch = "wasm32")]
+pub fn begin_engine() {
+    if engine::drill::is_here() {
         engine::drill::serve();
     } else {
         engine::worker::serve();

@@ -2,6 +2,9 @@
 //!
 //! Comes in: a seed. Goes out: numbers, the same on every machine. Does not know what they decide.
 
+/// From one state to the next: 2⁶⁴ over the golden ratio.
+const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
+
 /// A stream of numbers that look random.
 #[derive(Clone, Debug)]
 pub struct Chance(u64);
@@ -12,9 +15,14 @@ impl Chance {
         Self(seed)
     }
 
+    /// The stream of `seed` from its number `index` on; the first is 0.
+    pub const fn at(seed: u64, index: u64) -> Self {
+        Self(seed.wrapping_add(index.wrapping_mul(STEP)))
+    }
+
     /// The next 64 bits.
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        self.0 = self.0.wrapping_add(STEP);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);

@@ -11,7 +11,8 @@ async function draw(options) {
   const opened = await fresh(options);
   await opened.page.getByRole("button", { name: /Draw a board/ }).click();
   await opened.page.getByRole("heading", { name: "Objects" }).waitFor();
-  await until(async () => Number(await data(opened.page, "frames")) > 0, "a picture");
+  // The sheet is fitted into the picture: it lies to the right of the zero point and above it.
+  await until(async () => ((await data(opened.page, "centre")) ?? "0").split(" ").every((mm) => Number(mm) > 0), "the sheet in the picture");
   return opened;
 }
 
@@ -20,6 +21,12 @@ const things = async (page) => {
   const words = await page.locator("canvas").first().getAttribute("aria-label");
   return Number(/: (\d+) objects?$/.exec(words ?? "")?.[1] ?? -1);
 };
+
+/** Waits until so many things are drawn. */
+const drawn = (page, count, what) =>
+  until(async () => (await things(page)) === count, what).catch(async (error) => {
+    throw new Error(`${error.message}; ${await things(page)} objects instead of ${count}`);
+  });
 
 /** Where a place of the drawing is in the window. */
 async function at(page, x, y) {
@@ -41,15 +48,19 @@ const field = (page, name) => page.getByRole("textbox", { name: new RegExp(`^${n
 test("a board is drawn by mouse and keys, taken back, kept over a reload, and milled", async () => {
   const { page, context, problems } = await draw();
   try {
+    const place = () => page.locator("canvas").first().boundingBox();
+    const before = await place();
     await page.keyboard.press("p");
     await press(page, 20, 20);
     await press(page, 40, 20);
-    await until(async () => (await things(page)) === 6, "two pads with holes");
+    await drawn(page, 6, "two pads with holes");
+    await page.getByRole("button", { name: /^Ring / }).waitFor();
+    assert.deepEqual(await place(), before, "the picture stays where it is under the pointer");
     await page.keyboard.press("x");
     await press(page, 20, 20);
     await press(page, 40, 20);
     await page.keyboard.press("End");
-    await until(async () => (await things(page)) === 7, "a track on their nodes");
+    await drawn(page, 7, "a track on their nodes");
     // The edge by typed places.
     await page.getByRole("group", { name: "Layer" }).getByRole("button", { name: "Edge" }).click();
     await page.keyboard.press("c");
@@ -59,22 +70,22 @@ test("a board is drawn by mouse and keys, taken back, kept over a reload, and mi
     }
     await page.keyboard.press("Escape");
     await page.keyboard.press("End");
-    await until(async () => (await things(page)) === 15, "an edge of four tracks");
+    await drawn(page, 15, "an edge of four tracks");
     await page.getByRole("button", { name: /^Track 0.6/ }).waitFor();
     await page.screenshot({ path: picture("draw-1440-dark") });
     assert.deepEqual(await findings(page), [], "Draw");
     // Everything goes back, and comes again.
     const all = 7;
     for (let step = 0; step < all; step += 1) await page.keyboard.press("Control+z");
-    await until(async () => (await things(page)) === 0, "an empty sheet");
+    await drawn(page, 0, "an empty sheet");
     for (let step = 0; step < all; step += 1) await page.keyboard.press("Control+y");
-    await until(async () => (await things(page)) === 15, "all of it again");
+    await drawn(page, 15, "all of it again");
     await page.keyboard.press("Control+z");
     await page.waitForTimeout(1500);
     await page.reload();
-    await until(async () => (await things(page)) === 14, "the drawing after a reload");
+    await drawn(page, 14, "the drawing after a reload");
     await page.keyboard.press("Control+y");
-    await until(async () => (await things(page)) === 15, "an edit from before the reload");
+    await drawn(page, 15, "an edit from before the reload");
     await page.getByRole("button", { name: "Use this board" }).click();
     await page.getByRole("heading", { name: "Operations" }).waitFor();
     await planned(page);
@@ -91,7 +102,7 @@ test("drawn by keys alone, and the numbers of what is chosen are typed", async (
   try {
     await page.keyboard.press("x");
     for (const key of ["Shift+ArrowRight", "Enter", "Shift+ArrowRight", "Shift+ArrowUp", "Enter", "End"]) await page.keyboard.press(key);
-    await until(async () => (await things(page)) === 3, "a track");
+    await drawn(page, 3, "a track");
     await page.keyboard.press("v");
     await page.keyboard.press("Control+a");
     await field(page, "Track width").waitFor();
@@ -110,7 +121,7 @@ test("drawn by keys alone, and the numbers of what is chosen are typed", async (
     const dialog = page.getByRole("dialog", { name: "Repeat the selection" });
     await dialog.getByRole("textbox", { name: "Rows" }).fill("3");
     await dialog.getByRole("button", { name: "Repeat" }).click();
-    await until(async () => (await things(page)) === 36, "twelve tracks");
+    await drawn(page, 36, "twelve tracks");
     const files = await downloaded(page, page.getByRole("button", { name: "Gerber and Excellon" }));
     assert.deepEqual([...files.keys()], ["board-top.gbr"]);
   } finally {
@@ -122,7 +133,7 @@ test("the example of the manual becomes a job that is planned", async () => {
   const { page, context } = await draw();
   try {
     await page.getByRole("button", { name: "Open the example" }).click();
-    await until(async () => (await things(page)) === 87, "the example");
+    await drawn(page, 87, "the example");
     await page.getByRole("button", { name: "Use this board" }).click();
     await page.getByRole("heading", { name: "Operations" }).waitFor();
     await planned(page);
@@ -138,7 +149,7 @@ for (const [width, height] of [[390, 844], [820, 1180], [1440, 900]]) {
     const { page, context } = await draw({ width, height, scheme: "light" });
     try {
       await page.getByRole("button", { name: "Open the example" }).click();
-      await until(async () => (await things(page)) === 87, "the example");
+      await drawn(page, 87, "the example");
       await page.locator(".draw-line").first().click();
       await page.screenshot({ path: picture(`draw-${width}-light`), fullPage: true });
       assert.deepEqual(await findings(page), [], "Draw");

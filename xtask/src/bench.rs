@@ -61,7 +61,7 @@ fn wasm_speed() -> Done {
 fn sizes() -> Done {
     let folder = page::build()?;
     say("Sizes of the page");
-    for name in ["annulus_bg.wasm", "annulus.js"] {
+    for name in page::PARTS.into_iter().flat_map(|part| [format!("{part}_bg.wasm"), format!("{part}.js")]) {
         let size =
             |suffix: &str| fs::metadata(folder.join(format!("{name}{suffix}"))).map_or(0, |file| file.len());
         println!("size/{name}: {} raw, {} gzip, {} brotli (bytes)", size(""), size(".gz"), size(".br"));

@@ -1,8 +1,8 @@
 //! Builds the page: compile, bind, shrink, compress.
 //!
 //! ```text
-//! app ─cargo▶ annulus_app.wasm ─wasm-bindgen▶ annulus.js + annulus_bg.wasm ─wasm-opt▶ smaller ─▶ .br .gz
-//! www ─copy─────────────────────────────────────────────────────────────────────────────────▶ .br .gz
+//! app ─cargo▶ page.wasm, engine.wasm ─wasm-bindgen▶ page.js + page_bg.wasm, … ─wasm-opt▶ smaller ─▶ .br .gz
+//! www ─copy────────────────────────────────────────────────────────────────────────────────────▶ .br .gz
 //! ```
 //!
 //! Goes out: `target/www`, which no profile of cargo is called, ready to be embedded in the bridge. Does not know what the page shows.
@@ -12,12 +12,18 @@ use crate::{npm, wasm};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::io::Write;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 /// Where the page is put.
 pub(crate) fn folder() -> PathBuf {
     root().join("target/www")
 }
+
+/// The files of WebAssembly: what the window begins with, and what its workers do.
+pub(crate) const PARTS: [&str; 2] = ["page", "engine"];
 
 /// Builds the page, unless nothing changed since it was built.
 pub(crate) fn build() -> Done<PathBuf> {
@@ -25,7 +31,7 @@ pub(crate) fn build() -> Done<PathBuf> {
     let mut cargo =
         command("cargo", &["build", "-p", "annulus-app", "--profile", "page", "--target", wasm::TRIPLE]);
     run(toolchain.apply(&mut cargo))?;
-    let compiled = target().join(wasm::TRIPLE).join("page/annulus_app.wasm");
+    let compiled = PARTS.map(|part| target().join(wasm::TRIPLE).join("page").join(format!("{part}.wasm")));
     let stamp = stamp(&compiled)?;
     let stamp_file = folder().join(".stamp");
     if fs::read_to_string(&stamp_file).is_ok_and(|found| found == stamp) {
@@ -35,17 +41,17 @@ pub(crate) fn build() -> Done<PathBuf> {
     let _ = fs::remove_dir_all(folder());
     fs::create_dir_all(folder()).map_err(|error| format!("{}: {error}.", folder().display()))?;
     copy(&root().join("www"), &folder())?;
-    bind(&compiled)?;
-    shrink(&folder().join("annulus_bg.wasm"))?;
-    compress(&folder())?;
+    PARTS.iter().zip(&compiled).try_for_each(|(part, compiled)| bind(part, compiled))?;
+    at_once(&PARTS.map(|part| folder().join(format!("{part}_bg.wasm"))), shrink)?;
+    at_once(&files_below(&folder()), compress)?;
     fs::write(&stamp_file, stamp).map_err(|error| format!("{}: {error}.", stamp_file.display()))?;
     Ok(folder())
 }
 
 /// A digest of everything that goes into the page.
-fn stamp(compiled: &Path) -> Done<String> {
+fn stamp(compiled: &[PathBuf]) -> Done<String> {
     let mut digest = Sha256::new();
-    let mut files = vec![compiled.to_owned()];
+    let mut files = compiled.to_vec();
     files.extend(files_below(&root().join("www")));
     for file in files {
         digest.update(file.to_string_lossy().as_bytes());
@@ -78,9 +84,27 @@ fn copy(from: &Path, to: &Path) -> Done {
     Ok(())
 }
 
-fn bind(compiled: &Path) -> Done {
+/// Does the same with every file, on all cores; the first error ends it.
+fn at_once(files: &[PathBuf], act: fn(&Path) -> Done) -> Done {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            act(file)?;
+        }
+        Ok(())
+    };
+    let cores = thread::available_parallelism().map_or(1, NonZero::get);
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores.min(files.len())).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().try_for_each(|worker| {
+            worker.join().unwrap_or_else(|_| Err("A file of the page could not be made.".to_owned()))
+        })
+    })
+}
+
+fn bind(part: &str, compiled: &Path) -> Done {
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
-    bindgen.input_path(compiled).out_name("annulus").typescript(false).remove_name_section(true);
+    bindgen.input_path(compiled).out_name(part).typescript(false).remove_name_section(true);
     bindgen.remove_producers_section(true);
     let bound = bindgen.web(true).and_then(|bindgen| bindgen.generate(folder()));
     bound.map_err(|error| format!("The page could not be bound: {error:#}."))
@@ -103,22 +127,19 @@ fn shrink(file: &Path) -> Done {
     fs::rename(&smaller, file).map_err(|error| format!("{}: {error}.", file.display()))
 }
 
-/// Writes `FILE.br` and `FILE.gz` beside every file worth it.
-fn compress(folder: &Path) -> Done {
-    for file in files_below(folder) {
-        let bytes = fs::read(&file).map_err(|error| format!("{}: {error}.", file.display()))?;
-        if bytes.len() < 512 {
-            continue;
-        }
-        let name = file.to_string_lossy();
-        let save = |extension: &str, packed: &[u8]| {
-            fs::write(format!("{name}.{extension}"), packed)
-                .map_err(|error| format!("{name}.{extension}: {error}."))
-        };
-        save("br", &brotli(&bytes)?)?;
-        save("gz", &gzip(&bytes)?)?;
+/// Writes `FILE.br` and `FILE.gz` beside a file that is worth it.
+fn compress(file: &Path) -> Done {
+    let bytes = fs::read(file).map_err(|error| format!("{}: {error}.", file.display()))?;
+    if bytes.len() < 512 {
+        return Ok(());
     }
-    Ok(())
+    let name = file.to_string_lossy();
+    let save = |extension: &str, packed: &[u8]| {
+        fs::write(format!("{name}.{extension}"), packed)
+            .map_err(|error| format!("{name}.{extension}: {error}."))
+    };
+    save("br", &brotli(&bytes)?)?;
+    save("gz", &gzip(&bytes)?)
 }
 
 fn brotli(bytes: &[u8]) -> Done<Vec<u8>> {

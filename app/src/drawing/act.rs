@@ -17,7 +17,7 @@ use std::sync::Arc;
 const BESIDE: Point = Point::new(Length::from_um(2_540), Length::from_um(-2_540));
 
 /// What is done.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
     /// Turned about its middle, in thousandths of a degree counter-clockwise.
     Turn(i32),
@@ -37,8 +37,6 @@ pub enum Act {
         /// From one to the next.
         step: Point,
     },
-    /// Into a group of its own with this name.
-    Group(String),
     /// Groups are dissolved.
     Ungroup,
     /// Kept to be pasted.
@@ -133,7 +131,6 @@ impl Editor {
             Act::Array { columns, rows, step } => {
                 self.make(&array(self.drawing(), &ids, columns, rows, step));
             }
-            Act::Group(name) => self.group(&ids, &name),
             Act::Ungroup => self.ungroup(&ids),
             Act::Copy => self.copy(&ids),
             Act::Cut => {
@@ -146,7 +143,10 @@ impl Editor {
                 self.put_copy(&copy, BESIDE);
             }
             Act::Delete => self.delete(&ids),
-            Act::All => self.choose_all(),
+            Act::All => {
+                self.take(super::Tool::Select);
+                self.choose_all();
+            }
             Act::Layer(layer) => self.put_on_layer(&ids, layer),
             Act::PutBack => self.put_back(),
             Act::Snap => self.grid.on = !self.grid.on,
@@ -175,8 +175,9 @@ impl Editor {
         self.make(&placed(drawing, &ids, placement, middle));
     }
 
-    fn group(&mut self, ids: &BTreeSet<Id>, name: &str) {
-        if let (edit, Some(group)) = grouped(self.drawing(), ids, name)
+    /// What is chosen goes into a group of its own with this name.
+    pub fn group(&mut self, name: &str) {
+        if let (edit, Some(group)) = grouped(self.drawing(), &self.ids(), name)
             && self.make(&edit)
         {
             self.chosen = BTreeSet::from([Catch::Drawn(group)]);

@@ -2,7 +2,7 @@
 //!
 //! Comes in: a key as plain data. Goes out: a [`DrawKey`]. Does not know where the focus is: who asks has looked.
 
-use super::Tool;
+use super::{Act, Tool};
 
 /// What a key asks of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,32 +19,10 @@ pub enum DrawKey {
     End,
     /// The last piece of the track is taken back.
     Back,
-    /// A quarter turn counter-clockwise, or clockwise.
-    Turn(bool),
-    /// Left becomes right, or lower becomes upper.
-    Mirror(bool),
+    /// Something is done with what is chosen.
+    Act(Act),
     /// Into a group.
     Group,
-    /// Groups are dissolved.
-    Ungroup,
-    /// Copy.
-    Copy,
-    /// Cut.
-    Cut,
-    /// Paste.
-    Paste,
-    /// Duplicate.
-    Duplicate,
-    /// Take out.
-    Delete,
-    /// Choose everything.
-    All,
-    /// Back by an edit, or on again.
-    Undo(bool),
-    /// Snap to the grid, or not.
-    Snap,
-    /// The next grid.
-    NextGrid,
     /// Draw on the upper side, or on the lower one.
     Side(bool),
     /// Go to the numbers of what is chosen.
@@ -52,6 +30,9 @@ pub enum DrawKey {
     /// Go to where places are typed; with the sign for places that count from the last one.
     Type(bool),
 }
+
+/// A quarter turn counter-clockwise, in thousandths of a degree.
+pub const QUARTER_MDEG: i32 = 90_000;
 
 /// How far a step goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,18 +63,18 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
     }
     let letter = key.to_ascii_lowercase();
     match (letter.as_str(), ctrl, shift) {
-        ("z", true, _) => Some(DrawKey::Undo(!shift)),
-        ("y", true, false) => Some(DrawKey::Undo(false)),
-        ("c", true, false) => Some(DrawKey::Copy),
-        ("x", true, false) => Some(DrawKey::Cut),
-        ("v", true, false) => Some(DrawKey::Paste),
-        ("d", true, false) => Some(DrawKey::Duplicate),
-        ("a", true, false) => Some(DrawKey::All),
-        ("g", true, _) => Some(if shift { DrawKey::Ungroup } else { DrawKey::Group }),
+        ("z", true, _) => Some(DrawKey::Act(Act::Undo(!shift))),
+        ("y", true, false) => Some(DrawKey::Act(Act::Undo(false))),
+        ("c", true, false) => Some(DrawKey::Act(Act::Copy)),
+        ("x", true, false) => Some(DrawKey::Act(Act::Cut)),
+        ("v", true, false) => Some(DrawKey::Act(Act::Paste)),
+        ("d", true, false) => Some(DrawKey::Act(Act::Duplicate)),
+        ("a", true, false) => Some(DrawKey::Act(Act::All)),
+        ("g", true, _) => Some(if shift { DrawKey::Act(Act::Ungroup) } else { DrawKey::Group }),
         (_, true, _) => None,
-        ("r", _, _) => Some(DrawKey::Turn(!shift)),
-        ("b", _, _) => Some(DrawKey::Mirror(!shift)),
-        ("g", _, true) => Some(DrawKey::NextGrid),
+        ("r", _, _) => Some(DrawKey::Act(Act::Turn(if shift { -QUARTER_MDEG } else { QUARTER_MDEG }))),
+        ("b", _, _) => Some(DrawKey::Act(Act::Mirror { x: !shift })),
+        ("g", _, true) => Some(DrawKey::Act(Act::NextGrid)),
         (_, _, true) => None,
         ("v", ..) => Some(DrawKey::Tool(Tool::Select)),
         ("x" | "l", ..) => Some(DrawKey::Tool(Tool::Track)),
@@ -102,13 +83,13 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
         ("n", ..) => Some(DrawKey::Tool(Tool::Node)),
         ("d", ..) => Some(DrawKey::Tool(Tool::Measure)),
         ("m", ..) => Some(DrawKey::Move),
-        ("g", ..) => Some(DrawKey::Snap),
+        ("g", ..) => Some(DrawKey::Act(Act::Snap)),
         ("e", ..) => Some(DrawKey::Numbers),
         ("c", ..) => Some(DrawKey::Type(false)),
         ("enter", ..) => Some(DrawKey::Place),
         ("end", ..) => Some(DrawKey::End),
         ("backspace", ..) => Some(DrawKey::Back),
-        ("delete", ..) => Some(DrawKey::Delete),
+        ("delete", ..) => Some(DrawKey::Act(Act::Delete)),
         ("pageup", ..) => Some(DrawKey::Side(true)),
         ("pagedown", ..) => Some(DrawKey::Side(false)),
         _ => None,

@@ -24,7 +24,7 @@ pub use act::Act;
 pub use keys::DrawKey;
 pub use marks::Marks;
 pub use pieces::Sheet;
-pub use tools::{Doing, Phase, Pointer, Tool};
+pub use tools::{Doing, Pointer, Tool};
 
 use crate::said::Text;
 use annulus_core::board::drawing::{

@@ -10,6 +10,7 @@
 //! pixels: how far the pointer reaches is told.
 
 use super::Editor;
+use crate::view::Touch;
 use annulus_core::board::drawing::{Catch, End, Snap, hole, node, pad, track};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
@@ -92,26 +93,11 @@ pub enum Doing {
     },
 }
 
-/// What a pointer does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// It moves and is not held.
-    Hover,
-    /// It goes down.
-    Down,
-    /// It moves while it is held.
-    Move,
-    /// It goes up.
-    Up,
-    /// Something else took it.
-    Cancel,
-}
-
 /// A pointer over the drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pointer {
     /// What it does.
-    pub phase: Phase,
+    pub touch: Touch,
     /// Where.
     pub at: Point,
     /// How far beside a thing it still means it.
@@ -186,19 +172,19 @@ impl Editor {
         if let (Doing::Track { from, .. }, true) = (&self.doing, pointer.shift) {
             self.aim = Snap::Free(in_eighths(*from, self.aim.at()));
         }
-        match pointer.phase {
-            Phase::Hover => {}
-            Phase::Down => {
+        match pointer.touch {
+            Touch::Hover => {}
+            Touch::Down => {
                 self.pressed = Some(pointer.at);
                 if self.tool == Tool::Select { self.grab(pointer) } else { self.place() }
             }
-            Phase::Move => {
+            Touch::Move => {
                 if let Doing::Box { to, .. } = &mut self.doing {
                     *to = pointer.at;
                 }
             }
-            Phase::Up => self.let_go(pointer),
-            Phase::Cancel => {
+            Touch::Up => self.let_go(pointer),
+            Touch::Cancel => {
                 self.leave();
             }
         }
@@ -323,8 +309,8 @@ impl Editor {
 
     fn drag(&mut self, pointer: &Pointer) {
         let Doing::Drag { anchor, press, moved, alone } = self.doing else { return };
-        match pointer.phase {
-            Phase::Move if moved || is_far(press, pointer) => {
+        match pointer.touch {
+            Touch::Move if moved || is_far(press, pointer) => {
                 let by = Point::new(pointer.at.x - press.x, pointer.at.y - press.y);
                 let wanted = Point::new(anchor.x + by.x, anchor.y + by.y);
                 self.aim = self.aimed(wanted, pointer, &self.moving());
@@ -334,7 +320,7 @@ impl Editor {
                 self.make_instead(|drawing| super::act::moved(drawing, &ids, &imported, by));
                 self.doing = Doing::Drag { anchor, press, moved: true, alone };
             }
-            Phase::Up => {
+            Touch::Up => {
                 self.doing = Doing::Nothing;
                 self.pressed = None;
                 self.rest();
@@ -342,7 +328,7 @@ impl Editor {
                     self.choose(alone, false);
                 }
             }
-            Phase::Cancel => {
+            Touch::Cancel => {
                 self.leave();
             }
             _ => {}

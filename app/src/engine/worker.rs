@@ -13,7 +13,15 @@ use web_sys::{DedicatedWorkerGlobalScope, MessageEvent, Worker, WorkerOptions, W
 /// Address of the script that starts a worker.
 const SCRIPT: &str = "worker.js";
 
-/// A worker of this name, with the wasm that this page is made of on its way to it.
+#[wasm_bindgen]
+extern "C" {
+    /// The engine, fetched and compiled once (`www/boot.js`).
+    #[wasm_bindgen(catch, js_name = annulusEngine)]
+    async fn compiled() -> Result<JsValue, JsValue>;
+}
+
+/// A worker of this name, with the engine on its way to it; what is sent to it before that arrives waits there. An engine
+/// that cannot be had is an error of the worker.
 pub fn hire(name: &str) -> Result<Worker, JsValue> {
     let options = WorkerOptions::new();
     options.set_type(WorkerType::Module);
@@ -22,7 +30,11 @@ pub fn hire(name: &str) -> Result<Worker, JsValue> {
         js_sys::Reflect::get(&js_sys::global(), &"Worker".into())?.dyn_into()?;
     let arguments = js_sys::Array::of2(&trusted::script_url(SCRIPT), &options);
     let worker: Worker = js_sys::Reflect::construct(&constructor, &arguments)?.unchecked_into();
-    worker.post_message(&wasm_bindgen::module())?;
+    let hired = worker.clone();
+    wasm_bindgen_futures::spawn_local(async move {
+        let engine = compiled().await.unwrap_or_else(|error| error);
+        let _ = hired.post_message(&engine);
+    });
     Ok(worker)
 }
 

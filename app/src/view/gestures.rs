@@ -9,7 +9,8 @@
 //! Comes in: pointer and wheel events of the canvas. Goes out: camera moves and presses. Does not know what a press means.
 
 use super::handle::View;
-use super::held::{Held, Pressed, Stroke, Touch, tell};
+use super::held::{Held, Pressed, Stroke, tell};
+use super::touch::Touch;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{AddEventListenerOptions, HtmlCanvasElement, PointerEvent, WheelEvent};

@@ -3,6 +3,7 @@
 //! Comes in: what the pointers did. Goes out: the same to whoever asked. Does not know what a press means.
 
 use super::camera::Camera;
+use super::touch::Touch;
 use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -17,21 +18,6 @@ pub struct Pressed {
     pub disc: Option<usize>,
     /// Shift, Ctrl or Command was held: add to what is selected.
     pub adding: bool,
-}
-
-/// What a pointer does that draws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Touch {
-    /// It moves and is not held.
-    Hover,
-    /// It goes down.
-    Down,
-    /// It moves while it is held.
-    Move,
-    /// It goes up.
-    Up,
-    /// It is taken away: a second finger moves the picture, or the browser wants it.
-    Cancel,
 }
 
 /// A pointer that draws.

@@ -1,9 +1,8 @@
 //! How a picture comes to stand in the page and stays there: painted when something changed and never otherwise.
 //!
 //! ```text
-//! set_… ──▶ repaint ──▶ requestAnimationFrame ──▶ paint ─┬─ shown
-//!                            ▲                           └─ device lost: new canvas, new painter, same scene
-//!                            └── ResizeObserver
+//! set_… ──▶ repaint ──▶ requestAnimationFrame ─┬▶ paint ─┬─ shown
+//!                               ResizeObserver ─┘         └─ device lost: new canvas, new painter, same scene
 //! ```
 //!
 //! Comes in: a host element. Goes out: a canvas in it. Does not know what is shown.
@@ -71,7 +70,10 @@ impl View {
         let stage = Rc::downgrade(&self.0);
         let on_size = Closure::<dyn FnMut()>::new(move || {
             if let Some(stage) = stage.upgrade() {
-                View(stage).measure();
+                let view = View(stage);
+                view.measure();
+                // A canvas of another size is empty: it is painted before it is shown.
+                view.paint();
             }
         });
         let mut stage = self.0.borrow_mut();

@@ -20,6 +20,7 @@ mod palette;
 mod pick;
 mod relief;
 mod scene;
+mod touch;
 
 #[cfg(target_arch = "wasm32")]
 mod areas;
@@ -54,13 +55,14 @@ pub use palette::{Colour, Palette};
 pub use pick::Picker;
 pub use relief::{Cutting, Field, PATCH, Patch, Relief};
 pub use scene::{Disc, Layer, Line, Mesh, Plate, Progress, Scene, Slot, State, UNORDERED, Width};
+pub use touch::Touch;
 
 #[cfg(target_arch = "wasm32")]
 pub use backend::{Backend, Wanted};
 #[cfg(target_arch = "wasm32")]
 pub use handle::View;
 #[cfg(target_arch = "wasm32")]
-pub use held::{Pressed, Stroke, Touch};
+pub use held::{Pressed, Stroke};
 #[cfg(target_arch = "wasm32")]
 pub use stage::Frames;
 

@@ -62,6 +62,7 @@ impl Picker {
 mod tests {
     use super::*;
     use crate::view::{Colour, State};
+    use annulus_core::chance::Chance;
 
     fn disc(x: f32, y: f32, radius_mm: f32) -> Disc {
         Disc { centre_mm: [x, y], radius_mm, colour: Colour::rgb(0), state: State::Planned, order: 0 }
@@ -88,11 +89,8 @@ mod tests {
 
     #[test]
     fn agrees_with_looking_at_every_disc() {
-        let mut seed = 0x1234_5678_u32;
-        let mut chance = || {
-            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (seed >> 8) as f32 / (1 << 24) as f32
-        };
+        let mut chance = Chance::new(1);
+        let mut chance = || chance.unit() as f32;
         let discs: Vec<_> =
             (0..400).map(|_| disc(chance() * 30.0, chance() * 30.0, 0.1 + chance())).collect();
         let picker = Picker::new(&discs);

@@ -21,7 +21,7 @@ use annulus_core::wire::{Status, Verdict, program};
 use annulus_drill::Keeper;
 use redb::StorageBackend;
 use redb::backends::InMemoryBackend;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const SPEED: f64 = 2_000.0;

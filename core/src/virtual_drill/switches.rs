@@ -9,6 +9,7 @@
 //! Comes in: what the switches should say, with ticks. Goes out: what is read. All of it depends only on the seed and the
 //! calls. Does not know places.
 
+use crate::chance::Chance;
 use crate::steps::TICK_HZ;
 
 /// Longest chatter, in ticks: 3 ms.
@@ -63,27 +64,14 @@ impl Switches {
             let since = changed.filter(|_| self.bouncing & bit != 0).map(|at| tick.saturating_sub(at));
             if let Some(since) = since.filter(|since| *since < CHATTER)
                 && since >= CELL
-                && mix(self.seed ^ input, tick / CELL) & 1 == 1
+                && Chance::at(self.seed ^ input, tick / CELL).bits() & 1 == 1
             {
                 read ^= bit;
             }
-            if self.flips > 0.0 && share(mix(self.seed ^ (64 + input), self.readings)) < self.flips {
+            if self.flips > 0.0 && Chance::at(self.seed ^ (64 + input), self.readings).unit() < self.flips {
                 read ^= bit;
             }
         }
         read
     }
-}
-
-/// Numbers without visible order.
-fn mix(seed: u64, index: u64) -> u64 {
-    let mut state = seed.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    state = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    state = (state ^ (state >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    state ^ (state >> 31)
-}
-
-/// A number as a share of all, 0 … 1.
-fn share(number: u64) -> f64 {
-    (number >> 11) as f64 / (1_u64 << 53) as f64
 }

@@ -4,6 +4,7 @@
 //! know the planner: the toolpaths are the copper grown.
 
 use annulus_core::board::{Board, Copper, Face};
+use annulus_core::chance::Chance;
 use annulus_core::geometry::{Path, Point, Region, Segment, circle, grow, stroke, union};
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::units::Length;
@@ -19,16 +20,12 @@ pub fn islands(count: usize) -> Board {
 
 /// The same with an island in each of these many cells.
 pub fn cells(columns: usize, rows: usize) -> Board {
-    let mut chance = 1_u64;
-    let mut share = || {
-        chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (chance >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut chance = Chance::new(1);
     let mut outlines = Vec::new();
     for cell in 0..columns * rows {
         let (left, bottom) = ((cell % columns) as f64 * PITCH_MM, (cell / columns) as f64 * PITCH_MM);
         let mut place = |low: f64, high: f64| {
-            Point::from_mm(left + low + (high - low) * share(), bottom + 0.9 + (PITCH_MM - 1.8) * share())
+            Point::from_mm(left + chance.between(low, high), bottom + chance.between(0.9, PITCH_MM - 0.9))
         };
         let (one, bend, other) = (place(0.8, 1.1), place(1.2, 1.8), place(1.9, 2.2));
         outlines.extend([one, other].map(|pad| circle(pad, Length::from_mm(1.1))));

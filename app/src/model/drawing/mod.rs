@@ -20,9 +20,10 @@ use super::{Effect, Model};
 use crate::drawing::fields::{self, Field, Row};
 use crate::drawing::keys::StepSize;
 use crate::drawing::tree::{self, TreeRow};
-use crate::drawing::{Act, DrawKey, Editor, Marks, Pen, Phase, Pointer, Sheet, Tool, typed};
+use crate::drawing::{Act, DrawKey, Editor, Marks, Pen, Pointer, Sheet, Tool, typed};
 use crate::keys::Tab;
 use crate::said::{Text, key};
+use crate::view::Touch;
 use annulus_core::board::drawing::{Catch, History, Id, Layer, PadShape, bounds};
 use annulus_core::geometry::Point;
 use annulus_core::locale;
@@ -84,7 +85,7 @@ pub enum DrawEvent {
     /// A pointer over the picture.
     Point {
         /// What it does.
-        phase: Phase,
+        touch: Touch,
         /// Where, in mm.
         at_mm: [f64; 2],
         /// Shift is held.
@@ -299,16 +300,16 @@ fn group_name(model: &Model) -> String {
 
 /// Takes one event in.
 pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
-    let hovers = matches!(event, DrawEvent::Point { phase: Phase::Hover | Phase::Move, .. });
+    let hovers = matches!(event, DrawEvent::Point { touch: Touch::Hover | Touch::Move, .. });
     let of_store = matches!(event, DrawEvent::Rested { .. } | DrawEvent::Kept { .. });
     if !hovers && !of_store {
         model.draw.editor.said = None;
     }
     let effects = match event {
-        DrawEvent::Point { phase, at_mm: [x, y], shift, ctrl } => {
+        DrawEvent::Point { touch, at_mm: [x, y], shift, ctrl } => {
             let reach = REACH_PX / if model.frame.zoom > 0.0 { model.frame.zoom } else { 10.0 };
             let pointer =
-                Pointer { phase, at: Point::from_mm(x, y), reach: Length::from_mm(reach), shift, ctrl };
+                Pointer { touch, at: Point::from_mm(x, y), reach: Length::from_mm(reach), shift, ctrl };
             model.draw.editor.point(&pointer);
             Vec::new()
         }
@@ -338,7 +339,7 @@ fn edit(model: &mut Model, event: DrawEvent) {
     let draw = &mut model.draw;
     let editor = &mut draw.editor;
     match event {
-        DrawEvent::Key { key } => by_key(draw, key, group),
+        DrawEvent::Key { key } => by_key(draw, key, &group),
         DrawEvent::Escape => escape(editor),
         DrawEvent::Take { tool } => editor.take(tool),
         DrawEvent::Pen { pen } => editor.pen = pen,
@@ -363,7 +364,7 @@ fn edit(model: &mut Model, event: DrawEvent) {
         DrawEvent::Open { id } => turn_group(editor, id),
         DrawEvent::Find { least } => draw.find(least),
         DrawEvent::Act { act } => editor.act(act),
-        DrawEvent::Group => editor.act(Act::Group(group)),
+        DrawEvent::Group => editor.group(&group),
         _ => {}
     }
 }
@@ -414,7 +415,7 @@ fn pen_size(editor: &mut Editor, field: Field, size: Option<Length>) {
     }
 }
 
-fn by_key(draw: &mut Draw, key: DrawKey, group: String) {
+fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
     let editor = &mut draw.editor;
     match key {
         DrawKey::Tool(Tool::Pad) if editor.tool == Tool::Pad => {
@@ -434,22 +435,8 @@ fn by_key(draw: &mut Draw, key: DrawKey, group: String) {
         DrawKey::Place => editor.place(),
         DrawKey::End => drop(editor.leave()),
         DrawKey::Back => editor.back_by_a_piece(),
-        DrawKey::Turn(left) => editor.act(Act::Turn(if left { 90_000 } else { -90_000 })),
-        DrawKey::Mirror(x) => editor.act(Act::Mirror { x }),
-        DrawKey::Group => editor.act(Act::Group(group)),
-        DrawKey::Ungroup => editor.act(Act::Ungroup),
-        DrawKey::Copy => editor.act(Act::Copy),
-        DrawKey::Cut => editor.act(Act::Cut),
-        DrawKey::Paste => editor.act(Act::Paste),
-        DrawKey::Duplicate => editor.act(Act::Duplicate),
-        DrawKey::Delete => editor.act(Act::Delete),
-        DrawKey::All => {
-            editor.take(Tool::Select);
-            editor.act(Act::All);
-        }
-        DrawKey::Undo(back) => editor.act(Act::Undo(back)),
-        DrawKey::Snap => editor.act(Act::Snap),
-        DrawKey::NextGrid => editor.act(Act::NextGrid),
+        DrawKey::Act(act) => editor.act(act),
+        DrawKey::Group => editor.group(group),
         DrawKey::Side(top) => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
         // These only move the focus: the screen does it.
         DrawKey::Numbers | DrawKey::Type(_) => {}

@@ -1,12 +1,13 @@
 //! The board editor by rows: what a person does, in short words, and what is drawn after it.
 
 use crate::drawing::fields::Field;
-use crate::drawing::{DrawKey, Phase, keys};
+use crate::drawing::{DrawKey, keys};
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
 use crate::model::drawing::{Export, Least};
 use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, Model, update};
+use crate::view::Touch;
 use annulus_core::board::drawing::{self, Drawing, Id, Thing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
@@ -45,9 +46,9 @@ impl Sheet {
         self.all.extend(self.out.iter().cloned());
     }
 
-    fn point(&mut self, phase: Phase, at: &str, held: &str) {
+    fn point(&mut self, touch: Touch, at: &str, held: &str) {
         let (shift, ctrl) = (held.contains("shift"), held.contains("ctrl"));
-        self.event(DrawEvent::Point { phase, at_mm: mm(at), shift, ctrl });
+        self.event(DrawEvent::Point { touch, at_mm: mm(at), shift, ctrl });
     }
 
     /// Takes one word in: `key:Ctrl+z`, `at:5,5`, `drag:1,1>5,5`, `type:@5,0`, `set:width=0.8`, and others.
@@ -61,22 +62,22 @@ impl Sheet {
                 let key: DrawKey = keys::of(letter, ctrl, shift).unwrap_or_else(|| panic!("{word}"));
                 self.event(DrawEvent::Key { key });
             }
-            "hover" => self.point(Phase::Hover, rest, held),
+            "hover" => self.point(Touch::Hover, rest, held),
             "at" => {
-                self.point(Phase::Hover, rest, held);
-                self.point(Phase::Down, rest, held);
-                self.point(Phase::Up, rest, held);
+                self.point(Touch::Hover, rest, held);
+                self.point(Touch::Down, rest, held);
+                self.point(Touch::Up, rest, held);
             }
             "drag" | "begin" => {
                 let (from, to) = rest.split_once('>').unwrap();
                 let (a, b) = (mm(from), mm(to));
-                self.point(Phase::Down, from, held);
+                self.point(Touch::Down, from, held);
                 for step in 1..=5 {
                     let share = f64::from(step) / 5.0;
                     let at = [0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis]));
-                    self.point(Phase::Move, &format!("{},{}", at[0], at[1]), held);
+                    self.point(Touch::Move, &format!("{},{}", at[0], at[1]), held);
                 }
-                self.point(if name == "drag" { Phase::Up } else { Phase::Cancel }, to, held);
+                self.point(if name == "drag" { Touch::Up } else { Touch::Cancel }, to, held);
             }
             "type" => self.event(DrawEvent::Typed { text: rest.replace('_', " ") }),
             "set" => {

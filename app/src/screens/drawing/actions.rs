@@ -3,6 +3,7 @@
 //! Comes in: whether something is chosen. Goes out: acts.
 
 use crate::drawing::Act;
+use crate::drawing::keys::QUARTER_MDEG;
 use crate::i18n::{self, key, t};
 use crate::model::DrawEvent;
 use crate::page::{open_drawing, send};
@@ -40,7 +41,7 @@ fn may(when: When) -> bool {
 }
 
 fn button(when: When, name: &'static str, act: Act) -> AnyView {
-    let press = move |_| send(DrawEvent::Act { act: act.clone() });
+    let press = move |_| send(DrawEvent::Act { act: act });
     push_if("button small", move || may(when), move || i18n::text(name, &[]), press).into_any()
 }
 
@@ -68,8 +69,8 @@ pub(super) fn actions() -> impl IntoView {
         button(When::Files, key!("page.draw.act.put_back"), Act::PutBack),
     ];
     let turn = vec![
-        button(When::Drawn, key!("page.draw.act.left"), Act::Turn(90_000)),
-        button(When::Drawn, key!("page.draw.act.right"), Act::Turn(-90_000)),
+        button(When::Drawn, key!("page.draw.act.left"), Act::Turn(QUARTER_MDEG)),
+        button(When::Drawn, key!("page.draw.act.right"), Act::Turn(-QUARTER_MDEG)),
         button(When::Drawn, key!("page.draw.act.mirror_x"), Act::Mirror { x: true }),
         button(When::Drawn, key!("page.draw.act.mirror_y"), Act::Mirror { x: false }),
     ];

@@ -2,7 +2,7 @@
 //!
 //! Comes in: fields with values. Goes out: what is typed into them.
 
-use super::inputs::{labelled, layer_menu, length, shape_menu, shown, tick, typed_field, word};
+use super::inputs::{LAYERS, SHAPES, labelled, length, shown, tick, typed_field, word};
 use crate::drawing::fields::{Field, Row, Value};
 use crate::drawing::typed;
 use crate::i18n::{self, key, number, t};
@@ -77,11 +77,11 @@ fn row(field: Field) -> Option<AnyView> {
         }
         Value::Layer(_) => {
             let layer = move || if let Some(Value::Layer(layer)) = now() { layer } else { None };
-            labelled(id.clone(), field, layer_menu(id, layer, set)).into_any()
+            labelled(id.clone(), field, LAYERS.menu(id, layer, set)).into_any()
         }
         Value::Shape(_) => {
             let shape = move || if let Some(Value::Shape(shape)) = now() { shape } else { None };
-            labelled(id.clone(), field, shape_menu(id, shape, set)).into_any()
+            labelled(id.clone(), field, SHAPES.menu(id, shape, set)).into_any()
         }
         Value::Group(..) => labelled(id.clone(), field, group_menu(id, value, set)).into_any(),
     })

@@ -7,11 +7,11 @@ use crate::drawing::typed;
 use crate::format::Unit;
 use crate::i18n::{self, key, number, t};
 use crate::page::frame;
-use crate::widgets::menu_word;
+use crate::widgets::{choice, menu_word};
 use annulus_core::board::drawing::{Layer, PadShape};
 use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{self, input, label, select, span};
+use leptos::html::{self, div, input, label, select, span};
 use leptos::prelude::*;
 
 /// The name of a property.
@@ -79,44 +79,61 @@ pub(super) fn tick(
     ))
 }
 
-/// A menu of layers.
-pub(super) fn layer_menu(
-    id: String,
-    now: impl Fn() -> Option<Layer> + Copy + Send + Sync + 'static,
-    act: impl Fn(String) + 'static,
-) -> impl IntoView {
-    let words = Layer::ALL.map(|layer| {
-        menu_word(layer.word(), move || now() == Some(layer), move || i18n::text(layer_word(layer), &[]))
-    });
-    let several = html::option()
-        .attr("value", "")
-        .prop("hidden", true)
-        .prop("selected", move || now().is_none())
-        .child(t!("page.draw.several"));
-    select()
-        .attr("id", id)
-        .on(ev::change, move |event| act(event_target_value(&event)))
-        .child((several, Vec::from(words)))
+/// What there is to choose from: each with its word in the drawing and its name on the page.
+pub(super) struct Choices<T: 'static> {
+    all: &'static [T],
+    word: fn(T) -> &'static str,
+    name: fn(T) -> &'static str,
 }
 
-/// A menu of the forms of pads.
-pub(super) fn shape_menu(
-    id: String,
-    now: impl Fn() -> Option<PadShape> + Copy + Send + Sync + 'static,
-    act: impl Fn(String) + 'static,
-) -> impl IntoView {
-    let words = PadShape::ALL.map(|shape| {
-        menu_word(shape.word(), move || now() == Some(shape), move || i18n::text(shape_word(shape), &[]))
-    });
-    let several = html::option()
-        .attr("value", "")
-        .prop("hidden", true)
-        .prop("selected", move || now().is_none())
-        .child(t!("page.draw.several"));
-    select()
-        .attr("id", id)
-        .on(ev::change, move |event| act(event_target_value(&event)))
-        .child((several, Vec::from(words)))
+/// The layers.
+pub(super) const LAYERS: Choices<Layer> = Choices { all: &Layer::ALL, word: Layer::word, name: layer_word };
+
+/// The forms of pads.
+pub(super) const SHAPES: Choices<PadShape> =
+    Choices { all: &PadShape::ALL, word: PadShape::word, name: shape_word };
+
+impl<T: Copy + PartialEq + Send + Sync> Choices<T> {
+    /// A menu of them; `now` is none where several differ.
+    pub(super) fn menu(
+        &self,
+        id: String,
+        now: impl Fn() -> Option<T> + Copy + Send + Sync + 'static,
+        act: impl Fn(String) + 'static,
+    ) -> impl IntoView {
+        let name = self.name;
+        let words = self.all.iter().map(|&one| {
+            menu_word((self.word)(one), move || now() == Some(one), move || i18n::text(name(one), &[]))
+        });
+        let several = html::option()
+            .attr("value", "")
+            .prop("hidden", true)
+            .prop("selected", move || now().is_none())
+            .child(t!("page.draw.several"));
+        select()
+            .attr("id", id)
+            .on(ev::change, move |event| act(event_target_value(&event)))
+            .child((several, words.collect::<Vec<_>>()))
+    }
+
+    /// Buttons beside each other, one for each.
+    pub(super) fn buttons(
+        &self,
+        label: impl Fn() -> String + Send + Sync + 'static,
+        now: impl Fn() -> T + Copy + Send + Sync + 'static,
+        act: impl Fn(T) + Copy + 'static,
+    ) -> impl IntoView {
+        let name = self.name;
+        let choices = self
+            .all
+            .iter()
+            .map(|&one| choice(move || now() == one, move || i18n::text(name(one), &[]), move |_| act(one)));
+        div()
+            .class("segmented")
+            .attr("role", "group")
+            .attr("aria-label", label)
+            .child(choices.collect::<Vec<_>>())
+    }
 }
 
 /// A menu with its word above it.

@@ -2,7 +2,7 @@
 //!
 //! Comes in: sheet and marks. Goes out: a scene; what the pointer does, in mm. Knows no GPU.
 
-use crate::drawing::{Phase, scene};
+use crate::drawing::scene;
 use crate::i18n::say;
 use crate::keys::Tab;
 use crate::model::DrawEvent;
@@ -17,17 +17,11 @@ const LOOK_MM: f64 = 12.0;
 
 /// What a pointer does that draws.
 pub(crate) fn stroke(stroke: Stroke) {
-    let phase = match stroke.touch {
-        Touch::Hover => Phase::Hover,
-        Touch::Down => Phase::Down,
-        Touch::Move => Phase::Move,
-        Touch::Up => Phase::Up,
-        Touch::Cancel => Phase::Cancel,
-    };
-    if phase == Phase::Down {
+    let Stroke { touch, at_mm, shift, ctrl } = stroke;
+    if touch == Touch::Down {
         super::focus_picture();
     }
-    send(DrawEvent::Point { phase, at_mm: stroke.at_mm, shift: stroke.shift, ctrl: stroke.ctrl });
+    send(DrawEvent::Point { touch, at_mm, shift, ctrl });
 }
 
 /// The side that lies in front: that which is drawn on, else that which is looked at.

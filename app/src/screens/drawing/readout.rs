@@ -1,6 +1,7 @@
 //! Below the picture: where the tool aims, a place to be typed, what is measured, and the smallest gap, track and ring.
 //!
-//! Comes in: aim, measure, figures. Goes out: typed places; which of the smallest is to be shown.
+//! Comes in: aim, measure, figures. Goes out: typed places; which of the smallest is to be shown. It is as high whatever it says:
+//! the picture above it must not move under the pointer.
 
 use super::{focus, focus_picture};
 use crate::drawing::Doing;
@@ -37,9 +38,11 @@ pub(super) fn readout() -> impl IntoView {
     let drawing = open_drawing();
     let said = move || drawing.said.get().map(|text| sentence(&text));
     div().class("draw-readout").attr("role", "region").attr("aria-label", t!("page.draw.readout")).child((
-        typed_place(),
-        span().class("tabular").child(aim),
-        span().class("tabular").child(measured),
+        div().class("row").child((
+            typed_place(),
+            span().class("tabular").child(aim),
+            span().class("tabular draw-measured").child(measured),
+        )),
         figures(),
         p().class("draw-said").attr("role", "status").child(said),
     ))

@@ -3,14 +3,13 @@
 //! Comes in: tool, pen, grid. Goes out: others.
 
 use super::focus_picture;
-use super::inputs::{self, layer_word, shape_word, shown, tick};
+use super::inputs::{self, LAYERS, SHAPES, shown, tick};
 use crate::drawing::fields::Field;
 use crate::drawing::{Act, GRIDS, Pen, Tool};
 use crate::i18n::{self, key, t};
 use crate::model::DrawEvent;
 use crate::page::{frame, open_drawing, send};
-use crate::widgets::{Icon, choice, picture_button_if};
-use annulus_core::board::drawing::{Layer, PadShape};
+use crate::widgets::{Icon, picture_button_if};
 use leptos::ev;
 use leptos::html::{self, button, div, h2, header, section, select, span};
 use leptos::prelude::*;
@@ -99,34 +98,14 @@ fn pen() -> impl IntoView {
 
 fn layers() -> impl IntoView {
     let pen = open_drawing().pen;
-    let choices = Layer::ALL.map(|layer| {
-        choice(
-            move || pen.get().layer == layer,
-            move || i18n::text(layer_word(layer), &[]),
-            move |_| change(|pen| pen.layer = layer),
-        )
-    });
-    div()
-        .class("segmented")
-        .attr("role", "group")
-        .attr("aria-label", t!("page.draw.field.layer"))
-        .child(Vec::from(choices))
+    let take = |layer| change(|pen| pen.layer = layer);
+    LAYERS.buttons(t!("page.draw.field.layer"), move || pen.get().layer, take)
 }
 
 fn shapes() -> impl IntoView {
     let pen = open_drawing().pen;
-    let choices = PadShape::ALL.map(|shape| {
-        choice(
-            move || pen.get().shape == shape,
-            move || i18n::text(shape_word(shape), &[]),
-            move |_| change(|pen| pen.shape = shape),
-        )
-    });
-    div()
-        .class("segmented")
-        .attr("role", "group")
-        .attr("aria-label", t!("page.draw.field.shape"))
-        .child(Vec::from(choices))
+    let take = |shape| change(|pen| pen.shape = shape);
+    SHAPES.buttons(t!("page.draw.field.shape"), move || pen.get().shape, take)
 }
 
 fn size(field: Field) -> impl IntoView {

@@ -1,16 +1,16 @@
 //! A slow computer under the virtual drill: it keeps its own time.
 
 use super::*;
+use std::sync::Mutex;
 
 /// A disk on which every record takes its time.
 #[derive(Debug)]
-struct SlowDisk(InMemoryBackend, AtomicU64);
+struct SlowDisk(InMemoryBackend, Mutex<Chance>);
 
 impl SlowDisk {
     fn wait(&self) {
-        let seed = self.1.load(Ordering::SeqCst).wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        self.1.store(seed, Ordering::SeqCst);
-        std::thread::sleep(Duration::from_micros((seed >> 33) % 9_000));
+        let us = self.1.lock().unwrap().below(9_000);
+        std::thread::sleep(Duration::from_micros(us as u64));
     }
 }
 
@@ -37,7 +37,7 @@ impl StorageBackend for SlowDisk {
 fn a_late_disk_makes_the_virtual_drill_wait_and_lose_nothing() {
     for (speed, holes) in [(SPEED, 100), (200.0, 60), (20.0, 12)] {
         let folder = tempfile::tempdir().unwrap();
-        let disk = || SlowDisk(InMemoryBackend::new(), AtomicU64::new(77));
+        let disk = || SlowDisk(InMemoryBackend::new(), Mutex::new(Chance::new(77)));
         let parts = (Journal::on(disk).unwrap(), Contents::default(), None);
         let drill = Drill::assemble(folder.path(), machine(), speed, Faults::default(), parts).unwrap();
         let tells = drill.watch();
