@@ -144,7 +144,7 @@ fn compress(file: &Path) -> Done {
 
 fn brotli(bytes: &[u8]) -> Done<Vec<u8>> {
     let mut packed = Vec::new();
-    let mut writer = brotli::CompressorWriter::new(&mut packed, 1 << 16, 9, 22);
+    let mut writer = brotli::CompressorWriter::new(&mut packed, 1 << 16, 11, 22);
     writer.write_all(bytes).map_err(|error| error.to_string())?;
     drop(writer);
     Ok(packed)
