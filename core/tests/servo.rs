@@ -76,7 +76,10 @@ fn closed_loops_agree_with_the_reference() {
         let window = &case["disturbance_window"];
         let run = StepRun {
             controller,
-            plant: Plant { gain: number(&case["plant"], "K"), tau_s: number(&case["plant"], "tau") },
+            plant: Plant {
+                gain_mm_per_s_per_v: number(&case["plant"], "K"),
+                tau_s: number(&case["plant"], "tau"),
+            },
             stage,
             setpoint_mm: number(case, "setpoint"),
             duration_s: number(case, "duration"),
@@ -135,16 +138,19 @@ fn whole_strokes_agree_with_the_reference() {
         }
         let (height_mm, depth_mm) = (number(case, "H"), number(case, "D"));
         let limits = |row: &Value, jerk: &str| Limits {
-            speed: number(row, "Vm"),
-            acceleration: number(row, "Am"),
-            jerk: number(row, jerk),
+            speed_mm_per_s: number(row, "Vm"),
+            acceleration_mm_per_s2: number(row, "Am"),
+            jerk_mm_per_s3: number(row, jerk),
         };
         let order = number(&case["down"], "alpha");
         let down = plan(Shape::Power(order), height_mm + depth_mm, limits(&case["down"], "Jm")).unwrap();
         let up = plan(Shape::SCurve, height_mm + depth_mm, limits(&case["up"], "J")).unwrap();
         let run = StrokeRun {
             controller,
-            plant: Plant { gain: number(&case["plant"], "K"), tau_s: number(&case["plant"], "tau") },
+            plant: Plant {
+                gain_mm_per_s_per_v: number(&case["plant"], "K"),
+                tau_s: number(&case["plant"], "tau"),
+            },
             height_mm,
             depth_mm,
             down: Reference { duration_s: down.duration_s(), at: &|t| moment(&down, t) },
@@ -190,7 +196,7 @@ fn the_staged_loop_bears_another_plant() {
         [(staged_fuzzy(), 0.0, 6.7), (staged_fuzzy().plain(), 9.8, 19.8), (retuned_pid(), 1.6, 8.1)]
     {
         for (gain, tau_s) in [(42.0, 0.006), (60.0, 0.006), (78.0, 0.006), (60.0, 0.004), (60.0, 0.009)] {
-            let run = step(controller, Plant { gain, tau_s }, 1.0);
+            let run = step(controller, Plant { gain_mm_per_s_per_v: gain, tau_s }, 1.0);
             let samples = step_response(&run).unwrap();
             let found = step_metrics(&samples, 1.0, controller.sample_s).unwrap().overshoot_pct;
             assert!((low..=high).contains(&found), "K {gain}, τ {tau_s}: {found} %");
@@ -201,7 +207,7 @@ fn the_staged_loop_bears_another_plant() {
 /// The even rules: left and right are mirror images, bit for bit.
 #[test]
 fn both_directions_are_alike() {
-    let plant = Plant { gain: 60.0, tau_s: 0.006 };
+    let plant = Plant { gain_mm_per_s_per_v: 60.0, tau_s: 0.006 };
     for size in [0.01, 0.2, 1.0, 30.0] {
         let right = step_response(&step(staged_fuzzy(), plant, size)).unwrap();
         let mut left = step(staged_fuzzy(), plant, -size);
@@ -214,10 +220,10 @@ fn both_directions_are_alike() {
 
 #[test]
 fn impossible_runs_are_refused_by_field() {
-    let plant = Plant { gain: 60.0, tau_s: 0.006 };
+    let plant = Plant { gain_mm_per_s_per_v: 60.0, tau_s: 0.006 };
     let good = step(staged_fuzzy(), plant, 1.0);
     let rows = [
-        ("plant-gain", StepRun { plant: Plant { gain: 0.0, ..plant }, ..good }),
+        ("plant-gain", StepRun { plant: Plant { gain_mm_per_s_per_v: 0.0, ..plant }, ..good }),
         ("plant-tau", StepRun { plant: Plant { tau_s: f64::NAN, ..plant }, ..good }),
         ("setpoint", StepRun { setpoint_mm: f64::INFINITY, ..good }),
         ("load", StepRun { load: Load { volts: f64::NAN, ..good.load }, ..good }),

@@ -97,6 +97,26 @@ test("a board is drawn by mouse and keys, taken back, kept over a reload, and mi
   }
 });
 
+test("the picture stays where it is while the sheet grows, also after all of it was looked at", async () => {
+  const { page, context } = await draw();
+  try {
+    await page.keyboard.press("Shift+1");
+    const look = async () => [await data(page, "zoom"), await data(page, "centre")];
+    const before = await look();
+    await page.keyboard.press("p");
+    await press(page, 99, 79);
+    await drawn(page, 3, "a pad at the corner");
+    await press(page, 20, 20);
+    await drawn(page, 6, "a pad where it was aimed at");
+    await page.getByRole("option", { name: /^Pad 2, Top\s+20 20/ }).waitFor();
+    assert.deepEqual(await look(), before);
+    await page.keyboard.press("Shift+1");
+    await until(async () => (await data(page, "zoom")) !== before[0], "all of the larger sheet");
+  } finally {
+    await context.close();
+  }
+});
+
 test("drawn by keys alone, and the numbers of what is chosen are typed", async () => {
   const { page, context } = await draw();
   try {

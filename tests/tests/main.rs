@@ -23,3 +23,4 @@ mod public_words;
 mod raster_sweep;
 mod rows;
 mod tours;
+mod units;

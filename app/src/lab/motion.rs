@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn curves_keep_their_jumps() {
-        let limits = Limits { speed: 100.0, acceleration: 1000.0, jerk: 1e5 };
+        let limits = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 1e5 };
         let profile = plan(Shape::Linear, 50.0, limits).unwrap();
         let a = curve(&profile, Profile::acceleration);
         assert_eq!((a.first().unwrap()[1], a.last().unwrap()[1]), (1000.0, -1000.0));

@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_stroke_goes_down_and_comes_back() {
-        let limits = Limits { speed: 150.0, acceleration: 10_000.0, jerk: 2e6 };
+        let limits = Limits { speed_mm_per_s: 150.0, acceleration_mm_per_s2: 10_000.0, jerk_mm_per_s3: 2e6 };
         let wanted = Stroke { height_mm: 3.0, depth_mm: 2.0, down: limits, up: limits, feed_forward: true };
         let (reference, runs) = strokes(&typed(), &wanted).unwrap();
         assert_eq!(runs.len(), CONTROLLERS);

@@ -88,7 +88,7 @@ pub struct Frame {
     /// Where the pointer is, work coordinates in mm.
     pub cursor_mm: Option<[f64; 2]>,
     /// CSS pixels in a millimetre.
-    pub zoom: f64,
+    pub zoom_px_per_mm: f64,
     /// Key of the word for what draws.
     pub backend: Option<&'static str>,
     /// What was asked of the picture last, and how often anything was.
@@ -118,7 +118,7 @@ impl Default for Frame {
             layers: Vec::new(),
             flipped: false,
             cursor_mm: None,
-            zoom: 0.0,
+            zoom_px_per_mm: 0.0,
             backend: None,
             asked: (0, None),
             toasts: Vec::new(),
@@ -319,7 +319,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             frame.layers.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
         }
         FrameEvent::Cursor { at_mm } => frame.cursor_mm = at_mm,
-        FrameEvent::Zoom { px_per_mm } => frame.zoom = px_per_mm,
+        FrameEvent::Zoom { px_per_mm } => frame.zoom_px_per_mm = px_per_mm,
         FrameEvent::Look { action } => frame.asked = (frame.asked.0 + 1, Some(action)),
         FrameEvent::Backend { word } => frame.backend = Some(word),
         FrameEvent::Say { text } => return vec![toast(model, text, None)],

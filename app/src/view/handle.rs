@@ -51,7 +51,8 @@ impl View {
             stage.picker = None;
             stage.rebuild();
         }
-        self.repaint();
+        // It may have been fitted anew.
+        self.moved();
     }
 
     /// Changes lines alone, for example another order of travel.
@@ -242,8 +243,9 @@ impl View {
     /// The first button and a single finger draw, or they move the picture. The other buttons and two fingers always do that.
     pub fn set_strokes(&self, on: bool) {
         {
-            let gestures = &mut self.0.borrow_mut().gestures;
-            (gestures.strokes, gestures.stroke) = (on, None);
+            let stage = &mut *self.0.borrow_mut();
+            (stage.gestures.strokes, stage.gestures.stroke) = (on, None);
+            stage.fitted = !on;
         }
         if on {
             self.set_hovered(None);

@@ -57,8 +57,9 @@ pub(super) struct Stage {
 }
 
 impl Stage {
+    /// All of the scene is in sight; from then on too, but where one draws: there the picture must not move under the pointer.
     pub(super) fn fit(&mut self) {
-        self.fitted = true;
+        self.fitted = !self.gestures.strokes;
         if let Some(bounds) = self.scene.bounds_mm() {
             self.camera.fit(bounds.map(|corner| corner.map(f64::from)), FIT_MARGIN_PX);
         }

@@ -39,9 +39,12 @@ pub fn virtual_list(
             element.set_scroll_top((top - view / 2.0).max(0.0) as i32);
         }
     });
-    let rows = move || {
+    let made = Memo::new(move |_| {
         let from = first.get().saturating_sub(MORE);
-        let to = (first.get() + seen.get() + MORE).min(count.get());
+        (from, (first.get() + seen.get() + MORE).min(count.get()))
+    });
+    let rows = move || {
+        let (from, to) = made.get();
         (from..to).map(&row).collect::<Vec<_>>()
     };
     div()

@@ -301,7 +301,7 @@ fn written(
     }
     let programs: Vec<&Program> = sides.iter().map(|side| &side.program).collect();
     let files = args.one_file.then_some(Files::Job);
-    let manner = Manner { lines_only: args.lines_only, files, ..Manner::on(machine) };
+    let manner = Manner { lines_only_mm: args.lines_only, files, ..Manner::on(machine) };
     cam_files::write(target, &manner, (&args.output, &stem), &programs, (&briefed, &args.accept))
 }
 

@@ -197,7 +197,7 @@ pub(crate) fn write(
     }
     // One file was named: everything goes into it.
     let files = (!folder).then_some(Files::Job);
-    let manner = Manner { lines_only: args.lines_only, files, ..Manner::on(machine) };
+    let manner = Manner { lines_only_mm: args.lines_only, files, ..Manner::on(machine) };
     let files = target.files(&program, &manner, None)?;
     if !folder && files.len() > 1 {
         let diagnostic = Diagnostic::error("post.several_files").with("count", files.len());

@@ -122,7 +122,7 @@ fn controller(root: &Node<'_>, case: &Node<'_>) -> Result<Controller, Diagnostic
 
 fn plant(case: &Node<'_>) -> Result<Plant, Diagnostic> {
     let node = case.get("plant")?;
-    Ok(Plant { gain: node.number_at("K")?, tau_s: node.number_at("tau")? })
+    Ok(Plant { gain_mm_per_s_per_v: node.number_at("K")?, tau_s: node.number_at("tau")? })
 }
 
 /// Which sample a time in the file means: the nearest, `first` being the number of the sample at time 0.

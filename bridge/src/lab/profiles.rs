@@ -33,7 +33,11 @@ impl Room {
 
 /// The limits in three members of `node`.
 pub(super) fn limits(node: &Node<'_>, [v, a, j]: [&str; 3]) -> Result<Limits, Diagnostic> {
-    Ok(Limits { speed: node.number_at(v)?, acceleration: node.number_at(a)?, jerk: node.number_at(j)? })
+    Ok(Limits {
+        speed_mm_per_s: node.number_at(v)?,
+        acceleration_mm_per_s2: node.number_at(a)?,
+        jerk_mm_per_s3: node.number_at(j)?,
+    })
 }
 
 /// A profile, or the refusal at the place of its case.
@@ -82,8 +86,13 @@ fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room
     tally.equal_member(expected, "choice", letter(found.choice));
     tally.equal_member(expected, "choice_strict", letter(found.choice_strict));
     tally.equal_member(expected, "case", found.case);
-    tally.member(expected, "v_peak_linear", found.linear_peak, room.v_rel * limits.speed)?;
-    tally.member(expected, "v_peak_s", found.s_curve_peak, room.v_rel * limits.speed)?;
+    tally.member(
+        expected,
+        "v_peak_linear",
+        found.linear_peak_mm_per_s,
+        room.v_rel * limits.speed_mm_per_s,
+    )?;
+    tally.member(expected, "v_peak_s", found.s_curve_peak_mm_per_s, room.v_rel * limits.speed_mm_per_s)?;
     for (key, shape) in [("t_linear", Shape::Linear), ("t_s", Shape::SCurve)] {
         let duration_s = planned(case, shape, length_mm, limits)?.duration_s();
         tally.relative(expected, key, duration_s, room.time_rel)?;
@@ -101,7 +110,8 @@ fn compare(
 ) -> Result<(), Diagnostic> {
     let total_s = found.duration_s();
     let (time, place) = (room.time_rel * total_s, room.s_rel * found.length_mm);
-    let (speed, acceleration) = (room.v_rel * limits.speed, room.a_rel * limits.acceleration);
+    let (speed, acceleration) =
+        (room.v_rel * limits.speed_mm_per_s, room.a_rel * limits.acceleration_mm_per_s2);
     tally.equal_member(expected, "case", found.case.name());
     tally.member(expected, "total_time", total_s, time)?;
     tally.member(expected, "v_peak", found.speed_mm_per_s, speed)?;
@@ -123,7 +133,7 @@ fn compare(
         if found.shape == Shape::Linear {
             tally.equal(&j, serde_json::Value::Null);
         } else {
-            tally.number(&j, found.jerk(t), room.j_rel * limits.jerk)?;
+            tally.number(&j, found.jerk(t), room.j_rel * limits.jerk_mm_per_s3)?;
         }
     }
     if let Some(node) = expected.find("boundaries_t_s_v") {
@@ -152,7 +162,7 @@ pub(super) fn power11(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagn
         let mut tally = Tally::of(&case);
         compare(&mut tally, &case, &found, limits, room)?;
         tally.member(&case, "Tf", 0.5 * found.jerk_time_s, time)?;
-        tally.relative(&case, "J_equivalent", limits.jerk / (1.0 + order), room.time_rel)?;
+        tally.relative(&case, "J_equivalent", limits.jerk_mm_per_s3 / (1.0 + order), room.time_rel)?;
         let s_curve = planned(&case, Shape::SCurve, length_mm, limits)?;
         tally.relative(&case, "scurve_total_time", s_curve.duration_s(), room.time_rel)?;
         tally.member(&case, "time_at_half", found.time_at(0.5 * length_mm), time)?;

@@ -76,7 +76,11 @@ fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Diagnostic> {
     let (height_mm, depth_mm) = (node.number_at("H")?, node.number_at("D")?);
     let row = |items: &[Node<'_>]| -> Result<Limits, Diagnostic> {
         match items {
-            [v, a, j] => Ok(Limits { speed: v.number()?, acceleration: a.number()?, jerk: j.number()? }),
+            [v, a, j] => Ok(Limits {
+                speed_mm_per_s: v.number()?,
+                acceleration_mm_per_s2: a.number()?,
+                jerk_mm_per_s3: j.number()?,
+            }),
             _ => Err(node.refuse("lab.wrong_length").with("found", items.len()).with("wanted", 3)),
         }
     };
@@ -100,14 +104,14 @@ fn sequential(checked: &mut Checked, hobby: &Node<'_>, room: f64) -> Result<(), 
     let params = hobby.get("params")?;
     let pair = |key: &str| -> Result<Limits, Diagnostic> {
         let [v, a] = params.get(key)?.exactly()?;
-        Ok(Limits { speed: v.number()?, acceleration: a.number()?, jerk: 1.0 })
+        Ok(Limits { speed_mm_per_s: v.number()?, acceleration_mm_per_s2: a.number()?, jerk_mm_per_s3: 1.0 })
     };
     let (xy, z) = (pair("xy")?, pair("z")?);
     let (height_mm, depth_mm) = (params.number_at("H")?, params.number_at("D")?);
     let linear_s = |length_mm: f64, limits| {
         planned(&params, Shape::Linear, length_mm, limits).map(|profile| profile.duration_s())
     };
-    let feed = Limits { speed: params.number_at("feed")?, ..z };
+    let feed = Limits { speed_mm_per_s: params.number_at("feed")?, ..z };
     let stroke_s = linear_s(height_mm, z)? + linear_s(depth_mm, feed)? + linear_s(height_mm + depth_mm, z)?;
     for case in hobby.get("rows")?.items()? {
         let hop_s = linear_s(case.number_at("pitch")?, xy)?;

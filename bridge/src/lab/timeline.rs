@@ -71,9 +71,9 @@ fn spindle(tally: &mut Tally, node: &Node<'_>, room: f64) -> Result<SpindleTimes
     compare_times(tally, &derived, &times, |_| room)?;
     if let Some(abort) = derived.find("abort") {
         let bounds = Limits {
-            speed: node.get("down")?.number_at("Vm")?,
-            acceleration: abort.number_at("A_stop")?,
-            jerk: abort.number_at("J_stop")?,
+            speed_mm_per_s: node.get("down")?.number_at("Vm")?,
+            acceleration_mm_per_s2: abort.number_at("A_stop")?,
+            jerk_mm_per_s3: abort.number_at("J_stop")?,
         };
         let last_s =
             point_of_no_return_s(&down, height_mm, abort.number_at("gap")?, bounds).or_else(at(&abort))?;

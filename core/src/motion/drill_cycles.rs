@@ -210,8 +210,8 @@ pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Diagnost
 pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Diagnostic> {
     let (own, limits) = (Limits::of_axis(machine, &machine.z), Limits::of_down(machine));
     let limits = Limits {
-        acceleration: limits.acceleration.min(own.acceleration),
-        jerk: limits.jerk.min(own.jerk),
+        acceleration_mm_per_s2: limits.acceleration_mm_per_s2.min(own.acceleration_mm_per_s2),
+        jerk_mm_per_s3: limits.jerk_mm_per_s3.min(own.jerk_mm_per_s3),
         ..limits
     };
     let process = &machine.process;
@@ -229,7 +229,7 @@ pub fn down(
     let limits = Limits::of_down(machine);
     let length_mm = height_mm + depth_mm;
     let law = shape(machine, machine.motion.down, length_mm, limits)?;
-    if feed_mm_per_s < limits.speed {
+    if feed_mm_per_s < limits.speed_mm_per_s {
         let slow_mm = machine.process.feed_height.mm().min(height_mm);
         if let Ok(stroke) = two_speeds(law, height_mm - slow_mm, depth_mm + slow_mm, feed_mm_per_s, limits) {
             return Ok(stroke);

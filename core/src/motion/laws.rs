@@ -75,7 +75,9 @@ fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) ->
             let share = way_mm.abs() / stroke.length_mm();
             let over = |value: f64, limit: f64| value.is_nan() || value * share > limit * (1.0 + ROUNDING);
             let (speed, acceleration, jerk) = stroke.peaks();
-            over(speed, limits.speed) || over(acceleration, limits.acceleration) || over(jerk, limits.jerk)
+            over(speed, limits.speed_mm_per_s)
+                || over(acceleration, limits.acceleration_mm_per_s2)
+                || over(jerk, limits.jerk_mm_per_s3)
         }
         Motion::TableSteps(takts) => {
             let shortest = takts.stretches.iter().map(|some| some.interval).min().unwrap_or(1);

@@ -22,24 +22,28 @@ use crate::units::TICK_HZ;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// mm/s.
-    pub speed: f64,
+    pub speed_mm_per_s: f64,
     /// mm/s².
-    pub acceleration: f64,
+    pub acceleration_mm_per_s2: f64,
     /// mm/s³.
-    pub jerk: f64,
+    pub jerk_mm_per_s3: f64,
 }
 
 impl Limits {
     /// No limit at all.
-    const NONE: Self = Self { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
+    const NONE: Self = Self {
+        speed_mm_per_s: f64::INFINITY,
+        acceleration_mm_per_s2: f64::INFINITY,
+        jerk_mm_per_s3: f64::INFINITY,
+    };
 
     /// Of one axis. The speed is also held under the drive's pulse rate, taken down to a whole number of ticks
     /// between pulses.
     pub fn of_axis(machine: &Machine, axis: &Axis) -> Self {
         Self {
-            speed: axis.max_speed_mm_per_s,
-            acceleration: axis.max_acceleration_mm_per_s2,
-            jerk: axis.max_jerk_mm_per_s3,
+            speed_mm_per_s: axis.max_speed_mm_per_s,
+            acceleration_mm_per_s2: axis.max_acceleration_mm_per_s2,
+            jerk_mm_per_s3: axis.max_jerk_mm_per_s3,
         }
         .slowed(drive_speed(machine, axis))
     }
@@ -47,9 +51,9 @@ impl Limits {
     /// Of Z on its way down.
     pub fn of_down(machine: &Machine) -> Self {
         Self {
-            speed: machine.down.max_speed_mm_per_s,
-            acceleration: machine.down.max_acceleration_mm_per_s2,
-            jerk: machine.down.max_jerk_mm_per_s3,
+            speed_mm_per_s: machine.down.max_speed_mm_per_s,
+            acceleration_mm_per_s2: machine.down.max_acceleration_mm_per_s2,
+            jerk_mm_per_s3: machine.down.max_jerk_mm_per_s3,
         }
         .slowed(drive_speed(machine, &machine.z))
     }
@@ -63,15 +67,15 @@ impl Limits {
     /// These and also a lower speed.
     #[must_use]
     pub fn slowed(self, speed: f64) -> Self {
-        Self { speed: self.speed.min(speed), ..self }
+        Self { speed_mm_per_s: self.speed_mm_per_s.min(speed), ..self }
     }
 
     /// Both these, for an axis that has the given share of the path.
     fn with_share(self, axis: Self, share: f64) -> Self {
         Self {
-            speed: self.speed.min(axis.speed / share),
-            acceleration: self.acceleration.min(axis.acceleration / share),
-            jerk: self.jerk.min(axis.jerk / share),
+            speed_mm_per_s: self.speed_mm_per_s.min(axis.speed_mm_per_s / share),
+            acceleration_mm_per_s2: self.acceleration_mm_per_s2.min(axis.acceleration_mm_per_s2 / share),
+            jerk_mm_per_s3: self.jerk_mm_per_s3.min(axis.jerk_mm_per_s3 / share),
         }
     }
 }

@@ -59,7 +59,7 @@ pub trait Operator {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motors {
     /// How hard each axis may brake, in steps per tick².
-    pub braking: [f64; AXES],
+    pub braking_steps_per_tick2: [f64; AXES],
     /// The step rate up to which a motor follows whenever the next pulse comes, in Hz. Infinite where the pins go by stream
     /// time and not by life.
     pub start_stop_hz: f64,
@@ -81,7 +81,7 @@ impl Motors {
             let least = if index < 2 { own } else { own.min(machine.down.max_acceleration_mm_per_s2) };
             least * axis.scale.steps_per_mm() * per_tick2
         });
-        Self { braking, start_stop_hz }
+        Self { braking_steps_per_tick2: braking, start_stop_hz }
     }
 }
 
@@ -389,7 +389,7 @@ impl Play<'_> {
             return false;
         }
         let next = later.clone().next().map(|pulse| pulse.tick - tick);
-        self.feed_override.next(tick, next, &rates(later, &self.motors.braking));
+        self.feed_override.next(tick, next, &rates(later, &self.motors.braking_steps_per_tick2));
         while self.feed_override.at_rest() {
             self.wait(self.feed_override.at(tick)).await;
             self.look();
@@ -399,7 +399,7 @@ impl Play<'_> {
                 (None, Order::Hold) => self.feed_override.wait(SLICE),
                 (None, Order::Go | Order::At(_)) => {
                     self.want();
-                    self.feed_override.next(tick, next, &rates(later, &self.motors.braking));
+                    self.feed_override.next(tick, next, &rates(later, &self.motors.braking_steps_per_tick2));
                 }
             }
         }

@@ -103,8 +103,8 @@ fn line(ink: Ink, points: &[[f64; 2]]) -> Shape {
 }
 
 fn axes(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
-    let (left, top) = (frame.left, frame.top);
-    let (right, bottom) = (left + frame.width, top + frame.height);
+    let (left, top) = (frame.left_px, frame.top_px);
+    let (right, bottom) = (left + frame.width_px, top + frame.height_px);
     for (value, word) in frame.x_ticks.values.iter().zip(&frame.x_ticks.words) {
         let x = frame.px(*value);
         shapes.push(line(Ink::Grid, &[[x, top], [x, bottom]]));
@@ -160,9 +160,10 @@ fn data(shapes: &mut Vec<Shape>, series: &Series, ink: Ink, frame: &Frame) {
 }
 
 fn bar(start: [f64; 2], end_x: f64, ink: Ink, frame: &Frame) -> Option<Shape> {
-    let edges = [frame.px(start[0]), frame.px(end_x)].map(|x| x.clamp(frame.left, frame.left + frame.width));
+    let edges =
+        [frame.px(start[0]), frame.px(end_x)].map(|x| x.clamp(frame.left_px, frame.left_px + frame.width_px));
     let rows = [frame.py(start[1] + 0.5 * BAR), frame.py(start[1] - 0.5 * BAR)]
-        .map(|y| y.clamp(frame.top, frame.top + frame.height));
+        .map(|y| y.clamp(frame.top_px, frame.top_px + frame.height_px));
     let at = [edges[0], rows[0], edges[1] - edges[0], rows[1] - rows[0]];
     (at.iter().all(|value| value.is_finite()) && at[2] >= 0.0).then_some(Shape::Area { ink, at })
 }
@@ -190,8 +191,8 @@ fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 /// The pieces of a line that lie inside the frame, cut at its edges.
 fn inside(points: Vec<[f64; 2]>, frame: &Frame) -> Vec<Vec<[f64; 2]>> {
-    let low = [frame.left - 0.5, frame.top - 0.5];
-    let high = [frame.left + frame.width + 0.5, frame.top + frame.height + 0.5];
+    let low = [frame.left_px - 0.5, frame.top_px - 0.5];
+    let high = [frame.left_px + frame.width_px + 0.5, frame.top_px + frame.height_px + 0.5];
     let within = |point: &[f64; 2]| (0..2).all(|k| point[k] >= low[k] && point[k] <= high[k]);
     if points.iter().all(within) {
         return if points.is_empty() { Vec::new() } else { vec![points] };
@@ -232,31 +233,31 @@ fn cut(start: [f64; 2], end: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Option<
 }
 
 fn marks(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
-    let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
+    let (right, bottom) = (frame.left_px + frame.width_px, frame.top_px + frame.height_px);
     for (mark, row) in panel.marks.iter().zip(&frame.mark_rows) {
         match mark {
             Mark::At(x, text) => {
                 let px = frame.px(*x);
-                if !(px >= frame.left - 0.5 && px <= right + 0.5) {
+                if !(px >= frame.left_px - 0.5 && px <= right + 0.5) {
                     continue;
                 }
                 let reach = row.map_or(0.0, |row| row as f64 * ROW_PX);
-                shapes.push(line(Ink::Mark, &[[px, frame.top - reach], [px, bottom]]));
+                shapes.push(line(Ink::Mark, &[[px, frame.top_px - reach], [px, bottom]]));
                 if let Some(row) = row {
                     let start = px.min(right - width_px(text, SMALL_PX));
-                    let at = [start + 1.0, frame.top - 3.0 - *row as f64 * ROW_PX];
+                    let at = [start + 1.0, frame.top_px - 3.0 - *row as f64 * ROW_PX];
                     shapes.push(words(Ink::Mark, at, SMALL_PX, Anchor::Start, text));
                 }
             }
             Mark::Level(y, text) => {
                 let py = frame.py(*y);
-                if !(py >= frame.top - 0.5 && py <= bottom + 0.5) {
+                if !(py >= frame.top_px - 0.5 && py <= bottom + 0.5) {
                     continue;
                 }
-                shapes.push(line(Ink::Mark, &[[frame.left, py], [right, py]]));
+                shapes.push(line(Ink::Mark, &[[frame.left_px, py], [right, py]]));
                 if !text.is_empty() {
                     // Under its line where there is no room over it.
-                    let over = py - 3.0 >= frame.top + SMALL_PX;
+                    let over = py - 3.0 >= frame.top_px + SMALL_PX;
                     let at = [right - 4.0, if over { py - 3.0 } else { py + SMALL_PX }];
                     shapes.push(words(Ink::Mark, at, SMALL_PX, Anchor::End, text));
                 }
@@ -267,8 +268,8 @@ fn marks(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
 
 fn legend(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
     let rows = frame.mark_rows.iter().flatten().map(|row| row + 1).max().unwrap_or(0);
-    let y = frame.top - 6.0 - rows as f64 * ROW_PX;
-    let mut x = frame.left;
+    let y = frame.top_px - 6.0 - rows as f64 * ROW_PX;
+    let mut x = frame.left_px;
     for (index, series) in panel.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty()) {
         let (ink, middle) = (Ink::Series(index), y - 4.0);
         match series.look {

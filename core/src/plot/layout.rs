@@ -24,13 +24,13 @@ const LEAST_PX: f64 = 20.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Left edge.
-    pub left: f64,
+    pub left_px: f64,
     /// Upper edge.
-    pub top: f64,
+    pub top_px: f64,
     /// Width between the axes.
-    pub width: f64,
+    pub width_px: f64,
     /// Height between the axes.
-    pub height: f64,
+    pub height_px: f64,
     /// Value at the left and at the right edge.
     pub x: [f64; 2],
     /// Value at the lower and at the upper edge.
@@ -50,22 +50,22 @@ pub struct Frame {
 impl Frame {
     /// Pixel of a value along x.
     pub fn px(&self, x: f64) -> f64 {
-        self.left + (x - self.x[0]) / (self.x[1] - self.x[0]) * self.width
+        self.left_px + (x - self.x[0]) / (self.x[1] - self.x[0]) * self.width_px
     }
 
     /// Pixel of a value along y.
     pub fn py(&self, y: f64) -> f64 {
-        self.top + (self.y[1] - y) / (self.y[1] - self.y[0]) * self.height
+        self.top_px + (self.y[1] - y) / (self.y[1] - self.y[0]) * self.height_px
     }
 
     /// Value along x under a pixel.
     pub fn x_at(&self, px: f64) -> f64 {
-        self.x[0] + (px - self.left) / self.width * (self.x[1] - self.x[0])
+        self.x[0] + (px - self.left_px) / self.width_px * (self.x[1] - self.x[0])
     }
 
     /// Value along y under a pixel.
     pub fn y_at(&self, py: f64) -> f64 {
-        self.y[1] - (py - self.top) / self.height * (self.y[1] - self.y[0])
+        self.y[1] - (py - self.top_px) / self.height_px * (self.y[1] - self.y[0])
     }
 }
 
@@ -89,8 +89,8 @@ pub fn layout(plot: &Plot, width: f64, height: f64) -> Vec<Frame> {
     let inner = (width - left - 2.0 * BORDER_PX).max(LEAST_PX);
     let mut fixed = 2.0 * BORDER_PX + if plot.title.is_empty() { 0.0 } else { TITLE_PX + 9.0 };
     for (index, panel) in plot.panels.iter().enumerate() {
-        frames[index].left = left;
-        frames[index].width = inner;
+        frames[index].left_px = left;
+        frames[index].width_px = inner;
         frames[index].legend = has_legend(plot, index);
         frames[index].x_words = has_x_words(plot, &frames, index);
         frames[index].mark_rows = mark_rows(panel, &frames[index]);
@@ -102,14 +102,14 @@ pub fn layout(plot: &Plot, width: f64, height: f64) -> Vec<Frame> {
     let each = ((height - fixed) / plot.panels.len().max(1) as f64).max(LEAST_PX);
     let mut top = BORDER_PX + if plot.title.is_empty() { 0.0 } else { TITLE_PX + 9.0 };
     for (frame, panel) in frames.iter_mut().zip(&plot.panels) {
-        frame.top = top + over(frame);
-        frame.height = each;
+        frame.top_px = top + over(frame);
+        frame.height_px = each;
         if panel.y.names.is_empty() && panel.y.range.is_none() {
             let found = ticks(frame.y[0], frame.y[1], (each / 24.0) as usize);
             frame.y = outward(frame.y, found.step);
         }
         frame.y_ticks = ticks(frame.y[0], frame.y[1], (each / 24.0) as usize);
-        top = frame.top + each + under(frame);
+        top = frame.top_px + each + under(frame);
     }
     frames
 }
@@ -155,10 +155,10 @@ fn valued(panel: &Panel) -> Frame {
     let (legend, x_words, mark_rows) = (false, true, Vec::new());
     let (left, top, width, height) = (0.0, 0.0, 1.0, 1.0);
     Frame {
-        left,
-        top,
-        width,
-        height,
+        left_px: left,
+        top_px: top,
+        width_px: width,
+        height_px: height,
         x,
         y,
         x_ticks: ticks(x[0], x[1], 5),
@@ -232,7 +232,7 @@ fn mark_rows(panel: &Panel, frame: &Frame) -> Vec<Option<usize>> {
     let mut rows = vec![None; panel.marks.len()];
     for (index, px, width) in order {
         // Words start at their mark and grow to the left where they would leave the panel.
-        let start = px.min(frame.left + frame.width - width);
+        let start = px.min(frame.left_px + frame.width_px - width);
         if let Some(row) = ends.iter().position(|end| *end + 6.0 <= start) {
             ends[row] = start + width;
             rows[index] = Some(row);

@@ -62,7 +62,7 @@ pub fn dialect(name: &str) -> Option<Result<Dialect, Diagnostic>> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manner {
     /// Arcs become lines that are at most so far off, in mm.
-    pub lines_only: Option<f64>,
+    pub lines_only_mm: Option<f64>,
     /// How near to the board bits fall fast before they go on at their feed; none where nobody knows.
     pub fall_to: Option<Length>,
     /// How high over the board bits are changed; none for the safe height.
@@ -92,7 +92,7 @@ impl Dialect {
     /// The same in this manner.
     #[must_use]
     pub fn in_manner(self, manner: &Manner) -> Self {
-        let dialect = self.with_lines(manner.lines_only).falling_to(manner.fall_to);
+        let dialect = self.with_lines(manner.lines_only_mm).falling_to(manner.fall_to);
         dialect.changing_at(manner.change_at).in_files(manner.files)
     }
 }
@@ -117,7 +117,7 @@ pub fn write_for(
     if target == "excellon" {
         let bits = (0..).zip(&program.bits).map(|(index, _)| index).collect();
         let file = |text| vec![OutputFile { name: writer::file_name(program, "drl"), text, bits }];
-        return Some(excellon(program, manner.lines_only).map(file));
+        return Some(excellon(program, manner.lines_only_mm).map(file));
     }
     let written = |dialect: Dialect| write_side(&dialect.in_manner(manner), program, briefing, side);
     Some(dialect(target)?.and_then(written))

@@ -15,7 +15,7 @@ use crate::diagnostic::Diagnostic;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
     /// K: speed a volt ends in, (mm/s)/V.
-    pub gain: f64,
+    pub gain_mm_per_s_per_v: f64,
     /// τ: how fast it gets there, s.
     pub tau_s: f64,
 }
@@ -40,25 +40,25 @@ pub struct Zoh {
 
 /// The plant of the reference: 60 (mm/s)/V, 6 ms.
 pub const fn default_plant() -> Plant {
-    Plant { gain: 60.0, tau_s: 0.006 }
+    Plant { gain_mm_per_s_per_v: 60.0, tau_s: 0.006 }
 }
 
 impl Plant {
     /// Refuses what cannot be a plant, with the name of the field.
     pub fn check(&self) -> Result<(), Diagnostic> {
-        within("plant-gain", self.gain, 1e-6, 1e9)?;
+        within("plant-gain", self.gain_mm_per_s_per_v, 1e-6, 1e9)?;
         within("plant-tau", self.tau_s, 1e-6, 1e3)
     }
 
     /// Its step over `sample_s`.
     pub fn every(&self, sample_s: f64) -> Zoh {
         let phi = libm::exp(-sample_s / self.tau_s);
-        Zoh { phi, g_s: self.tau_s * (1.0 - phi), sample_s, gain: self.gain }
+        Zoh { phi, g_s: self.tau_s * (1.0 - phi), sample_s, gain: self.gain_mm_per_s_per_v }
     }
 
     /// The control that makes it follow a speed and an acceleration without an error: (v + τ·a)/K, V.
     pub fn ahead_v(&self, v: f64, a: f64) -> f64 {
-        (v + self.tau_s * a) / self.gain
+        (v + self.tau_s * a) / self.gain_mm_per_s_per_v
     }
 }
 

@@ -213,7 +213,8 @@ impl Stock {
             }
         };
         // Straight down the deepest end is all.
-        let ramp = if way.from[..2] == way.to[..2] && way.shape == Shape::Line { 0.0 } else { falls_mm };
+        let ramp =
+            if way.from_mm[..2] == way.to_mm[..2] && way.shape == Shape::Line { 0.0 } else { falls_mm };
         let pieces = libm::ceil(chords.max(ramp / RAMP_MM).clamp(1.0, MOST_PIECES));
         let share = |piece: f64| from + (to - from) * piece / pieces;
         let (mut at, mut looked) = (way.at(from), 0);

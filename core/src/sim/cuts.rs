@@ -28,9 +28,9 @@ pub struct Cut {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Way {
     /// Where it starts, mm.
-    pub from: [f64; 3],
+    pub from_mm: [f64; 3],
     /// Where it ends.
-    pub to: [f64; 3],
+    pub to_mm: [f64; 3],
     /// How it goes there.
     pub shape: Shape,
 }
@@ -57,14 +57,14 @@ impl Way {
     /// Where the tip is after a share of the way, 0 … 1.
     pub fn at(&self, share: f64) -> [f64; 3] {
         let share = share.clamp(0.0, 1.0);
-        let even = |axis: usize| self.from[axis] + (self.to[axis] - self.from[axis]) * share;
+        let even = |axis: usize| self.from_mm[axis] + (self.to_mm[axis] - self.from_mm[axis]) * share;
         match self.shape {
             Shape::Arc { center, radius_mm, from_rad, turn_rad } if share > 0.0 && share < 1.0 => {
                 let angle = from_rad + turn_rad * share;
                 let (x, y) = (radius_mm * libm::cos(angle), radius_mm * libm::sin(angle));
                 [center[0] + x, center[1] + y, even(2)]
             }
-            _ if share == 1.0 => self.to,
+            _ if share == 1.0 => self.to_mm,
             _ => [even(0), even(1), even(2)],
         }
     }
@@ -84,7 +84,7 @@ pub fn cuts(program: &Program) -> Vec<Cut> {
             }
             let Some((to, shape)) = goes(step, at) else { continue };
             if at[2] < 0.0 || to[2] < 0.0 {
-                found.push(Cut { leg, command, bit, way: Way { from: at, to, shape } });
+                found.push(Cut { leg, command, bit, way: Way { from_mm: at, to_mm: to, shape } });
             }
             at = to;
         }
@@ -130,7 +130,7 @@ fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> Shape {
 pub fn reach(program: &Program) -> Option<Bounds> {
     let mut found: Option<Bounds> = None;
     for Cut { way, .. } in cuts(program) {
-        let ends = [way.from, way.to].map(|at| (at[0], at[1], 0.0));
+        let ends = [way.from_mm, way.to_mm].map(|at| (at[0], at[1], 0.0));
         let round = match way.shape {
             Shape::Line => None,
             Shape::Arc { center, radius_mm, .. } => Some((center[0], center[1], radius_mm)),

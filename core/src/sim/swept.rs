@@ -66,14 +66,14 @@ fn straight(planned: &Move, (number, part): (u32, &Part), mm_per_step: &[f64; AX
     let to = if rapid { [to[0], to[1], from[2]] } else { to };
     let begin = start_s(planned);
     cuts.then_some(Swept {
-        way: Way { from, to, shape: Shape::Line },
+        way: Way { from_mm: from, to_mm: to, shape: Shape::Line },
         from_s: begin + first,
         to_s: begin + last,
         rapid,
         part: number,
         stretch_mm: None,
     })
-    .filter(|found| found.way.from[2].min(found.way.to[2]) < 0.0)
+    .filter(|found| found.way.from_mm[2].min(found.way.to_mm[2]) < 0.0)
 }
 
 fn along(planned: &Move, (number, part): (u32, &Part), route: &Route, found: &mut Vec<Swept>) {
@@ -92,7 +92,7 @@ fn along(planned: &Move, (number, part): (u32, &Part), route: &Route, found: &mu
             let before_mm = path.runs.get(piece.run as usize).map_or(0.0, |run| run.start_mm);
             let start_mm = before_mm + piece.start_mm;
             found.push(Swept {
-                way: Way { from, to, shape },
+                way: Way { from_mm: from, to_mm: to, shape },
                 from_s: begin + from_s,
                 to_s: begin + to_s,
                 rapid: false,

@@ -61,7 +61,7 @@ pub fn warnings(playback: &Playback, bits: &[Bit], travel: Option<Bounds>, deepe
             told(Fault::Outside, begin_s, 0.0);
         }
         for one in swept(planned, &timeline.mm_per_step) {
-            let depth_mm = -one.way.from[2].min(one.way.to[2]);
+            let depth_mm = -one.way.from_mm[2].min(one.way.to_mm[2]);
             for fault in faults(&one, bit, planned.mark, depth_mm > deepest.mm()) {
                 told(fault, one.from_s, depth_mm);
             }
@@ -72,7 +72,7 @@ pub fn warnings(playback: &Playback, bits: &[Bit], travel: Option<Bounds>, deepe
 
 fn faults(one: &Swept, bit: Option<&Bit>, mark: Mark, deep: bool) -> impl Iterator<Item = Fault> {
     let drill = bit.is_some_and(|bit| bit.cutter == Cutter::Drill);
-    let sideways = one.way.from[..2] != one.way.to[..2] || one.way.shape != super::cuts::Shape::Line;
+    let sideways = one.way.from_mm[..2] != one.way.to_mm[..2] || one.way.shape != super::cuts::Shape::Line;
     let wrong = bit.is_none() || (drill && sideways && !one.rapid && matches!(mark, Mark::Toolpath(_)));
     let rows = [(deep, Fault::TooDeep), (one.rapid, Fault::RapidInMaterial), (wrong, Fault::WrongTool)];
     rows.into_iter().filter(|row| row.0).map(|row| row.1)

@@ -10,14 +10,14 @@ use core::f64::consts::{PI, TAU};
 const RULES: Rules = Rules { share: 0.8, deviation_mm: 0.01, longest_s: 300.0 };
 
 fn axes(speed: f64, acceleration: f64, jerk: f64) -> [Limits; 3] {
-    [Limits { speed, acceleration, jerk }; 3]
+    [Limits { speed_mm_per_s: speed, acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk }; 3]
 }
 
 fn random_axes(chance: &mut Chance) -> [Limits; 3] {
     core::array::from_fn(|_| Limits {
-        speed: chance.scale(5.0, 500.0),
-        acceleration: chance.scale(50.0, 2e4),
-        jerk: chance.scale(1e3, 1e6),
+        speed_mm_per_s: chance.scale(5.0, 500.0),
+        acceleration_mm_per_s2: chance.scale(50.0, 2e4),
+        jerk_mm_per_s3: chance.scale(1e3, 1e6),
     })
 }
 
@@ -118,11 +118,11 @@ fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules,
         for axis in 0..3 {
             let own = axes[axis];
             assert!(
-                v[axis].abs() <= own.speed * (1.0 + 1e-9),
+                v[axis].abs() <= own.speed_mm_per_s * (1.0 + 1e-9),
                 "seed {seed}: axis {axis} goes {} at {t}",
                 v[axis]
             );
-            let most = own.acceleration * rules.share * (1.0 + 1e-9);
+            let most = own.acceleration_mm_per_s2 * rules.share * (1.0 + 1e-9);
             assert!(a[axis].abs() <= most, "seed {seed}: axis {axis} pulls {} at {t}", a[axis]);
         }
     }
@@ -172,10 +172,10 @@ fn places_speeds_and_accelerations_of_a_path_belong_together() {
         for axis in 0..3 {
             let (v, a) = (path.velocity(t)[axis], path.acceleration(t)[axis]);
             let slope = (after[axis] - before[axis]) / (2.0 * h);
-            let room = 1e-4 * axes[axis].speed + 1e-14 / h;
+            let room = 1e-4 * axes[axis].speed_mm_per_s + 1e-14 / h;
             assert!((v - slope).abs() <= room, "seed {seed}: axis {axis} goes {v}, its slope {slope}");
             let slope = (v_after[axis] - v_before[axis]) / (2.0 * h);
-            let room = 0.02 * axes[axis].acceleration + 1e-12 * path.speed(t) / h;
+            let room = 0.02 * axes[axis].acceleration_mm_per_s2 + 1e-12 * path.speed(t) / h;
             assert!((a - slope).abs() <= room, "seed {seed}: axis {axis} pulls {a}, its slope {slope}");
         }
     }
@@ -237,7 +237,7 @@ fn one_piece_alone_is_the_profile_from_rest_to_rest() {
     let axes = axes(50.0, 1000.0, 5e4);
     for length in [1e-3, 0.1, 3.0, 80.0] {
         let path = planned(vec![line(length, 0.0)], &axes);
-        let limits = Limits { speed: 20.0, acceleration: 800.0, jerk: 5e4 };
+        let limits = Limits { speed_mm_per_s: 20.0, acceleration_mm_per_s2: 800.0, jerk_mm_per_s3: 5e4 };
         let expected = profile::plan(Shape::SCurve, length, limits).unwrap().duration_s();
         assert!((path.duration_s() - expected).abs() <= 1e-9 * expected, "{length} mm");
     }
@@ -390,7 +390,7 @@ fn a_path_that_was_tampered_with_breaks_the_laws() {
     let mut path = good.clone();
     path.runs[0].spans[1].duration_s *= 1.5;
     assert_eq!(laws(&path, &axes, &RULES).unwrap_err().code, "motion.path_broken");
-    let slower = [Limits { speed: 10.0, ..axes[0] }; 3];
+    let slower = [Limits { speed_mm_per_s: 10.0, ..axes[0] }; 3];
     assert_eq!(laws(&good, &slower, &RULES).unwrap_err().code, "motion.path_over_limit");
     assert_eq!(
         laws(&good, &axes, &Rules { share: 0.4, ..RULES }).unwrap_err().code,
@@ -422,7 +422,7 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
             let [before, at, after] = [t - window_s, t, t + window_s].map(|t| path.at(t));
             for axis in 0..3 {
                 let change = ((after[axis] - at[axis]) - (at[axis] - before[axis])).abs() / window_s;
-                let own = axes[axis].acceleration;
+                let own = axes[axis].acceleration_mm_per_s2;
                 let allowed = own * window_s + libm::sqrt(8.0 * own * RULES.deviation_mm);
                 worst = worst.max(change / allowed);
                 assert!(
@@ -454,7 +454,7 @@ fn the_reserve_is_enough_for_every_change_of_pace() {
                 let pulled = feed_override * feed_override * a[axis]
                     + if v[axis] == 0.0 { 0.0 } else { way * v[axis] };
                 assert!(
-                    pulled.abs() <= axes[axis].acceleration * (1.0 + 1e-9),
+                    pulled.abs() <= axes[axis].acceleration_mm_per_s2 * (1.0 + 1e-9),
                     "seed {seed}: {pulled} at {t}"
                 );
             }
@@ -507,11 +507,14 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
                 let [v, a, j] = differentiated(&path, axis, t, h).map(f64::abs);
                 // Places are exact to about 1e-14 mm.
                 let noise = 1e-13 / h;
-                let most = RULES.share * own.acceleration;
-                assert!(v <= own.speed * (1.0 + 1e-9) + noise, "seed {seed}: axis {axis} goes {v} at {t}");
+                let most = RULES.share * own.acceleration_mm_per_s2;
+                assert!(
+                    v <= own.speed_mm_per_s * (1.0 + 1e-9) + noise,
+                    "seed {seed}: axis {axis} goes {v} at {t}"
+                );
                 assert!(a <= most * (1.0 + 1e-9) + noise / h, "seed {seed}: axis {axis} pulls {a} at {t}");
                 assert!(
-                    j <= own.jerk * (1.0 + 1e-6) + noise / h / h,
+                    j <= own.jerk_mm_per_s3 * (1.0 + 1e-6) + noise / h / h,
                     "seed {seed}: axis {axis} jerks {j} at {t}"
                 );
             }
@@ -541,8 +544,8 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
             for (axis, own) in axes.iter().take(3).enumerate() {
                 let [_, before, _] = differentiated(&path, axis, trio[1] - 3.0 * h, h);
                 let [_, after, _] = differentiated(&path, axis, trio[1], h);
-                let pull = RULES.share * own.acceleration;
-                let room = 3.0 * own.jerk * h + 1e-13 / h / h;
+                let pull = RULES.share * own.acceleration_mm_per_s2;
+                let room = 3.0 * own.jerk_mm_per_s3 * h + 1e-13 / h / h;
                 // From line to line an axis gets another acceleration by no more than it may have; an arc pulls besides.
                 let most = if lines { pull } else { 2.0 * pull };
                 assert!((after - before).abs() <= most + room, "seed {seed}: axis {axis} at {}", trio[1]);

@@ -12,7 +12,11 @@ const ROUNDING: f64 = 1e-9;
 
 fn random_limits(chance: &mut Chance) -> Limits {
     let (speed, acceleration) = (chance.scale(0.01, 5e3), chance.scale(0.1, 2e5));
-    Limits { speed, acceleration, jerk: chance.scale(1.0, 1e8) }
+    Limits {
+        speed_mm_per_s: speed,
+        acceleration_mm_per_s2: acceleration,
+        jerk_mm_per_s3: chance.scale(1.0, 1e8),
+    }
 }
 
 fn random_shape(chance: &mut Chance) -> Shape {
@@ -49,12 +53,15 @@ fn keeps_its_laws(plan: &Profile, limits: Limits, seed: u64) {
         assert!(s >= before && s <= length, "seed {seed}: goes back at {t}");
         before = s;
         let v = plan.speed(t);
-        assert!(v >= 0.0 && v <= limits.speed * (1.0 + ROUNDING), "seed {seed}: speed {v} at {t}");
+        assert!(v >= 0.0 && v <= limits.speed_mm_per_s * (1.0 + ROUNDING), "seed {seed}: speed {v} at {t}");
         let a = plan.acceleration(t).abs();
-        assert!(a <= limits.acceleration * (1.0 + ROUNDING), "seed {seed}: acceleration {a} at {t}");
+        assert!(
+            a <= limits.acceleration_mm_per_s2 * (1.0 + ROUNDING),
+            "seed {seed}: acceleration {a} at {t}"
+        );
         let j = plan.jerk(t).abs();
         assert!(
-            plan.shape == Shape::Linear || j <= limits.jerk * (1.0 + ROUNDING),
+            plan.shape == Shape::Linear || j <= limits.jerk_mm_per_s3 * (1.0 + ROUNDING),
             "seed {seed}: jerk {j} at {t}"
         );
         let back = plan.position_mm(plan.time_at(s));
@@ -81,7 +88,7 @@ fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
         let seconds = |shape, length, limits| plan(shape, length, limits).unwrap().duration_s();
         let total = seconds(shape, length, limits);
         let least = if shape == Shape::Linear {
-            (length / limits.speed).max(2.0 * libm::sqrt(length / limits.acceleration))
+            (length / limits.speed_mm_per_s).max(2.0 * libm::sqrt(length / limits.acceleration_mm_per_s2))
         } else {
             least_duration_s(length, limits, None).unwrap()
         };
@@ -89,9 +96,9 @@ fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
         assert!(seconds(shape, length * 1.001, limits) > total, "seed {seed}: longer but not slower");
         let more = 1.0 + chance.scale(1e-6, 10.0);
         let wider = [
-            Limits { speed: limits.speed * more, ..limits },
-            Limits { acceleration: limits.acceleration * more, ..limits },
-            Limits { jerk: limits.jerk * more, ..limits },
+            Limits { speed_mm_per_s: limits.speed_mm_per_s * more, ..limits },
+            Limits { acceleration_mm_per_s2: limits.acceleration_mm_per_s2 * more, ..limits },
+            Limits { jerk_mm_per_s3: limits.jerk_mm_per_s3 * more, ..limits },
         ];
         for wider in wider {
             let faster = seconds(shape, length, wider);
@@ -148,7 +155,7 @@ fn random_stroke(chance: &mut Chance) -> Option<(Stroke, f64, Limits)> {
     if chance.bits().is_multiple_of(4) {
         return Some((Stroke::One(plan(shape, height + depth, limits).unwrap()), height, limits));
     }
-    let feed = (limits.speed * chance.scale(1e-3, 1.0)).min(limits.speed);
+    let feed = (limits.speed_mm_per_s * chance.scale(1e-3, 1.0)).min(limits.speed_mm_per_s);
     two_speeds(shape, height, depth, feed, limits).ok().map(|stroke| (stroke, height, limits))
 }
 
@@ -167,9 +174,18 @@ fn strokes_keep_their_limits_and_arrive_with_the_feed() {
             assert!(s >= before - 1e-12 * length && s <= length * (1.0 + 1e-12), "seed {seed}: back at {t}");
             before = s;
             let (v, a) = (stroke.speed(t), stroke.acceleration(t).abs());
-            assert!(v >= -1e-12 && v <= limits.speed * (1.0 + ROUNDING), "seed {seed}: speed {v} at {t}");
-            assert!(a <= limits.acceleration * (1.0 + ROUNDING), "seed {seed}: acceleration {a} at {t}");
-            assert!(stroke.jerk(t).abs() <= limits.jerk * (1.0 + ROUNDING), "seed {seed}: jerk at {t}");
+            assert!(
+                v >= -1e-12 && v <= limits.speed_mm_per_s * (1.0 + ROUNDING),
+                "seed {seed}: speed {v} at {t}"
+            );
+            assert!(
+                a <= limits.acceleration_mm_per_s2 * (1.0 + ROUNDING),
+                "seed {seed}: acceleration {a} at {t}"
+            );
+            assert!(
+                stroke.jerk(t).abs() <= limits.jerk_mm_per_s3 * (1.0 + ROUNDING),
+                "seed {seed}: jerk at {t}"
+            );
             let back = stroke.position_mm(stroke.time_at(s));
             assert!((back - s).abs() <= ROUNDING * length, "seed {seed}: inverse at {t}: {back}, not {s}");
         }
@@ -181,7 +197,7 @@ fn strokes_keep_their_limits_and_arrive_with_the_feed() {
             assert!((stroke.time_at(height) - t).abs() <= ROUNDING * total, "seed {seed}: contact");
             let v = stroke.speed(t);
             assert!(
-                (v - spans.feed_mm_per_s).abs() <= ROUNDING * limits.speed,
+                (v - spans.feed_mm_per_s).abs() <= ROUNDING * limits.speed_mm_per_s,
                 "seed {seed}: {v} at contact"
             );
             assert!(stroke.position_mm(0.5 * (t + total)) > height, "seed {seed}");
@@ -195,8 +211,10 @@ fn strokes_keep_their_limits_and_arrive_with_the_feed() {
 fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
     for seed in 0..rounds(200_000) {
         let mut chance = Chance::new(seed);
-        let Limits { acceleration, jerk, .. } = random_limits(&mut chance);
-        let limits = Limits { speed: 1e9, acceleration, jerk };
+        let Limits { acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk, .. } =
+            random_limits(&mut chance);
+        let limits =
+            Limits { speed_mm_per_s: 1e9, acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk };
         let speed = chance.scale(1e-3, 1e3);
         let stop = |v: f64, a: f64| stopping_mm(Shape::SCurve, v, a, limits);
         // A way of rest to rest is the stop from its top twice.
@@ -251,8 +269,11 @@ fn the_choice_has_the_peaks_of_the_profiles() {
         let found = choose(length, limits).unwrap();
         let linear = plan(Shape::Linear, length, limits).unwrap().speed_mm_per_s;
         let s_curve = plan(Shape::SCurve, length, limits).unwrap().speed_mm_per_s;
-        assert!((found.linear_peak - linear).abs() <= 1e-9 * linear, "seed {seed}");
-        assert!((found.s_curve_peak - s_curve).abs() <= 1e-9 * s_curve, "seed {seed}: {found:?} {s_curve}");
+        assert!((found.linear_peak_mm_per_s - linear).abs() <= 1e-9 * linear, "seed {seed}");
+        assert!(
+            (found.s_curve_peak_mm_per_s - s_curve).abs() <= 1e-9 * s_curve,
+            "seed {seed}: {found:?} {s_curve}"
+        );
         assert!(found.linear_from_mm < found.s_curve_from_mm, "seed {seed}");
         assert!(found.case == 1 || s_curve < linear * (1.0 + 1e-12), "seed {seed}: {found:?}");
     }
@@ -261,7 +282,7 @@ fn the_choice_has_the_peaks_of_the_profiles() {
 /// The table of D.1: V 500, A 10⁴, J 10⁶, S 10⁹; milliseconds, as printed there.
 #[test]
 fn the_table_of_bounds_is_the_reference_s() {
-    let limits = Limits { speed: 500.0, acceleration: 1e4, jerk: 1e6 };
+    let limits = Limits { speed_mm_per_s: 500.0, acceleration_mm_per_s2: 1e4, jerk_mm_per_s3: 1e6 };
     let rows = [
         (0.1, [6.32, 14.74, 16.20, 16.87, 18.57], 0.005),
         (1.0, [20.00, 31.75, 33.14, 36.34, 40.00], 0.005),
@@ -283,16 +304,16 @@ fn the_table_of_bounds_is_the_reference_s() {
 
 #[test]
 fn numbers_that_cannot_be_planned_with_are_named() {
-    let good = Limits { speed: 100.0, acceleration: 1e3, jerk: 1e5 };
+    let good = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1e3, jerk_mm_per_s3: 1e5 };
     let bad = [f64::NAN, f64::INFINITY, 0.0, -1.0, 1e300, 5e-324];
     for value in bad {
         let code = |shape, length, limits| plan(shape, length, limits).unwrap_err().code;
         let wrong_length = value != 0.0 && value != 5e-324;
         assert_eq!(plan(Shape::SCurve, value, good).is_err(), wrong_length, "{value}");
         let rows = [
-            ("motion.bad_speed", Limits { speed: value, ..good }),
-            ("motion.bad_acceleration", Limits { acceleration: value, ..good }),
-            ("motion.bad_jerk", Limits { jerk: value, ..good }),
+            ("motion.bad_speed", Limits { speed_mm_per_s: value, ..good }),
+            ("motion.bad_acceleration", Limits { acceleration_mm_per_s2: value, ..good }),
+            ("motion.bad_jerk", Limits { jerk_mm_per_s3: value, ..good }),
         ];
         for (expected, limits) in rows {
             assert_eq!(code(Shape::SCurve, 1.0, limits), expected, "{value}");
@@ -306,7 +327,7 @@ fn numbers_that_cannot_be_planned_with_are_named() {
             assert_eq!(fifteen_phases_s(1.0, limits, 1e9).unwrap_err().code, expected, "{value}");
         }
         assert!(
-            plan(Shape::Linear, 1.0, Limits { jerk: value, ..good }).is_ok(),
+            plan(Shape::Linear, 1.0, Limits { jerk_mm_per_s3: value, ..good }).is_ok(),
             "linear has no jerk: {value}"
         );
         assert_eq!(fifteen_phases_s(1.0, good, value).unwrap_err().code, "motion.bad_snap", "{value}");
@@ -336,7 +357,7 @@ fn numbers_that_cannot_be_planned_with_are_named() {
 #[test]
 fn a_profile_is_the_same_after_it_was_written_down() {
     for shape in [Shape::Linear, Shape::SCurve, Shape::Power(0.5)] {
-        let limits = Limits { speed: 100.0, acceleration: 1e3, jerk: 1e5 };
+        let limits = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1e3, jerk_mm_per_s3: 1e5 };
         let profile = plan(shape, 20.0, limits).unwrap();
         let bytes = postcard::to_allocvec(&profile).unwrap();
         assert_eq!(postcard::from_bytes::<Profile>(&bytes).unwrap(), profile);
@@ -351,7 +372,7 @@ fn a_profile_is_the_same_after_it_was_written_down() {
 /// The table of D.2: L 10 mm, V 500, A 10⁴, J 10⁶; micrometres, as printed there.
 #[test]
 fn the_table_of_swinging_is_the_reference_s() {
-    let limits = Limits { speed: 500.0, acceleration: 1e4, jerk: 1e6 };
+    let limits = Limits { speed_mm_per_s: 500.0, acceleration_mm_per_s2: 1e4, jerk_mm_per_s3: 1e6 };
     let rows = [
         (Shape::Linear, 1e6, [2119.0, 346.0, 28.0, 27.0, 25.0, 23.0], 63.3),
         (Shape::SCurve, 1e6, [1712.0, 120.0, 84.0, 12.0, 7.4, 1.5], 74.0),
@@ -360,7 +381,7 @@ fn the_table_of_swinging_is_the_reference_s() {
         (Shape::Power(0.5), 1.5e6, [1749.0, 132.0, 108.0, 36.0, 3.8, 0.4], 74.0),
     ];
     for (shape, jerk, expected, ms) in rows {
-        let profile = plan(shape, 10.0, Limits { jerk, ..limits }).unwrap();
+        let profile = plan(shape, 10.0, Limits { jerk_mm_per_s3: jerk, ..limits }).unwrap();
         assert!((profile.duration_s() * 1e3 - ms).abs() <= 0.06, "{shape:?} {}", profile.duration_s());
         for (frequency, expected) in [20.0, 40.0, 60.0, 90.0, 120.0, 150.0].into_iter().zip(expected) {
             let found = residual_mm(&profile, frequency).unwrap() * 1e3;

@@ -20,7 +20,11 @@ pub(crate) fn near(found: f64, expected: f64, room: f64, what: &str) {
 
 pub(crate) fn limits(row: &Value, [speed, acceleration, jerk]: [&str; 3]) -> Limits {
     let one = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
-    Limits { speed: one(speed), acceleration: one(acceleration), jerk: one(jerk) }
+    Limits {
+        speed_mm_per_s: one(speed),
+        acceleration_mm_per_s2: one(acceleration),
+        jerk_mm_per_s3: one(jerk),
+    }
 }
 
 /// One profile against everything that is said of it; the number of samples.
@@ -30,8 +34,8 @@ fn agrees(profile: &Profile, limits: Limits, expected: &Value, tolerance: &Value
     near(profile.duration_s(), total, room("time_rel", total), &format!("{id} time"));
     assert_eq!(profile.case.name(), expected["case"].as_str().unwrap(), "{id} case");
     let [v, a, s] = [
-        room("v_rel_vlimit", limits.speed),
-        room("a_rel_alimit", limits.acceleration),
+        room("v_rel_vlimit", limits.speed_mm_per_s),
+        room("a_rel_alimit", limits.acceleration_mm_per_s2),
         room("s_rel_L", profile.length_mm),
     ];
     near(profile.speed_mm_per_s, number(expected, "v_peak"), v, &format!("{id} greatest speed"));
@@ -55,7 +59,12 @@ fn agrees(profile: &Profile, limits: Limits, expected: &Value, tolerance: &Value
         near(profile.acceleration(t), now[3], a, &format!("{id} acceleration at {t}"));
         near(profile.time_at(now[1]), t, room("time_rel", total), &format!("{id} time at {} mm", now[1]));
         if !row[4].is_null() {
-            near(profile.jerk(t), now[4], room("j_rel_jlimit", limits.jerk), &format!("{id} jerk at {t}"));
+            near(
+                profile.jerk(t),
+                now[4],
+                room("j_rel_jlimit", limits.jerk_mm_per_s3),
+                &format!("{id} jerk at {t}"),
+            );
         }
     }
     for row in expected["boundaries_t_s_v"].as_array().unwrap() {
@@ -120,8 +129,18 @@ fn the_choice_agrees_with_the_reference() {
         assert_eq!(law(found.choice_strict), expected["choice_strict"], "strict choice of {case}");
         assert_eq!(found.reaches_acceleration, expected["a_reached"], "acceleration of {case}");
         if expected.get("v_peak_s").is_some() {
-            near(found.linear_peak, number(expected, "v_peak_linear"), 1e-9 * limits.speed, "linear peak");
-            near(found.s_curve_peak, number(expected, "v_peak_s"), 1e-9 * limits.speed, "S-curve peak");
+            near(
+                found.linear_peak_mm_per_s,
+                number(expected, "v_peak_linear"),
+                1e-9 * limits.speed_mm_per_s,
+                "linear peak",
+            );
+            near(
+                found.s_curve_peak_mm_per_s,
+                number(expected, "v_peak_s"),
+                1e-9 * limits.speed_mm_per_s,
+                "S-curve peak",
+            );
             for (shape, key) in [(Shape::Linear, "t_linear"), (Shape::SCurve, "t_s")] {
                 let time = number(expected, key);
                 near(plan(shape, length, limits).unwrap().duration_s(), time, 1e-9 * time, key);
@@ -160,7 +179,8 @@ fn move_times_agree_with_an_independent_generator() {
 /// The down stroke of a row of the throughput file: `["s", V, A, J]` or `["2", V, A, J, feed]`.
 fn down(row: &Value, height: f64, depth: f64) -> Stroke {
     let given = numbers(row);
-    let limits = Limits { speed: given[1], acceleration: given[2], jerk: given[3] };
+    let limits =
+        Limits { speed_mm_per_s: given[1], acceleration_mm_per_s2: given[2], jerk_mm_per_s3: given[3] };
     if row[0] == "2" {
         return two_speeds(Shape::SCurve, height, depth, given[4], limits).unwrap();
     }
@@ -175,7 +195,8 @@ fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
         let (height, depth, clear) = (number(class, "H"), number(class, "D"), number(class, "c"));
         let stroke = down(&class["down"], height, depth);
         let up = numbers(&class["up"]);
-        let up_limits = Limits { speed: up[0], acceleration: up[1], jerk: up[2] };
+        let up_limits =
+            Limits { speed_mm_per_s: up[0], acceleration_mm_per_s2: up[1], jerk_mm_per_s3: up[2] };
         let up = plan(Shape::SCurve, height + depth, up_limits).unwrap();
         let (t_z, t_leave) = (stroke.time_at(height), up.time_at(depth + clear));
         let rows = [
@@ -202,7 +223,8 @@ fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
     }
     let params = &file["hobby"]["params"];
     let linear = |length: f64, given: Vec<f64>| {
-        let limits = Limits { speed: given[0], acceleration: given[1], jerk: f64::NAN };
+        let limits =
+            Limits { speed_mm_per_s: given[0], acceleration_mm_per_s2: given[1], jerk_mm_per_s3: f64::NAN };
         plan(Shape::Linear, length, limits).unwrap().duration_s()
     };
     let (height, depth) = (number(params, "H"), number(params, "D"));
@@ -227,7 +249,11 @@ fn the_last_moment_to_stop_agrees_with_the_reference() {
         let shape = Shape::Power(number(&z["down"], "alpha"));
         let profile = plan(shape, height + number(z, "D"), limits).unwrap();
         let abort = &z["derived"]["abort"];
-        let stop = Limits { acceleration: number(abort, "A_stop"), jerk: number(abort, "J_stop"), ..limits };
+        let stop = Limits {
+            acceleration_mm_per_s2: number(abort, "A_stop"),
+            jerk_mm_per_s3: number(abort, "J_stop"),
+            ..limits
+        };
         let found = point_of_no_return_s(&Stroke::One(profile), height, number(abort, "gap"), stop).unwrap();
         near(found, number(abort, "t_pnr"), 1e-9, &format!("point of no return of {z}"));
         near(profile.time_at(height) - found, number(abort, "safe_margin"), 1e-9, "safe margin");

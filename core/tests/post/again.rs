@@ -103,8 +103,8 @@ fn every_dialect_that_ships_does_what_its_program_does() {
     let manners = [
         Manner::default(),
         Manner::on(&virtual_drill()),
-        Manner { lines_only: Some(0.005), ..Manner::default() },
-        Manner { lines_only: Some(0.05), ..Manner::default() },
+        Manner { lines_only_mm: Some(0.005), ..Manner::default() },
+        Manner { lines_only_mm: Some(0.05), ..Manner::default() },
     ];
     for (name, program) in &jobs {
         for (target, _) in post::shipped() {

@@ -8,7 +8,7 @@ use crate::keys::Tab;
 use crate::model::DrawEvent;
 use crate::page::{frame, open_drawing, send};
 use crate::screens::stage::{Picture, with_view};
-use crate::view::{Palette, Stroke, Touch, View};
+use crate::view::{Palette, Stroke, Touch};
 use annulus_core::board::drawing::Layer;
 use leptos::prelude::*;
 
@@ -34,12 +34,6 @@ fn front() -> Layer {
     }
 }
 
-/// Everything is in sight, and stays where it is from then on.
-fn fit_once(view: &View) {
-    view.fit();
-    view.set_camera(view.camera());
-}
-
 /// Whatever is drawn goes to the picture while the screen is on show.
 pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<Palette>) {
     let drawing = open_drawing();
@@ -62,7 +56,7 @@ pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<
             view.set_scene(scene::scene(&sheet, &marks, front, &palette));
             if before != Some(true) {
                 view.set_head(None);
-                fit_once(view);
+                view.fit();
             }
             view.set_selected(&marks.holes);
         });
@@ -92,7 +86,7 @@ pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<
         if before.is_some_and(|before| before != count) && on.get_untracked() {
             with_view(picture, |view| match at {
                 Some(at) => view.look_at(at, LOOK_MM),
-                None => fit_once(view),
+                None => view.fit(),
             });
         }
         count

@@ -23,8 +23,9 @@ pub(super) fn tree() -> impl IntoView {
         drawing.tree.with(|rows| rows.iter().position(|row| row.catch == wanted))
     });
     let row = move |index: usize| {
-        let row = drawing.tree.with(|rows| rows.get(index).cloned());
-        row.map(|row| line(&row, index)).into_any()
+        // A line is made anew when it is another one, not whenever the tree is.
+        let row = Memo::new(move |_| drawing.tree.with(|rows| rows.get(index).cloned()));
+        (move || row.get().map(|row| line(&row, index))).into_any()
     };
     let walk = move |by: i64| {
         drawing.tree.with_untracked(|rows| {

@@ -25,7 +25,10 @@ pub(super) fn commands() -> impl IntoView {
             begun.checked_sub(1)
         })
     });
-    let row = move |index: usize| line(play, index, now).into_any();
+    let row = move |index: usize| {
+        play.playback.track();
+        line(play, index, now).into_any()
+    };
     let walk = move |by: i64| {
         let to = now.get_untracked().unwrap_or(0) as i64 + by;
         go(play, usize::try_from(to).unwrap_or(0));

@@ -147,7 +147,11 @@ pub(crate) fn run(args: &CycleArgs) -> Result<Answer, Refusal> {
 
 /// The example of the reference, part C2.4.
 fn reference() -> Setting {
-    let limits = |speed, acceleration, jerk| Limits { speed, acceleration, jerk };
+    let limits = |speed, acceleration, jerk| Limits {
+        speed_mm_per_s: speed,
+        acceleration_mm_per_s2: acceleration,
+        jerk_mm_per_s3: jerk,
+    };
     let xy = limits(500.0, 10_000.0, 1e6);
     Setting {
         x: xy,
@@ -246,16 +250,16 @@ fn overridden(args: &CycleArgs, mut setting: Setting) -> Setting {
     let set =
         |field: &mut f64, value: Option<f64>, unit: f64| *field = value.map_or(*field, |value| unit * value);
     for axis in [&mut setting.x, &mut setting.y] {
-        set(&mut axis.speed, args.xy_speed, 1.0);
-        set(&mut axis.acceleration, args.xy_acceleration, 1.0);
-        set(&mut axis.jerk, args.xy_jerk, 1.0);
+        set(&mut axis.speed_mm_per_s, args.xy_speed, 1.0);
+        set(&mut axis.acceleration_mm_per_s2, args.xy_acceleration, 1.0);
+        set(&mut axis.jerk_mm_per_s3, args.xy_jerk, 1.0);
     }
-    set(&mut setting.down.speed, args.down_speed, 1.0);
-    set(&mut setting.down.acceleration, args.down_acceleration, 1.0);
-    set(&mut setting.down.jerk, args.down_jerk, 1.0);
-    set(&mut setting.up.speed, args.up_speed, 1.0);
-    set(&mut setting.up.acceleration, args.up_acceleration, 1.0);
-    set(&mut setting.up.jerk, args.up_jerk, 1.0);
+    set(&mut setting.down.speed_mm_per_s, args.down_speed, 1.0);
+    set(&mut setting.down.acceleration_mm_per_s2, args.down_acceleration, 1.0);
+    set(&mut setting.down.jerk_mm_per_s3, args.down_jerk, 1.0);
+    set(&mut setting.up.speed_mm_per_s, args.up_speed, 1.0);
+    set(&mut setting.up.acceleration_mm_per_s2, args.up_acceleration, 1.0);
+    set(&mut setting.up.jerk_mm_per_s3, args.up_jerk, 1.0);
     set(&mut setting.height_mm, args.height_mm, 1.0);
     set(&mut setting.depth_mm, args.depth_mm, 1.0);
     set(&mut setting.clear_mm, args.clear_mm, 1.0);

@@ -89,7 +89,7 @@ pub(crate) fn run(args: &ProfileArgs) -> Result<Answer, Refusal> {
 }
 
 fn limits(args: &ProfileArgs) -> Result<Limits, Refusal> {
-    let mut limits = Limits { speed: 500.0, acceleration: 10_000.0, jerk: 1e6 };
+    let mut limits = Limits { speed_mm_per_s: 500.0, acceleration_mm_per_s2: 10_000.0, jerk_mm_per_s3: 1e6 };
     if let Some(name) = &args.machine {
         let machine = machine_file::named(name)?.machine;
         let axis = match args.axis {
@@ -100,9 +100,9 @@ fn limits(args: &ProfileArgs) -> Result<Limits, Refusal> {
         limits = Limits::of_axis(&machine, axis);
     }
     Ok(Limits {
-        speed: args.speed.unwrap_or(limits.speed),
-        acceleration: args.acceleration.unwrap_or(limits.acceleration),
-        jerk: args.jerk.unwrap_or(limits.jerk),
+        speed_mm_per_s: args.speed.unwrap_or(limits.speed_mm_per_s),
+        acceleration_mm_per_s2: args.acceleration.unwrap_or(limits.acceleration_mm_per_s2),
+        jerk_mm_per_s3: args.jerk.unwrap_or(limits.jerk_mm_per_s3),
     })
 }
 
@@ -163,8 +163,8 @@ fn sheet(
         std::iter::once(Some(t)).chain(all).collect::<Vec<_>>()
     };
     Ok(Sheet {
-        object: json!({ "length_mm": args.length_mm, "limits": { "speed_mm_per_s": limits.speed,
-            "acceleration_mm_per_s2": limits.acceleration, "jerk_mm_per_s3": limits.jerk },
+        object: json!({ "length_mm": args.length_mm, "limits": { "speed_mm_per_s": limits.speed_mm_per_s,
+            "acceleration_mm_per_s2": limits.acceleration_mm_per_s2, "jerk_mm_per_s3": limits.jerk_mm_per_s3 },
             "choice": key(choice.choice), "choice_case": choice.case, "linear_from_mm": choice.linear_from_mm,
             "s_curve_from_mm": choice.s_curve_from_mm, "least_duration_s": least_s,
             "profiles": profiles.iter().map(object).collect::<Vec<_>>() }),

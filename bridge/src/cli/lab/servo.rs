@@ -131,7 +131,7 @@ fn rivals(args: &ServoArgs) -> [Rival; 3] {
 }
 
 fn plant(args: &ServoArgs) -> Plant {
-    Plant { gain: args.plant_gain, tau_s: args.plant_tau }
+    Plant { gain_mm_per_s_per_v: args.plant_gain, tau_s: args.plant_tau }
 }
 
 fn step(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
@@ -195,8 +195,12 @@ fn step(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
 
 fn stroke(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
     let full_mm = args.height_mm + args.depth_mm;
-    let down = Limits { speed: args.down_speed, acceleration: 8_000.0, jerk: 600_000.0 };
-    let up = Limits { speed: args.up_speed, acceleration: 10_000.0, jerk: 1e6 };
+    let down = Limits {
+        speed_mm_per_s: args.down_speed,
+        acceleration_mm_per_s2: 8_000.0,
+        jerk_mm_per_s3: 600_000.0,
+    };
+    let up = Limits { speed_mm_per_s: args.up_speed, acceleration_mm_per_s2: 10_000.0, jerk_mm_per_s3: 1e6 };
     let down = profile::plan(Shape::Power(0.5), full_mm, down)?;
     let up = profile::plan(Shape::SCurve, full_mm, up)?;
     let (mut rows, mut objects, mut curves, mut marks) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());

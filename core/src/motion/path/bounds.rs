@@ -55,24 +55,29 @@ pub(super) struct Pulls {
 
 /// The limits along a piece, an arc at the given share of its greatest speed.
 pub(super) fn along(curve: &Curve, feed: f64, axes: &[Limits; 3], slower: f64) -> Limits {
-    let mut limits = Limits { speed: feed, acceleration: f64::INFINITY, jerk: f64::INFINITY };
+    let mut limits =
+        Limits { speed_mm_per_s: feed, acceleration_mm_per_s2: f64::INFINITY, jerk_mm_per_s3: f64::INFINITY };
     for (axis, own) in axes.iter().enumerate() {
         let share = curve.greatest_share(axis);
         if share > 0.0 {
-            limits.speed = limits.speed.min(own.speed / share);
+            limits.speed_mm_per_s = limits.speed_mm_per_s.min(own.speed_mm_per_s / share);
         }
         if share > 0.0 && (axis > 1 || matches!(curve, Curve::Line { .. })) {
-            limits.acceleration = limits.acceleration.min(own.acceleration / share);
-            limits.jerk = limits.jerk.min(own.jerk / share);
+            limits.acceleration_mm_per_s2 =
+                limits.acceleration_mm_per_s2.min(own.acceleration_mm_per_s2 / share);
+            limits.jerk_mm_per_s3 = limits.jerk_mm_per_s3.min(own.jerk_mm_per_s3 / share);
         }
     }
     let Curve::Arc { radius_mm, .. } = *curve else { return limits };
     // As seen from above, then along the way.
     let level = curve.level_share();
-    let (a, j) = (axes[0].acceleration.min(axes[1].acceleration), axes[0].jerk.min(axes[1].jerk));
+    let (a, j) = (
+        axes[0].acceleration_mm_per_s2.min(axes[1].acceleration_mm_per_s2),
+        axes[0].jerk_mm_per_s3.min(axes[1].jerk_mm_per_s3),
+    );
     let by_pull = libm::sqrt(ACROSS * a * radius_mm);
     let by_turning = libm::cbrt(JERK_OF_TURNING * j * radius_mm * radius_mm);
-    let speed = slower * (limits.speed * level).min(by_pull).min(by_turning);
+    let speed = slower * (limits.speed_mm_per_s * level).min(by_pull).min(by_turning);
     let pull = speed * speed / radius_mm;
     let left = libm::sqrt((a - pull) * (a + pull));
     let turning = pull * speed / (radius_mm * j);
@@ -80,9 +85,9 @@ pub(super) fn along(curve: &Curve, feed: f64, axes: &[Limits; 3], slower: f64) -
     let across = libm::sqrt((1.0 - along) * (1.0 + along));
     let by_change = across * j * radius_mm / (3.0 * speed);
     Limits {
-        speed: speed / level,
-        acceleration: limits.acceleration.min(left.min(by_change) / level),
-        jerk: limits.jerk.min((along - turning) * j / level),
+        speed_mm_per_s: speed / level,
+        acceleration_mm_per_s2: limits.acceleration_mm_per_s2.min(left.min(by_change) / level),
+        jerk_mm_per_s3: limits.jerk_mm_per_s3.min((along - turning) * j / level),
     }
 }
 
@@ -104,8 +109,8 @@ pub(super) fn corner(change: Place, shorter_mm: f64, axes: &[Limits; 3], rules: 
     let radius_mm = rules.deviation_mm * cosine * (1.0 + cosine) / (half_sine * half_sine);
     let (mut pull, mut curve) = (f64::INFINITY, f64::INFINITY);
     for (part, axis) in change.iter().map(|part| part.abs()).zip(axes).filter(|(part, _)| *part > 0.0) {
-        pull = pull.min(axis.acceleration * size / part);
-        curve = curve.min(OF_CORNERS * axis.acceleration * shorter_mm / part);
+        pull = pull.min(axis.acceleration_mm_per_s2 * size / part);
+        curve = curve.min(OF_CORNERS * axis.acceleration_mm_per_s2 * shorter_mm / part);
     }
     libm::sqrt((pull * radius_mm).min(curve))
 }
@@ -125,7 +130,8 @@ pub(super) fn pulls(before: &Curve, after: &Curve, speed: f64, axes: &[Limits; 3
     };
     let across = speed * speed * libm::sqrt(bend.iter().map(|part| part * part).sum());
     let left = |(axis, own): (usize, &Limits)| {
-        (own.acceleration - speed * speed * bend[axis].abs()) / way[axis].abs().max(f64::MIN_POSITIVE)
+        (own.acceleration_mm_per_s2 - speed * speed * bend[axis].abs())
+            / way[axis].abs().max(f64::MIN_POSITIVE)
     };
     let of_line = axes.iter().enumerate().map(left).fold(across, f64::min).max(0.0);
     if arcs[0] { Pulls { before: 0.0, after: of_line } } else { Pulls { before: of_line, after: 0.0 } }
@@ -137,7 +143,7 @@ fn pull(before: &Curve, after: &Curve, axes: &[Limits; 3]) -> f64 {
     let size = libm::sqrt(change.iter().map(|part| part * part).sum()).min(1.0);
     let (from, to) = (before.tangent(before.length_mm()), after.tangent(0.0));
     let of_axis = |(axis, own): (usize, &Limits)| {
-        size * own.acceleration / (from[axis] + to[axis]).abs().max(f64::MIN_POSITIVE)
+        size * own.acceleration_mm_per_s2 / (from[axis] + to[axis]).abs().max(f64::MIN_POSITIVE)
     };
     if size == 0.0 { 0.0 } else { axes.iter().enumerate().map(of_axis).fold(f64::INFINITY, f64::min) }
 }

@@ -26,7 +26,8 @@ const SAME: f64 = 1e-9;
 
 /// The first broken law, with the number of the piece in the chain, from 1.
 pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagnostic> {
-    let axes = &axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
+    let axes = &axes
+        .map(|axis| Limits { acceleration_mm_per_s2: axis.acceleration_mm_per_s2 * rules.share, ..axis });
     let diagnostic = |code: &str, source: u32| Diagnostic::error(code).with("piece", source + 1);
     let (mut at, mut speed, mut now, mut counted) = (path.start, 0.0, 0.0, 0);
     for (index, run) in path.runs.iter().enumerate() {
@@ -77,7 +78,8 @@ pub fn override_change_per_s(path: &Path, axes: &[Limits; 3], rules: &Rules) -> 
         for planned in path.pieces_of(run) {
             for (axis, own) in axes.iter().enumerate() {
                 let speed = top * planned.curve.greatest_share(axis);
-                least = least.min((1.0 - rules.share) * own.acceleration / speed.max(f64::MIN_POSITIVE));
+                least = least
+                    .min((1.0 - rules.share) * own.acceleration_mm_per_s2 / speed.max(f64::MIN_POSITIVE));
             }
         }
     }
@@ -138,7 +140,7 @@ fn sharp(path: &Path, pair: &[Planned], axes: &[Limits; 3], rules: &Rules) -> Op
     let speed = path.speed(path.time_in(after, 0.0));
     let shorter_mm = before.curve.length_mm().min(after.curve.length_mm());
     (0..3).find(|axis| {
-        let (a, jump) = (axes[*axis].acceleration, speed * change[*axis].abs());
+        let (a, jump) = (axes[*axis].acceleration_mm_per_s2, speed * change[*axis].abs());
         let most = libm::sqrt(8.0 * a * rules.deviation_mm);
         jump > most * (1.0 + ROUNDING) + SAME
             || jump * speed > OF_CORNERS * a * shorter_mm * (1.0 + ROUNDING) + SAME
@@ -162,5 +164,7 @@ fn too_much(planned: &Planned, span: &Span, axes: &[Limits; 3], axis: usize) -> 
         }
     };
     let over = |value: f64, limit: f64| value.is_nan() || value > limit * (1.0 + ROUNDING);
-    over(v * of_way, own.speed) || over(acceleration, own.acceleration) || over(jerk, own.jerk)
+    over(v * of_way, own.speed_mm_per_s)
+        || over(acceleration, own.acceleration_mm_per_s2)
+        || over(jerk, own.jerk_mm_per_s3)
 }

@@ -140,7 +140,8 @@ pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Diagnostic> {
 
 /// The fastest path from rest at `start` along `curves` to rest.
 pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rules: &Rules) -> Path {
-    let axes = axes.map(|axis| Limits { acceleration: axis.acceleration * rules.share, ..axis });
+    let axes =
+        axes.map(|axis| Limits { acceleration_mm_per_s2: axis.acceleration_mm_per_s2 * rules.share, ..axis });
     let limited = |fed: &Fed| Limited {
         source: fed.source,
         curve: fed.curve,
@@ -155,8 +156,8 @@ pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rul
     let mut speeds: Vec<f64> = ends.iter().map(|end| corners[*end]).collect();
     let pulls = |end: usize, speed: f64| pulls_at(&pieces, ends[end], speed, &axes);
     for (index, group) in groups.iter().enumerate() {
-        speeds[index] = speeds[index].min(group.limits.speed);
-        speeds[index + 1] = speeds[index + 1].min(group.limits.speed);
+        speeds[index] = speeds[index].min(group.limits.speed_mm_per_s);
+        speeds[index + 1] = speeds[index + 1].min(group.limits.speed_mm_per_s);
     }
     for (index, group) in groups.iter().enumerate().rev() {
         let from = (speeds[index + 1], pulls(index + 1, speeds[index + 1]).before);
@@ -176,13 +177,13 @@ fn slow_down(pieces: &mut [Limited], curves: &[Fed], axes: &[Limits; 3], rules: 
     let fastest = corners(pieces, axes, rules);
     for (index, (piece, fed)) in pieces.iter_mut().zip(curves).enumerate() {
         let (from, to) = (fastest[index], fastest[index + 1]);
-        let Limits { speed, .. } = piece.limits;
+        let Limits { speed_mm_per_s: speed, .. } = piece.limits;
         if matches!(piece.curve, Curve::Line { .. }) || from.min(to) >= speed {
             continue;
         }
         let length_mm = piece.curve.length_mm();
         let takes_s = |limits: Limits| {
-            let (from, to) = (from.min(limits.speed), to.min(limits.speed));
+            let (from, to) = (from.min(limits.speed_mm_per_s), to.min(limits.speed_mm_per_s));
             let (from, to) =
                 (from.min(reached(to, &limits, length_mm)), to.min(reached(from, &limits, length_mm)));
             let group = Group { first: index, count: 1, length_mm, limits, best: 0.0 };
@@ -244,18 +245,19 @@ fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
     let mut found: Vec<Group> = Vec::new();
     for (index, piece) in pieces.iter().enumerate() {
         let length_mm = piece.curve.length_mm();
-        let at_ends = corners[index].max(corners[index + 1]).min(piece.limits.speed);
+        let at_ends = corners[index].max(corners[index + 1]).min(piece.limits.speed_mm_per_s);
         let best = reached(at_ends, &piece.limits, 0.5 * length_mm);
         if let Some(group) = found.last_mut() {
             let (a, b) = (group.limits, piece.limits);
             let limits = Limits {
-                speed: a.speed.min(b.speed).min(corners[index]),
-                acceleration: a.acceleration.min(b.acceleration),
-                jerk: a.jerk.min(b.jerk),
+                speed_mm_per_s: a.speed_mm_per_s.min(b.speed_mm_per_s).min(corners[index]),
+                acceleration_mm_per_s2: a.acceleration_mm_per_s2.min(b.acceleration_mm_per_s2),
+                jerk_mm_per_s3: a.jerk_mm_per_s3.min(b.jerk_mm_per_s3),
             };
-            let alike = limits.acceleration >= 0.5 * a.acceleration.max(b.acceleration)
-                && limits.jerk >= 0.5 * a.jerk.max(b.jerk);
-            if alike && limits.speed >= ALIKE * best.max(group.best) {
+            let alike = limits.acceleration_mm_per_s2
+                >= 0.5 * a.acceleration_mm_per_s2.max(b.acceleration_mm_per_s2)
+                && limits.jerk_mm_per_s3 >= 0.5 * a.jerk_mm_per_s3.max(b.jerk_mm_per_s3);
+            if alike && limits.speed_mm_per_s >= ALIKE * best.max(group.best) {
                 group.limits = limits;
                 group.best = best.max(group.best);
                 group.length_mm += length_mm;
@@ -304,14 +306,14 @@ fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &Rules) -> Vec<f64> {
         let change = turn(&pair[0].curve, &pair[1].curve);
         let shorter_mm = pair[0].curve.length_mm().min(pair[1].curve.length_mm());
         let cornering = corner(change, shorter_mm, axes, rules);
-        *speed = cornering.min(pair[0].limits.speed).min(pair[1].limits.speed);
+        *speed = cornering.min(pair[0].limits.speed_mm_per_s).min(pair[1].limits.speed_mm_per_s);
     }
     speeds
 }
 
 /// The greatest speed at the other end of `length` mm that begin with `speed`.
 fn reached(speed: f64, limits: &Limits, length: f64) -> f64 {
-    let Limits { speed: most, acceleration: a, jerk: j } = *limits;
+    let Limits { speed_mm_per_s: most, acceleration_mm_per_s2: a, jerk_mm_per_s3: j } = *limits;
     if speed >= most {
         return speed;
     }
@@ -330,19 +332,19 @@ fn reached(speed: f64, limits: &Limits, length: f64) -> f64 {
 /// The same where it begins with the acceleration `pull` already, as far as it may rise: halved in.
 fn reached_pulled((speed, pull): (f64, f64), limits: &Limits, length: f64) -> f64 {
     let mut low = reached(speed, limits, length);
-    if pull <= 0.0 || low >= limits.speed {
+    if pull <= 0.0 || low >= limits.speed_mm_per_s {
         return low;
     }
     let fits = |top: f64| Span::pulled(speed, top, pull, *limits).length_mm <= length;
-    if fits(limits.speed) {
-        return limits.speed;
+    if fits(limits.speed_mm_per_s) {
+        return limits.speed_mm_per_s;
     }
-    let mut high = limits.speed;
+    let mut high = limits.speed_mm_per_s;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if fits(middle) { low = middle } else { high = middle }
     }
-    (speed + (low - speed) * (1.0 - 1e-12)).min(limits.speed)
+    (speed + (low - speed) * (1.0 - 1e-12)).min(limits.speed_mm_per_s)
 }
 
 /// Δ from x³ + 2·speed·x = y for x = √Δ. The left side rises and bends up, so Newton's steps fall onto the root from
@@ -368,7 +370,7 @@ fn spans((from, pull_from): (f64, f64), (to, pull_to): (f64, f64), group: &Group
     let rise = |top| Span::pulled(from, top, pull_from, limits);
     let fall = |top| Span::pulled(top, to, pull_to, limits);
     let needed = |top| rise(top).length_mm + fall(top).length_mm;
-    let mut top = limits.speed.max(from).max(to);
+    let mut top = limits.speed_mm_per_s.max(from).max(to);
     if needed(top) > length {
         let mut high = top;
         top = from.max(to);

@@ -24,9 +24,9 @@ fn check(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<(), Diagno
 /// this many seconds.
 pub fn least_duration_s(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<f64, Diagnostic> {
     check(length_mm, limits, snap)?;
-    let by_speed = length_mm / limits.speed;
-    let by_acceleration = 2.0 * libm::sqrt(length_mm / limits.acceleration);
-    let by_jerk = libm::cbrt(32.0 * length_mm / limits.jerk);
+    let by_speed = length_mm / limits.speed_mm_per_s;
+    let by_acceleration = 2.0 * libm::sqrt(length_mm / limits.acceleration_mm_per_s2);
+    let by_jerk = libm::cbrt(32.0 * length_mm / limits.jerk_mm_per_s3);
     let by_snap = snap.map_or(0.0, |snap| libm::sqrt(libm::sqrt(384.0 * length_mm / snap)));
     Ok(by_speed.max(by_acceleration).max(by_jerk).max(by_snap))
 }
@@ -36,11 +36,11 @@ pub fn least_duration_s(length_mm: f64, limits: Limits, snap: Option<f64>) -> Re
 pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap: f64) -> Result<f64, Diagnostic> {
     check(length_mm, limits, Some(snap))?;
     let ramp_s = |speed: f64| snap_ramp_s(speed, limits, snap);
-    let full_s = ramp_s(limits.speed);
-    if length_mm >= limits.speed * full_s {
-        return Ok(full_s + length_mm / limits.speed);
+    let full_s = ramp_s(limits.speed_mm_per_s);
+    if length_mm >= limits.speed_mm_per_s * full_s {
+        return Ok(full_s + length_mm / limits.speed_mm_per_s);
     }
-    let (mut low, mut high) = (0.0, limits.speed);
+    let (mut low, mut high) = (0.0, limits.speed_mm_per_s);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if middle * ramp_s(middle) < length_mm {
@@ -54,7 +54,7 @@ pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap: f64) -> Result<f64
 
 /// Seconds of a ramp to `speed` with limited snap.
 fn snap_ramp_s(speed: f64, limits: Limits, snap: f64) -> f64 {
-    let (j, a) = (limits.jerk, limits.acceleration);
+    let (j, a) = (limits.jerk_mm_per_s3, limits.acceleration_mm_per_s2);
     let edge_s = |a: f64| if a >= j * j / snap { a / j + j / snap } else { 2.0 * libm::sqrt(a / snap) };
     if speed >= a * edge_s(a) {
         return speed / a + edge_s(a);

@@ -31,9 +31,9 @@ pub struct Choice {
     /// The law by the letter of the source, which never takes an S-curve that does not use the full acceleration.
     pub choice_strict: Shape,
     /// Greatest speed of the linear law over this length, mm/s.
-    pub linear_peak: f64,
+    pub linear_peak_mm_per_s: f64,
     /// Greatest speed of the S-curve over this length, mm/s.
-    pub s_curve_peak: f64,
+    pub s_curve_peak_mm_per_s: f64,
 }
 
 /// The choice between linear and S-curve for a move over `length_mm`. A length or limit that cannot be planned with is
@@ -43,7 +43,7 @@ pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Diagnostic> {
         return Err(wrong("motion.bad_length", length_mm));
     }
     Shape::SCurve.check(limits)?;
-    let Limits { speed: v, acceleration: a, jerk: j } = limits;
+    let Limits { speed_mm_per_s: v, acceleration_mm_per_s2: a, jerk_mm_per_s3: j } = limits;
     let theta = a / j;
     let reaches_acceleration = v >= a * theta;
     let linear_from_mm = v * v / a;
@@ -65,7 +65,7 @@ pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Diagnostic> {
         case: if s_reaches { 1 } else { 3 - u8::from(linear_reaches) },
         choice: law(s_reaches),
         choice_strict: law(s_reaches && reaches_acceleration),
-        linear_peak: if linear_reaches { v } else { libm::sqrt(a * length_mm) },
-        s_curve_peak,
+        linear_peak_mm_per_s: if linear_reaches { v } else { libm::sqrt(a * length_mm) },
+        s_curve_peak_mm_per_s: s_curve_peak,
     })
 }

@@ -72,17 +72,21 @@ impl Shape {
 
     /// The constant jerk with which an edge would take as long (C.4).
     fn equivalent_jerk(self, limits: Limits) -> f64 {
-        if let Self::Power(order) = self { limits.jerk / (1.0 + order) } else { limits.jerk }
+        if let Self::Power(order) = self {
+            limits.jerk_mm_per_s3 / (1.0 + order)
+        } else {
+            limits.jerk_mm_per_s3
+        }
     }
 
     /// Θ: how long the acceleration takes to its limit.
     fn edge_s(self, limits: Limits) -> f64 {
-        if self == Self::Linear { 0.0 } else { limits.acceleration / self.equivalent_jerk(limits) }
+        if self == Self::Linear { 0.0 } else { limits.acceleration_mm_per_s2 / self.equivalent_jerk(limits) }
     }
 
     /// Greatest jerk of an edge; 0 where the acceleration jumps.
     fn peak_jerk(self, limits: Limits) -> f64 {
-        if self == Self::Linear { 0.0 } else { limits.jerk }
+        if self == Self::Linear { 0.0 } else { limits.jerk_mm_per_s3 }
     }
 
     /// Whether moves can be planned with this law within `limits`; the diagnostic names the one that is wrong. The linear
@@ -94,9 +98,9 @@ impl Shape {
             return Err(wrong("motion.bad_order", order).with("greatest", GREATEST_ORDER));
         }
         let rows = [
-            ("motion.bad_speed", limits.speed),
-            ("motion.bad_acceleration", limits.acceleration),
-            ("motion.bad_jerk", limits.jerk),
+            ("motion.bad_speed", limits.speed_mm_per_s),
+            ("motion.bad_acceleration", limits.acceleration_mm_per_s2),
+            ("motion.bad_jerk", limits.jerk_mm_per_s3),
         ];
         let looked_at = if self == Self::Linear { 2 } else { 3 };
         let bad =
@@ -183,7 +187,7 @@ pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Dia
     if shape == Shape::Linear {
         return Ok(linear(length_mm, limits));
     }
-    let (v, a, j) = (limits.speed, limits.acceleration, shape.equivalent_jerk(limits));
+    let (v, a, j) = (limits.speed_mm_per_s, limits.acceleration_mm_per_s2, shape.equivalent_jerk(limits));
     let full_jerk_time_s = a / j;
     let reaches_a = v >= a * full_jerk_time_s;
     let full_ramp_s = if reaches_a { v / a + full_jerk_time_s } else { 2.0 * libm::sqrt(v / j) };
@@ -218,7 +222,7 @@ pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Dia
         case,
         speed_mm_per_s: speed,
         acceleration_mm_per_s2: acceleration,
-        jerk_mm_per_s3: limits.jerk,
+        jerk_mm_per_s3: limits.jerk_mm_per_s3,
         jerk_time_s,
         hold_s,
         cruise_s,
@@ -227,7 +231,7 @@ pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Dia
 
 /// The move with jumping acceleration: three phases, or two where the speed is not reached (B.1).
 fn linear(length_mm: f64, limits: Limits) -> Profile {
-    let (v, a) = (limits.speed, limits.acceleration);
+    let (v, a) = (limits.speed_mm_per_s, limits.acceleration_mm_per_s2);
     let reaches_v = length_mm >= v * v / a;
     let speed = if reaches_v { v } else { libm::sqrt(a * length_mm) };
     Profile {

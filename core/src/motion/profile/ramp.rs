@@ -52,7 +52,7 @@ impl Ramp {
         if rise <= 0.0 {
             return Self { shape, ..Self::default() };
         }
-        let (a, full_edge_s) = (limits.acceleration, shape.edge_s(limits));
+        let (a, full_edge_s) = (limits.acceleration_mm_per_s2, shape.edge_s(limits));
         let reaches_a = rise >= a * full_edge_s;
         let j = shape.equivalent_jerk(limits);
         let acceleration = if reaches_a { a } else { libm::sqrt(rise * j) };

@@ -63,13 +63,14 @@ impl Span {
     /// higher one already.
     pub(in crate::motion) fn pulled(from: f64, to: f64, pull: f64, limits: Limits) -> Self {
         let (low, rise) = (from.min(to), (to - from).abs());
-        let pull = pull.min(limits.acceleration).min(libm::sqrt(2.0 * limits.jerk * rise));
+        let pull =
+            pull.min(limits.acceleration_mm_per_s2).min(libm::sqrt(2.0 * limits.jerk_mm_per_s3 * rise));
         if pull <= 0.0 {
             return Self::change(Shape::SCurve, from, to, limits);
         }
-        let before = 0.5 * pull * pull / limits.jerk;
+        let before = 0.5 * pull * pull / limits.jerk_mm_per_s3;
         let ramp = Ramp::within(Shape::SCurve, rise + before, limits);
-        let (low_mm_per_s, skip_s) = (low - before, (pull / limits.jerk).min(ramp.jerk_time_s));
+        let (low_mm_per_s, skip_s) = (low - before, (pull / limits.jerk_mm_per_s3).min(ramp.jerk_time_s));
         let skip_mm = low_mm_per_s * skip_s + ramp.position_mm(skip_s);
         Self {
             duration_s: ramp.duration_s() - skip_s,

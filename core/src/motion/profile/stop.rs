@@ -27,9 +27,9 @@ const HALVINGS: u32 = 80;
 /// Where the speed is less than braking already takes away, the way is that to the moment of standing still.
 pub fn stopping_mm(shape: Shape, speed: f64, acceleration: f64, limits: Limits) -> f64 {
     if shape == Shape::Linear {
-        return 0.5 * speed * speed / limits.acceleration;
+        return 0.5 * speed * speed / limits.acceleration_mm_per_s2;
     }
-    let j = limits.jerk;
+    let j = limits.jerk_mm_per_s3;
     if acceleration >= 0.0 {
         let t0 = acceleration / j;
         let top = speed + 0.5 * acceleration * t0;
@@ -48,7 +48,7 @@ pub fn stopping_mm(shape: Shape, speed: f64, acceleration: f64, limits: Limits) 
 
 /// The stop from a steady speed.
 fn from_steady_mm(speed: f64, limits: Limits) -> f64 {
-    let (a, j) = (limits.acceleration, limits.jerk);
+    let (a, j) = (limits.acceleration_mm_per_s2, limits.jerk_mm_per_s3);
     if speed >= a * (a / j) { 0.5 * speed * (speed / a + a / j) } else { speed * libm::sqrt(speed / j) }
 }
 

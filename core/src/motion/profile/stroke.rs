@@ -64,8 +64,8 @@ pub fn two_speeds(
             return Err(wrong("motion.bad_length", length_mm));
         }
     }
-    if !(LEAST_LIMIT..=limits.speed).contains(&feed_mm_per_s) {
-        return Err(wrong("motion.bad_feed", feed_mm_per_s).with("greatest", limits.speed));
+    if !(LEAST_LIMIT..=limits.speed_mm_per_s).contains(&feed_mm_per_s) {
+        return Err(wrong("motion.bad_feed", feed_mm_per_s).with("greatest", limits.speed_mm_per_s));
     }
     let change = |from, to| Span::change(shape, from, to, limits);
     let approach_mm = |speed| change(0.0, speed).length_mm + change(speed, feed_mm_per_s).length_mm;
@@ -80,7 +80,7 @@ pub fn two_speeds(
         let diagnostic = wrong("motion.shallow_stroke", depth_mm).with("feed", feed_mm_per_s);
         return Err(diagnostic.with("needed", stop.length_mm));
     }
-    let mut speed = limits.speed;
+    let mut speed = limits.speed_mm_per_s;
     if approach_mm(speed) > height_mm {
         let mut high = speed;
         speed = feed_mm_per_s;
