@@ -1,0 +1,96 @@
+//! Whole jobs from the first line to the last: at a machine's pace, at a person's, refused before they begin, and in their time.
+
+use super::firmware::{Board, SPEED, STEPS, eventually, instrument, settings, steps};
+use super::jobs;
+use super::judge;
+use super::sender::{Desk, MOST};
+use std::time::Duration;
+
+/// Where the carriage stands when it is turned on, mm: the work zero of machines without switches.
+const HERE: [f64; 3] = [-100.0, -100.0, -60.0];
+
+#[test]
+fn a_job_of_three_tools_leaves_every_pin_at_the_step_where_its_program_ends() {
+    let Some(instrument) = instrument() else { return };
+    let job = jobs::board();
+    let mut board = Board::new(instrument, &settings(false), HERE, &[]);
+    let desk = Desk::new(&job.text);
+    let (exit, object) = desk.run(&board, "run job.nc --zero-here --confirm-tools 0.2");
+    assert_eq!(exit, 0, "{object} {}", desk.said());
+    assert_eq!((&object["holes_done"], &object["toolpaths_done"]), (&12.into(), &1.into()), "{object}");
+    assert_eq!(object["position_trust"], "trusted", "{object}");
+    let report = board.end();
+    let log = judge::read(&board.edges(), 0);
+    assert_eq!(judge::compare(&log, &job.wanted([0; 3]), 0), judge::Verdict::default());
+    assert_eq!((log.end, steps(&report)), (job.end_steps([0; 3]), job.end_steps([0; 3])));
+    assert_eq!((&report["uart"]["overrun"], &report["spindle"]["starts"]), (&0.into(), &3.into()), "{report}");
+    assert_eq!(report["spindle"]["on"], 0, "{report}");
+}
+
+#[test]
+fn a_person_may_take_half_a_minute_over_a_tool() {
+    let Some(instrument) = instrument() else { return };
+    let job = jobs::board();
+    let mut board = Board::new(instrument, &settings(false), HERE, &[]);
+    let desk = Desk::new(&job.text);
+    let mut sender = desk.start(&board, "run job.nc --zero-here");
+    for (tool, name) in ["put in 0.8 mm", "put in 1.0 mm", "put in V 30"].into_iter().enumerate() {
+        desk.says(&format!("Tool {}: {name}", tool + 1));
+        let before = board.rests();
+        if tool == 1 {
+            std::thread::sleep(Duration::from_secs_f64(30.0 / SPEED));
+        }
+        let now = board.snapshot();
+        assert_eq!((steps(&now), &now["spindle"]["on"]), (before, &0.into()), "{now}");
+        // Up by hand, and down again: the next move goes up by itself wherever the tip is.
+        if tool == 2 {
+            sender.types("z 1.5");
+            eventually("the tip up", MOST, || steps(&board.snapshot())[2] == before[2] + (1.5 * STEPS) as i64);
+        }
+        sender.types("go");
+    }
+    let (exit, object) = desk.answer(sender);
+    assert_eq!(exit, 0, "{object} {}", desk.said());
+    board.end();
+    let log = judge::read(&board.edges(), 0);
+    assert_eq!(judge::compare(&log, &job.wanted([0; 3]), 0), judge::Verdict::default());
+    assert_eq!(log.end, job.end_steps([0; 3]));
+}
+
+#[test]
+fn what_does_not_fit_the_settings_is_refused_before_a_pin_moves() {
+    let Some(instrument) = instrument() else { return };
+    let job = jobs::board();
+    for (code, changed, words) in [
+        ("grbl.no_zero", None, ""),
+        ("grbl.laser_mode", Some((32, 1.0)), "--zero-here"),
+        ("grbl.too_large", Some((131, 12.0)), "--zero-here"),
+        ("grbl.steps_too_fast", Some((110, 9000.0)), "--zero-here"),
+    ] {
+        let mut board = Board::new(instrument, &[settings(false), changed.into_iter().collect()].concat(), HERE, &[]);
+        let desk = Desk::new(&job.text);
+        let (exit, object) = desk.run(&board, &format!("run job.nc --confirm-tools 0 {words}"));
+        assert_eq!((exit, &object["error"]["code"]), (1, &code.into()), "{object} {}", desk.said());
+        let report = board.end();
+        assert_eq!((&report["edges_total"], &report["spindle"]["starts"]), (&0.into(), &0.into()), "{code}");
+    }
+}
+
+#[test]
+fn two_thousand_lines_take_the_time_that_was_told() {
+    let Some(instrument) = instrument() else { return };
+    let job = jobs::long();
+    let lines = job.text.lines().count();
+    assert!((1_950..=2_100).contains(&lines), "{lines} lines");
+    let mut board = Board::new(instrument, &settings(false), HERE, &[]);
+    let desk = Desk::new(&job.text);
+    let (exit, object) = desk.run(&board, "run job.nc --zero-here");
+    assert_eq!(exit, 0, "{object} {}", desk.said());
+    let report = board.end();
+    let log = judge::read(&board.edges(), 0);
+    assert_eq!(log.end, job.end_steps([0; 3]));
+    let spent_s = log.seconds.last().unwrap() - log.seconds.first().unwrap();
+    let told_s = object["estimated_s"].as_f64().unwrap();
+    println!("{lines} lines, {spent_s:.1} s on the board, {told_s:.1} s told; {} s waited for", report["slip_s"]);
+    assert!((told_s / spent_s - 1.0).abs() < 0.05, "{told_s} s told, {spent_s} s taken");
+}
