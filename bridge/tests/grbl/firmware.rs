@@ -9,7 +9,7 @@ use std::env;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
@@ -85,6 +85,8 @@ pub(crate) fn settings(homes: bool) -> Vec<(u16, f64)> {
 /// A board at its port.
 pub(crate) struct Board {
     child: Child,
+    /// Each plugging in is said there: whoever does not listen ends it.
+    _says: BufReader<ChildStdout>,
     folder: tempfile::TempDir,
     start: [f64; 3],
 }
@@ -123,9 +125,10 @@ impl Board {
         let mut child =
             command.arg(&instrument.firmware).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let mut says = BufReader::new(child.stdout.take().unwrap());
+        says.read_line(&mut line).unwrap();
         assert!(line.starts_with("PTY "), "the board did not start: {line}");
-        Self { child, folder, start }
+        Self { child, _says: says, folder, start }
     }
 
     fn write_settings(&self, settings: &[(u16, f64)]) {

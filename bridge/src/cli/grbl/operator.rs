@@ -12,6 +12,7 @@ use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{Ask, Info, Phase, Start, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use serde_json::json;
+use std::collections::VecDeque;
 use std::io::BufRead;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -23,6 +24,8 @@ const PROBE: (f64, f64) = (60.0, 2.0);
 const JOG_MM_PER_MIN: f64 = 300.0;
 /// How often homing, or a zero, is asked for when the line was damaged.
 const TRIES: u32 = 3;
+/// Most lines that wait to be done.
+const MOST_LINES: usize = 64;
 
 /// What comes from outside of the controller.
 enum Word {
@@ -35,6 +38,8 @@ pub(super) struct Operator {
     owner: Owner,
     how: How,
     words: Receiver<Word>,
+    /// What was typed and not done yet.
+    lines: VecDeque<String>,
     info: Option<Info>,
     now: Option<Glimpse>,
     said: Vec<Diagnostic>,
@@ -63,6 +68,7 @@ impl Operator {
             owner,
             how: how.clone(),
             words,
+            lines: VecDeque::new(),
             info: None,
             now: None,
             said: Vec::new(),
@@ -145,15 +151,17 @@ impl Operator {
         }
     }
 
-    /// A line that was typed; the first signal stops.
-    fn hear(&mut self) -> Option<String> {
-        match self.words.try_recv().ok()? {
-            Word::Line(line) => Some(line),
-            Word::Signal => {
-                self.interrupted = true;
-                say("Stopping.");
-                self.owner.ask(Ask::Stop);
-                None
+    /// Takes what came from outside: the first signal stops, lines wait until they are wanted.
+    fn hear(&mut self) {
+        while let Ok(word) = self.words.try_recv() {
+            match word {
+                Word::Line(line) if self.lines.len() < MOST_LINES => self.lines.push_back(line),
+                Word::Line(_) => {}
+                Word::Signal => {
+                    self.interrupted = true;
+                    say("Stopping.");
+                    self.owner.ask(Ask::Stop);
+                }
             }
         }
     }
@@ -241,32 +249,66 @@ impl Operator {
                 self.hear();
             }
             self.measure();
-            self.owner.ask(Ask::ToolReady);
+            if !(0..TRIES).any(|_| self.tool_ready()) {
+                self.owner.ask(Ask::Stop);
+            }
             return;
         }
         say(
             "Type: x 1, y -0.5, z -0.1 to move by hand in mm; zero when the tip touches the board; probe; go.",
         );
+        // What was typed before the question does not answer it.
+        self.hear();
+        self.lines.clear();
         while !self.gone && !self.interrupted && self.phase() == Some(Phase::ToolChange) {
             self.next();
-            let Some(line) = self.hear() else { continue };
-            let mut words = line.split_whitespace();
-            match (words.next().unwrap_or_default(), words.next().and_then(|word| word.parse::<f64>().ok())) {
-                (axis @ ("x" | "y" | "z"), Some(mm)) if mm.abs() <= 500.0 => {
-                    let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
-                    let um = (mm * 1e3).round() as i32;
-                    self.owner.ask(Ask::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
-                    self.settle();
-                }
-                ("zero", _) => self.owner.ask(Ask::SetZero { axes: [false, false, true], height_mm: 0.0 }),
-                ("probe", depth) => self.probe(depth.or(self.how.probe).unwrap_or(10.0)),
-                ("go", _) => {
-                    self.owner.ask(Ask::ToolReady);
-                    self.until(|operator| operator.phase() != Some(Phase::ToolChange));
-                }
-                _ => say("x, y, z with mm; zero; probe; go."),
+            self.hear();
+            let Some(line) = self.lines.pop_front() else { continue };
+            self.worst = None;
+            self.do_typed(&line);
+            // What was typed behind something that was refused counted on it.
+            if self.worst.is_some() {
+                self.lines.clear();
             }
         }
+    }
+
+    fn do_typed(&mut self, line: &str) {
+        let mut words = line.split_whitespace();
+        match (words.next().unwrap_or_default(), words.next().and_then(|word| word.parse::<f64>().ok())) {
+            (axis @ ("x" | "y" | "z"), Some(mm)) if mm.abs() <= 500.0 => {
+                let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
+                let um = (mm * 1e3).round() as i32;
+                self.owner.ask(Ask::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
+                self.settle();
+            }
+            ("zero", _) => self.zero_height(),
+            ("probe", depth) => self.probe(depth.or(self.how.probe).unwrap_or(10.0)),
+            ("go", _) => {
+                self.tool_ready();
+            }
+            _ => {
+                say("x, y, z with mm; zero; probe; go.");
+                self.lines.clear();
+            }
+        }
+    }
+
+    /// Where the tip is now is the height of the board: until it was written and read again, or refused.
+    fn zero_height(&mut self) {
+        (self.worst, self.zero_set) = (None, false);
+        self.owner.ask(Ask::SetZero { axes: [false, false, true], height_mm: 0.0 });
+        self.until(|operator| operator.zero_set || operator.worst.is_some());
+        self.rests();
+    }
+
+    /// Goes on after a tool change; false where that was refused.
+    fn tool_ready(&mut self) -> bool {
+        self.rests();
+        self.worst = None;
+        self.owner.ask(Ask::ToolReady);
+        self.until(|operator| operator.phase() != Some(Phase::ToolChange) || operator.worst.is_some());
+        self.phase() != Some(Phase::ToolChange) || self.gone || self.interrupted
     }
 
     fn measure(&mut self) {
