@@ -24,7 +24,10 @@ fn a_damaged_line_stops_the_job_and_nothing_is_left_out() {
             (exit, object) = if begun { bench.resume() } else { bench.run() };
         }
         let (verdict, report) = bench.judged();
-        println!("seed {seed}: {} lost, {} damaged, stops {stops:?}", report["uart"]["dropped"], report["uart"]["garbled"]);
+        println!(
+            "seed {seed}: {} lost, {} damaged, stops {stops:?}",
+            report["uart"]["dropped"], report["uart"]["garbled"]
+        );
         assert_eq!(verdict.left_out, Vec::<usize>::new(), "seed {seed}: {stops:?}");
         assert!(verdict.wrong.len() <= stops.len(), "seed {seed}: {stops:?} {:?}", verdict.wrong);
     }

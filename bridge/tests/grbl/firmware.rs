@@ -100,7 +100,8 @@ impl Board {
         start: [f64; 3],
         options: &[&str],
     ) -> Self {
-        let mut first = Self::launch(instrument, tempfile::tempdir().unwrap(), start, &["--speed", "0", "--fast-eeprom"]);
+        let mut first =
+            Self::launch(instrument, tempfile::tempdir().unwrap(), start, &["--speed", "0", "--fast-eeprom"]);
         first.write_settings(settings);
         first.end();
         let folder = tempfile::tempdir().unwrap();
@@ -110,12 +111,7 @@ impl Board {
         Self::launch(instrument, folder, start, &[&fixed, options].concat())
     }
 
-    fn launch(
-        instrument: &Instrument,
-        folder: tempfile::TempDir,
-        start: [f64; 3],
-        options: &[&str],
-    ) -> Self {
+    fn launch(instrument: &Instrument, folder: tempfile::TempDir, start: [f64; 3], options: &[&str]) -> Self {
         let at = |name: &str| folder.path().join(name);
         let mut command = Command::new(&instrument.simulator);
         command.arg("--link").arg(at("port")).arg("--json").arg(at("report")).arg("--edges").arg(at("edges"));
@@ -132,24 +128,23 @@ impl Board {
     }
 
     fn write_settings(&self, settings: &[(u16, f64)]) {
-        let port = serialport::new(self.port(), 115_200).timeout(Duration::from_millis(50));
-        let mut port = port.open().unwrap();
-        let wait = |port: &mut Box<dyn serialport::SerialPort>, wanted: &str| {
-            let (mut heard, since) = (String::new(), Instant::now());
-            while !heard.contains(wanted) {
-                assert!(since.elapsed() < Duration::from_secs(30), "no {wanted} in {heard}");
-                let mut bytes = [0; 256];
-                if let Ok(count) = port.read(&mut bytes) {
-                    heard += &String::from_utf8_lossy(&bytes[..count]);
-                }
-            }
-            assert!(!heard.contains("error"), "{heard}");
-        };
-        wait(&mut port, "help]");
+        let mut port = Line::open(self);
+        port.hears("help]");
         for (number, value) in settings {
-            writeln!(port, "${number}={value}").unwrap();
-            wait(&mut port, "ok");
+            port.asks(&format!("${number}={value}"));
         }
+    }
+
+    /// Moves the head by hand, as a pendant would, until its net steps are these: Z first.
+    pub(crate) fn jog_to(&self, wanted: [i64; 3]) {
+        let mut port = Line::open(self);
+        port.asks("");
+        let at = steps(&self.snapshot());
+        let way = |axis: usize| (wanted[axis] - at[axis]) as f64 / STEPS;
+        for words in [format!("Z{}", way(2)), format!("X{}Y{}", way(0), way(1))] {
+            port.asks(&format!("$J=G91G21{words}F3000"));
+        }
+        eventually("the head at its place", Duration::from_secs(60), || steps(&self.snapshot()) == wanted);
     }
 
     /// How its port is opened.
@@ -221,6 +216,32 @@ impl Board {
     /// Net steps since power-on at a place in machine coordinates.
     pub(crate) fn steps_at(&self, machine: [f64; 3]) -> [i64; 3] {
         core::array::from_fn(|axis| ((machine[axis] - self.start[axis]) * STEPS).round() as i64)
+    }
+}
+
+/// The port, opened by the test itself.
+struct Line(Box<dyn serialport::SerialPort>);
+
+impl Line {
+    fn open(board: &Board) -> Self {
+        Self(serialport::new(board.port(), 115_200).timeout(Duration::from_millis(50)).open().unwrap())
+    }
+
+    fn hears(&mut self, wanted: &str) {
+        let (mut heard, since) = (String::new(), Instant::now());
+        while !heard.contains(wanted) {
+            assert!(since.elapsed() < Duration::from_secs(30), "no {wanted} in {heard}");
+            let mut bytes = [0; 256];
+            if let Ok(count) = self.0.read(&mut bytes) {
+                heard += &String::from_utf8_lossy(&bytes[..count]);
+            }
+        }
+        assert!(!heard.contains("error"), "{heard}");
+    }
+
+    fn asks(&mut self, line: &str) {
+        writeln!(self.0, "{line}").unwrap();
+        self.hears("ok");
     }
 }
 

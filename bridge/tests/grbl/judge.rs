@@ -58,6 +58,25 @@ pub(crate) fn read(edges: &Path, surface: i64) -> Log {
     log
 }
 
+/// The first of these places (net steps) that the tip did not come to in their order, within a tolerance in steps.
+pub(crate) fn not_come_to(edges: &Path, places: &[[i64; 3]], tolerance: i64) -> Option<usize> {
+    let (mut at, mut next) = ([0_i64; 3], 0);
+    let mut pass = |at: [i64; 3]| {
+        let here = |place: &[i64; 3]| (0..3).all(|axis| (place[axis] - at[axis]).abs() <= tolerance);
+        while places.get(next).is_some_and(here) {
+            next += 1;
+        }
+        next
+    };
+    let mut passed = pass(at);
+    for line in BufReader::new(File::open(edges).unwrap()).lines() {
+        let (axis, to, _) = edge(&line.unwrap()).expect("an edge");
+        at[axis] = to;
+        passed = pass(at);
+    }
+    (passed < places.len()).then_some(passed)
+}
+
 fn edge(line: &str) -> Option<(usize, i64, f64)> {
     let mut words = line.split(' ');
     let cycle = words.next()?.parse().ok()?;
@@ -151,14 +170,17 @@ fn the_judge_tells_holes_cuts_and_what_nobody_wanted() {
         }
     };
     // A hole at 0,0; half of one at 40,0 and the whole of it; a cut from 40,40 to 60,40 that is stopped and made again.
-    for (axis, to) in [(2, -10), (2, 5), (0, 40), (2, -4), (2, 5), (2, -10), (2, 5), (1, 40), (2, -3), (0, 50)] {
+    for (axis, to) in
+        [(2, -10), (2, 5), (0, 40), (2, -4), (2, 5), (2, -10), (2, 5), (1, 40), (2, -3), (0, 50)]
+    {
         go(axis, to);
     }
     for (axis, to) in [(2, 5), (0, 40), (2, -3), (0, 60), (2, 5)] {
         go(axis, to);
     }
     std::fs::write(&path, &text).unwrap();
-    let wanted = Wanted { holes: vec![[0, 0, -10], [40, 0, -10]], cuts: vec![(vec![[40, 40], [60, 40]], -3)] };
+    let wanted =
+        Wanted { holes: vec![[0, 0, -10], [40, 0, -10]], cuts: vec![(vec![[40, 40], [60, 40]], -3)] };
     let verdict = compare(&read(&path, 0), &wanted, 1);
     assert_eq!(verdict, Verdict { repeated: 2, ..Verdict::default() });
     // Wanted elsewhere: two dips nobody wants, and one hole too few; deeper: none whole.

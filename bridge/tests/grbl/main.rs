@@ -6,6 +6,8 @@
 
 mod bench;
 mod cable;
+mod cam;
+mod chance;
 mod damage;
 mod firmware;
 mod jobs;

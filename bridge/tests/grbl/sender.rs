@@ -112,6 +112,10 @@ impl Sender {
         self.child.wait().unwrap();
     }
 
+    /// Whether it has ended.
+    pub(crate) fn ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
+    }
 }
 
 impl Drop for Sender {

@@ -17,9 +17,10 @@ enum How {
 fn interrupted(how: How, at: u64) {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
-    let mut sender =
-        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --confirm-tools 0.1"));
-    eventually("so many sections", MOST, || bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= at));
+    let mut sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --confirm-tools 0.1"));
+    eventually("so many sections", MOST, || {
+        bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= at)
+    });
     std::thread::sleep(Duration::from_millis(130));
     match how {
         How::Stopped => sender.stop(),
@@ -46,7 +47,10 @@ fn interrupted(how: How, at: u64) {
     let (exit, object) = bench.resume();
     assert_eq!(exit, 0, "{how:?}: {object} {}", bench.desk.said());
     let (verdict, _) = bench.judged();
-    assert!(verdict.left_out.is_empty() && verdict.wrong.is_empty() && verdict.repeated <= 1, "{how:?}: {verdict:?}");
+    assert!(
+        verdict.left_out.is_empty() && verdict.wrong.is_empty() && verdict.repeated <= 1,
+        "{how:?}: {verdict:?}"
+    );
 }
 
 #[test]

@@ -23,7 +23,11 @@ fn a_job_of_three_tools_leaves_every_pin_at_the_step_where_its_program_ends() {
     let log = judge::read(&board.edges(), 0);
     assert_eq!(judge::compare(&log, &job.wanted([0; 3]), 0), judge::Verdict::default());
     assert_eq!((log.end, steps(&report)), (job.end_steps([0; 3]), job.end_steps([0; 3])));
-    assert_eq!((&report["uart"]["overrun"], &report["spindle"]["starts"]), (&0.into(), &3.into()), "{report}");
+    assert_eq!(
+        (&report["uart"]["overrun"], &report["spindle"]["starts"]),
+        (&0.into(), &3.into()),
+        "{report}"
+    );
     assert_eq!(report["spindle"]["on"], 0, "{report}");
 }
 
@@ -66,7 +70,8 @@ fn what_does_not_fit_the_settings_is_refused_before_a_pin_moves() {
         ("grbl.too_large", Some((131, 12.0)), "--zero-here"),
         ("grbl.steps_too_fast", Some((110, 9000.0)), "--zero-here"),
     ] {
-        let mut board = Board::new(instrument, &[settings(false), changed.into_iter().collect()].concat(), HERE, &[]);
+        let mut board =
+            Board::new(instrument, &[settings(false), changed.into_iter().collect()].concat(), HERE, &[]);
         let desk = Desk::new(&job.text);
         let (exit, object) = desk.run(&board, &format!("run job.nc --confirm-tools 0 {words}"));
         assert_eq!((exit, &object["error"]["code"]), (1, &code.into()), "{object} {}", desk.said());
@@ -90,6 +95,9 @@ fn two_thousand_lines_take_the_time_that_was_told() {
     assert_eq!(log.end, job.end_steps([0; 3]));
     let spent_s = log.seconds.last().unwrap() - log.seconds.first().unwrap();
     let told_s = object["estimated_s"].as_f64().unwrap();
-    println!("{lines} lines, {spent_s:.1} s on the board, {told_s:.1} s told; {} s waited for", report["slip_s"]);
+    println!(
+        "{lines} lines, {spent_s:.1} s on the board, {told_s:.1} s told; {} s waited for",
+        report["slip_s"]
+    );
     assert!((told_s / spent_s - 1.0).abs() < 0.05, "{told_s} s told, {spent_s} s taken");
 }
