@@ -63,10 +63,10 @@ fn native() -> Done<Command> {
     cargo(&["test", "--workspace", "--no-fail-fast", "--", "--show-output"])
 }
 
-/// Jobs on the GRBL firmware: two boards at a time, each of which runs in its own seconds.
+/// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds.
 fn controllers() -> Done<Command> {
     firmware::ensure()?;
-    cargo(&["test", "--workspace", "--test", "grbl", "--", "--test-threads=2", "--show-output"])
+    cargo(&["test", "--workspace", "--test", "grbl", "--", "--test-threads=3", "--show-output"])
 }
 
 fn clippy() -> Done<Command> {

@@ -13,14 +13,19 @@ const COUNT: [u64; 2] = [10, 200];
 /// Interruptions until a job is left in peace.
 const A_JOB: u64 = 4;
 /// About what a job takes, seconds of the board: homing, holes, three changes.
-const JOB_S: f64 = 24.0;
+const JOB_S: f64 = 22.0;
 
-/// Lets a job go on for a while and disturbs it; whether it came to its end before that.
-fn disturbed(bench: &Bench, chance: &mut Chance, mut sender: Sender) -> (bool, &'static str) {
+/// Lets a job go on for a while and disturbs it; how, unless it came to its end before that.
+fn disturbed(bench: &Bench, chance: &mut Chance, mut sender: Sender) -> Option<&'static str> {
     let wait = Duration::from_secs_f64((1.0 + chance.unit() * JOB_S) / SPEED);
     let since = Instant::now();
     while since.elapsed() < wait && !sender.ended() {
         std::thread::sleep(Duration::from_millis(5));
+    }
+    if sender.ended() {
+        let (exit, object) = bench.desk.answer(sender);
+        assert_eq!(exit, 0, "{object} {}", bench.desk.said());
+        return None;
     }
     let how = ["pulled", "reset", "stopped", "killed"][chance.below(4)];
     match how {
@@ -29,13 +34,15 @@ fn disturbed(bench: &Bench, chance: &mut Chance, mut sender: Sender) -> (bool, &
         "stopped" => sender.stop(),
         _ => sender.kill(),
     }
-    let exit = if how == "killed" { -1 } else { bench.desk.answer(sender).0 };
+    if how != "killed" {
+        bench.desk.answer(sender);
+    }
     if how == "pulled" {
         // Sooner or later somebody plugs it in: the board may be moving still.
         std::thread::sleep(Duration::from_secs_f64(chance.unit() * 2.0 / SPEED));
         bench.board.plug(true);
     }
-    (exit == 0, how)
+    Some(how)
 }
 
 /// One job with its interruptions, judged at the end; how many there were.
@@ -52,9 +59,11 @@ fn job(instrument: &Instrument, seed: u64) -> u64 {
     };
     while count < A_JOB && !done {
         let sender = bench.desk.start(&bench.board, &next(&bench));
-        let (ended, how) = disturbed(&bench, &mut chance, sender);
-        hows.push(how);
-        (done, count) = (ended, count + 1);
+        let how = disturbed(&bench, &mut chance, sender);
+        hows.extend(how);
+        // It may have ended while it was disturbed.
+        done = how.is_none() || bench.desk.journal()["ended"] == true;
+        count += u64::from(how.is_some());
     }
     if !done {
         let (exit, object) = bench.desk.run(&bench.board, &next(&bench));

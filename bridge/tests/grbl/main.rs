@@ -8,6 +8,7 @@ mod bench;
 mod cable;
 mod cam;
 mod chance;
+mod clock;
 mod damage;
 mod firmware;
 mod jobs;

@@ -49,8 +49,8 @@ impl Desk {
             .current_dir(self.path())
             .env("ANNULUS_HOME", self.path().join("home"))
             .stdin(Stdio::piped())
-            .stdout(out("out"))
-            .stderr(out("said"))
+            .stdout(out("answer.json"))
+            .stderr(out("said.txt"))
             .spawn()
             .unwrap();
         Sender { child }
@@ -58,7 +58,7 @@ impl Desk {
 
     /// What was said so far.
     pub(crate) fn said(&self) -> String {
-        fs::read_to_string(self.path().join("said")).unwrap_or_default()
+        fs::read_to_string(self.path().join("said.txt")).unwrap_or_default()
     }
 
     /// Waits until this is said.
@@ -78,7 +78,7 @@ impl Desk {
             exit = child.try_wait().unwrap();
             exit.is_some()
         });
-        let text = fs::read_to_string(self.path().join("out")).unwrap();
+        let text = fs::read_to_string(self.path().join("answer.json")).unwrap();
         let object = serde_json::from_str(text.trim()).unwrap_or(Value::Null);
         (exit.and_then(|exit| exit.code()).unwrap_or(-1), object)
     }
