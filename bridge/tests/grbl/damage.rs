@@ -2,8 +2,9 @@
 //! says that it is done has cut nothing but what was wanted.
 
 use super::bench::Bench;
-use super::firmware::{instrument, long};
+use super::firmware::{Board, instrument, long, settings};
 use super::jobs;
+use super::sender::Desk;
 
 /// Interruptions after which a job is given up.
 const ROUNDS: usize = 40;
@@ -31,4 +32,19 @@ fn a_damaged_line_stops_the_job_and_nothing_is_left_out() {
         assert_eq!(verdict.left_out, Vec::<usize>::new(), "seed {seed}: {stops:?}");
         assert!(verdict.wrong.len() <= stops.len(), "seed {seed}: {stops:?} {:?}", verdict.wrong);
     }
+}
+
+#[test]
+fn a_line_of_noise_is_nobody_and_is_not_waited_for_without_end() {
+    let Some(instrument) = instrument() else { return };
+    let job = jobs::board();
+    // As at a wrong speed: half of all characters are others.
+    let faults = ["--garble", "0.5", "--tx-faults", "--seed", "5"];
+    let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &faults);
+    let desk = Desk::new(&job.text);
+    for words in ["info", "run job.nc --zero-here --confirm-tools 0"] {
+        let (exit, object) = desk.run(&board, words);
+        assert_eq!((exit, &object["error"]["code"]), (3, &"grbl.no_answer".into()), "{words}: {object}");
+    }
+    assert_eq!(board.end()["edges_total"], 0);
 }

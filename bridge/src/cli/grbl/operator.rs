@@ -3,7 +3,7 @@
 //! Comes in: a job, a port, what is typed, Ctrl-C. Goes out: how it ended. Does not know how anything moves.
 
 use super::program::Programs;
-use super::{How, controller_object, time_s};
+use super::{GREETING, How, controller_object, time_s};
 use crate::cli::{Answer, Exit, Refusal, diagnostic_objects, say};
 use crate::controller::ledger::{Entry, Ledger};
 use crate::controller::{self, Glimpse, Owner, Told};
@@ -24,6 +24,8 @@ const PROBE: (f64, f64) = (60.0, 2.0);
 const JOG_MM_PER_MIN: f64 = 300.0;
 /// How often homing, or a zero, is asked for when the line was damaged.
 const TRIES: u32 = 3;
+/// How long it may take to come to rest, and to say so.
+const REST: Duration = Duration::from_secs(30);
 /// Most lines that wait to be done.
 const MOST_LINES: usize = 64;
 
@@ -89,10 +91,12 @@ impl Operator {
         accept: &[String],
     ) -> Result<Answer, Refusal> {
         programs.diagnostics.iter().for_each(|diagnostic| say(diagnostic.message("en")));
+        let since = Instant::now();
         self.until(|operator| {
-            operator.info.is_some() && operator.phase().is_some_and(|phase| phase != Phase::Greeting)
+            let greeted = operator.phase().is_some_and(|phase| phase != Phase::Greeting);
+            (operator.info.is_some() && greeted) || since.elapsed() > GREETING
         });
-        if self.gone {
+        if self.gone || (self.info.is_none() && !self.interrupted) {
             return Err(Refusal::surroundings(self.why("grbl.no_answer")));
         }
         self.find_place()?;
@@ -211,12 +215,15 @@ impl Operator {
         self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted)
     }
 
-    /// Waits for rest, and for the first report.
+    /// Waits for rest, and for the first report; not for ever, where neither is understood.
     fn rests(&mut self) {
+        let since = Instant::now();
         self.until(|operator| {
-            operator.now.as_ref().is_some_and(|now| {
-                matches!(now.phase, Phase::Ready | Phase::Locked | Phase::ToolChange) && now.place.is_some()
-            })
+            since.elapsed() > REST
+                || operator.now.as_ref().is_some_and(|now| {
+                    matches!(now.phase, Phase::Ready | Phase::Locked | Phase::ToolChange)
+                        && now.place.is_some()
+                })
         });
     }
 
