@@ -6,6 +6,7 @@
 mod bench;
 mod browser;
 mod doctor;
+mod firmware;
 mod npm;
 mod page;
 mod recap;

@@ -2,14 +2,14 @@
 //! goes on beside what compiles for this machine.
 //!
 //! ```text
-//! here   fmt ─ build ─ native ─ clippy ─ docs ─ deny (after tools)
+//! here   fmt ─ build ─ native ─ grbl ─ clippy ─ docs ─ deny (after tools)
 //! page   page ─ tools ─ wasm ─ clippy-page ─ browser (after build)
 //! ```
 //!
 //! Goes out: the suites in order, each able to say its command when its turn comes. Does not know how they are run.
 
 use crate::sh::{Done, command, target};
-use crate::{browser, npm, tools, wasm};
+use crate::{browser, firmware, npm, tools, wasm};
 use std::process::Command;
 
 /// One thing to run.
@@ -36,6 +36,7 @@ pub(crate) const LANES: [&[Suite]; 2] = [
             command: || cargo(&["test", "--workspace", "--no-run"]),
         },
         Suite { name: "native", after: &["build"], counts: true, command: native },
+        Suite { name: "grbl", after: &["build"], counts: true, command: controllers },
         Suite { name: "clippy", after: &[], counts: false, command: clippy },
         Suite { name: "docs", after: &[], counts: false, command: docs },
         Suite { name: "deny", after: &["tools"], counts: false, command: deny },
@@ -60,6 +61,12 @@ fn this(word: &str) -> Done<Command> {
 
 fn native() -> Done<Command> {
     cargo(&["test", "--workspace", "--no-fail-fast", "--", "--show-output"])
+}
+
+/// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds.
+fn controllers() -> Done<Command> {
+    firmware::ensure()?;
+    cargo(&["test", "--workspace", "--test", "grbl", "--", "--test-threads=3", "--show-output"])
 }
 
 fn clippy() -> Done<Command> {

@@ -149,11 +149,12 @@ impl Work {
             self.routine = Some(start.routine);
             self.keep();
         }
+        // Whoever is told what happened, a tool that is wanted or an end, knows already how it is now.
+        self.glimpse();
         let mut goes = true;
         for action in actions {
             goes &= self.act(action);
         }
-        self.glimpse();
         goes
     }
 

@@ -16,6 +16,7 @@
 use super::asks::{Action, Event, Info, Phase, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
 use super::heard::{Doing, Ear, Heard, Modes, Status, hear};
+use super::home::Homing;
 use super::routine::Routine;
 use super::run::Run;
 use super::settings;
@@ -107,6 +108,7 @@ pub struct Controller {
     pub(super) after_reset: Option<Meaning>,
     /// The zero that was asked for, by axes, machine coordinates.
     pub(super) zero_wanted: Option<[Option<f64>; 3]>,
+    pub(super) homing: Homing,
     pub(super) probed: Option<bool>,
     /// Where the probe met the board, machine coordinates, mm.
     pub(super) probed_at: Option<[f64; 3]>,
@@ -141,6 +143,7 @@ impl Default for Controller {
             needs_reset: false,
             after_reset: None,
             zero_wanted: None,
+            homing: Homing::default(),
             probed: None,
             probed_at: None,
             run: None,
@@ -245,6 +248,7 @@ impl Controller {
     }
 
     fn heard(&mut self, heard: Heard) {
+        self.heard_homing(&heard);
         match heard {
             Heard::Banner(text) => self.greeted(text),
             Heard::Ok => self.answered(None),
@@ -398,6 +402,7 @@ impl Controller {
                 self.set(Phase::Ready);
             }
             Phase::Stopping => self.stopping(doing),
+            Phase::Homing => self.report_homing(doing, fresh),
             _ if self.run.is_some() => self.watch(doing, fresh),
             _ => {}
         }
@@ -431,11 +436,8 @@ impl Controller {
         {
             return;
         }
-        // It does not answer while it looks for its switches.
         if self.phase == Phase::Homing {
-            self.asked_ms = None;
-            self.heard_ms = self.now_ms;
-            return;
+            return self.time_homing();
         }
         if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
             return self.silent();

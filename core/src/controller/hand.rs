@@ -94,19 +94,6 @@ impl Controller {
         self.write(change.sign());
     }
 
-    fn home(&mut self) {
-        if !settings::on(&self.info.values, 22) {
-            return self.found(Diagnostic::error("grbl.cannot_home"));
-        }
-        self.trust = Trust::Lost;
-        if self.needs_reset {
-            self.after_reset = Some(Meaning::Home);
-            return self.reset();
-        }
-        self.send("$H", Meaning::Home);
-        self.set(Phase::Homing);
-    }
-
     fn unlock(&mut self) {
         if self.needs_reset {
             self.after_reset = Some(Meaning::Unlock);
@@ -148,10 +135,7 @@ impl Controller {
     /// What a person asked for and had to wait for a reset.
     pub(super) fn go_on_after_reset(&mut self) {
         match self.after_reset.take() {
-            Some(Meaning::Home) => {
-                self.send("$H", Meaning::Home);
-                self.set(Phase::Homing);
-            }
+            Some(Meaning::Home) => self.send_home(),
             Some(_) => self.send("$X", Meaning::Unlock),
             None => {}
         }
@@ -162,11 +146,7 @@ impl Controller {
         match *meaning {
             // What was reported before it is of another place, or of another zero.
             Meaning::Written => self.zero = None,
-            Meaning::Home => {
-                self.status = None;
-                self.trust = Trust::Trusted;
-                self.set(Phase::Ready);
-            }
+            Meaning::Home => self.homed(),
             Meaning::Unlock => self.set(Phase::Ready),
             Meaning::Probe { plate_mm, up_mm } => {
                 if self.probed != Some(true) {

@@ -15,6 +15,7 @@ pub mod fits;
 mod gcode;
 mod hand;
 pub mod heard;
+mod home;
 mod lines;
 mod look;
 mod routine;

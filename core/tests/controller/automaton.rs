@@ -275,7 +275,7 @@ impl Automaton {
 
     fn system(&mut self, rest: &str) -> Result<bool, u16> {
         match rest {
-            "" => {}
+            "" => self.say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
             "$" => {
                 for (number, value) in self.settings.clone() {
                     self.say(&format!("${number}={value:.3}"));
@@ -298,7 +298,10 @@ impl Automaton {
                 self.say(&format!("[GC:G{motion} G{zero} G17 G{unit} G{distance} G94 M{spindle} M9 T0 F{feed:.0} S{speed:.0}]"));
             }
             "C" => self.check = !self.check,
-            "X" => self.lock = Lock::None,
+            "X" => {
+                self.lock = Lock::None;
+                self.say("[MSG:Caution: Unlocked]");
+            }
             "H" => {
                 if !self.queue.is_empty() {
                     return Err(8);
@@ -306,6 +309,7 @@ impl Automaton {
                 // The switches are at the physical origin, a millimetre above the resting place.
                 (self.lock, self.origin) = (Lock::None, [0.0; 3]);
                 (self.at, self.planned) = ([-1.0; 3], [-1.0; 3]);
+                self.dwell_ms = 1_000.0;
             }
             _ => return Err(3),
         }

@@ -63,6 +63,8 @@ struct Bench {
     done: usize,
     questions: Vec<u64>,
     damaged: u32,
+    /// What arrives at the board in place of a line.
+    instead: Option<(&'static [u8], &'static [u8])>,
 }
 
 impl Bench {
@@ -80,6 +82,7 @@ impl Bench {
             done: 0,
             questions: Vec::new(),
             damaged: 0,
+            instead: None,
         }
     }
 
@@ -94,6 +97,8 @@ impl Bench {
             match &action {
                 Action::Write(bytes) => {
                     self.questions.extend(bytes.iter().filter(|byte| **byte == b'?').map(|_| self.now_ms));
+                    let instead = self.instead.filter(|(line, _)| line == bytes).map(|(_, instead)| instead);
+                    let bytes = instead.unwrap_or(bytes);
                     let bytes = self.spoiled(bytes, self.faults.lost, self.faults.damaged);
                     if self.open {
                         self.board.hear(&bytes);
@@ -275,6 +280,7 @@ fn a_job_is_run_as_it_is_written() {
 fn the_status_is_never_asked_for_more_than_ten_times_a_second() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
+    bench.questions.clear();
     bench.start(0);
     assert!(bench.run());
     let gaps: Vec<u64> = bench.questions.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -299,6 +305,31 @@ fn a_job_begins_only_where_the_place_is_known() {
     bench.start(0);
     assert_eq!(code(&bench), Some("grbl.not_homed".to_owned()));
     assert_eq!((bench.engine().phase, bench.board.cuts.len()), (Phase::Ready, 0));
+}
+
+#[test]
+fn homing_that_the_board_did_not_hear_is_not_believed() {
+    // A bit changed, a character lost, the end of the line lost: most of these are answered with `ok`.
+    for instead in ["$X\n", "$I\n", "$\n", "\n", "H\n", "$L\n", "$H", ""] {
+        let mut bench = Bench::new(1, Faults::default());
+        bench.plug();
+        assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Locked), "{instead:?}");
+        bench.instead = Some((b"$H\n", instead.as_bytes()));
+        bench.told.clear();
+        bench.event(Event::Ask(Ask::Home));
+        assert_eq!(bench.engine().phase, Phase::Homing);
+        assert!(bench.until(10_000, |bench| bench.engine().phase != Phase::Homing), "{instead:?}: for ever");
+        let told = bench.told.iter().any(|action| matches!(action, Action::Found(_)));
+        assert_eq!((bench.engine().trust, told), (Trust::Lost, true), "{instead:?}");
+        // Asked again, it is heard.
+        bench.instead = None;
+        let rests = |bench: &Bench| {
+            matches!(bench.engine().phase, Phase::Ready | Phase::Locked) && bench.engine().place().is_some()
+        };
+        assert!(bench.until(10_000, rests), "{instead:?}");
+        bench.event(Event::Ask(Ask::Home));
+        assert!(bench.until(10_000, |bench| bench.engine().trust == Trust::Trusted), "{instead:?}");
+    }
 }
 
 #[test]

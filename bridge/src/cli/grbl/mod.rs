@@ -15,7 +15,10 @@ use annulus_core::locale;
 use operator::Operator;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// How long a controller may take to say who it is. A line at the wrong speed says something for ever.
+const GREETING: Duration = Duration::from_secs(20);
 
 /// Arguments of `annulus grbl`.
 #[derive(Debug, clap::Args)]
@@ -137,7 +140,11 @@ fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let port = controller::open(&args.port, args.baud).map_err(Refusal::surroundings)?;
     let owner = Owner::new(port, ledger(), Entry::default(), 1.0);
     let mut said = Diagnostic::error("grbl.no_answer");
+    let since = Instant::now();
     let info = loop {
+        if since.elapsed() > GREETING {
+            return Err(Refusal::surroundings(Diagnostic::error("grbl.no_answer")));
+        }
         match owner.next() {
             Some(Told::Greeted(info)) => break info,
             Some(Told::Found(found)) => said = found,

@@ -3,7 +3,7 @@
 //! Comes in: a job, a port, what is typed, Ctrl-C. Goes out: how it ended. Does not know how anything moves.
 
 use super::program::Programs;
-use super::{How, controller_object, time_s};
+use super::{GREETING, How, controller_object, time_s};
 use crate::cli::{Answer, Exit, Refusal, diagnostic_objects, say};
 use crate::controller::ledger::{Entry, Ledger};
 use crate::controller::{self, Glimpse, Owner, Told};
@@ -12,6 +12,7 @@ use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{Ask, Info, Phase, Start, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use serde_json::json;
+use std::collections::VecDeque;
 use std::io::BufRead;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -23,6 +24,10 @@ const PROBE: (f64, f64) = (60.0, 2.0);
 const JOG_MM_PER_MIN: f64 = 300.0;
 /// How often homing, or a zero, is asked for when the line was damaged.
 const TRIES: u32 = 3;
+/// How long it may take to come to rest, and to say so.
+const REST: Duration = Duration::from_secs(30);
+/// Most lines that wait to be done.
+const MOST_LINES: usize = 64;
 
 /// What comes from outside of the controller.
 enum Word {
@@ -35,6 +40,8 @@ pub(super) struct Operator {
     owner: Owner,
     how: How,
     words: Receiver<Word>,
+    /// What was typed and not done yet.
+    lines: VecDeque<String>,
     info: Option<Info>,
     now: Option<Glimpse>,
     said: Vec<Diagnostic>,
@@ -63,6 +70,7 @@ impl Operator {
             owner,
             how: how.clone(),
             words,
+            lines: VecDeque::new(),
             info: None,
             now: None,
             said: Vec::new(),
@@ -83,10 +91,12 @@ impl Operator {
         accept: &[String],
     ) -> Result<Answer, Refusal> {
         programs.diagnostics.iter().for_each(|diagnostic| say(diagnostic.message("en")));
+        let since = Instant::now();
         self.until(|operator| {
-            operator.info.is_some() && operator.phase().is_some_and(|phase| phase != Phase::Greeting)
+            let greeted = operator.phase().is_some_and(|phase| phase != Phase::Greeting);
+            (operator.info.is_some() && greeted) || since.elapsed() > GREETING
         });
-        if self.gone {
+        if self.gone || (self.info.is_none() && !self.interrupted) {
             return Err(Refusal::surroundings(self.why("grbl.no_answer")));
         }
         self.find_place()?;
@@ -145,15 +155,17 @@ impl Operator {
         }
     }
 
-    /// A line that was typed; the first signal stops.
-    fn hear(&mut self) -> Option<String> {
-        match self.words.try_recv().ok()? {
-            Word::Line(line) => Some(line),
-            Word::Signal => {
-                self.interrupted = true;
-                say("Stopping.");
-                self.owner.ask(Ask::Stop);
-                None
+    /// Takes what came from outside: the first signal stops, lines wait until they are wanted.
+    fn hear(&mut self) {
+        while let Ok(word) = self.words.try_recv() {
+            match word {
+                Word::Line(line) if self.lines.len() < MOST_LINES => self.lines.push_back(line),
+                Word::Line(_) => {}
+                Word::Signal => {
+                    self.interrupted = true;
+                    say("Stopping.");
+                    self.owner.ask(Ask::Stop);
+                }
             }
         }
     }
@@ -203,12 +215,15 @@ impl Operator {
         self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted)
     }
 
-    /// Waits for rest, and for the first report.
+    /// Waits for rest, and for the first report; not for ever, where neither is understood.
     fn rests(&mut self) {
+        let since = Instant::now();
         self.until(|operator| {
-            operator.now.as_ref().is_some_and(|now| {
-                matches!(now.phase, Phase::Ready | Phase::Locked | Phase::ToolChange) && now.place.is_some()
-            })
+            since.elapsed() > REST
+                || operator.now.as_ref().is_some_and(|now| {
+                    matches!(now.phase, Phase::Ready | Phase::Locked | Phase::ToolChange)
+                        && now.place.is_some()
+                })
         });
     }
 
@@ -241,32 +256,66 @@ impl Operator {
                 self.hear();
             }
             self.measure();
-            self.owner.ask(Ask::ToolReady);
+            if !(0..TRIES).any(|_| self.tool_ready()) {
+                self.owner.ask(Ask::Stop);
+            }
             return;
         }
         say(
             "Type: x 1, y -0.5, z -0.1 to move by hand in mm; zero when the tip touches the board; probe; go.",
         );
+        // What was typed before the question does not answer it.
+        self.hear();
+        self.lines.clear();
         while !self.gone && !self.interrupted && self.phase() == Some(Phase::ToolChange) {
             self.next();
-            let Some(line) = self.hear() else { continue };
-            let mut words = line.split_whitespace();
-            match (words.next().unwrap_or_default(), words.next().and_then(|word| word.parse::<f64>().ok())) {
-                (axis @ ("x" | "y" | "z"), Some(mm)) if mm.abs() <= 500.0 => {
-                    let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
-                    let um = (mm * 1e3).round() as i32;
-                    self.owner.ask(Ask::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
-                    self.settle();
-                }
-                ("zero", _) => self.owner.ask(Ask::SetZero { axes: [false, false, true], height_mm: 0.0 }),
-                ("probe", depth) => self.probe(depth.or(self.how.probe).unwrap_or(10.0)),
-                ("go", _) => {
-                    self.owner.ask(Ask::ToolReady);
-                    self.until(|operator| operator.phase() != Some(Phase::ToolChange));
-                }
-                _ => say("x, y, z with mm; zero; probe; go."),
+            self.hear();
+            let Some(line) = self.lines.pop_front() else { continue };
+            self.worst = None;
+            self.do_typed(&line);
+            // What was typed behind something that was refused counted on it.
+            if self.worst.is_some() {
+                self.lines.clear();
             }
         }
+    }
+
+    fn do_typed(&mut self, line: &str) {
+        let mut words = line.split_whitespace();
+        match (words.next().unwrap_or_default(), words.next().and_then(|word| word.parse::<f64>().ok())) {
+            (axis @ ("x" | "y" | "z"), Some(mm)) if mm.abs() <= 500.0 => {
+                let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
+                let um = (mm * 1e3).round() as i32;
+                self.owner.ask(Ask::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
+                self.settle();
+            }
+            ("zero", _) => self.zero_height(),
+            ("probe", depth) => self.probe(depth.or(self.how.probe).unwrap_or(10.0)),
+            ("go", _) => {
+                self.tool_ready();
+            }
+            _ => {
+                say("x, y, z with mm; zero; probe; go.");
+                self.lines.clear();
+            }
+        }
+    }
+
+    /// Where the tip is now is the height of the board: until it was written and read again, or refused.
+    fn zero_height(&mut self) {
+        (self.worst, self.zero_set) = (None, false);
+        self.owner.ask(Ask::SetZero { axes: [false, false, true], height_mm: 0.0 });
+        self.until(|operator| operator.zero_set || operator.worst.is_some());
+        self.rests();
+    }
+
+    /// Goes on after a tool change; false where that was refused.
+    fn tool_ready(&mut self) -> bool {
+        self.rests();
+        self.worst = None;
+        self.owner.ask(Ask::ToolReady);
+        self.until(|operator| operator.phase() != Some(Phase::ToolChange) || operator.worst.is_some());
+        self.phase() != Some(Phase::ToolChange) || self.gone || self.interrupted
     }
 
     fn measure(&mut self) {

@@ -1,0 +1,54 @@
+//! A machine with switches, a job before it, and the judge behind it: what tests of interruptions share.
+//!
+//! Comes in: what is to go wrong. Goes out: what the pins did. Does not know how a job is interrupted.
+
+use super::firmware::{Board, Instrument, STEPS, settings};
+use super::jobs::Job;
+use super::judge::{self, Verdict};
+use super::sender::Desk;
+use serde_json::Value;
+
+/// Work zero in machine coordinates, mm.
+pub(crate) const ZERO: [f64; 3] = [-40.0, -40.0, -20.0];
+/// The same in words of the command line.
+pub(crate) const ZERO_AT: &str = "--zero-at -40,-40,-20";
+/// Where the carriage is before it is homed.
+const START: [f64; 3] = [-6.0, -5.0, -4.0];
+/// How far past its switch a carriage may be when it is found, and a step of a reset, in steps.
+const TOLERANCE: i64 = 7;
+
+/// The machine, its person's desk, and the job.
+pub(crate) struct Bench {
+    pub(crate) board: Board,
+    pub(crate) desk: Desk,
+    pub(crate) job: Job,
+}
+
+impl Bench {
+    /// A job on a machine that homes.
+    pub(crate) fn new(instrument: &Instrument, job: Job, options: &[&str]) -> Self {
+        let board = Board::new(instrument, &settings(true), START, options);
+        let desk = Desk::new(&job.text);
+        Self { board, desk, job }
+    }
+
+    /// Runs the job to its end, or until something ends it.
+    pub(crate) fn run(&self) -> (i32, Value) {
+        self.desk.run(&self.board, &format!("run job.nc {ZERO_AT} --confirm-tools 0.1"))
+    }
+
+    /// Goes on with it.
+    pub(crate) fn resume(&self) -> (i32, Value) {
+        self.desk.run(&self.board, "resume --confirm-tools 0.1")
+    }
+
+    /// Turns the machine off: what was made of the job, and the last report.
+    pub(crate) fn judged(&mut self) -> (Verdict, Value) {
+        let report = self.board.end();
+        let zero = self.board.steps_at(ZERO);
+        let log = judge::read(&self.board.edges(), zero[2] - (0.05 * STEPS) as i64);
+        assert_eq!(report["crash_steps"], serde_json::json!([0, 0, 0]), "{report}");
+        assert_eq!(report["uart"]["overrun"], 0, "{report}");
+        (judge::compare(&log, &self.job.wanted(zero), TOLERANCE), report)
+    }
+}

@@ -1,0 +1,126 @@
+//! `annulus grbl` as a person starts it: a process of its own, with an end that is always waited for, and never for ever.
+//!
+//! Comes in: words of the command line. Goes out: exit code, the object on standard output, what it said. Does not know the firmware.
+
+use super::firmware::{Board, SPEED, eventually};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The longest that any job here takes.
+pub(crate) const MOST: Duration = Duration::from_secs(150);
+
+/// A folder with a job, and what the product keeps.
+pub(crate) struct Desk {
+    folder: tempfile::TempDir,
+}
+
+impl Desk {
+    /// With this text as `job.nc`.
+    pub(crate) fn new(text: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("job.nc"), text).unwrap();
+        Self { folder }
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// What the product wrote down of the job.
+    pub(crate) fn journal(&self) -> Value {
+        let text = fs::read(self.path().join("home/controller.json")).unwrap_or_default();
+        serde_json::from_slice(&text).unwrap_or_default()
+    }
+
+    /// Starts `annulus grbl` with these words, the port and the object asked for.
+    pub(crate) fn start(&self, board: &Board, words: &str) -> Sender {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+        command.arg("grbl").args(words.split_whitespace()).arg("--port").arg(board.port()).arg("--json");
+        if !words.starts_with("info") {
+            command.args(["--speed", &SPEED.to_string(), "--spin-up", "0.2"]);
+        }
+        let out = |name: &str| File::create(self.path().join(name)).unwrap();
+        let child = command
+            .current_dir(self.path())
+            .env("ANNULUS_HOME", self.path().join("home"))
+            .stdin(Stdio::piped())
+            .stdout(out("answer.json"))
+            .stderr(out("said.txt"))
+            .spawn()
+            .unwrap();
+        Sender { child }
+    }
+
+    /// What was said so far.
+    pub(crate) fn said(&self) -> String {
+        fs::read_to_string(self.path().join("said.txt")).unwrap_or_default()
+    }
+
+    /// Waits until this is said.
+    pub(crate) fn says(&self, text: &str) {
+        let since = Instant::now();
+        while !self.said().contains(text) {
+            assert!(since.elapsed() < Duration::from_secs(60), "never said {text}, but {}", self.said());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Waits for the end of a process: its exit code, and its object.
+    pub(crate) fn answer(&self, mut sender: Sender) -> (i32, Value) {
+        let child = &mut sender.child;
+        let mut exit = None;
+        eventually(&format!("the end of annulus, which said: {}", self.said()), MOST, || {
+            exit = child.try_wait().unwrap();
+            exit.is_some()
+        });
+        let text = fs::read_to_string(self.path().join("answer.json")).unwrap();
+        let object = serde_json::from_str(text.trim()).unwrap_or(Value::Null);
+        (exit.and_then(|exit| exit.code()).unwrap_or(-1), object)
+    }
+
+    /// Starts it and waits for its end.
+    pub(crate) fn run(&self, board: &Board, words: &str) -> (i32, Value) {
+        let sender = self.start(board, words);
+        self.answer(sender)
+    }
+}
+
+/// The process.
+pub(crate) struct Sender {
+    child: Child,
+}
+
+impl Sender {
+    /// Types a line.
+    pub(crate) fn types(&mut self, line: &str) {
+        writeln!(self.child.stdin.as_mut().unwrap(), "{line}").unwrap();
+    }
+
+    /// Ctrl-C.
+    pub(crate) fn stop(&self) {
+        kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
+    }
+
+    /// The process is killed.
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// Whether it has ended.
+    pub(crate) fn ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
+    }
+}
+
+impl Drop for Sender {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

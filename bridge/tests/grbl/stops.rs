@@ -1,0 +1,87 @@
+//! Jobs that are interrupted from this side of the cable, or by the board itself: stopped, killed, reset. Resumed, every hole is there,
+//! none is elsewhere, and at most the one in work is made twice.
+
+use super::bench::{Bench, ZERO_AT};
+use super::firmware::{eventually, instrument};
+use super::jobs;
+use super::sender::MOST;
+use std::time::Duration;
+
+#[derive(Clone, Copy, Debug)]
+enum How {
+    Stopped,
+    /// Ctrl-C twice: reset in motion, whatever becomes of the place.
+    AtOnce,
+    Killed,
+    Reset,
+}
+
+fn interrupted(how: How, at: u64) {
+    let Some(instrument) = instrument() else { return };
+    let mut bench = Bench::new(instrument, jobs::board(), &[]);
+    let mut sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --confirm-tools 0.1"));
+    eventually("so many sections", MOST, || {
+        bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= at)
+    });
+    std::thread::sleep(Duration::from_millis(130));
+    match how {
+        How::Stopped => sender.stop(),
+        How::AtOnce => {
+            sender.stop();
+            bench.desk.says("Stopping.");
+            sender.stop();
+        }
+        How::Killed => sender.kill(),
+        How::Reset => bench.board.reset(),
+    }
+    if !matches!(how, How::Killed) {
+        let (exit, object) = bench.desk.answer(sender);
+        let trust = object["position_trust"].as_str().unwrap_or_default();
+        let good = match how {
+            How::Stopped => (exit, trust) == (130, "trusted"),
+            // It may have come to rest before the second one.
+            How::AtOnce => exit == 130 && matches!(trust, "lost" | "trusted"),
+            _ => (exit, trust) == (1, "lost"),
+        };
+        assert!(good, "{how:?}: {exit} {object} {}", bench.desk.said());
+        if matches!(how, How::Stopped | How::AtOnce) {
+            let now = bench.board.snapshot();
+            assert_eq!(now["spindle"]["on"], 0, "{now}");
+            std::thread::sleep(Duration::from_millis(300));
+            let after = bench.board.snapshot();
+            assert_eq!(now["edges_total"], after["edges_total"], "nothing moves after a stop");
+        }
+    }
+    bench.board.rests();
+    let journal = bench.desk.journal();
+    assert!(journal["ended"] == false && journal["done"].as_u64() >= Some(at), "{journal}");
+    let again = bench.run();
+    assert_eq!(again.1["error"]["code"], "grbl.interrupted", "{how:?}: {}", again.1);
+    let (exit, object) = bench.resume();
+    assert_eq!(exit, 0, "{how:?}: {object} {}", bench.desk.said());
+    let (verdict, _) = bench.judged();
+    assert!(
+        verdict.left_out.is_empty() && verdict.wrong.is_empty() && verdict.repeated <= 1,
+        "{how:?}: {verdict:?}"
+    );
+}
+
+#[test]
+fn a_stopped_job_is_at_rest_with_its_place_known_and_goes_on() {
+    interrupted(How::Stopped, 3);
+}
+
+#[test]
+fn a_job_stopped_at_once_goes_on_after_homing() {
+    interrupted(How::AtOnce, 7);
+}
+
+#[test]
+fn a_killed_process_leaves_a_job_that_goes_on() {
+    interrupted(How::Killed, 5);
+}
+
+#[test]
+fn a_board_that_was_reset_is_told_and_its_job_goes_on() {
+    interrupted(How::Reset, 10);
+}
