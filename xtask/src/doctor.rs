@@ -3,7 +3,7 @@
 //! Goes out: a list on standard output. Changes nothing.
 
 use crate::sh::{Done, command, output, which};
-use crate::{browser, firmware, npm, tools, wasm};
+use crate::{browser, grbl, npm, tools, wasm};
 
 /// Prints the list.
 pub(crate) fn run() -> Done {
@@ -27,7 +27,7 @@ pub(crate) fn run() -> Done {
         "test tools",
         &if absent.is_empty() { "built".to_owned() } else { absent.join(", ") },
     );
-    line(firmware::buildable(), "simavr with its headers", "only the tests with the GRBL firmware need it");
+    line(grbl::buildable(), "simavr with its headers", "only the tests with the GRBL firmware need it");
     line(which("cc").is_some(), "C compiler", "links what cargo builds");
     Ok(())
 }

@@ -6,7 +6,7 @@
 mod bench;
 mod browser;
 mod doctor;
-mod firmware;
+mod grbl;
 mod npm;
 mod page;
 mod recap;

@@ -9,7 +9,7 @@
 //! Goes out: the suites in order, each able to say its command when its turn comes. Does not know how they are run.
 
 use crate::sh::{Done, command, target};
-use crate::{browser, firmware, npm, tools, wasm};
+use crate::{browser, grbl, npm, tools, wasm};
 use std::process::Command;
 
 /// One thing to run.
@@ -65,7 +65,7 @@ fn native() -> Done<Command> {
 
 /// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds.
 fn controllers() -> Done<Command> {
-    firmware::ensure()?;
+    grbl::ensure()?;
     cargo(&["test", "--workspace", "--test", "grbl", "--", "--test-threads=3", "--show-output"])
 }
 
