@@ -191,9 +191,9 @@ mod tests {
             }
         }
         // The stairs leave their axis at 3 > 2.5 and are cut there.
-        let top = frames[2].top;
+        let top = frames[2].top_px;
         let lowest = draw(&plot, 640.0, 480.0).iter().fold(f64::INFINITY, |least, shape| match shape {
-            Shape::Line { ink: Ink::Series(0), points } if points.iter().all(|p| p[1] > frames[1].top) => {
+            Shape::Line { ink: Ink::Series(0), points } if points.iter().all(|p| p[1] > frames[1].top_px) => {
                 points.iter().map(|p| p[1]).fold(least, f64::min)
             }
             _ => least,
