@@ -1,0 +1,6 @@
+//! The link and the adapter's own thinking, without hardware.
+
+mod frames;
+mod line;
+mod motion;
+mod support;
