@@ -7,7 +7,11 @@ use std::{env, fs};
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder of sources").flatten() {
         let path = entry.path();
-        if path.is_dir() { sources(&path, found) } else { found.push(path) }
+        if path.is_dir() {
+            sources(&path, found)
+        } else {
+            found.push(path)
+        }
     }
 }
 

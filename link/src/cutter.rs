@@ -45,8 +45,10 @@ pub struct Runs {
 }
 
 impl Runs {
-    const NONE: Self =
-        Self { list: [Run { forward: false, count: 0, interval: 0, fraction: 0, change: 0, phase: 0 }; MOST], count: 0 };
+    const NONE: Self = Self {
+        list: [Run { forward: false, count: 0, interval: 0, fraction: 0, change: 0, phase: 0 }; MOST],
+        count: 0,
+    };
 
     fn push(&mut self, run: Run) -> Option<()> {
         *self.list.get_mut(self.count)? = run;

@@ -39,7 +39,8 @@ pub fn seal(header: Header, payload: &[u8], line: &mut [u8]) -> Option<usize> {
         return None;
     }
     let (mut out, mut crc) = (Stuffer::new(line), Crc::new());
-    let head = header.session.to_le_bytes().into_iter().chain(header.number.to_le_bytes()).chain([header.kind]);
+    let head =
+        header.session.to_le_bytes().into_iter().chain(header.number.to_le_bytes()).chain([header.kind]);
     for byte in head.chain(payload.iter().copied()) {
         crc = crc.with(byte);
         out.put(byte);

@@ -16,7 +16,7 @@ use crate::bytes::{Plain, Reader};
 use crate::chunk::SLICE;
 use crate::frame::PAYLOAD;
 use crate::message::Chunk;
-use crate::run::{Cursor, Run};
+use crate::run::{Cursor, Run, Stretch};
 use crate::store::Store;
 use crate::{AXES, CYCLES_PER_TICK, FULL_RATE};
 
@@ -33,6 +33,12 @@ const LEAST_RATE: u32 = 64;
 pub trait Words {
     /// The next word of an axis. There is room for it.
     fn put(&mut self, axis: usize, word: u32);
+
+    /// Places for words of an axis that follow each other; at least one.
+    fn places(&mut self, axis: usize) -> &mut [u32];
+
+    /// So many of them were filled.
+    fn filled(&mut self, axis: usize, count: u32);
 }
 
 /// The word of a pulse that begins so many ticks after the last word ended.
@@ -289,7 +295,7 @@ impl Player {
         for (index, axis) in self.axes.iter_mut().enumerate() {
             axis.play(index, &span, self.pulse, &self.payload, words);
         }
-        self.passed = span.until;
+        self.passed = span.stretch.until;
         self.part = span.part;
         self.machine = span.machine_until;
         self.length = span.length;
@@ -319,16 +325,17 @@ impl Player {
             (length, self.ticks, length * rate - wanted)
         };
         let behind = (u64::from(self.part) * u64::from(inverse) >> 16) as u32;
-        Span {
+        let stretch = Stretch {
             from: self.passed,
             until,
-            part,
             machine: self.machine,
-            machine_until: self.machine.wrapping_add(length),
-            length,
             inverse,
             offset: 0xFFFF_u32.wrapping_sub(behind),
-        }
+            least: self.pulse + 1,
+            scale: CYCLES_PER_TICK << 2,
+            base: pulse_word(0, false).wrapping_sub(self.pulse * CYCLES_PER_TICK << 2),
+        };
+        Span { stretch, part, machine_until: self.machine.wrapping_add(length), length }
     }
 }
 
@@ -343,17 +350,13 @@ pub const fn most_words(pulse: u32) -> u32 {
     SLICE / (pulse + 1) + 2
 }
 
-/// A slice: ticks of the chunk from … until, and where they lie in the machine's time.
+/// A slice.
 struct Span {
-    from: u32,
-    until: u32,
+    stretch: Stretch,
+    /// Part of the next tick of the chunk that passed.
     part: u32,
-    machine: u32,
     machine_until: u32,
     length: u32,
-    /// Ticks of the machine to a tick of the chunk, in 1/65,536.
-    inverse: u32,
-    offset: u32,
 }
 
 impl Axis {
@@ -390,23 +393,28 @@ impl Axis {
         payload: &[u8; PAYLOAD],
         words: &mut impl Words,
     ) {
-        while self.cursor.left > 0 && self.cursor.tick <= span.until {
-            let mut cursor = self.cursor;
-            let (mut word, mut steps) = (self.word, 0);
-            let mut before = cursor.tick;
-            while cursor.left > 0 && cursor.tick <= span.until {
-                let ticks = (cursor.tick - span.from).wrapping_mul(span.inverse).wrapping_add(span.offset) >> 16;
-                let wait = span.machine.wrapping_add(ticks).wrapping_sub(word);
-                let wait = if wait as i32 > 0 { wait } else { 1 };
-                words.put(index, pulse_word(wait, cursor.forward));
-                word = word.wrapping_add(wait).wrapping_add(pulse);
-                steps += 1;
-                before = cursor.tick;
-                cursor.advance();
+        let stretch = &span.stretch;
+        while self.cursor.left > 0 && self.cursor.tick <= stretch.until {
+            let forward = self.cursor.forward;
+            let parts =
+                (self.cursor.tick - stretch.from).wrapping_mul(stretch.inverse).wrapping_add(stretch.offset);
+            let wait = stretch.machine.wrapping_add(parts >> 16).wrapping_sub(self.word);
+            let wait = if wait as i32 > 0 { wait } else { 1 };
+            words.put(index, pulse_word(wait, forward));
+            let mut at = self.word.wrapping_add(wait);
+            let (mut before, mut steps) = (self.cursor.tick, 1);
+            self.cursor.advance();
+            let own = Stretch { base: stretch.base | u32::from(forward), ..*stretch };
+            while self.cursor.is_quick() && self.cursor.tick <= stretch.until {
+                let is_full = stretch.inverse == FULL_RATE;
+                let burst = if is_full { Cursor::burst::<false> } else { Cursor::burst::<true> };
+                let (count, last, tick) = burst(&mut self.cursor, at, &own, words.places(index));
+                words.filled(index, count);
+                (at, before, steps) = (last, tick, steps + count as i32);
             }
-            self.index = self.index.wrapping_add(if cursor.forward { steps } else { -steps });
-            (self.cursor, self.word) = (cursor, word);
-            if cursor.left == 0 {
+            self.word = at.wrapping_add(pulse);
+            self.index = self.index.wrapping_add(if forward { steps } else { -steps });
+            if self.cursor.left == 0 {
                 self.next_run(payload, before);
             }
         }

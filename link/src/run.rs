@@ -92,6 +92,27 @@ pub struct Extent {
     pub last: u32,
 }
 
+/// Where ticks of a chunk lie in the machine's time, and what words are made of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch {
+    /// Ticks of the chunk from … until.
+    pub from: u32,
+    /// See `from`: the last one of the slice.
+    pub until: u32,
+    /// The machine's tick at `from`.
+    pub machine: u32,
+    /// Ticks of the machine to a tick of the chunk, in 1/65,536.
+    pub inverse: u32,
+    /// Added before the parts are cut off.
+    pub offset: u32,
+    /// Least ticks from pulse to pulse.
+    pub least: u32,
+    /// A word is the ticks since the last pulse, times this,
+    pub scale: u32,
+    /// and this.
+    pub base: u32,
+}
+
 /// A place in a run: the next step of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Cursor {
@@ -146,6 +167,57 @@ impl Cursor {
         let part = self.part + self.fraction;
         self.tick = self.tick.wrapping_add(self.interval).wrapping_add(part >> 16);
         self.part = part & 0xFFFF;
+    }
+
+    /// Whether [`Self::burst`] can go on from here: no interval of a slice is then too long for its arithmetic.
+    #[inline(always)]
+    pub fn is_quick(&self) -> bool {
+        self.left > 0 && self.interval < 1 << 15
+    }
+
+    /// The steps up to `span.until` as words behind each other, as many as `out` has places for: how many, and the machine's
+    /// tick and the chunk's tick of the last. `before` is the machine's tick of the pulse before them. Made to be fast on a small processor: one loop, few numbers.
+    #[inline(never)]
+    pub fn burst<const STRETCHED: bool>(
+        &mut self,
+        mut before: u32,
+        span: &Stretch,
+        out: &mut [u32],
+    ) -> (u32, u32, u32) {
+        let (mut tick, mut part) = (self.tick.wrapping_sub(span.from), self.part);
+        let mut parts = self.interval << 16 | self.fraction;
+        let change = self.change << 16 | self.change_fraction;
+        let until = span.until.wrapping_sub(span.from);
+        let room = out.len().min(self.left as usize);
+        let (mut count, mut last) = (0, tick);
+        for word in &mut out[..room] {
+            if tick > until {
+                break;
+            }
+            let at = if STRETCHED {
+                let at = span
+                    .machine
+                    .wrapping_add(tick.wrapping_mul(span.inverse).wrapping_add(span.offset) >> 16);
+                if (at.wrapping_sub(before) as i32) < span.least as i32 {
+                    before.wrapping_add(span.least)
+                } else {
+                    at
+                }
+            } else {
+                span.machine.wrapping_add(tick)
+            };
+            *word = at.wrapping_sub(before).wrapping_mul(span.scale).wrapping_add(span.base);
+            (before, last) = (at, tick);
+            count += 1;
+            parts = parts.wrapping_add(change);
+            let sum = part + (parts & 0xFFFF);
+            tick = tick.wrapping_add(parts >> 16).wrapping_add(sum >> 16);
+            part = sum & 0xFFFF;
+        }
+        (self.interval, self.fraction) = (parts >> 16, parts & 0xFFFF);
+        (self.tick, self.part) = (tick.wrapping_add(span.from), part);
+        self.left -= count;
+        (count, before, last.wrapping_add(span.from))
     }
 
     /// What is left of `run` from the next step on, as a run of its own that follows `before`: the next step by itself, and

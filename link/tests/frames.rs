@@ -125,8 +125,8 @@ fn messages_are_the_bytes_that_they_were_from_the_first_day() {
     };
     assert_eq!(bytes(&|out| Ask::from(Hello { oldest: 1, newest: 0x203 }).put(out)), [1, 0, 3, 2]);
     assert_eq!(bytes(&|out| Ask::from(Outputs { on: 5 }).put(out)), [5]);
-    assert_eq!(bytes(&|out| Tell::from(Welcome::default()).put(out)).len(), 25);
-    assert_eq!(bytes(&|out| Tell::from(Status::default()).put(out)).len(), 58);
+    assert_eq!(bytes(&|out| Tell::from(Welcome::default()).put(out)).len(), 26);
+    assert_eq!(bytes(&|out| Tell::from(Status::default()).put(out)).len(), 56);
     let run = Run { forward: true, count: 3, interval: 300, fraction: 0x8000, change: -2, phase: 0x8000 };
     assert_eq!(bytes(&|out| run.put(out)), [7, 0xAC, 2, 0x80, 1, 3, 0]);
 }

@@ -2,5 +2,6 @@
 
 mod frames;
 mod line;
+mod machines;
 mod motion;
 mod support;

@@ -1,12 +1,10 @@
-//! What the tests share: paths of chance, the words played by machines that are true to the tick, seeds.
+//! What the tests share: paths of chance, what the step stream means by them, seeds.
 
 use annulus_core::chance::Chance;
 use annulus_core::job::{Effect, Stage};
 use annulus_core::steps;
-use annulus_link::chunk::LONGEST;
-use annulus_link::player::{BEFORE_PULSE, WITHOUT_PULSE, Words};
+use annulus_link::AXES;
 use annulus_link::run::Run;
-use annulus_link::{AXES, CYCLES_PER_TICK};
 
 /// A pulse in ticks.
 pub(crate) const PULSE: u32 = 10;
@@ -18,56 +16,6 @@ pub(crate) const SETUP: u32 = 50;
 pub(crate) fn seeds(few: u64) -> impl Iterator<Item = u64> {
     let count = if std::env::var_os("ANNULUS_LONG").is_some() { 50 * few } else { few };
     (1..=count).inspect(|seed| println!("seed {seed}"))
-}
-
-/// One step at the pins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Step {
-    /// Cycle at which the pulse begins.
-    pub(crate) cycle: u64,
-    /// Which way.
-    pub(crate) forward: bool,
-}
-
-/// The state machines: words into steps.
-#[derive(Debug, Default)]
-pub(crate) struct Machines {
-    now: [u64; AXES],
-    pub(crate) steps: [Vec<Step>; AXES],
-    /// Since when the direction pin says what it says, and what.
-    shown: [(u64, bool); AXES],
-    pub(crate) shortest_setup: u64,
-}
-
-impl Machines {
-    pub(crate) fn new() -> Self {
-        Self { shortest_setup: u64::MAX, ..Self::default() }
-    }
-
-    /// How long an axis was given words for.
-    pub(crate) fn now(&self) -> [u64; AXES] {
-        self.now
-    }
-}
-
-impl Words for Machines {
-    fn put(&mut self, axis: usize, word: u32) {
-        let (wait, pulse, forward) = (u64::from(word >> 2), word >> 1 & 1 == 1, word & 1 == 1);
-        assert!(wait < 1 << 29, "axis {axis}: a wait that is too long or less than none");
-        if self.shown[axis].1 != forward {
-            self.shown[axis] = (self.now[axis], forward);
-        }
-        if pulse {
-            let cycle = self.now[axis] + wait + u64::from(BEFORE_PULSE);
-            if self.shown[axis].0 > 0 {
-                self.shortest_setup = self.shortest_setup.min(cycle - self.shown[axis].0);
-            }
-            self.steps[axis].push(Step { cycle, forward });
-            self.now[axis] = cycle + u64::from(PULSE * CYCLES_PER_TICK);
-        } else {
-            self.now[axis] += wait + u64::from(WITHOUT_PULSE);
-        }
-    }
 }
 
 /// A path of chance: runs of every axis from rest to rest, and how long it takes in ticks.
@@ -84,7 +32,8 @@ pub(crate) fn path(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
             }
             let interval = room.max(PULSE + 1) + chance.scale(1.0, 4000.0) as u32;
             let count = 1 + chance.scale(1.0, 400.0) as u32;
-            let change = if count > 1 { (chance.below(1 << 20) as i32 - (1 << 19)) / count as i32 } else { 0 };
+            let change =
+                if count > 1 { (chance.below(1 << 20) as i32 - (1 << 19)) / count as i32 } else { 0 };
             let fraction = if chance.below(2) == 0 { 0 } else { chance.below(1 << 16) as u16 };
             let run = Run { forward, count, interval, fraction, change, phase: annulus_link::run::HALF };
             let fits = run.extent().filter(|extent| extent.shortest > PULSE && at + extent.last <= ticks);
@@ -136,5 +85,3 @@ pub(crate) fn meant(runs: &[Vec<Run>; AXES], ticks: u32) -> [Vec<(u64, bool)>; A
     }
     all
 }
-
-const _: () = assert!(LONGEST < 1 << 20);

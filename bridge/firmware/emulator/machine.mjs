@@ -2,7 +2,7 @@
 //
 //   mended here: state machines go by the clock of the processor; a machine that is off does nothing; joined queues hold 8 words
 //   and are emptied by joining; a pad is read back by its own input; USB packets wait until there is room, none is lost;
-//   what the boot memory does; the watchdog resets.
+//   an aborted channel is aborted at once; what the boot memory does; the watchdog resets.
 //   left out as there: caches and waits of the flash, time of DMA transfers, clock dividers, the second processor.
 //
 // Comes in: an ELF file, bytes, levels of pins. Goes out: bytes, edges with their cycle. Does not know the link.
@@ -41,6 +41,8 @@ function bootCheck(bytes) {
   }
   return crc >>> 0;
 }
+
+const CHAN_ABORT = 0x444;
 
 class Reset extends Error {}
 
@@ -104,6 +106,8 @@ export class Machine {
     this.connected = false;
     for (const block of chip.pio) this.mendBlock(block);
     this.mendPins(chip);
+    const { readUint32: read } = chip.dma;
+    chip.dma.readUint32 = (offset) => (offset === CHAN_ABORT ? 0 : read.call(chip.dma, offset));
     this.host = new Host(chip);
     this.host.onSerialData = (bytes) => this.bytes.push(...bytes);
     this.host.onDeviceConnected = () => { this.connected = true; };

@@ -29,6 +29,8 @@ const LOOKS: u32 = 60;
 static ORIGIN: AtomicU32 = AtomicU32::new(0);
 /// Whether the pulses were stopped by force.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
+/// What the watcher saw; nothing amiss where it saw nothing.
+static SEEN: AtomicU32 = AtomicU32::new(1);
 /// What each step pin is held at.
 static HELD: [AtomicU32; AXES] = [const { AtomicU32::new(board::LOW) }; AXES];
 
@@ -56,7 +58,15 @@ pub fn stop_by_force() {
 #[link_section = ".data.ram"]
 fn PIO1_IRQ_0() {
     stop_by_force();
+    SEEN.store(read(PIO1 + 0x20), Release);
     write(PIO1 + 0x30, 1);
+}
+
+/// What the watcher saw when it stopped the pulses: bit 0 the emergency stop, low; above it the inputs, high. Nothing
+/// where the pulses were stopped for another reason.
+pub fn seen() -> (bool, u8) {
+    let seen = SEEN.load(Acquire);
+    (seen & 1 == 0, (seen >> 1) as u8)
 }
 
 /// Whether the pulses were stopped by force and not made ready again.
@@ -130,12 +140,14 @@ fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
         "again:",
         "    mov isr, null    [31]",
         "    nop              [31]",
-        "    in pins, 9       [31]",
+        "    nop              [31]",
+        "    in pins, 9",
         "    mov x, isr",
         "    jmp x!=y trip",
         ".wrap",
         "trip:",
         "    set pins, 0",
+        "    push noblock",
         "    irq 0",
         "dead:",
         "    jmp dead",
@@ -203,6 +215,10 @@ pub fn arm(settings: &Configure) {
     write(PIO0 + SET, RESTART);
     write(PIO1 + CLEAR, ENABLE_WATCHER);
     write(PIO1 + 0x30, 1);
+    SEEN.store(1, Release);
+    while read(PIO1 + 0x4) & 1 << 8 == 0 {
+        read(PIO1 + 0x20);
+    }
     write(PIO1 + 0xD8, WATCHER.load(Relaxed));
     IS_STOPPED.store(false, Release);
     route(board::RUN, board::BY_PIO1, board::AS_IS, board::AS_IS);

@@ -46,8 +46,7 @@ pub static SECOND_STAGE: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;
 const AHEAD: u32 = 20_000;
 
 /// The clock: 12 MHz · 100 / 10, a whole number of cycles to a tick.
-const CLOCK: PLLConfig =
-    PLLConfig { vco_freq: HertzU32::MHz(1200), refdiv: 1, post_div1: 5, post_div2: 2 };
+const CLOCK: PLLConfig = PLLConfig { vco_freq: HertzU32::MHz(1200), refdiv: 1, post_div1: 5, post_div2: 2 };
 
 const CRYSTAL_HZ: u32 = 12_000_000;
 
@@ -163,10 +162,10 @@ fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
 fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
     if machines::is_stopped() {
         if !matches!(adapter.state(), State::Limit | State::EmergencyStop | State::Fault) {
-            let inputs = inputs(adapter);
-            let input = (inputs.on & adapter.limits()).trailing_zeros() as u8;
+            let (is_emergency, inputs) = machines::seen();
+            let input = inputs.trailing_zeros() as u8;
             let index = machines::index_of(adapter.index());
-            adapter.forced(index, (input < board::INPUTS).then_some(input), inputs.stop);
+            adapter.forced(index, (input < board::INPUTS).then_some(input), is_emergency);
         }
         *motion = Motion::Rest;
         return;
@@ -192,9 +191,8 @@ fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
 }
 
 fn inputs(adapter: &Adapter<'_>) -> Inputs {
-    let levels = (0..board::INPUTS).fold(0, |levels, input| {
-        levels | u8::from(board::level(board::INPUT + input)) << input
-    });
+    let levels = (0..board::INPUTS)
+        .fold(0, |levels, input| levels | u8::from(board::level(board::INPUT + input)) << input);
     Inputs { on: levels ^ adapter.settings().low_inputs, stop: !board::level(board::STOP) }
 }
 

@@ -134,6 +134,19 @@ impl Words for Rings {
         unsafe { place.write_volatile(word) };
         self.heads[axis] = head.wrapping_add(1);
     }
+
+    #[inline(always)]
+    fn places(&mut self, axis: usize) -> &mut [u32] {
+        let at = self.heads[axis] % WORDS;
+        let place = RINGS[axis].0.get().cast::<u32>().wrapping_add(at as usize);
+        // SAFETY: from the head to the end of the ring; what is filled of it lies beyond the tail: `have_room` said so.
+        unsafe { core::slice::from_raw_parts_mut(place, (WORDS - at) as usize) }
+    }
+
+    #[inline(always)]
+    fn filled(&mut self, axis: usize, count: u32) {
+        self.heads[axis] = self.heads[axis].wrapping_add(count);
+    }
 }
 
 /// Whether the machines have taken every word of every axis.
