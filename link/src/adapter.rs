@@ -23,7 +23,7 @@ use crate::message::{
 use crate::player::{End, Player, Words};
 use crate::receiver::Receiver;
 use crate::store::{AROUND, ROOM, Store};
-use crate::{AXES, NEWEST, OLDEST};
+use crate::{AXES, FULL_RATE, NEWEST, OLDEST};
 
 /// Outputs go off when nothing of the session was heard for so many µs.
 pub const OUTPUTS_US: u32 = 250_000;
@@ -37,16 +37,19 @@ const ENDED: usize = 8;
 /// No input.
 pub const NO_INPUT: u8 = 255;
 
-/// What the hardware is to do now.
+/// What the hardware is to do now. Of several that wait the first of these comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// Take up new settings, inputs that stop and outputs.
     Settle,
-    /// Begin to move: words are to be made, then the machines started together.
-    Begin,
     /// Make ready again what stopped the pulses.
     Clear,
+    /// Begin to move: words are to be made, then the machines started together.
+    Begin,
 }
+
+/// All orders, in the order in which they are obeyed.
+const ORDERS: [Order; 3] = [Order::Settle, Order::Clear, Order::Begin];
 
 /// What the hardware says of its inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -87,7 +90,8 @@ pub struct Adapter<'a> {
     before: [Before; AXES],
     refusal: Refusal,
     refused: u32,
-    order: Option<Order>,
+    /// Orders that wait, one bit each.
+    orders: u8,
     answer: Option<(Header, Tell)>,
     is_status_due: bool,
     welcome: Welcome,
@@ -121,7 +125,7 @@ impl<'a> Adapter<'a> {
             before: [Before { since: 0, forward: false, shown: false }; AXES],
             refusal: Refusal::None,
             refused: 0,
-            order: None,
+            orders: 0,
             answer: None,
             is_status_due: false,
             welcome,
@@ -158,9 +162,11 @@ impl<'a> Adapter<'a> {
         self.player.machine()
     }
 
-    /// What the hardware is to do, once.
+    /// What the hardware is to do next, once.
     pub fn order(&mut self) -> Option<Order> {
-        self.order.take()
+        let order = ORDERS.into_iter().find(|order| self.orders >> *order as u8 & 1 == 1)?;
+        self.orders &= !(1 << order as u8);
+        Some(order)
     }
 
     /// A byte from the line, at `now_us`.
@@ -205,6 +211,7 @@ impl<'a> Adapter<'a> {
         self.receiver.restart();
         (self.chunk, self.bytes, self.refusal, self.refused) = (0, 0, Refusal::None, 0);
         (self.settings_crc, self.outputs) = (0, 0);
+        self.player.want(FULL_RATE);
         if self.state == State::Running {
             self.is_orphan = true;
             self.player.stop();
@@ -214,7 +221,7 @@ impl<'a> Adapter<'a> {
                 self.state = State::Unset;
             }
         }
-        self.order = Some(Order::Settle);
+        self.orders |= 1 << Order::Settle as u8;
     }
 
     /// Forgets the path that is not begun.
@@ -263,7 +270,8 @@ impl<'a> Adapter<'a> {
                     return Err(Refusal::Input);
                 }
                 self.state = State::Running;
-                self.order = Some(Order::Begin);
+                self.player.ready();
+                self.orders |= 1 << Order::Begin as u8;
             }
             Ask::Rate(rate) => self.player.want(rate.wanted),
             Ask::Stop(_) if self.state == State::Running => self.player.stop(),
@@ -279,7 +287,7 @@ impl<'a> Adapter<'a> {
             }
             Ask::Guard(guard) if self.state != State::Running && self.settings_crc != 0 => {
                 self.limits = guard.limits;
-                self.order = Some(Order::Settle);
+                self.orders |= 1 << Order::Settle as u8;
             }
             _ => return Err(Refusal::State),
         }
@@ -294,7 +302,7 @@ impl<'a> Adapter<'a> {
         self.settings_crc = crc32c(payload).max(1);
         self.limits = settings.limits;
         self.state = State::Ready;
-        self.order = Some(Order::Settle);
+        self.orders |= 1 << Order::Settle as u8;
         self.forget();
         Ok(())
     }
@@ -308,7 +316,7 @@ impl<'a> Adapter<'a> {
         }
         self.state = State::Ready;
         self.input = NO_INPUT;
-        self.order = Some(Order::Clear);
+        self.orders |= 1 << Order::Clear as u8;
         self.forget();
         Ok(())
     }

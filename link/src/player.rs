@@ -186,10 +186,15 @@ impl Player {
         self.is_stopping = true;
     }
 
+    /// From now on it may be told to stop again.
+    pub fn ready(&mut self) {
+        (self.is_stopping, self.in_tail) = (false, false);
+    }
+
     /// Begins with the first chunk of `store`, at rest, with pulses of so many ticks. False where there is none.
     pub fn begin(&mut self, store: &mut Store, pulse: u32) -> bool {
         (self.machine, self.owed, self.length, self.part) = (0, 0, 0, 0);
-        (self.is_stopping, self.pulse, self.rate) = (false, pulse, self.wanted);
+        (self.pulse, self.rate) = (pulse, self.wanted);
         self.axes.iter_mut().for_each(|axis| axis.word = 0);
         self.next(store)
     }
@@ -324,7 +329,7 @@ impl Player {
             let length = wanted.div_ceil(rate);
             (length, self.ticks, length * rate - wanted)
         };
-        let behind = (u64::from(self.part) * u64::from(inverse) >> 16) as u32;
+        let behind = ((u64::from(self.part) * u64::from(inverse)) >> 16) as u32;
         let stretch = Stretch {
             from: self.passed,
             until,
@@ -333,7 +338,7 @@ impl Player {
             offset: 0xFFFF_u32.wrapping_sub(behind),
             least: self.pulse + 1,
             scale: CYCLES_PER_TICK << 2,
-            base: pulse_word(0, false).wrapping_sub(self.pulse * CYCLES_PER_TICK << 2),
+            base: pulse_word(0, false).wrapping_sub((self.pulse * CYCLES_PER_TICK) << 2),
         };
         Span { stretch, part, machine_until: self.machine.wrapping_add(length), length }
     }

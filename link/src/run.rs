@@ -175,49 +175,44 @@ impl Cursor {
         self.left > 0 && self.interval < 1 << 15
     }
 
-    /// The steps up to `span.until` as words behind each other, as many as `out` has places for: how many, and the machine's
-    /// tick and the chunk's tick of the last. `before` is the machine's tick of the pulse before them. Made to be fast on a small processor: one loop, few numbers.
+    /// The steps up to `span.until` as words behind each other, as many as `out` has places for: how many, the machine's tick and
+    /// the chunk's tick of the last. `before` is the machine's tick of the pulse before them; the next step is not behind
+    /// `span.until`. Made to be fast on a small processor: ticks and parts are one number, counted from the slice.
     #[inline(never)]
     pub fn burst<const STRETCHED: bool>(
         &mut self,
-        mut before: u32,
+        before: u32,
         span: &Stretch,
         out: &mut [u32],
     ) -> (u32, u32, u32) {
-        let (mut tick, mut part) = (self.tick.wrapping_sub(span.from), self.part);
+        let mut place = self.tick.wrapping_sub(span.from) << 16 | self.part;
         let mut parts = self.interval << 16 | self.fraction;
         let change = self.change << 16 | self.change_fraction;
-        let until = span.until.wrapping_sub(span.from);
+        let until = span.until.wrapping_sub(span.from) << 16 | 0xFFFF;
+        let (scale, base) = (span.scale, span.base);
         let room = out.len().min(self.left as usize);
-        let (mut count, mut last) = (0, tick);
-        for word in &mut out[..room] {
-            if tick > until {
-                break;
-            }
-            let at = if STRETCHED {
-                let at = span
-                    .machine
-                    .wrapping_add(tick.wrapping_mul(span.inverse).wrapping_add(span.offset) >> 16);
-                if (at.wrapping_sub(before) as i32) < span.least as i32 {
-                    before.wrapping_add(span.least)
-                } else {
-                    at
+        let mut words = out[..room].iter_mut();
+        let (mut last, mut tick) = (before.wrapping_sub(span.machine), 0);
+        while place <= until {
+            let Some(word) = words.next() else { break };
+            tick = place >> 16;
+            let mut at = tick;
+            if STRETCHED {
+                at = tick.wrapping_mul(span.inverse).wrapping_add(span.offset) >> 16;
+                if (at.wrapping_sub(last) as i32) < span.least as i32 {
+                    at = last.wrapping_add(span.least);
                 }
-            } else {
-                span.machine.wrapping_add(tick)
-            };
-            *word = at.wrapping_sub(before).wrapping_mul(span.scale).wrapping_add(span.base);
-            (before, last) = (at, tick);
-            count += 1;
+            }
+            *word = at.wrapping_sub(last).wrapping_mul(scale).wrapping_add(base);
+            last = at;
             parts = parts.wrapping_add(change);
-            let sum = part + (parts & 0xFFFF);
-            tick = tick.wrapping_add(parts >> 16).wrapping_add(sum >> 16);
-            part = sum & 0xFFFF;
+            place = place.wrapping_add(parts);
         }
+        let count = (room - words.len()) as u32;
         (self.interval, self.fraction) = (parts >> 16, parts & 0xFFFF);
-        (self.tick, self.part) = (tick.wrapping_add(span.from), part);
+        (self.tick, self.part) = ((place >> 16).wrapping_add(span.from), place & 0xFFFF);
         self.left -= count;
-        (count, before, last.wrapping_add(span.from))
+        (count, last.wrapping_add(span.machine), tick.wrapping_add(span.from))
     }
 
     /// What is left of `run` from the next step on, as a run of its own that follows `before`: the next step by itself, and

@@ -105,12 +105,11 @@ impl World {
         while let Some(frame) = self.there.frames.pop() {
             frame.iter().for_each(|byte| self.adapter.hear(*byte, now));
         }
-        match self.adapter.order() {
-            Some(Order::Begin) => {
+        while let Some(order) = self.adapter.order() {
+            if order == Order::Begin {
                 self.begun += 1;
                 self.adapter.begin();
             }
-            Some(Order::Settle | Order::Clear) | None => {}
         }
         for _ in 0..8 {
             if self.adapter.state() == State::Running && self.ending.is_none() {
@@ -323,6 +322,27 @@ fn what_may_not_be_is_refused_and_changes_nothing() {
     assert_eq!(world.say(Place { index: [-5; AXES] }).index, [-5; AXES]);
     assert_eq!(world.say(Guard { limits: 0 }).trust, Trust::Trusted);
     assert_eq!(world.say(Rate { wanted: 2 * FULL_RATE }).state, State::Ready);
+}
+
+#[test]
+fn orders_that_come_in_one_packet_are_all_obeyed() {
+    let mut world = World::new(13, 0.0);
+    world.begin();
+    let empty: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
+    let head = Chunk { ticks: 90_000, rests: 1, ..Chunk::default() };
+    assert!(world.sender.offer_chunk(&head, empty, empty).is_some());
+    for ask in [Guard { limits: 0 }.into(), Ask::from(Begin {}), Stop {}.into()] {
+        assert!(world.sender.offer(&ask).is_some());
+    }
+    let mut line = [0; ON_LINE];
+    while let Some(length) = world.sender.due(world.now, &mut line) {
+        line[..length].iter().for_each(|byte| world.adapter.hear(*byte, 1));
+    }
+    assert_eq!([world.adapter.order(), world.adapter.order()], [Some(Order::Settle), Some(Order::Begin)]);
+    world.adapter.begin();
+    // The stop that came before the first word is not forgotten.
+    let end = (0..200).find_map(|_| world.adapter.slice(&mut world.machines));
+    assert_eq!(end, Some(End::Stopped));
 }
 
 #[test]

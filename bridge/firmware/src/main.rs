@@ -290,7 +290,7 @@ fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
     loop {
         let now = board::micros();
         usb.turn(&mut adapter, now);
-        if let Some(order) = adapter.order() {
+        while let Some(order) = adapter.order() {
             obey(&mut adapter, order, &mut motion);
         }
         go_on(&mut adapter, &mut motion);
