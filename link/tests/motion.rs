@@ -91,10 +91,10 @@ fn at_full_rate_every_step_comes_in_its_tick_however_the_path_is_cut() {
         }
         assert_eq!(end, Some(End::Rested));
         let wanted = meant(&runs, ticks);
-        for axis in 0..AXES {
-            assert_eq!(ticks_of(&machines, axis), wanted[axis], "axis {axis}");
-            steps += wanted[axis].len();
-            let count = |forward| wanted[axis].iter().filter(|step| step.1 == forward).count() as i32;
+        for (axis, wanted) in wanted.iter().enumerate() {
+            assert_eq!(ticks_of(&machines, axis), *wanted, "axis {axis}");
+            steps += wanted.len();
+            let count = |forward| wanted.iter().filter(|step| step.1 == forward).count() as i32;
             assert_eq!(player.index()[axis], count(true) - count(false));
         }
         assert_eq!(machines.now(), [u64::from(ticks * CYCLES_PER_TICK); AXES]);

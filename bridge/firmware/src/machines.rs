@@ -39,7 +39,7 @@ static HELD: [AtomicU32; AXES] = [const { AtomicU32::new(board::LOW) }; AXES];
 #[inline(never)]
 pub fn stop_by_force() {
     board::switch(0, 1 << board::OUTPUT | 1 << board::SECOND_OUTPUT);
-    write(PIO1 + 0x0 + CLEAR, 1);
+    write(PIO1 + CLEAR, 1);
     // RUN by hand: the watcher may not be what found the reason.
     route(board::RUN, board::BY_PIO1, board::LOW, board::AS_IS);
     let steps = MACHINES << board::STEP;
@@ -48,8 +48,8 @@ pub fn stop_by_force() {
         looks -= 1;
     }
     write(PIO0 + CLEAR, MACHINES);
-    for axis in 0..AXES {
-        route(board::STEP + axis as u8, board::BY_PIO0, HELD[axis].load(Relaxed), board::AS_IS);
+    for (pin, held) in (board::STEP..).zip(&HELD) {
+        route(pin, board::BY_PIO0, held.load(Relaxed), board::AS_IS);
     }
     IS_STOPPED.store(true, Release);
 }

@@ -227,14 +227,14 @@ fn main() -> ! {
     let mut watchdog = Watchdog::new(chip.WATCHDOG);
     // SAFETY: the watchdog's driver has no word for why it reset.
     let by_watchdog = board::read(0x4005_8008) & 1;
-    let crystal = setup_xosc_blocking(chip.XOSC, HertzU32::Hz(CRYSTAL_HZ)).ok().expect("a crystal");
+    let crystal = setup_xosc_blocking(chip.XOSC, HertzU32::Hz(CRYSTAL_HZ)).expect("a crystal");
     watchdog.enable_tick_generation((CRYSTAL_HZ / 1_000_000) as u8);
     let mut clocks = ClocksManager::new(chip.CLOCKS);
     let crystal_hz = HertzU32::Hz(CRYSTAL_HZ);
     let fast = setup_pll_blocking(chip.PLL_SYS, crystal_hz, CLOCK, &mut clocks, &mut chip.RESETS);
     let usb = setup_pll_blocking(chip.PLL_USB, crystal_hz, PLL_USB_48MHZ, &mut clocks, &mut chip.RESETS);
-    let (fast, usb) = (fast.ok().expect("a clock"), usb.ok().expect("a clock for USB"));
-    clocks.init_default(&crystal, &fast, &usb).ok().expect("clocks");
+    let (fast, usb) = (fast.expect("a clock"), usb.expect("a clock for USB"));
+    clocks.init_default(&crystal, &fast, &usb).expect("clocks");
     board::bring_up();
     pins();
     machines::prepare(chip.PIO0, chip.PIO1, &mut chip.RESETS);
