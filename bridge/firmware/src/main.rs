@@ -25,6 +25,7 @@ use annulus_link::player::{most_words, End};
 use annulus_link::store::Store;
 use annulus_link::{AXES, CYCLES_PER_TICK, TICK_HZ};
 use core::cell::UnsafeCell;
+use cortex_m_rt as _; // the linker's script
 use rp2040_hal::clocks::ClocksManager;
 use rp2040_hal::fugit::{HertzU32, MicrosDurationU32};
 use rp2040_hal::pac;
