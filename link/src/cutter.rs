@@ -74,7 +74,7 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Its runs and those of its tail, as [`write`] takes them.
+    /// Its runs and those of its tail, as [`write()`] takes them.
     pub fn slices(&self) -> ([&[Run]; AXES], [&[Run]; AXES]) {
         (self.runs.each_ref().map(Runs::all), self.tail.each_ref().map(Runs::all))
     }
