@@ -7,7 +7,8 @@ use annulus_tests::root;
 use std::fs;
 use std::path::Path;
 
-const PACKAGES: &[&str] = &["core", "drill", "app", "bridge", "tests", "tests/speed", "xtask"];
+const PACKAGES: &[&str] =
+    &["core", "drill", "link", "app", "bridge", "bridge/firmware", "tests", "tests/speed", "xtask"];
 
 /// Named for its feature alone: with it `syn` knows the lines of what it reads.
 const FOR_A_FEATURE: &[&str] = &["proc-macro2"];

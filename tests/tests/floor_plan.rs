@@ -37,6 +37,23 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &["control", "queue", "steps", "job", "machine"]),
 ];
 
+/// Files of `link/src`, lowest first, and what each may name: only what lies lower.
+const LINK: &[(&str, &[&str])] = &[
+    ("bytes", &[]),
+    ("crc", &[]),
+    ("cobs", &[]),
+    ("frame", &["bytes", "cobs", "crc"]),
+    ("message", &["bytes"]),
+    ("run", &["bytes"]),
+    ("chunk", &["bytes", "frame", "message", "run"]),
+    ("cutter", &["chunk", "frame", "message", "run"]),
+    ("store", &["frame"]),
+    ("receiver", &["frame"]),
+    ("sender", &["bytes", "chunk", "frame", "message", "receiver", "run", "store"]),
+    ("player", &["bytes", "chunk", "frame", "message", "run", "store"]),
+    ("adapter", &["bytes", "chunk", "cobs", "crc", "frame", "message", "player", "receiver", "store"]),
+];
+
 /// Files of `drill/src` that stand by themselves, and what each may name; all others are the owner, and may name them all.
 const DRILL: &[(&str, &[&str])] = &[
     ("grant", &[]),
@@ -122,7 +139,17 @@ pub(crate) fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
 
 fn sources() -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
-    for folder in ["core/src", "drill/src", "app/src", "bridge/src", "tests/src", "xtask/src"] {
+    let folders = [
+        "core/src",
+        "drill/src",
+        "link/src",
+        "app/src",
+        "bridge/src",
+        "bridge/firmware/src",
+        "tests/src",
+        "xtask/src",
+    ];
+    for folder in folders {
         rust_files(&root().join(folder), &mut files);
     }
     assert!(files.len() > 20, "the sources were not found");
@@ -238,11 +265,14 @@ fn off_the_plan(package: &str, arrows: &[(&str, &[&str])], common: &[&str]) -> V
 fn every_arrow_is_on_the_plan() {
     let mut wrong = off_the_plan("core/src", ARROWS, &["chance", "units", "diagnostic", "locale"]);
     wrong.extend(off_the_plan("drill/src", DRILL, &[]));
+    wrong.extend(off_the_plan("link/src", LINK, &[]));
     wrong.extend(off_the_plan("bridge/src", BRIDGE, &[]));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    for (at, (floor, allowed)) in BRIDGE.iter().enumerate() {
-        let lower = |name: &&str| BRIDGE[..at].iter().any(|(below, _)| *below == *name);
-        assert!(allowed.iter().all(lower), "{floor} names only what lies lower");
+    for floors in [LINK, BRIDGE] {
+        for (at, (floor, allowed)) in floors.iter().enumerate() {
+            let lower = |name: &&str| floors[..at].iter().any(|(below, _)| *below == *name);
+            assert!(allowed.iter().all(lower), "{floor} names only what lies lower");
+        }
     }
 }
 

@@ -125,7 +125,7 @@ fn stem(path: &Path) -> String {
 #[test]
 fn public_names_are_words_of_the_trade() {
     let mut files = Vec::new();
-    for folder in ["core/src", "drill/src", "app/src", "bridge/src"] {
+    for folder in ["core/src", "drill/src", "link/src", "app/src", "bridge/src", "bridge/firmware/src"] {
         rust_files(&root().join(folder), &mut files);
     }
     assert!(files.len() > 200, "the sources were not found");

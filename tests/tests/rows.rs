@@ -58,6 +58,7 @@ fn every_row_that_is_quoted_is_in_the_index_and_has_its_proof() {
     for folder in [
         "core",
         "drill",
+        "link",
         "bridge",
         "app",
         "xtask",

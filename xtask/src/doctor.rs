@@ -3,7 +3,7 @@
 //! Goes out: a list on standard output. Changes nothing.
 
 use crate::sh::{Done, command, output, which};
-use crate::{browser, grbl, npm, tools, wasm};
+use crate::{browser, firmware, grbl, npm, tools, wasm};
 
 /// Prints the list.
 pub(crate) fn run() -> Done {
@@ -13,6 +13,7 @@ pub(crate) fn run() -> Done {
     let rustc = output(&mut command("rustc", &["--version"]));
     line(rustc.is_some(), "Rust compiler", rustc.as_deref().unwrap_or("install it with rustup"));
     line(wasm::present(), "WebAssembly target", "rustup target add, or Debian's packages");
+    line(firmware::present(), "target of the adapter", "rustup target add, when the firmware is built");
     let node = output(&mut command("node", &["--version"]));
     line(node.is_some(), "Node 20 or newer", node.as_deref().unwrap_or("from your system or nodejs.org"));
     line(

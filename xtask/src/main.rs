@@ -1,4 +1,4 @@
-//! `cargo xtask run | test | build | page | site | tools | bench | doctor`: prepares what is missing and does the thing.
+//! `cargo xtask run | test | build | page | site | firmware | tools | bench | doctor`: prepares what is missing and does the thing.
 //!
 //! Comes in: one word. Goes out: a running page, a tested tree, a built page, numbers, or a list of what is there.
 //! Does not know what Annulus does.
@@ -6,6 +6,7 @@
 mod bench;
 mod browser;
 mod doctor;
+mod firmware;
 mod grbl;
 mod npm;
 mod page;
@@ -22,14 +23,15 @@ use std::process::ExitCode;
 
 const USAGE: &str = "usage: cargo xtask COMMAND
 
-  run     build page and bridge, start the bridge with the virtual drill and a sample board
-  test    prepare and run every test and check; the last line counts them; --long for the full size
-  build   build the page into target/www and the bridge in release
-  page    build the page alone
-  site    build the page as a site of files, for any server, into target/site
-  tools   build what the tests need, once
-  bench   print the measured numbers: parsing, tours, steps, sizes
-  doctor  list what is there and what would be installed
+  run       build page and bridge, start the bridge with the virtual drill and a sample board
+  test      prepare and run every test and check; the last line counts them; --long for the full size
+  build     build the page into target/www and the bridge in release
+  page      build the page alone
+  site      build the page as a site of files, for any server, into target/site
+  firmware  build the firmware of the USB step adapter into target/firmware
+  tools     build what the tests need, once
+  bench     print the measured numbers: parsing, tours, steps, sizes
+  doctor    list what is there and what would be installed
 ";
 
 fn main() -> ExitCode {
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         Some("tools") => tools::ensure().map(drop),
         Some("site") => site::build().map(drop),
         Some("page") => page::build().map(drop),
+        Some("firmware") => firmware::build().map(drop),
         Some("bench") => bench::run(rest),
         Some("doctor") => doctor::run(),
         _ => Err(USAGE.to_owned()),

@@ -1,25 +1,32 @@
-//! Packages for the browser tests and for making the page small: `tests/browser`, with its lock file.
+//! Packages of npm, by the lock file of a folder: `tests/browser` for the browser tests and for making the page small,
+//! `bridge/firmware/emulator` for those of the adapter.
 //!
 //! Goes out: the folder with the packages. Does not know the tests.
 
 use crate::sh::{Done, command, output, root, run, which};
 use sha2::{Digest, Sha256};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The folder that has `package.json`.
 pub(crate) fn folder() -> PathBuf {
     root().join("tests/browser")
 }
 
-/// Installs what the lock file says, unless that was done already.
+/// Installs what the lock file of the browser tests says, unless that was done already.
 pub(crate) fn ensure() -> Done<PathBuf> {
+    ensure_in(&folder())?;
+    Ok(folder())
+}
+
+/// Installs what the lock file of a folder says, unless that was done already.
+pub(crate) fn ensure_in(folder: &Path) -> Done {
     let lock =
-        fs::read(folder().join("package-lock.json")).map_err(|error| format!("No lock file: {error}."))?;
-    let stamp = folder().join("node_modules/.annulus-stamp");
+        fs::read(folder.join("package-lock.json")).map_err(|error| format!("No lock file: {error}."))?;
+    let stamp = folder.join("node_modules/.annulus-stamp");
     let wanted = format!("{:x}", Sha256::digest(&lock));
     if fs::read_to_string(&stamp).is_ok_and(|found| found == wanted) {
-        return Ok(folder());
+        return Ok(());
     }
     let version = output(&mut command("node", &["--version"])).unwrap_or_default();
     let major: u32 =
@@ -30,9 +37,8 @@ pub(crate) fn ensure() -> Done<PathBuf> {
         );
     }
     let mut install = command("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"]);
-    run(install.current_dir(folder()))?;
-    fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}.", stamp.display()))?;
-    Ok(folder())
+    run(install.current_dir(folder))?;
+    fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}.", stamp.display()))
 }
 
 /// The browser tests, in order of name.

@@ -2,14 +2,14 @@
 //! goes on beside what compiles for this machine.
 //!
 //! ```text
-//! here   fmt ─ build ─ native ─ grbl ─ clippy ─ docs ─ deny (after tools)
+//! here   fmt ─ build ─ native ─ grbl ─ adapter ─ clippy ─ docs ─ deny (after tools)
 //! page   page ─ tools ─ wasm ─ clippy-page ─ browser (after build)
 //! ```
 //!
 //! Goes out: the suites in order, each able to say its command when its turn comes. Does not know how they are run.
 
 use crate::sh::{Done, command, target};
-use crate::{browser, grbl, npm, tools, wasm};
+use crate::{browser, firmware, grbl, npm, tools, wasm};
 use std::process::Command;
 
 /// One thing to run.
@@ -37,6 +37,7 @@ pub(crate) const LANES: [&[Suite]; 2] = [
         },
         Suite { name: "native", after: &["build"], counts: true, command: native },
         Suite { name: "grbl", after: &["build"], counts: true, command: controllers },
+        Suite { name: "adapter", after: &[], counts: true, command: firmware::tests },
         Suite { name: "clippy", after: &[], counts: false, command: clippy },
         Suite { name: "docs", after: &[], counts: false, command: docs },
         Suite { name: "deny", after: &["tools"], counts: false, command: deny },

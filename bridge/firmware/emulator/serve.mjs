@@ -1,0 +1,38 @@
+// The emulated adapter as a servant of the tests: one order a line, one answer a line.
+//
+//   node serve.mjs FIRMWARE.elf
+//   {"do": "run", "cycles": n}                    goes on; with "until": "connected" or "bytes" ends when that is so
+//   {"do": "send", "bytes": [...]}                bytes into the cable
+//   {"do": "pin", "pin": n, "level": true}        a level from outside
+//   {"do": "hang"} {"do": "unplug"} {"do": "peek"}
+//   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected", "waiting"}
+import readline from 'node:readline';
+import { Machine, image } from './machine.mjs';
+
+const machine = new Machine(image(process.argv[2]));
+
+const orders = {
+  run({ cycles, until }) {
+    const done = {
+      connected: () => machine.connected,
+      bytes: () => machine.bytes.length > 0,
+      taken: () => machine.host.waiting.length === 0,
+    }[until];
+    return machine.run(cycles, done);
+  },
+  send({ bytes }) { machine.host.put(bytes); return null; },
+  pin({ pin, level }) { machine.pin(pin, level); return null; },
+  hang() { machine.hang(); return null; },
+  unplug() { machine.host.plugged = false; machine.host.waiting = []; return null; },
+  peek() { return null; },
+};
+
+for await (const line of readline.createInterface({ input: process.stdin })) {
+  const order = JSON.parse(line);
+  const reset = orders[order.do](order);
+  const { cycle, bytes, edges, connected } = machine;
+  const driven = machine.chip.gpio.map((pin) => (pin.outputEnable ? Number(pin.outputValue) : 2));
+  process.stdout.write(`${JSON.stringify({ cycle, bytes, edges, reset, connected, waiting: machine.host.waiting.length, driven })}\n`);
+  machine.bytes = [];
+  machine.edges = [];
+}

@@ -1,0 +1,308 @@
+//! Firmware of the USB step adapter: frames from USB become words, words become pulses (N18).
+//!
+//! ```text
+//! USB ─ bytes ─▶ Adapter (annulus-link) ─ words, 2 ms ahead ─▶ rings ─ DMA ─▶ state machines ─▶ step, direction
+//!  ▲                                                                              ▲
+//!  └── status every 10 ms          emergency stop, end sensors ─ watcher ─ RUN ───┘── interrupt: outputs off
+//! ```
+//!
+//! One processor, one loop; two interrupts, which touch registers and atomics only. The loop may take up to 2 ms; later, the
+//! machines run dry, which is a fault. When it hangs, the watchdog resets everything after 100 ms, and pins go to rest by
+//! their resistors.
+//!
+//! Does not know boards, tools or millimetres.
+#![no_std]
+#![no_main]
+
+mod board;
+mod machines;
+mod rings;
+
+use annulus_link::adapter::{Adapter, Inputs, Order};
+use annulus_link::frame::ON_LINE;
+use annulus_link::message::{State, Welcome};
+use annulus_link::player::{most_words, End};
+use annulus_link::store::Store;
+use annulus_link::{AXES, CYCLES_PER_TICK, TICK_HZ};
+use core::cell::UnsafeCell;
+use cortex_m_rt as _; // the linker's script
+use rp2040_hal::clocks::ClocksManager;
+use rp2040_hal::fugit::{HertzU32, MicrosDurationU32};
+use rp2040_hal::pac;
+use rp2040_hal::pll::{common_configs::PLL_USB_48MHZ, setup_pll_blocking, PLLConfig};
+use rp2040_hal::usb::UsbBus;
+use rp2040_hal::watchdog::Watchdog;
+use rp2040_hal::xosc::setup_xosc_blocking;
+use usb_device::bus::UsbBusAllocator;
+use usb_device::device::{StringDescriptors, UsbDevice, UsbDeviceBuilder, UsbVidPid};
+use usbd_serial::SerialPort;
+
+/// The second stage of the boot, which the chip's own memory starts.
+#[link_section = ".boot2"]
+#[no_mangle]
+#[used]
+pub static SECOND_STAGE: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;
+
+/// Words are made so far ahead, in ticks: 2 ms. A hold is obeyed that much later at most.
+const AHEAD: u32 = 20_000;
+
+/// The clock: 12 MHz · 100 / 10, a whole number of cycles to a tick.
+const CLOCK: PLLConfig = PLLConfig { vco_freq: HertzU32::MHz(1200), refdiv: 1, post_div1: 5, post_div2: 2 };
+
+const CRYSTAL_HZ: u32 = 12_000_000;
+
+/// All chunks wait here; too large for the stack.
+struct Place(UnsafeCell<Store>);
+
+// SAFETY: the main function alone takes it, once.
+unsafe impl Sync for Place {}
+
+static STORE: Place = Place(UnsafeCell::new(Store::new()));
+
+/// Interrupts touch nothing that is guarded by critical sections: nothing has to be kept out, and no pulse waits for USB.
+struct OneThread;
+critical_section::set_impl!(OneThread);
+// SAFETY: only the main loop enters critical sections.
+unsafe impl critical_section::Impl for OneThread {
+    unsafe fn acquire() -> critical_section::RawRestoreState {}
+    unsafe fn release(_: critical_section::RawRestoreState) {}
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    cortex_m::interrupt::disable();
+    machines::stop_by_force();
+    // The watchdog is not fed any more.
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+/// The line to the bridge.
+struct Usb {
+    device: UsbDevice<'static, UsbBus>,
+    serial: SerialPort<'static, UsbBus>,
+    /// A frame on its way out: bytes, how many there are, how many are gone.
+    frame: [u8; ON_LINE],
+    length: usize,
+    gone: usize,
+}
+
+impl Usb {
+    fn new(bus: &'static UsbBusAllocator<UsbBus>) -> Self {
+        let serial = SerialPort::new(bus);
+        let names = StringDescriptors::default().manufacturer("Annulus").product("Annulus step adapter");
+        let device = UsbDeviceBuilder::new(bus, UsbVidPid(0x1209, 0x0001))
+            .strings(&[names])
+            .and_then(|builder| builder.max_packet_size_0(64))
+            .expect("what USB allows")
+            .device_class(usbd_serial::USB_CLASS_CDC)
+            .build();
+        Self { device, serial, frame: [0; ON_LINE], length: 0, gone: 0 }
+    }
+
+    /// Takes in what came, gives out what is to be said.
+    fn turn(&mut self, adapter: &mut Adapter<'_>, now: u32) {
+        self.device.poll(&mut [&mut self.serial]);
+        let mut bytes = [0; 64];
+        if let Ok(count) = self.serial.read(&mut bytes) {
+            bytes.iter().take(count).for_each(|byte| adapter.hear(*byte, now));
+        }
+        if self.gone == self.length {
+            (self.length, self.gone) = (adapter.tell(now, &mut self.frame).unwrap_or(0), 0);
+        }
+        if self.gone < self.length {
+            self.gone += self.serial.write(&self.frame[self.gone..self.length]).unwrap_or(0);
+        }
+        let _ = self.serial.flush();
+    }
+}
+
+/// Where the motion is.
+enum Motion {
+    Rest,
+    /// Words are made; since when the machines run, in µs.
+    Making(u32),
+    /// All words are made, and being played.
+    Playing(End),
+}
+
+/// Makes words up to `until`, in ticks of the machine; how the path ended where it did.
+#[link_section = ".data.ram"]
+#[inline(never)]
+fn make(adapter: &mut Adapter<'_>, until: u32) -> Option<End> {
+    let words = most_words(u32::from(adapter.settings().pulse));
+    let mut rings = rings::Rings::open();
+    let mut end = None;
+    while end.is_none() && (until.wrapping_sub(adapter.machine()) as i32) > 0 && rings.have_room(words) {
+        end = adapter.slice(&mut rings);
+    }
+    rings.close();
+    end
+}
+
+/// Obeys an order of the link.
+fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
+    match order {
+        Order::Settle if matches!(motion, Motion::Rest) && adapter.state() != State::Unset => {
+            machines::settle(adapter.settings(), adapter.limits());
+        }
+        Order::Settle => {}
+        Order::Clear => machines::arm(adapter.settings()),
+        Order::Begin => {
+            machines::arm(adapter.settings());
+            adapter.begin();
+            let end = make(adapter, AHEAD);
+            machines::start();
+            *motion = end.map_or(Motion::Making(board::micros()), Motion::Playing);
+        }
+    }
+}
+
+/// Goes on with the motion.
+fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
+    if machines::is_stopped() {
+        if !matches!(adapter.state(), State::Limit | State::EmergencyStop | State::Fault) {
+            let (is_emergency, inputs) = machines::seen();
+            let input = inputs.trailing_zeros() as u8;
+            let index = machines::index_of(adapter.index());
+            adapter.forced(index, (input < board::INPUTS).then_some(input), is_emergency);
+        }
+        *motion = Motion::Rest;
+        return;
+    }
+    match *motion {
+        Motion::Making(since) => {
+            if rings::ran_dry() {
+                machines::stop_by_force();
+                return;
+            }
+            let played = board::micros().wrapping_sub(since).wrapping_mul(TICK_HZ / 1_000_000);
+            if let Some(end) = make(adapter, played.wrapping_add(AHEAD)) {
+                *motion = Motion::Playing(end);
+            }
+        }
+        Motion::Playing(end) if machines::are_idle() => {
+            machines::rest();
+            *motion = Motion::Rest;
+            adapter.ended(end);
+        }
+        Motion::Playing(_) | Motion::Rest => {}
+    }
+}
+
+fn inputs(adapter: &Adapter<'_>) -> Inputs {
+    let levels = (0..board::INPUTS)
+        .fold(0, |levels, input| levels | u8::from(board::level(board::INPUT + input)) << input);
+    Inputs { on: levels ^ adapter.settings().low_inputs, stop: !board::level(board::STOP) }
+}
+
+fn show(adapter: &Adapter<'_>) {
+    let pin = |bit: u8, pin: u8| u32::from(adapter.outputs() >> bit & 1) << pin;
+    let on = pin(0, board::OUTPUT) | pin(1, board::SECOND_OUTPUT);
+    // Between the look and the switch the interrupt may have found a reason to stop.
+    cortex_m::interrupt::free(|_| {
+        let on = if machines::is_stopped() { 0 } else { on };
+        board::switch(on, !on & (1 << board::OUTPUT | 1 << board::SECOND_OUTPUT));
+    });
+}
+
+fn pins() {
+    let driven = 1 << board::OUTPUT | 1 << board::SECOND_OUTPUT | 1 << board::ALIVE;
+    board::switch(0, driven);
+    board::drive(driven);
+    for pin in [board::OUTPUT, board::SECOND_OUTPUT, board::ALIVE, board::STOP] {
+        board::pad(pin, false);
+        board::route(pin, board::BY_PROGRAM, board::AS_IS, board::AS_IS);
+    }
+    board::pad(board::RUN, false);
+    for input in 0..board::INPUTS {
+        board::pad(board::INPUT + input, false);
+        board::route(board::INPUT + input, board::BY_PROGRAM, board::AS_IS, board::LOW);
+    }
+}
+
+#[rp2040_hal::entry]
+fn main() -> ! {
+    let mut chip = pac::Peripherals::take().expect("taken once");
+    let mut watchdog = Watchdog::new(chip.WATCHDOG);
+    // SAFETY: the watchdog's driver has no word for why it reset.
+    let by_watchdog = board::read(0x4005_8008) & 1;
+    let crystal = setup_xosc_blocking(chip.XOSC, HertzU32::Hz(CRYSTAL_HZ)).expect("a crystal");
+    watchdog.enable_tick_generation((CRYSTAL_HZ / 1_000_000) as u8);
+    let mut clocks = ClocksManager::new(chip.CLOCKS);
+    let crystal_hz = HertzU32::Hz(CRYSTAL_HZ);
+    let fast = setup_pll_blocking(chip.PLL_SYS, crystal_hz, CLOCK, &mut clocks, &mut chip.RESETS);
+    let usb = setup_pll_blocking(chip.PLL_USB, crystal_hz, PLL_USB_48MHZ, &mut clocks, &mut chip.RESETS);
+    let (fast, usb) = (fast.expect("a clock"), usb.expect("a clock for USB"));
+    clocks.init_default(&crystal, &fast, &usb).expect("clocks");
+    board::bring_up();
+    pins();
+    machines::prepare(chip.PIO0, chip.PIO1, &mut chip.RESETS);
+    rings::prepare();
+    interrupts();
+    let bus = UsbBus::new(chip.USBCTRL_REGS, chip.USBCTRL_DPRAM, clocks.usb_clock, true, &mut chip.RESETS);
+    let bus = cortex_m::singleton!(: UsbBusAllocator<UsbBus> = UsbBusAllocator::new(bus)).expect("once");
+    watchdog.start(MicrosDurationU32::millis(100));
+    // SAFETY: nobody else takes it.
+    let store = unsafe { &mut *STORE.0.get() };
+    run(Adapter::new(welcome(by_watchdog as u8), store), Usb::new(bus), &watchdog)
+}
+
+fn interrupts() {
+    // SAFETY: both handlers touch registers and atomics alone.
+    unsafe {
+        let mut own = cortex_m::Peripherals::steal();
+        own.NVIC.set_priority(pac::Interrupt::PIO1_IRQ_0, 0);
+        own.NVIC.set_priority(pac::Interrupt::DMA_IRQ_0, 0x40);
+        pac::NVIC::unmask(pac::Interrupt::PIO1_IRQ_0);
+        pac::NVIC::unmask(pac::Interrupt::DMA_IRQ_0);
+    }
+}
+
+const fn number(digits: &str) -> u32 {
+    let (bytes, mut number, mut at) = (digits.as_bytes(), 0, 0);
+    while at < bytes.len() {
+        number = number * 10 + (bytes[at] - b'0') as u32;
+        at += 1;
+    }
+    number
+}
+
+fn welcome(by_watchdog: u8) -> Welcome {
+    Welcome {
+        firmware: const { number(env!("ANNULUS_SOURCES")) },
+        clock_hz: TICK_HZ * CYCLES_PER_TICK,
+        window: annulus_link::receiver::WINDOW as u8,
+        axes: AXES as u8,
+        step_pin: board::STEP,
+        direction_pin: board::DIRECTION,
+        stop_pin: board::STOP,
+        input_pin: board::INPUT,
+        output_pin: board::OUTPUT,
+        max_rate_hz: 500_000,
+        by_watchdog,
+        ..Welcome::default()
+    }
+}
+
+fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
+    let (mut motion, mut alive) = (Motion::Rest, 0);
+    loop {
+        let now = board::micros();
+        usb.turn(&mut adapter, now);
+        while let Some(order) = adapter.order() {
+            obey(&mut adapter, order, &mut motion);
+        }
+        go_on(&mut adapter, &mut motion);
+        adapter.attend(inputs(&adapter), now);
+        show(&adapter);
+        if now.wrapping_sub(alive) >= 500 {
+            alive = now;
+            if !machines::is_stopped() {
+                board::toggle(board::ALIVE);
+            }
+        }
+        watchdog.feed();
+    }
+}

@@ -1,0 +1,463 @@
+//! One adapter, its hardware apart: session, settings, motion, what it says of itself.
+//!
+//! ```text
+//! Unset ─Configure─▶ Ready ─Begin─▶ Running ─┬─ path rests ──▶ Ready
+//!                      ▲                     ├─ nothing newer ▶ Starved ─┐
+//!                      │                     ├─ Stop ─────────▶ Stopped ─┤
+//!                      │                     └─ by force ─▶ Limit, EmergencyStop, Fault
+//!                      └──────────────────────── Clear ◀─────────────────┘
+//! a new session: comes to rest as by Stop, then Unset
+//! ```
+//!
+//! Comes in: bytes from the line, what the hardware found. Goes out: orders to the hardware, bytes for the line. Does not
+//! know registers; the time is handed in.
+
+use crate::bytes::{Plain, Writer};
+use crate::chunk::{self, Before};
+use crate::cobs::Unstuffer;
+use crate::crc::crc32c;
+use crate::frame::{FRAME, Header, ON_LINE, PAYLOAD, open, seal};
+use crate::message::{
+    Ask, Chunk, Configure, Hello, Place, Refusal, Refused, State, Status, Tell, Trust, Welcome,
+};
+use crate::player::{End, Player, Words};
+use crate::receiver::Receiver;
+use crate::store::{AROUND, ROOM, Store};
+use crate::{AXES, FULL_RATE, NEWEST, OLDEST};
+
+/// Outputs go off when nothing of the session was heard for so many µs.
+pub const OUTPUTS_US: u32 = 250_000;
+
+/// A status is said this often, in µs.
+pub const STATUS_US: u32 = 10_000;
+
+/// Sessions that are remembered as ended: a frame of theirs that comes late begins nothing.
+const ENDED: usize = 8;
+
+/// No input.
+pub const NO_INPUT: u8 = 255;
+
+/// What the hardware is to do now. Of several that wait the first of these comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Take up new settings, inputs that stop and outputs.
+    Settle,
+    /// Make ready again what stopped the pulses.
+    Clear,
+    /// Begin to move: words are to be made, then the machines started together.
+    Begin,
+}
+
+/// All orders, in the order in which they are obeyed.
+const ORDERS: [Order; 3] = [Order::Settle, Order::Clear, Order::Begin];
+
+/// What the hardware says of its inputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// Those that are on, one bit each.
+    pub on: u8,
+    /// Whether the emergency stop is pressed.
+    pub stop: bool,
+}
+
+/// Everything that an adapter knows.
+#[derive(Debug)]
+pub struct Adapter<'a> {
+    line: Unstuffer<FRAME>,
+    receiver: Receiver,
+    session: u32,
+    ended: [u32; ENDED],
+    /// When something of the session was heard last, and when a status was said last, in µs.
+    heard: u32,
+    said: u32,
+    settings: Configure,
+    settings_crc: u32,
+    limits: u8,
+    outputs: u8,
+    inputs: Inputs,
+    state: State,
+    trust: Trust,
+    input: u8,
+    /// Whether it moves for a session that is over.
+    is_orphan: bool,
+    player: Player,
+    store: &'a mut Store,
+    /// Ticks in the store, chunks that came, bytes of them, where they end.
+    stored: u32,
+    chunk: u32,
+    bytes: u32,
+    accepted: [i32; AXES],
+    before: [Before; AXES],
+    refusal: Refusal,
+    refused: u32,
+    /// Orders that wait, one bit each.
+    orders: u8,
+    answer: Option<(Header, Tell)>,
+    is_status_due: bool,
+    welcome: Welcome,
+}
+
+impl<'a> Adapter<'a> {
+    /// After a reset. `welcome` says what the hardware is, `store` is where its chunks wait.
+    pub const fn new(welcome: Welcome, store: &'a mut Store) -> Self {
+        Self {
+            line: Unstuffer::new(),
+            receiver: Receiver::new(),
+            session: 0,
+            ended: [0; ENDED],
+            heard: 0,
+            said: 0,
+            settings: Configure::NONE,
+            settings_crc: 0,
+            limits: 0,
+            outputs: 0,
+            inputs: Inputs { on: 0, stop: false },
+            state: State::Unset,
+            trust: Trust::Lost,
+            input: NO_INPUT,
+            is_orphan: false,
+            player: Player::new(),
+            store,
+            stored: 0,
+            chunk: 0,
+            bytes: 0,
+            accepted: [0; AXES],
+            before: [Before { since: 0, forward: false, shown: false }; AXES],
+            refusal: Refusal::None,
+            refused: 0,
+            orders: 0,
+            answer: None,
+            is_status_due: false,
+            welcome,
+        }
+    }
+
+    /// Settings in force.
+    pub fn settings(&self) -> &Configure {
+        &self.settings
+    }
+
+    /// What it is doing.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Inputs that stop all pulses.
+    pub fn limits(&self) -> u8 {
+        self.limits
+    }
+
+    /// Outputs that are to be on.
+    pub fn outputs(&self) -> u8 {
+        self.outputs
+    }
+
+    /// Index of every axis behind the last word.
+    pub fn index(&self) -> [i32; AXES] {
+        self.player.index()
+    }
+
+    /// Tick of the machine up to which there are words.
+    pub fn machine(&self) -> u32 {
+        self.player.machine()
+    }
+
+    /// What the hardware is to do next, once.
+    pub fn order(&mut self) -> Option<Order> {
+        let order = ORDERS.into_iter().find(|order| self.orders >> *order as u8 & 1 == 1)?;
+        self.orders &= !(1 << order as u8);
+        Some(order)
+    }
+
+    /// A byte from the line, at `now_us`.
+    pub fn hear(&mut self, byte: u8, now_us: u32) {
+        let Some(frame) = self.line.take(byte) else { return };
+        let mut copy = [0; FRAME];
+        let length = frame.len();
+        copy[..length].copy_from_slice(frame);
+        let Some((header, payload)) = open(&copy[..length]) else { return };
+        if header.session == 0 || self.ended.contains(&header.session) {
+            return;
+        }
+        match Ask::take(header.kind, payload) {
+            Some((Ask::Hello(hello), [])) => self.hello(header, hello),
+            Some((Ask::Beat(_), [])) if header.session == self.session => self.is_status_due = true,
+            _ if header.session == self.session && header.number != 0 => self.numbered(header, payload),
+            _ => return,
+        }
+        if header.session == self.session {
+            self.heard = now_us;
+        }
+    }
+
+    fn hello(&mut self, header: Header, hello: Hello) {
+        let answer = Header { number: 0, kind: 0, ..header };
+        if hello.oldest > NEWEST || hello.newest < OLDEST {
+            self.answer = Some((answer, Refused { oldest: OLDEST, newest: NEWEST }.into()));
+            return;
+        }
+        if header.session != self.session {
+            self.begin_session(header.session);
+        }
+        let version = hello.newest.min(NEWEST);
+        self.answer = Some((answer, Welcome { version, buffer: ROOM as u32, ..self.welcome }.into()));
+        self.is_status_due = true;
+    }
+
+    fn begin_session(&mut self, session: u32) {
+        self.ended.rotate_right(1);
+        self.ended[0] = self.session;
+        self.session = session;
+        self.receiver.restart();
+        (self.chunk, self.bytes, self.refusal, self.refused) = (0, 0, Refusal::None, 0);
+        (self.settings_crc, self.outputs) = (0, 0);
+        self.player.want(FULL_RATE);
+        if self.state == State::Running {
+            self.is_orphan = true;
+            self.player.stop();
+        } else {
+            self.forget();
+            if matches!(self.state, State::Ready | State::Starved | State::Stopped) {
+                self.state = State::Unset;
+            }
+        }
+        self.orders |= 1 << Order::Settle as u8;
+    }
+
+    /// Forgets the path that is not begun.
+    fn forget(&mut self) {
+        self.store.clear();
+        self.stored = 0;
+        self.accepted = self.player.index();
+        let forward = self.player.forward();
+        self.before = forward.map(Before::at_rest);
+    }
+
+    fn numbered(&mut self, header: Header, payload: &[u8]) {
+        self.is_status_due = true;
+        if !self.receiver.take(header.number, header.kind, payload) {
+            return;
+        }
+        self.obey(header.number, header.kind, payload);
+        let mut early = [0; PAYLOAD];
+        loop {
+            let number = self.receiver.next();
+            let Some((kind, length)) = self.receiver.early(&mut early) else { return };
+            self.obey(number, kind, early.get(..length).unwrap_or_default());
+        }
+    }
+
+    fn obey(&mut self, number: u32, kind: u8, payload: &[u8]) {
+        let done = match Ask::take(kind, payload) {
+            Some((Ask::Chunk(head), runs)) => {
+                self.bytes = self.bytes.wrapping_add((payload.len() + AROUND) as u32);
+                self.chunk(&head, runs, payload)
+            }
+            Some((ask, [])) => self.ask(&ask, payload),
+            _ => Err(Refusal::Form),
+        };
+        if let Err(refusal) = done {
+            (self.refusal, self.refused) = (refusal, number);
+        }
+    }
+
+    fn ask(&mut self, ask: &Ask, payload: &[u8]) -> Result<(), Refusal> {
+        let at_rest = matches!(self.state, State::Unset | State::Ready);
+        match *ask {
+            Ask::Configure(settings) if at_rest => self.configure(settings, payload)?,
+            Ask::Begin(_) if self.state == State::Ready && !self.store.is_empty() => {
+                if self.inputs.stop || self.inputs.on & self.limits != 0 {
+                    return Err(Refusal::Input);
+                }
+                self.state = State::Running;
+                self.player.ready();
+                self.orders |= 1 << Order::Begin as u8;
+            }
+            Ask::Rate(rate) => self.player.want(rate.wanted),
+            Ask::Stop(_) if self.state == State::Running => self.player.stop(),
+            Ask::Stop(_) if at_rest => self.forget(),
+            Ask::Outputs(outputs) if self.settings_crc != 0 && self.state != State::EmergencyStop => {
+                self.outputs = outputs.on;
+            }
+            Ask::Clear(_) => self.clear()?,
+            Ask::Place(Place { index }) if self.state == State::Ready && self.store.is_empty() => {
+                self.player.place(index);
+                self.trust = Trust::Trusted;
+                self.forget();
+            }
+            Ask::Guard(guard) if self.state != State::Running && self.settings_crc != 0 => {
+                self.limits = guard.limits;
+                self.orders |= 1 << Order::Settle as u8;
+            }
+            _ => return Err(Refusal::State),
+        }
+        Ok(())
+    }
+
+    fn configure(&mut self, settings: Configure, payload: &[u8]) -> Result<(), Refusal> {
+        if !(2..=33).contains(&settings.pulse) || u32::from(settings.setup) > chunk::LONGEST {
+            return Err(Refusal::Settings);
+        }
+        self.settings = settings;
+        self.settings_crc = crc32c(payload).max(1);
+        self.limits = settings.limits;
+        self.state = State::Ready;
+        self.orders |= 1 << Order::Settle as u8;
+        self.forget();
+        Ok(())
+    }
+
+    fn clear(&mut self) -> Result<(), Refusal> {
+        if self.state == State::Running || self.settings_crc == 0 {
+            return Err(Refusal::State);
+        }
+        if self.inputs.stop || self.inputs.on & self.limits != 0 {
+            return Err(Refusal::Input);
+        }
+        self.state = State::Ready;
+        self.input = NO_INPUT;
+        self.orders |= 1 << Order::Clear as u8;
+        self.forget();
+        Ok(())
+    }
+
+    fn chunk(&mut self, head: &Chunk, runs: &[u8], payload: &[u8]) -> Result<(), Refusal> {
+        if head.number.wrapping_sub(self.chunk) as i32 == -1 {
+            return Ok(()); // it is here already
+        }
+        let is_ending = self.state == State::Running && self.player.is_ending();
+        if !matches!(self.state, State::Ready | State::Running) || self.is_orphan || is_ending {
+            return Err(Refusal::State);
+        }
+        if head.number != self.chunk {
+            return Err(Refusal::Gap);
+        }
+        if head.first != self.accepted {
+            return Err(Refusal::Index);
+        }
+        let after = chunk::check(head, runs, &self.before, &self.settings)?;
+        if !self.store.push(payload) {
+            return Err(Refusal::Room);
+        }
+        (self.before, self.accepted) = (after, head.last);
+        self.chunk = self.chunk.wrapping_add(1);
+        self.stored = self.stored.wrapping_add(head.ticks);
+        Ok(())
+    }
+
+    /// Takes up the first chunk, after [`Order::Begin`].
+    pub fn begin(&mut self) {
+        if !self.player.begin(self.store, u32::from(self.settings.pulse)) {
+            self.ended(End::Rested);
+        }
+        self.stored = self.stored.saturating_sub(self.player.left());
+    }
+
+    /// Makes the words of the next slice while it is running; how the path ended where it did. Then the pins are to play what
+    /// they have, and [`Self::ended`] is to be said.
+    #[inline(always)]
+    pub fn slice(&mut self, words: &mut impl Words) -> Option<End> {
+        let free = self.store.free();
+        let end = self.player.slice(self.store, words);
+        if self.store.free() != free {
+            self.stored = self.stored.saturating_sub(self.player.taken());
+        }
+        end
+    }
+
+    /// The pins played everything and are at rest.
+    pub fn ended(&mut self, end: End) {
+        self.state = match end {
+            End::Rested => State::Ready,
+            End::Starved => State::Starved,
+            End::Stopped => State::Stopped,
+        };
+        if end != End::Rested || self.store.is_empty() {
+            self.forget();
+        }
+        self.leave_motion();
+    }
+
+    /// The pulses were stopped by force: where every axis is, and what stopped them: an input, the emergency stop, or
+    /// neither, where the pins ran dry.
+    pub fn forced(&mut self, index: [i32; AXES], input: Option<u8>, stop: bool) {
+        let moved = self.state == State::Running;
+        self.player.place(index);
+        self.forget();
+        (self.state, self.input) = match (stop, input) {
+            (true, _) => (State::EmergencyStop, NO_INPUT),
+            (false, Some(input)) => (State::Limit, input),
+            (false, None) => (State::Fault, NO_INPUT),
+        };
+        self.outputs = 0;
+        if moved {
+            self.trust = match (stop, self.trust) {
+                (true, _) | (_, Trust::Lost) => Trust::Lost,
+                _ => Trust::Suspect,
+            };
+        }
+        self.leave_motion();
+    }
+
+    fn leave_motion(&mut self) {
+        if self.is_orphan && matches!(self.state, State::Ready | State::Starved | State::Stopped) {
+            self.state = State::Unset;
+        }
+        self.is_orphan = false;
+        self.is_status_due = true;
+    }
+
+    /// What the inputs say. Outputs go off when the session fell silent.
+    pub fn attend(&mut self, inputs: Inputs, now_us: u32) {
+        self.is_status_due |= inputs != self.inputs;
+        self.inputs = inputs;
+        if self.outputs != 0 && now_us.wrapping_sub(self.heard) >= OUTPUTS_US {
+            self.outputs = 0;
+            self.is_status_due = true;
+        }
+    }
+
+    /// Where everything is.
+    pub fn status(&self, now_us: u32) -> Status {
+        Status {
+            next: self.receiver.next(),
+            held: self.receiver.held(),
+            limit: self.bytes.wrapping_add(self.store.free() as u32),
+            state: self.state,
+            trust: self.trust,
+            input: self.input,
+            index: self.player.index(),
+            chunk: self.chunk,
+            resident: self.stored + if self.state == State::Running { self.player.left() } else { 0 },
+            rate: self.player.rate(),
+            inputs: u16::from(self.inputs.on) | u16::from(self.inputs.stop) << 15,
+            outputs: self.outputs,
+            settings: self.settings_crc,
+            refusal: self.refusal,
+            refused: self.refused,
+            micros: now_us,
+        }
+    }
+
+    /// The next frame for the line, if there is one to be said at `now_us`: its length.
+    pub fn tell(&mut self, now_us: u32, line: &mut [u8; ON_LINE]) -> Option<usize> {
+        let (header, tell) = match self.answer.take() {
+            Some(answer) => answer,
+            None => {
+                let is_time = self.is_status_due || now_us.wrapping_sub(self.said) >= STATUS_US;
+                if self.session == 0 || !is_time {
+                    return None;
+                }
+                self.is_status_due = false;
+                self.said = now_us;
+                let header = Header { session: self.session, number: 0, kind: 0 };
+                (header, self.status(now_us).into())
+            }
+        };
+        let mut payload = [0; 128];
+        let mut out = Writer::new(&mut payload);
+        tell.put(&mut out);
+        let length = out.end()?;
+        seal(Header { kind: tell.kind(), ..header }, payload.get(..length)?, line)
+    }
+}

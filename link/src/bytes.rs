@@ -1,0 +1,138 @@
+//! Numbers as bytes, lowest byte first, and back.
+//!
+//! ```text
+//! short numbers: seven bits a byte, the highest bit says that more follow        5 → 05    300 → AC 02
+//! ```
+//!
+//! Comes in: numbers, or bytes. Goes out: bytes, or numbers, none where the bytes are at an end. Does not know what they say.
+
+/// Writes into a buffer; what does not fit is noticed at the end.
+#[derive(Debug)]
+pub struct Writer<'a> {
+    out: &'a mut [u8],
+    length: usize,
+}
+
+impl<'a> Writer<'a> {
+    /// Into `out`, from its start on.
+    pub fn new(out: &'a mut [u8]) -> Self {
+        Self { out, length: 0 }
+    }
+
+    /// Bytes as they are.
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        if let Some(place) = self.out.get_mut(self.length..self.length + bytes.len()) {
+            place.copy_from_slice(bytes);
+        }
+        self.length += bytes.len();
+    }
+
+    /// A number that is small mostly.
+    pub fn short(&mut self, mut number: u32) {
+        while number > 0x7F {
+            self.bytes(&[number as u8 | 0x80]);
+            number >>= 7;
+        }
+        self.bytes(&[number as u8]);
+    }
+
+    /// The same with a sign.
+    pub fn short_signed(&mut self, number: i32) {
+        self.short((number << 1 ^ number >> 31) as u32);
+    }
+
+    /// How much was written, none where it did not fit.
+    pub fn end(self) -> Option<usize> {
+        (self.length <= self.out.len()).then_some(self.length)
+    }
+}
+
+/// Reads from bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Reader<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Reader<'a> {
+    /// From their start on.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes }
+    }
+
+    /// The next `count` bytes.
+    pub fn bytes(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.bytes.split_at_checked(count)?;
+        self.bytes = rest;
+        Some(taken)
+    }
+
+    /// A number that is small mostly.
+    pub fn short(&mut self) -> Option<u32> {
+        let mut number = 0_u32;
+        for shift in [0, 7, 14, 21, 28] {
+            let (byte, rest) = self.bytes.split_first()?;
+            self.bytes = rest;
+            if shift == 28 && *byte > 0x0F {
+                return None;
+            }
+            number |= u32::from(byte & 0x7F) << shift;
+            if byte & 0x80 == 0 {
+                return Some(number);
+            }
+        }
+        None
+    }
+
+    /// The same with a sign.
+    pub fn short_signed(&mut self) -> Option<i32> {
+        let folded = self.short()?;
+        Some((folded >> 1) as i32 ^ -((folded & 1) as i32))
+    }
+
+    /// What was not read.
+    pub fn rest(self) -> &'a [u8] {
+        self.bytes
+    }
+}
+
+/// What has one form as bytes.
+pub trait Plain: Sized {
+    /// All zeros.
+    const NONE: Self;
+    /// Writes it.
+    fn put(&self, out: &mut Writer<'_>);
+    /// Reads it.
+    fn take(from: &mut Reader<'_>) -> Option<Self>;
+}
+
+macro_rules! plain {
+    ($($number:ty),*) => {$(
+        impl Plain for $number {
+            const NONE: Self = 0;
+            fn put(&self, out: &mut Writer<'_>) {
+                out.bytes(&self.to_le_bytes());
+            }
+            fn take(from: &mut Reader<'_>) -> Option<Self> {
+                Some(Self::from_le_bytes(from.bytes(size_of::<Self>())?.try_into().ok()?))
+            }
+        }
+    )*};
+}
+
+plain!(u8, u16, u32, i32);
+
+impl<T: Plain + Copy, const COUNT: usize> Plain for [T; COUNT] {
+    const NONE: Self = [T::NONE; COUNT];
+
+    fn put(&self, out: &mut Writer<'_>) {
+        self.iter().for_each(|one| one.put(out));
+    }
+
+    fn take(from: &mut Reader<'_>) -> Option<Self> {
+        let mut all = Self::NONE;
+        for one in &mut all {
+            *one = T::take(from)?;
+        }
+        Some(all)
+    }
+}

@@ -1,0 +1,209 @@
+//! The path of a segment cut into chunks, each with its tail: what the bridge sends.
+//!
+//! ```text
+//! run      ──────────────────────────────         may be longer than any chunk: it is cut between two steps, and the parts
+//! chunks   |<─ 1 ─>|<─ 2 ─>|<─ 3 ─>|               that its first piece left over go with the second
+//! tails            |<── of 1 ──>|
+//! ```
+//!
+//! Comes in: runs of every axis from rest to rest. Goes out: heads with their runs. Does not know the line.
+
+use crate::AXES;
+use crate::chunk::{LONGEST, SLICE, stopping, write};
+use crate::frame::PAYLOAD;
+use crate::message::Chunk;
+use crate::run::{Cursor, Run};
+
+/// Most runs of one axis in a chunk.
+const MOST: usize = 120;
+
+/// How chunks are to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// How long, in ticks.
+    pub ticks: u32,
+    /// Most that the rate of time may fall or rise in a slice of [`SLICE`] ticks, in 1/65,536 of full rate.
+    pub fall: u16,
+    /// See `fall`.
+    pub rise: u16,
+}
+
+impl Rule {
+    /// The rule for coming to rest within so many ticks and getting going within as many, in chunks of 20 ms.
+    pub fn resting_within(ticks: u32) -> Self {
+        let slope = crate::FULL_RATE * SLICE / ticks.max(SLICE);
+        let slope = u16::try_from(slope).unwrap_or(u16::MAX).max(1);
+        Self { ticks: 200_000, fall: slope, rise: slope }
+    }
+}
+
+/// Runs of one axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Runs {
+    list: [Run; MOST],
+    count: usize,
+}
+
+impl Runs {
+    const NONE: Self = Self {
+        list: [Run { forward: false, count: 0, interval: 0, fraction: 0, change: 0, phase: 0 }; MOST],
+        count: 0,
+    };
+
+    fn push(&mut self, run: Run) -> Option<()> {
+        *self.list.get_mut(self.count)? = run;
+        self.count += 1;
+        Some(())
+    }
+
+    /// Those that there are.
+    pub fn all(&self) -> &[Run] {
+        self.list.get(..self.count).unwrap_or_default()
+    }
+}
+
+/// A chunk that was cut.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Its head; the counts of runs are set when it is written.
+    pub head: Chunk,
+    /// Its runs.
+    pub runs: [Runs; AXES],
+    /// Those of its tail.
+    pub tail: [Runs; AXES],
+}
+
+impl Piece {
+    /// Its runs and those of its tail, as [`write()`] takes them.
+    pub fn slices(&self) -> ([&[Run]; AXES], [&[Run]; AXES]) {
+        (self.runs.each_ref().map(Runs::all), self.tail.each_ref().map(Runs::all))
+    }
+}
+
+/// Where an axis is in its runs.
+#[derive(Clone, Copy, Debug)]
+struct Place<'a> {
+    run: Option<Run>,
+    cursor: Cursor,
+    later: &'a [Run],
+}
+
+impl Place<'_> {
+    fn next_run(&mut self, before: u32) {
+        self.run = None;
+        if let Some((run, later)) = self.later.split_first() {
+            self.cursor = Cursor::at(run, before);
+            (self.run, self.later) = (Some(*run), later);
+        }
+    }
+
+    /// Takes the steps of the `ticks` ticks behind `at`; how far they lead. None where there are too many runs.
+    fn take(&mut self, at: u32, ticks: u32, out: &mut Runs) -> Option<i32> {
+        let is_in = |cursor: &Cursor| cursor.left > 0 && cursor.tick.wrapping_sub(at) <= ticks;
+        let mut led = 0_i32;
+        while let Some(run) = self.run.filter(|_| is_in(&self.cursor)) {
+            let begin = self.cursor;
+            let (mut count, mut before) = (0, at);
+            while is_in(&self.cursor) {
+                before = self.cursor.tick;
+                self.cursor.advance();
+                count += 1;
+            }
+            if out.count == 0 {
+                let [one, behind] = begin.rest(&run, at);
+                out.push(one?)?;
+                if let Some(behind) = behind.filter(|_| count > 1) {
+                    out.push(Run { count: count - 1, ..behind })?;
+                }
+            } else {
+                out.push(Run { count, ..run })?;
+            }
+            led += if run.forward { count as i32 } else { -(count as i32) };
+            if self.cursor.left == 0 {
+                self.next_run(before);
+            }
+        }
+        Some(led)
+    }
+}
+
+/// The path that is left to be sent.
+#[derive(Clone, Debug)]
+pub struct Cutter<'a> {
+    axes: [Place<'a>; AXES],
+    at: u32,
+    left: u32,
+    number: u32,
+    index: [i32; AXES],
+}
+
+impl<'a> Cutter<'a> {
+    /// The path of `runs`, `ticks` long, from `index` on. Its first chunk is number `number`.
+    pub fn new(runs: [&'a [Run]; AXES], ticks: u32, number: u32, index: [i32; AXES]) -> Self {
+        let axes = runs.map(|later| {
+            let mut place = Place { run: None, cursor: Cursor::NONE, later };
+            place.next_run(0);
+            place
+        });
+        Self { axes, at: 0, left: ticks, number, index }
+    }
+
+    /// Number of the next chunk.
+    pub fn number(&self) -> u32 {
+        self.number
+    }
+
+    /// Index of every axis behind what was cut.
+    pub fn index(&self) -> [i32; AXES] {
+        self.index
+    }
+
+    /// Cuts off the next chunk; none where all is cut. A chunk that would be too long for a frame is made shorter.
+    pub fn cut(&mut self, rule: &Rule) -> Option<Piece> {
+        let mut ticks = rule.ticks.min(LONGEST).min(self.left).max(1);
+        while self.left > 0 && ticks > 0 {
+            let mut after = self.clone();
+            if let Some(piece) = after.piece(ticks, rule) {
+                *self = after;
+                return Some(piece);
+            }
+            ticks /= 2;
+        }
+        None
+    }
+
+    fn piece(&mut self, ticks: u32, rule: &Rule) -> Option<Piece> {
+        let mut piece = Piece { head: Chunk::default(), runs: [Runs::NONE; AXES], tail: [Runs::NONE; AXES] };
+        let first = self.index;
+        for (axis, place) in self.axes.iter_mut().enumerate() {
+            let led = place.take(self.at, ticks, &mut piece.runs[axis])?;
+            self.index[axis] = self.index[axis].wrapping_add(led);
+        }
+        (self.at, self.left) = (self.at.wrapping_add(ticks), self.left - ticks);
+        let rests = self.left == 0;
+        let tail_ticks = if rests { 0 } else { stopping(rule.fall) };
+        let mut ahead = 0;
+        for (axis, place) in self.axes.iter().enumerate() {
+            ahead |= u8::from(place.run.map_or(place.cursor.forward, |run| run.forward)) << axis;
+            let mut place = *place;
+            place.take(self.at, tail_ticks.min(self.left), &mut piece.tail[axis])?;
+        }
+        piece.head = Chunk {
+            number: self.number,
+            first,
+            last: self.index,
+            ticks,
+            tail_ticks,
+            fall: rule.fall,
+            rise: rule.rise,
+            tail_fall: if rests { 0 } else { rule.fall },
+            ahead,
+            rests: u8::from(rests),
+            ..Chunk::default()
+        };
+        self.number = self.number.wrapping_add(1);
+        let (runs, tail) = piece.slices();
+        write(&piece.head, runs, tail, &mut [0; PAYLOAD])?;
+        Some(piece)
+    }
+}

@@ -1,0 +1,58 @@
+//! The link between the bridge and the USB step adapter (N18), the same code at both ends. Without a standard library,
+//! without memory of a heap, without dependencies: `core/src/wire` speaks to pages in JSON and needs both.
+//!
+//! ```text
+//! bridge                                              adapter
+//! message ─▶ Sender ─ frame: COBS(header, payload, CRC) ─▶ Receiver ─▶ Adapter ─▶ Player ─▶ words per axis ─▶ pins
+//!               ▲                                              │
+//!               └──────────── Status: next, held, limit ◀──────┘      every 10 ms, lossy, always the latest
+//! ```
+//!
+//! | file | makes | may name |
+//! |---|---|---|
+//! | `crc`, `cobs`, `bytes` | checks, framing, numbers as bytes | |
+//! | `frame` | header and payload under one CRC | those |
+//! | `message` | every message, described once | `bytes` |
+//! | `run` | steps of one axis, the arithmetic of the step stream | `bytes` |
+//! | `chunk` | a piece of path with its tail, and whether it may be played | `message`, `run` |
+//! | `cutter` | the path of a segment into chunks | `chunk`, `run` |
+//! | `sender`, `receiver` | numbered frames without gaps over a bad line | `frame`, `message` |
+//! | `store` | chunks in waiting, by bytes | |
+//! | `player` | chunks into words of one timeline, at the rate that is wanted | `chunk`, `run`, `store` |
+//! | `adapter` | one adapter: session, settings, motion, status | all |
+//!
+//! Time is counted in ticks of 0.1 µs, as in the step stream. Does not know USB, pins or threads.
+
+#![no_std]
+
+pub mod adapter;
+pub mod bytes;
+pub mod chunk;
+pub mod cobs;
+pub mod crc;
+pub mod cutter;
+pub mod frame;
+pub mod message;
+pub mod player;
+pub mod receiver;
+pub mod run;
+pub mod sender;
+pub mod store;
+
+/// Axes that one adapter drives.
+pub const AXES: usize = 4;
+
+/// Ticks of a second.
+pub const TICK_HZ: u32 = 10_000_000;
+
+/// Clock cycles of a tick: the adapter runs at 120 MHz so that every tick is a whole number of them.
+pub const CYCLES_PER_TICK: u32 = 12;
+
+/// Newest version of the link that this build speaks.
+pub const NEWEST: u16 = 1;
+
+/// Oldest version of the link that this build still speaks.
+pub const OLDEST: u16 = 1;
+
+/// Full rate of stream time: 65,536 parts. Half of it is half the feed.
+pub const FULL_RATE: u32 = 1 << 16;

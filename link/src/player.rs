@@ -1,0 +1,428 @@
+//! Chunks into words, one list of words an axis, all of them on one timeline.
+//!
+//! ```text
+//! word     wait │ pulse 1 │ direction 1        a state machine shows the direction, waits, and gives a pulse or none
+//! slice    at most 1,024 ticks of the machine's time; within it stream time passes at one rate
+//! X        ──wait──^──wait──^──wait─|          every axis gets words up to the end of the slice: the machines started
+//! Y        ────────wait─────────^─w─|          in the same cycle and stay in step with each other
+//! ```
+//!
+//! The tick of a step is that of the stream as long as time passes at full rate. Below it all steps of a slice are stretched
+//! by the same factor about its start, to the next whole tick: the path cannot bend.
+//!
+//! Comes in: chunks that were checked, the rate that is wanted. Goes out: words. Does not know what time it is.
+
+use crate::bytes::{Plain, Reader};
+use crate::chunk::SLICE;
+use crate::frame::PAYLOAD;
+use crate::message::Chunk;
+use crate::run::{Cursor, Run, Stretch};
+use crate::store::Store;
+use crate::{AXES, CYCLES_PER_TICK, FULL_RATE};
+
+/// Cycles of a word before its pulse begins, beside its wait.
+pub const BEFORE_PULSE: u32 = 7;
+
+/// Cycles of a word without a pulse, beside its wait.
+pub const WITHOUT_PULSE: u32 = 6;
+
+/// Below this rate time stands still.
+const LEAST_RATE: u32 = 64;
+
+/// Where words go.
+pub trait Words {
+    /// The next word of an axis. There is room for it.
+    fn put(&mut self, axis: usize, word: u32);
+
+    /// Places for words of an axis that follow each other; at least one.
+    fn places(&mut self, axis: usize) -> &mut [u32];
+
+    /// So many of them were filled.
+    fn filled(&mut self, axis: usize, count: u32);
+}
+
+/// The word of a pulse that begins so many ticks after the last word ended.
+#[inline(always)]
+pub fn pulse_word(ticks: u32, forward: bool) -> u32 {
+    (ticks.wrapping_mul(CYCLES_PER_TICK).wrapping_sub(BEFORE_PULSE)) << 2 | 2 | u32::from(forward)
+}
+
+/// The word that waits so many ticks.
+#[inline(always)]
+pub fn wait_word(ticks: u32, forward: bool) -> u32 {
+    (ticks.wrapping_mul(CYCLES_PER_TICK).wrapping_sub(WITHOUT_PULSE)) << 2 | u32::from(forward)
+}
+
+/// The index before a word that was not played, from the index after it.
+pub fn without(word: u32, index: i32) -> i32 {
+    match word & 3 {
+        3 => index.wrapping_sub(1),
+        2 => index.wrapping_add(1),
+        _ => index,
+    }
+}
+
+/// How the path ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Where it rests.
+    Rested,
+    /// On a tail.
+    Starved,
+    /// As ordered, before it rested.
+    Stopped,
+}
+
+/// One axis in play.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    cursor: Cursor,
+    /// Which way the step behind its last run goes, where that is known.
+    ahead: Option<bool>,
+    /// Its runs that are not begun: from where in the payload, and how many.
+    later: (u16, u8),
+    /// Tick of the machine at which its next word begins.
+    word: u32,
+    index: i32,
+}
+
+/// What plays.
+#[derive(Debug)]
+pub struct Player {
+    axes: [Axis; AXES],
+    /// The chunk in play, and where the runs of each axis lie in its payload: of the chunk, of its tail.
+    payload: [u8; PAYLOAD],
+    head: Chunk,
+    runs: [(u16, u8); AXES],
+    tails: [(u16, u8); AXES],
+    in_tail: bool,
+    /// Ticks of the chunk or of its tail; those that passed, and the part of the next one.
+    ticks: u32,
+    passed: u32,
+    part: u32,
+    /// Tick of the machine up to which there are words.
+    machine: u32,
+    rate: u32,
+    wanted: u32,
+    /// What of a change of rate the last slice left over, and how long that was.
+    owed: u32,
+    length: u32,
+    is_stopping: bool,
+    /// Length of a pulse in ticks.
+    pulse: u32,
+}
+
+impl Player {
+    /// At rest at index 0.
+    pub const fn new() -> Self {
+        const AXIS: Axis = Axis { cursor: Cursor::NONE, ahead: None, later: (0, 0), word: 0, index: 0 };
+        Self {
+            axes: [AXIS; AXES],
+            payload: [0; PAYLOAD],
+            head: Chunk::NONE,
+            runs: [(0, 0); AXES],
+            tails: [(0, 0); AXES],
+            in_tail: false,
+            ticks: 0,
+            passed: 0,
+            part: 0,
+            machine: 0,
+            rate: FULL_RATE,
+            wanted: FULL_RATE,
+            owed: 0,
+            length: 0,
+            is_stopping: false,
+            pulse: 10,
+        }
+    }
+
+    /// Index of every axis behind the last word.
+    pub fn index(&self) -> [i32; AXES] {
+        self.axes.map(|axis| axis.index)
+    }
+
+    /// Says where it is.
+    pub fn place(&mut self, index: [i32; AXES]) {
+        self.axes.iter_mut().zip(index).for_each(|(axis, index)| axis.index = index);
+    }
+
+    /// Which way the pin of every axis points.
+    pub fn forward(&self) -> [bool; AXES] {
+        self.axes.map(|axis| axis.cursor.forward)
+    }
+
+    /// Tick of the machine up to which there are words, counted from the last [`Self::begin`].
+    pub fn machine(&self) -> u32 {
+        self.machine
+    }
+
+    /// Rate of time now.
+    pub fn rate(&self) -> u32 {
+        self.rate
+    }
+
+    /// Ticks of path left in the chunk that is played; none in a tail.
+    pub fn left(&self) -> u32 {
+        if self.in_tail { 0 } else { self.ticks.saturating_sub(self.passed) }
+    }
+
+    /// Ticks of the chunk that is played.
+    pub fn taken(&self) -> u32 {
+        self.ticks
+    }
+
+    /// Whether nothing newer is taken any more: it plays the tail, or comes to rest as ordered.
+    pub fn is_ending(&self) -> bool {
+        self.in_tail || self.is_stopping
+    }
+
+    /// The rate that is wanted from now on, at most full.
+    pub fn want(&mut self, rate: u32) {
+        self.wanted = rate.min(FULL_RATE);
+    }
+
+    /// Comes to rest on the path.
+    pub fn stop(&mut self) {
+        self.is_stopping = true;
+    }
+
+    /// From now on it may be told to stop again.
+    pub fn ready(&mut self) {
+        (self.is_stopping, self.in_tail) = (false, false);
+    }
+
+    /// Begins with the first chunk of `store`, at rest, with pulses of so many ticks. False where there is none.
+    pub fn begin(&mut self, store: &mut Store, pulse: u32) -> bool {
+        (self.machine, self.owed, self.length, self.part) = (0, 0, 0, 0);
+        (self.pulse, self.rate) = (pulse, self.wanted);
+        self.axes.iter_mut().for_each(|axis| axis.word = 0);
+        self.next(store)
+    }
+
+    /// Takes up the next chunk.
+    fn next(&mut self, store: &mut Store) -> bool {
+        let Some(length) = store.pop(&mut self.payload) else { return false };
+        let mut from = Reader::new(self.payload.get(..length).unwrap_or_default());
+        let Some(head) = Chunk::take(&mut from) else { return false };
+        self.head = head;
+        let place = |from: &Reader<'_>| (length - from.rest().len()) as u16;
+        for index in 0..2 * AXES {
+            let count = if index < AXES { head.runs[index] } else { head.tail_runs[index - AXES] };
+            let at = (place(&from), count);
+            (0..count).for_each(|_| _ = Run::take(&mut from));
+            if index < AXES {
+                self.runs[index] = at;
+            } else {
+                self.tails[index - AXES] = at;
+            }
+        }
+        (self.in_tail, self.ticks, self.passed) = (false, head.ticks, 0);
+        self.load(self.runs, Some(head.ahead));
+        true
+    }
+
+    /// Puts every axis before its first run; `ahead` says which way they go behind the last one.
+    fn load(&mut self, runs: [(u16, u8); AXES], ahead: Option<u8>) {
+        for (index, (axis, later)) in self.axes.iter_mut().zip(runs).enumerate() {
+            axis.later = later;
+            axis.ahead = ahead.map(|ahead| ahead >> index & 1 == 1);
+            axis.cursor.left = 0;
+            axis.next_run(&self.payload, 0);
+        }
+    }
+
+    /// What comes behind the end of a chunk or a tail.
+    fn turn(&mut self, store: &mut Store) -> Option<End> {
+        if self.in_tail {
+            return Some(if self.is_stopping { End::Stopped } else { End::Starved });
+        }
+        if self.next(store) {
+            return None;
+        }
+        if self.head.rests == 1 {
+            return Some(if self.is_stopping { End::Stopped } else { End::Rested });
+        }
+        (self.in_tail, self.ticks, self.passed) = (true, self.head.tail_ticks, 0);
+        self.load(self.tails, None);
+        None
+    }
+
+    /// Sets the rate of the next slice.
+    fn steer(&mut self) {
+        let wanted = if self.is_stopping { 0 } else { self.wanted };
+        let (wanted, slope) = match (self.in_tail, self.head.tail_fall) {
+            (true, 0) => (self.rate, 0),
+            (true, fall) => (0, fall),
+            _ if wanted < self.rate => (wanted, self.head.fall),
+            _ => (wanted, self.head.rise),
+        };
+        if wanted == self.rate {
+            self.owed = 0;
+            return;
+        }
+        // From rest a slice is as good as begun.
+        self.owed += u32::from(slope) * if self.rate == 0 { SLICE } else { self.length };
+        let change = self.owed / SLICE;
+        self.owed %= SLICE;
+        self.rate = if wanted < self.rate {
+            self.rate.saturating_sub(change).max(wanted)
+        } else {
+            self.rate.saturating_add(change).min(wanted)
+        };
+        if wanted < LEAST_RATE && self.rate < LEAST_RATE {
+            self.rate = 0;
+        }
+    }
+
+    /// Makes the words of the next slice; how the path ended where it did: then all words are made.
+    ///
+    /// Of every axis at most [`most_words`] are put.
+    #[inline(always)]
+    pub fn slice(&mut self, store: &mut Store, words: &mut impl Words) -> Option<End> {
+        if self.passed == self.ticks {
+            let end = self.turn(store);
+            if end.is_some() {
+                return end;
+            }
+        }
+        self.steer();
+        if self.rate == 0 {
+            if self.in_tail {
+                return Some(if self.is_stopping { End::Stopped } else { End::Starved });
+            }
+            if self.is_stopping {
+                return Some(End::Stopped);
+            }
+            self.rest(words);
+            return None;
+        }
+        let span = self.span();
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            axis.play(index, &span, self.pulse, &self.payload, words);
+        }
+        self.passed = span.stretch.until;
+        self.part = span.part;
+        self.machine = span.machine_until;
+        self.length = span.length;
+        None
+    }
+
+    /// A slice in which nothing steps.
+    fn rest(&mut self, words: &mut impl Words) {
+        self.length = SLICE;
+        self.machine = self.machine.wrapping_add(SLICE);
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            axis.wait(index, self.machine, words);
+        }
+    }
+
+    /// What the next slice covers.
+    fn span(&self) -> Span {
+        let rate = self.rate;
+        let inverse = if rate == FULL_RATE { FULL_RATE } else { u32::MAX / rate };
+        let parts = self.part + SLICE * rate;
+        let room = self.ticks - self.passed;
+        let (length, until, part) = if parts >> 16 < room {
+            (SLICE, self.passed + (parts >> 16), parts & 0xFFFF)
+        } else {
+            let wanted = (room << 16) - self.part;
+            let length = wanted.div_ceil(rate);
+            (length, self.ticks, length * rate - wanted)
+        };
+        let behind = ((u64::from(self.part) * u64::from(inverse)) >> 16) as u32;
+        let stretch = Stretch {
+            from: self.passed,
+            until,
+            machine: self.machine,
+            inverse,
+            offset: 0xFFFF_u32.wrapping_sub(behind),
+            least: self.pulse + 1,
+            scale: CYCLES_PER_TICK << 2,
+            base: pulse_word(0, false).wrapping_sub((self.pulse * CYCLES_PER_TICK) << 2),
+        };
+        Span { stretch, part, machine_until: self.machine.wrapping_add(length), length }
+    }
+}
+
+impl Default for Player {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Most words that a slice makes for one axis with pulses of so many ticks.
+pub const fn most_words(pulse: u32) -> u32 {
+    SLICE / (pulse + 1) + 2
+}
+
+/// A slice.
+struct Span {
+    stretch: Stretch,
+    /// Part of the next tick of the chunk that passed.
+    part: u32,
+    machine_until: u32,
+    length: u32,
+}
+
+impl Axis {
+    /// Goes to the first step of the next run.
+    fn next_run(&mut self, payload: &[u8; PAYLOAD], before: u32) {
+        let (at, count) = self.later;
+        let Some(count) = count.checked_sub(1) else {
+            self.cursor.forward = self.ahead.unwrap_or(self.cursor.forward);
+            return;
+        };
+        let mut from = Reader::new(payload.get(usize::from(at)..).unwrap_or_default());
+        let Some(run) = Run::take(&mut from) else { return };
+        self.cursor = Cursor::at(&run, before);
+        self.later = ((PAYLOAD - from.rest().len()) as u16, count);
+    }
+
+    /// Waits until a tick of the machine.
+    #[inline(always)]
+    fn wait(&mut self, index: usize, until: u32, words: &mut impl Words) {
+        let ticks = until.wrapping_sub(self.word);
+        if ticks as i32 > 0 {
+            words.put(index, wait_word(ticks, self.cursor.forward));
+            self.word = until;
+        }
+    }
+
+    /// Makes its words of one slice.
+    #[inline(always)]
+    fn play(
+        &mut self,
+        index: usize,
+        span: &Span,
+        pulse: u32,
+        payload: &[u8; PAYLOAD],
+        words: &mut impl Words,
+    ) {
+        let stretch = &span.stretch;
+        while self.cursor.left > 0 && self.cursor.tick <= stretch.until {
+            let forward = self.cursor.forward;
+            let parts =
+                (self.cursor.tick - stretch.from).wrapping_mul(stretch.inverse).wrapping_add(stretch.offset);
+            let wait = stretch.machine.wrapping_add(parts >> 16).wrapping_sub(self.word);
+            let wait = if wait as i32 > 0 { wait } else { 1 };
+            words.put(index, pulse_word(wait, forward));
+            let mut at = self.word.wrapping_add(wait);
+            let (mut before, mut steps) = (self.cursor.tick, 1);
+            self.cursor.advance();
+            let own = Stretch { base: stretch.base | u32::from(forward), ..*stretch };
+            while self.cursor.is_quick() && self.cursor.tick <= stretch.until {
+                let is_full = stretch.inverse == FULL_RATE;
+                let burst = if is_full { Cursor::burst::<false> } else { Cursor::burst::<true> };
+                let (count, last, tick) = burst(&mut self.cursor, at, &own, words.places(index));
+                words.filled(index, count);
+                (at, before, steps) = (last, tick, steps + count as i32);
+            }
+            self.word = at.wrapping_add(pulse);
+            self.index = self.index.wrapping_add(if forward { steps } else { -steps });
+            if self.cursor.left == 0 {
+                self.next_run(payload, before);
+            }
+        }
+        self.wait(index, span.machine_until, words);
+    }
+}

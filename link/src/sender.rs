@@ -1,0 +1,152 @@
+//! The bridge's end: numbered frames, sent again until they are there, and never more chunks than there is room for.
+//!
+//! Comes in: messages, the adapter's status, the time. Goes out: frames for the line. Does not know what moves.
+
+use crate::bytes::Writer;
+use crate::chunk;
+use crate::frame::{Header, ON_LINE, PAYLOAD, seal};
+use crate::message::{Ask, Chunk, Hello, Status};
+use crate::receiver::{FIRST, WINDOW};
+use crate::run::Run;
+use crate::store::AROUND;
+use crate::{AXES, NEWEST, OLDEST};
+
+/// After so many µs without an acknowledgement a frame is sent again.
+pub const AGAIN_US: u64 = 25_000;
+
+/// A frame that is known to be missing is sent again at once, but not more often than this, in µs.
+const MISSING_US: u64 = 3_000;
+
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    kind: u8,
+    length: usize,
+    payload: [u8; PAYLOAD],
+    /// When it was sent last, none before it was.
+    sent: Option<u64>,
+    /// Whether the adapter has it although one before it is missing; whether it is known to be missing.
+    held: bool,
+    missing: bool,
+}
+
+const EMPTY: Slot =
+    Slot { kind: 0, length: 0, payload: [0; PAYLOAD], sent: None, held: false, missing: false };
+
+/// One session as the bridge sees it.
+#[derive(Debug)]
+pub struct Sender {
+    session: u32,
+    /// First number that is not acknowledged, and the number of the next frame.
+    first: u32,
+    next: u32,
+    slots: [Slot; WINDOW as usize],
+    /// Bytes of all chunks so far, and up to which there is room.
+    bytes: u32,
+    limit: u32,
+}
+
+impl Sender {
+    /// A new session, whose number was never used before; 0 becomes 1.
+    pub fn new(session: u32) -> Self {
+        let session = session.max(1);
+        Self { session, first: FIRST, next: FIRST, slots: [EMPTY; WINDOW as usize], bytes: 0, limit: 0 }
+    }
+
+    /// Its session.
+    pub fn session(&self) -> u32 {
+        self.session
+    }
+
+    /// How many frames are not acknowledged.
+    pub fn pending(&self) -> u32 {
+        self.next.wrapping_sub(self.first)
+    }
+
+    /// The frame that begins the session, as often as one likes.
+    pub fn hello(&self, line: &mut [u8; ON_LINE]) -> Option<usize> {
+        self.unnumbered(&Hello { oldest: OLDEST, newest: NEWEST }.into(), line)
+    }
+
+    /// A frame that is not numbered.
+    pub fn unnumbered(&self, ask: &Ask, line: &mut [u8; ON_LINE]) -> Option<usize> {
+        let mut payload = [0; PAYLOAD];
+        let mut out = Writer::new(&mut payload);
+        ask.put(&mut out);
+        let length = out.end()?;
+        let header = Header { session: self.session, number: 0, kind: ask.kind() };
+        seal(header, payload.get(..length)?, line)
+    }
+
+    fn slot(&mut self, number: u32) -> &mut Slot {
+        &mut self.slots[(number % WINDOW) as usize]
+    }
+
+    /// Takes a message to be sent; its number, none while as many as may be are on their way.
+    pub fn offer(&mut self, ask: &Ask) -> Option<u32> {
+        if self.pending() >= WINDOW {
+            return None;
+        }
+        let (number, kind) = (self.next, ask.kind());
+        let slot = self.slot(number);
+        let mut out = Writer::new(&mut slot.payload);
+        ask.put(&mut out);
+        let length = out.end()?;
+        *slot = Slot { kind, length, payload: slot.payload, ..EMPTY };
+        self.next = number.wrapping_add(1);
+        Some(number)
+    }
+
+    /// Takes a chunk to be sent; none while there is no room for it, or where it is too long.
+    pub fn offer_chunk(&mut self, head: &Chunk, runs: [&[Run]; AXES], tail: [&[Run]; AXES]) -> Option<u32> {
+        if self.pending() >= WINDOW {
+            return None;
+        }
+        let number = self.next;
+        let slot = self.slot(number);
+        let length = chunk::write(head, runs, tail, &mut slot.payload)?;
+        let bytes = self.bytes.wrapping_add((length + AROUND) as u32);
+        if (self.limit.wrapping_sub(bytes) as i32) < 0 {
+            return None;
+        }
+        let slot = self.slot(number);
+        *slot = Slot { kind: Ask::Chunk(*head).kind(), length, payload: slot.payload, ..EMPTY };
+        (self.next, self.bytes) = (number.wrapping_add(1), bytes);
+        Some(number)
+    }
+
+    /// What the adapter has. An older status changes nothing.
+    pub fn hear(&mut self, status: &Status) {
+        let taken = status.next.wrapping_sub(self.first);
+        if taken > self.pending() {
+            return;
+        }
+        self.first = status.next;
+        if status.limit.wrapping_sub(self.limit) as i32 > 0 {
+            self.limit = status.limit;
+        }
+        let latest = u8::BITS - status.held.leading_zeros();
+        for ahead in 0..self.pending() {
+            let slot = self.slot(status.next.wrapping_add(ahead));
+            slot.held |= ahead > 0 && status.held >> (ahead - 1) & 1 == 1;
+            slot.missing = !slot.held && ahead < latest;
+        }
+    }
+
+    /// The next frame that is due at `now_us`, written onto `line`: its length. None while there is nothing to send.
+    pub fn due(&mut self, now_us: u64, line: &mut [u8; ON_LINE]) -> Option<usize> {
+        let session = self.session;
+        for ahead in 0..self.pending() {
+            let number = self.first.wrapping_add(ahead);
+            let slot = self.slot(number);
+            let wait = if slot.missing { MISSING_US } else { AGAIN_US };
+            let is_due = slot.sent.is_none_or(|sent| now_us >= sent.saturating_add(wait));
+            if slot.held || !is_due {
+                continue;
+            }
+            slot.sent = Some(now_us);
+            slot.missing = false;
+            return seal(Header { session, number, kind: slot.kind }, slot.payload.get(..slot.length)?, line);
+        }
+        None
+    }
+}

@@ -1,0 +1,87 @@
+//! Every edge in its cycle.
+
+use crate::rig::{MILLI, Rig};
+use crate::support::{PULSE, SETUP, path, seeds};
+use annulus_core::chance::Chance;
+use annulus_link::cutter::Rule;
+use annulus_link::message::{Rate, State};
+use annulus_link::run::{HALF, Run};
+use annulus_link::{AXES, FULL_RATE};
+
+fn even(forward: bool, interval: u32, count: u32) -> Run {
+    Run { count, ..Run::one(forward, interval) }
+}
+
+/// Half a million pulses a second on four axes: even ones both ways, a ramp, odd intervals, parts of a tick.
+fn fast(count: u32) -> ([Vec<Run>; AXES], u32) {
+    let turn = PULSE + SETUP;
+    let half = count / 2;
+    let ramp = Run { forward: true, count: 800, interval: 100, fraction: 0, change: -6550, phase: HALF };
+    let runs = [
+        vec![even(true, 100, 1), even(true, 20, half), even(false, turn, 1), even(false, 20, half)],
+        vec![ramp, even(true, 20, count)],
+        vec![even(false, 777, 1), Run { fraction: 0x5555, ..even(true, 12_345, 1) }, even(true, 21, count)],
+        vec![Run { fraction: 0xABCD, count, ..even(false, 20, 1) }],
+    ];
+    let last = |runs: &Vec<Run>| runs.iter().map(|run| run.extent().unwrap().last).sum::<u32>();
+    let ticks = runs.iter().map(last).max().unwrap() + 1000;
+    (runs, ticks)
+}
+
+#[test]
+fn four_axes_at_half_a_million_steps_a_second_are_exact_to_the_cycle() {
+    let count = if std::env::var_os("ANNULUS_LONG").is_some() { 300_000 } else { 27_000 };
+    let mut rig = Rig::ready();
+    let (runs, ticks) = fast(count);
+    rig.play(&runs, ticks, &Rule::resting_within(100_000), 600_000, |_| false);
+    assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+    let steps = rig.is_exact(&runs, ticks);
+    rig.is_on_path(&runs, ticks);
+    println!("{steps} steps on four axes, every edge in its cycle");
+    assert!(steps >= 4 * count as usize && steps > 100_000);
+}
+
+#[test]
+fn paths_of_chance_are_exact_to_the_cycle_however_they_are_cut() {
+    for seed in seeds(4) {
+        let mut chance = Chance::new(seed);
+        let (runs, ticks) = path(&mut chance, 400_000);
+        let rule = Rule { ticks: chance.scale(2e4, 2e5) as u32, ..Rule::resting_within(50_000) };
+        let mut rig = Rig::ready();
+        rig.play(&runs, ticks, &rule, 800_000, |_| false);
+        assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+        println!("{} steps", rig.is_exact(&runs, ticks));
+    }
+}
+
+#[test]
+fn a_hold_and_a_slower_feed_stretch_time_and_bend_nothing() {
+    let mut rig = Rig::ready();
+    let (runs, ticks) = fast(8000);
+    let (mut turns, mut held) = (0, (0, 0));
+    rig.play(&runs, ticks, &Rule::resting_within(30_000), 600_000, |rig| {
+        turns += u32::from(rig.state() == State::Running);
+        let wanted = match turns {
+            8 => 0,
+            60 => FULL_RATE / 3,
+            100 => FULL_RATE,
+            _ => return false,
+        };
+        match turns {
+            8 => held.0 = rig.cycle,
+            60 => held.1 = rig.cycle,
+            _ => {}
+        }
+        rig.sender.offer(&Rate { wanted }.into());
+        false
+    });
+    assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+    let wanted: usize = runs.iter().flatten().map(|run| run.count as usize).sum();
+    assert_eq!(rig.is_on_path(&runs, ticks), wanted);
+    // 2 ms of words that were made, 3 ms to come to rest, 1 ms for the order itself.
+    let still = |axis| {
+        let quiet = held.0 + 6 * MILLI..held.1;
+        rig.pulses(axis).iter().filter(|pulse| quiet.contains(&pulse.cycle)).count()
+    };
+    assert_eq!([still(0), still(1), still(2), still(3)], [0; AXES]);
+}

@@ -1,0 +1,244 @@
+//! It always stops: a dead bridge, a bad cable, the emergency stop, an end sensor, a program that hangs.
+
+use crate::rig::{INPUT_PIN, MICRO, MILLI, Rig, SETTINGS, SPINDLE_PIN, STOP_PIN};
+use crate::support::seeds;
+use annulus_core::chance::Chance;
+use annulus_link::AXES;
+use annulus_link::cutter::Rule;
+use annulus_link::message::{Clear, Guard, Outputs, Place, Refusal, State, Trust};
+use annulus_link::run::{HALF, Run};
+use annulus_link::sender::Sender;
+
+/// Two ramps with a stretch between them on every axis, each with its own speed: 30 ms.
+fn way() -> ([Vec<Run>; AXES], u32) {
+    let runs = [60, 75, 90, 120].map(|fast: u32| {
+        let up = Run { forward: true, count: 200, interval: 4 * fast, fraction: 0, change: 0, phase: HALF };
+        let slope = (3 * fast << 16) as i32 / 200;
+        let length = 240_000 / fast;
+        vec![
+            Run { change: -slope, ..up },
+            Run { interval: fast, count: length, ..up },
+            Run { interval: fast, change: slope, ..up },
+        ]
+    });
+    let last = |runs: &Vec<Run>| runs.iter().map(|run| run.extent().unwrap().last).sum::<u32>();
+    let ticks = runs.iter().map(last).max().unwrap() + 100;
+    (runs, ticks)
+}
+
+const RULE: Rule = Rule { ticks: 20_000, fall: 2000, rise: 2000 };
+
+#[test]
+fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
+    let (runs, ticks) = way();
+    let packets = if std::env::var_os("ANNULUS_LONG").is_some() { 1 } else { 3 };
+    let (mut starved, mut kill) = (0, 1_u64);
+    loop {
+        let mut rig = Rig::ready();
+        let mut sent = 0;
+        let mut dead = false;
+        rig.play(&runs, ticks, &RULE, 50_000, |rig| {
+            sent += u64::from(rig.state() == State::Running);
+            dead = sent >= kill;
+            dead
+        });
+        if !dead {
+            break;
+        }
+        rig.unplug();
+        rig.until_silent();
+        let made = rig.is_on_path(&runs, ticks);
+        rig.rests_at_one_moment(&runs, ticks);
+        let status = rig.status.unwrap();
+        assert!(rig.are_steps_low());
+        assert_eq!(status.trust, Trust::Trusted, "{status:?}");
+        assert!(matches!(status.state, State::Starved | State::Ready), "{status:?}");
+        starved += u32::from(status.state == State::Starved && made > 0);
+        kill += packets;
+    }
+    println!("killed at {kill} moments, {starved} times with path left");
+    assert!(starved >= 8, "{starved}");
+}
+
+impl Rig {
+    /// Nobody speaks to it; until it rests.
+    fn until_silent(&mut self) {
+        for _ in 0..400 {
+            self.pass(MILLI);
+            if self.state() != State::Running {
+                return self.pass(12 * MILLI);
+            }
+        }
+        panic!("it never came to rest: {:?}", self.status);
+    }
+}
+
+#[test]
+fn a_bad_cable_costs_time_and_never_a_step() {
+    for seed in seeds(3) {
+        let (runs, ticks) = way();
+        let mut rig = Rig::ready();
+        rig.garble = Some((Chance::new(seed), 1500));
+        rig.play(&runs, ticks, &RULE, 400_000, |_| false);
+        let made = rig.is_on_path(&runs, ticks);
+        rig.rests_at_one_moment(&runs, ticks);
+        println!("{made} steps, {:?}", rig.state());
+        assert!(matches!(rig.state(), State::Ready | State::Starved), "{:?}", rig.status);
+    }
+}
+
+/// The last pulse that began, and when the last step pin went low, both in cycles after `since`.
+fn after(rig: &Rig, since: u64) -> (i64, i64) {
+    let pulses: Vec<_> = (0..AXES).flat_map(|axis| rig.pulses(axis)).collect();
+    let cycles = |cycle: u64| cycle as i64 - since as i64;
+    let began = pulses.iter().map(|pulse| cycles(pulse.cycle)).max().unwrap();
+    let ended = pulses.iter().map(|pulse| cycles(pulse.cycle + pulse.width)).max().unwrap();
+    (began, ended)
+}
+
+#[test]
+fn the_emergency_stop_ends_pulses_and_outputs_within_ten_microseconds() {
+    let (runs, ticks) = way();
+    let mut rig = Rig::ready();
+    let (mut worst, mut worst_output) = (i64::MIN, 0);
+    for seed in seeds(8) {
+        rig.say(Place { index: [0; AXES] });
+        rig.say(Outputs { on: 1 });
+        rig.forget();
+        let mut turns = 0;
+        rig.play(&runs, ticks, &RULE, 200_000, |rig| {
+            turns += u32::from(rig.state() == State::Running);
+            turns > 20
+        });
+        rig.pass(Chance::new(seed).below(20_000) as u64);
+        let since = rig.cycle;
+        assert_eq!(rig.driven[usize::from(SPINDLE_PIN)], 1);
+        rig.pin(STOP_PIN, false);
+        rig.pass(MILLI);
+        let (began, ended) = after(&rig, since);
+        worst = worst.max(began.max(ended));
+        let off = rig
+            .edges
+            .iter()
+            .rfind(|edge| edge.pin == SPINDLE_PIN && !edge.level)
+            .expect("the spindle went off");
+        worst_output = worst_output.max(off.cycle - since);
+        rig.until("no stop", |rig| rig.state() == State::EmergencyStop);
+        let status = rig.status.unwrap();
+        assert_eq!((status.trust, status.outputs, status.inputs >> 15), (Trust::Lost, 0, 1));
+        assert!(rig.are_steps_low());
+        rig.is_on_path(&runs, ticks);
+        assert_eq!(rig.say(Clear {}).refusal, Refusal::Input);
+        assert_eq!(rig.say(Outputs { on: 1 }).outputs, 0);
+        let count = rig.edges.len();
+        rig.pin(STOP_PIN, true);
+        rig.pass(5 * MILLI);
+        assert_eq!(rig.edges[count..].iter().filter(|edge| edge.pin < 10).count(), 0, "it goes on by itself");
+        assert_eq!(rig.say(Clear {}).state, State::Ready);
+    }
+    println!(
+        "last step pin low after {:.2} µs, outputs after {:.2} µs",
+        worst as f64 / 120.0,
+        worst_output as f64 / 120.0
+    );
+    assert!(worst < 10 * MICRO as i64 && worst_output < 10 * MICRO);
+}
+
+#[test]
+fn an_end_sensor_stops_at_once_and_the_index_is_that_of_the_pins() {
+    let (runs, ticks) = way();
+    for (seed, input) in seeds(4).zip([0, 3, 1, 2]) {
+        let mut rig = Rig::ready();
+        let mut turns = 0;
+        rig.play(&runs, ticks, &RULE, 200_000, |rig| {
+            turns += u32::from(rig.state() == State::Running);
+            turns > 20
+        });
+        rig.pass(Chance::new(seed).below(20_000) as u64);
+        let since = rig.cycle;
+        rig.pin(INPUT_PIN + input, true);
+        rig.pass(MILLI);
+        let (began, ended) = after(&rig, since);
+        assert!(began.max(ended) < 10 * MICRO as i64, "{began} {ended}");
+        rig.until("no stop", |rig| rig.state() == State::Limit);
+        rig.is_on_path(&runs, ticks);
+        let status = rig.status.unwrap();
+        assert_eq!((status.trust, status.input, status.inputs), (Trust::Suspect, input, 1 << input));
+        // Away from it: only while it does not stop.
+        assert_eq!(rig.say(Clear {}).refusal, Refusal::Input);
+        rig.say(Guard { limits: SETTINGS.limits & !(1 << input) });
+        assert_eq!(rig.say(Clear {}).state, State::Ready);
+        rig.forget();
+        let (index, back) =
+            (status.index, [vec![Run { count: 50, ..Run::one(false, 500) }], vec![], vec![], vec![]]);
+        rig.play(&back, 30_000, &RULE, 200_000, |_| false);
+        assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+        assert_eq!(rig.pulses(0).len(), 50);
+        assert_eq!(rig.status.unwrap().index[0], index[0] - 50);
+    }
+}
+
+#[test]
+fn a_touch_shorter_than_a_microsecond_is_noise() {
+    let (runs, ticks) = way();
+    let mut rig = Rig::ready();
+    let mut turns = 0;
+    rig.play(&runs, ticks, &RULE, 400_000, |rig| {
+        turns += 1;
+        rig.pin(INPUT_PIN, true);
+        rig.pass(40 + turns % 40);
+        rig.pin(INPUT_PIN, false);
+        false
+    });
+    assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+    rig.is_exact(&runs, ticks);
+    assert!(turns > 50);
+}
+
+#[test]
+fn a_program_that_hangs_is_reset_and_every_pin_let_go() {
+    let (runs, ticks) = way();
+    let mut rig = Rig::ready();
+    rig.say(Outputs { on: 1 });
+    let mut turns = 0;
+    rig.play(&runs, ticks, &RULE, 400_000, |rig| {
+        turns += u32::from(rig.state() == State::Running);
+        turns > 20
+    });
+    let since = rig.cycle;
+    rig.hang();
+    rig.pass(60 * MILLI);
+    // What was made is played, and nothing twice.
+    let made: usize = (0..AXES).map(|axis| rig.pulses(axis).len()).sum();
+    assert!(after(&rig, since).1 < 3 * MILLI as i64);
+    assert_eq!(rig.reset, None);
+    rig.pass(60 * MILLI);
+    let reset = rig.reset.expect("the watchdog resets it");
+    println!("reset {:.1} ms after it hung", (reset - since) as f64 / MILLI as f64);
+    assert!((90 * MILLI..110 * MILLI).contains(&(reset - since)));
+    assert_eq!((0..AXES).map(|axis| rig.pulses(axis).len()).sum::<usize>(), made);
+    assert!(rig.driven.iter().all(|level| *level == 2), "{:?}", rig.driven);
+    rig.sender = Sender::new(99);
+    (rig.welcome, rig.status) = (None, None);
+    rig.edges.clear();
+    rig.connect();
+    rig.until("no welcome", |rig| rig.welcome.is_some() && rig.status.is_some());
+    assert_eq!(rig.welcome.unwrap().by_watchdog, 1);
+    let status = rig.status.unwrap();
+    assert_eq!((status.state, status.trust, status.outputs), (State::Unset, Trust::Lost, 0));
+    assert!(
+        (2..10).all(|pin| !rig.edges.iter().any(|edge| edge.pin == pin && edge.level)),
+        "a step by itself"
+    );
+}
+
+#[test]
+fn outputs_go_off_a_quarter_of_a_second_after_the_bridge_fell_silent() {
+    let mut rig = Rig::ready();
+    assert_eq!(rig.say(Outputs { on: 1 }).outputs, 1);
+    let since = rig.cycle;
+    rig.pass(240 * MILLI);
+    assert_eq!(rig.driven[usize::from(SPINDLE_PIN)], 1);
+    rig.pass(15 * MILLI);
+    assert_eq!(rig.driven[usize::from(SPINDLE_PIN)], 0, "{} ms", (rig.cycle - since) / MILLI);
+}

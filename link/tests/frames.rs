@@ -1,0 +1,148 @@
+//! Frames and messages: there and back, and nothing that is not one.
+
+use crate::support::seeds;
+use annulus_core::chance::Chance;
+use annulus_link::bytes::Writer;
+use annulus_link::cobs::Unstuffer;
+use annulus_link::crc::crc32c;
+use annulus_link::frame::{FRAME, Header, ON_LINE, PAYLOAD, open, seal};
+use annulus_link::message::{Ask, Chunk, Configure, Hello, Outputs, Status, Tell, Welcome};
+use annulus_link::run::Run;
+
+#[test]
+fn the_check_is_the_one_that_everybody_calls_crc_32c() {
+    assert_eq!(crc32c(b"123456789"), 0xE306_9283);
+    assert_eq!(crc32c(&[0; 32]), 0x8A91_36AA);
+    assert_eq!(crc32c(&[]), 0);
+}
+
+#[test]
+fn stuffed_bytes_are_those_of_the_method() {
+    let rows: [(&[u8], &[u8]); 4] = [
+        (&[0], &[1, 1, 0]),
+        (&[0x11, 0x22, 0, 0x33], &[3, 0x11, 0x22, 2, 0x33, 0]),
+        (&[0x11, 0, 0, 0], &[2, 0x11, 1, 1, 1, 0]),
+        (&[], &[1, 0]),
+    ];
+    for (plain, stuffed) in rows {
+        let mut out = [0xAA; 16];
+        let mut stuffer = annulus_link::cobs::Stuffer::new(&mut out);
+        plain.iter().for_each(|byte| stuffer.put(*byte));
+        let length = stuffer.end().unwrap();
+        assert_eq!(&out[..length], stuffed);
+    }
+}
+
+/// A payload of chance, with zeros in it and without, of every length.
+fn payload(chance: &mut Chance) -> Vec<u8> {
+    let length = if chance.below(2) == 0 { chance.below(8) } else { chance.below(PAYLOAD + 1) };
+    let zeros = chance.below(3);
+    (0..length)
+        .map(|_| match zeros {
+            0 => 0,
+            1 => 1 + chance.below(255) as u8,
+            _ => chance.bits() as u8 & chance.bits() as u8,
+        })
+        .collect()
+}
+
+#[test]
+fn every_frame_comes_back_whatever_stood_before_it() {
+    for seed in seeds(300) {
+        let mut chance = Chance::new(seed);
+        let (mut line, mut unstuffer) = ([0; ON_LINE], Unstuffer::<FRAME>::new());
+        for _ in 0..20 {
+            // Noise ends with a zero, or spoils the frame behind it and no more.
+            for _ in 0..chance.below(40) {
+                let _ = unstuffer.take(chance.bits() as u8);
+            }
+            let _ = unstuffer.take(0);
+            let header = Header {
+                session: chance.bits() as u32,
+                number: chance.bits() as u32,
+                kind: chance.bits() as u8,
+            };
+            let payload = payload(&mut chance);
+            let length = seal(header, &payload, &mut line).unwrap();
+            assert_eq!(line[..length].iter().filter(|byte| **byte == 0).count(), 1);
+            let found = line[..length].iter().find_map(|byte| unstuffer.take(*byte).map(<[u8]>::to_vec));
+            let found = found.expect("the frame is there");
+            assert_eq!(open(&found), Some((header, payload.as_slice())));
+        }
+    }
+}
+
+#[test]
+fn a_frame_with_any_bit_turned_is_none() {
+    let header = Header { session: 7, number: 8, kind: 9 };
+    let mut line = [0; ON_LINE];
+    let length = seal(header, &[1, 0, 255, 4], &mut line).unwrap();
+    for bit in 0..8 * (length - 1) {
+        let mut bad = line;
+        bad[bit / 8] ^= 1 << (bit % 8);
+        let mut unstuffer = Unstuffer::<FRAME>::new();
+        for byte in &bad[..length] {
+            if let Some(frame) = unstuffer.take(*byte) {
+                assert_eq!(open(frame), None, "bit {bit}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_payload_that_is_too_long_is_refused_and_a_line_without_end_forgotten() {
+    let mut line = [0; ON_LINE];
+    assert_eq!(seal(Header::default(), &[1; PAYLOAD + 1], &mut line), None);
+    assert!(seal(Header::default(), &[0; PAYLOAD], &mut line).is_some());
+    assert!(seal(Header::default(), &[1; PAYLOAD], &mut line).is_some());
+    let mut unstuffer = Unstuffer::<FRAME>::new();
+    assert!((0..10 * FRAME).all(|_| unstuffer.take(3).is_none()));
+    assert_eq!(unstuffer.take(0), None);
+}
+
+fn there_and_back(ask: &Ask) {
+    let mut bytes = [0; PAYLOAD];
+    let mut out = Writer::new(&mut bytes);
+    ask.put(&mut out);
+    let length = out.end().unwrap();
+    assert_eq!(Ask::take(ask.kind(), &bytes[..length]), Some((*ask, [].as_slice())));
+    for short in 0..length {
+        assert_eq!(Ask::take(ask.kind(), &bytes[..short]), None, "{ask:?} from {short} bytes");
+    }
+}
+
+#[test]
+fn messages_are_the_bytes_that_they_were_from_the_first_day() {
+    there_and_back(&Hello { oldest: 1, newest: 2 }.into());
+    there_and_back(&Configure { pulse: 10, setup: 300, limits: 3, ..Configure::default() }.into());
+    there_and_back(&Chunk { number: 5, first: [-1; 4], last: [7; 4], ..Chunk::default() }.into());
+    let bytes = |put: &dyn Fn(&mut Writer<'_>)| {
+        let mut bytes = [0; PAYLOAD];
+        let mut out = Writer::new(&mut bytes);
+        put(&mut out);
+        let length = out.end().unwrap();
+        bytes[..length].to_vec()
+    };
+    assert_eq!(bytes(&|out| Ask::from(Hello { oldest: 1, newest: 0x203 }).put(out)), [1, 0, 3, 2]);
+    assert_eq!(bytes(&|out| Ask::from(Outputs { on: 5 }).put(out)), [5]);
+    assert_eq!(bytes(&|out| Tell::from(Welcome::default()).put(out)).len(), 26);
+    assert_eq!(bytes(&|out| Tell::from(Status::default()).put(out)).len(), 56);
+    let run = Run { forward: true, count: 3, interval: 300, fraction: 0x8000, change: -2, phase: 0x8000 };
+    assert_eq!(bytes(&|out| run.put(out)), [7, 0xAC, 2, 0x80, 1, 3, 0]);
+}
+
+#[test]
+fn no_bytes_break_the_readers() {
+    for seed in seeds(2000) {
+        let mut chance = Chance::new(seed);
+        let payload = payload(&mut chance);
+        for kind in [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 99, 129, 130, 131] {
+            let _ = Ask::take(kind, &payload);
+            let _ = Tell::take(kind, &payload);
+        }
+        let mut from = annulus_link::bytes::Reader::new(&payload);
+        while let Some(run) = Run::take(&mut from) {
+            let _ = run.extent();
+        }
+    }
+}

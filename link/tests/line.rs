@@ -1,0 +1,384 @@
+//! Bridge and adapter over a bad line: frames lost, garbled, doubled, out of order, and not one wrong step.
+
+use crate::machines::Machines;
+use crate::support::{PULSE, SETUP, path, seeds};
+use annulus_core::chance::Chance;
+use annulus_link::adapter::{Adapter, Inputs, OUTPUTS_US, Order};
+use annulus_link::cobs::Unstuffer;
+use annulus_link::cutter::{Cutter, Piece, Rule};
+use annulus_link::frame::{FRAME, ON_LINE, open, seal};
+use annulus_link::message::{
+    Ask, Beat, Begin, Chunk, Clear, Configure, Guard, Hello, Outputs, Place, Rate, Refusal, Refused, State,
+    Status, Stop, Tell, Trust, Welcome,
+};
+use annulus_link::player::End;
+use annulus_link::sender::Sender;
+use annulus_link::store::Store;
+use annulus_link::{AXES, FULL_RATE};
+
+const SETTINGS: Configure = Configure {
+    pulse: PULSE as u8,
+    setup: SETUP as u16,
+    limits: 0b11,
+    low_inputs: 0,
+    low_steps: 0,
+    low_forward: 0,
+};
+
+/// What the line does to bytes, by chance; `bad` is for a byte.
+struct Line {
+    chance: Chance,
+    bad: f64,
+    /// Frames on their way, the next to arrive last.
+    frames: Vec<Vec<u8>>,
+}
+
+impl Line {
+    fn put(&mut self, frame: &[u8]) {
+        let mut frame = frame.to_vec();
+        for byte in &mut frame {
+            if self.chance.unit() < self.bad {
+                *byte ^= 1 << self.chance.below(8);
+            }
+        }
+        let odds = self.bad * 100.0;
+        if self.chance.unit() < odds {
+            frame.truncate(self.chance.below(frame.len()));
+        }
+        if self.chance.unit() < odds {
+            return;
+        }
+        let place = if self.chance.unit() < odds { self.chance.below(self.frames.len() + 1) } else { 0 };
+        if self.chance.unit() < odds {
+            self.frames.insert(0, frame.clone());
+        }
+        self.frames.insert(place.min(self.frames.len()), frame);
+    }
+}
+
+/// Everything between a bridge and the pins.
+struct World {
+    now: u64,
+    sender: Sender,
+    there: Line,
+    back: Line,
+    adapter: Adapter<'static>,
+    machines: Machines,
+    ending: Option<End>,
+    unstuffer: Unstuffer<FRAME>,
+    status: Option<Status>,
+    welcome: Option<Welcome>,
+    begun: u32,
+}
+
+impl World {
+    fn new(seed: u64, bad: f64) -> Self {
+        let line = |seed| Line { chance: Chance::new(seed), bad, frames: Vec::new() };
+        Self {
+            now: 1,
+            sender: Sender::new(seed as u32 | 1),
+            there: line(seed << 8),
+            back: line(seed << 8 | 1),
+            adapter: Adapter::new(Welcome::default(), Box::leak(Box::new(Store::new()))),
+            machines: Machines::new(),
+            ending: None,
+            unstuffer: Unstuffer::new(),
+            status: None,
+            welcome: None,
+            begun: 0,
+        }
+    }
+
+    /// A millisecond of both ends.
+    fn turn(&mut self) {
+        self.now += 1000;
+        let mut line = [0; ON_LINE];
+        if self.welcome.is_none() {
+            let length = self.sender.hello(&mut line).unwrap();
+            self.there.put(&line[..length]);
+        } else {
+            while let Some(length) = self.sender.due(self.now, &mut line) {
+                self.there.put(&line[..length]);
+            }
+        }
+        let now = self.now as u32;
+        while let Some(frame) = self.there.frames.pop() {
+            frame.iter().for_each(|byte| self.adapter.hear(*byte, now));
+        }
+        while let Some(order) = self.adapter.order() {
+            if order == Order::Begin {
+                self.begun += 1;
+                self.adapter.begin();
+            }
+        }
+        for _ in 0..8 {
+            if self.adapter.state() == State::Running && self.ending.is_none() {
+                self.ending = self.adapter.slice(&mut self.machines);
+            }
+        }
+        if let Some(end) = self.ending.take() {
+            self.adapter.ended(end);
+        }
+        self.adapter.attend(Inputs::default(), now);
+        while let Some(length) = self.adapter.tell(now, &mut line) {
+            self.back.put(&line[..length]);
+        }
+        while let Some(frame) = self.back.frames.pop() {
+            for byte in frame {
+                let Some((header, payload)) = self.unstuffer.take(byte).and_then(open) else { continue };
+                assert_eq!(header.session, self.sender.session());
+                match Tell::take(header.kind, payload) {
+                    Some((Tell::Welcome(welcome), [])) => self.welcome = Some(welcome),
+                    Some((Tell::Status(status), [])) => {
+                        self.sender.hear(&status);
+                        let is_newer = self.status.is_none_or(|old| status.micros >= old.micros);
+                        self.status = if is_newer { Some(status) } else { self.status };
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+        }
+    }
+
+    fn until(&mut self, done: impl Fn(&Self) -> bool) {
+        for _ in 0..60_000 {
+            if done(self) {
+                return;
+            }
+            self.turn();
+        }
+        panic!("it never came about: {:?}", self.status);
+    }
+
+    /// Says it, and waits until it was taken.
+    fn say(&mut self, ask: impl Into<Ask>) -> Status {
+        let ask = ask.into();
+        self.until(|world| world.welcome.is_some());
+        let mut number = None;
+        while number.is_none() {
+            number = self.sender.offer(&ask);
+            self.turn();
+        }
+        self.until(|world| world.sender.pending() == 0);
+        self.status.unwrap()
+    }
+
+    fn begin(&mut self) {
+        self.say(SETTINGS);
+        self.say(Place { index: [0; AXES] });
+    }
+
+    fn offer(&mut self, piece: &Piece) -> Option<u32> {
+        let (runs, tail) = piece.slices();
+        self.sender.offer_chunk(&piece.head, runs, tail)
+    }
+}
+
+#[test]
+fn a_bad_line_costs_time_and_never_a_step() {
+    let (mut starved, mut rested) = (0, 0);
+    for seed in seeds(60) {
+        // Over a byte: from one in a hundred thousand to one in a thousand, the promised one in ten thousand among them.
+        let bad = Chance::new(seed).scale(1e-5, 1e-3);
+        let mut world = World::new(seed, bad);
+        let mut chance = Chance::new(seed);
+        let (runs, ticks) = path(&mut chance, 3_000_000);
+        let rule = Rule::resting_within(50_000);
+        world.begin();
+        let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks, 0, [0; AXES]);
+        let (mut next, mut asked) = (cutter.cut(&rule), false);
+        world.until_played(&mut cutter, &mut next, &rule, &mut asked);
+        let status = world.status.unwrap();
+        let made: Vec<usize> = world.machines.steps.iter().map(Vec::len).collect();
+        let wanted = crate::support::meant(&runs, ticks);
+        for axis in 0..AXES {
+            let same = world.machines.steps[axis].iter().zip(&wanted[axis]).all(|(a, b)| a.forward == b.1);
+            assert!(same && made[axis] <= wanted[axis].len(), "axis {axis}");
+            let counted =
+                world.machines.steps[axis].iter().map(|step| if step.forward { 1 } else { -1 }).sum::<i32>();
+            assert_eq!(status.index[axis], counted);
+        }
+        if status.state == State::Starved {
+            starved += 1;
+        } else {
+            assert_eq!(status.state, State::Ready, "{status:?}");
+            assert_eq!(made, wanted.iter().map(Vec::len).collect::<Vec<_>>(), "all of it");
+            rested += 1;
+        }
+        assert_eq!((status.refusal, status.trust, world.begun), (Refusal::None, Trust::Trusted, 1));
+    }
+    assert!(rested > 30, "{rested} rested, {starved} starved");
+}
+
+impl World {
+    /// Sends what there is room for until everything is played or it starved.
+    fn until_played(
+        &mut self,
+        cutter: &mut Cutter<'_>,
+        next: &mut Option<Piece>,
+        rule: &Rule,
+        asked: &mut bool,
+    ) {
+        for _ in 0..60_000 {
+            while let Some(piece) = next {
+                if self.offer(piece).is_none() {
+                    break;
+                }
+                *next = cutter.cut(rule);
+            }
+            let status = self.status.unwrap();
+            let is_here = status.chunk > 5 || next.is_none() && self.sender.pending() == 0;
+            if !*asked && is_here && self.sender.offer(&Begin {}.into()).is_some() {
+                *asked = true;
+            }
+            self.turn();
+            let status = self.status.unwrap();
+            let is_over = status.state == State::Ready && status.resident == 0 && status.next > 3;
+            if *asked && self.begun > 0 && (status.state == State::Starved || is_over && next.is_none()) {
+                return;
+            }
+        }
+        panic!("it never ended: {:?}", self.status);
+    }
+}
+
+#[test]
+fn versions_that_do_not_meet_are_refused_and_nothing_begins() {
+    let mut world = World::new(5, 0.0);
+    let mut line = [0; ON_LINE];
+    for (oldest, newest) in [(2, 9), (0, 0)] {
+        let hello = world.sender.unnumbered(&Hello { oldest, newest }.into(), &mut line).unwrap();
+        line[..hello].iter().for_each(|byte| world.adapter.hear(*byte, 0));
+        let length = world.adapter.tell(0, &mut line).unwrap();
+        let mut unstuffer = Unstuffer::<FRAME>::new();
+        let frame = line[..length].iter().find_map(|byte| unstuffer.take(*byte).map(<[u8]>::to_vec)).unwrap();
+        let (header, payload) = open(&frame).unwrap();
+        let refused = Refused { oldest: 1, newest: 1 };
+        assert_eq!(Tell::take(header.kind, payload), Some((refused.into(), [].as_slice())));
+        assert_eq!((world.adapter.tell(50_000, &mut line), world.adapter.order()), (None, None));
+    }
+}
+
+#[test]
+fn a_new_session_ends_the_older_one_for_good() {
+    let mut world = World::new(7, 0.0);
+    world.begin();
+    let (runs, ticks) = path(&mut Chance::new(7), 3_000_000);
+    let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks, 0, [0; AXES]);
+    for _ in 0..8 {
+        let piece = cutter.cut(&Rule::resting_within(20_000)).unwrap();
+        assert!(world.offer(&piece).is_some());
+    }
+    world.until(|world| world.sender.pending() == 0);
+    world.say(Begin {});
+    world.until(|world| world.machines.steps[0].len() > 20);
+    let (old, settings) = (world.sender, world.status.unwrap().settings);
+    assert!(settings != 0);
+    world.sender = Sender::new(0xABCD);
+    (world.welcome, world.status) = (None, None);
+    // What the old one still says is not heard, its hello neither.
+    let mut line = [0; ON_LINE];
+    world.until(|world| world.welcome.is_some());
+    for ask in [Ask::from(Hello { oldest: 1, newest: 1 }), Beat {}.into()] {
+        let length = old.unnumbered(&ask, &mut line).unwrap();
+        world.there.put(&line[..length]);
+    }
+    world.until(|world| world.status.is_some_and(|status| status.state != State::Running));
+    let status = world.status.unwrap();
+    assert_eq!((status.state, status.settings, status.resident), (State::Unset, 0, 0));
+    assert_eq!(status.trust, Trust::Trusted, "it came to rest on the path");
+    assert_eq!(world.say(Begin {}).refusal, Refusal::State);
+    assert_eq!(world.say(SETTINGS).state, State::Ready);
+}
+
+#[test]
+fn what_may_not_be_is_refused_and_changes_nothing() {
+    let mut world = World::new(9, 0.0);
+    assert_eq!(world.say(Begin {}).refusal, Refusal::State);
+    assert_eq!(world.say(Place { index: [1; AXES] }).refusal, Refusal::State);
+    assert_eq!(world.say(Outputs { on: 1 }).outputs, 0);
+    assert_eq!(world.say(Configure { pulse: 1, ..SETTINGS }).refusal, Refusal::Settings);
+    assert_eq!(world.say(Configure { pulse: 34, ..SETTINGS }).state, State::Unset);
+    assert_eq!(world.say(SETTINGS).state, State::Ready);
+    assert_eq!(world.say(Begin {}).refusal, Refusal::State);
+    assert_eq!(world.say(Clear {}).state, State::Ready);
+    let chunk =
+        |number, first| Chunk { number, first, last: first, ticks: 100, rests: 1, ..Chunk::default() };
+    let refusal = |world: &mut World, head: Chunk| {
+        let none: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
+        while world.sender.offer_chunk(&head, none, none).is_none() {
+            world.turn();
+        }
+        world.until(|world| world.sender.pending() == 0);
+        let status = world.status.unwrap();
+        (status.refusal, status.chunk)
+    };
+    assert_eq!(refusal(&mut world, chunk(1, [0; 4])), (Refusal::Gap, 0));
+    assert_eq!(refusal(&mut world, chunk(0, [0, 0, 0, 1])), (Refusal::Index, 0));
+    assert_eq!(refusal(&mut world, chunk(0, [0; 4])).1, 1);
+    assert_eq!(refusal(&mut world, chunk(0, [0; 4])).1, 1, "the same again is nothing new");
+    assert_eq!(world.say(Place { index: [1; AXES] }).refusal, Refusal::State, "not with path waiting");
+    assert_eq!(world.say(Stop {}).resident, 0);
+    assert_eq!(world.say(Place { index: [-5; AXES] }).index, [-5; AXES]);
+    assert_eq!(world.say(Guard { limits: 0 }).trust, Trust::Trusted);
+    assert_eq!(world.say(Rate { wanted: 2 * FULL_RATE }).state, State::Ready);
+}
+
+#[test]
+fn orders_that_come_in_one_packet_are_all_obeyed() {
+    let mut world = World::new(13, 0.0);
+    world.begin();
+    let empty: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
+    let head = Chunk { ticks: 90_000, rests: 1, ..Chunk::default() };
+    assert!(world.sender.offer_chunk(&head, empty, empty).is_some());
+    for ask in [Guard { limits: 0 }.into(), Ask::from(Begin {}), Stop {}.into()] {
+        assert!(world.sender.offer(&ask).is_some());
+    }
+    let mut line = [0; ON_LINE];
+    while let Some(length) = world.sender.due(world.now, &mut line) {
+        line[..length].iter().for_each(|byte| world.adapter.hear(*byte, 1));
+    }
+    assert_eq!([world.adapter.order(), world.adapter.order()], [Some(Order::Settle), Some(Order::Begin)]);
+    world.adapter.begin();
+    // The stop that came before the first word is not forgotten.
+    let end = (0..200).find_map(|_| world.adapter.slice(&mut world.machines));
+    assert_eq!(end, Some(End::Stopped));
+}
+
+#[test]
+fn outputs_go_off_when_the_bridge_falls_silent() {
+    let mut world = World::new(11, 0.0);
+    world.begin();
+    assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
+    let since = world.now as u32;
+    let inputs = Inputs::default();
+    world.adapter.attend(inputs, since + OUTPUTS_US - 60_000);
+    assert_eq!(world.adapter.outputs(), 1);
+    world.adapter.attend(inputs, since + OUTPUTS_US);
+    assert_eq!(world.adapter.outputs(), 0);
+}
+
+#[test]
+fn bytes_of_chance_move_nothing() {
+    for seed in seeds(30) {
+        let mut chance = Chance::new(seed);
+        let mut world = World::new(seed, 0.0);
+        world.begin();
+        let mut line = [0; ON_LINE];
+        for _ in 0..400 {
+            // Frames with a right check and a wrong sense, in the right session with the right number.
+            let number = world.adapter.status(0).next;
+            let header = annulus_link::frame::Header {
+                session: world.sender.session(),
+                number,
+                kind: chance.below(16) as u8,
+            };
+            let payload: Vec<u8> =
+                (0..chance.below(200)).map(|_| chance.bits() as u8 & chance.bits() as u8).collect();
+            let length = seal(header, &payload, &mut line).unwrap();
+            line[..length].iter().for_each(|byte| world.adapter.hear(*byte, 0));
+            assert!(world.adapter.order() != Some(Order::Begin));
+        }
+        assert_eq!(world.machines.steps.iter().map(Vec::len).sum::<usize>(), 0);
+    }
+}

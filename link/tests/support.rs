@@ -1,0 +1,87 @@
+//! What the tests share: paths of chance, what the step stream means by them, seeds.
+
+use annulus_core::chance::Chance;
+use annulus_core::job::{Effect, Stage};
+use annulus_core::steps;
+use annulus_link::AXES;
+use annulus_link::run::Run;
+
+/// A pulse in ticks.
+pub(crate) const PULSE: u32 = 10;
+
+/// Time from a turn to the next pulse.
+pub(crate) const SETUP: u32 = 50;
+
+/// Seeds of a property: the first ones, more where `ANNULUS_LONG` says so. Each is printed when its turn comes.
+pub(crate) fn seeds(few: u64) -> impl Iterator<Item = u64> {
+    let count = if std::env::var_os("ANNULUS_LONG").is_some() { 50 * few } else { few };
+    (1..=count).inspect(|seed| println!("seed {seed}"))
+}
+
+/// A path of chance: runs of every axis from rest to rest, and how long it takes in ticks.
+pub(crate) fn path(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
+    let mut runs: [Vec<Run>; AXES] = Default::default();
+    for own in &mut runs {
+        let (mut at, mut forward) = (0, chance.below(2) == 1);
+        // Away from the start: the pin may have to turn.
+        let mut room = SETUP + PULSE;
+        while at < ticks {
+            if chance.below(4) == 0 {
+                forward = !forward;
+                room = SETUP + PULSE;
+            }
+            let interval = room.max(PULSE + 1) + chance.scale(1.0, 4000.0) as u32;
+            let count = 1 + chance.scale(1.0, 400.0) as u32;
+            let change =
+                if count > 1 { (chance.below(1 << 20) as i32 - (1 << 19)) / count as i32 } else { 0 };
+            let fraction = if chance.below(2) == 0 { 0 } else { chance.below(1 << 16) as u16 };
+            let run = Run { forward, count, interval, fraction, change, phase: annulus_link::run::HALF };
+            let fits = run.extent().filter(|extent| extent.shortest > PULSE && at + extent.last <= ticks);
+            match fits {
+                Some(extent) => at += extent.last,
+                None if chance.below(8) == 0 => break,
+                None => continue,
+            }
+            own.push(run);
+            room = 0;
+        }
+    }
+    (runs, ticks + 100)
+}
+
+/// The same path as a segment of the step stream.
+pub(crate) fn segment(runs: &[Vec<Run>; AXES], ticks: u32) -> steps::Segment {
+    let of = |(axis, own): (usize, &Vec<Run>)| {
+        own.iter()
+            .map(|run| steps::Run {
+                axes: 1 << axis,
+                forward: run.forward,
+                interval: run.interval,
+                fraction: run.fraction,
+                count: run.count,
+                change: run.change,
+            })
+            .collect::<Vec<_>>()
+    };
+    steps::Segment {
+        leg: 0,
+        mark: annulus_core::job::Mark::Prepare,
+        stage: Stage::Travel,
+        duration_ticks: u64::from(ticks),
+        runs: runs.iter().enumerate().flat_map(of).collect(),
+        effect: Effect::None,
+        gate: None,
+        end: [0; steps::AXES],
+    }
+}
+
+/// The steps of every axis as the stream means them, by `replay` of core.
+pub(crate) fn meant(runs: &[Vec<Run>; AXES], ticks: u32) -> [Vec<(u64, bool)>; AXES] {
+    let mut all: [Vec<(u64, bool)>; AXES] = Default::default();
+    for pulse in steps::replay(&segment(runs, ticks)) {
+        for (axis, own) in all.iter_mut().enumerate().filter(|(axis, _)| pulse.axes >> axis & 1 == 1) {
+            own.push((pulse.tick, pulse.forward >> axis & 1 == 1));
+        }
+    }
+    all
+}

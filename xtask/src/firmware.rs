@@ -1,0 +1,153 @@
+//! The firmware of the USB step adapter (N18): built with the stable compiler for its own processor, and made into a file
+//! that a board in its boot mode takes as if it were a disk.
+//!
+//! ```text
+//! bridge/firmware ─ cargo ─▶ ELF ─ parts that are loaded ─▶ blocks of 256 bytes ─▶ target/firmware/annulus-adapter.uf2
+//! ```
+//!
+//! Goes out: the ELF file, the UF2 file, how much of flash and memory they take. Does not know what the firmware does.
+
+use crate::npm;
+use crate::sh::{Done, command, output, root, run, say, target, which};
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+const TRIPLE: &str = "thumbv6m-none-eabi";
+
+/// Flash and memory of the chip, in bytes, and where they lie.
+const FLASH: (u32, u32) = (0x1000_0000, 2 << 20);
+const RAM: (u32, u32) = (0x2000_0000, 256 << 10);
+
+/// Builds it, and says how large it is. The ELF file.
+pub(crate) fn build() -> Done<PathBuf> {
+    ensure_target()?;
+    let folder = folder();
+    let into = target().join("firmware");
+    let mut cargo = command("cargo", &["build", "--release", "--locked", "--target-dir"]);
+    run(cargo.arg(&into).current_dir(&folder))?;
+    let elf = into.join(TRIPLE).join("release/annulus-firmware");
+    let bytes = fs::read(&elf).map_err(|error| format!("{}: {error}.", elf.display()))?;
+    let parts = parts(&bytes).ok_or_else(|| format!("{} is not what a linker makes.", elf.display()))?;
+    let uf2 = into.join("annulus-adapter.uf2");
+    fs::write(&uf2, blocks(&parts)).map_err(|error| format!("{}: {error}.", uf2.display()))?;
+    let loaded = |part: &&Part| (FLASH.0..FLASH.0 + FLASH.1).contains(&part.load);
+    let flash: u32 = parts.iter().filter(loaded).map(|part| part.bytes.len() as u32).sum();
+    let ram: u32 = parts.iter().filter(|part| part.address >= RAM.0).map(|part| part.in_memory).sum();
+    say(&format!(
+        "firmware: {flash} of {} bytes of flash, {ram} of {} bytes of memory, the stack apart",
+        FLASH.1, RAM.1
+    ));
+    say(&format!("for a board in its boot mode: {}", uf2.display()));
+    Ok(elf)
+}
+
+/// What runs the tests of the real firmware in the emulator.
+pub(crate) fn tests() -> Done<Command> {
+    let elf = build()?;
+    npm::ensure_in(&folder().join("emulator"))?;
+    let mut tests =
+        command("cargo", &["test", "-p", "annulus-link", "--test", "adapter", "--", "--show-output"]);
+    tests.env("ANNULUS_FIRMWARE", elf);
+    Ok(tests)
+}
+
+fn folder() -> PathBuf {
+    root().join("bridge/firmware")
+}
+
+/// Whether the toolchain in use can compile for the adapter.
+pub(crate) fn present() -> bool {
+    let sysroot = output(&mut command("rustc", &["--print", "sysroot"])).map(PathBuf::from);
+    sysroot.is_some_and(|sysroot| sysroot.join("lib/rustlib").join(TRIPLE).join("lib").is_dir())
+}
+
+fn ensure_target() -> Done {
+    if present() {
+        return Ok(());
+    }
+    if which("rustup").is_none() {
+        return Err(format!(
+            "The compiler has no target {TRIPLE}. Install it with rustup: `rustup target add {TRIPLE}`."
+        ));
+    }
+    run(&mut command("rustup", &["target", "add", TRIPLE]))
+}
+
+/// A part of an ELF file: where it is loaded to, where it is used, its bytes, how much room it takes there.
+struct Part<'a> {
+    load: u32,
+    address: u32,
+    in_memory: u32,
+    bytes: &'a [u8],
+}
+
+fn number(file: &[u8], at: usize) -> Option<u32> {
+    Some(u32::from_le_bytes(file.get(at..at + 4)?.try_into().ok()?))
+}
+
+/// The parts of an ELF file of 32 bits, lowest byte first, that are loaded.
+fn parts(file: &[u8]) -> Option<Vec<Part<'_>>> {
+    file.starts_with(b"\x7fELF\x01\x01").then_some(())?;
+    let half = |at: usize| Some(usize::from(u16::from_le_bytes(file.get(at..at + 2)?.try_into().ok()?)));
+    let (table, size, count) = (number(file, 28)? as usize, half(42)?, half(44)?);
+    let mut parts = Vec::new();
+    for index in 0..count {
+        let field = |place: usize| number(file, table + index * size + 4 * place);
+        const LOADED: u32 = 1;
+        if field(0)? == LOADED {
+            let (from, length) = (field(1)? as usize, field(4)? as usize);
+            let bytes = file.get(from..from + length)?;
+            parts.push(Part { address: field(2)?, load: field(3)?, in_memory: field(5)?, bytes });
+        }
+    }
+    Some(parts)
+}
+
+/// A UF2 file: every page of flash as a block of 512 bytes that says where it goes.
+fn blocks(parts: &[Part<'_>]) -> Vec<u8> {
+    const PAGE: u32 = 256;
+    const FAMILY_OF_RP2040: u32 = 0xE48B_FF56;
+    const FAMILY_IS_SAID: u32 = 0x2000;
+    let mut pages: std::collections::BTreeMap<u32, [u8; PAGE as usize]> = std::collections::BTreeMap::new();
+    for part in parts {
+        for (address, byte) in (part.load..).zip(part.bytes) {
+            pages.entry(address / PAGE).or_insert([0; PAGE as usize])[(address % PAGE) as usize] = *byte;
+        }
+    }
+    let count = pages.len() as u32;
+    let mut out = Vec::new();
+    for (index, (page, bytes)) in (0_u32..).zip(&pages) {
+        let head =
+            [0x0A32_4655, 0x9E5D_5157, FAMILY_IS_SAID, page * PAGE, PAGE, index, count, FAMILY_OF_RP2040];
+        head.iter().for_each(|word: &u32| out.extend(word.to_le_bytes()));
+        out.extend(bytes);
+        out.extend([0; 220]);
+        out.extend(0x0AB1_6F30_u32.to_le_bytes());
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_of_flash_become_blocks_that_say_where_they_go() {
+        let bytes: Vec<u8> = (0..300_u32).map(|byte| byte as u8).collect();
+        let part = Part { load: 0x1000_0080, address: 0x2000_0000, in_memory: 400, bytes: &bytes };
+        let file = blocks(&[part]);
+        assert_eq!(file.len(), 2 * 512);
+        let word = |at: usize| number(&file, at).unwrap();
+        assert_eq!([0, 4, 8].map(word), [0x0A32_4655, 0x9E5D_5157, 0x2000]);
+        assert_eq!([12, 16, 20, 24, 28].map(word), [0x1000_0000, 256, 0, 2, 0xE48B_FF56]);
+        assert_eq!([512 + 12, 512 + 20, 508, 1020].map(word), [0x1000_0100, 1, 0x0AB1_6F30, 0x0AB1_6F30]);
+        assert_eq!(file[32 + 0x80..32 + 0x100], bytes[..0x80]);
+        assert_eq!((file[32 + 0x7F], file[512 + 32], file[512 + 32 + 300 - 0x80]), (0, 0x80, 0));
+    }
+
+    #[test]
+    fn what_is_no_elf_file_has_no_parts() {
+        assert!(parts(b"MZ").is_none() && parts(b"\x7fELF\x01\x01").is_none());
+    }
+}
