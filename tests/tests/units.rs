@@ -1,16 +1,16 @@
 //! Fields that are plain numbers say their unit in their name: `feed_mm_per_s`, not `feed`.
 //!
-//! Comes in: the sources. Goes out: fields of `f64` that others see and whose name ends in no unit. Does not read functions.
+//! Comes in: the sources. Goes out: public fields of `f64` whose name ends in no unit. Does not read functions.
 
 use crate::floor_plan::rust_files;
 use annulus_tests::root;
 use std::fs;
-use syn::visit::{self, Visit};
+use syn::visit::Visit;
 
 /// How names of numbers end.
 const UNITS: &[&str] = &[
-    "deg", "factor", "hz", "m", "min", "mm", "mm2", "ms", "nm", "ns", "pct", "px", "rad", "rpm", "s",
-    "share", "steps", "ticks", "turns", "um", "us", "v", "volts",
+    "deg", "factor", "hz", "m", "min", "mm", "mm2", "ms", "nm", "ns", "pct", "percent", "px", "rad", "rpm",
+    "s", "share", "steps", "ticks", "turns", "um", "us", "v", "volts",
 ];
 
 /// Numbers without a unit, or with that of what they are of.
@@ -53,7 +53,7 @@ fn is_number(kind: &syn::Type) -> bool {
     }
 }
 
-/// Fields that others see and that do not say their unit.
+/// Public fields that do not say their unit.
 #[derive(Default)]
 struct Silent(Vec<String>);
 
@@ -66,7 +66,7 @@ impl Silent {
 
 impl<'ast> Visit<'ast> for Silent {
     fn visit_item_struct(&mut self, item: &'ast syn::ItemStruct) {
-        let seen = |field: &&syn::Field| !matches!(field.vis, syn::Visibility::Inherited);
+        let seen = |field: &&syn::Field| matches!(field.vis, syn::Visibility::Public(_));
         item.fields.iter().filter(seen).for_each(|field| self.field(field));
     }
 }

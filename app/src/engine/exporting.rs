@@ -56,7 +56,7 @@ pub(super) fn export(
         return Ok(Exported { unread, ..Exported::default() });
     }
     let briefing = briefed(&sides, wanted, &machine);
-    let dialect = dialect(wanted, &Manner { lines_only_mm: wanted.lines_only, ..Manner::on(&machine) })?;
+    let dialect = dialect(wanted, &Manner { lines_only_mm: wanted.lines_only_mm, ..Manner::on(&machine) })?;
     let mut files: Vec<Vec<OutputFile>> = Vec::new();
     for (index, (face, side)) in sides.into_iter().enumerate() {
         let name = format!("{}-{}", briefing.job, face.name());

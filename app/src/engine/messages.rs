@@ -228,7 +228,7 @@ pub struct ToExport {
     /// The text of a dialect of the person's own, which goes before the name.
     pub text: Option<String>,
     /// Arcs become lines that are at most so far off, in mm.
-    pub lines_only: Option<f64>,
+    pub lines_only_mm: Option<f64>,
 }
 
 /// A job that was written; nothing is, while something in it is unread.

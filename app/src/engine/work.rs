@@ -472,7 +472,7 @@ mod tests {
         assert_eq!(plan.work.faces().len(), 2);
         let mut export = |read: Vec<String>, target: &str, lines_only| -> Exported {
             let target = target.to_owned();
-            let wanted = ToExport { plan: plan.clone(), read, target, text: None, lines_only };
+            let wanted = ToExport { plan: plan.clone(), read, target, text: None, lines_only_mm: lines_only };
             let Answer::Exported(exported) = ask(Request::Export(wanted)) else { panic!() };
             *exported
         };
@@ -517,7 +517,7 @@ mod tests {
             }
         }
         let target = "grbl".to_owned();
-        let wanted = ToExport { plan, read: Vec::new(), target, text: None, lines_only: None };
+        let wanted = ToExport { plan, read: Vec::new(), target, text: None, lines_only_mm: None };
         let Answer::Exported(exported) = ask(Request::Export(wanted.clone())).unwrap() else { panic!() };
         assert!(exported.sides.is_empty() && exported.unread.len() == 1, "{:?}", exported.unread);
         assert_ne!(exported.unread[0].0, up);

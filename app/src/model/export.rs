@@ -174,7 +174,7 @@ fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
         read: model.job.read.iter().cloned().collect(),
         target: model.template.target.clone(),
         text: model.template.own_text(),
-        lines_only: model.export.lines_only.then_some(CHORD_ERROR_MM),
+        lines_only_mm: model.export.lines_only.then_some(CHORD_ERROR_MM),
     };
     let number = model.next_request();
     let request = Request::Export(wanted.clone());

@@ -189,8 +189,8 @@ impl Work {
 
     /// Writes down what is done. Where that cannot be, nothing new may be begun.
     fn keep(&mut self) {
-        if self.controller.zero.is_some() {
-            self.entry.zero = self.controller.zero;
+        if self.controller.zero_mm.is_some() {
+            self.entry.zero = self.controller.zero_mm;
         }
         if let Err(why) = self.ledger.write(&self.entry) {
             self.tell(Told::Found(why));
@@ -204,7 +204,7 @@ impl Work {
             phase: controller.phase,
             trust: controller.trust,
             place: controller.place(),
-            zero: controller.zero,
+            zero: controller.zero_mm,
             sent: controller.sent_lines,
             answered: controller.answered_lines,
         };

@@ -299,7 +299,7 @@ fn stuck_sensors_raise_homing_alarms() {
 #[test]
 fn a_motor_that_loses_steps_is_found_out() {
     // The motor stalls above 9 kHz; rapids of this program ask for more, homing does not.
-    let weak = Faults { weak_motors: [Some(9_000.0), None, None], ..Faults::default() };
+    let weak = Faults { weak_motors_hz: [Some(9_000.0), None, None], ..Faults::default() };
     let mut bench = Bench::new(&machine(), weak);
     let mut program = grid(&machine(), 2);
     let far = Command::Rapid { to: Point::from_mm(200.0, 10.0) };

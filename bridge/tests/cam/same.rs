@@ -27,7 +27,7 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
         let Answer::Proved(proved) = ask(Request::Prove(prove)) else { panic!() };
         read.extend(proved.findings.into_iter().map(|finding| finding.id));
     }
-    let wanted = ToExport { plan, read, target: target.to_owned(), text: None, lines_only: None };
+    let wanted = ToExport { plan, read, target: target.to_owned(), text: None, lines_only_mm: None };
     let Answer::Exported(exported) = ask(Request::Export(wanted)) else { panic!() };
     assert_eq!(exported.unread, [], "all of it was read");
     let mut written: Vec<_> = exported.files().map(|file| (file.name.clone(), file.text.clone())).collect();

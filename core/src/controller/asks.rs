@@ -132,7 +132,7 @@ pub struct Start {
     /// The first section to run.
     pub from: usize,
     /// Where the work zero was when the job was interrupted, machine coordinates.
-    pub zero: Option<[f64; 3]>,
+    pub zero_mm: Option<[f64; 3]>,
     /// Seconds that the spindle takes to come up to speed.
     pub spin_up_s: f64,
     /// Findings that were seen, by code.

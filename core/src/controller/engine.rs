@@ -83,7 +83,7 @@ pub struct Controller {
     /// What it reported last; places in mm.
     pub status: Option<Status>,
     /// Work zero in machine coordinates, mm.
-    pub zero: Option<[f64; 3]>,
+    pub zero_mm: Option<[f64; 3]>,
     /// The words in force, heard last.
     pub modes: Option<Modes>,
     pub(super) now_ms: u64,
@@ -128,7 +128,7 @@ impl Default for Controller {
             trust: Trust::Lost,
             info: Info::default(),
             status: None,
-            zero: None,
+            zero_mm: None,
             modes: None,
             now_ms: 0,
             ear: Ear::default(),
@@ -186,7 +186,7 @@ impl Controller {
     /// Where the tip is in work coordinates, mm.
     pub fn place(&self) -> Option<[f64; 3]> {
         let status = self.status.as_ref()?;
-        let (machine, zero) = (status.machine?, self.zero?);
+        let (machine, zero) = (status.machine_mm?, self.zero_mm?);
         Some(core::array::from_fn(|axis| machine[axis] - zero[axis]))
     }
 
@@ -275,7 +275,7 @@ impl Controller {
                 }
             }
             Heard::Modes(mut modes) => {
-                modes.feed *= self.unit_mm();
+                modes.feed_mm_per_min *= self.unit_mm();
                 self.modes = Some(modes);
             }
             Heard::Probe(place, met) => {
@@ -295,7 +295,7 @@ impl Controller {
         let expected = self.reset_at.take().is_some();
         self.drop_lines();
         self.info.banner = banner;
-        (self.needs_reset, self.status, self.zero) = (false, None, None);
+        (self.needs_reset, self.status, self.zero_mm) = (false, None, None);
         let stopping = self.phase == Phase::Stopping;
         if !expected {
             self.trust = Trust::Lost;
@@ -375,14 +375,14 @@ impl Controller {
         let fresh = self.asked_ms.take().is_some();
         let unit = self.unit_mm();
         let scaled = |place: Option<[f64; 3]>| place.map(|place| place.map(|value| value * unit));
-        (status.machine, status.work, status.offset) =
-            (scaled(status.machine), scaled(status.work), scaled(status.offset));
-        status.feed = status.feed.map(|feed| feed * unit);
-        if status.offset.is_some() {
-            self.zero = status.offset;
+        (status.machine_mm, status.work_mm, status.offset_mm) =
+            (scaled(status.machine_mm), scaled(status.work_mm), scaled(status.offset_mm));
+        status.feed_mm_per_min = status.feed_mm_per_min.map(|feed| feed * unit);
+        if status.offset_mm.is_some() {
+            self.zero_mm = status.offset_mm;
         }
-        if let (None, Some(work), Some(zero)) = (status.machine, status.work, self.zero) {
-            status.machine = Some(core::array::from_fn(|axis| work[axis] + zero[axis]));
+        if let (None, Some(work), Some(zero)) = (status.machine_mm, status.work_mm, self.zero_mm) {
+            status.machine_mm = Some(core::array::from_fn(|axis| work[axis] + zero[axis]));
         }
         if status.overrides.is_none() {
             status.overrides = self.status.as_ref().and_then(|before| before.overrides);

@@ -21,7 +21,7 @@ pub struct Machine<'m> {
     /// Its settings.
     pub values: &'m Values,
     /// Work zero in machine coordinates.
-    pub zero: [f64; 3],
+    pub zero_mm: [f64; 3],
     /// Machine coordinates mean places: it was homed.
     pub homed: bool,
     /// Its places run from 0 up, not from minus the travel to 0.
@@ -78,7 +78,7 @@ fn travel(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
             continue;
         }
         let ends = if machine.positive { [0.0, travel[axis]] } else { [-travel[axis], 0.0] };
-        let (from, to) = (low + machine.zero[axis], high + machine.zero[axis]);
+        let (from, to) = (low + machine.zero_mm[axis], high + machine.zero_mm[axis]);
         let past = (ends[0] - from).max(to - ends[1]);
         if machine.homed && past > SLACK_MM {
             let error = Diagnostic::error("grbl.out_of_travel").with("axis", AXES[axis]);

@@ -120,7 +120,7 @@ impl Controller {
                 text += &format!("{letter}{}", number(if axis == 2 { height_mm } else { 0.0 }));
             }
         }
-        let Some(machine) = self.status.as_ref().and_then(|status| status.machine) else {
+        let Some(machine) = self.status.as_ref().and_then(|status| status.machine_mm) else {
             return self.found(Diagnostic::error("grbl.no_report"));
         };
         self.send(&text, Meaning::Written);
@@ -145,7 +145,7 @@ impl Controller {
     pub(super) fn done_by_hand(&mut self, meaning: &Meaning) {
         match *meaning {
             // What was reported before it is of another place, or of another zero.
-            Meaning::Written => self.zero = None,
+            Meaning::Written => self.zero_mm = None,
             Meaning::Home => self.homed(),
             Meaning::Unlock => self.set(Phase::Ready),
             Meaning::Probe { plate_mm, up_mm } => {
@@ -206,11 +206,11 @@ impl Controller {
             let homes = settings::on(&self.info.values, 22);
             found.push(Diagnostic::error(if homes { "grbl.not_homed" } else { "grbl.no_zero" }));
         }
-        let (Some(zero), Some(_)) = (self.zero, self.place()) else {
+        let (Some(zero), Some(_)) = (self.zero_mm, self.place()) else {
             found.push(Diagnostic::error("grbl.no_report"));
             return found;
         };
-        if let Some(before) = start.zero {
+        if let Some(before) = start.zero_mm {
             let moved = (0..2).any(|axis| libm::fabs(before[axis] - zero[axis]) > SAME_ZERO_MM);
             if moved {
                 found.push(Diagnostic::error("grbl.zero_moved"));
@@ -219,7 +219,7 @@ impl Controller {
         let homed = settings::on(&self.info.values, 22) && self.trust == Trust::Trusted;
         let positive = self.info.options.letters.contains('Z');
         let small = self.info.flavour() == "GRBL";
-        let machine = Machine { values: &self.info.values, zero, homed, positive, small };
+        let machine = Machine { values: &self.info.values, zero_mm: zero, homed, positive, small };
         found.extend(fits::compare(&start.routine, &machine));
         found.sort_by_key(|diagnostic| std::cmp::Reverse(severity(diagnostic)));
         found

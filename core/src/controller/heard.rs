@@ -62,9 +62,9 @@ pub struct Modes {
     /// G and M words, in tenths: G91.1 is 911.
     pub codes: Vec<(char, u16)>,
     /// Feed.
-    pub feed: f64,
+    pub feed_mm_per_min: f64,
     /// Spindle speed.
-    pub speed: f64,
+    pub speed_rpm: f64,
 }
 
 impl Modes {
@@ -111,19 +111,19 @@ pub struct Status {
     /// What it does.
     pub doing: Doing,
     /// Machine position, where told.
-    pub machine: Option<[f64; AXES]>,
+    pub machine_mm: Option<[f64; AXES]>,
     /// Work position, where told.
-    pub work: Option<[f64; AXES]>,
+    pub work_mm: Option<[f64; AXES]>,
     /// Work zero in machine coordinates, where told.
-    pub offset: Option<[f64; AXES]>,
+    pub offset_mm: Option<[f64; AXES]>,
     /// Free blocks of the planner and free bytes of the receive buffer, where told.
     pub room: Option<(u16, u16)>,
     /// Number of the line in work, where told.
     pub line: Option<u32>,
     /// Feed of the moment.
-    pub feed: Option<f64>,
+    pub feed_mm_per_min: Option<f64>,
     /// Spindle speed.
-    pub speed: Option<f64>,
+    pub speed_rpm: Option<f64>,
     /// Inputs that are on, by their letters.
     pub pins: String,
     /// Overrides of feed, rapids and spindle, percent; told now and then.
@@ -208,8 +208,8 @@ fn modes(text: &str) -> Option<Modes> {
         let letter = word.chars().next()?;
         let number: f64 = word.get(letter.len_utf8()..)?.parse().ok().filter(|n: &f64| n.is_finite())?;
         match letter {
-            'F' => modes.feed = number,
-            'S' => modes.speed = number,
+            'F' => modes.feed_mm_per_min = number,
+            'S' => modes.speed_rpm = number,
             'G' | 'M' => modes.codes.push((letter, libm::round(number * 10.0) as u16)),
             _ => {}
         }
@@ -252,13 +252,13 @@ fn status(inside: &str) -> Option<Status> {
     (machine.is_some() || work.is_some()).then_some(())?;
     Some(Status {
         doing,
-        machine,
-        work,
-        offset: turned(place("WCO"))?,
+        machine_mm: machine,
+        work_mm: work,
+        offset_mm: turned(place("WCO"))?,
         room: whole("Bf").and_then(|n| Some((limited(*n.first()?), limited(*n.get(1)?)))),
         line: named.get("Ln").and_then(|text| text.parse().ok()),
-        feed: speeds.first().copied(),
-        speed: speeds.get(1).copied(),
+        feed_mm_per_min: speeds.first().copied(),
+        speed_rpm: speeds.get(1).copied(),
         pins: named.get("Pn").unwrap_or(&"").to_string(),
         overrides: whole("Ov")
             .and_then(|n| Some([limited(*n.first()?), limited(*n.get(1)?), limited(*n.get(2)?)])),

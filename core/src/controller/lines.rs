@@ -25,26 +25,26 @@ const DECIMALS: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// Where it begins.
-    pub from: [f64; 3],
+    pub from_mm: [f64; 3],
     /// Where it ends.
-    pub to: [f64; 3],
+    pub to_mm: [f64; 3],
     /// The arc in the plane, if it is one.
     pub bow: Option<Bow>,
     /// Feed in mm/min; none for rapids.
-    pub feed: Option<f64>,
+    pub feed_mm_per_min: Option<f64>,
 }
 
 impl Piece {
     /// How far `place` is from it.
     pub fn distance(&self, place: [f64; 3]) -> f64 {
-        let Some(bow) = self.bow else { return to_line(self.from, self.to, place) };
-        let (x, y) = (place[0] - bow.centre[0], place[1] - bow.centre[1]);
+        let Some(bow) = self.bow else { return to_line(self.from_mm, self.to_mm, place) };
+        let (x, y) = (place[0] - bow.centre_mm[0], place[1] - bow.centre_mm[1]);
         let turn = bow.turn_to(libm::atan2(y, x));
-        let sweep = libm::fabs(bow.sweep);
-        let rise = self.to[2] - self.from[2];
+        let sweep = libm::fabs(bow.sweep_rad);
+        let rise = self.to_mm[2] - self.from_mm[2];
         let at = |t: f64| {
             let [x, y] = bow.at(t);
-            distance([x, y, self.from[2] + rise * t], place)
+            distance([x, y, self.from_mm[2] + rise * t], place)
         };
         let ends = at(0.0).min(at(1.0));
         if turn > sweep { ends } else { at(turn / sweep.max(1e-12)).min(ends) }
@@ -79,7 +79,7 @@ pub struct Line {
 pub struct Pen {
     sum: [f32; 3],
     /// Feed in force.
-    pub feed: Option<f64>,
+    pub feed_mm_per_min: Option<f64>,
     /// Spindle in force.
     pub spindle: Spindle,
     /// Mist and flood in force.
@@ -192,13 +192,17 @@ impl Pen {
             return None;
         }
         let feeds = step.course != Course::Rapid;
-        if feeds && self.feed != Some(step.feed_mm_per_min) {
-            self.feed = Some(step.feed_mm_per_min);
+        if feeds && self.feed_mm_per_min != Some(step.feed_mm_per_min) {
+            self.feed_mm_per_min = Some(step.feed_mm_per_min);
             let _ = write!(text, "F{}", number(step.feed_mm_per_min));
         }
         let bow = bow_of(from, step);
         let feed = feeds.then_some(step.feed_mm_per_min);
-        Some(line(text, Some(Piece { from, to: self.at(), bow, feed }), step.line))
+        Some(line(
+            text,
+            Some(Piece { from_mm: from, to_mm: self.at(), bow, feed_mm_per_min: feed }),
+            step.line,
+        ))
     }
 }
 
@@ -209,7 +213,7 @@ fn bow_of(from: [f64; 3], step: &Move) -> Option<Bow> {
 }
 
 fn rapid(from: [f64; 3], to: [f64; 3]) -> Piece {
-    Piece { from, to, bow: None, feed: None }
+    Piece { from_mm: from, to_mm: to, bow: None, feed_mm_per_min: None }
 }
 
 /// A line without a source.

@@ -84,7 +84,7 @@ impl Controller {
     fn follow(&mut self) {
         let tolerance = OFF_PATH_MM + 1.5 * self.step_mm();
         let Some(place) = self.place() else { return };
-        let feed = self.status.as_ref().and_then(|status| status.feed);
+        let feed = self.status.as_ref().and_then(|status| status.feed_mm_per_min);
         let override_part = self
             .status
             .as_ref()
@@ -108,7 +108,7 @@ impl Controller {
         run.window.drain(..near);
         // Faster than the path allows: where it may be on a rapid as well, up again from a hole, it is not judged.
         let here = run.window.iter().take(FAR).filter(|(piece, _)| piece.distance(place) <= tolerance);
-        let most = here.map(|(piece, _)| piece.feed).reduce(|a, b| Some(a?.max(b?))).flatten();
+        let most = here.map(|(piece, _)| piece.feed_mm_per_min).reduce(|a, b| Some(a?.max(b?))).flatten();
         let over =
             |most: f64| feed.is_some_and(|feed| feed > most * override_part * FEED_SLACK.0 + FEED_SLACK.1);
         run.fast = if most.is_some_and(over) { run.fast + 1 } else { 0 };
@@ -174,10 +174,11 @@ fn other_mode(modes: &Modes, pen: &Pen) -> Option<String> {
         }
     }
     if let Spindle::On(speed) | Spindle::Back(speed) = pen.spindle
-        && libm::fabs(modes.speed - speed) > 1.0
+        && libm::fabs(modes.speed_rpm - speed) > 1.0
     {
-        return Some(format!("S{}", modes.speed));
+        return Some(format!("S{}", modes.speed_rpm));
     }
-    let feed = pen.feed.filter(|feed| libm::fabs(modes.feed - feed) > 1.0 + 0.01 * feed);
-    feed.map(|_| format!("F{}", modes.feed))
+    let feed =
+        pen.feed_mm_per_min.filter(|feed| libm::fabs(modes.feed_mm_per_min - feed) > 1.0 + 0.01 * feed);
+    feed.map(|_| format!("F{}", modes.feed_mm_per_min))
 }

@@ -200,10 +200,10 @@ fn furthest(from: Place, to: Place, centre: [Length; 2], ccw: bool) -> Vec<Place
     for quarter in 0..4 {
         let angle = f64::from(quarter) * core::f64::consts::FRAC_PI_2;
         let turn = arc.turn_to(angle);
-        if turn <= libm::fabs(arc.sweep) {
+        if turn <= libm::fabs(arc.sweep_rad) {
             let (x, y) = (
-                arc.centre[0] + arc.radius * libm::cos(angle),
-                arc.centre[1] + arc.radius * libm::sin(angle),
+                arc.centre_mm[0] + arc.radius_mm * libm::cos(angle),
+                arc.centre_mm[1] + arc.radius_mm * libm::sin(angle),
             );
             found.push([Length::from_mm(x), Length::from_mm(y), to[2].max(from[2])]);
         }
@@ -215,13 +215,13 @@ fn furthest(from: Place, to: Place, centre: [Length; 2], ccw: bool) -> Vec<Place
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bow {
     /// Centre in the plane.
-    pub centre: [f64; 2],
+    pub centre_mm: [f64; 2],
     /// Radius.
-    pub radius: f64,
+    pub radius_mm: f64,
     /// Angle where it begins.
-    pub begin: f64,
+    pub begin_rad: f64,
     /// How far it turns, positive counter-clockwise; a full turn where it ends where it begins.
-    pub sweep: f64,
+    pub sweep_rad: f64,
 }
 
 impl Bow {
@@ -240,24 +240,27 @@ impl Bow {
             sweep -= full;
         }
         let radius = libm::hypot(from[0].mm() - centre[0], from[1].mm() - centre[1]);
-        Self { centre, radius, begin, sweep }
+        Self { centre_mm: centre, radius_mm: radius, begin_rad: begin, sweep_rad: sweep }
     }
 
     /// How far it turns, in its own sense and at least 0, until it is at `angle`.
     pub fn turn_to(&self, angle: f64) -> f64 {
         let full = 2.0 * core::f64::consts::PI;
-        let turn = if self.sweep >= 0.0 { angle - self.begin } else { self.begin - angle };
+        let turn = if self.sweep_rad >= 0.0 { angle - self.begin_rad } else { self.begin_rad - angle };
         turn - full * libm::floor(turn / full)
     }
 
     /// Where it is after the part `t` of it, 0 to 1.
     pub fn at(&self, t: f64) -> [f64; 2] {
-        let angle = self.begin + self.sweep * t;
-        [self.centre[0] + self.radius * libm::cos(angle), self.centre[1] + self.radius * libm::sin(angle)]
+        let angle = self.begin_rad + self.sweep_rad * t;
+        [
+            self.centre_mm[0] + self.radius_mm * libm::cos(angle),
+            self.centre_mm[1] + self.radius_mm * libm::sin(angle),
+        ]
     }
 
     /// Its length in the plane.
     pub fn length(&self) -> f64 {
-        self.radius * libm::fabs(self.sweep)
+        self.radius_mm * libm::fabs(self.sweep_rad)
     }
 }

@@ -21,13 +21,13 @@ const SLOWEST: f64 = 1.0 / 60.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
     /// Fastest of each axis, mm/s.
-    pub fastest: [f64; 3],
+    pub fastest_mm_per_s: [f64; 3],
     /// Acceleration of each axis, mm/s².
-    pub acceleration: [f64; 3],
+    pub acceleration_mm_per_s2: [f64; 3],
     /// Junction deviation, mm.
-    pub junction: f64,
+    pub junction_mm: f64,
     /// How far lines that stand for an arc may be from it, mm.
-    pub arc: f64,
+    pub arc_mm: f64,
     /// Blocks that it looks ahead.
     pub blocks: usize,
 }
@@ -36,10 +36,10 @@ impl Limits {
     /// As the settings say; none where they do not say enough.
     pub fn of(values: &Values, blocks: usize) -> Option<Self> {
         Some(Self {
-            fastest: settings::axes(values, 110)?.map(|rate| rate / 60.0),
-            acceleration: settings::axes(values, 120)?,
-            junction: values.get(&11).copied().filter(|value| *value > 0.0).unwrap_or(0.01),
-            arc: values.get(&12).copied().filter(|value| *value > 0.0).unwrap_or(0.002),
+            fastest_mm_per_s: settings::axes(values, 110)?.map(|rate| rate / 60.0),
+            acceleration_mm_per_s2: settings::axes(values, 120)?,
+            junction_mm: values.get(&11).copied().filter(|value| *value > 0.0).unwrap_or(0.01),
+            arc_mm: values.get(&12).copied().filter(|value| *value > 0.0).unwrap_or(0.002),
             blocks: if blocks == 0 { USUAL_BLOCKS } else { blocks },
         })
     }
@@ -96,21 +96,23 @@ impl Clockwork {
 
     /// A path is queued.
     pub fn go(&mut self, piece: &Piece) {
-        let Some(bow) = piece.bow else { return self.line(piece.from, piece.to, piece.feed) };
-        let arc = self.limits.arc;
-        let reach = arc * (2.0 * bow.radius - arc);
+        let Some(bow) = piece.bow else {
+            return self.line(piece.from_mm, piece.to_mm, piece.feed_mm_per_min);
+        };
+        let arc = self.limits.arc_mm;
+        let reach = arc * (2.0 * bow.radius_mm - arc);
         let parts = if reach > 0.0 { libm::floor(0.5 * bow.length() / libm::sqrt(reach)) } else { 0.0 };
         let parts = parts.clamp(1.0, 100_000.0) as u32;
-        let mut from = piece.from;
+        let mut from = piece.from_mm;
         for part in 1..=parts {
             let t = f64::from(part) / f64::from(parts);
             let [x, y] = bow.at(t);
             let to = if part == parts {
-                piece.to
+                piece.to_mm
             } else {
-                [x, y, piece.from[2] + (piece.to[2] - piece.from[2]) * t]
+                [x, y, piece.from_mm[2] + (piece.to_mm[2] - piece.from_mm[2]) * t]
             };
-            self.line(from, to, piece.feed);
+            self.line(from, to, piece.feed_mm_per_min);
             from = to;
         }
     }
@@ -122,9 +124,9 @@ impl Clockwork {
             return;
         }
         let unit = way.map(|part| part / length);
-        let fastest = Limits::along(&self.limits.fastest, &unit);
+        let fastest = Limits::along(&self.limits.fastest_mm_per_s, &unit);
         let nominal = feed.map_or(fastest, |feed| (feed / 60.0).min(fastest)).max(SLOWEST);
-        let acceleration = Limits::along(&self.limits.acceleration, &unit);
+        let acceleration = Limits::along(&self.limits.acceleration_mm_per_s2, &unit);
         let junction = match self.before {
             None => 0.0,
             Some((before, speed)) => self.corner(&before, &unit).min(speed * speed).min(nominal * nominal),
@@ -147,9 +149,9 @@ impl Clockwork {
         }
         let turn: [f64; 3] = core::array::from_fn(|axis| unit[axis] - before[axis]);
         let length = libm::sqrt(turn.iter().map(|part| part * part).sum());
-        let along = Limits::along(&self.limits.acceleration, &turn.map(|part| part / length));
+        let along = Limits::along(&self.limits.acceleration_mm_per_s2, &turn.map(|part| part / length));
         let sin = libm::sqrt(0.5 * (1.0 - cos));
-        along * self.limits.junction * sin / (1.0 - sin)
+        along * self.limits.junction_mm * sin / (1.0 - sin)
     }
 
     /// Runs the oldest block as it is planned now: at the end of all that is known there is rest.
@@ -175,11 +177,17 @@ mod tests {
     use super::*;
 
     fn limits() -> Limits {
-        Limits { fastest: [50.0; 3], acceleration: [100.0; 3], junction: 0.01, arc: 0.002, blocks: 15 }
+        Limits {
+            fastest_mm_per_s: [50.0; 3],
+            acceleration_mm_per_s2: [100.0; 3],
+            junction_mm: 0.01,
+            arc_mm: 0.002,
+            blocks: 15,
+        }
     }
 
     fn straight(from: [f64; 3], to: [f64; 3], feed: Option<f64>) -> Piece {
-        Piece { from, to, bow: None, feed }
+        Piece { from_mm: from, to_mm: to, bow: None, feed_mm_per_min: feed }
     }
 
     #[test]

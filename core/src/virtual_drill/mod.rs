@@ -101,7 +101,7 @@ pub struct Faults {
     /// sorted or not.
     pub lost_steps: Vec<(usize, u64)>,
     /// Highest step rate that the motors of X, Y, Z follow, where it is less than it should be.
-    pub weak_motors: [Option<f64>; 3],
+    pub weak_motors_hz: [Option<f64>; 3],
     /// Bits of the phase bytes that do not reach the motors of X, Y, Z: broken wires.
     pub dead_wires: [u8; 3],
     /// Fastest the bit gets through the board, steps per second; none for a sharp bit.
@@ -168,7 +168,7 @@ impl VirtualDrill {
             let jump_mm_per_s = libm::sqrt(8.0 * axis.max_acceleration_mm_per_s2 * machine.motion.corner_mm);
             let pull = (acceleration, jump_mm_per_s * axis.scale.steps_per_mm());
             // Faults are those of the first spindle.
-            let weak = faults.weak_motors[index].filter(|_| number < 3);
+            let weak = faults.weak_motors_hz[index].filter(|_| number < 3);
             let fastest = weak.unwrap_or(f64::from(machine.max_step_hz));
             let mixed = seed.wrapping_add(index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
             // Somewhere in the middle half in the plane; high over the board in Z.

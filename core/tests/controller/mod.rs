@@ -196,7 +196,7 @@ impl Bench {
     fn start(&mut self, from: usize) {
         self.told.clear();
         let (routine, accepted) = (routine(), Vec::new());
-        let start = Start { routine, from, zero: None, spin_up_s: 0.1, accepted };
+        let start = Start { routine, from, zero_mm: None, spin_up_s: 0.1, accepted };
         self.event(Event::Ask(Ask::Start(start)));
     }
 

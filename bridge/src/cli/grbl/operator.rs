@@ -113,7 +113,7 @@ impl Operator {
         }
         self.worst = None;
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
-        let start = Start { routine, from, zero, spin_up_s: self.how.spin_up, accepted };
+        let start = Start { routine, from, zero_mm: zero, spin_up_s: self.how.spin_up, accepted };
         self.owner.ask(Ask::Start(start));
         let ended = self.until_ended(programs);
         Ok(self.answer(programs, &ended, seconds))
