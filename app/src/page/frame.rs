@@ -68,7 +68,7 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         overlay: slots.part(|model| &model.frame.overlay),
         flipped: slots.part(|model| &model.frame.flipped),
         cursor_mm: slots.part(|model| &model.frame.cursor_mm),
-        zoom: slots.part(|model| &model.frame.zoom),
+        zoom: slots.part(|model| &model.frame.zoom_px_per_mm),
         backend: slots.part(|model| &model.frame.backend),
         asked: slots.part(|model| &model.frame.asked),
         toasts: slots.part(|model| &model.frame.toasts),

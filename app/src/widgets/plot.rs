@@ -162,7 +162,7 @@ fn hair(plot: &Plot, width: f64, height: f64, cursor: Option<f64>) -> Vec<AnyVie
     let mut shapes = Vec::new();
     for (panel, frame) in plot.panels.iter().zip(plot::layout(plot, width, height)) {
         let px = frame.px(x);
-        let (top, bottom) = (frame.top, frame.top + frame.height);
+        let (top, bottom) = (frame.top_px, frame.top_px + frame.height_px);
         shapes.push(
             svg::polyline()
                 .attr("class", "ink-cursor")
@@ -191,7 +191,7 @@ fn point(
     let px = f64::from(event.client_x()) - target.get_bounding_client_rect().left();
     let x = shown.with_untracked(|plot| {
         let frame = plot::layout(plot, size.0.get_untracked(), size.1).into_iter().next()?;
-        let inside = px >= frame.left - 2.0 && px <= frame.left + frame.width + 2.0;
+        let inside = px >= frame.left_px - 2.0 && px <= frame.left_px + frame.width_px + 2.0;
         inside.then(|| frame.x_at(px).clamp(frame.x[0], frame.x[1]))
     });
     cursor.set(x);

@@ -68,7 +68,7 @@ fn typed_fields() -> Fields {
         kp: field("servo.kp", "V/mm", (0.0, 1e3), own(controller.gains.kp)),
         ki: field("servo.ki", "V/(mm·s)", (0.0, 1e5), own(controller.gains.ki)),
         kd: field("servo.kd", "V·s/mm", (0.0, 10.0), own(controller.gains.kd)),
-        gain: field("servo.gain", "mm/(s·V)", (0.01, 1e4), own(plant.gain)),
+        gain: field("servo.gain", "mm/(s·V)", (0.01, 1e4), own(plant.gain_mm_per_s_per_v)),
         tau: field("servo.tau", "ms", (0.1, 1e3), own(1000.0 * plant.tau_s)),
         e0: field("servo.e0", "mm", (0.0, 100.0), own(0.1)),
         sample: field("servo.sample", "ms", (0.1, 10.0), own(1000.0 * controller.sample_s)),
@@ -94,7 +94,7 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
     let number = |field: Field| field.number().ok_or(None);
     let typed = Typed {
         gains: Gains { kp: number(fields.kp)?, ki: number(fields.ki)?, kd: number(fields.kd)? },
-        plant: Plant { gain: number(fields.gain)?, tau_s: number(fields.tau)? / 1000.0 },
+        plant: Plant { gain_mm_per_s_per_v: number(fields.gain)?, tau_s: number(fields.tau)? / 1000.0 },
         e0_mm: number(fields.e0)?,
         u_max_v: staged_fuzzy().u_max_v,
         sample_s: number(fields.sample)? / 1000.0,
@@ -107,7 +107,11 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
     }
     let (down, up) = open_board().machine.with(|machine| {
         let (down, z) = (&machine.down, &machine.z);
-        let limits = |speed, acceleration, jerk| Limits { speed, acceleration, jerk };
+        let limits = |speed, acceleration, jerk| Limits {
+            speed_mm_per_s: speed,
+            acceleration_mm_per_s2: acceleration,
+            jerk_mm_per_s3: jerk,
+        };
         (
             limits(down.max_speed_mm_per_s, down.max_acceleration_mm_per_s2, down.max_jerk_mm_per_s3),
             limits(z.max_speed_mm_per_s, z.max_acceleration_mm_per_s2, z.max_jerk_mm_per_s3),

@@ -79,7 +79,11 @@ fn compared(typed: Typed) -> Result<Compared, Option<Diagnostic>> {
     let number = |field: Field| field.number().ok_or(None);
     let length_mm = number(typed.length)?;
     let (speed, acceleration) = (number(typed.speed)?, number(typed.acceleration)?);
-    let limits = Limits { speed, acceleration, jerk: number(typed.jerk)? };
+    let limits = Limits {
+        speed_mm_per_s: speed,
+        acceleration_mm_per_s2: acceleration,
+        jerk_mm_per_s3: number(typed.jerk)?,
+    };
     let planned = |shape| plan(shape, length_mm, limits).map_err(Some);
     let profiles =
         [planned(Shape::Linear)?, planned(Shape::SCurve)?, planned(Shape::Power(number(typed.order)?))?];
