@@ -46,8 +46,8 @@ pub(crate) fn build() -> Done<PathBuf> {
 pub(crate) fn tests() -> Done<Command> {
     let elf = build()?;
     npm::ensure_in(&folder().join("emulator"))?;
-    let mut tests =
-        command("cargo", &["test", "-p", "annulus-link", "--test", "adapter", "--", "--show-output"]);
+    // The whole workspace is named so that what was built for the other suites serves here too.
+    let mut tests = command("cargo", &["test", "--workspace", "--test", "adapter", "--", "--show-output"]);
     tests.env("ANNULUS_FIRMWARE", elf);
     Ok(tests)
 }
