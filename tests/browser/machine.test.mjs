@@ -52,7 +52,7 @@ test("pause holds between holes, nothing resumes by itself, resume goes on", asy
     await drilling(page);
     await press(page, page.getByRole("button", { name: "Pause", exact: true }));
     await page.getByRole("button", { name: "Resume", exact: true }).waitFor();
-    const done = Number(await settled(() => data(page, "done"), "a picture that has followed the machine"));
+    const done = Number(await settled(() => data(page, "done"), "a picture that has followed the machine", 3000));
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal(Number(await data(page, "done")), done, "a pause is a pause");
     await press(page, page.getByRole("button", { name: "Resume", exact: true }));

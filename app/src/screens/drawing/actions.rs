@@ -41,7 +41,7 @@ fn may(when: When) -> bool {
 }
 
 fn button(when: When, name: &'static str, act: Act) -> AnyView {
-    let press = move |_| send(DrawEvent::Act { act: act });
+    let press = move |_| send(DrawEvent::Act { act });
     push_if("button small", move || may(when), move || i18n::text(name, &[]), press).into_any()
 }
 
