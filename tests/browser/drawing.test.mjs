@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { data, downloaded, findings, picture, planned, stand, tab, until } from "./harness.mjs";
+import { data, downloaded, findings, picture, planned, settled, stand, tab, until } from "./harness.mjs";
 
 const { fresh } = stand();
 
@@ -101,17 +101,17 @@ test("the picture stays where it is while the sheet grows, also after all of it 
   const { page, context } = await draw();
   try {
     await page.keyboard.press("Shift+1");
-    const look = async () => [await data(page, "zoom"), await data(page, "centre")];
-    const before = await look();
+    const look = async () => `${await data(page, "zoom")} at ${await data(page, "centre")}`;
+    const before = await settled(look, "all of the sheet");
     await page.keyboard.press("p");
     await press(page, 99, 79);
     await drawn(page, 3, "a pad at the corner");
     await press(page, 20, 20);
     await drawn(page, 6, "a pad where it was aimed at");
     await page.getByRole("option", { name: /^Pad 2, Top\s+20 20/ }).waitFor();
-    assert.deepEqual(await look(), before);
+    assert.equal(await settled(look, "a picture at rest"), before);
     await page.keyboard.press("Shift+1");
-    await until(async () => (await data(page, "zoom")) !== before[0], "all of the larger sheet");
+    await until(async () => (await look()) !== before, "all of the larger sheet");
   } finally {
     await context.close();
   }
