@@ -261,8 +261,14 @@ export async function show(page, screen) {
   await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
 }
 
-/** What the picture says of itself. */
-export const data = (page, name) => page.locator("canvas").first().getAttribute(`data-${name}`);
+/** What the picture says of itself, once whatever was asked of it is painted: on a busy computer a frame takes seconds. */
+export const data = (page, name) =>
+  page.locator("canvas").first().evaluate(async (canvas, name) => {
+    const painted = new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
+    // A page that is not on show paints nothing.
+    await Promise.race([painted, new Promise((next) => setTimeout(next, 5000))]);
+    return canvas.getAttribute(`data-${name}`);
+  }, name);
 
 /** Presses a button as soon as it may be pressed. A page that was silent for three seconds, as on a busy computer, has lost
  * control: then it is taken back first, as a person would. */

@@ -203,3 +203,28 @@ async fn the_canvas_goes_with_the_last_handle_and_frames_are_painted_on_demand()
     drop(view);
     assert_eq!(host.child_element_count(), 0);
 }
+
+#[wasm_bindgen_test]
+async fn what_is_drawn_in_is_fitted_into_another_window_until_somebody_draws() {
+    let view = View::new(&host(), Wanted::Flat, Palette::DARK).await.unwrap();
+    let host = view.0.borrow().host.clone();
+    let resized = |width: &str| {
+        host.style().set_property("width", width).unwrap();
+        view.0.borrow_mut().measure();
+        view.camera().px_per_mm
+    };
+    view.set_strokes(true);
+    view.set_scene(scene());
+    view.fit();
+    let (whole, narrow) = (resized("240px"), resized("120px"));
+    assert!(narrow < 0.6 * whole, "{narrow} after {whole}");
+    view.set_lines(scene().lines);
+    assert_eq!(resized("240px"), whole, "marks under the pointer are nothing drawn");
+    view.set_scene(scene());
+    assert_eq!(resized("120px"), whole, "an edit");
+    view.fit();
+    assert_eq!(view.camera().px_per_mm, narrow);
+    point(&view, "pointerdown", [10.0, 10.0]);
+    point(&view, "pointerup", [10.0, 10.0]);
+    assert_eq!(resized("240px"), narrow, "a press");
+}

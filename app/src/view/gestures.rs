@@ -90,6 +90,7 @@ fn down(view: &View, event: &PointerEvent) {
         let alone = gestures.held.is_empty();
         let draws = gestures.strokes && alone && event.button() == 0;
         let broken = gestures.stroke.take().is_some();
+        stage.fitted &= !draws;
         gestures.stroke = draws.then(|| event.pointer_id());
         gestures.dragged = !alone || draws || event.button() != 0;
         gestures.held.push(Held { id: event.pointer_id(), from_px: at_px, at_px });

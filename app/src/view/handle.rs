@@ -41,10 +41,12 @@ pub(super) fn wake_all() {
 }
 
 impl View {
-    /// Shows something else. Selection and progress are taken back; the camera stays.
+    /// Shows something else. Selection and progress are taken back; the camera stays, and what is drawn in stays under the
+    /// pointer from then on.
     pub fn set_scene(&self, scene: Scene) {
         {
             let mut stage = self.0.borrow_mut();
+            stage.fitted &= !stage.gestures.strokes;
             stage.scene = scene;
             stage.emphasis = Emphasis::default();
             stage.progress = Progress::default();
@@ -183,7 +185,7 @@ impl View {
         self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), factor));
     }
 
-    /// Shows everything. The picture stays fitted when the window changes, until somebody moves it.
+    /// Shows everything. The picture stays fitted when the window changes, until somebody moves it or draws in it.
     pub fn fit(&self) {
         self.0.borrow_mut().fit();
         self.moved();
@@ -245,7 +247,7 @@ impl View {
         {
             let stage = &mut *self.0.borrow_mut();
             (stage.gestures.strokes, stage.gestures.stroke) = (on, None);
-            stage.fitted = !on;
+            stage.fitted |= !on;
         }
         if on {
             self.set_hovered(None);

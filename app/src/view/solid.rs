@@ -15,6 +15,8 @@ pub(super) struct Solid {
     pub(super) fits: bool,
     /// It is looked at, and not the flat picture.
     pub(super) shown: bool,
+    /// All of it is in sight, also in a window of another size, until somebody moves it.
+    pub(super) fitted: bool,
 }
 
 impl Solid {
@@ -22,6 +24,13 @@ impl Solid {
     pub(super) fn seen(&self) -> Option<(&Field, &Orbit, Option<Cutting>)> {
         let field = self.field.as_ref().filter(|_| self.shown && self.fits)?;
         Some((field, &self.orbit, self.tool))
+    }
+
+    /// All of it into a window of `viewport_px`, seen from where it is seen, unless somebody has moved it.
+    pub(super) fn fit(&mut self, viewport_px: [f64; 2]) {
+        let Some(field) = self.field.as_ref().filter(|_| self.fitted) else { return };
+        let home = Orbit::of(field.relief.bounds_mm(), viewport_px, false);
+        self.orbit = Orbit { tilt_deg: self.orbit.tilt_deg, turn_deg: self.orbit.turn_deg, ..home };
     }
 
     /// In an attribute of the canvas: whether it is on show, tilt and turn.

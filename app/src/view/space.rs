@@ -62,7 +62,7 @@ impl View {
             let viewport = stage.camera.viewport_px;
             let bounds = stage.solid.field.as_ref().map(|field| field.relief.bounds_mm());
             if let Some(bounds) = bounds {
-                stage.solid.orbit = Orbit::of(bounds, viewport, flat);
+                (stage.solid.orbit, stage.solid.fitted) = (Orbit::of(bounds, viewport, flat), true);
             }
         }
         self.repaint();
@@ -82,6 +82,7 @@ impl View {
                 return false;
             }
             let viewport = stage.camera.viewport_px;
+            stage.solid.fitted = false;
             change(&mut stage.solid.orbit, viewport);
         }
         self.repaint();

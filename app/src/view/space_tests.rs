@@ -116,3 +116,22 @@ async fn without_a_graphics_card_the_picture_stays_flat() {
     let canvas = view.0.borrow().canvas.clone();
     assert_eq!(canvas.get_attribute("data-solid").as_deref(), Some(""));
 }
+
+#[wasm_bindgen_test]
+async fn a_narrower_window_shows_all_of_the_board_until_somebody_has_moved_it() {
+    let view = view(Wanted::WebGl2).await;
+    view.look_home(false);
+    let host = view.0.borrow().host.clone();
+    let resized = |width: &str| {
+        host.style().set_property("width", width).unwrap();
+        view.0.borrow_mut().measure();
+        view.0.borrow().solid.orbit
+    };
+    let (home, narrow) = (resized("240px"), resized("120px"));
+    assert!(narrow.across_mm > 1.9 * home.across_mm, "{narrow:?} after {home:?}");
+    assert_eq!([narrow.tilt_deg, narrow.turn_deg], [home.tilt_deg, home.turn_deg]);
+    assert_eq!(resized("240px"), home);
+    view.zoom_by(2.0);
+    let near = resized("240px");
+    assert_eq!(resized("120px"), near, "what somebody has moved stays as it was put");
+}

@@ -57,9 +57,9 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// All of the scene is in sight; from then on too, but where one draws: there the picture must not move under the pointer.
+    /// All of the scene is in sight; from then on too, until somebody moves the picture or draws in it.
     pub(super) fn fit(&mut self) {
-        self.fitted = !self.gestures.strokes;
+        self.fitted = true;
         if let Some(bounds) = self.scene.bounds_mm() {
             self.camera.fit(bounds.map(|corner| corner.map(f64::from)), FIT_MARGIN_PX);
         }
@@ -70,7 +70,7 @@ impl Stage {
             gpu.set_scene(&self.scene, &self.palette, &self.emphasis);
             self.solid.fits = gpu.set_field(self.solid.field.as_ref());
         }
-        if self.fitted {
+        if self.fitted && !self.gestures.strokes {
             self.fit();
         }
     }
@@ -103,6 +103,7 @@ impl Stage {
         if self.fitted {
             self.fit();
         }
+        self.solid.fit(self.camera.viewport_px);
     }
 
     pub(super) fn paint(&mut self) -> Painted {
