@@ -11,7 +11,7 @@ import { data, drillOnly, openBrowser, openLinked, openPage, press, settled, sta
 const SMALL = { width: 1024, height: 768 };
 
 let browser;
-before(async () => (browser = await openBrowser()));
+before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
 async function drilling(page) {
