@@ -314,7 +314,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
         &shown.order
     };
     let corner = picture::origin(shown.body);
-    scene.lines = picture::travel(&shown.board, corner, shown.work_zero, order, palette);
+    scene.lines = picture::travel(&shown.board, corner, shown.start, order, palette);
     match &shown.toolpaths {
         Some(toolpaths) if !(shown.before && frame().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
