@@ -35,7 +35,7 @@ pub use alone::{Alone, File, Files};
 pub use board::line;
 pub use executor::Time;
 pub use outside::Outside;
-pub use owner::{DAMAGED, Message, Owner, Parts};
+pub use owner::{Message, Owner, Parts};
 pub use place::{Next, Orders, Place};
 pub use recording::{Keeper, Recording};
 pub use ticket::{Ticket, Tickets};

@@ -28,9 +28,6 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Code of the alarm that a journal was damaged: it stands, from start to start, until somebody acknowledges it.
-pub const DAMAGED: &str = "journal.damaged";
-
 /// Settings that say how a machine is wired and where its places are: when one changes, it must be homed. What else a virtual
 /// drill is built from, it says itself.
 const BUILT_FROM: [&str; 10] = [
@@ -287,7 +284,7 @@ impl Owner {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
                 }
-                let damaged = self.session.alarm.as_ref().is_some_and(|why| why.code == DAMAGED);
+                let damaged = self.session.alarm.as_ref().is_some_and(|why| why.code == "journal.damaged");
                 self.try_event(Event::Acknowledge)?;
                 if damaged {
                     self.outside.record(Record::DamageRead);

@@ -33,9 +33,9 @@ pub(crate) struct TargetArgs {
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) to: String,
     /// Lines only: arcs become lines that are at most this far off, in mm.
-    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
+    #[arg(long = "lines-only", value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
           value_parser = chord_error)]
-    pub(crate) lines_only: Option<f64>,
+    pub(crate) lines_only_mm: Option<f64>,
     /// Where to write: a file, or a folder.
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: PathBuf,
@@ -197,7 +197,7 @@ pub(crate) fn write(
     }
     // One file was named: everything goes into it.
     let files = (!folder).then_some(Files::Job);
-    let manner = Manner { lines_only_mm: args.lines_only, files, ..Manner::on(machine) };
+    let manner = Manner { lines_only_mm: args.lines_only_mm, files, ..Manner::on(machine) };
     let files = target.files(&program, &manner, None)?;
     if !folder && files.len() > 1 {
         let diagnostic = Diagnostic::error("post.several_files").with("count", files.len());

@@ -246,7 +246,7 @@ fn nothing(mut errors: Vec<Diagnostic>, accept: &[String]) -> Refusal {
 }
 
 fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
-    if let Some(loaded) = args.loaded.filter(|loaded| !(0.0..=LARGEST_BIT_MM).contains(loaded)) {
+    if let Some(loaded) = args.loaded_mm.filter(|loaded| !(0.0..=LARGEST_BIT_MM).contains(loaded)) {
         let why = Diagnostic::error("job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
         return Err(Refusal::usage(why));
     }
@@ -255,7 +255,7 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
             Group::Ascending => cam::Group::Ascending,
             Group::LoadedFirst => cam::Group::LoadedFirst,
         },
-        loaded: args.loaded.map(Length::from_mm),
+        loaded: args.loaded_mm.map(Length::from_mm),
         spindles: spindles(&args.spindles)?,
         seed: args.seed,
         iterations: args.iterations,

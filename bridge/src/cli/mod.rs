@@ -108,8 +108,8 @@ pub(crate) struct JobArgs {
     #[arg(long, value_enum, default_value_t = Group::Ascending)]
     pub(crate) group: Group,
     /// With `--group loaded-first`: diameter of the bit that is in the spindle, in mm.
-    #[arg(long, value_name = "MM")]
-    pub(crate) loaded: Option<f64>,
+    #[arg(long = "loaded", value_name = "MM")]
+    pub(crate) loaded_mm: Option<f64>,
     /// Drill only: leave out slots and holes without a drill, which otherwise are milled.
     #[arg(long)]
     pub(crate) no_mill: bool,

@@ -48,8 +48,8 @@ pub(crate) struct ProveArgs {
     #[arg(long, value_delimiter = ';', value_name = "N=TOOL")]
     pub(crate) tools: Vec<String>,
     /// How far copper that belongs to nothing must be away from the nets, in mm.
-    #[arg(long, value_name = "MM")]
-    pub(crate) clearance: Option<f64>,
+    #[arg(long = "clearance", value_name = "MM")]
+    pub(crate) clearance_mm: Option<f64>,
     /// Findings that were read and may stay, by name or by kind.
     #[arg(long, value_delimiter = ',', value_name = "ID|KIND")]
     pub(crate) accept: Vec<String>,
@@ -164,7 +164,7 @@ fn files(
 /// With what a person says of the copper.
 fn measured(args: &ProveArgs, options: Options) -> Options {
     let copper_thickness = Length::from_mm(args.copper_um / 1e3);
-    Options { copper_thickness, clearance: args.clearance.map(Length::from_mm), ..options }
+    Options { copper_thickness, clearance: args.clearance_mm.map(Length::from_mm), ..options }
 }
 
 /// The work of the job file, else of the saved project, if there is one.

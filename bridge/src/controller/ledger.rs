@@ -29,7 +29,8 @@ pub(crate) struct Entry {
     /// Toolpaths among them.
     pub(crate) toolpaths: u32,
     /// Work zero in machine coordinates, mm.
-    pub(crate) zero: Option<[f64; 3]>,
+    #[serde(rename = "zero")]
+    pub(crate) zero_mm: Option<[f64; 3]>,
     /// It came to its end.
     pub(crate) ended: bool,
 }
@@ -72,7 +73,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let ledger = Ledger::in_folder(folder.path());
         assert_eq!(ledger.interrupted(), None);
-        let entry = Entry { key: "k".to_owned(), done: 3, zero: Some([1.0, -2.5, 0.0]), ..Entry::default() };
+        let entry =
+            Entry { key: "k".to_owned(), done: 3, zero_mm: Some([1.0, -2.5, 0.0]), ..Entry::default() };
         ledger.write(&entry).unwrap();
         assert_eq!(ledger.interrupted(), Some(entry.clone()));
         ledger.write(&Entry { ended: true, ..entry }).unwrap();

@@ -42,9 +42,9 @@ pub(crate) struct Glimpse {
     /// How well its position is known.
     pub(crate) trust: Trust,
     /// Where the tip is in work coordinates, mm.
-    pub(crate) place: Option<[f64; 3]>,
+    pub(crate) place_mm: Option<[f64; 3]>,
     /// Work zero in machine coordinates, mm.
-    pub(crate) zero: Option<[f64; 3]>,
+    pub(crate) zero_mm: Option<[f64; 3]>,
     /// Lines of jobs that were sent.
     pub(crate) sent: u64,
     /// Lines of jobs that were answered.
@@ -190,7 +190,7 @@ impl Work {
     /// Writes down what is done. Where that cannot be, nothing new may be begun.
     fn keep(&mut self) {
         if self.controller.zero_mm.is_some() {
-            self.entry.zero = self.controller.zero_mm;
+            self.entry.zero_mm = self.controller.zero_mm;
         }
         if let Err(why) = self.ledger.write(&self.entry) {
             self.tell(Told::Found(why));
@@ -203,8 +203,8 @@ impl Work {
         let now = Glimpse {
             phase: controller.phase,
             trust: controller.trust,
-            place: controller.place(),
-            zero: controller.zero_mm,
+            place_mm: controller.place(),
+            zero_mm: controller.zero_mm,
             sent: controller.sent_lines,
             answered: controller.answered_lines,
         };

@@ -27,7 +27,7 @@ use annulus_core::wire::{Ask, Tell};
 pub(crate) use annulus_drill::Ticket;
 use annulus_drill::executor::Shared;
 use annulus_drill::journal::Contents;
-use annulus_drill::{DAMAGED, Message, Owner, Parts, Tickets, line, prepare};
+use annulus_drill::{Message, Owner, Parts, Tickets, line, prepare};
 use outside::Here;
 use recorder::Recorder;
 use std::fs::{self, OpenOptions};
@@ -98,7 +98,7 @@ impl Drill {
             let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
             let holes = holes.iter().filter(|byte| **byte == b'\n').count();
             let job = damage.job.as_deref().unwrap_or("?");
-            let why = Diagnostic::error(DAMAGED).with("file", &damage.file);
+            let why = Diagnostic::error("journal.damaged").with("file", &damage.file);
             why.with("job", job).with("holes", holes)
         });
         Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))

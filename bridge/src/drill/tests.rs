@@ -1,6 +1,7 @@
 //! The drill in one process, on the virtual drill with and without faults. No disk but a temporary folder.
 
 mod board;
+mod disk;
 mod feed_override;
 mod lab;
 mod late;
@@ -19,9 +20,6 @@ use annulus_core::machine::{StrokeEnd, ToolChange, Value, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::{Status, Verdict, program};
 use annulus_drill::Keeper;
-use redb::StorageBackend;
-use redb::backends::InMemoryBackend;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const SPEED: f64 = 2_000.0;
@@ -140,6 +138,21 @@ impl Bench {
         self.drill.ask(Ask::Start { job, stream_digest, from_leg: 0 }).unwrap();
     }
 
+    /// The leg at which an interrupted job may be taken up.
+    fn offer(&self) -> Option<u32> {
+        self.drill.greeting().into_iter().find_map(|tell| match tell {
+            Tell::Interrupted { next_leg, .. } => Some(next_leg),
+            _ => None,
+        })
+    }
+
+    /// Starts the program where it was interrupted.
+    fn take_up(&self, program: &Program) {
+        let from_leg = self.offer().unwrap();
+        let (job, stream_digest, _) = self.arm(program);
+        self.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap();
+    }
+
     fn ended(&mut self) -> (Ending, u32) {
         loop {
             match self.tells.blocking_recv() {
@@ -214,13 +227,7 @@ fn a_stop_at_any_moment_keeps_the_position_and_the_job_goes_on_at_the_right_hole
             }
             assert_eq!(ending, Ending::Stopped);
             stops += 1;
-            let offer = bench.drill.greeting().into_iter().find_map(|tell| match tell {
-                Tell::Interrupted { next_leg, .. } => Some(next_leg),
-                _ => None,
-            });
-            let (job, stream_digest, _) = bench.arm(&program);
-            let from_leg = offer.unwrap();
-            bench.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap();
+            bench.take_up(&program);
             if stops > 4 {
                 assert_eq!(bench.ended().0, Ending::Done);
                 break;
@@ -375,146 +382,4 @@ fn a_dull_bit_raises_the_time_alarm_and_the_hole_stays_open() {
     assert_eq!(status.alarm.unwrap().code, "control.drilling_too_long");
     let status = bench.wait(|status| status.work_mm[2] >= sharp.process.safe_height.mm());
     assert_eq!(status.state, State::Alarm, "the bit was lifted");
-}
-
-/// A disk that fills up: once told so, nothing new is written.
-#[derive(Debug)]
-struct FullDisk(Arc<InMemoryBackend>, Arc<AtomicBool>);
-
-impl FullDisk {
-    fn room(&self) -> std::io::Result<()> {
-        if self.1.load(Ordering::SeqCst) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }
-    }
-}
-
-impl StorageBackend for FullDisk {
-    fn len(&self) -> std::io::Result<u64> {
-        self.0.len()
-    }
-    fn read(&self, offset: u64, out: &mut [u8]) -> std::io::Result<()> {
-        self.0.read(offset, out)
-    }
-    fn set_len(&self, len: u64) -> std::io::Result<()> {
-        self.room().and_then(|()| self.0.set_len(len))
-    }
-    fn sync_data(&self) -> std::io::Result<()> {
-        self.room().and_then(|()| self.0.sync_data())
-    }
-    fn write(&self, offset: u64, data: &[u8]) -> std::io::Result<()> {
-        self.room().and_then(|()| self.0.write(offset, data))
-    }
-}
-
-/// A drill whose disk is full as soon as the flag says so.
-fn on_a_disk_that_fills_up() -> (Bench, Arc<AtomicBool>) {
-    let is_full = Arc::new(AtomicBool::new(false));
-    let folder = tempfile::tempdir().unwrap();
-    let (disk, full) = (Arc::new(InMemoryBackend::new()), Arc::clone(&is_full));
-    let journal = Journal::on(move || FullDisk(Arc::clone(&disk), Arc::clone(&full))).unwrap();
-    let parts = (journal, Contents::default(), None);
-    let drill = Drill::assemble(folder.path(), machine(), SPEED, Faults::default(), parts).unwrap();
-    let tells = drill.watch();
-    (Bench { drill, folder, tells }, is_full)
-}
-
-#[test]
-fn a_work_zero_that_cannot_be_kept_is_told_also_where_no_job_runs() {
-    let (bench, is_full) = on_a_disk_that_fills_up();
-    bench.home();
-    is_full.store(true, Ordering::SeqCst);
-    bench.drill.ask(Ask::SetZero).unwrap();
-    let status = bench.wait(|status| status.state == State::Alarm);
-    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("journal.cannot_write", Trust::Trusted));
-    is_full.store(false, Ordering::SeqCst);
-    bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
-    bench.drill.ask(Ask::SetZero).unwrap();
-    let status = bench.status();
-    assert_eq!((status.state, status.alarm), (State::Ready, None));
-    assert!(status.zero_mm.is_some());
-}
-
-#[test]
-fn a_full_disk_stops_the_job_after_a_whole_hole() {
-    let (mut bench, is_full) = on_a_disk_that_fills_up();
-    bench.start(&grid(&machine(), 60));
-    bench.wait(|status| status.holes_done >= 5);
-    is_full.store(true, Ordering::SeqCst);
-    let (ending, done) = bench.ended();
-    assert_eq!(ending, Ending::Alarm);
-    let status = bench.wait(|status| status.state == State::Alarm);
-    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("journal.cannot_write", Trust::Trusted));
-    let counts = counts(&bench.record(), 60);
-    assert_eq!(
-        counts.iter().sum::<u32>(),
-        done,
-        "no hole was begun that the journal may not know: {counts:?}"
-    );
-    assert!(counts.iter().all(|count| *count <= 1) && done < 60);
-    // With room again it goes on where it was, and nobody has to start the bridge anew.
-    is_full.store(false, Ordering::SeqCst);
-    bench.drill.ask(Ask::AcknowledgeAlarm).unwrap();
-    let offered = bench.drill.greeting().into_iter().find_map(|tell| match tell {
-        Tell::Interrupted { next_leg, .. } => Some(next_leg),
-        _ => None,
-    });
-    let (job, stream_digest, _) = bench.arm(&grid(&machine(), 60));
-    bench.drill.ask(Ask::Start { job, stream_digest, from_leg: offered.unwrap() }).unwrap();
-    assert_eq!(bench.ended(), (Ending::Done, 60));
-}
-
-#[test]
-fn damaged_journals_are_moved_aside() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(JOURNAL);
-    let mut bench = Bench::new(&machine(), Faults::default());
-    bench.start(&grid(&machine(), 8));
-    bench.wait(|status| status.holes_done >= 2);
-    bench.drill.ask(Ask::Stop).unwrap();
-    bench.ended();
-    bench.drill.shutdown();
-    let good = fs::read(bench.folder.path().join(JOURNAL)).unwrap();
-    fs::write(&path, &good).unwrap();
-    let known = journal::open(&path).unwrap().1.job.expect("an interrupted job").1.done;
-    let mut chance = Chance::new(5);
-    let mut damaged = 0;
-    for round in 0..100_usize {
-        let mut bytes = good.clone();
-        if round < 20 {
-            bytes.truncate(bytes.len() * round / 20);
-        } else {
-            for _ in 0..(1 << (round % 12)) {
-                let at = chance.below(if round % 2 == 0 { bytes.len() } else { 4096 });
-                bytes[at] = chance.bits() as u8;
-            }
-        }
-        fs::write(&path, &bytes).unwrap();
-        let (journal, contents) = journal::open(&path).unwrap_or_else(|why| panic!("round {round}: {why:?}"));
-        let Some(damage) = contents.damage else {
-            // Believed: then it is what was written, but perhaps for the last record.
-            let (job, progress) =
-                contents.job.unwrap_or_else(|| panic!("round {round}: forgotten in silence"));
-            assert_eq!(job.holes_total, 8, "round {round}");
-            assert!(progress.done <= known && progress.done + 1 >= known, "round {round}: {progress:?}");
-            continue;
-        };
-        damaged += 1;
-        assert!(damage.job.is_none_or(|name| name == "grid"), "round {round}");
-        assert_eq!(contents.job, None);
-        // It is known until somebody has read it.
-        drop(journal);
-        let (mut journal, again) = journal::open(&path).unwrap();
-        assert!(again.damage.is_some(), "round {round}");
-        journal.forget_damage().unwrap();
-        drop(journal);
-        assert_eq!(journal::open(&path).unwrap().1.damage, None);
-    }
-    assert!(damaged > 30, "{damaged} of 100 were found damaged");
-    fs::write(&path, b"not a journal at all").unwrap();
-    let drill = Drill::open(folder.path(), machine(), SPEED).unwrap();
-    let tells = drill.greeting();
-    let damaged = tells.iter().any(|tell| matches!(tell, Tell::Status(status)
-        if status.alarm.as_ref().is_some_and(|why| why.code == "journal.damaged") && status.trust == Trust::Lost));
-    assert!(damaged, "{tells:?}");
-    assert_eq!(Drill::open(folder.path(), machine(), SPEED).err().unwrap().why.code, "journal.in_use");
-    drill.shutdown();
 }

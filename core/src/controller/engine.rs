@@ -111,7 +111,7 @@ pub struct Controller {
     pub(super) homing: Homing,
     pub(super) probed: Option<bool>,
     /// Where the probe met the board, machine coordinates, mm.
-    pub(super) probed_at: Option<[f64; 3]>,
+    pub(super) probed_at_mm: Option<[f64; 3]>,
     pub(super) run: Option<Run>,
     pub(super) ending: Option<Ending>,
     /// Lines of jobs that were sent since the link was opened.
@@ -145,7 +145,7 @@ impl Default for Controller {
             zero_wanted: None,
             homing: Homing::default(),
             probed: None,
-            probed_at: None,
+            probed_at_mm: None,
             run: None,
             ending: None,
             sent_lines: 0,
@@ -280,7 +280,7 @@ impl Controller {
             }
             Heard::Probe(place, met) => {
                 self.probed = Some(met);
-                self.probed_at = Some(place.map(|value| value * self.unit_mm()));
+                self.probed_at_mm = Some(place.map(|value| value * self.unit_mm()));
             }
             Heard::About(..) | Heard::Message(_) | Heard::Startup(_) | Heard::Other(_) => {}
         }

@@ -154,7 +154,7 @@ impl Controller {
                     return self.rest();
                 }
                 self.send(&format!("G21G10L20P1Z{}", number(plate_mm)), Meaning::Written);
-                let place = self.probed_at.map(|place| place[2] - plate_mm);
+                let place = self.probed_at_mm.map(|place| place[2] - plate_mm);
                 self.read_zero([None, None, place]);
                 self.send(&format!("G91G0Z{}", number(up_mm.abs())), Meaning::Jog);
                 self.send("G90", Meaning::Jog);

@@ -243,10 +243,11 @@ impl Bow {
         Self { centre_mm: centre, radius_mm: radius, begin_rad: begin, sweep_rad: sweep }
     }
 
-    /// How far it turns, in its own sense and at least 0, until it is at `angle`.
-    pub fn turn_to(&self, angle: f64) -> f64 {
+    /// How far it turns, in its own sense and at least 0, until it is at `angle_rad`.
+    pub fn turn_to(&self, angle_rad: f64) -> f64 {
         let full = 2.0 * core::f64::consts::PI;
-        let turn = if self.sweep_rad >= 0.0 { angle - self.begin_rad } else { self.begin_rad - angle };
+        let turn =
+            if self.sweep_rad >= 0.0 { angle_rad - self.begin_rad } else { self.begin_rad - angle_rad };
         turn - full * libm::floor(turn / full)
     }
 

@@ -190,7 +190,7 @@ fn crosses(way: &Piece, piece: &Piece) -> bool {
             sides < 0.0 && ends < 0.0
         }
         Some(bow) => {
-            let inside = |place: Spot| apart(place, bow.centre) < bow.radius;
+            let inside = |place: Spot| apart(place, bow.centre) < bow.radius_nm;
             inside(way.from) != inside(way.to) && {
                 let middle = ((way.from.0 + way.to.0) / 2.0, (way.from.1 + way.to.1) / 2.0);
                 let near = piece.nearest(middle);

@@ -72,7 +72,7 @@ fn line_strip(from: Spot, to: Spot, by: f64) -> Option<Strip> {
 fn arc_strip(from: Point, to: Point, centre: Point, clockwise: bool, by: f64) -> Option<Strip> {
     let (a, b, c) = (spot(from), spot(to), spot(centre));
     let circle = Circle::through(c, a, b);
-    if circle.radius < 1.0 {
+    if circle.radius_nm < 1.0 {
         return line_strip(a, b, by);
     }
     let outward = |end: Spot| {
@@ -82,15 +82,21 @@ fn arc_strip(from: Point, to: Point, centre: Point, clockwise: bool, by: f64) ->
     let (from_c, to_c) = (outward(a), outward(b));
     let turn = chords::turn(from, to, centre, clockwise);
     if !clockwise {
-        let radius = circle.radius + by;
+        let radius = circle.radius_nm + by;
         let far = [moved(c, from_c, radius), moved(c, to_c, radius)];
-        let arc = Some((Circle { centre: c, radius }, false));
-        return Some(Strip { ends: [a, b], far, right: [from_c, to_c], length: turn * circle.radius, arc });
+        let arc = Some((Circle { centre: c, radius_nm: radius }, false));
+        return Some(Strip {
+            ends: [a, b],
+            far,
+            right: [from_c, to_c],
+            length: turn * circle.radius_nm,
+            arc,
+        });
     }
-    let radius = (circle.radius - by).max(0.0);
+    let radius = (circle.radius_nm - by).max(0.0);
     let far = [moved(c, from_c, radius), moved(c, to_c, radius)];
     let right = [(-from_c.0, -from_c.1), (-to_c.0, -to_c.1)];
-    let arc = Some((Circle { centre: c, radius }, true));
+    let arc = Some((Circle { centre: c, radius_nm: radius }, true));
     Some(Strip { ends: [a, b], far, right, length: turn * radius, arc })
 }
 
@@ -123,7 +129,7 @@ fn corner(first: &Strip, second: &Strip, by: f64) -> Corner {
     let gap = apart(first.far[1], second.far[0]);
     let room = first.length.min(second.length) / 2.0;
     if turn.abs() > TURNING_BACK {
-        return Corner::Round(Circle { centre: at, radius: by });
+        return Corner::Round(Circle { centre: at, radius_nm: by });
     }
     if gap <= TOUCH_NM && (turn >= 0.0 || gap <= room) {
         return Corner::Straight;
@@ -131,11 +137,16 @@ fn corner(first: &Strip, second: &Strip, by: f64) -> Corner {
     let tip = moved(at, (one.0 + two.0, one.1 + two.1), by / (1.0 + one.0 * two.0 + one.1 * two.1));
     if turn > 0.0 {
         let pointed = by <= POINTED_NM && turn < 2.5;
-        return if pointed { Corner::Pointed(tip) } else { Corner::Round(Circle { centre: at, radius: by }) };
+        return if pointed {
+            Corner::Pointed(tip)
+        } else {
+            Corner::Round(Circle { centre: at, radius_nm: by })
+        };
     }
     let cut = by * libm::tan(-turn / 2.0);
-    let stays_near =
-        |strip: &Strip| strip.arc.is_none_or(|(circle, _)| cut * cut <= 2.0 * TRIMMED_OFF_NM * circle.radius);
+    let stays_near = |strip: &Strip| {
+        strip.arc.is_none_or(|(circle, _)| cut * cut <= 2.0 * TRIMMED_OFF_NM * circle.radius_nm)
+    };
     let trimmed = cut <= room && stays_near(first) && stays_near(second);
     if trimmed { Corner::Trimmed(tip) } else { Corner::Inner(at) }
 }
@@ -163,7 +174,7 @@ fn lay(path: &Path, by: f64, overlay: &mut Overlay) {
     for ((strip, next), corner) in strips.iter().zip(following).zip(&corners) {
         match strip.arc {
             None => overlay.line(strip.far[0], strip.far[1]),
-            Some((circle, clockwise)) if circle.radius >= 1.0 => {
+            Some((circle, clockwise)) if circle.radius_nm >= 1.0 => {
                 overlay.arc(strip.far[0], strip.far[1], circle, clockwise);
             }
             Some(_) => {}

@@ -17,10 +17,10 @@ use std::f64::consts::TAU;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bow {
     pub(super) centre: Spot,
-    pub(super) radius: f64,
+    pub(super) radius_nm: f64,
     pub(super) clockwise: bool,
-    start: f64,
-    pub(super) turn: f64,
+    start_rad: f64,
+    pub(super) turn_rad: f64,
 }
 
 /// A piece of a path with its ends in nm.
@@ -40,7 +40,7 @@ impl Piece {
                 let turn = chords::turn(from, to, centre, clockwise);
                 let (first, radius) = (if clockwise { b } else { a }, (apart(c, a) + apart(c, b)) / 2.0);
                 let start = libm::atan2(first.1 - c.1, first.0 - c.0);
-                Some(Bow { centre: c, radius, clockwise, start, turn })
+                Some(Bow { centre: c, radius_nm: radius, clockwise, start_rad: start, turn_rad: turn })
             }
         };
         Self { from: spot(from), to: spot(segment.to()), bow }
@@ -72,8 +72,8 @@ impl Piece {
             return (mix(self.from.0, self.to.0), mix(self.from.1, self.to.1));
         };
         let turned = if bow.clockwise { 1.0 - share } else { share };
-        let angle = bow.start + bow.turn * turned;
-        (bow.centre.0 + bow.radius * libm::cos(angle), bow.centre.1 + bow.radius * libm::sin(angle))
+        let angle = bow.start_rad + bow.turn_rad * turned;
+        (bow.centre.0 + bow.radius_nm * libm::cos(angle), bow.centre.1 + bow.radius_nm * libm::sin(angle))
     }
 
     /// The place on it nearest to `place`.
@@ -96,8 +96,8 @@ impl Piece {
 impl Bow {
     /// Whether the ray from the centre through `place` meets the arc.
     fn covers(&self, place: Spot) -> bool {
-        let angle = libm::atan2(place.1 - self.centre.1, place.0 - self.centre.0) - self.start;
-        angle - TAU * libm::floor(angle / TAU) <= self.turn
+        let angle = libm::atan2(place.1 - self.centre.1, place.0 - self.centre.0) - self.start_rad;
+        angle - TAU * libm::floor(angle / TAU) <= self.turn_rad
     }
 
     /// The point of the arc on the ray from the centre through `place`.
@@ -105,7 +105,7 @@ impl Bow {
         let arm = (place.0 - self.centre.0, place.1 - self.centre.1);
         let length = libm::sqrt(arm.0 * arm.0 + arm.1 * arm.1);
         (length > 1e-6 && self.covers(place)).then(|| {
-            let share = self.radius / length;
+            let share = self.radius_nm / length;
             (self.centre.0 + arm.0 * share, self.centre.1 + arm.1 * share)
         })
     }

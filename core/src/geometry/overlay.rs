@@ -43,7 +43,7 @@ pub(super) type Spot = (f64, f64);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Circle {
     pub(super) centre: Spot,
-    pub(super) radius: f64,
+    pub(super) radius_nm: f64,
 }
 
 /// The number of an edge's circle, from 1; 0 where the edge is straight.
@@ -143,7 +143,7 @@ pub(super) fn apart(a: Spot, b: Spot) -> f64 {
 impl Circle {
     /// The circle of an arc between two ends, which lie on it or nearly so.
     pub(super) fn through(centre: Spot, from: Spot, to: Spot) -> Self {
-        Self { centre, radius: (apart(centre, from) + apart(centre, to)) / 2.0 }
+        Self { centre, radius_nm: (apart(centre, from) + apart(centre, to)) / 2.0 }
     }
 }
 
@@ -216,12 +216,12 @@ impl Overlay {
 
     /// Lays down an arc of `circle` as chords; equal ends are a whole circle.
     pub(super) fn arc(&mut self, from: Spot, to: Spot, circle: Circle, clockwise: bool) {
-        if circle.radius < 1.0 {
+        if circle.radius_nm < 1.0 {
             return self.line(from, to);
         }
         self.circles.push(circle);
         let tag = Tag(u32::try_from(self.circles.len()).unwrap_or(0));
-        let size = eighths(circle.radius);
+        let size = eighths(circle.radius_nm);
         let count = 8 * size;
         let step = TAU / count as f64;
         let angle = |(x, y): Spot| {
@@ -237,7 +237,7 @@ impl Overlay {
         let wheel = self.wheels.entry(size).or_insert_with(|| wheel(size));
         let corner = |index: usize| {
             let (x, y) = wheel.get(index % count).copied().unwrap_or_default();
-            (circle.centre.0 + circle.radius * x, circle.centre.1 + circle.radius * y)
+            (circle.centre.0 + circle.radius_nm * x, circle.centre.1 + circle.radius_nm * y)
         };
         let inner: Vec<Spot> = if clockwise {
             (first..last).rev().map(corner).collect()

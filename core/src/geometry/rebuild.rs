@@ -62,7 +62,8 @@ impl Kind {
             (Self::Arc { circle: a, clockwise: left }, Self::Arc { circle: b, clockwise: right }) => {
                 left == right
                     && (a == b
-                        || apart(a.centre, b.centre) <= SAME_NM && (a.radius - b.radius).abs() <= SAME_NM)
+                        || apart(a.centre, b.centre) <= SAME_NM
+                            && (a.radius_nm - b.radius_nm).abs() <= SAME_NM)
             }
             _ => false,
         }
@@ -265,7 +266,7 @@ fn line_meets(a: Spot, b: Spot, circle: Circle, near: Spot) -> Option<Spot> {
     let unit = (way.0 / length, way.1 / length);
     let arm = sub(circle.centre, a);
     let (foot, off) = (dot(arm, unit), cross(unit, arm));
-    let half = libm::sqrt(circle.radius * circle.radius - off * off);
+    let half = libm::sqrt(circle.radius_nm * circle.radius_nm - off * off);
     [foot - half, foot + half]
         .map(|along| (a.0 + unit.0 * along, a.1 + unit.1 * along))
         .into_iter()
@@ -277,8 +278,8 @@ fn line_meets(a: Spot, b: Spot, circle: Circle, near: Spot) -> Option<Spot> {
 fn circles_meet(one: Circle, two: Circle, near: Spot) -> Option<Spot> {
     let way = sub(two.centre, one.centre);
     let gap = libm::sqrt(dot(way, way));
-    let along = (gap * gap + one.radius * one.radius - two.radius * two.radius) / (2.0 * gap);
-    let half = libm::sqrt(one.radius * one.radius - along * along);
+    let along = (gap * gap + one.radius_nm * one.radius_nm - two.radius_nm * two.radius_nm) / (2.0 * gap);
+    let half = libm::sqrt(one.radius_nm * one.radius_nm - along * along);
     let unit = (way.0 / gap, way.1 / gap);
     [half, -half]
         .map(|side| {
@@ -290,14 +291,14 @@ fn circles_meet(one: Circle, two: Circle, near: Spot) -> Option<Spot> {
 }
 
 fn off(circle: Circle, place: Spot) -> f64 {
-    (apart(circle.centre, place) - circle.radius).abs()
+    (apart(circle.centre, place) - circle.radius_nm).abs()
 }
 
 /// The point of a circle nearest to a place.
 fn onto(circle: Circle, place: Spot) -> Spot {
     let arm = sub(place, circle.centre);
     let length = libm::sqrt(dot(arm, arm)).max(1e-9);
-    (circle.centre.0 + arm.0 / length * circle.radius, circle.centre.1 + arm.1 / length * circle.radius)
+    (circle.centre.0 + arm.0 / length * circle.radius_nm, circle.centre.1 + arm.1 / length * circle.radius_nm)
 }
 
 /// Where the true curves into and out of a corner meet; none where it lies on both.
@@ -411,7 +412,7 @@ fn point((x, y): Spot) -> Point {
 
 fn whole(circle: Circle, clockwise: bool) -> Path {
     let centre = point(circle.centre);
-    let start = Point::new(centre.x - Length::from_nm(libm::round(circle.radius) as i64), centre.y);
+    let start = Point::new(centre.x - Length::from_nm(libm::round(circle.radius_nm) as i64), centre.y);
     Path { start, segments: vec![Segment::Arc { to: start, centre, clockwise }] }
 }
 

@@ -97,7 +97,7 @@ impl Side<'_> {
 }
 
 fn length(piece: &Piece) -> f64 {
-    piece.bow.map_or_else(|| apart(piece.from, piece.to), |bow| bow.radius * bow.turn)
+    piece.bow.map_or_else(|| apart(piece.from, piece.to), |bow| bow.radius_nm * bow.turn_rad)
 }
 
 /// The place of the nearest of `others` that faces `place`, and which it is.

@@ -111,11 +111,21 @@ fn argument<'a>(language: &str, value: &'a str) -> &'a str {
     value.strip_prefix(WORD).and_then(|key| lookup(language, key)).unwrap_or(value)
 }
 
+/// The names of the arguments that the raw `text` takes, in order.
+pub fn names(text: &str) -> impl Iterator<Item = &str> {
+    let inside = text.split('{').skip(1).filter_map(|part| part.split_once('}'));
+    inside.filter_map(|(inside, _)| inside.split('|').next())
+}
+
 /// The text of `key` with every `{name}` replaced by its argument: one made by [`word`] is put into the language, a measure has the
 /// decimal mark of the language, and what stands in quotes is quoted as it is. Of `{name|hole|holes}` the form stands that goes with
-/// the number. An unknown key gives the key itself, so that a gap is seen and never blank.
+/// the number. An unknown key gives the key itself, so that a gap is seen and never blank. An argument that is left out stops every test; a person sees its name.
 pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
     let Some((language, raw)) = found(language, key) else { return key.to_owned() };
+    debug_assert!(
+        names(raw).all(|name| args.iter().any(|(argument, _)| argument == name)),
+        "{key} takes more than it is given: {raw} {args:?}"
+    );
     let mut out = String::with_capacity(raw.len());
     let mut rest = raw;
     while let Some(open) = rest.find('{') {
@@ -151,15 +161,24 @@ mod tests {
 
     #[test]
     fn arguments_go_where_their_names_stand() {
-        let args = [("name".to_owned(), "T7".to_owned())];
-        assert_eq!(text("en", "test.greeting", &args), "Tool T7 is {unknown}.");
+        let args = ["place", "name"].map(|name| (name.to_owned(), "T7".to_owned()));
+        assert_eq!(text("en", "test.greeting", &args), "Tool T7 is T7.");
+        assert_eq!(names("{place|a|b} of {count}").collect::<Vec<_>>(), ["place", "count"]);
+    }
+
+    #[test]
+    #[cfg(debug_assertions)]
+    #[should_panic(expected = "test.greeting takes more than it is given")]
+    fn an_argument_that_is_left_out_stops_the_test() {
+        text("en", "test.greeting", &[("name".to_owned(), "T7".to_owned())]);
     }
 
     #[test]
     fn arguments_that_are_words_follow_the_language() {
-        let said = |value: String| text("xx", "test.greeting", &[("name".to_owned(), value)]);
-        assert_eq!(said(word("page.cam.word.cut_out")), "Tool Cut out is {unknown}.");
-        assert_eq!(said("@home".to_owned()), "Tool @home is {unknown}.", "a person may begin a name so");
+        let place = ("place".to_owned(), "here".to_owned());
+        let said = |value| text("xx", "test.greeting", &[("name".to_owned(), value), place.clone()]);
+        assert_eq!(said(word("page.cam.word.cut_out")), "Tool Cut out is here.");
+        assert_eq!(said("@home".to_owned()), "Tool @home is here.", "a person may begin a name so");
     }
 
     #[test]
@@ -181,8 +200,7 @@ mod tests {
         ];
         // Here "steps" is what an axis does.
         for (key, raw) in entries("en").iter().filter(|(key, _)| *key != "check.direction_setup.message") {
-            let names = raw.split('{').skip(1).filter_map(|part| part.split(['}', '|']).next());
-            let args: Vec<_> = names
+            let args: Vec<_> = names(raw)
                 .map(|name| (name.to_owned(), if bounds.contains(&name) { "7" } else { "1" }.to_owned()))
                 .collect();
             let said = text("en", key, &args);

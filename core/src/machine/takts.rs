@@ -29,9 +29,13 @@ impl Machine {
         f64::from(self.interrupt_hz.max(1)) / f64::from(period(&self.dynamics, state))
     }
 
-    /// The fastest state in which the table does not drive `axis` faster than `speed`, mm/s; 0 where even that is too fast.
-    pub fn fastest_state(&self, axis: &Axis, speed: f64) -> usize {
-        state_within(&self.dynamics, f64::from(self.interrupt_hz.max(1)), speed * axis.scale.steps_per_mm())
+    /// The fastest state in which the table does not drive `axis` faster than `speed_mm_per_s`; 0 where even that is too fast.
+    pub fn fastest_state(&self, axis: &Axis, speed_mm_per_s: f64) -> usize {
+        state_within(
+            &self.dynamics,
+            f64::from(self.interrupt_hz.max(1)),
+            speed_mm_per_s * axis.scale.steps_per_mm(),
+        )
     }
 
     /// The fastest pulses there may be, steps per second: what the drives take. Only the table of a virtual drill may ask for

@@ -153,14 +153,14 @@ pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Diag
     Ok(writer.done())
 }
 
-/// One axis by `steps`, not faster than `speed` mm/s. An axis with play that went down comes up through it at the end, so
+/// One axis by `steps`, not faster than `speed_mm_per_s`. An axis with play that went down comes up through it at the end, so
 /// that its motor stands where the table does: a work zero set there is where the bit is.
 pub fn jog(
     machine: &Machine,
     from: Steps,
     axis: usize,
     steps: i64,
-    speed: f64,
+    speed_mm_per_s: f64,
 ) -> Result<Timeline, Diagnostic> {
     let mut writer = Writer::new(machine, from);
     let mut to = from;
@@ -170,9 +170,9 @@ pub fn jog(
     if axis < 2 && steps < 0 {
         let mut beyond = to;
         beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);
-        writer.line(Stage::Jog, beyond, speed, None)?;
+        writer.line(Stage::Jog, beyond, speed_mm_per_s, None)?;
     }
-    writer.line(Stage::Jog, to, speed, None)?;
+    writer.line(Stage::Jog, to, speed_mm_per_s, None)?;
     Ok(writer.done())
 }
 

@@ -66,8 +66,8 @@ impl Limits {
 
     /// These and also a lower speed.
     #[must_use]
-    pub fn slowed(self, speed: f64) -> Self {
-        Self { speed_mm_per_s: self.speed_mm_per_s.min(speed), ..self }
+    pub fn slowed(self, speed_mm_per_s: f64) -> Self {
+        Self { speed_mm_per_s: self.speed_mm_per_s.min(speed_mm_per_s), ..self }
     }
 
     /// Both these, for an axis that has the given share of the path.

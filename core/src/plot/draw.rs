@@ -4,7 +4,7 @@
 //! lines are thinned to what a pixel can show: of every column the first, the lowest, the highest and the last point.
 //! Does not know colours; whoever paints gives each ink its own.
 
-use super::layout::{BAR, ROW_PX, SMALL_PX, TITLE_PX, is_bars, layout, width_px};
+use super::layout::{BAR, ROW_PX, SMALL_PX, TITLE_PX, is_bars, layout, text_width_px};
 use super::{Frame, Look, Mark, Panel, Plot, Series};
 
 /// What a shape is drawn in.
@@ -74,14 +74,14 @@ pub enum Shape {
     },
 }
 
-/// Draws `plot` in a picture of `width` × `height` px.
-pub fn draw(plot: &Plot, width: f64, height: f64) -> Vec<Shape> {
+/// Draws `plot` in a picture of `width_px` × `height_px`.
+pub fn draw(plot: &Plot, width_px: f64, height_px: f64) -> Vec<Shape> {
     let mut shapes = Vec::new();
     if !plot.title.is_empty() {
-        let at = [0.5 * width, 10.0 + TITLE_PX];
+        let at = [0.5 * width_px, 10.0 + TITLE_PX];
         shapes.push(words(Ink::Text, at, TITLE_PX, Anchor::Middle, &plot.title));
     }
-    for (panel, frame) in plot.panels.iter().zip(layout(plot, width, height)) {
+    for (panel, frame) in plot.panels.iter().zip(layout(plot, width_px, height_px)) {
         axes(&mut shapes, panel, &frame);
         for (index, series) in panel.series.iter().enumerate() {
             data(&mut shapes, series, Ink::Series(index), &frame);
@@ -244,7 +244,7 @@ fn marks(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
                 let reach = row.map_or(0.0, |row| row as f64 * ROW_PX);
                 shapes.push(line(Ink::Mark, &[[px, frame.top_px - reach], [px, bottom]]));
                 if let Some(row) = row {
-                    let start = px.min(right - width_px(text, SMALL_PX));
+                    let start = px.min(right - text_width_px(text, SMALL_PX));
                     let at = [start + 1.0, frame.top_px - 3.0 - *row as f64 * ROW_PX];
                     shapes.push(words(Ink::Mark, at, SMALL_PX, Anchor::Start, text));
                 }
@@ -278,6 +278,6 @@ fn legend(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
             _ => shapes.push(line(ink, &[[x, middle], [x + 18.0, middle]])),
         }
         shapes.push(words(Ink::Text, [x + 23.0, y], SMALL_PX, Anchor::Start, &series.name));
-        x += 23.0 + width_px(&series.name, SMALL_PX) + 16.0;
+        x += 23.0 + text_width_px(&series.name, SMALL_PX) + 16.0;
     }
 }

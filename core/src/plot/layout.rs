@@ -70,23 +70,23 @@ impl Frame {
 }
 
 /// Width of `text` in letters of size `px`; a middling guess that is right for most fonts within a fifth.
-pub(super) fn width_px(text: &str, px: f64) -> f64 {
+pub(super) fn text_width_px(text: &str, px: f64) -> f64 {
     0.58 * px * text.chars().count() as f64
 }
 
-/// Lays the panels of `plot` out in a picture of `width` × `height` px. A picture that is too small gets frames of
+/// Lays the panels of `plot` out in a picture of `width_px` × `height_px`. A picture that is too small gets frames of
 /// at least 20 px, which then reach over its edge.
-pub fn layout(plot: &Plot, width: f64, height: f64) -> Vec<Frame> {
+pub fn layout(plot: &Plot, width_px: f64, height_px: f64) -> Vec<Frame> {
     let mut frames: Vec<Frame> = plot.panels.iter().map(valued).collect();
     share_x(plot, &mut frames);
     let widest = |frame: &Frame, axis: &Axis| {
         let words = if axis.names.is_empty() { &frame.y_ticks.words } else { &axis.names };
-        words.iter().map(|word| width_px(word, SMALL_PX)).fold(0.0, f64::max)
+        words.iter().map(|word| text_width_px(word, SMALL_PX)).fold(0.0, f64::max)
     };
     let labels =
         frames.iter().zip(&plot.panels).map(|(frame, panel)| widest(frame, &panel.y)).fold(0.0, f64::max);
     let left = BORDER_PX + TURNED_PX + labels + 6.0;
-    let inner = (width - left - 2.0 * BORDER_PX).max(LEAST_PX);
+    let inner = (width_px - left - 2.0 * BORDER_PX).max(LEAST_PX);
     let mut fixed = 2.0 * BORDER_PX + if plot.title.is_empty() { 0.0 } else { TITLE_PX + 9.0 };
     for (index, panel) in plot.panels.iter().enumerate() {
         frames[index].left_px = left;
@@ -99,7 +99,7 @@ pub fn layout(plot: &Plot, width: f64, height: f64) -> Vec<Frame> {
         frames[index].x_ticks = ticks(low, high, most);
         fixed += over(&frames[index]) + under(&frames[index]);
     }
-    let each = ((height - fixed) / plot.panels.len().max(1) as f64).max(LEAST_PX);
+    let each = ((height_px - fixed) / plot.panels.len().max(1) as f64).max(LEAST_PX);
     let mut top = BORDER_PX + if plot.title.is_empty() { 0.0 } else { TITLE_PX + 9.0 };
     for (frame, panel) in frames.iter_mut().zip(&plot.panels) {
         frame.top_px = top + over(frame);
@@ -225,7 +225,7 @@ fn mark_rows(panel: &Panel, frame: &Frame) -> Vec<Option<usize>> {
             && x.is_finite()
             && !words.is_empty()
         {
-            order.push((index, frame.px(*x), width_px(words, SMALL_PX)));
+            order.push((index, frame.px(*x), text_width_px(words, SMALL_PX)));
         }
     }
     order.sort_by(|one, other| one.1.total_cmp(&other.1));

@@ -12,19 +12,19 @@ const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9
 /// Dashes of the series in turn, so that a black and white print tells them apart too.
 const DASHES: [&str; 7] = ["", "7 3", "2 2", "9 3 2 3", "12 3", "4 4", "1 3"];
 
-/// Writes `plot` as an SVG file of `width` × `height` px, each held between 100 and 10000.
-pub fn svg(plot: &Plot, width: f64, height: f64) -> String {
+/// Writes `plot` as an SVG file of `width_px` × `height_px`, each held between 100 and 10000.
+pub fn svg(plot: &Plot, width_px: f64, height_px: f64) -> String {
     let size = |px: f64| if px.is_finite() { px.clamp(100.0, 10_000.0) } else { 100.0 };
-    let (width, height) = (size(width), size(height));
+    let (width_px, height_px) = (size(width_px), size(height_px));
     let mut out = String::new();
     let _ = write!(
         out,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"Helvetica, Arial, sans-serif\">\n\
-         <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_px}\" height=\"{height_px}\" \
+         viewBox=\"0 0 {width_px} {height_px}\" role=\"img\" font-family=\"Helvetica, Arial, sans-serif\">\n\
+         <title>{}</title>\n<rect width=\"{width_px}\" height=\"{height_px}\" fill=\"#ffffff\"/>\n",
         escaped(&plot.title)
     );
-    for shape in draw(plot, width, height) {
+    for shape in draw(plot, width_px, height_px) {
         write_shape(&mut out, &shape);
     }
     out.push_str("</svg>\n");

@@ -23,7 +23,7 @@ const EQUAL_MM: f64 = 0.002;
 pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
     let mut pieces: BTreeMap<u32, Vec<(u32, Kept)>> = BTreeMap::new();
     for (index, kept) in (0..).zip(&scene.kept) {
-        if let Some(kept) = kept.filter(|kept| kept.area >= scene.options.smallest_mm2) {
+        if let Some(kept) = kept.filter(|kept| kept.area_mm2 >= scene.options.smallest_mm2) {
             pieces.entry(kept.island).or_default().push((index, kept));
         }
     }
@@ -55,7 +55,7 @@ fn finding(scene: &Scene<'_>, kind: Kind, island: u32, spot: Spot, width: f64) -
 fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)], edges: &OnceCell<Edges>) -> Vec<Finding> {
     let groups: BTreeSet<u32> = pieces.iter().map(|(_, kept)| kept.piece).collect();
     let area = |group: u32| -> f64 {
-        pieces.iter().filter(|(_, kept)| kept.piece == group).map(|(_, kept)| kept.area).sum()
+        pieces.iter().filter(|(_, kept)| kept.piece == group).map(|(_, kept)| kept.area_mm2).sum()
     };
     let largest = groups.iter().copied().max_by(|&a, &b| area(a).total_cmp(&area(b)));
     let of_group = |group: u32| -> BTreeSet<u32> {

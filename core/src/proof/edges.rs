@@ -65,7 +65,7 @@ pub(super) struct Edge {
     /// The ring that it is part of, counted over the region.
     pub(super) ring: u32,
     /// Length of the ring before it, in mm.
-    pub(super) along: f64,
+    pub(super) along_mm: f64,
 }
 
 impl Edge {
@@ -98,9 +98,9 @@ impl Edge {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ring {
     /// In mm.
-    pub(super) length: f64,
+    pub(super) length_mm: f64,
     /// In mm²; below zero for the edge of a hole.
-    pub(super) area: f64,
+    pub(super) area_mm2: f64,
 }
 
 /// The edges of a region.
@@ -134,12 +134,12 @@ impl Edges {
                 let (mut along, mut area) = (0.0, 0.0);
                 let spots = spots(path);
                 for (&from, &to) in spots.iter().zip(spots.iter().skip(1)) {
-                    edges.push(Edge { from, to, island, ring, along });
+                    edges.push(Edge { from, to, island, ring, along_mm: along });
                     swept.push(2.0 * area);
                     along += from.distance(to);
                     area += cross(from, to) / 2.0;
                 }
-                rings.push(Ring { length: along, area });
+                rings.push(Ring { length_mm: along, area_mm2: area });
             }
         }
         Self { swept, ..Self::gridded(edges, rings) }
@@ -305,7 +305,7 @@ impl Edges {
 
     /// Whether the straight way between two places crosses an edge farther than `margin` mm from both.
     pub(super) fn cross(&self, from: Spot, to: Spot, margin: f64) -> bool {
-        let way = Edge { from, to, island: 0, ring: 0, along: 0.0 };
+        let way = Edge { from, to, island: 0, ring: 0, along_mm: 0.0 };
         let mut met = false;
         self.cells_of(&way, &mut |cell| {
             let mut items = self.items_in(cell).filter_map(|index| self.edges.get(index as usize));

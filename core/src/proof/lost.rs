@@ -56,10 +56,10 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
         let dot = spots.first().map(|&spot| (spot, spot)).filter(|_| spots.len() == 1);
         let pairs = spots.iter().copied().zip(spots.iter().skip(1).copied()).chain(dot);
         for (from, to) in pairs {
-            let edge = Edge { from, to, island: 0, ring: 0, along };
+            let edge = Edge { from, to, island: 0, ring: 0, along_mm: along };
             along += edge.length();
             for (island, depth, spot) in bites(scene, &edge, cut.surface.mm(), &mut clear) {
-                feel(scene, cut, (island, depth, spot), (edge.along, along), &mut open, &mut findings);
+                feel(scene, cut, (island, depth, spot), (edge.along_mm, along), &mut open, &mut findings);
             }
         }
     }
@@ -79,7 +79,7 @@ fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
         let spots = spots(&cut.path);
         let pairs = spots.iter().zip(spots.iter().skip(1));
         let island = legs.len() as u32;
-        toolpaths.extend(pairs.map(|(&from, &to)| Edge { from, to, island, ring: 0, along: 0.0 }));
+        toolpaths.extend(pairs.map(|(&from, &to)| Edge { from, to, island, ring: 0, along_mm: 0.0 }));
         legs.push((cut.program, cut.leg));
     }
     let toolpaths = Edges::gridded(toolpaths, Vec::new());
@@ -205,7 +205,7 @@ fn meant_to_go(scene: &Scene<'_>, spot: Spot) -> bool {
             let radius = slot.width.map_or(0.0, Length::mm) / 2.0;
             let pairs = slot.path.iter().zip(slot.path.iter().skip(1));
             pairs.into_iter().any(|(&from, &to)| {
-                let edge = Edge { from: Spot::of(from), to: Spot::of(to), island: 0, ring: 0, along: 0.0 };
+                let edge = Edge { from: Spot::of(from), to: Spot::of(to), island: 0, ring: 0, along_mm: 0.0 };
                 edge.near(spot).distance(spot) <= radius + OPENING_MM
             })
         })

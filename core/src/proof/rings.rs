@@ -61,7 +61,7 @@ fn own(scene: &Scene<'_>, hole: &Hole) -> Option<(u32, Option<u32>)> {
     if edge.to.y > edge.from.y {
         return Some((edge.island, None));
     }
-    let bare = scene.design.rings.get(edge.ring as usize).is_some_and(|ring| ring.area < 0.0);
+    let bare = scene.design.rings.get(edge.ring as usize).is_some_and(|ring| ring.area_mm2 < 0.0);
     let near = || scene.design.nearest(hole.at, hole.radius, &|near| near.ring == edge.ring).is_some();
     (bare && near()).then_some((edge.island, Some(edge.ring)))
 }

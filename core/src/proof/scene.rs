@@ -36,7 +36,7 @@ pub(super) struct Kept {
     /// The piece of the copper left that it lies in.
     pub(super) piece: u32,
     /// In mm².
-    pub(super) area: f64,
+    pub(super) area_mm2: f64,
     /// A place in it.
     pub(super) spot: Spot,
 }
@@ -245,7 +245,7 @@ fn kept_region((copper, design): (&Region, &Edges), (left, left_edges): (&Region
         }
     }
     // Rings that lie in an island as a whole.
-    let firsts = left_edges.edges.iter().filter(|edge| edge.along == 0.0);
+    let firsts = left_edges.edges.iter().filter(|edge| edge.along_mm == 0.0);
     touched.extend(firsts.filter_map(|edge| design.island_at(edge.from)));
     let (mut cut, mut whole) = (Vec::new(), Vec::new());
     for (number, island) in (0..).zip(&copper.islands) {
@@ -288,7 +288,7 @@ fn kept(island: &Island, design: &Edges, left: &Edges) -> Option<Kept> {
         return None;
     }
     let spot = inner_spot(island)?;
-    Some(Kept { island: design.island_at(spot)?, piece: left.island_at(spot)?, area, spot })
+    Some(Kept { island: design.island_at(spot)?, piece: left.island_at(spot)?, area_mm2: area, spot })
 }
 
 /// A place well inside an island: the middle of the widest stretch of a level line through it.

@@ -122,7 +122,7 @@ fn bridge<'a>(scene: &'a Scene<'a>, all: &'a Edges, number: u32, island: &Island
             if let Some((_, _, edge)) = scene.design.nearest(at(0.5), TOUCH_MM, &|_| true) {
                 let net = scene.net(edge.island);
                 nets.insert(net);
-                contacts.push(Edge { from: at(0.0), to: at(1.0), island: net, ring: 0, along: 0.0 });
+                contacts.push(Edge { from: at(0.0), to: at(1.0), island: net, ring: 0, along_mm: 0.0 });
             }
         }
     }

@@ -93,15 +93,15 @@ fn facing(
     let mut neck = false;
     if one.ring == other.ring {
         let ring = edges.rings.get(one.ring as usize).copied().unwrap_or_default();
-        let place = |edge: &Edge, spot: Spot| edge.along + edge.from.distance(spot);
+        let place = |edge: &Edge, spot: Spot| edge.along_mm + edge.from.distance(spot);
         let apart = libm::fabs(place(one, from) - place(other, to));
-        if apart.min(ring.length - apart) < CORNER * limit {
+        if apart.min(ring.length_mm - apart) < CORNER * limit {
             return Vec::new();
         }
         // Cut across from a ring to itself, a piece falls apart: of an outer edge in two, off the edge of a hole a pocket.
         let part = edges.area_between((first, from), (second, to));
-        let rest = ring.area - part;
-        neck = if ring.area > 0.0 { part.min(rest) } else { part.max(rest) } > small;
+        let rest = ring.area_mm2 - part;
+        neck = if ring.area_mm2 > 0.0 { part.min(rest) } else { part.max(rest) } > small;
     }
     // Long edges face each other along a stretch.
     let count = libm::ceil(2.0 * u.length() / JOINED_MM).clamp(1.0, 10_000.0) as usize;

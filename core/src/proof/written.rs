@@ -139,7 +139,7 @@ impl Cuts {
     fn of(title: String, stretches: Vec<Stretch>) -> Self {
         let edge = |stretch: &Stretch| {
             let (from, to) = (stretch.from, stretch.to);
-            Edge { from, to, island: 0, ring: 0, along: 0.0 }
+            Edge { from, to, island: 0, ring: 0, along_mm: 0.0 }
         };
         let edges = Edges::gridded(stretches.iter().map(edge).collect(), Vec::new());
         Self { title, edges, heights: stretches.into_iter().map(|stretch| stretch.heights).collect() }

@@ -57,8 +57,8 @@ impl Plant {
     }
 
     /// The control that makes it follow a speed and an acceleration without an error: (v + τ·a)/K, V.
-    pub fn ahead_v(&self, v: f64, a: f64) -> f64 {
-        (v + self.tau_s * a) / self.gain_mm_per_s_per_v
+    pub fn ahead_v(&self, speed_mm_per_s: f64, acceleration_mm_per_s2: f64) -> f64 {
+        (speed_mm_per_s + self.tau_s * acceleration_mm_per_s2) / self.gain_mm_per_s_per_v
     }
 }
 

@@ -198,26 +198,26 @@ impl Stock {
     }
 
     /// Cuts from one share of a way to another, 0 … 1: all of it from 0 to 1. Says how many cells it looked at.
-    pub fn carve(&mut self, way: &Way, bit: &Bit, from: f64, to: f64) -> u64 {
+    pub fn carve(&mut self, way: &Way, bit: &Bit, from_share: f64, to_share: f64) -> u64 {
         let tool = Tool::of(bit, self.point_slope);
-        if to.is_nan() || from.is_nan() || to < from {
+        if to_share.is_nan() || from_share.is_nan() || to_share < from_share {
             return 0;
         }
-        let falls_mm = (way.at(to)[2] - way.at(from)[2]).abs();
+        let falls_mm = (way.at(to_share)[2] - way.at(from_share)[2]).abs();
         let chords = match way.shape {
             Shape::Line => 1.0,
             // The middle of a chord is off its arc by r·(1 − cos(φ/2)), here an eighth of a cell.
             Shape::Arc { radius_mm, turn_rad, .. } => {
                 let off = (1.0 - 0.125 * self.cell_mm / radius_mm.max(1e-9)).clamp(-1.0, 1.0);
-                turn_rad.abs() * (to - from) / (2.0 * libm::acos(off)).max(1e-6)
+                turn_rad.abs() * (to_share - from_share) / (2.0 * libm::acos(off)).max(1e-6)
             }
         };
         // Straight down the deepest end is all.
         let ramp =
             if way.from_mm[..2] == way.to_mm[..2] && way.shape == Shape::Line { 0.0 } else { falls_mm };
         let pieces = libm::ceil(chords.max(ramp / RAMP_MM).clamp(1.0, MOST_PIECES));
-        let share = |piece: f64| from + (to - from) * piece / pieces;
-        let (mut at, mut looked) = (way.at(from), 0);
+        let share = |piece: f64| from_share + (to_share - from_share) * piece / pieces;
+        let (mut at, mut looked) = (way.at(from_share), 0);
         for piece in 1..=pieces as u32 {
             let next = way.at(share(f64::from(piece)));
             looked += self.sweep(&tool, [at[0], at[1]], [next[0], next[1]], -at[2].min(next[2]));

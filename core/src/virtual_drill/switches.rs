@@ -36,9 +36,9 @@ pub struct Switches {
 }
 
 impl Switches {
-    /// `bouncing` inputs chatter; of all inputs a share `flips` of the readings is wrong.
-    pub fn new(seed: u64, bouncing: u32, flips: f64) -> Self {
-        Self { seed, flips, bouncing, word: None, changed: [None; INPUTS], readings: 0 }
+    /// `bouncing` inputs chatter; of all inputs a share `flipped_share` of the readings is wrong.
+    pub fn new(seed: u64, bouncing: u32, flipped_share: f64) -> Self {
+        Self { seed, flips: flipped_share, bouncing, word: None, changed: [None; INPUTS], readings: 0 }
     }
 
     /// The switches stand like `word` from `tick` on.

@@ -14,6 +14,7 @@ mod cycles;
 mod golden;
 mod milling;
 mod paths;
+mod paths_measured;
 mod play;
 mod profiles;
 mod streams;

@@ -1,19 +1,17 @@
 //! The laws of paths of lines and arcs, tried on many random ones. Every failure prints its seed.
 
 use crate::programs::{Chance, rounds};
-use annulus_core::motion::path::{
-    Chain, Path, Piece, Place, Rules, To, laws, override_change_per_s, plan, sweeps,
-};
+use annulus_core::motion::path::{Chain, Path, Piece, Place, Rules, To, laws, plan, sweeps};
 use annulus_core::motion::profile::{self, Limits, Shape};
 use core::f64::consts::{PI, TAU};
 
-const RULES: Rules = Rules { share: 0.8, deviation_mm: 0.01, longest_s: 300.0 };
+pub(super) const RULES: Rules = Rules { share: 0.8, deviation_mm: 0.01, longest_s: 300.0 };
 
 fn axes(speed: f64, acceleration: f64, jerk: f64) -> [Limits; 3] {
     [Limits { speed_mm_per_s: speed, acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk }; 3]
 }
 
-fn random_axes(chance: &mut Chance) -> [Limits; 3] {
+pub(super) fn random_axes(chance: &mut Chance) -> [Limits; 3] {
     core::array::from_fn(|_| Limits {
         speed_mm_per_s: chance.scale(5.0, 500.0),
         acceleration_mm_per_s2: chance.scale(50.0, 2e4),
@@ -65,13 +63,13 @@ fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
     Piece { to, feed_mm_per_s: feed }
 }
 
-fn end_of(piece: &Piece) -> Place {
+pub(super) fn end_of(piece: &Piece) -> Place {
     match piece.to {
         To::Line(to) | To::Arc { to, .. } => to,
     }
 }
 
-fn random_chain(chance: &mut Chance, most: u64) -> Chain {
+pub(super) fn random_chain(chance: &mut Chance, most: u64) -> Chain {
     let mut chain = Chain { start: [rounded(chance.between(-10.0, 10.0)), 0.0, 2.0], pieces: Vec::new() };
     let (mut at, mut way) = (chain.start, 0.0);
     for _ in 0..1 + chance.bits() % most {
@@ -83,7 +81,7 @@ fn random_chain(chance: &mut Chance, most: u64) -> Chain {
 }
 
 /// A curve that was cut into many short lines, as drawings often are.
-fn flattened(chance: &mut Chance) -> Chain {
+pub(super) fn flattened(chance: &mut Chance) -> Chain {
     let (radius, wave) = (chance.scale(0.3, 20.0), chance.between(0.0, 0.4));
     let (waves, piece_mm) = (libm::floor(chance.between(1.0, 9.0)), chance.scale(0.005, 0.5));
     let count = (1.0 + radius / piece_mm * chance.between(0.5, TAU)).min(400.0) as u32;
@@ -98,7 +96,7 @@ fn flattened(chance: &mut Chance) -> Chain {
     Chain { start: at(0), pieces: (1..=count).map(piece).collect() }
 }
 
-fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules, seed: u64) {
+pub(super) fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules, seed: u64) {
     laws(path, axes, rules).unwrap_or_else(|diagnostic| panic!("seed {seed}: {diagnostic:?}"));
     let total = path.duration_s();
     let end = chain.pieces.last().map_or(chain.start, end_of);
@@ -398,168 +396,4 @@ fn a_path_that_was_tampered_with_breaks_the_laws() {
     );
     let bytes = postcard::to_allocvec(&good).unwrap();
     assert_eq!(postcard::from_bytes::<Path>(&bytes).unwrap(), good);
-}
-
-/// What can be seen of a path in its steps: mean speeds of an axis over neighbouring stretches of 5 ms differ by what its
-/// acceleration does in that time, and by a corner's jump.
-#[test]
-fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
-    let window_s = 5e-3;
-    let (mut worst, mut alike, mut runs) = (0.0_f64, 0, 0);
-    for seed in 0..rounds(3_000) {
-        let mut chance = Chance::new(seed);
-        let short = chance.bits().is_multiple_of(2);
-        let chain = if short { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
-        let axes = random_axes(&mut chance);
-        let path = plan(&chain, &axes, &RULES).unwrap();
-        keeps_its_laws(&path, &chain, &axes, &RULES, seed);
-        if short && path.pieces.len() > 20 {
-            alike += path.pieces.len();
-            runs += path.runs.len();
-        }
-        for _ in 0..200 {
-            let t = path.duration_s() * chance.unit();
-            let [before, at, after] = [t - window_s, t, t + window_s].map(|t| path.at(t));
-            for axis in 0..3 {
-                let change = ((after[axis] - at[axis]) - (at[axis] - before[axis])).abs() / window_s;
-                let own = axes[axis].acceleration_mm_per_s2;
-                let allowed = own * window_s + libm::sqrt(8.0 * own * RULES.deviation_mm);
-                worst = worst.max(change / allowed);
-                assert!(
-                    change <= allowed,
-                    "seed {seed}: axis {axis} changes by {change} at {t}, {allowed} allowed"
-                );
-            }
-        }
-    }
-    println!("at most {worst} of what is allowed; {alike} short pieces in {runs} runs");
-    assert!(runs * 5 < alike, "short pieces gather speed together: {alike} in {runs} runs");
-}
-
-/// A hold brings the rate from 1 to 0, an override to anything between: with what the plan has left for it.
-#[test]
-fn the_reserve_is_enough_for_every_change_of_pace() {
-    for seed in 0..rounds(10_000) {
-        let mut chance = Chance::new(seed);
-        let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
-        let rules = Rules { share: chance.between(0.3, 0.95), ..RULES };
-        let path = plan(&chain, &axes, &rules).unwrap();
-        let change = override_change_per_s(&path, &axes, &rules);
-        assert!(change > 0.0, "seed {seed}");
-        for part in 1..20 {
-            let t = path.duration_s() * f64::from(part) / 20.0;
-            let (feed_override, way) = (chance.unit(), if part % 2 == 0 { change } else { -change });
-            let (v, a) = (path.velocity(t), path.acceleration(t));
-            for axis in 0..3 {
-                let pulled = feed_override * feed_override * a[axis]
-                    + if v[axis] == 0.0 { 0.0 } else { way * v[axis] };
-                assert!(
-                    pulled.abs() <= axes[axis].acceleration_mm_per_s2 * (1.0 + 1e-9),
-                    "seed {seed}: {pulled} at {t}"
-                );
-            }
-        }
-    }
-}
-
-/// Place, speed, acceleration and jerk of an axis by nothing but its places at t, t + h, t + 2h, t + 3h.
-fn differentiated(path: &Path, axis: usize, t: f64, h: f64) -> [f64; 3] {
-    let [a, b, c, d] = [0.0, 1.0, 2.0, 3.0].map(|times| path.at(t + times * h)[axis]);
-    [(d - a) / (3.0 * h), (d - c - b + a) / (2.0 * h * h), (d - 3.0 * c + 3.0 * b - a) / (h * h * h)]
-}
-
-/// The moments at which pieces and spans of a path meet: between them everything goes evenly on.
-fn joints(path: &Path) -> Vec<f64> {
-    let pieces = (0..path.pieces.len()).map(|piece| path.start_of_piece_s(piece));
-    let spans = path.runs.iter().flat_map(|run| run.spans.iter().map(|span| run.start_s + span.end_s()));
-    let edges = path.runs.iter().flat_map(|run| {
-        run.spans.iter().flat_map(|span| {
-            let ramp = &span.ramp;
-            let rise = [ramp.jerk_time_s, ramp.jerk_time_s + ramp.hold_s].map(|at| at - span.skip_s);
-            rise.map(|at| run.start_s + span.start_s + if span.falls { span.duration_s - at } else { at })
-        })
-    });
-    let mut all: Vec<f64> = pieces.chain(spans).chain(edges).filter(|at| *at > 0.0).collect();
-    all.push(0.0);
-    all.push(path.duration_s());
-    all.sort_by(f64::total_cmp);
-    all
-}
-
-/// A differentiator that knows only places: between the moments where pieces or spans meet every axis keeps its speed,
-/// acceleration and jerk; over every such moment its speed jumps by what a corner allows at most, and its acceleration by no
-/// more than it may have. Lines are kept to a nanometre, and the end is exact.
-#[test]
-fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept() {
-    let (mut even, mut over, mut pulled) = (0, 0, 0);
-    for seed in 0..rounds(4_000) {
-        let mut chance = Chance::new(seed);
-        let lines = chance.bits().is_multiple_of(2);
-        let chain = if lines { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
-        let axes = random_axes(&mut chance);
-        let path = plan(&chain, &axes, &RULES).unwrap();
-        assert_eq!(path.at(path.duration_s() + 1.0), path.end(), "seed {seed}");
-        let joints = joints(&path);
-        for pair in joints.windows(2).filter(|pair| pair[1] - pair[0] > 1e-4) {
-            let h = (0.25 * (pair[1] - pair[0])).min(2e-3);
-            let t = pair[0] + chance.unit() * (pair[1] - pair[0] - 3.0 * h);
-            for (axis, own) in axes.iter().take(3).enumerate() {
-                let [v, a, j] = differentiated(&path, axis, t, h).map(f64::abs);
-                // Places are exact to about 1e-14 mm.
-                let noise = 1e-13 / h;
-                let most = RULES.share * own.acceleration_mm_per_s2;
-                assert!(
-                    v <= own.speed_mm_per_s * (1.0 + 1e-9) + noise,
-                    "seed {seed}: axis {axis} goes {v} at {t}"
-                );
-                assert!(a <= most * (1.0 + 1e-9) + noise / h, "seed {seed}: axis {axis} pulls {a} at {t}");
-                assert!(
-                    j <= own.jerk_mm_per_s3 * (1.0 + 1e-6) + noise / h / h,
-                    "seed {seed}: axis {axis} jerks {j} at {t}"
-                );
-            }
-            even += 1;
-            if lines {
-                let at = path.at(t);
-                let near = |to: &[Place]| {
-                    let way: Place = core::array::from_fn(|axis| to[1][axis] - to[0][axis]);
-                    let off: Place = core::array::from_fn(|axis| at[axis] - to[0][axis]);
-                    let squared: f64 = way.iter().map(|part| part * part).sum();
-                    let share = way.iter().zip(off).map(|(way, off)| way * off).sum::<f64>() / squared;
-                    let rest = |axis: usize| off[axis] - share.clamp(0.0, 1.0) * way[axis];
-                    libm::sqrt((0..3).map(|axis| rest(axis) * rest(axis)).sum())
-                };
-                let mut places = vec![chain.start];
-                places.extend(chain.pieces.iter().map(end_of));
-                let off = places
-                    .windows(2)
-                    .filter(|pair| pair[0] != pair[1])
-                    .map(near)
-                    .fold(f64::INFINITY, f64::min);
-                assert!(off <= 1e-6, "seed {seed}: {off} mm beside the path at {t}");
-            }
-        }
-        for trio in joints.windows(3).filter(|trio| trio[1] - trio[0] > 4e-4 && trio[2] - trio[1] > 4e-4) {
-            let h = 1e-4;
-            for (axis, own) in axes.iter().take(3).enumerate() {
-                let [_, before, _] = differentiated(&path, axis, trio[1] - 3.0 * h, h);
-                let [_, after, _] = differentiated(&path, axis, trio[1], h);
-                let pull = RULES.share * own.acceleration_mm_per_s2;
-                let room = 3.0 * own.jerk_mm_per_s3 * h + 1e-13 / h / h;
-                // From line to line an axis gets another acceleration by no more than it may have; an arc pulls besides.
-                let most = if lines { pull } else { 2.0 * pull };
-                assert!((after - before).abs() <= most + room, "seed {seed}: axis {axis} at {}", trio[1]);
-                let tiny = 1e-6;
-                let speed = |t: f64| (path.at(t + tiny)[axis] - path.at(t)[axis]) / tiny;
-                let jump = (speed(trio[1]) - speed(trio[1] - tiny)).abs();
-                let corner = libm::sqrt(8.0 * pull * RULES.deviation_mm);
-                let most = corner * (1.0 + 1e-6) + 2.0 * pull * tiny + 1e-13 / tiny;
-                assert!(jump <= most, "seed {seed}: axis {axis} jumps by {jump} of {most} at {}", trio[1]);
-                over += 1;
-                pulled += u64::from(jump > 1e-3 * corner && after.abs() > 0.1 * pull);
-            }
-        }
-    }
-    println!("{even} even stretches, {over} joints of an axis, pulled over a corner {pulled} times");
-    assert!(even > rounds(20_000) && pulled > rounds(1_000), "{even} stretches, {pulled} pulled");
 }

@@ -19,7 +19,7 @@ mod tests;
 use crate::board;
 use crate::executor::{Report, Shared, Time};
 use crate::journal::{sealed, unsealed};
-use crate::owner::{DAMAGED, Message, Owner, Parts};
+use crate::owner::{Message, Owner, Parts};
 use crate::prepare::{at_feed, prepare};
 use crate::recording::Recording;
 use crate::ticket::{Ticket, Tickets};
@@ -93,7 +93,7 @@ impl<F: Files> Alone<F> {
             let _ = slots.files.write(File::Drilled, &[]);
         }
         let alarm = contents.damage.as_ref().map(|damage| {
-            let why = Diagnostic::error(DAMAGED).with("file", &damage.file);
+            let why = Diagnostic::error("journal.damaged").with("file", &damage.file);
             why.with("job", damage.job.as_deref().unwrap_or("?")).with("holes", drilled.lines().count())
         });
         let job = contents.job.as_ref().map(|(job, _)| job.key.clone());

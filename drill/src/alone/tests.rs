@@ -222,6 +222,16 @@ fn ready(files: &Memory) -> Bench {
     bench
 }
 
+/// In the middle of `program`, its first bit in, with so many holes at least.
+fn drilling(files: &Memory, program: &Program, holes: u32) -> Bench {
+    let mut bench = ready(files);
+    bench.start(program, 0);
+    bench.until(|status| status.state == State::ToolChange);
+    bench.ask(&Ask::ToolChanged);
+    bench.until(|status| status.holes_done >= holes);
+    bench
+}
+
 /// What the drilled-board record has against the whole program: holes missing, and drilled more than once.
 fn against(files: &Memory, program: &Program, zero_mm: [f64; 2]) -> (u32, u32) {
     let text = files.clone().read(File::Drilled).unwrap();
@@ -250,11 +260,7 @@ fn a_board_is_drilled_as_the_program_says_and_a_person_may_be_slow() {
 #[test]
 fn stop_in_mid_job_rests_and_the_job_is_taken_up() {
     let (files, program) = (Memory::default(), holes(30));
-    let mut bench = ready(&files);
-    bench.start(&program, 0);
-    bench.until(|status| status.state == State::ToolChange);
-    bench.ask(&Ask::ToolChanged);
-    bench.until(|status| status.holes_done >= 9);
+    let mut bench = drilling(&files, &program, 9);
     bench.ask(&Ask::Stop);
     let status = bench.until(|status| status.state == State::Ready);
     assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0));
@@ -319,10 +325,7 @@ fn closed_at_any_moment_no_hole_is_left_out_and_at_most_one_is_made_twice_each_t
 #[test]
 fn a_page_that_is_hidden_for_long_loses_time_and_nothing_else() {
     let (files, program) = (Memory::default(), holes(12));
-    let mut bench = ready(&files);
-    bench.start(&program, 0);
-    bench.until(|status| status.state == State::ToolChange);
-    bench.ask(&Ask::ToolChanged);
+    let mut bench = drilling(&files, &program, 0);
     // Called once a minute: no more passes than one turn may have, and control lapses; the job goes on.
     let mut turns = 0;
     while bench.status().job.is_some() {
@@ -352,11 +355,7 @@ fn a_move_by_hand_rests_when_the_page_says_no_more() {
 #[test]
 fn a_full_store_stops_the_job_with_a_sentence_and_it_goes_on_once_there_is_room() {
     let (files, program) = (Memory::default(), holes(30));
-    let mut bench = ready(&files);
-    bench.start(&program, 0);
-    bench.until(|status| status.state == State::ToolChange);
-    bench.ask(&Ask::ToolChanged);
-    bench.until(|status| status.holes_done >= 5);
+    let mut bench = drilling(&files, &program, 5);
     files.0.borrow_mut().full = true;
     let status = bench.until(|status| status.state == State::Alarm && status.spindle_rpm == 0);
     let code = status.alarm.unwrap().code;
@@ -378,7 +377,7 @@ fn a_journal_that_cannot_be_believed_is_put_aside_and_told_until_it_is_read() {
     }
     for _ in 0..2 {
         let bench = Bench::open(&files);
-        assert_eq!(bench.status().alarm.as_ref().unwrap().code, DAMAGED);
+        assert_eq!(bench.status().alarm.as_ref().unwrap().code, "journal.damaged");
     }
     assert_eq!(files.clone().read(File::Aside).unwrap(), b"no journalno journal");
     Bench::open(&files).ask(&Ask::AcknowledgeAlarm);

@@ -101,12 +101,13 @@ impl Operator {
         }
         self.find_place()?;
         let from = before.map_or(0, |entry| entry.done);
-        let zero =
-            before.and_then(|entry| entry.zero).filter(|_| !self.how.zero_here && self.how.zero_at.is_none());
+        let zero = before
+            .and_then(|entry| entry.zero_mm)
+            .filter(|_| !self.how.zero_here && self.how.zero_at.is_none());
         if let Some(tool) = programs.routine.tool_at(from).filter(|_| from > 0) {
             say(format_args!("{}", tool_name(programs, tool)));
         }
-        let place = self.now.as_ref().and_then(|now| now.place).unwrap_or_default();
+        let place = self.now.as_ref().and_then(|now| now.place_mm).unwrap_or_default();
         let seconds = self.info.as_ref().and_then(|info| time_s(programs, info, from, place));
         if let (Some(seconds), false) = (seconds, self.quiet) {
             say(format_args!("About {:.0} min {:02.0} s.", (seconds / 60.0).floor(), seconds % 60.0));
@@ -222,7 +223,7 @@ impl Operator {
             since.elapsed() > REST
                 || operator.now.as_ref().is_some_and(|now| {
                     matches!(now.phase, Phase::Ready | Phase::Locked | Phase::ToolChange)
-                        && now.place.is_some()
+                        && now.place_mm.is_some()
                 })
         });
     }

@@ -88,13 +88,8 @@ fn the_hole_a_job_goes_on_with_may_be_there_already_and_any_other_made_again_is_
             let at = place(done + hole);
             writeln!(record, "{:.4} {:.4} 2.1000", at.x.mm() + 1.0, at.y.mm() + 1.0).unwrap();
         }
-        let offered = bench.drill.greeting().into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { next_leg, .. } => Some(next_leg),
-            _ => None,
-        });
         bench.wait(|status| status.state == State::Ready);
-        let (job, stream_digest, _) = bench.arm(&grid(&machine(), 40));
-        bench.drill.ask(Ask::Start { job, stream_digest, from_leg: offered.unwrap() }).unwrap();
+        bench.take_up(&grid(&machine(), 40));
         assert_eq!(bench.ended(), (Ending::Done, 40));
         let state = if doubled > 0 { State::Alarm } else { State::Ready };
         let status = bench.wait(|status| status.state == state && status.drilled.is_some());

@@ -34,12 +34,7 @@ fn a_job_taken_up_again_comes_to_its_hole_from_the_side_it_would_have_come_from(
         bench.wait(|status| status.state == State::Ready);
         if bench.ended().0 == Ending::Stopped {
             stops += 1;
-            let from_leg = bench.drill.greeting().into_iter().find_map(|tell| match tell {
-                Tell::Interrupted { next_leg, .. } => Some(next_leg),
-                _ => None,
-            });
-            let (job, stream_digest, _) = bench.arm(&program);
-            bench.drill.ask(Ask::Start { job, stream_digest, from_leg: from_leg.unwrap() }).unwrap();
+            bench.take_up(&program);
             assert_eq!(bench.ended().0, Ending::Done);
         }
         let counts = counts(&bench.record(), 20);

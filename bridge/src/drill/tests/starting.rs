@@ -1,32 +1,9 @@
 //! A start waits for the disk, and nobody waits for the start (N15).
 
+use super::disk::Wish;
 use super::*;
 use annulus_core::wire::Ask;
 use std::sync::{Condvar, Mutex};
-
-/// A disk that takes its time: what is to be durable waits while it is `held`.
-#[derive(Debug)]
-struct SlowDisk(Arc<InMemoryBackend>, Arc<(Mutex<bool>, Condvar)>);
-
-impl StorageBackend for SlowDisk {
-    fn len(&self) -> std::io::Result<u64> {
-        self.0.len()
-    }
-    fn read(&self, offset: u64, out: &mut [u8]) -> std::io::Result<()> {
-        self.0.read(offset, out)
-    }
-    fn set_len(&self, len: u64) -> std::io::Result<()> {
-        self.0.set_len(len)
-    }
-    fn sync_data(&self) -> std::io::Result<()> {
-        let (held, changed) = &*self.1;
-        drop(changed.wait_while(held.lock().unwrap(), |held| *held).unwrap());
-        self.0.sync_data()
-    }
-    fn write(&self, offset: u64, data: &[u8]) -> std::io::Result<()> {
-        self.0.write(offset, data)
-    }
-}
 
 /// A drill whose job was asked to start while the disk stands still; and what lets the disk go on.
 fn starting() -> (Bench, String, Begun, impl Fn()) {
@@ -35,13 +12,13 @@ fn starting() -> (Bench, String, Begun, impl Fn()) {
         *disk.0.lock().unwrap() = held;
         disk.1.notify_all();
     };
-    let folder = tempfile::tempdir().unwrap();
-    let (memory, slow) = (Arc::new(InMemoryBackend::new()), Arc::clone(&disk));
-    let journal = Journal::on(move || SlowDisk(Arc::clone(&memory), Arc::clone(&slow))).unwrap();
-    let parts = (journal, Contents::default(), None);
-    let drill = Drill::assemble(folder.path(), machine(), SPEED, Faults::default(), parts).unwrap();
-    let tells = drill.watch();
-    let bench = Bench { drill, folder, tells };
+    let slow = Arc::clone(&disk);
+    let bench = Bench::on_disk(SPEED, move |wish| {
+        let (held, changed) = &*slow;
+        // What is to be durable waits while it is held.
+        drop(changed.wait_while(held.lock().unwrap(), |held| *held && wish == Wish::Sync).unwrap());
+        Ok(())
+    });
     bench.home();
     bench.drill.ask(Ask::SetZero).unwrap();
     let (job, stream_digest, _) = bench.arm(&grid(&machine(), 6));

@@ -66,11 +66,7 @@ fn an_interrupted_job_brings_no_work_zero_back_whose_steps_no_longer_hold() {
         // With a new zero it may start anew, and not where it was left.
         bench.drill.ask(Ask::SetZero).unwrap();
         let (job, stream_digest, _) = bench.arm(&program);
-        let next_leg = bench.drill.greeting().into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { next_leg, .. } => Some(next_leg),
-            _ => None,
-        });
-        let from_leg = next_leg.unwrap();
+        let from_leg = bench.offer().unwrap();
         let refused = bench.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap_err();
         assert_eq!(refused.code, "control.zero_moved", "down {while_down}");
     }

@@ -23,8 +23,8 @@ const CRUMB_MM: f64 = 1e-5;
 pub(crate) struct Piece {
     pub(crate) from: Point,
     pub(crate) segment: Segment,
-    pub(crate) begin: f64,
-    pub(crate) end: f64,
+    pub(crate) begin_mm: f64,
+    pub(crate) end_mm: f64,
 }
 
 /// A region that points are asked of.
@@ -111,7 +111,7 @@ pub(crate) fn cut_at(path: &Path, lengths: &[f64]) -> Vec<Piece> {
         let inside = |at: &f64| *at > before && *at < before + own;
         let shares: Vec<f64> = sorted.iter().copied().filter(inside).map(|at| (at - before) / own).collect();
         for (from, segment, begin, end) in parted(from, segment, &shares) {
-            pieces.push(Piece { from, segment, begin: before + begin * own, end: before + end * own });
+            pieces.push(Piece { from, segment, begin_mm: before + begin * own, end_mm: before + end * own });
         }
         before += own;
     }
@@ -122,7 +122,7 @@ pub(crate) fn cut_at(path: &Path, lengths: &[f64]) -> Vec<Piece> {
 pub(crate) fn between(path: &Path, begin: f64, end: f64) -> Option<Path> {
     let pieces = cut_at(path, &[begin, end]);
     let mut kept = pieces.iter().filter(|piece| {
-        let middle = (piece.begin + piece.end) / 2.0;
+        let middle = (piece.begin_mm + piece.end_mm) / 2.0;
         middle > begin && middle < end
     });
     let first = kept.next()?;

@@ -305,12 +305,12 @@ pub(super) fn nearest(path: &Path, at: Point, reach: f64) -> Option<(f64, f64)> 
     let pieces = cut::cut_at(path, &[]);
     let mut best: Option<(f64, f64)> = None;
     for piece in pieces {
-        let looks = (((piece.end - piece.begin) / 0.1) as u32).clamp(1, 10_000);
+        let looks = (((piece.end_mm - piece.begin_mm) / 0.1) as u32).clamp(1, 10_000);
         for look in 0..=looks {
             let share = f64::from(look) / f64::from(looks);
             let away = cut::point_on(piece.from, piece.segment, share).distance_mm(at);
             if best.is_none_or(|(least, _)| away < least) {
-                best = Some((away, piece.begin + (piece.end - piece.begin) * share));
+                best = Some((away, piece.begin_mm + (piece.end_mm - piece.begin_mm) * share));
             }
         }
     }

@@ -257,18 +257,18 @@ impl Pen<'_> {
             depths.0 + Length::from_mm((depths.1 - depths.0).mm() * share.clamp(0.0, 1.0))
         };
         for piece in cut::cut_at(path, &cuts) {
-            let middle = (piece.begin + piece.end) / 2.0;
+            let middle = (piece.begin_mm + piece.end_mm) / 2.0;
             if middle < span.0 || middle > span.1 {
                 continue;
             }
             let over_tab = tabs.iter().any(|tab| tab.0 < middle && middle < tab.1);
             let most = if over_tab { self.way.tab_depth } else { Length::LIMIT };
-            self.piece(&piece, -depth_at(piece.begin).min(most), -depth_at(piece.end).min(most));
+            self.piece(&piece, -depth_at(piece.begin_mm).min(most), -depth_at(piece.end_mm).min(most));
         }
     }
 
     fn piece(&mut self, piece: &Piece, begin: Length, end: Length) {
-        let takes_s = (piece.end - piece.begin) * 1e3 / f64::from(self.feed);
+        let takes_s = (piece.end_mm - piece.begin_mm) * 1e3 / f64::from(self.feed);
         if self.moving_s > 0.0 && self.moving_s + takes_s > LONGEST_PATH_S {
             self.commands.push(Command::Dwell { us: 0 });
             self.moving_s = 0.0;

@@ -116,7 +116,7 @@ fn least_clearance(planned: &Planned, work: &Work) -> f64 {
         for task in &part.tasks {
             let half = task.bit.width_at(operation.depth).mm() / 2.0;
             for piece in task.toolpaths.iter().flat_map(|way| cut::cut_at(&way.path, &[])) {
-                let looks = ((piece.end - piece.begin) / 0.05) as u32 + 2;
+                let looks = ((piece.end_mm - piece.begin_mm) / 0.05) as u32 + 2;
                 for look in 0..=looks {
                     let place = cut::point_on(piece.from, piece.segment, f64::from(look) / f64::from(looks));
                     assert!(!copper.contains(place), "the bit's middle is in copper at {place:?}");

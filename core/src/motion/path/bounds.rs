@@ -49,8 +49,8 @@ const STRAIGHT: f64 = 1e-12;
 /// How hard a path may be braked into a corner or a change of curves, and sped up behind it, mm/s².
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pulls {
-    pub(super) before: f64,
-    pub(super) after: f64,
+    pub(super) before_mm_per_s2: f64,
+    pub(super) after_mm_per_s2: f64,
 }
 
 /// The limits along a piece, an arc at the given share of its greatest speed.
@@ -121,7 +121,7 @@ pub(super) fn pulls(before: &Curve, after: &Curve, speed: f64, axes: &[Limits; 3
     let arcs = [before, after].map(|curve| matches!(curve, Curve::Arc { .. }));
     let change = turn(before, after);
     if arcs[0] == arcs[1] || change.iter().any(|part| part.abs() > SMOOTH) {
-        return Pulls { before: pull, after: pull };
+        return Pulls { before_mm_per_s2: pull, after_mm_per_s2: pull };
     }
     let (way, bend) = if arcs[0] {
         (after.tangent(0.0), before.curvature(before.length_mm()))
@@ -134,7 +134,11 @@ pub(super) fn pulls(before: &Curve, after: &Curve, speed: f64, axes: &[Limits; 3
             / way[axis].abs().max(f64::MIN_POSITIVE)
     };
     let of_line = axes.iter().enumerate().map(left).fold(across, f64::min).max(0.0);
-    if arcs[0] { Pulls { before: 0.0, after: of_line } } else { Pulls { before: of_line, after: 0.0 } }
+    if arcs[0] {
+        Pulls { before_mm_per_s2: 0.0, after_mm_per_s2: of_line }
+    } else {
+        Pulls { before_mm_per_s2: of_line, after_mm_per_s2: 0.0 }
+    }
 }
 
 /// P: how hard a path may be braked into the corner between two curves, and pulled out of it.

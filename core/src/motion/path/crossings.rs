@@ -70,7 +70,7 @@ pub fn sweeps_between(
     while let Some((piece, stretch)) = stretches.next() {
         // Its start is where the piece before ended, which may differ by rounding: count on from there.
         let from = found.last().map_or(first, Sweep::to_step);
-        let to = if stretches.peek().is_some() { step(stretch.to) } else { last };
+        let to = if stretches.peek().is_some() { step(stretch.axis_to_mm) } else { last };
         if from != to {
             add(&mut found, Sweep::of(Part { piece, stretch, from, to }, axis, mm_per_step));
             settle(&mut found, path, turn_s);

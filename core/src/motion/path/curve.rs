@@ -269,7 +269,7 @@ impl Curve {
         let length = self.length_mm();
         let stretch = |from_mm: f64, to_mm: f64, half_turn: i32| {
             let (from, to) = (self.at(from_mm)[axis], self.at(to_mm)[axis]);
-            Stretch { from_mm, to_mm, from, to, half_turn }
+            Stretch { from_mm, to_mm, axis_from_mm: from, axis_to_mm: to, half_turn }
         };
         let Self::Arc { radius_mm, .. } = *self else { return vec![stretch(0.0, length, 0)] };
         if axis > 1 {
@@ -299,7 +299,7 @@ impl Curve {
     /// The length at which `axis` is at `value` in `stretch`.
     pub(super) fn length_at(&self, axis: usize, stretch: &Stretch, value: f64) -> f64 {
         let s = match *self {
-            _ if stretch.from == stretch.to => stretch.from_mm,
+            _ if stretch.axis_from_mm == stretch.axis_to_mm => stretch.from_mm,
             Self::Arc { center, radius_mm, .. } if axis < 2 => {
                 let within = libm::acos(((value - center[axis]) / radius_mm).clamp(-1.0, 1.0));
                 let rest = if stretch.half_turn % 2 == 0 { within } else { PI - within };
@@ -307,7 +307,7 @@ impl Curve {
                 (psi - self.psi(axis).0).abs() * radius_mm / self.level_share()
             }
             Self::Line { .. } | Self::Arc { .. } => {
-                let share = (value - stretch.from) / (stretch.to - stretch.from);
+                let share = (value - stretch.axis_from_mm) / (stretch.axis_to_mm - stretch.axis_from_mm);
                 stretch.from_mm + share * (stretch.to_mm - stretch.from_mm)
             }
         };
@@ -322,8 +322,8 @@ pub(super) struct Stretch {
     pub(super) from_mm: f64,
     pub(super) to_mm: f64,
     /// Places of the axis there.
-    pub(super) from: f64,
-    pub(super) to: f64,
+    pub(super) axis_from_mm: f64,
+    pub(super) axis_to_mm: f64,
     /// m, where the angle from the axis is between mπ and (m+1)π.
     half_turn: i32,
 }

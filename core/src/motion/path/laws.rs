@@ -125,7 +125,7 @@ fn pulled(path: &Path, pair: &[Run], axes: &[Limits; 3]) -> Option<u32> {
     let speed = path.speed(after.start_s);
     let most = pulls(&last.curve, &first.curve, speed, axes);
     let broken = |pull: f64, most: f64| !(0.0..=most * (1.0 + ROUNDING) + SAME).contains(&pull);
-    (broken(braked, most.before) || broken(driven, most.after)).then_some(first.source)
+    (broken(braked, most.before_mm_per_s2) || broken(driven, most.after_mm_per_s2)).then_some(first.source)
 }
 
 fn end_speeds(run: &Run) -> (f64, f64) {

@@ -160,11 +160,11 @@ pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rul
         speeds[index + 1] = speeds[index + 1].min(group.limits.speed_mm_per_s);
     }
     for (index, group) in groups.iter().enumerate().rev() {
-        let from = (speeds[index + 1], pulls(index + 1, speeds[index + 1]).before);
+        let from = (speeds[index + 1], pulls(index + 1, speeds[index + 1]).before_mm_per_s2);
         speeds[index] = speeds[index].min(reached_pulled(from, &group.limits, group.length_mm));
     }
     for (index, group) in groups.iter().enumerate() {
-        let from = (speeds[index], pulls(index, speeds[index]).after);
+        let from = (speeds[index], pulls(index, speeds[index]).after_mm_per_s2);
         speeds[index + 1] = speeds[index + 1].min(reached_pulled(from, &group.limits, group.length_mm));
     }
     let ends: Vec<(f64, Pulls)> =
@@ -220,7 +220,8 @@ fn assemble(start: Place, pieces: &[Limited], groups: &[Group], ends: &[(f64, Pu
             path.pieces.push(Planned { source, curve, run: index as u32, start_mm: in_run_mm });
             in_run_mm += curve.length_mm();
         }
-        let spans = spans((ends[0].0, ends[0].1.after), (ends[1].0, ends[1].1.before), group);
+        let spans =
+            spans((ends[0].0, ends[0].1.after_mm_per_s2), (ends[1].0, ends[1].1.before_mm_per_s2), group);
         let run = Run { start_s, start_mm, first: group.first as u32, count: group.count as u32, spans };
         start_s += run.duration_s();
         start_mm += run.length_mm();

@@ -11,31 +11,35 @@ use crate::diagnostic::Diagnostic;
 /// How often the speed of the anchor is halved in: more than a number has digits.
 const HALVINGS: u32 = 120;
 
-fn check(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<(), Diagnostic> {
+fn check(length_mm: f64, limits: Limits, snap_mm_per_s4: Option<f64>) -> Result<(), Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));
     }
-    let bad_snap = snap.filter(|snap| !(LEAST_LIMIT..=GREATEST).contains(snap));
+    let bad_snap = snap_mm_per_s4.filter(|snap| !(LEAST_LIMIT..=GREATEST).contains(snap));
     bad_snap.map_or(Ok(()), |snap| Err(wrong("motion.bad_snap", snap)))?;
     Shape::SCurve.check(limits)
 }
 
-/// No move over `length_mm` from rest to rest within `limits`, and within `snap` (mm/s⁴) where given, takes less than
+/// No move over `length_mm` from rest to rest within `limits`, and within `snap_mm_per_s4` where given, takes less than
 /// this many seconds.
-pub fn least_duration_s(length_mm: f64, limits: Limits, snap: Option<f64>) -> Result<f64, Diagnostic> {
-    check(length_mm, limits, snap)?;
+pub fn least_duration_s(
+    length_mm: f64,
+    limits: Limits,
+    snap_mm_per_s4: Option<f64>,
+) -> Result<f64, Diagnostic> {
+    check(length_mm, limits, snap_mm_per_s4)?;
     let by_speed = length_mm / limits.speed_mm_per_s;
     let by_acceleration = 2.0 * libm::sqrt(length_mm / limits.acceleration_mm_per_s2);
     let by_jerk = libm::cbrt(32.0 * length_mm / limits.jerk_mm_per_s3);
-    let by_snap = snap.map_or(0.0, |snap| libm::sqrt(libm::sqrt(384.0 * length_mm / snap)));
+    let by_snap = snap_mm_per_s4.map_or(0.0, |snap| libm::sqrt(libm::sqrt(384.0 * length_mm / snap)));
     Ok(by_speed.max(by_acceleration).max(by_jerk).max(by_snap))
 }
 
-/// Seconds of the symmetric move of fifteen phases over `length_mm`: speed, acceleration, jerk and `snap` (mm/s⁴)
+/// Seconds of the symmetric move of fifteen phases over `length_mm`: speed, acceleration, jerk and `snap_mm_per_s4`
 /// limited. The fastest such move where it cruises; without cruise up to 7 % slower than that.
-pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap: f64) -> Result<f64, Diagnostic> {
-    check(length_mm, limits, Some(snap))?;
-    let ramp_s = |speed: f64| snap_ramp_s(speed, limits, snap);
+pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap_mm_per_s4: f64) -> Result<f64, Diagnostic> {
+    check(length_mm, limits, Some(snap_mm_per_s4))?;
+    let ramp_s = |speed: f64| snap_ramp_s(speed, limits, snap_mm_per_s4);
     let full_s = ramp_s(limits.speed_mm_per_s);
     if length_mm >= limits.speed_mm_per_s * full_s {
         return Ok(full_s + length_mm / limits.speed_mm_per_s);

@@ -66,9 +66,9 @@ impl Ramp {
         }
     }
 
-    /// Length of the rise that begins with `base` mm/s.
-    pub fn length_mm(&self, base: f64) -> f64 {
-        (base + 0.5 * self.rise_mm_per_s) * self.duration_s()
+    /// Length of the rise that begins with `base_mm_per_s`.
+    pub fn length_mm(&self, base_mm_per_s: f64) -> f64 {
+        (base_mm_per_s + 0.5 * self.rise_mm_per_s) * self.duration_s()
     }
 
     /// How long it takes.
@@ -138,7 +138,7 @@ impl Ramp {
         if self.shape.order() == 0.0 {
             return 0.5 * self.jerk_mm_per_s3 * x * x;
         }
-        self.power_edge(x).speed
+        self.power_edge(x).speed_mm_per_s
     }
 
     /// Length and speed on the first edge.
@@ -148,15 +148,19 @@ impl Ramp {
             return (self.edge_position_mm(x), self.edge_speed(x));
         }
         let point = self.power_edge(x);
-        (point.position_mm, point.speed)
+        (point.position_mm, point.speed_mm_per_s)
     }
 
     fn edge_acceleration(&self, x: f64) -> f64 {
-        if self.shape.order() == 0.0 { self.jerk_mm_per_s3 * x } else { self.power_edge(x).acceleration }
+        if self.shape.order() == 0.0 {
+            self.jerk_mm_per_s3 * x
+        } else {
+            self.power_edge(x).acceleration_mm_per_s2
+        }
     }
 
     fn edge_jerk(&self, x: f64) -> f64 {
-        if self.shape.order() == 0.0 { self.jerk_mm_per_s3 } else { self.power_edge(x).jerk }
+        if self.shape.order() == 0.0 { self.jerk_mm_per_s3 } else { self.power_edge(x).jerk_mm_per_s3 }
     }
 
     /// The power law's edge at `x`, 0 … Θ: rising up to its middle, mirrored from there (C.3, phases 1 and 2).
@@ -175,37 +179,37 @@ impl Ramp {
             let p = power(u, order);
             return Point {
                 position_mm: s1 * (p * u * u * u),
-                speed: v1 * (p * u * u),
-                acceleration: a1 * (p * u),
-                jerk: self.jerk_mm_per_s3 * p,
+                speed_mm_per_s: v1 * (p * u * u),
+                acceleration_mm_per_s2: a1 * (p * u),
+                jerk_mm_per_s3: self.jerk_mm_per_s3 * p,
             };
         }
         let (beyond, w) = (x - half_s, ((self.jerk_time_s - x) / half_s).max(0.0));
         let p = power(w, order);
         Point {
             position_mm: 2.0 * s1 + 0.5 * acceleration * beyond * beyond - s1 * (p * w * w * w),
-            speed: acceleration * beyond + v1 * (p * w * w),
-            acceleration: acceleration - a1 * (p * w),
-            jerk: self.jerk_mm_per_s3 * p,
+            speed_mm_per_s: acceleration * beyond + v1 * (p * w * w),
+            acceleration_mm_per_s2: acceleration - a1 * (p * w),
+            jerk_mm_per_s3: self.jerk_mm_per_s3 * p,
         }
     }
 }
 
 /// The inverse: when the way of a rise that begins with `base` mm/s is done.
 impl Ramp {
-    /// The second at which the way `y` is done, `y` from 0 to the whole way.
-    pub fn time_at(&self, base: f64, y: f64) -> f64 {
+    /// The second at which the way `y_mm` is done, `y_mm` from 0 to the whole way.
+    pub fn time_at(&self, base_mm_per_s: f64, y_mm: f64) -> f64 {
         let (theta, hold) = (self.jerk_time_s, self.hold_s);
-        let first = base * theta + self.edge_position_mm(theta);
-        if y <= first {
-            return self.edge_time(base, y.max(0.0));
+        let first = base_mm_per_s * theta + self.edge_position_mm(theta);
+        if y_mm <= first {
+            return self.edge_time(base_mm_per_s, y_mm.max(0.0));
         }
-        let (v1, beyond) = (base + self.edge_speed(theta), y - first);
+        let (v1, beyond) = (base_mm_per_s + self.edge_speed(theta), y_mm - first);
         if beyond <= v1 * hold + 0.5 * self.acceleration_mm_per_s2 * hold * hold {
             return theta + later(v1, self.acceleration_mm_per_s2, beyond);
         }
-        let left_mm = (self.length_mm(base) - y).max(0.0);
-        (self.duration_s() - self.left_on_last_edge(base + self.rise_mm_per_s, left_mm)).max(0.0)
+        let left_mm = (self.length_mm(base_mm_per_s) - y_mm).max(0.0);
+        (self.duration_s() - self.left_on_last_edge(base_mm_per_s + self.rise_mm_per_s, left_mm)).max(0.0)
     }
 
     /// The second at the way `y` on the first edge: base·x + e(x) = y. The left side rises and bends up, so Newton's
@@ -222,7 +226,7 @@ impl Ramp {
             } else if base > 0.0 {
                 theta
             } else {
-                half_s + later(middle.speed, self.acceleration_mm_per_s2, y - middle.position_mm)
+                half_s + later(middle.speed_mm_per_s, self.acceleration_mm_per_s2, y - middle.position_mm)
             }
         } else {
             libm::cbrt(6.0 * y / self.jerk_mm_per_s3)
@@ -268,9 +272,9 @@ fn later(speed: f64, acceleration: f64, way: f64) -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Point {
     pub(super) position_mm: f64,
-    pub(super) speed: f64,
-    pub(super) acceleration: f64,
-    pub(super) jerk: f64,
+    pub(super) speed_mm_per_s: f64,
+    pub(super) acceleration_mm_per_s2: f64,
+    pub(super) jerk_mm_per_s3: f64,
 }
 
 /// uᵅ for u from 0 to 1; the usual orders without a power function.

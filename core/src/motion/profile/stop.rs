@@ -21,29 +21,30 @@ use crate::diagnostic::Diagnostic;
 /// How often the time is halved in when the point of no return is looked for: more than a number has digits.
 const HALVINGS: u32 = 80;
 
-/// Length of the fastest stop from `speed` (mm/s, not negative) and `acceleration` (mm/s²) within acceleration and jerk of
+/// Length of the fastest stop from `speed_mm_per_s` (not negative) and `acceleration_mm_per_s2` within acceleration and jerk of
 /// `limits`. The linear law stops with its full acceleration at once.
 ///
 /// Where the speed is less than braking already takes away, the way is that to the moment of standing still.
-pub fn stopping_mm(shape: Shape, speed: f64, acceleration: f64, limits: Limits) -> f64 {
+pub fn stopping_mm(shape: Shape, speed_mm_per_s: f64, acceleration_mm_per_s2: f64, limits: Limits) -> f64 {
+    let (v, a) = (speed_mm_per_s, acceleration_mm_per_s2);
     if shape == Shape::Linear {
-        return 0.5 * speed * speed / limits.acceleration_mm_per_s2;
+        return 0.5 * v * v / limits.acceleration_mm_per_s2;
     }
     let j = limits.jerk_mm_per_s3;
-    if acceleration >= 0.0 {
-        let t0 = acceleration / j;
-        let top = speed + 0.5 * acceleration * t0;
-        return speed * t0 + acceleration * t0 * t0 / 3.0 + from_steady_mm(top, limits);
+    if a >= 0.0 {
+        let t0 = a / j;
+        let top = v + 0.5 * a * t0;
+        return v * t0 + a * t0 * t0 / 3.0 + from_steady_mm(top, limits);
     }
-    let braking = -acceleration;
+    let braking = -a;
     let lost = 0.5 * braking * braking / j;
-    if speed >= lost {
-        let before = speed + lost;
+    if v >= lost {
+        let before = v + lost;
         let gone = before * braking / j - braking * braking * braking / (6.0 * j * j);
         return (from_steady_mm(before, limits) - gone).max(0.0);
     }
-    let t = 2.0 * speed / (braking + libm::sqrt(braking * braking - 2.0 * j * speed));
-    t * (speed - 0.5 * braking * t + j * t * t / 6.0)
+    let t = 2.0 * v / (braking + libm::sqrt(braking * braking - 2.0 * j * v));
+    t * (v - 0.5 * braking * t + j * t * t / 6.0)
 }
 
 /// The stop from a steady speed.

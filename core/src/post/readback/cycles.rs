@@ -16,11 +16,11 @@ use crate::diagnostic::Diagnostic;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cycle {
     /// The height where the fast move down ends.
-    pub(super) reference: f64,
+    pub(super) reference_mm: f64,
     /// The bottom.
-    pub(super) bottom: f64,
+    pub(super) bottom_mm: f64,
     /// The height before the first hole.
-    pub(super) before: f64,
+    pub(super) before_mm: f64,
     /// Up to the height before it, not only to the reference.
     pub(super) back: bool,
 }
@@ -29,13 +29,16 @@ impl Cycle {
     /// Drills at a place.
     pub(super) fn drill(&self, hand: &mut Hand, (x, y): (f64, f64)) -> Result<(), Diagnostic> {
         hand.another();
-        let over = hand.tip.z.max(self.reference);
+        let over = hand.tip.z.max(self.reference_mm);
         let at = |z: f64| Tip { x, y, z };
         hand.line_to(Tip { z: over, ..hand.tip }, true)?;
         hand.line_to(at(over), true)?;
-        hand.line_to(at(self.reference), true)?;
-        hand.line_to(at(self.bottom), false)?;
-        hand.line_to(at(if self.back { self.before.max(self.reference) } else { self.reference }), true)
+        hand.line_to(at(self.reference_mm), true)?;
+        hand.line_to(at(self.bottom_mm), false)?;
+        hand.line_to(
+            at(if self.back { self.before_mm.max(self.reference_mm) } else { self.reference_mm }),
+            true,
+        )
     }
 
     /// The cycle that a Sinumerik call drills where the tip is: retraction plane, reference, distance over it, bottom, or depth
@@ -44,6 +47,6 @@ impl Cycle {
         let number = |at: usize| numbers.get(at).copied().flatten().map(|number| number * scale);
         let (retract, surface, over) = (number(0)?, number(1)?, number(2)?);
         let bottom = number(3).or_else(|| Some(surface - number(4)?))?;
-        Some(Self { reference: surface + over, bottom, before: retract, back: true })
+        Some(Self { reference_mm: surface + over, bottom_mm: bottom, before_mm: retract, back: true })
     }
 }

@@ -342,16 +342,17 @@ impl State {
     fn cycle(&mut self, hand: &mut Hand, line: &Line<'_>, starts: bool) -> Result<(), Diagnostic> {
         self.zero.get_or_insert(FIRST_ZERO);
         if starts {
-            self.cycle.before = hand.tip.z;
+            self.cycle.before_mm = hand.tip.z;
         }
         self.cycle.back = self.back;
         let own = |name: char| line.letter(name).map(|value| value * self.scale);
         // Counted from here, R counts from the height before the cycle and Z from R.
         if let Some(reference) = own('R') {
-            self.cycle.reference = if self.absolute { reference } else { self.cycle.before + reference };
+            self.cycle.reference_mm =
+                if self.absolute { reference } else { self.cycle.before_mm + reference };
         }
         if let Some(bottom) = own('Z') {
-            self.cycle.bottom = if self.absolute { bottom } else { self.cycle.reference + bottom };
+            self.cycle.bottom_mm = if self.absolute { bottom } else { self.cycle.reference_mm + bottom };
         }
         self.names_again(line);
         let times = ['L', 'K'].into_iter().find_map(|name| line.letter(name)).unwrap_or(1.0);

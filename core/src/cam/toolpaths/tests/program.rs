@@ -1,8 +1,8 @@
-//! Programs of small boards: holes, slots, tabs, mouse-bites, sides, zones, pecks; and keys of parts.
+//! Programs of small boards: holes, slots, tabs, mouse-bites, sides, zones; and keys of parts.
 
 use super::*;
 
-fn deepest(leg: &crate::job::Leg) -> Length {
+pub(super) fn deepest(leg: &crate::job::Leg) -> Length {
     let heights = leg.commands.iter().filter_map(|command| match command {
         Command::Plunge { to, .. } => Some(*to),
         Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(*height),
@@ -370,66 +370,6 @@ fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
         (work.setup.zero, work.setup.face) = (zero, face);
         assert_eq!(Scene::of(&board, &work).origin, corner, "{zero:?} {face:?}");
     }
-}
-
-#[test]
-fn drills_go_deeper_by_the_height_of_their_points() {
-    let board = coupon();
-    let process = virtual_drill().process;
-    let through = process.board_thickness + process.breakthrough;
-    let depth = |text: &str, size: f64| {
-        let mut work = only(&board, "drill", |_| {});
-        for pair in text.split(';').filter(|pair| !pair.is_empty()) {
-            let (key, value) = pair.split_once('=').unwrap();
-            crate::cam::parameters::assign(&mut work, key, value).unwrap();
-        }
-        let options = PlanOptions {
-            iterations: Some(10),
-            accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
-            ..PlanOptions::default()
-        };
-        let rapid_time = |a: Point, b: Point| a.distance_mm(b);
-        let means = Means { options: &options, rapid_time: &rapid_time };
-        let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
-        let task = planned.parts[0].tasks.iter().find(|task| task.bit.diameter == mm(size)).unwrap();
-        (task.depth - through).mm()
-    };
-    // Half of the diameter over the tangent of half of the angle.
-    for (text, size, height) in [
-        ("", 1.0, 0.233_154),
-        ("", 0.8, 0.186_523),
-        ("drill.point=90", 1.0, 0.5),
-        ("drill.point=180", 1.0, 0.0),
-        ("drill.point=180;drill.points=0.8 90", 1.0, 0.0),
-        ("drill.point=180;drill.points=0.8 90", 0.8, 0.4),
-    ] {
-        let found = depth(text, size);
-        assert!((found - height).abs() < 2e-6, "{text} {size}: {found}");
-    }
-}
-
-#[test]
-fn pecks_come_up_between() {
-    let board = coupon();
-    let work = only(&board, "drill", |operation| {
-        if let Action::Drill(drill) = &mut operation.action {
-            (drill.peck, drill.holes) = (mm(0.9), Holes::Board);
-        }
-    });
-    let options = PlanOptions {
-        iterations: Some(0),
-        accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
-        ..PlanOptions::default()
-    };
-    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
-    let means = Means { options: &options, rapid_time: &rapid_time };
-    let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
-    let program = lower_work(&planned, &work, &virtual_drill());
-    let leg = program.legs.iter().find(|leg| matches!(leg.mark, Mark::Hole(_))).unwrap();
-    let plunges = leg.commands.iter().filter(|command| matches!(command, Command::Plunge { .. })).count();
-    // 1.6 + 0.5 + 0.4 / tan 65° = 2.287 mm in steps of at most 0.9 mm.
-    assert_eq!(plunges, 3);
-    assert!((deepest(leg).mm() + 2.2865).abs() < 1e-3, "{:?}", deepest(leg));
 }
 
 #[test]
