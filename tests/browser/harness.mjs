@@ -256,12 +256,12 @@ export function picture(name) {
 export const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
 
 /** The screens, in the order of their keys. */
-export const SCREENS = ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
+export const SCREENS = ["Draw", "Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
 
 /** Goes to a screen by its key, whatever has the focus. */
 export async function show(page, screen) {
   await page.evaluate(() => document.activeElement?.blur());
-  await page.keyboard.press(String(SCREENS.indexOf(screen) + 1));
+  await page.keyboard.press(String(SCREENS.indexOf(screen)));
   await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
 }
 

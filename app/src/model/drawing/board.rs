@@ -16,7 +16,7 @@ use crate::model::planning::{OnTheWay, Wanted};
 use crate::model::{Document, Effect, Lane, Model, files, frame};
 use crate::said::{Text, key};
 use annulus_core::artwork;
-use annulus_core::board::drawing::{self, Drawing, Thing};
+use annulus_core::board::drawing::{self, Drawing, History, Thing};
 use annulus_core::project::saved::Said;
 use std::sync::Arc;
 
@@ -105,6 +105,36 @@ impl Draw {
         if self.with_board.used == Some(changes) {
             self.with_board.used = Some(self.editor.changes());
         }
+    }
+}
+
+/// How a drawing lies to the open board.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lying {
+    /// Over its files.
+    over: bool,
+    /// It was made of the drawing, and of its last state.
+    used: Option<bool>,
+}
+
+/// How the drawing under work lies to the open board.
+pub(super) fn lying(draw: &Draw) -> Lying {
+    let WithBoard { over, used, .. } = draw.with_board;
+    Lying { over, used: used.map(|used| used == draw.editor.changes()) }
+}
+
+/// The drawing lies as it did before another one came in its place.
+pub(super) fn lie_as_before(draw: &mut Draw, Lying { over, used }: Lying) {
+    draw.with_board.over = over;
+    let changes = draw.editor.changes();
+    draw.with_board.used = used.map(|used| if used { changes } else { changes.wrapping_sub(1) });
+}
+
+/// Another drawing comes, which lies over the open files only where it speaks of files.
+pub(super) fn lie_by_itself(draw: &mut Draw, next: &History) {
+    draw.with_board.over = over_files(next.now());
+    if !draw.with_board.over {
+        draw.forget_files();
     }
 }
 

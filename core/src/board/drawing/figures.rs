@@ -1,12 +1,16 @@
 //! The smallest gap, track, ring and hole of a drawing, followed edit by edit.
 //!
 //! ```text
-//!  touched ─▶ their pairs within 2 mm measured anew ─▶ pairs ─ those that touch are one net ─▶ the smallest of the others
+//!  touched ─▶ their pairs within 2 mm measured anew ─┬─ those that touch are one net ─▶ nets of what changed, walked anew
+//!                                                    └─ those of two nets ─▶ gaps, the smallest first
+//!          └▶ tracks, holes, rings ─▶ sizes, the smallest first
 //! ```
 //!
 //! Comes in: a [`Drawing`], its [`Finder`], what an edit touched. Goes out: lengths with whose they are. What is imported counts
-//! with its shape, and as copper as far as its layer draws dark alone. Does not know how narrow is too narrow.
+//! with its shape, and as copper as far as its layer draws dark alone. An edit costs what it touched and the nets of that, not
+//! the whole drawing. Does not know how narrow is too narrow.
 
+use super::sizes::Sizes;
 use super::{Catch, Drawing, Finder, Id, Layer, Thing};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,14 +33,20 @@ pub struct Smallest {
     pub hole: Option<(Length, Id)>,
 }
 
-/// What is near to what, by nanometres.
+/// What is near to what, which net it is of, and what is small.
 #[derive(Clone, Debug, Default)]
 pub struct Figures {
+    /// What is near to what, by nanometres.
     pairs: BTreeMap<Catch, BTreeMap<Catch, i64>>,
+    /// The net of what is copper, by the first of those in it.
+    nets: BTreeMap<Catch, Catch>,
+    /// What is near to copper of another net, the nearest first.
+    gaps: BTreeSet<(i64, Catch, Catch)>,
+    sizes: Sizes,
 }
 
 impl Figures {
-    /// The pairs of all of `drawing`.
+    /// The figures of all of `drawing`.
     pub fn new(drawing: &Drawing, finder: &Finder) -> Self {
         let mut figures = Self::default();
         let imported = (0..).take(finder.imported().len()).map(Catch::Imported);
@@ -45,79 +55,112 @@ impl Figures {
         figures
     }
 
+    /// The smallest of each kind now.
+    pub fn smallest(&self) -> Smallest {
+        let gap = self.gaps.first().map(|(gap, one, other)| (Length::from_nm(*gap), *one, *other));
+        let Sizes { tracks, rings, holes, .. } = &self.sizes;
+        Smallest {
+            gap,
+            track: tracks.first().copied(),
+            ring: rings.first().copied(),
+            hole: holes.first().copied(),
+        }
+    }
+
     /// Measures anew what has another body; `finder` has followed already.
     pub fn update(&mut self, drawing: &Drawing, finder: &Finder, moved: &BTreeSet<Catch>) {
+        // Whose net may be another one: what moved, what touched it, what shares a plated hole with it.
+        let mut seeds = moved.clone();
+        let drawn =
+            moved.iter().filter_map(|catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None });
+        let nodes = self.sizes.update(drawing, &drawn.collect());
+        seeds.extend(nodes.into_iter().flat_map(|node| drawing.hanging(node)).map(Catch::Drawn));
         for one in moved {
-            for (other, _) in self.pairs.remove(one).unwrap_or_default() {
-                if let Some(near) = self.pairs.get_mut(&other) {
-                    near.remove(one);
-                    if near.is_empty() {
-                        self.pairs.remove(&other);
-                    }
+            seeds.extend(self.leave(*one));
+        }
+        for one in moved {
+            self.measure(drawing, finder, *one);
+        }
+        let mut changed = self.walk(drawing, finder, seeds);
+        changed.extend(moved);
+        for one in changed {
+            self.sort(one);
+        }
+    }
+
+    /// What was near to `one` is no longer. Gives those that touched it.
+    fn leave(&mut self, one: Catch) -> Vec<Catch> {
+        let mut touched = Vec::new();
+        for (other, gap) in self.pairs.remove(&one).unwrap_or_default() {
+            self.gaps.remove(&(gap, one.min(other), one.max(other)));
+            if gap <= TOUCH_NM {
+                touched.push(other);
+            }
+            if let Some(near) = self.pairs.get_mut(&other) {
+                near.remove(&one);
+                if near.is_empty() {
+                    self.pairs.remove(&other);
                 }
             }
-            let (Some(layer), Some(body)) = (copper(drawing, finder, *one), finder.body(*one)) else {
+        }
+        touched
+    }
+
+    /// What is near to `one` now.
+    fn measure(&mut self, drawing: &Drawing, finder: &Finder, one: Catch) {
+        let (Some(layer), Some(body)) = (copper(drawing, finder, one), finder.body(one)) else { return };
+        for other in finder.meeting(body.bounds().grown(WINDOW)) {
+            let met = copper(drawing, finder, other).is_some_and(|other| layer.meets(other));
+            let Some(beside) = finder.body(other).filter(|_| met && other != one) else { continue };
+            let gap = Length::from_mm(body.gap_mm(beside)).nm();
+            if gap <= WINDOW.nm() {
+                self.pairs.entry(one).or_default().insert(other, gap);
+                self.pairs.entry(other).or_default().insert(one, gap);
+            }
+        }
+    }
+
+    /// Walks the nets of `seeds` anew. Gives what is of another net than before.
+    fn walk(&mut self, drawing: &Drawing, finder: &Finder, seeds: BTreeSet<Catch>) -> BTreeSet<Catch> {
+        let (mut walked, mut changed) = (BTreeSet::new(), BTreeSet::new());
+        for seed in seeds {
+            if walked.contains(&seed) {
                 continue;
-            };
-            for other in finder.meeting(body.bounds().grown(WINDOW)) {
-                let met = copper(drawing, finder, other).is_some_and(|other| layer.meets(other));
-                let Some(beside) = finder.body(other).filter(|_| met && other != *one) else { continue };
-                let gap = Length::from_mm(body.gap_mm(beside)).nm();
-                if gap <= WINDOW.nm() {
-                    self.pairs.entry(*one).or_default().insert(other, gap);
-                    self.pairs.entry(other).or_default().insert(*one, gap);
+            }
+            if copper(drawing, finder, seed).is_none() || finder.body(seed).is_none() {
+                self.nets.remove(&seed);
+                continue;
+            }
+            let (mut net, mut open) = (BTreeSet::from([seed]), vec![seed]);
+            while let Some(one) = open.pop() {
+                let touching =
+                    self.pairs.get(&one).into_iter().flatten().filter(|(_, gap)| **gap <= TOUCH_NM);
+                let through = through_holes(drawing, finder, one);
+                let found = touching.map(|(other, _)| *other).chain(through);
+                open.extend(found.filter(|other| net.insert(*other)));
+            }
+            let first = net.first().copied().unwrap_or(seed);
+            for one in &net {
+                if self.nets.insert(*one, first) != Some(first) {
+                    changed.insert(*one);
                 }
             }
+            walked.append(&mut net);
         }
+        changed
     }
 
-    /// The smallest of each kind now.
-    pub fn smallest(&self, drawing: &Drawing) -> Smallest {
-        let mut smallest = Smallest { gap: self.gap(drawing), ..Smallest::default() };
-        let less = |now: &mut Option<(Length, Id)>, size: Length, id: Id| {
-            if now.is_none_or(|(least, _)| size < least) {
-                *now = Some((size, id));
-            }
-        };
-        for (id, entry) in drawing.things() {
-            match &entry.thing {
-                Thing::Track { width, layer, .. } if *layer != Layer::Edge => {
-                    less(&mut smallest.track, *width, id);
-                }
-                Thing::Hole { node, diameter, .. } => {
-                    less(&mut smallest.hole, *diameter, id);
-                    if let Some(ring) = ring(drawing, *node, *diameter) {
-                        less(&mut smallest.ring, ring, id);
-                    }
-                }
-                _ => {}
+    /// The pairs of `one` go among the gaps, or out of them.
+    fn sort(&mut self, one: Catch) {
+        let own = self.nets.get(&one);
+        for (other, gap) in self.pairs.get(&one).into_iter().flatten() {
+            let pair = (*gap, one.min(*other), one.max(*other));
+            if *gap > TOUCH_NM && own != self.nets.get(other) {
+                self.gaps.insert(pair);
+            } else {
+                self.gaps.remove(&pair);
             }
         }
-        smallest
-    }
-
-    fn gap(&self, drawing: &Drawing) -> Option<(Length, Catch, Catch)> {
-        let mut nets = Nets::of(self.pairs.keys().copied().collect());
-        for (one, near) in &self.pairs {
-            near.iter().filter(|(_, gap)| **gap <= TOUCH_NM).for_each(|(other, _)| nets.join(*one, *other));
-        }
-        // What hangs on one plated hole is joined from side to side.
-        for (_, entry) in drawing.things() {
-            let Thing::Hole { node, plated: true, .. } = entry.thing else { continue };
-            let mut pads = drawing.hanging(node).map(Catch::Drawn);
-            if let Some(first) = pads.next() {
-                pads.for_each(|other| nets.join(first, other));
-            }
-        }
-        let mut least: Option<(i64, Catch, Catch)> = None;
-        for (one, near) in &self.pairs {
-            for (other, gap) in near.iter().filter(|(other, gap)| **other > *one && **gap > TOUCH_NM) {
-                if least.is_none_or(|(least, ..)| *gap < least) && !nets.joined(*one, *other) {
-                    least = Some((*gap, *one, *other));
-                }
-            }
-        }
-        least.map(|(gap, one, other)| (Length::from_nm(gap), one, other))
     }
 }
 
@@ -126,52 +169,12 @@ fn copper(drawing: &Drawing, finder: &Finder, catch: Catch) -> Option<Layer> {
     finder.layer(drawing, catch).filter(|layer| *layer != Layer::Edge)
 }
 
-/// The copper left around a hole in the pads on its node: of the narrowest of them.
-fn ring(drawing: &Drawing, node: Id, diameter: Length) -> Option<Length> {
-    let at = drawing.at(node)?;
-    let pads = drawing.hanging(node).filter_map(|id| {
-        let entry = drawing.get(id)?;
-        let is_pad = matches!(entry.thing, Thing::Pad { .. });
-        let body = super::Body::of(drawing, entry).filter(|_| is_pad)?;
-        Some(body.depth_mm(at) - diameter.mm() / 2.0)
-    });
-    let least = pads.fold(f64::INFINITY, f64::min);
-    least.is_finite().then(|| Length::from_mm(least))
-}
-
-/// What is joined to what: each leads to another of its net, or to itself.
-struct Nets {
-    keys: Vec<Catch>,
-    lead: Vec<usize>,
-}
-
-impl Nets {
-    fn of(keys: Vec<Catch>) -> Self {
-        let lead = (0..keys.len()).collect();
-        Self { keys, lead }
-    }
-
-    fn first(&mut self, catch: Catch) -> Option<usize> {
-        let mut at = self.keys.binary_search(&catch).ok()?;
-        while let Some(next) = self.lead.get(at).copied().filter(|next| *next != at) {
-            let beyond = self.lead.get(next).copied().unwrap_or(next);
-            if let Some(lead) = self.lead.get_mut(at) {
-                *lead = beyond;
-            }
-            at = next;
-        }
-        Some(at)
-    }
-
-    fn join(&mut self, one: Catch, other: Catch) {
-        if let (Some(a), Some(b)) = (self.first(one), self.first(other))
-            && let Some(lead) = self.lead.get_mut(a.max(b))
-        {
-            *lead = a.min(b);
-        }
-    }
-
-    fn joined(&mut self, one: Catch, other: Catch) -> bool {
-        self.first(one).is_some_and(|a| self.first(other) == Some(a))
-    }
+/// The copper that is joined with it, from side to side, by plated holes on its nodes.
+fn through_holes(drawing: &Drawing, finder: &Finder, catch: Catch) -> Vec<Catch> {
+    let Catch::Drawn(id) = catch else { return Vec::new() };
+    let plated = |id: Id| matches!(drawing.thing(id), Some(Thing::Hole { plated: true, .. }));
+    let nodes = drawing.thing(id).into_iter().flat_map(Thing::nodes);
+    let joined = nodes.filter(|node| drawing.hanging(*node).any(plated));
+    let on = joined.flat_map(|node| drawing.hanging(node)).map(Catch::Drawn);
+    on.filter(|other| copper(drawing, finder, *other).is_some()).collect()
 }
