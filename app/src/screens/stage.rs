@@ -262,7 +262,8 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
             let at = moment.head_mm?;
             Some(shown.as_ref()?.picture_of_work(at))
         });
-        if ready.get() {
+        // Where one draws, it is the cross-hair of the drawing.
+        if ready.get() && !drawing.get() {
             with_view(picture, |view| {
                 view.set_progress(moment.progress);
                 view.set_head(head);

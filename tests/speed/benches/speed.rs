@@ -240,7 +240,7 @@ fn drawing(criterion: &mut Criterion) {
     update(model, FrameEvent::Show { tab: Tab::Draw }.into());
     for (tool, places) in [
         (Tool::Pad, [(2.0, 2.0), (6.0, 2.0)].as_slice()),
-        (Tool::Track, &[(2.0, 2.0), (4.0, 4.0), (6.0, 2.0)]),
+        (Tool::Track, [(2.0, 2.0), (4.0, 4.0), (6.0, 2.0)].as_slice()),
     ] {
         draw_event(model, DrawEvent::Take { tool });
         for (x, y) in places {

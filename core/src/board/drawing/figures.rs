@@ -13,12 +13,14 @@
 use super::sizes::Sizes;
 use super::{Catch, Drawing, Finder, Id, Layer, Thing};
 use crate::units::Length;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Gaps wider than this are not looked for.
 pub const WINDOW: Length = Length::from_um(2_000);
 /// What is nearer than this touches.
 const TOUCH_NM: i64 = 1;
+/// Nets of so many are walked before larger ones.
+const SMALL: usize = 64;
 
 /// The smallest of each kind; none where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,8 +40,10 @@ pub struct Smallest {
 pub struct Figures {
     /// What is near to what, by nanometres.
     pairs: BTreeMap<Catch, BTreeMap<Catch, i64>>,
-    /// The net of what is copper, by the first of those in it.
-    nets: BTreeMap<Catch, Catch>,
+    /// The number of the net of what is copper.
+    nets: BTreeMap<Catch, u32>,
+    /// The next net has this number.
+    next: u32,
     /// What is near to copper of another net, the nearest first.
     gaps: BTreeSet<(i64, Catch, Catch)>,
     sizes: Sizes,
@@ -69,7 +73,7 @@ impl Figures {
 
     /// Measures anew what has another body; `finder` has followed already.
     pub fn update(&mut self, drawing: &Drawing, finder: &Finder, moved: &BTreeSet<Catch>) {
-        // Whose net may be another one: what moved, what touched it, what shares a plated hole with it.
+        // Whose net may be another one: what moved, what touched it or touches it now, what shares a node with it.
         let mut seeds = moved.clone();
         let drawn =
             moved.iter().filter_map(|catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None });
@@ -77,10 +81,13 @@ impl Figures {
         seeds.extend(nodes.into_iter().flat_map(|node| drawing.hanging(node)).map(Catch::Drawn));
         for one in moved {
             seeds.extend(self.leave(*one));
+            self.nets.remove(one);
         }
         for one in moved {
             self.measure(drawing, finder, *one);
         }
+        seeds.extend(moved.iter().flat_map(|one| self.touching(*one)));
+        seeds.retain(|one| copper(drawing, finder, *one).is_some() && finder.body(*one).is_some());
         let mut changed = self.walk(drawing, finder, seeds);
         changed.extend(moved);
         for one in changed {
@@ -120,34 +127,69 @@ impl Figures {
         }
     }
 
-    /// Walks the nets of `seeds` anew. Gives what is of another net than before.
+    /// What touches `one`.
+    fn touching(&self, one: Catch) -> impl Iterator<Item = Catch> + '_ {
+        let near = self.pairs.get(&one).into_iter().flatten();
+        near.filter(|(_, gap)| **gap <= TOUCH_NM).map(|(other, _)| *other)
+    }
+
+    /// Gives the nets of `seeds` their numbers anew. Gives what is of another net than before.
     fn walk(&mut self, drawing: &Drawing, finder: &Finder, seeds: BTreeSet<Catch>) -> BTreeSet<Catch> {
-        let (mut walked, mut changed) = (BTreeSet::new(), BTreeSet::new());
-        for seed in seeds {
-            if walked.contains(&seed) {
-                continue;
-            }
-            if copper(drawing, finder, seed).is_none() || finder.body(seed).is_none() {
-                self.nets.remove(&seed);
-                continue;
-            }
-            let (mut net, mut open) = (BTreeSet::from([seed]), vec![seed]);
-            while let Some(one) = open.pop() {
-                let touching =
-                    self.pairs.get(&one).into_iter().flatten().filter(|(_, gap)| **gap <= TOUCH_NM);
-                let through = through_holes(drawing, finder, one);
-                let found = touching.map(|(other, _)| *other).chain(through);
-                open.extend(found.filter(|other| net.insert(*other)));
-            }
-            let first = net.first().copied().unwrap_or(seed);
-            for one in &net {
-                if self.nets.insert(*one, first) != Some(first) {
-                    changed.insert(*one);
+        let (mut open, mut changed, mut taken) = (seeds, BTreeSet::new(), BTreeSet::new());
+        // The large nets come last: where all that is left is found in one of them, the rest of it is as it was.
+        for most in [SMALL, usize::MAX] {
+            for seed in open.clone() {
+                if !open.contains(&seed) {
+                    continue;
                 }
+                let Some((net, mut numbers)) = self.around(drawing, finder, seed, (&open, &taken), most)
+                else {
+                    continue;
+                };
+                open.retain(|one| !net.contains(one));
+                for other in open.iter().filter_map(|one| self.nets.get(one)).chain(&taken) {
+                    numbers.remove(other);
+                }
+                let number = numbers.first().copied().unwrap_or_else(|| {
+                    self.next += 1;
+                    self.next
+                });
+                taken.insert(number);
+                changed.extend(net.into_iter().filter(|one| self.nets.insert(*one, number) != Some(number)));
             }
-            walked.append(&mut net);
         }
         changed
+    }
+
+    /// What is joined with `seed`, and the numbers that it had: all of it; or as far as all of `open` is found in it and it has
+    /// one number that is not taken. None where it is more than `most`.
+    fn around(
+        &self,
+        drawing: &Drawing,
+        finder: &Finder,
+        seed: Catch,
+        (open, taken): (&BTreeSet<Catch>, &BTreeSet<u32>),
+        most: usize,
+    ) -> Option<(BTreeSet<Catch>, BTreeSet<u32>)> {
+        let number = |one: &Catch| self.nets.get(one).copied();
+        let (mut net, mut numbers) = (BTreeSet::from([seed]), BTreeSet::from_iter(number(&seed)));
+        let (mut next, mut unmet) = (VecDeque::from([seed]), open.len().saturating_sub(1));
+        while let Some(one) = next.pop_front() {
+            if unmet == 0 && numbers.len() == 1 && numbers.is_disjoint(taken) {
+                break;
+            }
+            for other in self.touching(one).chain(through_holes(drawing, finder, one)) {
+                if net.insert(other) {
+                    numbers.extend(number(&other));
+                    unmet -= usize::from(open.contains(&other));
+                    next.push_back(other);
+                }
+            }
+            if net.len() > most {
+                return None;
+            }
+        }
+        Some((net, numbers))
     }
 
     /// The pairs of `one` go among the gaps, or out of them.

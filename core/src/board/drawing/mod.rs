@@ -231,14 +231,6 @@ impl Thing {
         one.into_iter().chain(two)
     }
 
-    /// The node of its middle, if it has one.
-    const fn middle(&self) -> Option<Id> {
-        match self {
-            Self::Pad { node, .. } | Self::Hole { node, .. } => Some(*node),
-            _ => None,
-        }
-    }
-
     /// Where its copper is, if it is copper or an edge.
     pub const fn layer(&self) -> Option<Layer> {
         match self {

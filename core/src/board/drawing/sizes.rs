@@ -12,8 +12,8 @@ type Order = BTreeSet<(Length, Id)>;
 /// What is known of one thing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Known {
-    /// The node of a pad or a hole.
-    node: Option<Id>,
+    /// The nodes that it hangs on.
+    nodes: [Option<Id>; 2],
     track: Option<Length>,
     hole: Option<Length>,
     ring: Option<Length>,
@@ -32,11 +32,11 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// Follows the drawing: only these were touched. Gives the nodes of pads and holes among them, now and before.
+    /// Follows the drawing: only these were touched. Gives the nodes that they hang on, now and before.
     pub(super) fn update(&mut self, drawing: &Drawing, touched: &BTreeSet<Id>) -> BTreeSet<Id> {
-        let was = touched.iter().filter_map(|id| self.known.get(id)?.node);
-        let is = touched.iter().filter_map(|id| drawing.thing(*id).and_then(Thing::middle));
-        let nodes: BTreeSet<Id> = was.chain(is).collect();
+        let was = touched.iter().filter_map(|id| self.known.get(id)).flat_map(|known| known.nodes);
+        let is = touched.iter().filter_map(|id| drawing.thing(*id)).flat_map(Thing::nodes);
+        let nodes: BTreeSet<Id> = was.flatten().chain(is).collect();
         // A pad that is another one leaves another ring around the holes on its node.
         let beside = nodes.iter().flat_map(|node| drawing.hanging(*node));
         for id in touched.iter().copied().chain(beside).collect::<BTreeSet<Id>>() {
@@ -68,11 +68,13 @@ impl Sizes {
 fn known(drawing: &Drawing, id: Id) -> Option<Known> {
     let none = Known::default();
     Some(match drawing.thing(id)? {
-        Thing::Track { width, layer, .. } if *layer != Layer::Edge => Known { track: Some(*width), ..none },
-        Thing::Pad { node, .. } => Known { node: Some(*node), ..none },
+        Thing::Track { from, to, width, layer } if *layer != Layer::Edge => {
+            Known { nodes: [Some(*from), Some(*to)], track: Some(*width), ..none }
+        }
+        Thing::Pad { node, .. } => Known { nodes: [Some(*node), None], ..none },
         Thing::Hole { node, diameter, .. } => {
             let ring = ring(drawing, *node, *diameter);
-            Known { node: Some(*node), hole: Some(*diameter), ring, ..none }
+            Known { nodes: [Some(*node), None], hole: Some(*diameter), ring, ..none }
         }
         _ => return None,
     })

@@ -372,7 +372,7 @@ fn the_smallest_figures_follow_every_edit() {
     let mut history = History::new(drawing);
     let node = history.now().node_at(first).unwrap();
     let mut chance = Chance::new(3);
-    for _ in 0..200 {
+    for _ in 0..600 {
         let edit = if chance.below(3) == 0 {
             moved(history.now(), &set(&[node]), mm(chance.between(-0.3, 0.3), chance.between(-0.3, 0.3)))
         } else {
@@ -389,6 +389,37 @@ fn the_smallest_figures_follow_every_edit() {
         let all = Figures::new(history.now(), &anew);
         assert_eq!(figures.smallest(), all.smallest());
         assert_eq!(figures.smallest().gap.map(|(gap, ..)| gap), looked_for(history.now(), &anew));
+    }
+}
+
+#[test]
+fn what_a_plated_hole_joined_is_apart_without_its_track() {
+    // Above, a track to the node of a plated hole; below, one from there: gone, and what it led to is another net.
+    let mut history = History::new(Drawing::named(""));
+    let via = End::At(mm(5.0, 5.0));
+    let far = (End::At(mm(5.0, 9.0)), End::At(mm(9.0, 9.0)));
+    let steps: [&dyn Fn(&Drawing) -> Edit; 5] = [
+        &|drawing| track(drawing, far, um(300), Layer::Bottom).0,
+        &|drawing| hole(drawing, via, um(600), true),
+        &|drawing| track(drawing, (via, far.0), um(300), Layer::Bottom).0,
+        &|drawing| pad(drawing, via, (PadShape::Circle, um(1_000)), None, Layer::Top),
+        &|drawing| pad(drawing, End::At(mm(6.5, 5.0)), (PadShape::Circle, um(1_000)), None, Layer::Both),
+    ];
+    for step in steps {
+        let edit = step(history.now());
+        history.make(&edit).unwrap();
+    }
+    let mut finder = Finder::new(history.now(), Arc::default());
+    let mut figures = Figures::new(history.now(), &finder);
+    let mut tracks = all(history.now(), "track");
+    tracks.extend(all(history.now(), "hole"));
+    for id in tracks {
+        let touched = history.make(&removed(history.now(), &set(&[id]))).unwrap();
+        let moved = finder.update(history.now(), &touched);
+        figures.update(history.now(), &finder, &moved);
+        let anew = Figures::new(history.now(), &finder);
+        assert_eq!(figures.smallest(), anew.smallest());
+        assert_eq!(figures.smallest().gap.map(|(gap, ..)| gap), looked_for(history.now(), &finder));
     }
 }
 
