@@ -12,7 +12,9 @@
 use super::cam_files::{self, Written};
 use super::cures::Curing;
 use super::export::{self, Target};
-use super::findings::{finding_lines, finding_object, groups_object, kinds_accepted, unread, whole_lines, whole_object};
+use super::findings::{
+    finding_lines, finding_object, groups_object, kinds_accepted, unread, whole_lines, whole_object,
+};
 use super::saving;
 use super::{Answer, Exit, ReadingArgs, Refusal, diagnostic_lines, diagnostic_objects, rounded, tool_object};
 use crate::cli::job::{self, Whole};

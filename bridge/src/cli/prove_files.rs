@@ -8,9 +8,7 @@
 //! Comes in: the board, the job that lays it, programs and files. Goes out: what they do to copper and holes. Does not know how
 //! the files were made.
 
-use super::findings::{
-    finding_lines, finding_object, groups_object, unread, whole_lines, whole_object,
-};
+use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, Face};

@@ -116,7 +116,7 @@ impl Line {
             }
             Ask::Arm { job, from_leg } => {
                 return vec![Asked::Arm { job, from_leg, ticket: self.tickets.now() }];
-            },
+            }
             ask => {
                 let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
                 let (reply, answer) = channel();

@@ -111,7 +111,8 @@ fn gains(waits: Memo<bool>) -> impl IntoView {
         desk.timed
             .with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| timed.holes.to_string()))
     };
-    let changes = move || desk.job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
+    let changes =
+        move || desk.job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
     section().class("block").attr("aria-label", t!("page.plan.travel")).child((
         header().child(h2().child(t!("page.plan.travel"))),
         move || waits.get().then(|| p().child(t!("page.plan.waits"))),
