@@ -8,6 +8,7 @@
 //! Comes in: the open document, as it changes; wishes. Goes out: requests, files to save. Does not know how a drawing is read:
 //! the worker writes it as Gerber and Excellon and reads these.
 
+use super::lying::over_files;
 use super::{Draw, Editor, kept};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToRead};
@@ -16,7 +17,7 @@ use crate::model::planning::{OnTheWay, Wanted};
 use crate::model::{Document, Effect, Lane, Model, files, frame};
 use crate::said::{Text, key};
 use annulus_core::artwork;
-use annulus_core::board::drawing::{self, Drawing, History, Thing};
+use annulus_core::board::drawing;
 use annulus_core::project::saved::Said;
 use std::sync::Arc;
 
@@ -89,7 +90,7 @@ impl Draw {
     }
 
     /// Nothing of files is in the editor.
-    fn forget_files(&mut self) {
+    pub(super) fn forget_files(&mut self) {
         self.with_board.traced = false;
         self.with_board.tracing = None;
         self.set_imported(Arc::default());
@@ -105,36 +106,6 @@ impl Draw {
         if self.with_board.used == Some(changes) {
             self.with_board.used = Some(self.editor.changes());
         }
-    }
-}
-
-/// How a drawing lies to the open board.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Lying {
-    /// Over its files.
-    over: bool,
-    /// It was made of the drawing, and of its last state.
-    used: Option<bool>,
-}
-
-/// How the drawing under work lies to the open board.
-pub(super) fn lying(draw: &Draw) -> Lying {
-    let WithBoard { over, used, .. } = draw.with_board;
-    Lying { over, used: used.map(|used| used == draw.editor.changes()) }
-}
-
-/// The drawing lies as it did before another one came in its place.
-pub(super) fn lie_as_before(draw: &mut Draw, Lying { over, used }: Lying) {
-    draw.with_board.over = over;
-    let changes = draw.editor.changes();
-    draw.with_board.used = used.map(|used| if used { changes } else { changes.wrapping_sub(1) });
-}
-
-/// Another drawing comes, which lies over the open files only where it speaks of files.
-pub(super) fn lie_by_itself(draw: &mut Draw, next: &History) {
-    draw.with_board.over = over_files(next.now());
-    if !draw.with_board.over {
-        draw.forget_files();
     }
 }
 
@@ -217,10 +188,6 @@ fn other_files(model: &mut Model, now: &Document) -> Vec<Effect> {
             if of_before { kept::put_aside(model) } else { Vec::new() }
         }
     }
-}
-
-fn over_files(drawing: &Drawing) -> bool {
-    drawing.things().any(|(_, entry)| matches!(entry.thing, Thing::Imported { .. }))
 }
 
 /// The person leaves the editor for the board: it is made of the drawing, unless it is another one's.

@@ -7,7 +7,7 @@
 //!
 //! Comes in: the drawing, as it changes; what the store says. Goes out: what to write and to take. Does not know the store.
 
-use super::board;
+use super::lying;
 use crate::model::{DrawEvent, Effect, Event, Model, ToastAct, frame};
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{self, History};
@@ -58,7 +58,7 @@ struct Before {
     of: u32,
     history: History,
     place: Option<u32>,
-    with_board: board::Lying,
+    with_board: lying::Lying,
 }
 
 /// Looks once for what was kept.
@@ -146,7 +146,7 @@ pub(super) fn opened(model: &mut Model, place: Option<u32>, text: Option<String>
     };
     let offered = !untouched(model);
     let mut effects = put_aside(model);
-    board::lie_by_itself(&mut model.draw, &history);
+    lying::lie_by_itself(&mut model.draw, &history);
     effects.extend(put_on(model, history, place));
     if offered {
         effects.push(offer_back(model));
@@ -175,7 +175,7 @@ pub(super) fn back(model: &mut Model) -> Vec<Effect> {
     };
     let mut effects = put_aside(model);
     effects.extend(put_on(model, history, place));
-    board::lie_as_before(&mut model.draw, with_board);
+    lying::lie_as_before(&mut model.draw, with_board);
     effects
 }
 
@@ -192,7 +192,7 @@ fn put_on(model: &mut Model, history: History, place: Option<u32>) -> Option<Eff
 
 /// The drawing is kept as it is; what comes in its place is empty and gets a place of its own.
 pub(super) fn put_aside(model: &mut Model) -> Vec<Effect> {
-    let with_board = board::lying(&model.draw);
+    let with_board = lying::lying(&model.draw);
     model.draw.with_board.used = None;
     if untouched(model) {
         model.draw.kept.before = None;

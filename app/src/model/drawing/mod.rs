@@ -11,6 +11,7 @@
 
 mod board;
 mod kept;
+mod lying;
 
 pub use board::{Export, Using};
 pub(super) use board::{answered, follow};
