@@ -339,6 +339,7 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
         match key {
             "k" | "K" | "/" => return Some(Action::Palette),
             "s" | "S" => return Some(Action::Save),
+            "o" | "O" => return Some(Action::Open),
             _ => {}
         }
     }
@@ -366,7 +367,6 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     }
     if press.ctrl {
         return match (tab, key) {
-            (_, "o" | "O") => Some(Action::Open),
             (_, "u" | "U") => Some(Action::Units),
             (_, ",") => Some(Action::Show(Tab::Settings)),
             (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {

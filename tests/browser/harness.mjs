@@ -133,6 +133,8 @@ export async function openPage(browser, url, { width = 1440, height = 900, schem
     if (message.type() === "error") problems.push(message.text());
   });
   page.on("pageerror", (error) => problems.push(String(error)));
+  // Choosers are caught from the beginning: whoever waits for one and opens it at once may be too early otherwise.
+  page.on("filechooser", () => {});
   await page.goto(url);
   return { page, context, problems };
 }

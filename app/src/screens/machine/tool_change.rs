@@ -69,7 +69,7 @@ pub fn tool_change() -> impl IntoView {
             li().child(t!("page.change.check")),
         )),
         // Who only watches sees why Continue is not to be had, and how it can be.
-        move || (!line.may_act()).then(|| control(line)),
+        move || (asked.get() && !line.may_act()).then(|| control(line)),
     );
     let foot = (
         push("button", t!("page.change.later"), move |_| put_off.set(true)),
