@@ -174,7 +174,7 @@ const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut
 }
 
 /// Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
-pub const SHORTCUTS: [Shortcut; 73] = [
+pub const SHORTCUTS: [Shortcut; 75] = [
     shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), Action::Stop),
     shortcut(None, "Escape", key!("page.key.escape"), Action::Escape),
     shortcut(None, "0", key!("page.key.draw"), Action::Show(Tab::Draw)),
@@ -211,6 +211,8 @@ pub const SHORTCUTS: [Shortcut; 73] = [
     drawn("c", key!("page.key.draw_type"), DrawKey::Type(false)),
     drawn("@", key!("page.key.draw_type_by"), DrawKey::Type(true)),
     drawn("e", key!("page.key.draw_numbers"), DrawKey::Numbers),
+    drawn("F2", key!("page.key.draw_rename"), DrawKey::Rename),
+    drawn("h", key!("page.key.draw_dim"), DrawKey::Act(Act::Dim)),
     drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn(QUARTER_MDEG))),
     drawn("b", key!("page.key.draw_mirror"), DrawKey::Act(Act::Mirror { x: true })),
     drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Act(Act::Mirror { x: false })),

@@ -110,6 +110,7 @@ pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
         slots: board.slots.iter().map(slot).collect(),
         lines: Vec::new(),
         discs: board.holes.iter().map(disc).collect(),
+        wanted_mm: None,
     }
 }
 

@@ -75,11 +75,6 @@ impl Toolpaths {
     pub fn travel_mm(&self) -> f64 {
         self.travels.iter().map(|travel| apart(travel.a_mm, travel.b_mm)).sum::<f64>() + 0.0
     }
-
-    /// Length of all cuts, mm.
-    pub fn cut_mm(&self) -> f64 {
-        self.cuts.iter().map(|cut| apart(cut.a_mm, cut.b_mm)).sum::<f64>() + 0.0
-    }
 }
 
 fn apart(a: [f32; 2], b: [f32; 2]) -> f64 {
@@ -230,7 +225,8 @@ mod tests {
         assert!((found.cuts[0].width_mm - 0.3).abs() < 1e-6, "{}", found.cuts[0].width_mm);
         assert!(found.cuts.iter().all(|cut| cut.stop == 0 && cut.bit == 0));
         let length = 2.0 + 2.0 * std::f64::consts::PI;
-        assert!((found.cut_mm() - length).abs() < 0.05, "{}", found.cut_mm());
+        let cut: f64 = found.cuts.iter().map(|cut| apart(cut.a_mm, cut.b_mm)).sum();
+        assert!((cut - length).abs() < 0.05, "{cut}");
         let stops: Vec<_> = found.travels.iter().map(|travel| travel.stop).collect();
         assert_eq!(stops, [0, 1, 2], "to the way, to the hole, home");
         assert_eq!(found.toolpath_count(), 1);

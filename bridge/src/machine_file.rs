@@ -75,12 +75,16 @@ pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
     if path.is_file() {
         return load(&path).map(|machine| Known { machine, path });
     }
-    let mut known: Vec<_> = machine::presets().iter().map(|(name, _)| (*name).to_owned()).collect();
-    known.extend(names());
-    known.sort();
-    known.dedup();
-    let why = Diagnostic::error("machine.no_such").with("name", text).with("names", known.join(", "));
+    let why = Diagnostic::error("machine.no_such").with("name", text).with("names", words().join(", "));
     Err(Refusal::surroundings(why))
+}
+
+/// Every word that stands for a machine: presets, what people call them, and machine files of one's own; in order.
+pub(crate) fn words() -> Vec<String> {
+    let mut words: Vec<String> = machine::preset_words().map(str::to_owned).chain(names()).collect();
+    words.sort();
+    words.dedup();
+    words
 }
 
 /// The machine in the file `path`.

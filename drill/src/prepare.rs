@@ -168,7 +168,7 @@ fn note(code: &str) -> Diagnostic {
 }
 
 /// The job `bytes` prepared for the drill as it stands.
-pub fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, Diagnostic> {
+pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Result<Prepared, Diagnostic> {
     let machine = &context.machine;
     let program = program::decode(bytes)?;
     let plan = planned(program, machine)?;
@@ -180,7 +180,7 @@ pub fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, D
     for spindle in 0..machine.spindles.clamp(1, 6) as usize {
         zero[2 + spindle] = machine.z.scale.steps(machine.process.surface);
     }
-    let total_s = left_ticks.first().copied().unwrap_or(0) as f64 / TICK_HZ as f64;
+    let left_s = left_ticks.get(from_leg as usize).copied().unwrap_or(0) as f64 / TICK_HZ as f64;
     let mut checks = standing(context, plane);
     checks.push(if program.machine == machine.fingerprint() {
         row(Verdict::Pass, note("preflight.same_machine"))
@@ -201,28 +201,46 @@ pub fn prepare(key: &str, bytes: &[u8], context: &Context) -> Result<Prepared, D
         let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
         checks.push(row(Verdict::Warn, why));
     }
-    if let Some(bit) = program.bits.first() {
+    if let Some(bit) = bit_of_leg(program, from_leg as usize) {
         checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK))));
     }
     if !program.accepted.is_empty() {
         let codes = program.accepted.join(", ");
         checks.push(row(Verdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)));
     }
-    if let Some((other, ..)) = context.offer.as_ref().filter(|(offered, ..)| offered != key) {
-        let why = Diagnostic::warning("preflight.forgets").with("job", &other[..other.len().min(8)]);
-        checks.push(row(Verdict::Warn, why));
-    }
-    let holes = program.hole_count();
-    let words = if program.toolpath_count() > 0 { "preflight.time_milling" } else { "preflight.time" };
-    checks.push(row(
-        Verdict::Pass,
-        note(words)
-            .with("holes", holes)
-            .with("toolpaths", program.toolpath_count())
-            .with("seconds", total_s.round()),
-    ));
+    checks.extend(given_up(key, from_leg, context).map(|why| row(Verdict::Warn, why)));
+    checks.push(row(Verdict::Pass, rest(program, from_leg as usize, left_s)));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
+}
+
+/// What is given up when the job `key` begins at `from_leg`: another job that was broken off, or what is made of this one.
+fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
+    let (offered, next_leg, _) = context.offer.as_ref()?;
+    if offered != key {
+        return Some(Diagnostic::warning("preflight.forgets").with("job", &offered[..offered.len().min(8)]));
+    }
+    (from_leg == 0 && *next_leg > 0).then(|| Diagnostic::warning("preflight.anew"))
+}
+
+/// How much of the program there is to be done from `from_leg` on, and how long it takes.
+fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
+    let marks = || program.legs.iter().skip(from_leg).map(|leg| leg.mark);
+    let holes = marks().filter(|mark| matches!(mark, Mark::Hole(_))).count();
+    let toolpaths = marks().filter(|mark| matches!(mark, Mark::Toolpath(_))).count();
+    let words = if toolpaths > 0 { "preflight.time_milling" } else { "preflight.time" };
+    let whole_s = left_s.round() as u64;
+    let spent = note(words).with("holes", holes).with("toolpaths", toolpaths);
+    spent.with("minutes", whole_s / 60).with("seconds", whole_s % 60)
+}
+
+/// The bit that leg `leg` is made with; before any is put in, the first of the program.
+fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
+    let put_in = program.legs.iter().take(leg + 1).rev().find_map(|leg| match leg.mark {
+        Mark::ChangeBit(bit) => Some(bit as usize),
+        _ => None,
+    });
+    program.bits.get(put_in.unwrap_or(0))
 }
 
 /// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.

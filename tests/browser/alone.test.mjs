@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { after, before, test } from "node:test";
-import { data, downloaded, drillOnly, openBrowser, openPage, picture, root, startJob, tab, until } from "./harness.mjs";
+import { data, downloaded, drillOnly, openBrowser, openPage, picture, press, root, startJob, tab, until } from "./harness.mjs";
 
 const site = process.env.ANNULUS_SITE ?? join(root, "target/site");
 const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".svg": "image/svg+xml" };
@@ -146,8 +146,21 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
     const made = (await drilled(page)).length;
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal((await drilled(page)).length, made, "nothing was drilled after STOP");
+    // What is left is offered where the stop is told; its pre-flight counts the rest alone, and beginning anew is told as such.
+    const before = page.getByRole("dialog", { name: "Before the start" });
+    const holes = Number(await data(page, "holes"));
+    const planned = async (button) => {
+      await press(page, page.getByRole("button", { name: button }));
+      const row = before.getByText(/^\d+ holes? in about \d+ min \d+ s\.$/);
+      await row.waitFor();
+      const found = [Number((await row.textContent()).match(/^\d+/)[0]), await before.getByText(/made already/).count()];
+      await before.getByRole("button", { name: "Cancel" }).click();
+      return found;
+    };
+    assert.deepEqual(await planned(/Resume where it stopped/), [holes - made, 0]);
+    assert.deepEqual(await planned("Start…"), [holes, 1]);
     await page.getByRole("button", { name: "Close", exact: true }).click();
-    await page.getByRole("button", { name: /Resume at hole/ }).waitFor();
+    await page.getByRole("button", { name: /Resume where it stopped/ }).waitFor();
   } finally {
     await context.close();
     server.stop();
@@ -166,7 +179,7 @@ test("a page that is closed in mid-job is opened again, and the job goes on: no 
     const again = await context.newPage();
     await again.goto(`${server.url}?speed=20`);
     await tab(again, "Machine").click();
-    const offer = again.getByRole("button", { name: /Resume at hole/ });
+    const offer = again.getByRole("button", { name: /Resume where it stopped/ });
     await offer.waitFor();
     const other = await context.newPage();
     await other.goto(server.url);

@@ -8,7 +8,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { atRest, corpus, data, downloaded, findings, picture, planned, program, root, stand, until } from "./harness.mjs";
 
-const { fresh } = stand();
+const { fresh } = stand("none");
 
 /** Opens the sample and goes to its job, planned and proved. */
 async function job(page) {

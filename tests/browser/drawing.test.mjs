@@ -164,6 +164,65 @@ test("the example of the manual becomes a job that is planned", async () => {
   }
 });
 
+test("a drawing that is opened fills the picture, and the one before comes back", async () => {
+  const { page, context } = await draw();
+  try {
+    await page.keyboard.press("p");
+    await press(page, 20, 20);
+    await drawn(page, 3, "a pad");
+    await page.getByRole("button", { name: "Open the example" }).click();
+    await drawn(page, 87, "the example");
+    const middle = async () => ((await data(page, "centre")) ?? "").split(" ").map(Number);
+    await until(async () => {
+      const [x, y] = await middle();
+      return Math.abs(x - 21.59) < 1 && Math.abs(y - 12.7) < 1;
+    }, "the board of the example in the middle");
+    const box = await page.locator("canvas").first().boundingBox();
+    const [left] = await at(page, 0, 0);
+    const [right] = await at(page, 43.18, 0);
+    assert.ok(right - left > box.width * 0.7 && left > box.x && right < box.x + box.width, `${left} to ${right} in ${box.width}`);
+    await page.getByRole("button", { name: "Back to it" }).click();
+    await drawn(page, 3, "the pad");
+    await page.keyboard.press("Control+z");
+    await drawn(page, 0, "its edits");
+  } finally {
+    await context.close();
+  }
+});
+
+test("in the tree things go into groups and out of them, by pointer and by keys, and are renamed", async () => {
+  const { page, context } = await draw();
+  try {
+    await page.keyboard.press("o");
+    for (const x of [20, 40, 60]) await press(page, x, 20);
+    await drawn(page, 6, "three holes");
+    await page.keyboard.press("v");
+    await press(page, 20, 20);
+    await page.keyboard.press("Control+g");
+    const group = page.getByRole("option", { name: /Group 1/ });
+    await group.waitFor();
+    await page.keyboard.press("F2");
+    await page.keyboard.type("Corner");
+    await page.keyboard.press("Enter");
+    const corner = page.getByRole("option", { name: /Corner/ });
+    await corner.waitFor();
+    const hole = (x) => page.getByRole("option", { name: new RegExp(`^\\s*Hole .* ${x} 20$`) });
+    await hole(40).dragTo(corner);
+    const depth = (line) => line.evaluate((one) => Number.parseFloat(getComputedStyle(one).paddingInlineStart));
+    const top = await depth(hole(60));
+    await until(async () => (await depth(hole(40))) > top, "the hole in the group");
+    await hole(60).click();
+    await page.getByRole("listbox", { name: "Objects" }).focus();
+    await page.keyboard.press("Alt+ArrowRight");
+    await until(async () => (await depth(hole(60))) > top, "the other hole in the group");
+    await page.keyboard.press("Alt+ArrowLeft");
+    await until(async () => (await depth(hole(60))) === top, "out of it again");
+    assert.deepEqual(await findings(page), [], "Draw");
+  } finally {
+    await context.close();
+  }
+});
+
 for (const [width, height] of [[390, 844], [820, 1180], [1440, 900]]) {
   test(`the editor at ${width} is accessible and no wider than the window`, async () => {
     const { page, context } = await draw({ width, height, scheme: "light" });

@@ -8,7 +8,7 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 import { atRest, data, downloaded, findings, picture, planned, stand, until } from "./harness.mjs";
 
-const { fresh } = stand();
+const { fresh } = stand("none");
 const folder = mkdtempSync(join(tmpdir(), "annulus-groups-"));
 after(() => rmSync(folder, { recursive: true, force: true }));
 

@@ -10,7 +10,7 @@ import { after, before, test } from "node:test";
 import { atRest, data, drillOnly, openBrowser, openLinked, picture, planned, press, program, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let browser;
-before(async () => (browser = await openBrowser()));
+before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
 const SMALL = { width: 1024, height: 768 };

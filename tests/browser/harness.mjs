@@ -44,9 +44,10 @@ const common = [
   "--disable-background-networking",
   "--disable-component-update",
   "--disable-sync",
-  "--use-angle=swiftshader",
-  "--enable-unsafe-swiftshader",
 ];
+
+/** Flags under which WebGL2 draws in software. */
+const webgl2 = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 
 /** Flags under which WebGPU draws in software; without them the page falls back to WebGL2. */
 const webgpu = [
@@ -57,9 +58,12 @@ const webgpu = [
   "--use-vulkan=swiftshader",
 ];
 
-/** A browser; `gpu` is "webgpu" or "webgl2". */
+/** Flags by what draws; with "none" the page has a plain canvas, as on a computer whose graphics card is not trusted. */
+const GPUS = { webgpu: [...webgl2, ...webgpu], webgl2, none: ["--disable-gpu", "--disable-software-rasterizer"] };
+
+/** A browser in which "webgpu", "webgl2" or "none" draws. */
 export async function openBrowser(gpu = "webgl2") {
-  const args = gpu === "webgpu" ? [...common, ...webgpu] : common;
+  const args = [...common, ...GPUS[gpu]];
   return chromium.launch({ executablePath: process.env.ANNULUS_CHROMIUM ?? "/usr/bin/chromium", args });
 }
 
@@ -142,8 +146,8 @@ export async function openLinked(browser, bridge, options) {
   return openPage(browser, url, options);
 }
 
-/** One browser and one bridge for all tests of a file. */
-export function stand() {
+/** One browser and one bridge for all tests of a file. What is not about pictures takes half the time with no `gpu` at all. */
+export function stand(gpu = "webgl2") {
   const held = {
     browser: undefined,
     bridge: undefined,
@@ -158,7 +162,7 @@ export function stand() {
     },
   };
   before(async () => {
-    held.browser = await openBrowser();
+    held.browser = await openBrowser(gpu);
     held.bridge = await startBridge();
   });
   after(async () => {
@@ -252,12 +256,12 @@ export function picture(name) {
 export const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
 
 /** The screens, in the order of their keys. */
-export const SCREENS = ["Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
+export const SCREENS = ["Draw", "Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
 
 /** Goes to a screen by its key, whatever has the focus. */
 export async function show(page, screen) {
   await page.evaluate(() => document.activeElement?.blur());
-  await page.keyboard.press(String(SCREENS.indexOf(screen) + 1));
+  await page.keyboard.press(String(SCREENS.indexOf(screen)));
   await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
 }
 

@@ -5,7 +5,7 @@ import { after, before, test } from "node:test";
 import { data, findings, openBrowser, openPage, picture, startBridge, until } from "./harness.mjs";
 
 let browser;
-before(async () => (browser = await openBrowser()));
+before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
 const offer = (page) => page.getByText(/was open in this browser until/);

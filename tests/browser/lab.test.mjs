@@ -30,7 +30,7 @@ async function open(page, name) {
 
 for (const scheme of ["dark", "light"]) {
   test(`every sheet of the Lab is accessible, ${scheme}`, async () => {
-    const browser = await openBrowser();
+    const browser = await openBrowser("none");
     const { page, problems } = await lab(browser, { scheme });
     try {
       for (const name of sheets) {
@@ -75,7 +75,7 @@ for (const scheme of ["dark", "light"]) {
 }
 
 test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be applied", async () => {
-  const browser = await openBrowser();
+  const browser = await openBrowser("none");
   const { page, problems } = await lab(browser, {});
   try {
     await open(page, "Phases");
@@ -130,7 +130,7 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
 });
 
 test("motion by keyboard: what is typed changes the plot, wrong tables are refused with a reason", async () => {
-  const browser = await openBrowser();
+  const browser = await openBrowser("none");
   const { page, problems } = await lab(browser, {});
   try {
     await open(page, "Motion");
@@ -175,7 +175,7 @@ test("motion by keyboard: what is typed changes the plot, wrong tables are refus
 });
 
 test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is refused", async () => {
-  const browser = await openBrowser();
+  const browser = await openBrowser("none");
   const { page, problems } = await lab(browser, {});
   try {
     await open(page, "Queue");
@@ -228,7 +228,7 @@ test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is 
 });
 
 test("the queue runs on the machine by its buttons, and outputs are switched under a lease", async () => {
-  const browser = await openBrowser();
+  const browser = await openBrowser("none");
   const { page, problems } = await lab(browser, {});
   try {
     await open(page, "Queue");

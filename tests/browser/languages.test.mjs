@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { atRest, data, openPage, picture, stand, startBridge, until } from "./harness.mjs";
 
-const held = stand();
+const held = stand("none");
 
 const inPolish = (address) => address.replace("/#", "/?lang=pl#");
 const language = (page) => page.evaluate(() => document.documentElement.lang);

@@ -56,7 +56,7 @@ test("the screens are reached by their numbers, and no key starts anything", asy
     await page.getByRole("button", { name: /Sample board/ }).click();
     await page.getByText(/^Planned .* m,/).waitFor();
     for (const [number, screen] of SCREENS.entries()) {
-      await page.keyboard.press(String(number + 1));
+      await page.keyboard.press(String(number));
       await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
     }
     await page.keyboard.press("4");

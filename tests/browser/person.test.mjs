@@ -14,7 +14,7 @@ const SMALL = { width: 1024, height: 768 };
 /** A bridge, a browser and a page of one person. */
 async function begun(speed) {
   const bridge = await startBridge({ speed });
-  const browser = await openBrowser();
+  const browser = await openBrowser("none");
   const { page } = await openPage(browser, bridge.url, SMALL);
   const end = async () => {
     await browser.close();

@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { SCREENS, atRest, findings, picture, root, show, stand, tab, until } from "./harness.mjs";
 
-const { opened } = stand();
+const { opened } = stand("none");
 /** What sticks out of the window to the right and cannot be scrolled into it. */
 const cutOff = (page) =>
   page.evaluate(() => {

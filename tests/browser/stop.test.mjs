@@ -14,7 +14,7 @@ const EVERY = [256, 480, 768, 1200].flatMap((height) =>
   Array.from({ length: 28 }, (_, step) => [320 + step * 40, height]),
 );
 
-const held = stand();
+const held = stand("none");
 
 const { opened } = held;
 /** Where the one STOP is that can be pressed: an open dialog makes the rest of the page inert. */

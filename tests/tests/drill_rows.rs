@@ -39,6 +39,7 @@ fn every_quirk_makes_its_holes() {
         ("M97,TEXT\nX1.0Y1.0\n", "1,1", "drill.text_not_drilled"),
         ("T7\nX1.0Y1.0\n", "1,1", "drill.tool_without_diameter"),
         ("X99999.0Y1.0\nX1.0Y1.0\n", "1,1", "drill.out_of_range"),
+        ("ICI,ON\nX9000.0Y1.0\nX2000.0\nX-1000.0\n", "9000,1 8000,1", "drill.board_large"),
         ("X1.0Y1.0M30\n", "1,1", ""),
     ] {
         let end = if body.contains("M30") { "" } else { "M30\n" };

@@ -6,7 +6,7 @@
 use super::{Editor, GRIDS};
 use annulus_core::board::drawing::{
     Align, Catch, Drawing, Edit, Entry, Id, Imported, Layer, Thing, array, bounds, copied, grouped, pasted,
-    placed, put, removed, ungrouped,
+    placed, put, regrouped, removed, ungrouped,
 };
 use annulus_core::geometry::{Placement, Point};
 use annulus_core::units::Length;
@@ -59,6 +59,8 @@ pub enum Act {
     Snap,
     /// The next grid.
     NextGrid,
+    /// What lies on other layers than the one that is drawn on is faint, or is not: the other of the two.
+    Dim,
     /// Back by an edit, or on again.
     Undo(bool),
 }
@@ -154,6 +156,7 @@ impl Editor {
                 let next = GRIDS.into_iter().find(|grid| *grid > self.grid.step).unwrap_or(GRIDS[0]);
                 self.grid = super::Grid { on: true, step: next };
             }
+            Act::Dim => self.dim = !self.dim,
             Act::Undo(back) => {
                 self.leave();
                 self.step(back);
@@ -181,6 +184,16 @@ impl Editor {
             && self.make(&edit)
         {
             self.chosen = BTreeSet::from([Catch::Drawn(group)]);
+        }
+    }
+
+    /// What is chosen goes into `group`, or to the top; `id` alone where it is not among that.
+    pub fn regroup(&mut self, id: Option<Id>, group: Option<Id>) {
+        let alone = id.filter(|id| !self.chosen.contains(&Catch::Drawn(*id)));
+        let ids = alone.map_or_else(|| self.ids(), |id| BTreeSet::from([id]));
+        let edit = regrouped(self.drawing(), &ids, group);
+        if !edit.is_empty() && self.make(&edit) {
+            self.open.extend(group);
         }
     }
 

@@ -27,6 +27,8 @@ pub enum DrawKey {
     Side(bool),
     /// Go to the numbers of what is chosen.
     Numbers,
+    /// Go to the name of what is chosen.
+    Rename,
     /// Go to where places are typed; with the sign for places that count from the last one.
     Type(bool),
 }
@@ -70,6 +72,7 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
         ("v", true, false) => Some(DrawKey::Act(Act::Paste)),
         ("d", true, false) => Some(DrawKey::Act(Act::Duplicate)),
         ("a", true, false) => Some(DrawKey::Act(Act::All)),
+        ("m", true, true) => Some(DrawKey::Tool(Tool::Measure)),
         ("g", true, _) => Some(if shift { DrawKey::Act(Act::Ungroup) } else { DrawKey::Group }),
         (_, true, _) => None,
         ("r", _, _) => Some(DrawKey::Act(Act::Turn(if shift { -QUARTER_MDEG } else { QUARTER_MDEG }))),
@@ -84,7 +87,9 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
         ("d", ..) => Some(DrawKey::Tool(Tool::Measure)),
         ("m", ..) => Some(DrawKey::Move),
         ("g", ..) => Some(DrawKey::Act(Act::Snap)),
+        ("h", ..) => Some(DrawKey::Act(Act::Dim)),
         ("e", ..) => Some(DrawKey::Numbers),
+        ("f2", ..) => Some(DrawKey::Rename),
         ("c", ..) => Some(DrawKey::Type(false)),
         ("enter", ..) => Some(DrawKey::Place),
         ("end", ..) => Some(DrawKey::End),

@@ -2,7 +2,7 @@
 //!
 //! Comes in: an [`Editor`]. Goes out: [`Marks`], in mm from the zero point. Knows no colours.
 
-use super::pieces::{Sheet, fill, spot};
+use super::pieces::{CHORD_ERROR_MM, Sheet, fill, spot};
 use super::{Doing, Editor, Tool};
 use crate::view::Mesh;
 use annulus_core::board::drawing::{Body, Catch, Layer, Snap};
@@ -13,6 +13,8 @@ use std::sync::Arc;
 
 /// More things than these have no rim of their own when they are chosen.
 const MOST_RIMS: usize = 400;
+/// How far a chord may be from its arc where so many are chosen, in mm.
+const COARSE_MM: f64 = 0.03;
 
 /// What a mark means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,46 +46,58 @@ pub struct Mark {
     pub kind: Kind,
 }
 
-/// Everything that lies over the drawing.
+/// What is chosen, as it lies over the drawing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chosen {
+    /// Its rims.
+    pub rims: Vec<Mark>,
+    /// Its triangles.
+    pub mesh: Arc<Mesh>,
+    /// Holes of it, by their places in the sheet.
+    pub holes: Vec<usize>,
+}
+
+/// What follows the pointer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Marks {
     /// Strokes.
     pub strokes: Vec<Mark>,
-    /// The triangles of what is chosen.
-    pub chosen: Arc<Mesh>,
-    /// Holes that are chosen, by their places in the sheet.
-    pub holes: Vec<usize>,
     /// The cross-hair.
     pub cross: Option<[f32; 2]>,
 }
 
-impl Marks {
-    /// What is chosen, with its triangles.
-    pub fn of_chosen(&mut self, editor: &Editor, sheet: &Sheet) {
+impl Chosen {
+    /// What is chosen in `editor`.
+    pub fn new(editor: &Editor, sheet: &Sheet) -> Self {
+        if editor.chosen.is_empty() {
+            return Self::default();
+        }
         let drawing = editor.drawing();
         let drawn = drawing.leaves(&editor.ids()).into_iter().map(Catch::Drawn);
         let imported = editor.chosen.iter().copied().filter(|catch| matches!(catch, Catch::Imported(_)));
         let leaves: BTreeSet<Catch> = drawn.chain(imported).collect();
         let holes = sheet.holes.iter().enumerate().filter(|(_, hole)| leaves.contains(&hole.catch));
-        self.holes = holes.map(|(at, _)| at).collect();
-        let mut mesh = Mesh::default();
-        self.strokes = Vec::new();
+        let holes = holes.map(|(at, _)| at).collect();
+        let (mut mesh, mut rims) = (Mesh::default(), Vec::new());
+        let many = leaves.len() > MOST_RIMS;
+        let chord_mm = if many { COARSE_MM } else { CHORD_ERROR_MM };
         for catch in &leaves {
             let Some(body) = editor.finder().body(*catch) else { continue };
             if editor.finder().layer(drawing, *catch).is_some() {
-                fill(&mut mesh, body);
+                fill(&mut mesh, body, chord_mm);
             }
-            if leaves.len() <= MOST_RIMS {
-                rim(&mut self.strokes, body);
+            if !many {
+                rim(&mut rims, body);
             }
         }
-        self.chosen = Arc::new(mesh);
+        Self { rims, mesh: Arc::new(mesh), holes }
     }
+}
 
-    /// The same with what follows the pointer.
-    #[must_use]
-    pub fn with_aim(&self, editor: &Editor) -> Self {
-        let mut marks = self.clone();
+impl Marks {
+    /// What follows the pointer over `editor`.
+    pub fn new(editor: &Editor) -> Self {
+        let mut marks = Self::default();
         let aim = editor.aim.at();
         let line = |a: Point, b: Point, kind| Mark { a_mm: spot(a), b_mm: spot(b), width_mm: None, kind };
         match &editor.doing {

@@ -22,7 +22,7 @@ pub mod typed;
 
 pub use act::Act;
 pub use keys::DrawKey;
-pub use marks::Marks;
+pub use marks::{Chosen, Marks};
 pub use pieces::Sheet;
 pub use tools::{Doing, Pointer, Tool};
 
@@ -35,6 +35,7 @@ use annulus_core::units::Length;
 use pieces::Pieces;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use tree::Tree;
 
 /// The grids there are to choose from.
 pub const GRIDS: [Length; 6] = [
@@ -45,6 +46,9 @@ pub const GRIDS: [Length; 6] = [
     Length::from_um(1_270),
     Length::from_um(2_540),
 ];
+
+/// Of so many things under a held pointer the smallest figures are measured with every move, of more when it is let go.
+const LIVE: usize = 100;
 
 /// With what the next thing is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +99,7 @@ pub struct Editor {
     finder: Finder,
     figures: Figures,
     pieces: Pieces,
+    tree: Tree,
     /// What has another body since the figures were measured.
     unmeasured: BTreeSet<Catch>,
     /// Counts changes of the drawing.
@@ -111,6 +116,8 @@ pub struct Editor {
     pub pen: Pen,
     /// Where the pointer snaps to.
     pub grid: Grid,
+    /// What lies on other layers than the one that is drawn on is faint.
+    pub dim: bool,
     /// Where the tool aims.
     pub aim: Snap,
     /// What is being done.
@@ -136,13 +143,15 @@ impl Editor {
     pub fn new(history: History, imported: Arc<Vec<Imported>>) -> Self {
         let finder = Finder::new(history.now(), imported);
         let figures = Figures::new(history.now(), &finder);
-        let smallest = figures.smallest(history.now());
+        let smallest = figures.smallest();
         let pieces = Pieces::new(history.now(), &finder);
+        let tree = Tree::new(history.now(), &finder);
         Self {
             history,
             finder,
             figures,
             pieces,
+            tree,
             smallest,
             unmeasured: BTreeSet::new(),
             changes: 0,
@@ -151,6 +160,7 @@ impl Editor {
             tool: Tool::default(),
             pen: Pen::default(),
             grid: Grid { on: true, step: Length::from_um(500) },
+            dim: false,
             aim: Snap::Free(Point::default()),
             doing: Doing::Nothing,
             pressed: None,
@@ -167,6 +177,7 @@ impl Editor {
             pen: self.pen,
             grid: self.grid,
             tool: self.tool,
+            dim: self.dim,
             clip: self.clip.clone(),
             changes: self.changes + 1,
             ..Self::new(history, imported)
@@ -232,6 +243,9 @@ impl Editor {
             Ok(touched) => {
                 self.follow(&touched, false);
                 self.held = touched;
+                if self.unmeasured.len() <= LIVE {
+                    self.measure();
+                }
             }
             Err(why) => {
                 // What was made before is taken back all the same.
@@ -264,6 +278,7 @@ impl Editor {
         }
         let moved = self.finder.update(self.history.now(), touched);
         self.pieces.touch(&moved);
+        self.tree.update(self.history.now(), &self.finder, touched.iter().copied());
         self.unmeasured.extend(moved);
         self.changes = self.changes.wrapping_add(1);
         let (now, finder) = (self.history.now(), &self.finder);
@@ -281,7 +296,7 @@ impl Editor {
         }
         let moved = std::mem::take(&mut self.unmeasured);
         self.figures.update(self.history.now(), &self.finder, &moved);
-        self.smallest = self.figures.smallest(self.history.now());
+        self.smallest = self.figures.smallest();
     }
 
     /// The outermost group that a thing is in; itself where it is in none.

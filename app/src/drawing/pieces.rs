@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// Things in a piece.
 const PIECE: u32 = 256;
 /// How far a chord may be from its arc, in mm.
-const CHORD_ERROR_MM: f64 = 0.004;
+pub(super) const CHORD_ERROR_MM: f64 = 0.004;
 /// The layers that have triangles, the lowest first.
 const LAYERS: [Layer; 3] = [Layer::Bottom, Layer::Top, Layer::Edge];
 
@@ -43,6 +43,8 @@ pub struct Sheet {
     pub holes: Vec<Drilled>,
     /// Nodes.
     pub nodes: Vec<[f32; 2]>,
+    /// Middle lines of the board's edge: seen however narrow they are.
+    pub edges: Vec<[[f32; 2]; 2]>,
     /// Lower left and upper right corner.
     pub bounds_mm: Option<[[f32; 2]; 2]>,
 }
@@ -55,6 +57,7 @@ struct Piece {
     meshes: [Arc<Mesh>; 3],
     holes: Vec<Drilled>,
     nodes: Vec<[f32; 2]>,
+    edges: Vec<[[f32; 2]; 2]>,
     bounds_mm: Option<[[f32; 2]; 2]>,
 }
 
@@ -109,6 +112,7 @@ impl Pieces {
         for piece in self.pieces.values() {
             sheet.holes.extend_from_slice(&piece.holes);
             sheet.nodes.extend_from_slice(&piece.nodes);
+            sheet.edges.extend_from_slice(&piece.edges);
             sheet.bounds_mm = both(sheet.bounds_mm, piece.bounds_mm);
         }
         self.sheet = Arc::new(sheet);
@@ -133,8 +137,11 @@ fn piece((drawn, number): Key, drawing: &Drawing, finder: &Finder) -> Piece {
         piece.bounds_mm = both(piece.bounds_mm, Some([spot(bounds.min), spot(bounds.max)]));
         match (finder.layer(drawing, catch), body.points.first()) {
             (Some(layer), _) => {
+                if layer == Layer::Edge {
+                    piece.edges.extend(body.points.windows(2).map(|two| [spot(two[0]), spot(two[1])]));
+                }
                 let own = LAYERS.iter().zip(&mut meshes).filter(|(own, _)| layer.meets(**own));
-                own.for_each(|(_, mesh)| fill(mesh, body));
+                own.for_each(|(_, mesh)| fill(mesh, body, CHORD_ERROR_MM));
             }
             (None, Some(at)) if drawn && matches!(drawing.thing(Id(of)), Some(Thing::Node { .. })) => {
                 piece.nodes.push(spot(*at));
@@ -149,20 +156,20 @@ fn piece((drawn, number): Key, drawing: &Drawing, finder: &Finder) -> Piece {
     piece
 }
 
-/// Adds the triangles of a body.
-pub(super) fn fill(mesh: &mut Mesh, body: &Body) {
+/// Adds the triangles of a body, with chords so far from their arcs at most.
+pub(super) fn fill(mesh: &mut Mesh, body: &Body, chord_mm: f64) {
     let points: Vec<[f64; 2]> = body.points.iter().map(|at| [at.x.mm(), at.y.mm()]).collect();
     let radius = body.radius.mm();
     match points.as_slice() {
         [] => {}
         ring if body.closed => polygon(mesh, ring),
-        [at] => fan(mesh, &arc(*at, radius, 0.0, 2.0 * PI)),
+        [at] => fan(mesh, &arc(*at, radius, (0.0, 2.0 * PI), chord_mm)),
         [..] => {
             for pair in points.windows(2) {
                 let [a, b] = [pair[0], pair[1]];
                 let along = libm::atan2(b[1] - a[1], b[0] - a[0]);
-                let mut around = arc(b, radius, along - PI / 2.0, PI);
-                around.extend(arc(a, radius, along + PI / 2.0, PI));
+                let mut around = arc(b, radius, (along - PI / 2.0, PI), chord_mm);
+                around.extend(arc(a, radius, (along + PI / 2.0, PI), chord_mm));
                 fan(mesh, &around);
             }
         }
@@ -170,15 +177,16 @@ pub(super) fn fill(mesh: &mut Mesh, body: &Body) {
 }
 
 /// Points on an arc from one angle on over another.
-fn arc(at: [f64; 2], radius: f64, from: f64, over: f64) -> Vec<[f64; 2]> {
-    let bend = libm::acos((1.0 - CHORD_ERROR_MM / radius.max(CHORD_ERROR_MM)).clamp(-1.0, 1.0)).max(0.05);
+fn arc(at: [f64; 2], radius: f64, (from, over): (f64, f64), chord_mm: f64) -> Vec<[f64; 2]> {
+    let bend = libm::acos((1.0 - chord_mm / radius.max(chord_mm)).clamp(-1.0, 1.0)).max(0.05);
     let steps = (libm::ceil(over / (2.0 * bend)) as usize).clamp(4, 128);
     let whole = over >= 2.0 * PI;
-    let point = |step: usize| {
-        let angle = from + over * step as f64 / steps as f64;
-        [at[0] + radius * libm::cos(angle), at[1] + radius * libm::sin(angle)]
-    };
-    (0..steps + usize::from(!whole)).map(point).collect()
+    // Each is the one before turned by a step: sines are dear, and there are many points.
+    let (sin, cos) = libm::sincos(over / steps as f64);
+    let (y, x) = libm::sincos(from);
+    let turned = |[x, y]: &[f64; 2]| Some([x * cos - y * sin, x * sin + y * cos]);
+    let spokes = std::iter::successors(Some([x, y]), turned).take(steps + usize::from(!whole));
+    spokes.map(|[x, y]| [at[0] + radius * x, at[1] + radius * y]).collect()
 }
 
 /// The triangles of what is nowhere hollow.

@@ -1,30 +1,44 @@
 //! A drawing as a scene: layers, holes, marks, in their colours.
 //!
-//! Comes in: a [`Sheet`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero point is that
-//! of the drawing. Does not know who looks.
+//! Comes in: a [`Sheet`], what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero
+//! point is that of the drawing, and the lines over it. Does not know who looks.
 
 use super::marks::{Kind, Mark};
-use super::{Marks, Sheet};
+use super::{Chosen, Marks, Sheet};
 use crate::view::{Colour, Disc, Layer as Area, Line, Palette, Plate, Scene, State, UNORDERED, Width};
 use annulus_core::board::drawing::Layer;
 use annulus_core::units::Length;
 
 /// The sheet is at least so large, in mm.
 const LEAST_MM: [f32; 2] = [100.0, 80.0];
+/// So much is seen at least where all that is drawn is looked at, in mm.
+const WANTED_MM: f32 = 20.0;
 /// It ends at whole tens of mm, at least so far beside everything.
 const MARGIN_MM: f32 = 5.0;
 const ROUND_MM: f32 = 10.0;
 /// How much of its own colour has what lies on the other side.
 const FAR_SHARE: f32 = 0.5;
+/// The same where everything but the layer that is drawn on is faint.
+const DIM_SHARE: f32 = 0.15;
 
-/// The scene of a drawing; `front` is the side that lies in front.
-pub fn scene(sheet: &Sheet, marks: &Marks, front: Layer, palette: &Palette) -> Scene {
+/// The scene of a drawing; `front` is the side that lies in front, and all that is not on layer `only`, where that is said, is
+/// faint.
+pub fn scene(
+    sheet: &Sheet,
+    chosen: &Chosen,
+    (front, only): (Layer, Option<Layer>),
+    palette: &Palette,
+) -> Scene {
     let colour = |layer: Layer| own(layer, palette);
     let near = |layer: Layer| layer == front;
     let far = |layer: Layer| layer != front && layer != Layer::Edge;
     let seen = |layer: Layer| {
         let full = colour(layer);
-        if far(layer) { full.mixed(palette.plate, FAR_SHARE) } else { full }
+        match only {
+            Some(only) if !only.meets(layer) => full.mixed(palette.plate, DIM_SHARE),
+            None if far(layer) => full.mixed(palette.plate, FAR_SHARE),
+            _ => full,
+        }
     };
     let order: [&dyn Fn(Layer) -> bool; 3] = [&far, &near, &|layer| layer == Layer::Edge];
     let mut layers: Vec<Area> = Vec::with_capacity(sheet.areas.len() + 1);
@@ -32,8 +46,8 @@ pub fn scene(sheet: &Sheet, marks: &Marks, front: Layer, palette: &Palette) -> S
         let own = sheet.areas.iter().filter(|(layer, _)| wanted(*layer));
         layers.extend(own.map(|(layer, mesh)| Area { mesh: mesh.clone(), colour: seen(*layer) }));
     }
-    if !marks.chosen.triangles.is_empty() {
-        layers.push(Area { mesh: marks.chosen.clone(), colour: palette.selected.alpha(110) });
+    if !chosen.mesh.triangles.is_empty() {
+        layers.push(Area { mesh: chosen.mesh.clone(), colour: palette.selected.alpha(110) });
     }
     let mut sizes: Vec<Length> = sheet.holes.iter().map(|hole| hole.diameter).collect();
     sizes.sort_unstable();
@@ -45,20 +59,22 @@ pub fn scene(sheet: &Sheet, marks: &Marks, front: Layer, palette: &Palette) -> S
         state: State::Planned,
         order: UNORDERED,
     };
+    let node = |at: &[f32; 2]| line(*at, *at, Width::Px(4.0), palette.silk.alpha(150));
+    let nodes = sheet.nodes.iter().map(node);
+    let edges = sheet.edges.iter().map(|[a, b]| line(*a, *b, Width::Px(1.25), seen(Layer::Edge)));
     Scene {
         plate: Some(plate(sheet.bounds_mm)),
         layers,
-        lines: lines(sheet, marks, palette),
+        lines: edges.chain(nodes).chain(chosen.rims.iter().map(|mark| stroke(mark, palette))).collect(),
         discs: sheet.holes.iter().map(disc).collect(),
+        wanted_mm: sheet.bounds_mm.map(wanted),
         ..Scene::default()
     }
 }
 
-/// What changes with every move of the pointer: nodes and marks.
-pub fn lines(sheet: &Sheet, marks: &Marks, palette: &Palette) -> Vec<Line> {
-    let node = |at: &[f32; 2]| line(*at, *at, Width::Px(4.0), palette.silk.alpha(150));
-    let nodes = sheet.nodes.iter().map(node);
-    nodes.chain(marks.strokes.iter().map(|mark| stroke(mark, palette))).collect()
+/// What changes with every move of the pointer.
+pub fn over(marks: &Marks, palette: &Palette) -> Vec<Line> {
+    marks.strokes.iter().map(|mark| stroke(mark, palette)).collect()
 }
 
 fn own(layer: Layer, palette: &Palette) -> Colour {
@@ -83,6 +99,12 @@ fn stroke(mark: &Mark, palette: &Palette) -> Line {
         Kind::Middle => (7.0, palette.current.alpha(160)),
     };
     line(mark.a_mm, mark.b_mm, mark.width_mm.map_or(Width::Px(px), Width::Mm), colour)
+}
+
+/// All that is drawn with some room around it, however small it is.
+fn wanted([low, high]: [[f32; 2]; 2]) -> [[f32; 2]; 2] {
+    let room = |axis: usize| (WANTED_MM - (high[axis] - low[axis])).max(0.0) / 2.0 + 1.0;
+    [[low[0] - room(0), low[1] - room(1)], [high[0] + room(0), high[1] + room(1)]]
 }
 
 fn plate(bounds_mm: Option<[[f32; 2]; 2]>) -> Plate {

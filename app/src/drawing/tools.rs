@@ -369,13 +369,34 @@ impl Editor {
     pub fn nudge(&mut self, (x, y): (i8, i8), step: Length) {
         let by = Point::new(step * i64::from(x), step * i64::from(y));
         if self.tool == Tool::Select && !self.chosen.is_empty() {
-            let edit = super::act::moved(self.drawing(), &self.ids(), &self.of_files(), by);
-            self.make(&edit);
-            return;
+            return self.shift(by);
         }
         let at = self.aim.at();
         let to = Point::new(at.x + by.x, at.y + by.y);
         self.aim_at(to);
+    }
+
+    /// What is chosen goes by so much.
+    fn shift(&mut self, by: Point) {
+        let edit = super::act::moved(self.drawing(), &self.ids(), &self.of_files(), by);
+        self.make(&edit);
+    }
+
+    /// A typed place: the tool places there. Where it selects, what is chosen goes by as much as the cross-hair does, if it was
+    /// said by how much, or if the cross-hair stands on it.
+    pub fn go(&mut self, to: Point, by: bool) {
+        let from = self.aim.at();
+        let (ids, drawing) = (self.ids(), self.drawing());
+        let on = |at: Option<Point>| at == Some(from);
+        let stands = drawing.nodes_of(&ids).into_iter().any(|node| on(drawing.at(node)))
+            || self.chosen.iter().any(|catch| on(self.place_of(*catch)));
+        if self.tool == Tool::Select && (by || stands) && !self.chosen.is_empty() {
+            self.shift(Point::new(to.x - from.x, to.y - from.y));
+        }
+        self.aim_at(to);
+        if self.tool != Tool::Select {
+            self.place();
+        }
     }
 
     /// The cross-hair stands at `at`.

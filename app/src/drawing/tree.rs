@@ -1,25 +1,40 @@
 //! The tree of a drawing as lines: groups with what is in them to any depth, then tracks, pads, holes, nodes.
 //!
-//! Comes in: an [`Editor`]. Goes out: [`TreeRow`]s from above to below; what is in a closed group is not among them. Knows no
-//! words.
+//! ```text
+//!  touched ─▶ Tree: things by (group, rank, id) ─▶ rows: those at the top, and those in open groups
+//! ```
+//!
+//! Comes in: an [`Editor`], what an edit touched. Goes out: [`TreeRow`]s from above to below; what is in a closed group is not
+//! among them. A line that nothing touched is the same as before. Knows no words.
 
 use super::Editor;
-use annulus_core::board::drawing::{Catch, Drawing, Id, Thing};
+use annulus_core::board::drawing::{Catch, Drawing, Finder, Id, Thing};
 use annulus_core::geometry::Point;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-/// A line of the tree.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TreeRow {
+/// A thing as the tree shows it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Item {
     /// The thing.
     pub id: Id,
     /// As what it is chosen: an object of a file is chosen as such.
     pub catch: Catch,
-    /// In how many groups it lies.
-    pub depth: usize,
+    /// The group it belongs to; none at the top.
+    pub group: Option<Id>,
     /// What it is.
     pub thing: Thing,
     /// Where it is; both ends of a track.
     pub at: (Option<Point>, Option<Point>),
+}
+
+/// A line of the tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TreeRow {
+    /// What it shows.
+    pub item: Arc<Item>,
+    /// In how many groups it lies.
+    pub depth: usize,
     /// Whether the group is open; none where it is no group.
     pub open: Option<bool>,
 }
@@ -27,11 +42,76 @@ pub struct TreeRow {
 /// Lines of groups within groups deeper than this are not shown.
 const DEEPEST: usize = 64;
 
+/// Where a thing lies in the tree: its group, its rank there, itself.
+type Place = (Option<Id>, u8, Id);
+
+/// Everything in the order of the tree.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tree {
+    items: BTreeMap<Place, Arc<Item>>,
+    places: BTreeMap<Id, Place>,
+}
+
+impl Tree {
+    /// All of a drawing.
+    pub(super) fn new(drawing: &Drawing, finder: &Finder) -> Self {
+        let mut tree = Self::default();
+        tree.update(drawing, finder, drawing.things().map(|(id, _)| id));
+        tree
+    }
+
+    /// Follows the drawing: only these were touched.
+    pub(super) fn update(
+        &mut self,
+        drawing: &Drawing,
+        finder: &Finder,
+        touched: impl IntoIterator<Item = Id>,
+    ) {
+        for id in touched {
+            if let Some(place) = self.places.remove(&id) {
+                self.items.remove(&place);
+            }
+            let Some(entry) = drawing.get(id) else { continue };
+            let place = (entry.group, rank(&entry.thing), id);
+            let (catch, thing) = (catch_of(finder, id, &entry.thing), entry.thing.clone());
+            let at = places(drawing, &thing);
+            self.items.insert(place, Arc::new(Item { id, catch, group: entry.group, thing, at }));
+            self.places.insert(id, place);
+        }
+    }
+
+    fn level(&self, group: Option<Id>, depth: usize, open: &BTreeSet<Id>, rows: &mut Vec<TreeRow>) {
+        let level = (group, u8::MIN, Id(u32::MIN))..=(group, u8::MAX, Id(u32::MAX));
+        for item in self.items.range(level).map(|(_, item)| item) {
+            let is_group = matches!(item.thing, Thing::Group { .. });
+            let is_open = is_group.then(|| open.contains(&item.id));
+            rows.push(TreeRow { item: item.clone(), depth, open: is_open });
+            if is_open == Some(true) && depth < DEEPEST {
+                self.level(Some(item.id), depth + 1, open, rows);
+            }
+        }
+    }
+}
+
 /// Every line.
 pub fn rows(editor: &Editor) -> Vec<TreeRow> {
     let mut rows = Vec::new();
-    level(editor, editor.drawing().top(), 0, &mut rows);
+    editor.tree.level(None, 0, &editor.open, &mut rows);
     rows
+}
+
+/// Where what is chosen goes from its group by a key: into the nearest other group, those above first, or out to what its own
+/// lies in. None where there is no such place.
+pub fn beside(editor: &Editor, rows: &[TreeRow], into: bool) -> Option<Option<Id>> {
+    let chosen = |row: &TreeRow| editor.chosen.contains(&row.item.catch);
+    let at = rows.iter().position(chosen)?;
+    let own = rows.get(at)?.item.group;
+    if !into {
+        return own.map(|own| editor.drawing().get(own).and_then(|entry| entry.group));
+    }
+    let (above, below) = rows.split_at(at);
+    let fits = |row: &&TreeRow| row.open.is_some() && !chosen(row) && Some(row.item.id) != own;
+    above.iter().rev().chain(below).find(fits).map(|row| Some(row.item.id))
 }
 
 /// Groups first, then what is drawn, nodes last.
@@ -46,27 +126,6 @@ fn rank(thing: &Thing) -> u8 {
     }
 }
 
-fn level(editor: &Editor, ids: impl Iterator<Item = Id>, depth: usize, rows: &mut Vec<TreeRow>) {
-    let drawing = editor.drawing();
-    let mut own: Vec<(u8, Id)> = ids.filter_map(|id| Some((rank(drawing.thing(id)?), id))).collect();
-    own.sort_unstable();
-    for (_, id) in own {
-        let Some(thing) = drawing.thing(id) else { continue };
-        let is_group = matches!(thing, Thing::Group { .. });
-        let open = is_group.then(|| editor.open.contains(&id));
-        let (catch, at) = (editor.catch_of(id), places(drawing, thing));
-        rows.push(TreeRow { id, catch, depth, thing: thing.clone(), at, open });
-        if open == Some(true) && depth < DEEPEST {
-            level(editor, members(drawing, id), depth + 1, rows);
-        }
-    }
-}
-
-/// What is in a group.
-fn members(drawing: &Drawing, group: Id) -> impl Iterator<Item = Id> + '_ {
-    drawing.hanging(group)
-}
-
 fn places(drawing: &Drawing, thing: &Thing) -> (Option<Point>, Option<Point>) {
     match thing {
         Thing::Node { at } | Thing::Imported { at, .. } => (Some(*at), None),
@@ -76,15 +135,19 @@ fn places(drawing: &Drawing, thing: &Thing) -> (Option<Point>, Option<Point>) {
     }
 }
 
+fn catch_of(finder: &Finder, id: Id, thing: &Thing) -> Catch {
+    match thing {
+        Thing::Imported { file, object, .. } => {
+            finder.imported_at(file, *object).map_or(Catch::Drawn(id), Catch::Imported)
+        }
+        _ => Catch::Drawn(id),
+    }
+}
+
 impl Editor {
     /// What a line of the tree stands for: an object of a file is chosen as such.
     pub fn catch_of(&self, id: Id) -> Catch {
-        match self.drawing().thing(id) {
-            Some(Thing::Imported { file, object, .. }) => {
-                self.finder().imported_at(file, *object).map_or(Catch::Drawn(id), Catch::Imported)
-            }
-            _ => Catch::Drawn(id),
-        }
+        self.drawing().thing(id).map_or(Catch::Drawn(id), |thing| catch_of(self.finder(), id, thing))
     }
 
     /// The groups above what is chosen are opened, so that the tree shows it.

@@ -8,7 +8,7 @@ use annulus_core::board::Board;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Program;
-use annulus_core::proof::{self, Finding, Verdict};
+use annulus_core::proof::{self, Group, Verdict};
 use annulus_core::wire::program;
 
 /// What copper the program leaves, against the board as it lies.
@@ -22,7 +22,7 @@ pub(super) fn prove(wanted: &ToProve, cache: &mut Cache) -> Result<Proved, Vec<D
         let index = finding.leg.and_then(|(_, leg)| last.planned.operation_at(&program, leg));
         finding.operation = index.and_then(|index| last.titles.get(index as usize).cloned());
     }
-    cache.keep_proof(key, must_be_read(&verdict.findings));
+    cache.keep_proof(key, must_be_read(&verdict.groups));
     Ok(Proved {
         findings: verdict.findings,
         more: verdict.more,
@@ -39,7 +39,7 @@ pub(super) fn to_be_read(board: &Board, program: &Program, work: &Work, cache: &
     if let Some(known) = cache.proof(&key) {
         return known;
     }
-    let names = must_be_read(&verdict(board, program, work).findings);
+    let names = must_be_read(&verdict(board, program, work).groups);
     cache.keep_proof(key, names.clone());
     names
 }
@@ -50,6 +50,6 @@ fn verdict(board: &Board, program: &Program, work: &Work) -> Verdict {
     proof::prove(board, std::slice::from_ref(program), &options)
 }
 
-fn must_be_read(findings: &[Finding]) -> Vec<String> {
-    findings.iter().filter(|finding| finding.must_be_read()).map(|finding| finding.id.clone()).collect()
+fn must_be_read(groups: &[Group]) -> Vec<String> {
+    proof::to_be_read(groups).map(|(_, id)| id.to_owned()).collect()
 }

@@ -8,7 +8,7 @@ use crate::view::Mesh;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
 use annulus_core::project::saved::Said;
-use annulus_core::proof::Finding;
+use annulus_core::proof::to_be_read;
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -210,7 +210,7 @@ pub fn unread(
     accepted: &BTreeSet<String>,
     read: &BTreeSet<String>,
 ) -> usize {
-    let findings = proved.into_iter().flat_map(|proved| &proved.findings);
-    let new = |finding: &&Finding| finding.must_be_read() && !read.contains(&finding.id);
-    left_out(plan).filter(|error| !accepted.contains(&error.code)).count() + findings.filter(new).count()
+    let findings = proved.into_iter().flat_map(|proved| to_be_read(&proved.groups));
+    let new = findings.filter(|(_, id)| !read.contains(*id)).count();
+    left_out(plan).filter(|error| !accepted.contains(&error.code)).count() + new
 }

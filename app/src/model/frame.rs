@@ -2,7 +2,7 @@
 //!
 //! Comes in: choices of the person, what the picture tells. Goes out: state; a short word goes away by itself. Knows no board.
 
-use super::{Effect, Event, Model};
+use super::{DrawEvent, Effect, Event, Model};
 use crate::engine::messages::LayerRow;
 use crate::format::Unit;
 use crate::keys::{Action, Tab};
@@ -33,6 +33,8 @@ pub enum ToastAct {
     Review,
     /// Take over the new version of the site.
     Update,
+    /// Go back to the drawing that was under work before.
+    DrawnBefore,
 }
 
 /// A short word in the corner.
@@ -334,6 +336,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             let act = taken(frame, number);
             match act {
                 Some(ToastAct::Review) => model.board.reviewing = true,
+                Some(ToastAct::DrawnBefore) => return super::drawing::update(model, DrawEvent::Back),
                 Some(ToastAct::Update) => {
                     frame.update_ready = false;
                     return vec![Effect::TakeUpdate];

@@ -191,7 +191,10 @@ fn uploaded(model: &mut Model, number: u32, answer: Result<String, Diagnostic>) 
     }
     model.start.upload = None;
     match answer {
-        Ok(job) => ask(model, &Ask::Arm { job }),
+        Ok(job) => {
+            let from_leg = model.start.preflight.as_ref().map_or(0, |preflight| preflight.from_leg);
+            ask(model, &Ask::Arm { job, from_leg })
+        }
         Err(why) => {
             model.link.refused = Some(why);
             Vec::new()

@@ -6,7 +6,7 @@ use super::signals as all;
 use super::slots::Slots;
 use crate::drawing::fields::Row;
 use crate::drawing::tree::TreeRow;
-use crate::drawing::{Doing, Grid, Marks, Pen, Sheet, Tool};
+use crate::drawing::{Chosen, Doing, Grid, Marks, Pen, Sheet, Tool};
 use crate::model::drawing::Earlier;
 use crate::said::Text;
 use annulus_core::board::drawing::{Catch, Smallest};
@@ -20,7 +20,9 @@ use std::sync::Arc;
 pub struct Drawing {
     /// What is drawn.
     pub sheet: ReadSignal<Arc<Sheet>>,
-    /// What lies over it.
+    /// What is chosen, as it lies over that.
+    pub lit: ReadSignal<Arc<Chosen>>,
+    /// What follows the pointer.
     pub marks: ReadSignal<Arc<Marks>>,
     /// The tree.
     pub tree: ReadSignal<Arc<Vec<TreeRow>>>,
@@ -36,6 +38,8 @@ pub struct Drawing {
     pub pen: ReadSignal<Pen>,
     /// Where the pointer snaps to.
     pub grid: ReadSignal<Grid>,
+    /// What lies on other layers than the one that is drawn on is faint.
+    pub dim: ReadSignal<bool>,
     /// Where the tool aims.
     pub aim: ReadSignal<Point>,
     /// What is being done.
@@ -68,6 +72,7 @@ pub fn open_drawing() -> Drawing {
 pub(super) fn signals(slots: &mut Slots) -> Drawing {
     Drawing {
         sheet: slots.kept(|model| &model.draw.shown.sheet),
+        lit: slots.kept(|model| &model.draw.shown.chosen),
         marks: slots.kept(|model| &model.draw.shown.marks),
         tree: slots.kept(|model| &model.draw.shown.tree),
         fields: slots.kept(|model| &model.draw.shown.fields),
@@ -76,6 +81,7 @@ pub(super) fn signals(slots: &mut Slots) -> Drawing {
         tool: slots.part(|model| &model.draw.editor.tool),
         pen: slots.part(|model| &model.draw.editor.pen),
         grid: slots.part(|model| &model.draw.editor.grid),
+        dim: slots.part(|model| &model.draw.editor.dim),
         aim: slots.made(|model| model.draw.editor.aim.at()),
         doing: slots.part(|model| &model.draw.editor.doing),
         smallest: slots.part(|model| &model.draw.editor.smallest),

@@ -6,11 +6,12 @@
 use crate::keys::Tab;
 use crate::model::Job;
 use crate::page::link;
-use crate::page::{frame, open_board, play};
+use crate::page::{frame, open_board, open_job, play};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use crate::view::{Layer, Progress};
 use annulus_core::board::{Board, Hole};
+use annulus_core::cam::work::Flip;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Command, Leg, Mark, Program, Stage};
 use leptos::prelude::*;
@@ -23,8 +24,10 @@ pub(crate) struct Shown {
     pub board: Arc<Board>,
     /// Its holes in order of drilling.
     pub order: Vec<u32>,
-    /// The place in the files' coordinates that is the work zero.
+    /// The place of the board, as it lies, that is the work zero.
     pub work_zero: Point,
+    /// The same on the board that is shown.
+    pub start: Point,
     /// The box of the board, whose lower left corner the picture counts from.
     pub body: Option<Bounds>,
     /// What the program does, if there is one.
@@ -125,12 +128,14 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
         let toolpath_operations = plan.map(|plan| plan.toolpath_operations.clone()).unwrap_or_default();
         let turned = desk.laid.with(|laid| laid.as_ref().is_some_and(|laid| laid.laid.turned));
         let toolpaths = open_board().toolpaths.get().filter(|_| as_laid.get() || !turned);
+        let start = if as_laid.get() || !turned { work_zero } else { turned_back(work_zero, body) };
         let before = frame().show_before.get();
         let discs = toolpaths.as_ref().map(|toolpaths| discs(toolpaths, |hole, _| hole)).unwrap_or_default();
         Some(Arc::new(Shown {
             board,
             order,
             work_zero,
+            start,
             body,
             toolpaths,
             discs,
@@ -145,6 +150,16 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
         if own { planned.get() } else { Some(Arc::new(of_program(&job))) }
     });
     Memo::new(move |_| if frame().tab.get() == Tab::Machine { at_machine.get() } else { planned.get() })
+}
+
+/// A place of the board that lies turned over, on the board as the files have it.
+fn turned_back(at: Point, body: Option<Bounds>) -> Point {
+    let flip = open_job().work.with(|work| work.as_ref().map(|work| work.setup.flip));
+    match (body, flip) {
+        (Some(body), Some(Flip::LeftRight)) => Point::new(body.min.x + body.max.x - at.x, at.y),
+        (Some(body), Some(Flip::TopBottom)) => Point::new(at.x, body.min.y + body.max.y - at.y),
+        _ => at,
+    }
 }
 
 /// A board made of a program alone, for a page that opened later: its holes in order of drilling.
@@ -169,6 +184,7 @@ fn of_program(job: &Job) -> Shown {
         board: Arc::new(board),
         order,
         work_zero: program.origin,
+        start: program.origin,
         body,
         discs: discs(&toolpaths, |_, number| number),
         toolpaths: Some(Arc::new(toolpaths)),

@@ -262,7 +262,8 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
             let at = moment.head_mm?;
             Some(shown.as_ref()?.picture_of_work(at))
         });
-        if ready.get() {
+        // Where one draws, it is the cross-hair of the drawing.
+        if ready.get() && !drawing.get() {
             with_view(picture, |view| {
                 view.set_progress(moment.progress);
                 view.set_head(head);
@@ -314,7 +315,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
         &shown.order
     };
     let corner = picture::origin(shown.body);
-    scene.lines = picture::travel(&shown.board, corner, shown.work_zero, order, palette);
+    scene.lines = picture::travel(&shown.board, corner, shown.start, order, palette);
     match &shown.toolpaths {
         Some(toolpaths) if !(shown.before && frame().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));

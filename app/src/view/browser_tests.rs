@@ -218,7 +218,7 @@ async fn what_is_drawn_in_is_fitted_into_another_window_until_somebody_draws() {
     view.fit();
     let (whole, narrow) = (resized("240px"), resized("120px"));
     assert!(narrow < 0.6 * whole, "{narrow} after {whole}");
-    view.set_lines(scene().lines);
+    view.set_over(scene().lines);
     assert_eq!(resized("240px"), whole, "marks under the pointer are nothing drawn");
     view.set_scene(scene());
     assert_eq!(resized("120px"), whole, "an edit");

@@ -24,3 +24,28 @@ pub(super) fn vertex_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
         mapped_at_creation: false,
     })
 }
+
+/// Marks on the GPU.
+pub(super) struct Instances {
+    pub(super) buffer: wgpu::Buffer,
+    count: u32,
+}
+
+impl Instances {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        Self { buffer: vertex_buffer(device, LEAST_BYTES), count: 0 }
+    }
+
+    /// These marks and no others.
+    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, marks: &[Mark]) {
+        self.count = marks.len() as u32;
+        fill(device, queue, &mut self.buffer, bytemuck::cast_slice(marks));
+    }
+
+    pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if self.count > 0 {
+            pass.set_vertex_buffer(0, self.buffer.slice(..));
+            pass.draw(0..4, 0..self.count);
+        }
+    }
+}

@@ -50,6 +50,9 @@ impl Flat {
         for (index, disc) in look.scene.discs.iter().enumerate() {
             self.disc(look, disc, emphasis.selected(index), emphasis.hovered(index));
         }
+        for line in look.over {
+            self.line(look, line);
+        }
         if let Some(at) = look.head_mm {
             self.head(look, at);
         }

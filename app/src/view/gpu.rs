@@ -6,14 +6,14 @@
 //! Where the adapter can, every pixel is sampled four times, so that the edges of triangles are smooth too.
 
 use super::areas::Layers;
-use super::buffers::{fill, vertex_buffer};
+use super::buffers::{Instances, fill, vertex_buffer};
 use super::camera::Camera;
 use super::carved::{Carved, Sight};
 use super::marks::{self, Emphasis, Mark};
 use super::orbit::Orbit;
 use super::palette::Palette;
 use super::relief::{Cutting, Field, Patch};
-use super::scene::{Progress, Scene};
+use super::scene::{Line, Progress, Scene};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -49,6 +49,7 @@ pub(super) struct Look<'a> {
     pub(super) camera: &'a Camera,
     pub(super) density: f64,
     pub(super) scene: &'a Scene,
+    pub(super) over: &'a [Line],
     pub(super) palette: &'a Palette,
     pub(super) progress: Progress,
     pub(super) head_mm: Option<[f32; 2]>,
@@ -85,9 +86,9 @@ pub(super) struct Gpu {
     triangles: wgpu::Buffer,
     corner_count: u32,
     layers: Layers,
-    marks: wgpu::Buffer,
-    mark_count: u32,
+    marks: Instances,
     first_disc: usize,
+    over: Instances,
     head: wgpu::Buffer,
     /// Made when a board in space is first looked at.
     carved: Option<Carved>,
@@ -169,7 +170,7 @@ impl Gpu {
         };
         let strokes = make(["stroke_corner", "stroke_colour"], strip, &[Some(instances)]);
         let triangles = vertex_buffer(&device, CORNER_SIZE);
-        let marks = vertex_buffer(&device, MARK_SIZE);
+        let (marks, over) = (Instances::new(&device), Instances::new(&device));
         let head = vertex_buffer(&device, MARK_SIZE);
         let layers = Layers::new(&device);
         let smooth = smooth(&device, &config, view_format, samples);
@@ -191,8 +192,8 @@ impl Gpu {
             corner_count: 0,
             layers,
             marks,
-            mark_count: 0,
             first_disc: 0,
+            over,
             head,
             carved: None,
             hardware,
@@ -235,12 +236,17 @@ impl Gpu {
     /// Everything anew.
     pub(super) fn set_scene(&mut self, scene: &Scene, palette: &Palette, emphasis: &Emphasis) {
         let built = marks::build(scene, palette, emphasis);
-        self.mark_count = built.all.len() as u32;
         self.first_disc = built.first_disc;
-        fill(&self.device, &self.queue, &mut self.marks, bytemuck::cast_slice(&built.all));
+        self.marks.set(&self.device, &self.queue, &built.all);
         self.corner_count = scene.body.len() as u32;
         fill(&self.device, &self.queue, &mut self.triangles, bytemuck::cast_slice(&scene.body));
         self.layers.set(&self.device, &self.queue, &scene.layers);
+    }
+
+    /// Only what lies over the scene anew.
+    pub(super) fn set_over(&mut self, over: &[Line]) {
+        let marks: Vec<Mark> = over.iter().map(marks::line).collect();
+        self.over.set(&self.device, &self.queue, &marks);
     }
 
     /// Only these discs anew.
@@ -249,7 +255,7 @@ impl Gpu {
         let Some(discs) = scene.discs.get(range.clone()) else { return };
         let written: Vec<Mark> =
             range.zip(discs).map(|(index, disc)| marks::disc(index, disc, emphasis)).collect();
-        self.queue.write_buffer(&self.marks, start, bytemuck::cast_slice(&written));
+        self.queue.write_buffer(&self.marks.buffer, start, bytemuck::cast_slice(&written));
     }
 
     /// Draws one frame.
@@ -324,10 +330,8 @@ impl Gpu {
             self.layers.draw(&mut pass);
         }
         pass.set_pipeline(&self.strokes);
-        if self.mark_count > 0 {
-            pass.set_vertex_buffer(0, self.marks.slice(..));
-            pass.draw(0..4, 0..self.mark_count);
-        }
+        self.marks.draw(&mut pass);
+        self.over.draw(&mut pass);
         if with_head {
             pass.set_vertex_buffer(0, self.head.slice(..));
             pass.draw(0..4, 0..1);

@@ -57,12 +57,17 @@ impl View {
         self.moved();
     }
 
-    /// Changes lines alone, for example another order of travel.
-    pub fn set_lines(&self, lines: Vec<Line>) {
+    /// What lies over the scene, for example under the pointer. Writes nothing else to the GPU.
+    pub fn set_over(&self, lines: Vec<Line>) {
         {
-            let mut stage = self.0.borrow_mut();
-            stage.scene.lines = lines;
-            stage.rebuild();
+            let stage = &mut *self.0.borrow_mut();
+            if stage.over.is_empty() && lines.is_empty() {
+                return;
+            }
+            stage.over = lines;
+            if let Painter::Gpu(gpu) = &mut stage.painter {
+                gpu.set_over(&stage.over);
+            }
         }
         self.repaint();
     }
@@ -140,6 +145,9 @@ impl View {
     pub fn set_palette(&self, palette: Palette) {
         {
             let mut stage = self.0.borrow_mut();
+            if stage.palette == palette {
+                return;
+            }
             stage.palette = palette;
             stage.rebuild();
         }

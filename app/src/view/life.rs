@@ -36,6 +36,7 @@ impl View {
             painter,
             wanted,
             scene: Scene::default(),
+            over: Vec::new(),
             palette,
             camera: Camera::default(),
             density: 1.0,
@@ -135,7 +136,7 @@ impl View {
                 if let Some(label) = label {
                     let _ = stage.canvas.set_attribute("aria-label", &label);
                 }
-                stage.rebuild();
+                stage.write_all();
             }
             let view = Self(stage);
             view.listen_to_canvas();

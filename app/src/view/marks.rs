@@ -98,7 +98,8 @@ pub(super) fn head(at: [f32; 2], palette: &Palette) -> Mark {
     Mark { a_mm: at, b_mm: at, radius_mm: 0.0, radius_px: HEAD_PX, colour: palette.head, bits }
 }
 
-fn line(line: &Line) -> Mark {
+/// One line.
+pub(super) fn line(line: &Line) -> Mark {
     stroke(line.a_mm, line.b_mm, line.width, line.colour, line.order)
 }
 

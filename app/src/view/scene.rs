@@ -26,6 +26,8 @@ pub struct Scene {
     pub lines: Vec<Line>,
     /// Round holes. They are told apart by their index here.
     pub discs: Vec<Disc>,
+    /// Lower left and upper right corner of what is fitted into the window; none for everything.
+    pub wanted_mm: Option<[[f32; 2]; 2]>,
 }
 
 /// A filled area.

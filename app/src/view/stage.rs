@@ -10,7 +10,7 @@ use super::held::Gestures;
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
-use super::scene::{Progress, Scene, State};
+use super::scene::{Line, Progress, Scene, State};
 use super::solid::Solid;
 use wasm_bindgen::prelude::*;
 use web_sys::{HtmlCanvasElement, HtmlElement, ResizeObserver};
@@ -38,6 +38,8 @@ pub(super) struct Stage {
     pub(super) painter: Painter,
     pub(super) wanted: Wanted,
     pub(super) scene: Scene,
+    /// Lies over the scene: what follows the pointer.
+    pub(super) over: Vec<Line>,
     pub(super) palette: Palette,
     pub(super) camera: Camera,
     pub(super) density: f64,
@@ -60,7 +62,7 @@ impl Stage {
     /// All of the scene is in sight; from then on too, until somebody moves the picture or draws in it.
     pub(super) fn fit(&mut self) {
         self.fitted = true;
-        if let Some(bounds) = self.scene.bounds_mm() {
+        if let Some(bounds) = self.scene.wanted_mm.or_else(|| self.scene.bounds_mm()) {
             self.camera.fit(bounds.map(|corner| corner.map(f64::from)), FIT_MARGIN_PX);
         }
     }
@@ -68,11 +70,19 @@ impl Stage {
     pub(super) fn rebuild(&mut self) {
         if let Painter::Gpu(gpu) = &mut self.painter {
             gpu.set_scene(&self.scene, &self.palette, &self.emphasis);
-            self.solid.fits = gpu.set_field(self.solid.field.as_ref());
         }
         if self.fitted && !self.gestures.strokes {
             self.fit();
         }
+    }
+
+    /// Everything is written to a painter that is new.
+    pub(super) fn write_all(&mut self) {
+        if let Painter::Gpu(gpu) = &mut self.painter {
+            gpu.set_over(&self.over);
+            self.solid.fits = gpu.set_field(self.solid.field.as_ref());
+        }
+        self.rebuild();
     }
 
     /// Writes the discs with these indices anew; neighbours go together.
@@ -113,6 +123,7 @@ impl Stage {
             camera: &self.camera,
             density: self.density,
             scene: &self.scene,
+            over: &self.over,
             palette: &self.palette,
             progress: self.progress,
             head_mm: self.head_mm,

@@ -27,6 +27,7 @@ fn line(toast: Toast) -> impl IntoView {
         let name = match act {
             ToastAct::Review => key!("page.open.review"),
             ToastAct::Update => key!("page.update.take"),
+            ToastAct::DrawnBefore => key!("page.draw.back"),
         };
         super::push(
             "button small",

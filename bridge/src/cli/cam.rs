@@ -12,7 +12,9 @@
 use super::cam_files::{self, Written};
 use super::cures::Curing;
 use super::export::{self, Target};
-use super::findings::{finding_lines, finding_object, groups_object, is_unread, whole_lines, whole_object};
+use super::findings::{
+    finding_lines, finding_object, groups_object, kinds_accepted, unread, whole_lines, whole_object,
+};
 use super::saving;
 use super::{Answer, Exit, ReadingArgs, Refusal, diagnostic_lines, diagnostic_objects, rounded, tool_object};
 use crate::cli::job::{self, Whole};
@@ -121,8 +123,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         let bytes = project::saved::write(&project).map_err(Refusal::content)?;
         job::write_output(path, &bytes)?;
     }
-    let findings = sides.iter().flat_map(|side| &side.verdict.findings);
-    let unread = findings.filter(|finding| is_unread(finding, &args.accept)).count();
+    let unread: usize = sides.iter().map(|side| unread(&side.verdict.groups, &args.accept)).sum();
     let why = unready(args, &sides, unread);
     let written = match &why {
         None => written(args, target.as_ref(), &sides, (&work, &machine))?,
@@ -251,9 +252,7 @@ fn side(
         if args.cure && curing.go_on(work, face, &verdict) {
             continue;
         }
-        let read = verdict.findings.iter().filter(|finding| finding.must_be_read());
-        let seen = read.filter(|finding| !is_unread(finding, &args.accept));
-        program.accepted.extend(seen.map(|finding| finding.kind.code().to_owned()));
+        program.accepted.extend(kinds_accepted(&verdict.groups, &args.accept).into_iter().map(str::to_owned));
         program.accepted.sort();
         program.accepted.dedup();
         let timed = motion::timeline(&program, machine);
@@ -363,7 +362,7 @@ fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
         "toolpaths": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count(),
         "tool_changes": side.program.bits.len(),
         "tools": tools,
-        "groups": groups_object(&verdict.groups, &verdict.findings, accept),
+        "groups": groups_object(&verdict.groups, accept),
         "whole": verdict.whole.as_ref().map(whole_object),
         "cured": side.curing.object(),
         "findings": findings,

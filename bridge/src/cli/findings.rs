@@ -4,29 +4,34 @@
 
 use super::rounded;
 use annulus_core::locale;
-use annulus_core::proof::{Cure, Finding, Group, Shallower, Whole};
+use annulus_core::proof::{Cure, Finding, Group, Kind, Shallower, Whole, to_be_read};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Findings of one group that are shown when people read.
 const SHOWN: usize = 12;
 
 /// Whether a finding was accepted: by its name, its code or the last word of its code.
-fn accepted(finding: &Finding, accept: &[String]) -> bool {
-    let code = finding.kind.code();
-    let kind = code.rsplit('.').next().unwrap_or(code);
-    accept.iter().any(|word| *word == finding.id || word == code || word == kind)
+fn accepted(kind: Kind, id: &str, accept: &[String]) -> bool {
+    let code = kind.code();
+    let last = code.rsplit('.').next().unwrap_or(code);
+    accept.iter().any(|word| word == id || word == code || word == last)
 }
 
-/// How many findings must be read and were not accepted.
-pub(super) fn unread(findings: &[Finding], accept: &[String]) -> usize {
-    findings.iter().filter(|finding| is_unread(finding, accept)).count()
+/// How many findings, listed or not, must be read and were not accepted.
+pub(super) fn unread(groups: &[Group], accept: &[String]) -> usize {
+    to_be_read(groups).filter(|(kind, id)| !accepted(*kind, id, accept)).count()
+}
+
+/// The kinds of which something that must be read was accepted.
+pub(super) fn kinds_accepted(groups: &[Group], accept: &[String]) -> BTreeSet<&'static str> {
+    to_be_read(groups).filter(|(kind, id)| accepted(*kind, id, accept)).map(|(kind, _)| kind.code()).collect()
 }
 
 /// Whether a finding must be read and was not accepted.
-pub(super) fn is_unread(finding: &Finding, accept: &[String]) -> bool {
-    finding.must_be_read() && !accepted(finding, accept)
+fn is_unread(finding: &Finding, accept: &[String]) -> bool {
+    finding.must_be_read() && !accepted(finding.kind, &finding.id, accept)
 }
 
 /// A finding for scripts.
@@ -47,7 +52,7 @@ pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
         "program": finding.leg.map(|(program, _)| program),
         "leg": finding.leg.map(|(_, leg)| leg),
         "cures": finding.cures.iter().map(cure_object).collect::<Vec<_>>(),
-        "accepted": accepted(finding, accept),
+        "accepted": accepted(finding.kind, &finding.id, accept),
         "unread": is_unread(finding, accept),
         "message": diagnostic.message("en"),
         "advice": diagnostic.advice("en"),
@@ -81,11 +86,11 @@ fn cure_object(cure: &Cure) -> Value {
 }
 
 /// Groups for scripts; the members of each by the nets that they are about.
-pub(super) fn groups_object(groups: &[Group], findings: &[Finding], accept: &[String]) -> Value {
+pub(super) fn groups_object(groups: &[Group], accept: &[String]) -> Value {
     let mm = |length: Length| rounded(length.mm());
     let object = |group: &Group| {
         let diagnostic = group.diagnostic();
-        let unread = members(group, findings).filter(|finding| is_unread(finding, accept)).count();
+        let unread = unread(std::slice::from_ref(group), accept);
         let pair = |pair: &annulus_core::proof::Pair| json!({ "nets": pair.nets, "width_min_mm": mm(pair.least), "ids": pair.ids });
         json!({
             "kind": group.kind,
@@ -141,8 +146,8 @@ pub(super) fn finding_lines(groups: &[Group], findings: &[Finding], accept: &[St
     let mut out = String::new();
     for group in groups {
         let diagnostic = group.diagnostic();
-        let unread = members(group, findings).any(|finding| is_unread(finding, accept));
-        let sign = if unread { "!" } else { "✓" };
+        let unread = unread(std::slice::from_ref(group), accept);
+        let sign = if unread > 0 { "!" } else { "✓" };
         out += &format!(
             "{sign} {} {} ({})\n",
             diagnostic.message("en"),
@@ -151,8 +156,7 @@ pub(super) fn finding_lines(groups: &[Group], findings: &[Finding], accept: &[St
         );
         let by_id: BTreeMap<&str, &Finding> =
             members(group, findings).map(|finding| (finding.id.as_str(), finding)).collect();
-        let ids = group.pairs.iter().flat_map(|pair| &pair.ids);
-        for finding in ids.filter_map(|id| by_id.get(id.as_str())).take(SHOWN) {
+        for finding in group.ids().filter_map(|id| by_id.get(id)).take(SHOWN) {
             out += &finding_line(finding, accept);
         }
         let more = (group.count as usize).saturating_sub(SHOWN);

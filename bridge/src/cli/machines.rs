@@ -25,13 +25,9 @@ pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
     if let Some(path) = &args.rehearsal {
         return make_rehearsal(path);
     }
-    let mut names: Vec<String> = machine::presets().iter().map(|(name, _)| (*name).to_owned()).collect();
-    names.extend(machine_file::names());
-    names.sort();
-    names.dedup();
     let mut rows = Vec::new();
     let mut text = String::new();
-    for name in names {
+    for name in machine_file::words() {
         match machine_file::named(&name) {
             Ok(known) => {
                 let file = known.path.is_file().then(|| known.path.display().to_string());

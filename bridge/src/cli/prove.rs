@@ -127,7 +127,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
         rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
     }
     let text = verdict_text(&verdict, &args.accept) + &diagnostic_lines(&diagnostics);
-    let unread = unread(&verdict.findings, &args.accept);
+    let unread = unread(&verdict.groups, &args.accept);
     if unread == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
@@ -197,8 +197,8 @@ fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
         "islands": verdict.islands,
         "nets": verdict.nets,
         "pieces_left": verdict.left.islands.len(),
-        "unread": unread(&verdict.findings, accept),
-        "groups": groups_object(&verdict.groups, &verdict.findings, accept),
+        "unread": unread(&verdict.groups, accept),
+        "groups": groups_object(&verdict.groups, accept),
         "whole": verdict.whole.as_ref().map(whole_object),
         "findings": verdict.findings.iter().map(|f| finding_object(f, accept)).collect::<Vec<_>>(),
         "more": verdict.more,
@@ -219,7 +219,7 @@ fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
             ("nets", verdict.nets.to_string()),
             ("pieces", verdict.left.islands.len().to_string()),
             ("findings", (findings.len() + verdict.more as usize).to_string()),
-            ("unread", unread(findings, accept).to_string()),
+            ("unread", unread(&verdict.groups, accept).to_string()),
         ],
     );
     if findings.is_empty() {

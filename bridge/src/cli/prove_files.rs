@@ -8,9 +8,7 @@
 //! Comes in: the board, the job that lays it, programs and files. Goes out: what they do to copper and holes. Does not know how
 //! the files were made.
 
-use super::findings::{
-    finding_lines, finding_object, groups_object, is_unread, unread, whole_lines, whole_object,
-};
+use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, Face};
@@ -131,7 +129,7 @@ pub(super) fn prove(
             return Err(Refusal::content(Diagnostic::error("proof.no_island").with("path", "JOB")));
         }
         lost += verdict.lost_mm2;
-        open += unread(&verdict.findings, accept);
+        open += unread(&verdict.groups, accept);
         findings.extend(
             verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
         );
@@ -176,14 +174,14 @@ fn side_object(face: Face, verdict: &Verdict, accept: &[String]) -> Value {
         "islands": verdict.islands,
         "nets": verdict.nets,
         "pieces_left": verdict.left.islands.len(),
-        "groups": groups_object(&verdict.groups, &verdict.findings, accept),
+        "groups": groups_object(&verdict.groups, accept),
         "whole": verdict.whole.as_ref().map(whole_object),
         "more": verdict.more,
     })
 }
 
 fn sentences(face: Face, verdict: &Verdict, accept: &[String]) -> String {
-    let unread = verdict.findings.iter().filter(|finding| is_unread(finding, accept)).count();
+    let unread = unread(&verdict.groups, accept);
     let words = [
         ("side", face.name().to_owned()),
         ("islands", verdict.islands.to_string()),

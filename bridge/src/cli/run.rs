@@ -144,7 +144,7 @@ impl<'a> Operator<'a> {
                 0
             }
         };
-        let digest = self.arm(&key)?;
+        let digest = self.arm(&key, from_leg)?;
         self.ask(Ask::Start { job: key.clone(), stream_digest: digest.clone(), from_leg })?;
         let (ending, done) = self.until_ended(&key).await;
         self.bar.finish_and_clear();
@@ -165,9 +165,9 @@ impl<'a> Operator<'a> {
         Ok(())
     }
 
-    /// Arms the job; the first failed row of the pre-flight refuses it.
-    fn arm(&self, key: &str) -> Result<String, Refusal> {
-        for tell in self.ask(Ask::Arm { job: key.to_owned() })? {
+    /// Arms the job, to begin at `from_leg`; the first failed row of the pre-flight refuses it.
+    fn arm(&self, key: &str, from_leg: u32) -> Result<String, Refusal> {
+        for tell in self.ask(Ask::Arm { job: key.to_owned(), from_leg })? {
             if let Tell::Armed { stream_digest, checks, .. } = tell {
                 let failed = checks.into_iter().find(|row| row.verdict == Verdict::Fail);
                 return failed.map_or(Ok(stream_digest), |row| Err(Refusal::content(row.finding)));

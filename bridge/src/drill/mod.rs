@@ -192,7 +192,7 @@ impl Drill {
         let (drill, (reply, answer)) = (self.clone(), channel());
         let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
         match ask {
-            Ask::Arm { job } => Begun::Arm { drill, job, ticket },
+            Ask::Arm { job, from_leg } => Begun::Arm { drill, job, from_leg, ticket },
             ask => match self.messages.send(Message::Ask(ask, ticket, reply)) {
                 Ok(()) => Begun::Asked { drill, percent, answer },
                 Err(_) => Begun::Gone,
@@ -233,12 +233,12 @@ impl Drill {
         Ok(())
     }
 
-    fn arm(&self, job: &str, ticket: Option<Ticket>) -> Result<Vec<Tell>, Diagnostic> {
+    fn arm(&self, job: &str, from_leg: u32, ticket: Option<Ticket>) -> Result<Vec<Tell>, Diagnostic> {
         ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket))?;
         let _planning = self.planner.lock();
         let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
-        let prepared = prepare::prepare(job, &bytes, &context)?;
+        let prepared = prepare::prepare(job, &bytes, from_leg, &context)?;
         self.send(|reply| Message::Prepared(Box::new(prepared), reply)).unwrap_or_else(|| Err(gone()))
     }
 
@@ -274,7 +274,7 @@ pub(crate) enum Begun {
     /// The owner has it; for a feed override, what is to be planned afterwards.
     Asked { drill: Drill, percent: Option<u8>, answer: Receiver<Result<Vec<Tell>, Diagnostic>> },
     /// A job to be planned and checked first.
-    Arm { drill: Drill, job: String, ticket: Option<Ticket> },
+    Arm { drill: Drill, job: String, from_leg: u32, ticket: Option<Ticket> },
     /// There is no owner any more.
     Gone,
 }
@@ -283,7 +283,7 @@ impl Begun {
     /// Waits for the answer, as long as planning takes: for threads that may.
     pub(crate) fn finish(self) -> Result<Vec<Tell>, Diagnostic> {
         match self {
-            Self::Arm { drill, job, ticket } => drill.arm(&job, ticket),
+            Self::Arm { drill, job, from_leg, ticket } => drill.arm(&job, from_leg, ticket),
             Self::Gone => Err(gone()),
             Self::Asked { drill, percent, answer } => {
                 let told = answer.recv().unwrap_or_else(|_| Err(gone()))?;

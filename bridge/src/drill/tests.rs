@@ -119,7 +119,7 @@ impl Bench {
         let bytes = program::encode(program);
         let key = program::key(&bytes);
         self.drill.upload(&key, &bytes).unwrap();
-        let tells = self.drill.ask(Ask::Arm { job: key.clone() }).unwrap();
+        let tells = self.drill.ask(Ask::Arm { job: key.clone(), from_leg: 0 }).unwrap();
         let Some(Tell::Armed { stream_digest, checks, .. }) = tells.into_iter().next() else {
             panic!("no verdict")
         };

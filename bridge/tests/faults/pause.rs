@@ -16,7 +16,7 @@ fn drilling(bridge: &Running, holes: u32) -> Page {
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     let asked = Instant::now();
-    page.ask(&Ask::Arm { job: job.clone() });
+    page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
     let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
     let (took_s, busy_s) = (asked.elapsed().as_secs_f64(), busy_s(bridge));
     println!("{holes} holes armed in {took_s:.2} s, {busy_s:.2} s of a processor since the bridge began");

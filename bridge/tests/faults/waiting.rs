@@ -67,7 +67,7 @@ impl Shop {
         let job = program::key(&self.bytes);
         let page = (self.page.session.clone(), self.page.key.clone());
         assert_eq!(self.bridge.job((&page.0, &page.1), "PUT", &job, &self.bytes).status, 200);
-        self.page.ask(&Ask::Arm { job: job.clone() });
+        self.page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
         let armed = self.page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
         let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
         assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");

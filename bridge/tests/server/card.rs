@@ -211,7 +211,7 @@ pub(crate) fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (Stri
     let bytes = program::encode(program);
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
-    page.ask(&Ask::Arm { job: job.clone() });
+    page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
     let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
     let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
     let failed = checks.into_iter().filter(|row| row.verdict == Verdict::Fail);

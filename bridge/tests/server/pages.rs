@@ -75,7 +75,7 @@ fn an_address_says_what_its_page_may() {
     let rows = [
         ("view", Ask::TakeControl { force: true }),
         ("view", Ask::Home),
-        ("jog", Ask::Arm { job: job() }),
+        ("jog", Ask::Arm { job: job(), from_leg: 0 }),
         ("jog", Ask::Resume),
         ("run", Ask::Configure { changes: vec![] }),
     ];

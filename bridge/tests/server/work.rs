@@ -81,7 +81,7 @@ fn a_closed_tab_leaves_the_job_running_and_stoppable() {
     let bytes = program::encode(&row_of_holes(100));
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&worker.session, &worker.key), "PUT", &job, &bytes).status, 200);
-    worker.ask(&Ask::Arm { job: job.clone() });
+    worker.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
     let armed = worker.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
     let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
     assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");

@@ -17,7 +17,7 @@ mod validate;
 
 pub use card::{Card, UNWIRED};
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
-pub use presets::{hobby_3018, lab, preset, preset_name, presets, six_spindles, virtual_drill};
+pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
 pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
 pub use takts::warnings;

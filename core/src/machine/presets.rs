@@ -272,9 +272,17 @@ pub fn presets() -> [(&'static str, Machine); 4] {
     [("virtual", virtual_drill()), ("lab", lab()), ("3018", hobby_3018()), ("six", six_spindles())]
 }
 
-/// The name of a preset for what people call it: a hobby mill is one of the 3018 class.
+/// What people call a preset, and its name: a hobby mill is one of the 3018 class.
+const CALLED: [(&str, &str); 1] = [("hobby", "3018")];
+
+/// The name of a preset for what people call it.
 pub fn preset_name(called: &str) -> &str {
-    if called == "hobby" { "3018" } else { called }
+    CALLED.iter().find(|(word, _)| *word == called).map_or(called, |(_, name)| name)
+}
+
+/// Every word that stands for a preset.
+pub fn preset_words() -> impl Iterator<Item = &'static str> {
+    presets().into_iter().map(|(name, _)| name).chain(CALLED.map(|(word, _)| word))
 }
 
 /// The preset called `name`.

@@ -56,6 +56,23 @@ impl Finding {
 /// What the findings of a group have in common: kind, whether it must be read, width.
 type Cause = (Kind, bool, Option<Length>);
 
+/// Kind and name of every finding that a person must have read, of those too that are not listed.
+pub fn to_be_read(groups: &[Group]) -> impl Iterator<Item = (Kind, &str)> {
+    let grave = groups.iter().filter(|group| group.must_be_read);
+    grave.flat_map(|group| group.ids().map(|id| (group.kind, id)))
+}
+
+/// The first `most` findings of every cause, in their order.
+pub(super) fn listed(findings: Vec<Finding>, most: usize) -> Vec<Finding> {
+    let mut counts: BTreeMap<Cause, usize> = BTreeMap::new();
+    let mut one = |finding: &Finding| {
+        let count = counts.entry(finding.cause()).or_default();
+        *count += 1;
+        *count <= most
+    };
+    findings.into_iter().filter(|finding| one(finding)).collect()
+}
+
 /// The findings by what they have in common.
 pub(super) fn groups(findings: &[Finding]) -> Vec<Group> {
     let mut causes: Vec<(Cause, Vec<&Finding>)> = Vec::new();
@@ -95,6 +112,11 @@ fn group((kind, must_be_read, tool): (Kind, bool, Option<Length>), members: &[&F
 }
 
 impl Group {
+    /// The names of its findings, listed or not, by their nets.
+    pub fn ids(&self) -> impl Iterator<Item = &str> {
+        self.pairs.iter().flat_map(|pair| pair.ids.iter().map(String::as_str))
+    }
+
     /// What it says.
     pub fn diagnostic(&self) -> Diagnostic {
         let mm = |length: Length| format!("{:.3}", length.mm());

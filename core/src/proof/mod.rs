@@ -32,7 +32,7 @@ mod written;
 pub use cures::Cure;
 pub use drilled::{Drilled, drilled};
 pub use finding::{Finding, Kind};
-pub use groups::{Group, Pair};
+pub use groups::{Group, Pair, to_be_read};
 pub use replay::{Cut, Replay, Still, replay};
 pub use whole::{Shallower, Whole};
 pub use written::differences;
@@ -73,7 +73,7 @@ pub struct Options {
     pub agreed: Vec<(Point, Point)>,
     /// Whether to measure the copper that is lost.
     pub measured: bool,
-    /// At most this many findings are listed.
+    /// At most this many findings of one cause are listed.
     pub most: usize,
 }
 
@@ -111,7 +111,7 @@ impl Options {
 pub struct Verdict {
     /// The worst first.
     pub findings: Vec<Finding>,
-    /// How many more there are.
+    /// How many more there are. What must be read of them is in the groups, see [`to_be_read`].
     pub more: u32,
     /// All of them by what they have in common, in the same order.
     pub groups: Vec<Group>,
@@ -143,10 +143,11 @@ pub fn prove(board: &Board, programs: &[Program], options: &Options) -> Verdict 
     findings.extend(slivers::fragments(&scene));
     findings.extend(rings::rings(&scene));
     findings.extend(remnants::remnants(&scene));
-    let mut findings = finding::merged(findings);
+    let findings = finding::merged(findings);
     let (groups, whole) = (groups::groups(&findings), whole::whole(&scene, &findings));
-    let more = findings.len().saturating_sub(options.most) as u32;
-    findings.truncate(options.most);
+    let all = findings.len();
+    let findings = groups::listed(findings, options.most);
+    let more = (all - findings.len()) as u32;
     Verdict {
         findings,
         more,

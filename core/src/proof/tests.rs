@@ -450,4 +450,5 @@ fn names_do_not_depend_on_order_and_every_kind_has_words() {
     }
     let verdict = prove(&three(), &[program(mill(0.2), &[])], &Options { most: 1, ..Options::default() });
     assert_eq!((verdict.findings.len(), verdict.more, verdict.islands, verdict.nets), (1, 2, 3, 3));
+    assert_eq!(to_be_read(&verdict.groups).count(), 3, "what is not listed must be read all the same");
 }

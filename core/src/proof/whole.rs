@@ -100,21 +100,21 @@ impl Whole {
     /// What it says: what a lesser depth opens, what a finer tip would, what is left for single cures.
     pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let said = |word: &str| {
-            Diagnostic::note(&format!("proof.whole.{word}")).with("gaps", self.gaps).with("rest", self.rest)
-        };
+        let said = |code: &str| Diagnostic::note(code).with("gaps", self.gaps).with("rest", self.rest);
         let mut diagnostics = Vec::new();
         if let Some(Shallower { bit, depth, width, opens }) = &self.shallower {
-            let said = said("shallower").with("bit", bit).with("depth", mm(*depth));
+            let said = said("proof.whole.shallower").with("bit", bit).with("depth", mm(*depth));
             diagnostics.push(said.with("width", mm(*width)).with("opens", opens));
         }
         if let Some(tip) = self.tip {
-            diagnostics
-                .push(said("tip").with("tip", format!("{:.2}", tip.mm())).with("opens", self.tip_opens));
+            // Of "the other" gaps only where a lesser depth opens some.
+            let all = self.rest == self.gaps;
+            let said = if all { said("proof.whole.tip_of_all") } else { said("proof.whole.tip") };
+            diagnostics.push(said.with("tip", format!("{:.2}", tip.mm())).with("opens", self.tip_opens));
         }
         let narrow = self.rest.saturating_sub(self.tip_opens);
         if narrow > 0 {
-            diagnostics.push(said("middle").with("count", narrow));
+            diagnostics.push(said("proof.whole.middle").with("count", narrow));
         }
         diagnostics
     }

@@ -144,6 +144,9 @@ pub enum Ask {
     Arm {
         /// SHA-256 of the program's bytes.
         job: String,
+        /// First leg to run, as it will be said to [`Ask::Start`]: the pre-flight is about the rest of the job from there.
+        #[serde(default)]
+        from_leg: u32,
     },
     /// Start the armed job, or go on with an interrupted one.
     Start {

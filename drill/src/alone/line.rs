@@ -20,7 +20,7 @@ pub(super) enum Asked {
     /// To be put before the owner.
     Message(Message),
     /// A job to be planned and checked.
-    Arm { job: String, ticket: Ticket },
+    Arm { job: String, from_leg: u32, ticket: Ticket },
     /// The plan for a feed override that was ordered.
     FeedOverride { percent: u8 },
 }
@@ -114,7 +114,9 @@ impl Line {
             _ if self.lease.holder() != Some(PAGE) => {
                 self.answer(Err(Diagnostic::error("control.needed")));
             }
-            Ask::Arm { job } => return vec![Asked::Arm { job, ticket: self.tickets.now() }],
+            Ask::Arm { job, from_leg } => {
+                return vec![Asked::Arm { job, from_leg, ticket: self.tickets.now() }];
+            }
             ask => {
                 let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
                 let (reply, answer) = channel();

@@ -227,8 +227,8 @@ impl<F: Files> Alone<F> {
         for asked in asked {
             match asked {
                 line::Asked::Message(message) => self.owner.take(message),
-                line::Asked::Arm { job, ticket } => {
-                    if let Err(why) = self.arm(&job, ticket) {
+                line::Asked::Arm { job, from_leg, ticket } => {
+                    if let Err(why) = self.arm(&job, from_leg, ticket) {
                         self.line.answer(Err(why));
                     }
                 }
@@ -242,10 +242,10 @@ impl<F: Files> Alone<F> {
         }
     }
 
-    fn arm(&mut self, job: &str, ticket: Ticket) -> Result<(), Diagnostic> {
+    fn arm(&mut self, job: &str, from_leg: u32, ticket: Ticket) -> Result<(), Diagnostic> {
         self.line.tickets.check(ticket)?;
         let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
-        let prepared = prepare(job, bytes, &self.owner.context())?;
+        let prepared = prepare(job, bytes, from_leg, &self.owner.context())?;
         let (reply, answer) = channel();
         self.line.await_answer(answer);
         self.owner.take(Message::Prepared(Box::new(prepared), reply));

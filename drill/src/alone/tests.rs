@@ -147,7 +147,7 @@ impl Bench {
     }
 
     fn start_again(&mut self, key: &str, from_leg: u32) {
-        self.ask(&Ask::Arm { job: key.to_owned() });
+        self.ask(&Ask::Arm { job: key.to_owned(), from_leg });
         let armed = self.heard.iter().rev().find_map(|tell| match tell {
             Tell::Armed { stream_digest, checks, .. } => Some((stream_digest.clone(), checks.clone())),
             _ => None,

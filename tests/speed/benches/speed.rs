@@ -1,9 +1,14 @@
 //! Speeds with criterion: parsing, planning, step streams, proofs. `cargo xtask bench` runs it and adds the gaps of the tours,
 //! the speed in WebAssembly and the sizes of the page.
 
+use annulus_app::drawing::{Act, Tool};
+use annulus_app::keys::Tab;
+use annulus_app::model::{DrawEvent, FrameEvent, Model, update};
+use annulus_app::view::Touch;
 use annulus_core::artwork::{self, Overrides};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{self, Order};
+use annulus_core::geometry::Point;
 use annulus_core::proof::{self, Options};
 use annulus_core::units::Length;
 use annulus_core::{geometry, machine};
@@ -219,5 +224,75 @@ fn slider(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, presets, parsing, layers, tours, planning, streams, copper_layer, slider, proofs);
+fn draw_event(model: &mut Model, event: DrawEvent) {
+    black_box(update(model, event.into()));
+}
+
+fn press(model: &mut Model, touch: Touch, x: f64, y: f64) {
+    draw_event(model, DrawEvent::Point { touch, at_mm: [x, y], shift: false, ctrl: false });
+}
+
+/// The board editor with 5,040 things, everything the page then shows made anew: the bar is 16 ms a frame, of which the page
+/// and the picture need the most.
+fn drawing(criterion: &mut Criterion) {
+    let model = &mut Model::default();
+    update(model, FrameEvent::Zoom { px_per_mm: 20.0 }.into());
+    update(model, FrameEvent::Show { tab: Tab::Draw }.into());
+    for (tool, places) in [
+        (Tool::Pad, [(2.0, 2.0), (6.0, 2.0)].as_slice()),
+        (Tool::Track, [(2.0, 2.0), (4.0, 4.0), (6.0, 2.0)].as_slice()),
+    ] {
+        draw_event(model, DrawEvent::Take { tool });
+        for (x, y) in places {
+            press(model, Touch::Down, *x, *y);
+            press(model, Touch::Up, *x, *y);
+        }
+    }
+    draw_event(model, DrawEvent::Act { act: Act::All });
+    let array = Act::Array { columns: 28, rows: 20, step: Point::from_mm(8.0, 6.0) };
+    draw_event(model, DrawEvent::Act { act: array });
+    draw_event(model, DrawEvent::Take { tool: Tool::Pad });
+    let mut group = criterion.benchmark_group(format!("draw/{} things", model.draw.editor.drawing().len()));
+    group.bench_function("a pad and back", |bencher| {
+        bencher.iter(|| {
+            press(model, Touch::Down, 300.0, 2.0);
+            press(model, Touch::Up, 300.0, 2.0);
+            draw_event(model, DrawEvent::Act { act: Act::Undo(true) });
+        });
+    });
+    draw_event(model, DrawEvent::Take { tool: Tool::Select });
+    draw_event(model, DrawEvent::Escape);
+    press(model, Touch::Down, 2.0, 2.0);
+    let mut x = 2.0;
+    group.bench_function("a move of a dragged pad", |bencher| {
+        bencher.iter(|| {
+            x = if x < 6.0 { x + 0.5 } else { 2.0 };
+            press(model, Touch::Move, x, 4.0);
+        });
+    });
+    press(model, Touch::Up, x, 4.0);
+    draw_event(model, DrawEvent::Act { act: Act::All });
+    press(model, Touch::Down, 10.0, 2.0);
+    group.bench_function("a move of everything", |bencher| {
+        bencher.iter(|| {
+            x = if x < 16.0 { x + 0.5 } else { 10.0 };
+            press(model, Touch::Move, x, 4.0);
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(
+    benches,
+    presets,
+    drawing,
+    parsing,
+    layers,
+    tours,
+    planning,
+    streams,
+    copper_layer,
+    slider,
+    proofs
+);
 criterion_main!(benches);

@@ -8,6 +8,7 @@
 //! Comes in: the open document, as it changes; wishes. Goes out: requests, files to save. Does not know how a drawing is read:
 //! the worker writes it as Gerber and Excellon and reads these.
 
+use super::lying::over_files;
 use super::{Draw, Editor, kept};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToRead};
@@ -16,7 +17,7 @@ use crate::model::planning::{OnTheWay, Wanted};
 use crate::model::{Document, Effect, Lane, Model, files, frame};
 use crate::said::{Text, key};
 use annulus_core::artwork;
-use annulus_core::board::drawing::{self, Drawing, Thing};
+use annulus_core::board::drawing;
 use annulus_core::project::saved::Said;
 use std::sync::Arc;
 
@@ -89,7 +90,7 @@ impl Draw {
     }
 
     /// Nothing of files is in the editor.
-    fn forget_files(&mut self) {
+    pub(super) fn forget_files(&mut self) {
         self.with_board.traced = false;
         self.with_board.tracing = None;
         self.set_imported(Arc::default());
@@ -187,10 +188,6 @@ fn other_files(model: &mut Model, now: &Document) -> Vec<Effect> {
             if of_before { kept::put_aside(model) } else { Vec::new() }
         }
     }
-}
-
-fn over_files(drawing: &Drawing) -> bool {
-    drawing.things().any(|(_, entry)| matches!(entry.thing, Thing::Imported { .. }))
 }
 
 /// The person leaves the editor for the board: it is made of the drawing, unless it is another one's.

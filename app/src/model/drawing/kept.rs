@@ -7,7 +7,8 @@
 //!
 //! Comes in: the drawing, as it changes; what the store says. Goes out: what to write and to take. Does not know the store.
 
-use crate::model::{DrawEvent, Effect, Event, Model, frame};
+use super::lying;
+use crate::model::{DrawEvent, Effect, Event, Model, ToastAct, frame};
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{self, History};
 
@@ -46,6 +47,18 @@ pub(super) struct Kept {
     told: bool,
     /// Other drawings, the latest first.
     pub earlier: Vec<Earlier>,
+    /// The one that was under work before.
+    before: Option<Before>,
+}
+
+/// A drawing that was put aside, and how it was under work.
+#[derive(Clone, Debug)]
+struct Before {
+    /// Which, by the count of drawings.
+    of: u32,
+    history: History,
+    place: Option<u32>,
+    with_board: lying::Lying,
 }
 
 /// Looks once for what was kept.
@@ -95,6 +108,9 @@ fn keep(model: &mut Model) -> Vec<Effect> {
 pub(super) fn written(model: &mut Model, of: u32, place: Option<u32>) -> Vec<Effect> {
     let kept = &mut model.draw.kept;
     if of != kept.drawing {
+        if let Some(before) = kept.before.as_mut().filter(|before| before.of == of) {
+            before.place = place;
+        }
         return vec![Effect::LookForDrawings { own: false }];
     }
     kept.writing = false;
@@ -128,24 +144,63 @@ pub(super) fn opened(model: &mut Model, place: Option<u32>, text: Option<String>
         Some(Err(why)) => return vec![frame::toast(model, Text::Found(why), None)],
         None => return vec![frame::toast(model, Text::of(key!("page.draw.gone")), None)],
     };
+    let offered = !untouched(model);
     let mut effects = put_aside(model);
-    let draw = &mut model.draw;
-    draw.open(history);
-    if place.is_some() {
-        draw.kept.place = place;
-        draw.kept.earlier.retain(|one| Some(one.place) != place);
-        (draw.kept.change, draw.kept.seen) = (draw.editor.changes(), draw.editor.changes());
-        effects.push(Effect::OwnDrawing { place });
+    lying::lie_by_itself(&mut model.draw, &history);
+    effects.extend(put_on(model, history, place));
+    if offered {
+        effects.push(offer_back(model));
     }
     effects
 }
 
+/// A new drawing is begun.
+pub(super) fn begun_anew(model: &mut Model) -> Vec<Effect> {
+    let offered = !untouched(model);
+    let mut effects = put_aside(model);
+    if offered {
+        effects.push(offer_back(model));
+    }
+    effects
+}
+
+fn offer_back(model: &mut Model) -> Effect {
+    frame::toast(model, Text::of(key!("page.draw.put_aside")), Some(ToastAct::DrawnBefore))
+}
+
+/// Back to the drawing that was under work before this one.
+pub(super) fn back(model: &mut Model) -> Vec<Effect> {
+    let Some(Before { history, place, with_board, .. }) = model.draw.kept.before.take() else {
+        return Vec::new();
+    };
+    let mut effects = put_aside(model);
+    effects.extend(put_on(model, history, place));
+    lying::lie_as_before(&mut model.draw, with_board);
+    effects
+}
+
+/// A drawing is under work, from its place in the store where it has one.
+fn put_on(model: &mut Model, history: History, place: Option<u32>) -> Option<Effect> {
+    let draw = &mut model.draw;
+    draw.open(history);
+    place?;
+    draw.kept.place = place;
+    draw.kept.earlier.retain(|one| Some(one.place) != place);
+    (draw.kept.change, draw.kept.seen) = (draw.editor.changes(), draw.editor.changes());
+    Some(Effect::OwnDrawing { place })
+}
+
 /// The drawing is kept as it is; what comes in its place is empty and gets a place of its own.
 pub(super) fn put_aside(model: &mut Model) -> Vec<Effect> {
+    let with_board = lying::lying(&model.draw);
     model.draw.with_board.used = None;
     if untouched(model) {
+        model.draw.kept.before = None;
         return Vec::new();
     }
+    let (of, place) = (model.draw.kept.drawing, model.draw.kept.place);
+    let history = model.draw.editor.history().clone();
+    model.draw.kept.before = Some(Before { of, history, place, with_board });
     let mut effects = keep(model);
     effects.push(Effect::OwnDrawing { place: None });
     if effects.len() == 1 {

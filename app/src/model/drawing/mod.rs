@@ -11,6 +11,7 @@
 
 mod board;
 mod kept;
+mod lying;
 
 pub use board::{Export, Using};
 pub(super) use board::{answered, follow};
@@ -20,7 +21,7 @@ use super::{Effect, Model};
 use crate::drawing::fields::{self, Field, Row};
 use crate::drawing::keys::StepSize;
 use crate::drawing::tree::{self, TreeRow};
-use crate::drawing::{Act, DrawKey, Editor, Marks, Pen, Pointer, Sheet, Tool, typed};
+use crate::drawing::{Act, Chosen, DrawKey, Editor, Marks, Pen, Pointer, Sheet, Tool, typed};
 use crate::keys::Tab;
 use crate::said::{Text, key};
 use crate::view::Touch;
@@ -52,14 +53,14 @@ pub enum Least {
 pub struct Shown {
     /// What is drawn.
     pub sheet: Arc<Sheet>,
-    /// What lies over it.
+    /// What is chosen, as it lies over that.
+    pub chosen: Arc<Chosen>,
+    /// What follows the pointer.
     pub marks: Arc<Marks>,
     /// The tree.
     pub tree: Arc<Vec<TreeRow>>,
     /// The fields of what is chosen.
     pub fields: Arc<Vec<Row>>,
-    /// What is chosen, with its triangles.
-    of_chosen: Marks,
     /// Of which drawing, which choice and which open groups that is.
     of: (u32, BTreeSet<Catch>, BTreeSet<Id>),
 }
@@ -158,6 +159,20 @@ pub enum DrawEvent {
     },
     /// What is chosen becomes a group.
     Group,
+    /// A thing, with all that is chosen where it is among that, goes into a group.
+    Regroup {
+        /// The thing.
+        id: Id,
+        /// The group; none for the top.
+        group: Option<Id>,
+    },
+    /// What is chosen goes into the nearest other group of the tree, or out of its own.
+    Beside {
+        /// Into one.
+        into: bool,
+    },
+    /// Back to the drawing that was under work before this one.
+    Back,
     /// The open files are drawn over, or are not.
     Over {
         /// They are.
@@ -238,14 +253,17 @@ impl Draw {
         let same = shown.of.0 == editor.changes() && shown.of.1 == editor.chosen && shown.of.2 == editor.open;
         if !same {
             shown.of = (editor.changes(), editor.chosen.clone(), editor.open.clone());
-            shown.of_chosen.of_chosen(editor, &shown.sheet);
+            let chosen = Chosen::new(editor, &shown.sheet);
+            if *shown.chosen != chosen {
+                shown.chosen = Arc::new(chosen);
+            }
             shown.tree = Arc::new(tree::rows(editor));
             let fields = fields::rows(editor);
             if *shown.fields != fields {
                 shown.fields = Arc::new(fields);
             }
         }
-        let marks = shown.of_chosen.with_aim(editor);
+        let marks = Marks::new(editor);
         if *shown.marks != marks {
             shown.marks = Arc::new(marks);
         }
@@ -315,7 +333,8 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
             Vec::new()
         }
         DrawEvent::Over { on } => board::over(model, on),
-        DrawEvent::New => kept::put_aside(model),
+        DrawEvent::New => kept::begun_anew(model),
+        DrawEvent::Back => kept::back(model),
         DrawEvent::Use { tab } => board::make(model, tab),
         DrawEvent::Export { what } => board::export(model, what),
         DrawEvent::Example => vec![Effect::DrawExample],
@@ -336,7 +355,9 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
 
 /// What changes nothing but the editor.
 fn edit(model: &mut Model, event: DrawEvent) {
-    let (unit, group) = (model.frame.unit, group_name(model));
+    let unit = model.frame.unit;
+    let groups = matches!(event, DrawEvent::Group | DrawEvent::Key { key: DrawKey::Group });
+    let group = if groups { group_name(model) } else { String::new() };
     let draw = &mut model.draw;
     let editor = &mut draw.editor;
     match event {
@@ -350,7 +371,7 @@ fn edit(model: &mut Model, event: DrawEvent) {
             None => editor.said = Some(Text::of(key!("page.draw.no_number"))),
         },
         DrawEvent::Typed { text } => match typed::place(&text, last(editor), unit) {
-            Some(at) => to(editor, at),
+            Some(at) => editor.go(at, text.trim_start().starts_with('@')),
             None => editor.said = Some(Text::of(key!("page.draw.no_place"))),
         },
         DrawEvent::Set { field, text } => match fields::edit(editor, field, &text, unit) {
@@ -366,6 +387,11 @@ fn edit(model: &mut Model, event: DrawEvent) {
         DrawEvent::Find { least } => draw.find(least),
         DrawEvent::Act { act } => editor.act(act),
         DrawEvent::Group => editor.group(&group),
+        DrawEvent::Regroup { id, group } => editor.regroup(Some(id), group),
+        DrawEvent::Beside { into } => match tree::beside(editor, &draw.shown.tree, into) {
+            Some(group) => editor.regroup(None, group),
+            None => editor.said = Some(Text::of(key!("page.draw.no_place_in_tree"))),
+        },
         _ => {}
     }
 }
@@ -393,14 +419,6 @@ fn last(editor: &Editor) -> Point {
     match &editor.doing {
         crate::drawing::Doing::Track { from, .. } => *from,
         _ => editor.aim.at(),
-    }
-}
-
-/// A typed place: the tool places there; where it selects, what is chosen goes there with the cross-hair.
-fn to(editor: &mut Editor, at: Point) {
-    editor.aim_at(at);
-    if editor.tool != Tool::Select {
-        editor.place();
     }
 }
 
@@ -440,7 +458,7 @@ fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
         DrawKey::Group => editor.group(group),
         DrawKey::Side(top) => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
         // These only move the focus: the screen does it.
-        DrawKey::Numbers | DrawKey::Type(_) => {}
+        DrawKey::Numbers | DrawKey::Rename | DrawKey::Type(_) => {}
     }
 }
 

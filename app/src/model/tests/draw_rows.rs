@@ -101,6 +101,8 @@ impl Sheet {
                 self.event(DrawEvent::Set { field, text: text.to_owned() });
             }
             "group" => self.event(DrawEvent::Group),
+            "into" => self.event(DrawEvent::Beside { into: true }),
+            "out" => self.event(DrawEvent::Beside { into: false }),
             "escape" => self.event(DrawEvent::Escape),
             "new" => self.event(DrawEvent::New),
             "gap" => self.event(DrawEvent::Find { least: Least::Gap }),
@@ -472,6 +474,100 @@ fn a_new_drawing_leaves_the_one_before_in_the_store() {
     bad.event(DrawEvent::Opened { place: None, text: Some("{}".to_owned()) });
     bad.event(DrawEvent::Opened { place: None, text: None });
     assert_eq!((bad.counts(), bad.model.frame.toasts.len()), (before, 2));
+}
+
+#[test]
+fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
+    let mut sheet = Sheet::tell("key:p at:5,5 at:9,9");
+    let before = sheet.model.draw.editor.history().clone();
+    let example = include_str!("../../../../www/drawings/robot.json");
+    sheet.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
+    assert_eq!(sheet.drawing().name(), drawing::read("d", example).unwrap().now().name());
+    let number = sheet.model.frame.toasts.first().expect("it is offered").number;
+    sheet.event(FrameEvent::Taken { number });
+    assert_eq!(*sheet.model.draw.editor.history(), before);
+    // And the other way round; a sheet on which nothing was drawn is not offered.
+    sheet.event(DrawEvent::Back);
+    assert_eq!(sheet.of("hole").len(), 15);
+    let mut empty = Sheet::default();
+    empty.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
+    assert!(empty.model.frame.toasts.is_empty());
+}
+
+#[test]
+fn the_example_does_not_lie_over_open_files() {
+    let mut sheet = over_files();
+    assert_eq!(sheet.model.draw.over(), (true, true));
+    let example = include_str!("../../../../www/drawings/robot.json");
+    let look = sheet.model.draw.look;
+    sheet.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
+    assert_eq!(sheet.model.draw.over(), (false, true));
+    assert!(sheet.model.draw.editor.finder().imported().is_empty());
+    assert!(sheet.model.draw.look.0 > look.0 && sheet.model.draw.look.1.is_none(), "all of it is looked at");
+    let open = sheet.model.board.document.clone().map(|open| open.files.len());
+    sheet.event(FrameEvent::Show { tab: Tab::Cam });
+    assert_eq!(asked(&sheet.out).map(|(number, _)| number), None, "the open board stays as it is");
+    assert_eq!(sheet.model.board.document.as_ref().map(|open| open.files.len()), open);
+}
+
+#[test]
+fn things_go_into_groups_and_out_of_them_in_the_tree() {
+    // Two groups of a hole each, and a hole by itself.
+    let mut sheet = Sheet::tell("key:o at:1,1 at:9,1 at:17,1 key:v at:1,1 group at:9,1 group at:17,1");
+    let (groups, holes) = (sheet.of("group"), sheet.of("hole"));
+    let lies = |sheet: &Sheet, id: Id| sheet.drawing().get(id).unwrap().group;
+    sheet.word("into");
+    assert_eq!(lies(&sheet, holes[2]), Some(groups[1]), "into the nearest one above");
+    assert_eq!(sheet.counts(), "0/0/3/3/2 6/0 1");
+    sheet.word("into");
+    assert_eq!(lies(&sheet, holes[2]), Some(groups[0]));
+    sheet.word("out");
+    assert_eq!(lies(&sheet, holes[2]), None);
+    sheet.event(DrawEvent::Regroup { id: groups[0], group: Some(groups[1]) });
+    assert_eq!((lies(&sheet, groups[0]), lies(&sheet, holes[2])), (Some(groups[1]), None), "it alone");
+    sheet.event(DrawEvent::Regroup { id: groups[1], group: Some(groups[0]) });
+    assert_eq!(lies(&sheet, groups[1]), None, "a group does not go into itself");
+    assert!(sheet.model.draw.editor.said.is_some());
+    sheet.event(DrawEvent::Regroup { id: holes[2], group: Some(groups[0]) });
+    let deepest = |sheet: &Sheet| sheet.model.draw.shown.tree.iter().map(|row| row.depth).max().unwrap();
+    assert_eq!((lies(&sheet, holes[2]), deepest(&sheet)), (Some(groups[0]), 2), "shown where it went");
+    while sheet.model.draw.editor.can_undo().0 {
+        sheet.word("key:Ctrl+z");
+    }
+    assert!(sheet.drawing().is_empty() && sheet.model.draw.shown.tree.is_empty());
+}
+
+#[test]
+fn the_tree_after_edits_is_that_of_the_drawing() {
+    let mut sheet = Sheet::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 at:20,9 key:End key:Ctrl+a group");
+    let words =
+        "key:Ctrl+z key:Ctrl+y drag:5,5>7,7 key:Ctrl+d key:Delete key:Ctrl+Shift+g key:Ctrl+z key:Ctrl+z";
+    for word in words.split_whitespace() {
+        sheet.word(word);
+        let editor = &sheet.model.draw.editor;
+        let mut anew = editor.with(editor.history().clone(), editor.finder().imported().clone());
+        anew.open.clone_from(&editor.open);
+        assert_eq!(*sheet.model.draw.shown.tree, crate::drawing::tree::rows(&anew), "{word}");
+        assert_eq!(sheet.model.draw.editor.smallest, anew.smallest, "{word}");
+    }
+}
+
+#[test]
+fn what_is_chosen_goes_to_a_typed_place() {
+    let at = |words: &str| {
+        let sheet = Sheet::tell(words);
+        let [x, y] =
+            sheet.of("node").first().and_then(|id| sheet.drawing().at(*id)).map(|at| [at.x, at.y]).unwrap();
+        (x.mm(), y.mm())
+    };
+    assert_eq!(at("key:o at:5,5 key:v at:5,5 type:@2,1"), (7.0, 6.0), "by so much");
+    assert_eq!(at("key:o at:5,5 key:v at:5,5 type:x9"), (9.0, 5.0), "with the cross-hair on it");
+    assert_eq!(
+        at("key:o at:5,5 key:v at:5,5 hover:20,20 type:x9"),
+        (5.0, 5.0),
+        "the cross-hair is elsewhere"
+    );
+    assert_eq!(at("key:o at:5,5 key:v at:5,5 type:@2,1 key:Ctrl+z"), (5.0, 5.0), "an edit like others");
 }
 
 #[test]

@@ -20,7 +20,7 @@ use annulus_core::job::Program;
 use annulus_core::machine::{Value, virtual_drill};
 use annulus_core::post::OutputFile;
 use annulus_core::project::saved::{Project, Said};
-use annulus_core::proof::{Finding, Kind};
+use annulus_core::proof::{Finding, Group, Kind, Pair};
 use annulus_core::units::Length;
 use annulus_core::wire::{Tell, program};
 
@@ -154,6 +154,13 @@ pub(super) fn finding(id: &str) -> Finding {
     }
 }
 
+/// A group of one.
+fn group(finding: &Finding) -> Group {
+    let (kind, must_be_read, tool) = finding.cause();
+    let (nets, least, ids) = (finding.nets.clone(), finding.width, vec![finding.id.clone()]);
+    Group { kind, must_be_read, tool, count: 1, least, most: least, pairs: vec![Pair { nets, least, ids }] }
+}
+
 fn refused(code: &str) -> Result<Answer, Stopped> {
     Err(Stopped::Refused(vec![Diagnostic::error(code)]))
 }
@@ -165,8 +172,9 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
     let project =
         |job: Option<String>| Answer::Opened(Project { files: files(7), said: Said::default(), job });
     let proof = |ids: &[&str]| {
-        let findings = ids.iter().map(|id| finding(id)).collect();
-        Ok(Answer::Proved(Proved { findings, ..Proved::default() }))
+        let findings: Vec<Finding> = ids.iter().map(|id| finding(id)).collect();
+        let groups = findings.iter().map(group).collect();
+        Ok(Answer::Proved(Proved { findings, groups, ..Proved::default() }))
     };
     let export = |names: &[&str], unread: Vec<(Face, u32)>| {
         let file =

@@ -111,7 +111,8 @@ fn gains(waits: Memo<bool>) -> impl IntoView {
         desk.timed
             .with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| timed.holes.to_string()))
     };
-    let changes = move || desk.plan.with(|plan| plan.as_ref().map_or(0, |plan| plan.bits.len()).to_string());
+    let changes =
+        move || desk.job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
     section().class("block").attr("aria-label", t!("page.plan.travel")).child((
         header().child(h2().child(t!("page.plan.travel"))),
         move || waits.get().then(|| p().child(t!("page.plan.waits"))),
@@ -152,6 +153,20 @@ pub(crate) fn show_problems() {
     });
 }
 
+/// That the proof has something to be read too, and the way there.
+fn at_cam() -> impl IntoView {
+    let unread = Memo::new(move |_| open_board().unread());
+    move || {
+        (unread.get() > 0).then(|| {
+            let go = |_| send(FrameEvent::Show { tab: Tab::Cam });
+            div().class("row").child((
+                span().class("grow").child(t!("page.problems.at_cam", count = unread.get_untracked())),
+                push("button small", t!("page.problems.go_cam"), go),
+            ))
+        })
+    }
+}
+
 /// Findings of files and plan; errors can be ticked as seen here too.
 fn problems() -> impl IntoView {
     let desk = open_board();
@@ -178,6 +193,7 @@ fn problems() -> impl IntoView {
             push("button small", t!("page.problems.review"), |_| send(FilesEvent::Review)),
         )),
         list,
+        at_cam(),
         move || {
             open_board()
                 .task

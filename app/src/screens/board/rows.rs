@@ -1,4 +1,4 @@
-//! The rows of the hole table: tools, and under each its holes in order of drilling.
+//! The rows of the hole table: tools, and under each its holes in order of drilling; last what no bit drills, by its size.
 //!
 //! Comes in: a board and its plan. Goes out: [`Tool`]s and [`Row`]s. Knows no layout.
 
@@ -7,6 +7,7 @@ use crate::picture;
 use crate::view::Palette;
 use annulus_core::board::Board;
 use annulus_core::units::Length;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A bit, or a size before there is a plan.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,16 +44,19 @@ pub(crate) fn tools(board: &Board, plan: Option<&Planned>) -> Vec<Tool> {
     if let Some(plan) = plan {
         let planned =
             plan.bits.iter().map(|bit| tool(board, Some(bit.diameter), bit.sizes.clone(), bit.holes.clone()));
-        return planned.collect();
+        let drilled: BTreeSet<u32> = plan.bits.iter().flat_map(|bit| bit.holes.iter().copied()).collect();
+        return planned.chain(by_size(board, |hole| !drilled.contains(&hole))).collect();
     }
-    let mut sizes: Vec<Option<Length>> = board.holes.iter().map(|hole| hole.diameter).collect();
-    sizes.sort_unstable();
-    sizes.dedup();
-    let of_size = |size: Option<Length>| {
-        let holes = (0..).zip(&board.holes).filter(|(_, hole)| hole.diameter == size).map(|(index, _)| index);
-        tool(board, None, size.into_iter().collect(), holes.collect())
-    };
-    sizes.into_iter().map(of_size).collect()
+    by_size(board, |_| true)
+}
+
+/// Those of the holes that are `wanted`, by size: no bit drills them, they are milled or left out.
+fn by_size(board: &Board, wanted: impl Fn(u32) -> bool) -> Vec<Tool> {
+    let mut found: BTreeMap<Option<Length>, Vec<u32>> = BTreeMap::new();
+    for (index, hole) in (0..).zip(&board.holes).filter(|(index, _)| wanted(*index)) {
+        found.entry(hole.diameter).or_default().push(index);
+    }
+    found.into_iter().map(|(size, holes)| tool(board, None, size.into_iter().collect(), holes)).collect()
 }
 
 /// Every line, tool by tool.

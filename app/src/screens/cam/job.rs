@@ -18,6 +18,7 @@ use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::cam::parameters::{Parameter, SETUP};
 use annulus_core::cam::work::{Action, Operation, Setup};
+use annulus_core::job::milled_mm;
 use leptos::ev;
 use leptos::html::{
     button, details, div, dl, h2, header, input, label, li, ol, section, select, span, summary,
@@ -210,8 +211,8 @@ fn totals() -> impl IntoView {
     };
     let milled = move || {
         let milled = open_board()
-            .toolpaths
-            .with(|toolpaths| toolpaths.as_ref().map_or(0.0, |toolpaths| toolpaths.cut_mm()));
+            .job
+            .with(|job| job.as_ref().map_or(0.0, |job| milled_mm(&job.program).iter().sum::<f64>()));
         say!("page.cam.metres", metres = metres(milled))
     };
     let count = move || {

@@ -12,6 +12,8 @@ use annulus_core::board::drawing::Id;
 use leptos::ev;
 use leptos::html::{self, div, h2, header, p, section, select, span};
 use leptos::prelude::*;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlInputElement;
 
 /// The block.
 pub(super) fn fields() -> impl IntoView {
@@ -30,6 +32,15 @@ pub(super) fn fields() -> impl IntoView {
         div().class("field-pairs").child(lines),
         move || (count() == 0).then(|| p().class("quiet").child(t!("page.draw.hint"))),
     ))
+}
+
+/// The name of the chosen group, of the drawing where nothing is chosen, is typed over.
+pub(super) fn rename() {
+    let field = document().get_element_by_id(&format!("draw-{}", Field::Name.word()));
+    if let Some(field) = field.and_then(|field| field.dyn_into::<HtmlInputElement>().ok()) {
+        let _ = field.focus();
+        field.select();
+    }
 }
 
 fn row(field: Field) -> Option<AnyView> {

@@ -71,6 +71,7 @@ pub(crate) fn key(key: DrawKey) {
         return;
     }
     match key {
+        DrawKey::Rename => fields::rename(),
         DrawKey::Numbers => focus(".draw-fields :is(input, select)"),
         DrawKey::Type(by) => readout::type_place(by),
         key => send(DrawEvent::Key { key }),

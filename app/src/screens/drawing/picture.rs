@@ -38,40 +38,39 @@ fn front() -> Layer {
 pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<Palette>) {
     let drawing = open_drawing();
     let on = Memo::new(move |_| ready.get() && frame().tab.get() == Tab::Draw);
-    let front = Memo::new(move |_| front());
-    let whole = RwSignal::new(0_u32);
+    let front = Memo::new(move |_| (front(), drawing.dim.get().then(|| drawing.pen.get().layer)));
     Effect::new(move |_| {
         let on = on.get();
         with_view(picture, |view| view.set_strokes(on));
     });
-    Effect::new(move |before: Option<bool>| {
+    // What is looked at anew is in the picture by then.
+    Effect::new(move |before: Option<Option<u32>>| {
+        let (look, at) = drawing.look.get();
         if !on.get() {
-            return false;
+            return None;
         }
-        let (sheet, front, palette) = (drawing.sheet.get(), front.get(), palette.get());
-        let _ = drawing.chosen.get();
-        let marks = drawing.marks.get_untracked();
+        let (sheet, lit, front, palette) =
+            (drawing.sheet.get(), drawing.lit.get(), front.get(), palette.get());
         with_view(picture, |view| {
             view.set_palette(palette);
-            view.set_scene(scene::scene(&sheet, &marks, front, &palette));
-            if before != Some(true) {
-                view.set_head(None);
-                view.fit();
+            view.set_scene(scene::scene(&sheet, &lit, front, &palette));
+            view.set_selected(&lit.holes);
+            match (before.flatten(), at) {
+                (Some(before), _) if before == look => {}
+                (Some(_), Some(at)) => view.look_at(at, LOOK_MM),
+                _ => view.fit(),
             }
-            view.set_selected(&marks.holes);
         });
-        whole.update(|count| *count += 1);
-        true
+        Some(look)
     });
     Effect::new(move |_| {
-        if !on.get() {
-            return;
-        }
-        let (marks, palette, _) = (drawing.marks.get(), palette.get(), whole.get());
-        let sheet = drawing.sheet.get_untracked();
+        let on = on.get();
+        let (marks, palette) = (drawing.marks.get(), palette.get());
         with_view(picture, |view| {
-            view.set_lines(scene::lines(&sheet, &marks, &palette));
-            view.set_head(marks.cross);
+            view.set_over(if on { scene::over(&marks, &palette) } else { Vec::new() });
+            if on {
+                view.set_head(marks.cross);
+            }
         });
     });
     Effect::new(move |_| {
@@ -80,15 +79,5 @@ pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<
             let text = say!("page.draw.summary", name = name, count = count);
             with_view(picture, |view| view.describe(&text));
         }
-    });
-    Effect::new(move |before: Option<u32>| {
-        let (count, at) = drawing.look.get();
-        if before.is_some_and(|before| before != count) && on.get_untracked() {
-            with_view(picture, |view| match at {
-                Some(at) => view.look_at(at, LOOK_MM),
-                None => view.fit(),
-            });
-        }
-        count
     });
 }

@@ -154,5 +154,12 @@ fn grid() -> impl IntoView {
             .attr("aria-label", t!("page.draw.grid"))
             .on(ev::change, |event| send(DrawEvent::Grid { text: event_target_value(&event) }))
             .child(options),
+        tick(
+            move || open_drawing().dim.get(),
+            t!("page.draw.dim"),
+            |_| {
+                send(DrawEvent::Act { act: Act::Dim });
+            },
+        ),
     ))
 }

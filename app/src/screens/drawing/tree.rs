@@ -1,6 +1,6 @@
 //! The tree of the drawing: groups in groups, and what is in them.
 //!
-//! Comes in: lines. Goes out: what is chosen in them, which groups are open.
+//! Comes in: lines. Goes out: what is chosen in them, which groups are open, what goes into which group.
 
 use super::inputs::{layer_word, shown};
 use crate::drawing::tree::TreeRow;
@@ -8,11 +8,14 @@ use crate::i18n::{self, number, say, t};
 use crate::model::DrawEvent;
 use crate::page::{frame, open_drawing, send};
 use crate::widgets::{ROW_PX, push, virtual_list};
-use annulus_core::board::drawing::{Catch, Thing};
+use annulus_core::board::drawing::{Catch, Id, Thing};
 use annulus_core::geometry::Point;
-use leptos::ev::{self, MouseEvent};
+use leptos::ev::{self, DragEvent, KeyboardEvent, MouseEvent};
 use leptos::html::{div, h2, header, p, section, span};
 use leptos::prelude::*;
+
+/// What a dragged line is carried as.
+const DRAGGED: &str = "application/x-annulus-thing";
 
 /// The block.
 pub(super) fn tree() -> impl IntoView {
@@ -20,7 +23,7 @@ pub(super) fn tree() -> impl IntoView {
     let count = Signal::derive(move || drawing.tree.with(|rows| rows.len()));
     let at = Memo::new(move |_| {
         let wanted = drawing.shown.get()?;
-        drawing.tree.with(|rows| rows.iter().position(|row| row.catch == wanted))
+        drawing.tree.with(|rows| rows.iter().position(|row| row.item.catch == wanted))
     });
     let row = move |index: usize| {
         // A line is made anew when it is another one, not whenever the tree is.
@@ -32,15 +35,67 @@ pub(super) fn tree() -> impl IntoView {
             let from = at.get_untracked().map_or(if by > 0 { -1 } else { 0 }, |at| at as i64);
             let to = (from + by).clamp(0, rows.len().saturating_sub(1) as i64);
             if let Some(row) = rows.get(to as usize) {
-                send(DrawEvent::Choose { id: row.id, adding: false });
+                send(DrawEvent::Choose { id: row.item.id, adding: false });
             }
         });
     };
-    section().class("block draw-tree").attr("aria-label", t!("page.draw.tree")).child((
-        header().child((h2().child(t!("page.draw.tree")), open_button())),
-        move || (count.get() == 0).then(|| p().class("quiet").child(t!("page.draw.empty"))),
-        virtual_list(t!("page.draw.tree"), count, at.into(), row, walk),
-    ))
+    section()
+        .class("block draw-tree")
+        .attr("aria-label", t!("page.draw.tree"))
+        .on(ev::keydown, by_key)
+        .on(ev::dragover, |event| {
+            is_line(&event);
+        })
+        .on(ev::drop, |event| dropped(&event, None))
+        .child((
+            header().child((h2().child(t!("page.draw.tree")), open_button())),
+            move || (count.get() == 0).then(|| p().class("quiet").child(t!("page.draw.empty"))),
+            virtual_list(t!("page.draw.tree"), count, at.into(), row, walk),
+        ))
+}
+
+/// Alt and an arrow move what is chosen between groups; an arrow alone opens and closes them.
+fn by_key(event: KeyboardEvent) {
+    let into = match event.key().as_str() {
+        "ArrowRight" => true,
+        "ArrowLeft" => false,
+        _ => return,
+    };
+    if event.ctrl_key() || event.shift_key() || event.meta_key() {
+        return;
+    }
+    event.prevent_default();
+    event.stop_propagation();
+    if event.alt_key() {
+        send(DrawEvent::Beside { into });
+        return;
+    }
+    let drawing = open_drawing();
+    let group = drawing.tree.with_untracked(|rows| {
+        let shown = drawing.shown.get_untracked()?;
+        rows.iter().find(|row| row.item.catch == shown && row.open == Some(!into)).map(|row| row.item.id)
+    });
+    group.into_iter().for_each(|id| send(DrawEvent::Open { id }));
+}
+
+/// A line was dropped: what it shows goes into `group`, or to the top.
+fn dropped(event: &DragEvent, group: Option<Id>) {
+    let text = event.data_transfer().and_then(|data| data.get_data(DRAGGED).ok()).unwrap_or_default();
+    if let Ok(id) = text.parse::<u32>() {
+        event.prevent_default();
+        event.stop_propagation();
+        send(DrawEvent::Regroup { id: Id(id), group });
+    }
+}
+
+/// Whether it is a line that is dragged, and no file; then it may be dropped here.
+fn is_line(event: &DragEvent) -> bool {
+    let is_line = event.data_transfer().is_some_and(|data| data.types().includes(&DRAGGED.into(), 0));
+    if is_line {
+        event.prevent_default();
+        event.stop_propagation();
+    }
+    is_line
 }
 
 /// Opens or closes the chosen group.
@@ -49,8 +104,8 @@ fn open_button() -> impl IntoView {
     let group = Memo::new(move |_| {
         let shown = drawing.shown.get()?;
         drawing.tree.with(|rows| {
-            let row = rows.iter().find(|row| row.catch == shown)?;
-            row.open.map(|open| (row.id, open))
+            let row = rows.iter().find(|row| row.item.catch == shown)?;
+            row.open.map(|open| (row.item.id, open))
         })
     });
     move || {
@@ -71,7 +126,7 @@ fn place(at: Point) -> String {
 fn words(row: &TreeRow) -> String {
     let unit = frame().unit.get();
     let size = |length| number(shown(unit, length));
-    match &row.thing {
+    match &row.item.thing {
         Thing::Group { name } => name.clone(),
         Thing::Track { width, layer, .. } => {
             say!("page.draw.line.track", width = size(*width), layer = i18n::text(layer_word(*layer), &[]))
@@ -91,14 +146,17 @@ fn is_chosen(catch: Catch) -> bool {
 }
 
 fn line(row: &TreeRow, index: usize) -> AnyView {
-    let (id, catch, depth, open) = (row.id, row.catch, row.depth, row.open);
+    let (id, catch, depth, open) = (row.item.id, row.item.catch, row.depth, row.open);
     let own = row.clone();
     let sign = open.map(|open| if open { "▾" } else { "▸" });
     let press = move |event: MouseEvent| {
         let adding = event.shift_key() || event.ctrl_key() || event.meta_key();
         send(DrawEvent::Choose { id, adding });
     };
-    let at = row.at;
+    let at = row.item.at;
+    // Dropped on a group, it goes into it; on another line, to where that lies.
+    let target = if open.is_some() { Some(id) } else { row.item.group };
+    let aimed = RwSignal::new(false);
     let places = move || {
         let places = [at.0, at.1].into_iter().flatten().map(place);
         places.collect::<Vec<_>>().join(" → ")
@@ -110,6 +168,23 @@ fn line(row: &TreeRow, index: usize) -> AnyView {
         .attr("aria-selected", move || if is_chosen(catch) { "true" } else { "false" })
         .style(("top", format!("{}px", index as f64 * ROW_PX)))
         .style(("padding-inline-start", format!("{}px", 12 + 14 * depth.min(12))))
+        .attr("draggable", "true")
+        .class(("aimed", move || aimed.get()))
+        .on(ev::dragstart, move |event| {
+            if let Some(data) = event.data_transfer() {
+                let _ = data.set_data(DRAGGED, &id.0.to_string());
+            }
+        })
+        .on(ev::dragover, move |event| {
+            if is_line(&event) {
+                aimed.set(true);
+            }
+        })
+        .on(ev::dragleave, move |_| aimed.set(false))
+        .on(ev::drop, move |event| {
+            aimed.set(false);
+            dropped(&event, target);
+        })
         .on(ev::click, press)
         .on(ev::dblclick, move |_| {
             if open.is_some() {

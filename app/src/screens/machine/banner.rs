@@ -1,16 +1,16 @@
-//! What the machine is doing, readable from two metres; the alarm under it, and the question of a broken-off job.
+//! What the machine is doing, readable from two metres; the alarm under it, and what else has to be told.
 //!
-//! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging, forgetting.
+//! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging.
 
-use super::{ended, words};
+use super::{ended, offer, words};
 use crate::health::observer;
-use crate::i18n::{advice, key, message, say, t};
+use crate::i18n::{advice, key, message, t};
 use crate::keys::Tab;
-use crate::model::{LinkEvent, StartEvent};
+use crate::model::LinkEvent;
 use crate::page::link::{self, Freshness, Link, Notice, Ousted, Phase};
 use crate::page::{frame, send};
 use crate::widgets::{Icon, icon, push, push_if};
-use annulus_core::control::{Alarm, State};
+use annulus_core::control::Alarm;
 use annulus_core::wire::{Ask, DrilledReport};
 use leptos::html::{div, p, span, strong};
 use leptos::prelude::*;
@@ -40,7 +40,8 @@ pub(crate) fn banner() -> impl IntoView {
     }
 }
 
-fn control(line: Link) -> impl IntoView {
+/// Who has control, and the button that takes it or gives it back.
+pub(super) fn control(line: Link) -> impl IntoView {
     move || {
         let control = line.control.get();
         let viewers = (control.viewers > 1)
@@ -125,29 +126,8 @@ pub(crate) fn answers() -> impl IntoView {
             Told::Refused => refused(line).into_any(),
             Told::Ousted => ousted(line).into_any(),
             Told::Ended => ended::ended(closed).into_any(),
-            Told::Interrupted => interrupted(line).into_any(),
+            Told::Interrupted => offer::notice(line).into_any(),
         })
-    }
-}
-
-/// A job that was broken off and can be taken up.
-fn interrupted(line: Link) -> impl IntoView {
-    move || {
-        let offer = line.interrupted.get()?;
-        let idle = matches!(line.state(), Some(State::Ready | State::NotHomed | State::Alarm));
-        if !idle {
-            return None;
-        }
-        let (name, next, total) = (offer.name.clone(), offer.holes_done + 1, offer.holes_total);
-        let resume = move |_| send(StartEvent::Resume { offer: offer.clone() });
-        let forget = |_| send(LinkEvent::Forget);
-        let text = move || say!("page.interrupted.text", name = name, next = next, total = total);
-        Some(div().class("notice tone-pause").attr("role", "status").child((
-            icon(Icon::Pause),
-            span().class("grow").child(text),
-            push_if("button", move || line.may_act(), t!("page.interrupted.resume", next = next), resume),
-            push_if("button quiet", move || line.may_act(), t!("page.interrupted.forget"), forget),
-        )))
     }
 }
 

@@ -3,7 +3,7 @@
 //! Comes in: the end of a job, the drill's own record. Goes out: a notice that stays until somebody closes it; the pre-flight of
 //! a program with what is missing. Nothing moves before that.
 
-use super::words;
+use super::{offer, words};
 use crate::i18n::{key, say, sentence, t};
 use crate::model::link::drilled;
 use crate::model::{LinkEvent, StartEvent};
@@ -65,6 +65,7 @@ fn as_told(ended: Ended) -> impl IntoView {
     div().class(class).attr("role", "status").child((
         icon(sign),
         div().class("grow").child((span().child(text), really_there(link::link()))),
+        offer::buttons(link::link()),
         push("button small quiet", t!("page.close"), |_| send(LinkEvent::Close { notice: Notice::Ended })),
     ))
 }

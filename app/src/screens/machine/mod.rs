@@ -12,6 +12,7 @@ mod connect;
 mod ended;
 mod job;
 mod jog;
+mod offer;
 mod preflight;
 mod readouts;
 mod sensors;

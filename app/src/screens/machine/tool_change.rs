@@ -2,6 +2,7 @@
 //!
 //! Comes in: the state and the program's bits. Goes out: `ToolChanged`. The machine moves only after Continue.
 
+use super::banner::control;
 use crate::i18n::{language, say, t};
 use crate::page::link::{self, Link};
 use crate::widgets::{Dialog, Icon, dialog, icon, push, push_if};
@@ -67,6 +68,8 @@ pub fn tool_change() -> impl IntoView {
             li().child(t!("page.change.swap")),
             li().child(t!("page.change.check")),
         )),
+        // Who only watches sees why Continue is not to be had, and how it can be.
+        move || (!line.may_act()).then(|| control(line)),
     );
     let foot = (
         push("button", t!("page.change.later"), move |_| put_off.set(true)),

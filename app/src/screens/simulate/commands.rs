@@ -62,6 +62,11 @@ fn place(leg: &Leg) -> Option<(f64, f64)> {
     })
 }
 
+/// The number of the hole of leg `leg` in the order of drilling, from 1: its number on every screen.
+fn holes_until(legs: &[Leg], leg: usize) -> usize {
+    legs.iter().take(leg + 1).filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()
+}
+
 fn text(leg: LegStart) -> String {
     let unit = frame().unit.get();
     open_board().job.with(|job| {
@@ -78,7 +83,10 @@ fn text(leg: LegStart) -> String {
                 let (x, y) = at.unwrap_or_default();
                 let (x, y) = (unit.coordinate(x), unit.coordinate(y));
                 match leg.mark {
-                    Mark::Hole(_) => say!("page.leg.hole", hole = number + 1, x = x, y = y),
+                    Mark::Hole(_) => {
+                        let hole = program.map_or(0, |program| holes_until(&program.legs, leg.leg as usize));
+                        say!("page.leg.hole", hole = hole, x = x, y = y)
+                    }
                     _ => say!("page.leg.way", way = number + 1, x = x, y = y),
                 }
             }

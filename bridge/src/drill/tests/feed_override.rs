@@ -114,7 +114,7 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
         safe_hz: None,
         offer: None,
     };
-    let job = prepare::prepare(&program::key(&bytes), &bytes, &context).unwrap();
+    let job = prepare::prepare(&program::key(&bytes), &bytes, 0, &context).unwrap();
     let fast = prepare::at_feed(&job, 200).unwrap();
     assert_ne!(fast.digest, job.digest);
     assert!(fast.left_ticks[0] < job.left_ticks[0]);

@@ -177,15 +177,17 @@ impl<'a> Reader<'a> {
             };
             let from = if self.incremental { self.at } else { self.zero };
             let base = if self.incremental { Point::default() } else { self.at };
-            self.at = match to {
+            let there = match to {
                 [Some(x), Some(y)] => Point::new(from.x + x, from.y + y),
                 [Some(x), None] => Point::new(from.x + x, if self.incremental { from.y } else { base.y }),
                 [None, Some(y)] => Point::new(if self.incremental { from.x } else { base.x }, from.y + y),
                 [None, None] => break,
             };
-            if self.at.x.abs() > Length::LIMIT || self.at.y.abs() > Length::LIMIT {
+            // What lies beyond any board is told about by whoever reads the line by its words.
+            if there.x.abs() > Length::LIMIT || there.y.abs() > Length::LIMIT {
                 break;
             }
+            self.at = there;
             self.out.hits.push(Hit { at: self.at, line: self.line, tool });
             self.index += length;
             self.line += 1;

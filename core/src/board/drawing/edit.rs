@@ -82,6 +82,14 @@ impl Drawing {
 
     /// Sets one thing, unchecked, and gives what it was.
     fn set(&mut self, id: Id, becomes: Option<Entry>) -> Option<Entry> {
+        let place = |entry: Option<&Entry>| match entry?.thing {
+            Thing::Node { at } => Some((at, id)),
+            _ => None,
+        };
+        if let Some(was) = place(self.things.get(&id)) {
+            self.places.remove(&was);
+        }
+        self.places.extend(place(becomes.as_ref()));
         let ties = |entry: &Entry| entry.thing.nodes().chain(entry.group).collect::<Vec<Id>>();
         let was = match becomes {
             Some(entry) => {

@@ -65,6 +65,8 @@ pub struct Finder {
     objects: BTreeMap<(String, u32), u32>,
     /// Which imported thing a thing of the drawing speaks of.
     spoken_of: BTreeMap<Id, u32>,
+    /// And the other way round.
+    spoken_by: BTreeMap<u32, Id>,
 }
 
 impl Finder {
@@ -92,7 +94,7 @@ impl Finder {
 
     /// The thing of the drawing that says where an imported one is now; none where it is as its file says.
     pub fn said_of(&self, imported: u32) -> Option<Id> {
-        self.spoken_of.iter().find(|(_, of)| **of == imported).map(|(id, _)| *id)
+        self.spoken_by.get(&imported).copied()
     }
 
     /// The body of what was caught, where it is now; none where it was taken out.
@@ -105,6 +107,7 @@ impl Finder {
         let mut moved = BTreeSet::new();
         for id in touched {
             if let Some(of) = self.spoken_of.remove(id) {
+                self.spoken_by.remove(&of);
                 let whole = self.imported.get(of as usize).map(|one| one.body.clone());
                 self.set(Catch::Imported(of), whole);
                 moved.insert(Catch::Imported(of));
@@ -117,6 +120,7 @@ impl Finder {
                 let body = by.map(|by| one.body.clone().moved(by));
                 self.set(Catch::Imported(of), body);
                 self.spoken_of.insert(*id, of);
+                self.spoken_by.insert(of, *id);
                 moved.insert(Catch::Imported(of));
             }
             self.set(Catch::Drawn(*id), entry.and_then(|entry| Body::of(drawing, entry)));

@@ -21,6 +21,7 @@ mod find;
 mod history;
 mod imported;
 mod places;
+mod sizes;
 mod svg;
 #[cfg(test)]
 mod tests;
@@ -246,6 +247,8 @@ pub struct Drawing {
     things: BTreeMap<Id, Entry>,
     /// What hangs on a node, and what is in a group. Follows from `things`.
     hanging: BTreeMap<Id, BTreeSet<Id>>,
+    /// Nodes by their places. Follows from `things`.
+    places: BTreeSet<(Point, Id)>,
 }
 
 impl Drawing {
@@ -304,7 +307,7 @@ impl Drawing {
 
     /// The first node exactly there.
     pub fn node_at(&self, at: Point) -> Option<Id> {
-        self.things().find(|(_, entry)| entry.thing == Thing::Node { at }).map(|(id, _)| id)
+        self.places.range((at, Id(0))..=(at, Id(u32::MAX))).next().map(|(_, id)| *id)
     }
 
     /// An id that is larger than all that are there.

@@ -364,7 +364,7 @@ fn the_smallest_figures_follow_every_edit() {
     drawing.apply(&track(&drawing, ends, um(400), Layer::Top).0).unwrap();
     let mut finder = Finder::new(&drawing, Arc::default());
     let mut figures = Figures::new(&drawing, &finder);
-    let smallest = figures.smallest(&drawing);
+    let smallest = figures.smallest();
     let size = |of: Option<(Length, Id)>| of.unwrap().0;
     assert_eq!(smallest.gap.unwrap().0, um(800), "from the octagon's flat to the edge of the track");
     assert_eq!((size(smallest.track), size(smallest.hole)), (um(400), um(800)));
@@ -372,7 +372,7 @@ fn the_smallest_figures_follow_every_edit() {
     let mut history = History::new(drawing);
     let node = history.now().node_at(first).unwrap();
     let mut chance = Chance::new(3);
-    for _ in 0..200 {
+    for _ in 0..600 {
         let edit = if chance.below(3) == 0 {
             moved(history.now(), &set(&[node]), mm(chance.between(-0.3, 0.3), chance.between(-0.3, 0.3)))
         } else {
@@ -387,8 +387,69 @@ fn the_smallest_figures_follow_every_edit() {
         figures.update(history.now(), &finder, &moved);
         let anew = Finder::new(history.now(), Arc::default());
         let all = Figures::new(history.now(), &anew);
-        assert_eq!(figures.smallest(history.now()), all.smallest(history.now()));
+        assert_eq!(figures.smallest(), all.smallest());
+        assert_eq!(figures.smallest().gap.map(|(gap, ..)| gap), looked_for(history.now(), &anew));
     }
+}
+
+#[test]
+fn what_a_plated_hole_joined_is_apart_without_its_track() {
+    // Above, a track to the node of a plated hole; below, one from there: gone, and what it led to is another net.
+    let mut history = History::new(Drawing::named(""));
+    let via = End::At(mm(5.0, 5.0));
+    let far = (End::At(mm(5.0, 9.0)), End::At(mm(9.0, 9.0)));
+    let steps: [&dyn Fn(&Drawing) -> Edit; 5] = [
+        &|drawing| track(drawing, far, um(300), Layer::Bottom).0,
+        &|drawing| hole(drawing, via, um(600), true),
+        &|drawing| track(drawing, (via, far.0), um(300), Layer::Bottom).0,
+        &|drawing| pad(drawing, via, (PadShape::Circle, um(1_000)), None, Layer::Top),
+        &|drawing| pad(drawing, End::At(mm(6.5, 5.0)), (PadShape::Circle, um(1_000)), None, Layer::Both),
+    ];
+    for step in steps {
+        let edit = step(history.now());
+        history.make(&edit).unwrap();
+    }
+    let mut finder = Finder::new(history.now(), Arc::default());
+    let mut figures = Figures::new(history.now(), &finder);
+    let mut tracks = all(history.now(), "track");
+    tracks.extend(all(history.now(), "hole"));
+    for id in tracks {
+        let touched = history.make(&removed(history.now(), &set(&[id]))).unwrap();
+        let moved = finder.update(history.now(), &touched);
+        figures.update(history.now(), &finder, &moved);
+        let anew = Figures::new(history.now(), &finder);
+        assert_eq!(figures.smallest(), anew.smallest());
+        assert_eq!(figures.smallest().gap.map(|(gap, ..)| gap), looked_for(history.now(), &finder));
+    }
+}
+
+/// The smallest gap, by looking at all pairs.
+fn looked_for(drawing: &Drawing, finder: &Finder) -> Option<Length> {
+    let layer = |id: Id| drawing.thing(id)?.layer().filter(|layer| *layer != Layer::Edge);
+    let copper: Vec<Id> = drawing.things().map(|(id, _)| id).filter(|id| layer(*id).is_some()).collect();
+    let plated = |node: &Id| {
+        drawing.hanging(*node).any(|id| matches!(drawing.thing(id), Some(Thing::Hole { plated: true, .. })))
+    };
+    let through =
+        |id: Id| drawing.thing(id).into_iter().flat_map(Thing::nodes).filter(plated).collect::<Vec<_>>();
+    let mut net: BTreeMap<Id, Id> = copper.iter().map(|id| (*id, *id)).collect();
+    let mut gaps = Vec::new();
+    for (at, one) in copper.iter().enumerate() {
+        for other in &copper[at + 1..] {
+            let (a, b) =
+                (finder.body(Catch::Drawn(*one)).unwrap(), finder.body(Catch::Drawn(*other)).unwrap());
+            let gap = Length::from_mm(a.gap_mm(b)).nm();
+            let meet = layer(*one).unwrap().meets(layer(*other).unwrap());
+            if meet && gap <= 1 || through(*one).iter().any(|node| through(*other).contains(node)) {
+                let (from, to) = (net[one], net[other]);
+                net.values_mut().filter(|of| **of == from).for_each(|of| *of = to);
+            } else if meet && gap <= WINDOW.nm() {
+                gaps.push((gap, *one, *other));
+            }
+        }
+    }
+    gaps.retain(|(_, one, other)| net[one] != net[other]);
+    gaps.into_iter().map(|(gap, ..)| Length::from_nm(gap)).min()
 }
 
 #[test]
@@ -438,7 +499,7 @@ fn the_example_of_the_manual_makes_a_board() {
     assert_eq!(board.copper[0].region.islands.len(), 15 - 7, "islands");
     assert_eq!(board.outline.bounds().unwrap().max, mm(43.18, 25.4));
     let figures = Figures::new(history.now(), &Finder::new(history.now(), Arc::default()));
-    let smallest = figures.smallest(history.now());
+    let smallest = figures.smallest();
     assert_eq!(smallest.ring.unwrap().0, um(550));
     assert!(smallest.gap.unwrap().0 > um(300), "{smallest:?}");
 }

@@ -25,7 +25,7 @@ const LONGEST: usize = 256 << 20;
 struct Kept<'a> {
     annulus_drawing: u32,
     name: String,
-    things: BTreeMap<Id, Entry>,
+    things: Cow<'a, BTreeMap<Id, Entry>>,
     /// What takes the edits back, the latest last.
     #[serde(default)]
     back: Cow<'a, [Edit]>,
@@ -65,7 +65,7 @@ pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
         return Err(refuse("drawing.schema").with("found", kept.annulus_drawing).with("known", SCHEMA));
     }
     let mut drawing = Drawing::default();
-    let changes = kept.things.into_iter().map(|(id, entry)| (id, Some(entry))).collect();
+    let changes = kept.things.into_owned().into_iter().map(|(id, entry)| (id, Some(entry))).collect();
     drawing.apply(&Edit { name: Some(kept.name), changes }).map_err(|why| why.at(file, 0, 0))?;
     Ok(History::restored(drawing, kept.back.into_owned(), kept.on.into_owned()))
 }
@@ -74,11 +74,10 @@ pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
 pub fn write(history: &History) -> String {
     let (back, on) = history.edits();
     let drawing = history.now();
-    let things = drawing.things().map(|(id, entry)| (id, entry.clone())).collect();
     let kept = Kept {
         annulus_drawing: SCHEMA,
         name: drawing.name().to_owned(),
-        things,
+        things: Cow::Borrowed(&drawing.things),
         back: back.into(),
         on: on.into(),
     };
