@@ -106,8 +106,7 @@ pub fn has_sentences(diagnostic: &Diagnostic) {
     for part in ["message", "advice"] {
         let key = format!("{}.{part}", diagnostic.code);
         let raw = locale::lookup("en", &key).unwrap_or_else(|| panic!("no sentence {key}"));
-        let names = raw.split('{').skip(1).filter_map(|part| part.split(['}', '|']).next());
-        for name in names {
+        for name in locale::names(raw) {
             assert!(
                 diagnostic.args.iter().any(|(argument, _)| argument == name),
                 "{key} does not get {name}"

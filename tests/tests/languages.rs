@@ -59,7 +59,7 @@ fn braces(text: &str) -> impl Iterator<Item = &str> {
 }
 
 fn names(text: &str) -> BTreeSet<&str> {
-    braces(text).filter_map(|inside| inside.split('|').next()).collect()
+    locale::names(text).collect()
 }
 
 /// Every sentence of `language` that English has too, as (key, English, other).

@@ -1,6 +1,7 @@
 //! Every test that needs more than one module, in one program, so that it is linked once.
 
 mod carved_copper;
+mod codes;
 mod corpus_cam;
 mod corpus_drill;
 mod corpus_gerber;

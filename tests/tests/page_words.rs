@@ -7,6 +7,7 @@ use annulus_core::cam::work::Action;
 use annulus_core::locale;
 use annulus_core::machine::Kind;
 use annulus_tests::root;
+use proc_macro2::{TokenStream, TokenTree};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -107,6 +108,42 @@ fn every_key_of_the_page_has_its_text() {
         }
     }
     assert!(missing.is_empty(), "keys without text:\n{}", missing.join("\n"));
+}
+
+/// The keys of every `t!` and `say!` in the tokens, each with the names that it is given.
+fn said(tokens: TokenStream, out: &mut Vec<(String, BTreeSet<String>)>) {
+    let tokens: Vec<_> = tokens.into_iter().collect();
+    for (at, token) in tokens.iter().enumerate() {
+        let TokenTree::Group(group) = token else { continue };
+        said(group.stream(), out);
+        let is_call = at > 1 && ["t", "say"].contains(&tokens[at - 2].to_string().as_str());
+        let inside: Vec<String> = group.stream().into_iter().map(|token| token.to_string()).collect();
+        let key = inside.first().and_then(|first| first.strip_prefix('"')?.strip_suffix('"'));
+        if let Some(key) = key.filter(|_| is_call && tokens[at - 1].to_string() == "!") {
+            let named = inside.windows(3).filter(|three| three[0] == "," && three[2] == "=");
+            out.push((key.to_owned(), named.map(|three| three[1].clone()).collect()));
+        }
+    }
+}
+
+#[test]
+fn every_sentence_of_the_page_is_given_what_it_takes_and_no_more() {
+    let mut all = Vec::new();
+    page().into_iter().for_each(|(_, text)| said(text.parse().unwrap(), &mut all));
+    assert!(all.len() > 500, "{} sentences: they were not found", all.len());
+    let takes = |key: &str| {
+        locale::lookup("en", key).map(|text| locale::names(text).map(str::to_owned).collect::<BTreeSet<_>>())
+    };
+    let wrong: Vec<_> = all
+        .iter()
+        .filter(|(key, given)| takes(key).is_some_and(|takes| takes != *given))
+        .map(|(key, given)| format!("{key} takes {:?}, is given {given:?}", takes(key)))
+        .collect();
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+    let mut one = Vec::new();
+    said(r#"a(say!("page.x", n = 3, of = f(x == 1)), t!("page.y"))"#.parse().unwrap(), &mut one);
+    let given = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<BTreeSet<_>>();
+    assert_eq!(one, [("page.x".to_owned(), given(&["n", "of"])), ("page.y".to_owned(), given(&[]))]);
 }
 
 #[test]

@@ -107,7 +107,7 @@ pub struct Controller {
     /// What is to be sent once it has begun anew: `$X` or `$H`.
     pub(super) after_reset: Option<Meaning>,
     /// The zero that was asked for, by axes, machine coordinates.
-    pub(super) zero_wanted: Option<[Option<f64>; 3]>,
+    pub(super) zero_wanted_mm: Option<[Option<f64>; 3]>,
     pub(super) homing: Homing,
     pub(super) probed: Option<bool>,
     /// Where the probe met the board, machine coordinates, mm.
@@ -142,7 +142,7 @@ impl Default for Controller {
             since_ms: 0,
             needs_reset: false,
             after_reset: None,
-            zero_wanted: None,
+            zero_wanted_mm: None,
             homing: Homing::default(),
             probed: None,
             probed_at_mm: None,

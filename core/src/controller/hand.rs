@@ -167,13 +167,13 @@ impl Controller {
 
     /// Asks for the stored places, to see whether the zero is where it was wanted.
     fn read_zero(&mut self, wanted: [Option<f64>; 3]) {
-        self.zero_wanted = Some(wanted);
+        self.zero_wanted_mm = Some(wanted);
         self.info.offsets.remove("G54");
         self.send("$#", Meaning::Echo);
     }
 
     fn compare_zero(&mut self) {
-        let Some(wanted) = self.zero_wanted.take() else { return };
+        let Some(wanted) = self.zero_wanted_mm.take() else { return };
         let found = self.info.offsets.get("G54");
         let same = |axis: usize, wanted: f64| {
             let found = found.and_then(|places| places.get(axis));

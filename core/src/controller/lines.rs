@@ -35,16 +35,16 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// How far `place` is from it.
-    pub fn distance(&self, place: [f64; 3]) -> f64 {
-        let Some(bow) = self.bow else { return to_line(self.from_mm, self.to_mm, place) };
-        let (x, y) = (place[0] - bow.centre_mm[0], place[1] - bow.centre_mm[1]);
+    /// How far `place_mm` is from it.
+    pub fn distance(&self, place_mm: [f64; 3]) -> f64 {
+        let Some(bow) = self.bow else { return to_line(self.from_mm, self.to_mm, place_mm) };
+        let (x, y) = (place_mm[0] - bow.centre_mm[0], place_mm[1] - bow.centre_mm[1]);
         let turn = bow.turn_to(libm::atan2(y, x));
         let sweep = libm::fabs(bow.sweep_rad);
         let rise = self.to_mm[2] - self.from_mm[2];
         let at = |t: f64| {
             let [x, y] = bow.at(t);
-            distance([x, y, self.from_mm[2] + rise * t], place)
+            distance([x, y, self.from_mm[2] + rise * t], place_mm)
         };
         let ends = at(0.0).min(at(1.0));
         if turn > sweep { ends } else { at(turn / sweep.max(1e-12)).min(ends) }
@@ -98,8 +98,8 @@ impl Pen {
     }
 
     /// One that stands at this place, with nothing said yet.
-    pub fn standing(place: [f64; 3]) -> Self {
-        Self { sum: place.map(|value| single(&number(value))), ..Self::default() }
+    pub fn standing(place_mm: [f64; 3]) -> Self {
+        Self { sum: place_mm.map(|value| single(&number(value))), ..Self::default() }
     }
 
     /// The words that everything else goes by.

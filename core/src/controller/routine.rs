@@ -251,9 +251,9 @@ impl Bow {
         turn - full * libm::floor(turn / full)
     }
 
-    /// Where it is after the part `t` of it, 0 to 1.
-    pub fn at(&self, t: f64) -> [f64; 2] {
-        let angle = self.begin_rad + self.sweep_rad * t;
+    /// Where it is after that `share` of it, 0 to 1.
+    pub fn at(&self, share: f64) -> [f64; 2] {
+        let angle = self.begin_rad + self.sweep_rad * share;
         [
             self.centre_mm[0] + self.radius_mm * libm::cos(angle),
             self.centre_mm[1] + self.radius_mm * libm::sin(angle),

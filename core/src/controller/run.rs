@@ -154,19 +154,19 @@ fn wait_of(text: &str) -> f64 {
     text.strip_prefix("G4P").and_then(|wait| wait.parse().ok()).unwrap_or(0.0)
 }
 
-/// Seconds of the whole job from section `from` on, begun at the place `at` in work coordinates, with what each look costs and without
+/// Seconds of the whole job from section `from` on, begun at the place `at_mm` in work coordinates, with what each look costs and without
 /// tool changes; none where the settings do not say enough.
 pub fn estimate_s(
     routine: &Routine,
     values: &Values,
     blocks: usize,
     from: usize,
-    at: [f64; 3],
+    at_mm: [f64; 3],
 ) -> Option<f64> {
     /// A look: the last words, their answers, the question and its answer.
     const LOOK_S: f64 = 0.07;
     let limits = Limits::of(values, blocks)?;
-    let mut pen = Pen::standing(at);
+    let mut pen = Pen::standing(at_mm);
     let mut whole = 0.0;
     for (index, section) in routine.sections.iter().enumerate().skip(from) {
         let fresh = index == from || matches!(routine.sections[index - 1].kind, SectionKind::Change(_));

@@ -172,16 +172,16 @@ impl Stock {
     }
 
     /// Depth below the surface at a place, mm; none beside the board.
-    pub fn depth_mm(&self, place: [f64; 2]) -> Option<f64> {
+    pub fn depth_mm(&self, place_mm: [f64; 2]) -> Option<f64> {
         let at: [f64; 2] =
-            core::array::from_fn(|axis| libm::floor((place[axis] - self.low_mm[axis]) / self.cell_mm));
+            core::array::from_fn(|axis| libm::floor((place_mm[axis] - self.low_mm[axis]) / self.cell_mm));
         let inside = (0..2).all(|axis| at[axis] >= 0.0 && at[axis] < self.cells[axis] as f64);
         inside.then(|| f64::from(self.depth_um(at[0] as usize, at[1] as usize)) * 1e-3)
     }
 
     /// Whether nothing is left at a place of the board.
-    pub fn is_through(&self, place: [f64; 2]) -> bool {
-        self.depth_mm(place).is_some_and(|depth| depth >= self.thickness_mm)
+    pub fn is_through(&self, place_mm: [f64; 2]) -> bool {
+        self.depth_mm(place_mm).is_some_and(|depth| depth >= self.thickness_mm)
     }
 
     /// What was removed, mm³; what was cut below the board is air.
