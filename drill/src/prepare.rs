@@ -5,7 +5,7 @@
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::{Bit, Command, Cutter, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
@@ -150,13 +150,17 @@ impl Prepared {
 
     /// Holes and toolpaths of the legs before `leg`.
     pub(crate) fn done_before(&self, leg: usize) -> (u32, u32) {
-        let before = self.program.legs.iter().take(leg);
-        before.fold((0, 0), |(holes, toolpaths), leg| match leg.mark {
-            Mark::Hole(_) => (holes + 1, toolpaths),
-            Mark::Toolpath(_) => (holes, toolpaths + 1),
-            _ => (holes, toolpaths),
-        })
+        made(self.program.legs.iter().take(leg))
     }
+}
+
+/// Holes and toolpaths of `legs`.
+fn made<'a>(legs: impl Iterator<Item = &'a Leg>) -> (u32, u32) {
+    legs.fold((0, 0), |(holes, toolpaths), leg| match leg.mark {
+        Mark::Hole(_) => (holes + 1, toolpaths),
+        Mark::Toolpath(_) => (holes, toolpaths + 1),
+        _ => (holes, toolpaths),
+    })
 }
 
 fn row(verdict: Verdict, finding: Diagnostic) -> PreflightRow {
@@ -225,9 +229,7 @@ fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
 
 /// How much of the program there is to be done from `from_leg` on, and how long it takes.
 fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
-    let marks = || program.legs.iter().skip(from_leg).map(|leg| leg.mark);
-    let holes = marks().filter(|mark| matches!(mark, Mark::Hole(_))).count();
-    let toolpaths = marks().filter(|mark| matches!(mark, Mark::Toolpath(_))).count();
+    let (holes, toolpaths) = made(program.legs.iter().skip(from_leg));
     let words = if toolpaths > 0 { "preflight.time_milling" } else { "preflight.time" };
     let whole_s = left_s.round() as u64;
     let spent = note(words).with("holes", holes).with("toolpaths", toolpaths);
