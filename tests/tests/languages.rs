@@ -2,7 +2,7 @@
 //!
 //! Comes in: the locale tables. Goes out: a list of what is wrong. Does not know whether a sentence is well said.
 
-use annulus_core::locale::{self, FALLBACK};
+use annulus_core::locale::{self, FALLBACK, braces};
 use fixed_decimal::Decimal;
 use icu_locale_core::Locale;
 use icu_plurals::{PluralCategory, PluralOperands, PluralRules};
@@ -51,11 +51,6 @@ const CRITICAL: &[(&str, &str, &str)] = &[
 /// The other languages.
 fn others() -> Vec<&'static str> {
     locale::languages().map(|(language, _)| language).filter(|language| *language != FALLBACK).collect()
-}
-
-/// What stands in braces.
-fn braces(text: &str) -> impl Iterator<Item = &str> {
-    text.split('{').skip(1).filter_map(|part| part.split_once('}').map(|(inside, _)| inside))
 }
 
 fn names(text: &str) -> BTreeSet<&str> {

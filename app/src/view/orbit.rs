@@ -16,6 +16,8 @@ const ACROSS_MM: [f64; 2] = [0.2, 5_000.0];
 const HOME_DEG: [f64; 2] = [52.0, -18.0];
 /// Flatter than this the board is but a line.
 const LEAST_TILT_DEG: f64 = 8.0;
+/// Share of the window that a fitted board takes at most.
+const FITTED: f64 = 0.86;
 /// Degrees that a pixel of a drag turns.
 const DEG_PER_PX: f64 = 0.35;
 
@@ -59,6 +61,10 @@ fn scaled(spot: Spot, by: f64) -> Spot {
     spot.map(|part| part * by)
 }
 
+fn dot(a: Spot, b: Spot) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
 fn cross(a: Spot, b: Spot) -> Spot {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -66,16 +72,28 @@ fn cross(a: Spot, b: Spot) -> Spot {
 impl Orbit {
     /// The whole box from the side at which it is seen first; `flat` straight from above.
     pub fn of(bounds_mm: [[f64; 2]; 2], viewport_px: [f64; 2], flat: bool) -> Self {
-        let [low, high] = bounds_mm;
-        let mut orbit =
-            Self { centre_mm: [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0), ..Self::default() };
+        let mut orbit = Self::default();
         if flat {
             (orbit.tilt_deg, orbit.turn_deg) = (90.0, 0.0);
         }
-        let aspect = viewport_px[0] / viewport_px[1].max(1.0);
-        let (wide, tall) = (high[0] - low[0], high[1] - low[1]);
-        orbit.set_across(1.18 * tall.max(wide / aspect.max(0.05)).max(1.0));
+        orbit.fit(bounds_mm, viewport_px);
         orbit
+    }
+
+    /// Takes the whole box into a window, from where it is seen: from so far away that the corner that is the first to leave the
+    /// window keeps off its edge.
+    pub fn fit(&mut self, bounds_mm: [[f64; 2]; 2], viewport_px: [f64; 2]) {
+        let [low, high] = bounds_mm;
+        self.centre_mm = [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0);
+        let rays = self.rays(viewport_px);
+        let least_mm = |corner: [f64; 2]| {
+            let off = [corner[0] - self.centre_mm[0], corner[1] - self.centre_mm[1], 0.0];
+            let across = [rays.right, rays.up].map(|edge| (dot(off, edge) / dot(edge, edge)).abs());
+            across[0].max(across[1]) / FITTED - dot(off, rays.forward)
+        };
+        let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
+        let away_mm = corners.map(least_mm).into_iter().fold(0.0, f64::max);
+        self.set_across((2.0 * libm::tan(HALF_VIEW_RAD) * away_mm).max(1.0));
     }
 
     /// Seen from underneath.
@@ -182,6 +200,29 @@ mod tests {
         let up = |orbit: Orbit| orbit.to_mm([400.0, 200.0], WINDOW).unwrap();
         assert!(right(above)[0] > 10.0 && up(above)[1] > 5.0);
         assert!(right(below)[0] < 10.0 && up(below)[1] > 5.0, "{:?}", up(below));
+    }
+
+    /// Where a corner is in a window of two by two, of which the middle is 0.
+    fn seen(orbit: &Orbit, at_mm: [f64; 2], window: [f64; 2]) -> [f64; 2] {
+        let rays = orbit.rays(window);
+        let way = [at_mm[0] - rays.eye[0], at_mm[1] - rays.eye[1], -rays.eye[2]];
+        [rays.right, rays.up].map(|edge| dot(way, edge) / dot(edge, edge) / dot(way, rays.forward))
+    }
+
+    #[test]
+    fn a_fitted_board_is_whole_and_large_in_every_window_from_every_side() {
+        for (width, height) in [(1100.0, 600.0), (390.0, 420.0), (200.0, 900.0), (2000.0, 150.0)] {
+            for (wide, tall) in [(40.0, 30.0), (300.0, 20.0), (20.0, 300.0)] {
+                for mut orbit in views().into_iter().chain([Orbit::default()]) {
+                    let (low, high) = ([5.0, -7.0], [5.0 + wide, -7.0 + tall]);
+                    orbit.fit([low, high], [width, height]);
+                    let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
+                    let all = corners.map(|corner| seen(&orbit, corner, [width, height]));
+                    let most = all.iter().flatten().fold(0.0_f64, |most, part| most.max(part.abs()));
+                    assert!((most - FITTED).abs() < 1e-9, "{most} of {orbit:?} in {width} × {height}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -29,8 +29,7 @@ impl Solid {
     /// All of it into a window of `viewport_px`, seen from where it is seen, unless somebody has moved it.
     pub(super) fn fit(&mut self, viewport_px: [f64; 2]) {
         let Some(field) = self.field.as_ref().filter(|_| self.fitted) else { return };
-        let home = Orbit::of(field.relief.bounds_mm(), viewport_px, false);
-        self.orbit = Orbit { tilt_deg: self.orbit.tilt_deg, turn_deg: self.orbit.turn_deg, ..home };
+        self.orbit.fit(field.relief.bounds_mm(), viewport_px);
     }
 
     /// In an attribute of the canvas: whether it is on show, tilt and turn.

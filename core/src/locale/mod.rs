@@ -111,10 +111,15 @@ fn argument<'a>(language: &str, value: &'a str) -> &'a str {
     value.strip_prefix(WORD).and_then(|key| lookup(language, key)).unwrap_or(value)
 }
 
+/// What stands in the braces of the raw `text`, in order: names of arguments, some with forms of a word behind them.
+pub fn braces(text: &str) -> impl Iterator<Item = &str> {
+    let opened = text.match_indices('{').map(|(at, _)| &text[at + 1..]);
+    opened.filter_map(|rest| rest.split_once('}').map(|(inside, _)| inside))
+}
+
 /// The names of the arguments that the raw `text` takes, in order.
 pub fn names(text: &str) -> impl Iterator<Item = &str> {
-    let inside = text.split('{').skip(1).filter_map(|part| part.split_once('}'));
-    inside.filter_map(|(inside, _)| inside.split('|').next())
+    braces(text).filter_map(|inside| inside.split('|').next())
 }
 
 /// The text of `key` with every `{name}` replaced by its argument: one made by [`word`] is put into the language, a measure has the

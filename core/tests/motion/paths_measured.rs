@@ -3,7 +3,17 @@
 
 use super::paths::{RULES, end_of, flattened, keeps_its_laws, random_axes, random_chain};
 use crate::programs::{Chance, rounds};
-use annulus_core::motion::path::{Path, Place, Rules, override_change_per_s, plan};
+use annulus_core::motion::path::{Chain, Path, Place, Rules, override_change_per_s, plan};
+use annulus_core::motion::profile::Limits;
+
+/// Whether it has short lines alone, what it goes along, its axes, and the path.
+fn random_path(chance: &mut Chance) -> (bool, Chain, [Limits; 3], Path) {
+    let lines = chance.bits().is_multiple_of(2);
+    let chain = if lines { flattened(chance) } else { random_chain(chance, 12) };
+    let axes = random_axes(chance);
+    let path = plan(&chain, &axes, &RULES).unwrap();
+    (lines, chain, axes, path)
+}
 
 /// What can be seen of a path in its steps: mean speeds of an axis over neighbouring stretches of 5 ms differ by what its
 /// acceleration does in that time, and by a corner's jump.
@@ -13,10 +23,7 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
     let (mut worst, mut alike, mut runs) = (0.0_f64, 0, 0);
     for seed in 0..rounds(3_000) {
         let mut chance = Chance::new(seed);
-        let short = chance.bits().is_multiple_of(2);
-        let chain = if short { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
-        let axes = random_axes(&mut chance);
-        let path = plan(&chain, &axes, &RULES).unwrap();
+        let (short, chain, axes, path) = random_path(&mut chance);
         keeps_its_laws(&path, &chain, &axes, &RULES, seed);
         if short && path.pieces.len() > 20 {
             alike += path.pieces.len();
@@ -99,10 +106,7 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
     let (mut even, mut over, mut pulled) = (0, 0, 0);
     for seed in 0..rounds(4_000) {
         let mut chance = Chance::new(seed);
-        let lines = chance.bits().is_multiple_of(2);
-        let chain = if lines { flattened(&mut chance) } else { random_chain(&mut chance, 12) };
-        let axes = random_axes(&mut chance);
-        let path = plan(&chain, &axes, &RULES).unwrap();
+        let (lines, chain, axes, path) = random_path(&mut chance);
         assert_eq!(path.at(path.duration_s() + 1.0), path.end(), "seed {seed}");
         let joints = joints(&path);
         for pair in joints.windows(2).filter(|pair| pair[1] - pair[0] > 1e-4) {

@@ -12,6 +12,18 @@ fn arg<'a>(diagnostic: &'a Diagnostic, name: &str) -> &'a str {
     diagnostic.args.iter().find(|(own, _)| own == name).map_or("", |(_, value)| value)
 }
 
+/// The plan of `work` after so many tries at its order; what no bit drills is left out.
+fn drills(board: &Board, work: &Work, iterations: u64) -> Planned {
+    let options = PlanOptions {
+        iterations: Some(iterations),
+        accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
+        ..PlanOptions::default()
+    };
+    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
+    let means = Means { options: &options, rapid_time: &rapid_time };
+    plan_work(board, work, &virtual_drill(), &means, &mut |_| true).unwrap().0
+}
+
 #[test]
 fn what_lies_beside_the_board_is_a_error_and_is_made_where_that_is_accepted() {
     // Place, size, and whether it is told. The coupon is 30 × 20 mm with a cut-out of 14 … 17 × 8.5 … 11.5.
@@ -206,14 +218,7 @@ fn drills_go_deeper_by_the_height_of_their_points() {
             let (key, value) = pair.split_once('=').unwrap();
             crate::cam::parameters::assign(&mut work, key, value).unwrap();
         }
-        let options = PlanOptions {
-            iterations: Some(10),
-            accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
-            ..PlanOptions::default()
-        };
-        let rapid_time = |a: Point, b: Point| a.distance_mm(b);
-        let means = Means { options: &options, rapid_time: &rapid_time };
-        let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
+        let planned = drills(&board, &work, 10);
         let task = planned.parts[0].tasks.iter().find(|task| task.bit.diameter == mm(size)).unwrap();
         (task.depth - through).mm()
     };
@@ -239,14 +244,7 @@ fn pecks_come_up_between() {
             (drill.peck, drill.holes) = (mm(0.9), Holes::Board);
         }
     });
-    let options = PlanOptions {
-        iterations: Some(0),
-        accept: vec!["plan.no_bit".to_owned(), "plan.slots_not_drilled".to_owned()],
-        ..PlanOptions::default()
-    };
-    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
-    let means = Means { options: &options, rapid_time: &rapid_time };
-    let (planned, _) = plan_work(&board, &work, &virtual_drill(), &means, &mut |_| true).unwrap();
+    let planned = drills(&board, &work, 0);
     let program = lower_work(&planned, &work, &virtual_drill());
     let leg = program.legs.iter().find(|leg| matches!(leg.mark, Mark::Hole(_))).unwrap();
     let plunges = leg.commands.iter().filter(|command| matches!(command, Command::Plunge { .. })).count();
