@@ -1,7 +1,7 @@
 //! Every word on the page comes from here: a key of the locale tables, in the language the person chose.
 //!
 //! ```text
-//! t!("page.stop")               a closure: text that follows the language
+//! t!("page.stop")               a boxed closure: text that follows the language
 //! say!("page.hole", n = 3)      a String, now (inside closures that follow the language by themselves)
 //! key!("page.state.ready")      the key, checked like the others
 //! ```
@@ -17,10 +17,14 @@ use annulus_core::locale;
 use leptos::prelude::*;
 use leptos::reactive::diagnostics::SpecialNonReactiveZone;
 
+/// Text that is made anew whenever what it is made of changes. All of it is of one type, so that what shows it is compiled once.
+pub(crate) type Words = Box<dyn Fn() -> String + Send + Sync>;
+
 /// Text that follows the language.
 macro_rules! t {
     ($key:literal $(, $name:ident = $value:expr)* $(,)?) => {
-        move || $crate::i18n::text($key, &[$((stringify!($name), ($value).to_string())),*])
+        Box::new(move || $crate::i18n::text($key, &[$((stringify!($name), ($value).to_string())),*]))
+            as $crate::i18n::Words
     };
 }
 /// Text now.

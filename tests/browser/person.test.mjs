@@ -4,7 +4,7 @@
 
 import assert from "node:assert/strict";
 import { describe, test } from "node:test";
-import { PATIENCE_MS, data, drillOnly, openBrowser, openPage, press, rounds, startBridge, startJob, until } from "./harness.mjs";
+import { PATIENCE_MS, data, drillOnly, openBrowser, openPage, press, rounds, show, startBridge, startJob, until } from "./harness.mjs";
 
 /** How long a person takes. */
 const PERSON_MS = 30_000;
@@ -96,8 +96,14 @@ describe("a person", { concurrency: true }, () => {
       await go_on(page).waitFor();
       await wait(5000);
       await page.getByRole("alertdialog").getByRole("button", { name: "STOP", exact: true }).dispatchEvent("pointerdown");
-      await page.getByText(/^You stopped it\. Holes drilled/).first().waitFor();
+      const told = page.getByText(/^You stopped it\. Holes drilled/).first();
+      await told.waitFor();
       await wait(3000);
+      // Who has gone to another screen is told there too, until it was read.
+      await show(page, "Board");
+      await told.waitFor();
+      await page.getByRole("button", { name: "Close", exact: true }).last().click();
+      await told.waitFor({ state: "detached" });
       assert.deepEqual(await alarms(page), [], "a STOP is no alarm");
     } finally {
       await end();

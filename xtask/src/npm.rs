@@ -7,6 +7,7 @@ use crate::sh::{Done, command, output, root, run, which};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// The folder that has `package.json`.
 pub(crate) fn folder() -> PathBuf {
@@ -19,8 +20,12 @@ pub(crate) fn ensure() -> Done<PathBuf> {
     Ok(folder())
 }
 
+/// One installs at a time: the two files of WebAssembly are made small side by side, and both want the same folder.
+static TURN: Mutex<()> = Mutex::new(());
+
 /// Installs what the lock file of a folder says, unless that was done already.
 pub(crate) fn ensure_in(folder: &Path) -> Done {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let lock =
         fs::read(folder.join("package-lock.json")).map_err(|error| format!("No lock file: {error}."))?;
     let stamp = folder.join("node_modules/.annulus-stamp");

@@ -98,8 +98,10 @@ pub(super) fn choose_dialect() {
 /// The whole window is where files can be dropped.
 pub(super) fn listen() {
     let over = window_event_listener(ev::dragover, |event| {
-        event.prevent_default();
-        mark(true);
+        if brings_files(&event) {
+            event.prevent_default();
+            mark(true);
+        }
     });
     let leave = window_event_listener(ev::dragleave, |event| {
         if event.related_target().is_none() {
@@ -107,9 +109,9 @@ pub(super) fn listen() {
         }
     });
     let dropped = window_event_listener(ev::drop, |event| {
-        event.prevent_default();
         mark(false);
-        if let Some(data) = event.data_transfer() {
+        if let Some(data) = event.data_transfer().filter(|_| brings_files(&event)) {
+            event.prevent_default();
             take_drop(&data);
         }
     });
@@ -118,6 +120,11 @@ pub(super) fn listen() {
         leave.remove();
         dropped.remove();
     });
+}
+
+/// Whether what is dragged comes from outside, and is no line of the tree or piece of text of this page.
+fn brings_files(event: &web_sys::DragEvent) -> bool {
+    event.data_transfer().is_some_and(|data| data.types().includes(&"Files".into(), 0))
 }
 
 fn too_much(key: &'static str, most: usize) -> Text {

@@ -53,14 +53,12 @@ pub fn perform(
 
 fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
     let said = &wanted.said;
-    let (drawings, files): (Vec<_>, Vec<_>) =
-        wanted.files.iter().cloned().partition(|(_, bytes)| drawing::is_one(bytes));
-    let mut artwork = artwork::read_set(&files, &said.numbers.overrides());
+    let mut artwork = drawing::read_under(&wanted.files, &said.numbers.overrides());
     let boards = several(&artwork);
     said.choose_board(&mut artwork);
     said.say_roles(&mut artwork);
     let mut used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
-    let mut diagnostics = draw_over(&drawings, &mut artwork, &mut used);
+    let mut diagnostics = drawing::lay_over_all(&wanted.files, &mut artwork, &mut used);
     let asked = board::Wanted { copper: true, aligned: said.aligned };
     let (mut board, more) = board::from_artwork_with(&artwork, &used, asked);
     diagnostics.extend(more);
@@ -90,26 +88,10 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
     }
 }
 
-/// What is drawn by hand goes into the artwork as the Gerber and Excellon files that it makes.
-fn draw_over(
-    drawings: &[(String, Vec<u8>)],
-    artwork: &mut Artwork,
-    used: &mut Vec<usize>,
-) -> Vec<Diagnostic> {
-    let mut diagnostics = Vec::new();
-    for (name, bytes) in drawings {
-        match drawing::read(name, &String::from_utf8_lossy(bytes)) {
-            Ok(history) => diagnostics.extend(drawing::lay_over(history.now(), artwork, used)),
-            Err(why) => diagnostics.push(why),
-        }
-    }
-    diagnostics
-}
-
 /// What files draw, without the drawings among them.
 fn trace(wanted: &ToRead) -> Vec<drawing::Imported> {
     let said = &wanted.said;
-    let mut artwork = artwork::read_set(&wanted.files, &said.numbers.overrides());
+    let mut artwork = drawing::read_under(&wanted.files, &said.numbers.overrides());
     said.choose_board(&mut artwork);
     said.say_roles(&mut artwork);
     let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());

@@ -29,7 +29,7 @@ pub(crate) fn shell() -> impl IntoView {
     };
     let view = move || frame().operator.get().then_some("operator");
     div().class("shell").attr("data-view", view).child((
-        div().class("head").child((top_bar::top_bar(), machine::alarm())),
+        div().class("head").child((top_bar::top_bar(), machine::alarm(), machine::elsewhere())),
         main()
             .class("work")
             .attr("id", "work")

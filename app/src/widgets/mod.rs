@@ -19,16 +19,28 @@ pub use stop::{follow_window, stop_zone};
 pub use toast::{toast, toasts};
 pub use virtual_list::{ROW_PX, virtual_list};
 
+use crate::i18n::Words;
 use leptos::ev::{self, MouseEvent};
 use leptos::html::{self, button, dd, dt, span};
 use leptos::prelude::*;
+use std::sync::Arc;
 
-/// A plain button. More is added by the caller (`.class`, `.prop`, `.attr`).
+/// What a press does.
+type Act = Box<dyn FnMut(MouseEvent)>;
+
+/// Something that is or is not.
+type Flag = Box<dyn Fn() -> bool + Send + Sync>;
+
+/// A plain button.
 pub fn push(
     class: &'static str,
     text: impl Fn() -> String + Send + Sync + 'static,
     act: impl FnMut(MouseEvent) + 'static,
 ) -> impl IntoView {
+    pushed(class, Box::new(text), Box::new(act))
+}
+
+fn pushed(class: &'static str, text: Words, act: Act) -> impl IntoView {
     button().attr("type", "button").class(class).on(ev::click, act).child(text)
 }
 
@@ -39,6 +51,10 @@ pub fn push_if(
     text: impl Fn() -> String + Send + Sync + 'static,
     act: impl FnMut(MouseEvent) + 'static,
 ) -> impl IntoView {
+    pushed_if(class, Box::new(enabled), Box::new(text), Box::new(act))
+}
+
+fn pushed_if(class: &'static str, enabled: Flag, text: Words, act: Act) -> impl IntoView {
     button()
         .attr("type", "button")
         .class(class)
@@ -50,7 +66,7 @@ pub fn push_if(
 /// A button with a picture and a name for those who do not see it.
 pub fn picture_button(
     picture: Icon,
-    name: impl Fn() -> String + Clone + Send + Sync + 'static,
+    name: impl Fn() -> String + Send + Sync + 'static,
     act: impl FnMut(MouseEvent) + 'static,
 ) -> impl IntoView {
     picture_button_if(picture, || true, name, act)
@@ -60,14 +76,24 @@ pub fn picture_button(
 pub fn picture_button_if(
     picture: Icon,
     enabled: impl Fn() -> bool + Send + Sync + 'static,
-    name: impl Fn() -> String + Clone + Send + Sync + 'static,
+    name: impl Fn() -> String + Send + Sync + 'static,
     act: impl FnMut(MouseEvent) + 'static,
 ) -> impl IntoView {
+    pictured(picture, Box::new(enabled), Arc::new(name), Box::new(act))
+}
+
+fn pictured(
+    picture: Icon,
+    enabled: Flag,
+    name: Arc<dyn Fn() -> String + Send + Sync>,
+    act: Act,
+) -> impl IntoView {
+    let title = name.clone();
     button()
         .attr("type", "button")
         .class("button icon")
-        .attr("aria-label", name.clone())
-        .attr("title", name)
+        .attr("aria-label", move || name())
+        .attr("title", move || title())
         .prop("disabled", move || !enabled())
         .on(ev::click, act)
         .child(icon(picture))
@@ -79,6 +105,10 @@ pub fn choice(
     text: impl Fn() -> String + Send + Sync + 'static,
     act: impl FnMut(MouseEvent) + 'static,
 ) -> impl IntoView {
+    chosen_of(Box::new(chosen), Box::new(text), Box::new(act))
+}
+
+fn chosen_of(chosen: Flag, text: Words, act: Act) -> impl IntoView {
     button()
         .attr("type", "button")
         .class("button")
@@ -92,6 +122,7 @@ pub fn fact(
     name: impl Fn() -> String + Send + Sync + 'static,
     value: impl Fn() -> String + Send + Sync + 'static,
 ) -> impl IntoView {
+    let (name, value): (Words, Words) = (Box::new(name), Box::new(value));
     (dt().child(name), dd().child(value))
 }
 
@@ -101,11 +132,16 @@ pub fn menu_word(
     chosen: impl Fn() -> bool + Send + Sync + 'static,
     text: impl Fn() -> String + Send + Sync + 'static,
 ) -> impl IntoView {
+    worded(word, Box::new(chosen), Box::new(text))
+}
+
+fn worded(word: &'static str, chosen: Flag, text: Words) -> impl IntoView {
     html::option().attr("value", word).prop("selected", chosen).child(text)
 }
 
 /// Text only those hear who do not see.
 pub fn unseen(text: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
+    let text: Words = Box::new(text);
     span().class("unseen").child(text)
 }
 

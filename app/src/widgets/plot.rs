@@ -8,7 +8,7 @@
 //! Comes in: a [`Plot`]. Goes out: a figure. Does not know what is plotted.
 
 use super::unseen;
-use crate::i18n::{say, t};
+use crate::i18n::{Words, say, t};
 use crate::readout;
 use annulus_core::plot::{self, Anchor, Ink, Plot, Shape};
 use leptos::ev::{self, KeyboardEvent, PointerEvent};
@@ -24,25 +24,22 @@ use web_sys::{HtmlElement, ResizeObserver};
 const STEPS: f64 = 200.0;
 
 /// A plot called `name`, `height_px` high and as wide as there is room.
-pub fn plotted(
-    name: impl Fn() -> String + Copy + Send + Sync + 'static,
-    shown: Memo<Arc<Plot>>,
-    height_px: f64,
-) -> impl IntoView {
+pub fn plotted(name: Words, shown: Memo<Arc<Plot>>, height_px: f64) -> impl IntoView {
+    let name = Memo::new(move |_| name());
     let frame = NodeRef::<html::Div>::new();
     let width = RwSignal::new(640.0);
     let cursor = RwSignal::new(None::<f64>);
     follow_width(frame, width);
     let words = move || shown.with(|plot| readout::summary(plot));
     figure().class("plot").child((
-        figcaption().class("unseen").child((span().child(name), ". ", span().child(words))),
+        figcaption().class("unseen").child((span().child(move || name.get()), ". ", span().child(words))),
         div()
             .node_ref(frame)
             .class("plot-frame")
             .style(("--height", format!("{height_px}px")))
             .attr("role", "slider")
             .attr("tabindex", "0")
-            .attr("aria-label", move || say!("page.plot.cursor", name = name()))
+            .attr("aria-label", move || say!("page.plot.cursor", name = name.get()))
             .attr("aria-valuemin", "0")
             .attr("aria-valuemax", "100")
             .attr("aria-valuenow", move || percent(shown, cursor))
@@ -63,7 +60,7 @@ pub fn plotted(
             .attr("aria-hidden", "true")
             .child(move || read_out(shown, cursor.get())),
         details().class("plot-table").child((
-            summary().child((t!("page.plot.table"), unseen(move || format!(" {}", name())))),
+            summary().child((t!("page.plot.table"), unseen(move || format!(" {}", name.get())))),
             move || shown.with(|plot| as_tables(plot)),
         )),
     ))

@@ -1,11 +1,13 @@
 //! PATHs from the command line made into named bytes, and read.
 //!
 //! Comes in: files, folders, zips and saved projects on disk. Goes out: an [`Artwork`] and which of its files were asked
-//! for; files beside a single file are read too, as evidence, and not listed. Does not look into the bytes.
+//! for; files beside a single file are read too, as evidence, and not listed. Drawings that were asked for are laid over
+//! the rest. Does not look into the bytes.
 
 use super::{ReadingArgs, Units, Zeros};
 use crate::refusal::Refusal;
 use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
+use annulus_core::board::drawing;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::project::saved::{self, Numbers, Project, Said};
 use std::fs;
@@ -24,12 +26,16 @@ const MOST_BYTES_BESIDE: u64 = 16 << 20;
 const MOST_BESIDE: usize = 200;
 
 /// Files read, and which of them were asked for.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct ReadFiles {
     /// All of them.
     pub(crate) artwork: Artwork,
     /// Those asked for, in order.
     pub(crate) listed: Vec<usize>,
+    /// Those that make the holes unless somebody says otherwise.
+    pub(crate) used: Vec<usize>,
+    /// What there was to say of drawings among them.
+    pub(crate) drawn: Vec<Diagnostic>,
     /// Their names and bytes as given: first those asked for, then those beside them.
     pub(crate) given: Vec<(String, Vec<u8>)>,
     /// How many of these were asked for.
@@ -38,13 +44,6 @@ pub(crate) struct ReadFiles {
     pub(crate) said: Said,
     /// The job file of a saved project.
     pub(crate) job: Option<String>,
-}
-
-impl ReadFiles {
-    /// The files asked for that make the board unless somebody says otherwise.
-    pub(crate) fn default_use(&self) -> Vec<usize> {
-        self.said.used_of(&self.artwork).unwrap_or_else(|| self.artwork.default_use_among(&self.listed))
-    }
 }
 
 /// Reads everything at `paths`.
@@ -61,7 +60,7 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
         }
     }
     let beside: Vec<String> = files.named.iter().skip(asked_for).map(|(name, _)| name.clone()).collect();
-    let mut artwork = artwork::read_set(&files.named, &overrides);
+    let mut artwork = drawing::read_under(&files.named, &overrides);
     let is_beside =
         |name: &str| beside.iter().any(|other| name == other || name.starts_with(&format!("{other}!/")));
     let listed: Vec<usize> =
@@ -69,7 +68,7 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
     let listed = of_board(&mut artwork, listed, reading.board.as_deref())?;
     asked_first(&mut artwork, &listed);
     let said = Said { numbers: Numbers::of(&overrides), aligned: reading.align, ..Said::default() };
-    Ok(ReadFiles { artwork, listed, given: files.named, asked_for, said, job: None })
+    Ok(drawn_over(ReadFiles { artwork, listed, given: files.named, asked_for, said, ..ReadFiles::default() }))
 }
 
 /// The files among `listed` that are of the board asked for, or of none in particular; all where none is asked for. What lies
@@ -127,14 +126,26 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
     };
     said.aligned |= reading.align;
     said.numbers = Numbers::of(&numbers);
-    let mut artwork = artwork::read_set(&files, &numbers);
+    let mut artwork = drawing::read_under(&files, &numbers);
     if reading.board.is_none() {
         said.choose_board(&mut artwork);
     }
     said.say_roles(&mut artwork);
     let all = (0..artwork.files.len()).collect();
     let listed = of_board(&mut artwork, all, reading.board.as_deref())?;
-    Ok(ReadFiles { artwork, listed, asked_for: files.len(), given: files, said, job })
+    let asked_for = files.len();
+    Ok(drawn_over(ReadFiles { artwork, listed, asked_for, given: files, said, job, ..ReadFiles::default() }))
+}
+
+/// The same with what makes the holes, and with the drawings that were asked for laid over it.
+fn drawn_over(mut read: ReadFiles) -> ReadFiles {
+    let ReadFiles { artwork, listed, said, .. } = &mut read;
+    read.used = said.used_of(artwork).unwrap_or_else(|| artwork.default_use_among(listed));
+    let from_files = artwork.files.len();
+    let asked_for = read.given.get(..read.asked_for).unwrap_or_default();
+    read.drawn = drawing::lay_over_all(asked_for, artwork, &mut read.used);
+    listed.extend(from_files..artwork.files.len());
+    read
 }
 
 /// The saved project at `path`; none when it is something else.
@@ -275,7 +286,7 @@ mod tests {
         let reading = ReadingArgs::default();
         let all = read(&[folder.path().to_owned()], &reading).unwrap();
         assert_eq!(all.listed.len(), 3);
-        assert_eq!(all.default_use().len(), 2);
+        assert_eq!(all.used.len(), 2);
 
         let one = read(&[folder.path().join("b.drl")], &reading).unwrap();
         let size =

@@ -129,12 +129,11 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
 fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>), Refusal> {
     can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
-    let used = read.default_use();
     let wanted = Wanted { copper: false, aligned: read.said.aligned };
-    let (board, mut diagnostics) = from_artwork_with(&read.artwork, &used, wanted);
-    diagnostics.extend(read.artwork.missing(&read.listed).cloned());
+    let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
+    diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
     unseen(&diagnostics, &args.accept)?;
-    if used.is_empty() {
+    if read.used.is_empty() {
         let why = Diagnostic::error("job.no_drill_file").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
@@ -162,10 +161,9 @@ pub(crate) fn read_whole(
 ) -> Result<Whole, Refusal> {
     can_be_accepted(accept)?;
     let read = files::read_board(jobs, reading)?;
-    let used = read.default_use();
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
-    let (mut board, mut diagnostics) = from_artwork_with(&read.artwork, &used, wanted);
-    diagnostics.extend(read.artwork.missing(&read.listed).cloned());
+    let (mut board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
+    diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
     unseen(&diagnostics, accept)?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
@@ -174,7 +172,7 @@ pub(crate) fn read_whole(
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
     }
-    let files::ReadFiles { artwork, given, asked_for, said, job, .. } = read;
+    let files::ReadFiles { artwork, used, given, asked_for, said, job, .. } = read;
     let used = used.iter().filter_map(|&index| Some(artwork.files.get(index)?.name.clone())).collect();
     Ok(Whole { board, diagnostics, given: Given { files: given, asked_for, said, used }, job })
 }

@@ -85,7 +85,8 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     job::can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
-    let (board, diagnostics) = from_artwork_with(&read.artwork, &read.default_use(), wanted);
+    let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
+    diagnostics.extend(read.drawn);
     let tools = prove_files::tools(&args.tools)?;
     let given: Vec<Given> =
         args.programs.iter().map(|path| prove_files::given(path, &tools)).collect::<Result<_, _>>()?;

@@ -7,8 +7,7 @@
 //!
 //! Comes in: paths as given, the files read, the board that came of them, the job. Goes out: a [`Project`]. Does not write it.
 
-use annulus_core::artwork::read_set;
-use annulus_core::board::{Board, Wanted, from_artwork_with};
+use annulus_core::board::{Board, Wanted, drawing, from_artwork_with};
 use annulus_core::cam::work::Work;
 use annulus_core::project;
 use annulus_core::project::saved::{Project, Said};
@@ -44,9 +43,10 @@ pub(crate) fn project(paths: &[PathBuf], given: Given, board: &Board, work: &Wor
 
 /// The board of `files` alone.
 fn board_of(files: &[(String, Vec<u8>)], said: &Said) -> Board {
-    let mut artwork = read_set(files, &said.numbers.overrides());
+    let mut artwork = drawing::read_under(files, &said.numbers.overrides());
     said.say_roles(&mut artwork);
-    let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
+    let mut used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
+    drawing::lay_over_all(files, &mut artwork, &mut used);
     from_artwork_with(&artwork, &used, Wanted { copper: true, aligned: said.aligned }).0
 }
 

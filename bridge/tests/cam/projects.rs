@@ -106,6 +106,41 @@ fn a_project_saved_here_is_the_one_that_the_page_saves() {
     assert_eq!(read("again/f-top.program"), read("flags/sensor-top.program"));
 }
 
+/// A drawing is a job too, alone and over files, and in a project saved by the page or here (S1).
+#[test]
+fn a_drawing_is_a_job_for_every_command_and_in_a_project() {
+    let folder = folder();
+    let home = folder.path();
+    let drawing = include_bytes!("../../../www/drawings/robot.json").to_vec();
+    fs::write(home.join("robot.drawing.json"), &drawing).unwrap();
+    let (exit, told) = answer(home, "inspect robot.drawing.json");
+    let roles: Vec<&str> =
+        told["files"].as_array().unwrap().iter().map(|file| file["role"].as_str().unwrap()).collect();
+    assert_eq!((exit, roles), (0, vec!["copper", "outline", "drill"]), "{told}");
+    let (exit, told) = answer(home, "plan robot.drawing.json");
+    let of = |told: &serde_json::Value| {
+        let rows = told["tools"].as_array().unwrap().iter();
+        rows.map(|row| row["holes"].as_u64().unwrap()).sum::<u64>()
+    };
+    let alone = of(&told);
+    assert!(exit == 0 && alone > 0, "{told}");
+    let (_, told) = answer(home, "plan sensor.drl");
+    let sensor = of(&told);
+
+    // The page's project of the files with the drawing over them.
+    let mut files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap())).to_vec();
+    files.push(("robot.drawing.json".to_owned(), drawing));
+    fs::write(home.join("both.annulus"), saved_by_the_page(&files)).unwrap();
+    let (exit, told) = answer(home, "plan both.annulus --accept slot,overlap,overlapping");
+    assert_eq!((exit, of(&told)), (0, alone + sensor), "{told}");
+    // Saved here, the drawing is in it still.
+    answer(home, "cam both.annulus --to program -o out --save-project again.annulus");
+    let kept = saved::read("again", &fs::read(home.join("again.annulus")).unwrap()).unwrap();
+    assert!(kept.files.iter().any(|(name, _)| name == "robot.drawing.json"));
+    // One that only lies beside what was asked for is laid over nothing.
+    assert_eq!(of(&answer(home, "plan sensor.drl").1), sensor);
+}
+
 #[test]
 fn what_lies_beside_a_file_is_in_its_project_where_the_board_needs_it() {
     let folder = folder();

@@ -15,6 +15,9 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// A gap narrower than this is none: the nets touch.
+const NO_WIDTH: Length = Length::from_nm(500);
+
 /// Findings of one cause.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Group {
@@ -120,7 +123,10 @@ impl Group {
     /// What it says.
     pub fn diagnostic(&self) -> Diagnostic {
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let name = self.kind.code().rsplit('.').next().unwrap_or_default();
+        let name = match self.kind {
+            Kind::Gap if self.least < NO_WIDTH => "gap_of_none",
+            kind => kind.code().rsplit('.').next().unwrap_or_default(),
+        };
         Diagnostic::new(self.kind.severity(), &format!("proof.group.{name}"))
             .with("count", self.count)
             .with("tool", self.tool.map(mm).unwrap_or_default())

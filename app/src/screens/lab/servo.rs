@@ -148,7 +148,7 @@ pub(super) fn servo() -> impl IntoView {
             div().class("lab-inputs").child((asked(fields, strokes), loop_fields(fields))),
             section().class("block lab-plots").attr("aria-label", name).child((
                 h3().child(name),
-                plotted(name, plot, 470.0),
+                plotted(Box::new(name), plot, 470.0),
                 div().attr("aria-live", "polite").child(answer),
             )),
         )),

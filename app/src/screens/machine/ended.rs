@@ -5,10 +5,11 @@
 
 use super::{offer, words};
 use crate::i18n::{key, say, sentence, t};
+use crate::keys::Tab;
 use crate::model::link::drilled;
-use crate::model::{LinkEvent, StartEvent};
+use crate::model::{FrameEvent, LinkEvent, StartEvent};
 use crate::page::link::{self, Ended, Link, Notice};
-use crate::page::send;
+use crate::page::{frame, send};
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::{Ending, State};
 use annulus_core::wire::DrilledReport;
@@ -35,7 +36,7 @@ pub(super) fn ended(closed: RwSignal<Option<DrilledReport>>) -> impl IntoView {
     let differs = Memo::new(move |_| differs(line));
     move || match (differs.get(), line.ended.get()) {
         (Some(told), ended) => Some(not_as_programmed(line, told, ended.as_ref(), closed).into_any()),
-        (None, Some(ended)) => Some(as_told(ended).into_any()),
+        (None, Some(ended)) => Some(as_told(ended, offer::buttons(line)).into_any()),
         (None, None) => None,
     }
 }
@@ -49,7 +50,20 @@ pub(crate) fn made(drills: bool, holes: u32, toolpaths: u32) -> String {
     }
 }
 
-fn as_told(ended: Ended) -> impl IntoView {
+/// How the last job ended, on every screen but the machine's own, until somebody closes it.
+pub fn elsewhere() -> impl IntoView {
+    let line = link::link();
+    let told = Memo::new(move |_| {
+        let alarmed = line.status.with(|status| status.as_ref().is_some_and(|status| status.alarm.is_some()));
+        line.ended.get().filter(|_| !alarmed && frame().tab.get() != Tab::Machine)
+    });
+    let there =
+        || push("button small", t!("page.tab.machine"), |_| send(FrameEvent::Show { tab: Tab::Machine }));
+    move || told.get().map(|ended| as_told(ended, there()))
+}
+
+/// The notice with what one may do about it.
+fn as_told(ended: Ended, buttons: impl IntoView + 'static) -> impl IntoView {
     let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
     let word = by_you.unwrap_or_else(|| words::ending(ended.ending));
     let drills = link::link()
@@ -65,7 +79,7 @@ fn as_told(ended: Ended) -> impl IntoView {
     div().class(class).attr("role", "status").child((
         icon(sign),
         div().class("grow").child((span().child(text), really_there(link::link()))),
-        offer::buttons(link::link()),
+        buttons,
         push("button small quiet", t!("page.close"), |_| send(LinkEvent::Close { notice: Notice::Ended })),
     ))
 }

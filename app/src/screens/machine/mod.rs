@@ -21,6 +21,7 @@ mod tool_change;
 pub mod words;
 
 pub use banner::alarm;
+pub use ended::elsewhere;
 pub(crate) use ended::made;
 pub(crate) use jog::arm_keys;
 pub use tool_change::tool_change;

@@ -10,6 +10,7 @@
 //! not as it was. Takes whole objects of a layer; what lies in blocks and repeats stays as it is.
 
 use super::body::shifted;
+use super::text::{is_one, read};
 use super::{Body, Drawing, Layer, Thing, files};
 use crate::artwork::{
     self, Aperture, Artwork, DrillFile, FileRead, Form, Gerber, Object, Overrides, Role, Shape, Side,
@@ -197,6 +198,26 @@ fn flash(form: &Form) -> Option<Body> {
     }
 }
 
+/// Lays the drawings among `files`, which are no artwork, over the artwork of the others.
+pub fn lay_over_all(
+    files: &[(String, Vec<u8>)],
+    artwork: &mut Artwork,
+    used: &mut Vec<usize>,
+) -> Vec<Diagnostic> {
+    let drawings = files.iter().filter(|(_, bytes)| is_one(bytes));
+    let each = |(name, bytes): &(String, Vec<u8>)| match read(name, &String::from_utf8_lossy(bytes)) {
+        Ok(history) => lay_over(history.now(), artwork, used),
+        Err(why) => vec![why],
+    };
+    drawings.flat_map(each).collect()
+}
+
+/// The artwork of what is no drawing among `files`.
+pub fn read_under(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
+    let under: Vec<_> = files.iter().filter(|(_, bytes)| !is_one(bytes)).cloned().collect();
+    artwork::read_set(&under, overrides)
+}
+
 /// Makes the artwork what the drawing says it is: takes out, moves, adds. `used` follows.
 pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>) -> Vec<Diagnostic> {
     let mut diagnostics = changed(drawing, artwork);
@@ -261,7 +282,7 @@ fn changed(drawing: &Drawing, artwork: &mut Artwork) -> Vec<Diagnostic> {
     }
     let mut lost = Vec::new();
     for (name, changes) in wanted {
-        let file = artwork.files.iter_mut().find(|file| file.name == name);
+        let file = artwork.files.iter_mut().find(|file| is_called(&file.name, name));
         let missed = match file.map(|file| (&mut file.gerber, &mut file.drill)) {
             Some((Some(gerber), None)) => of_layer(gerber, &changes),
             Some((_, Some(drill))) => of_drill(drill, &changes),
@@ -274,6 +295,15 @@ fn changed(drawing: &Drawing, artwork: &mut Artwork) -> Vec<Diagnostic> {
         }
     }
     lost
+}
+
+/// Whether a file that was read is the one that a drawing names: by the whole of its name, or by its end, as a file has
+/// another folder before its name where another reads it.
+fn is_called(name: &str, wanted: &str) -> bool {
+    let ends = |long: &str, short: &str| {
+        long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('/'))
+    };
+    ends(name, wanted) || ends(wanted, name)
 }
 
 /// What becomes of objects of a file by their numbers: where each lay, and by how much it moves; none where it goes.

@@ -38,7 +38,7 @@ pub use figures::{Figures, Smallest, WINDOW};
 pub use files::{files, stem};
 pub use find::{Catch, Finder, Snap, whole};
 pub use history::History;
-pub use imported::{Imported, imported, lay_over};
+pub use imported::{Imported, imported, lay_over, lay_over_all, read_under};
 pub use svg::svg;
 pub use text::{is_one, read, write};
 

@@ -125,3 +125,13 @@ fn islands_without_a_net_are_called_by_their_pads() {
     assert!(nets.contains(&"GND R1.2+U3.14".to_owned()), "{nets:?}");
     assert!(nets.iter().any(|nets| nets.contains("@4.50,0.00")), "{nets:?}");
 }
+
+#[test]
+fn of_nets_that_touch_no_cut_of_no_width_is_asked() {
+    let gaps = [0.13, 0.000_2];
+    let verdict = prove(&row(&gaps), &[around_all(&gaps)], &Options::default());
+    let [group] = verdict.groups.as_slice() else { panic!("{:#?}", verdict.groups) };
+    let told = group.diagnostic();
+    assert_eq!((group.count, told.code.as_str()), (2, "proof.group.gap_of_none"));
+    assert!(told.message("en").contains("0.130") && !told.message("en").contains("0.000"), "{told:?}");
+}

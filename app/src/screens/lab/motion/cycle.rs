@@ -31,7 +31,7 @@ pub(super) fn cycle() -> impl IntoView {
         }
         Err(None) => fields::mend().into_any(),
     };
-    let name = t!("page.lab.cycle.title");
+    let name = || t!("page.lab.cycle.title");
     div().class("lab-part").child(
         div().class("lab-columns").child((
             div().class("lab-inputs").child((
@@ -43,8 +43,8 @@ pub(super) fn cycle() -> impl IntoView {
             )),
             section()
                 .class("block lab-plots")
-                .attr("aria-label", name)
-                .child((h3().child(name), plotted(name, plot, 460.0))),
+                .attr("aria-label", name())
+                .child((h3().child(name()), plotted(name(), plot, 460.0))),
         )),
     )
 }
