@@ -9,7 +9,7 @@
 //! picture. Knows no colours.
 
 use annulus_core::geometry::{Point, chords};
-use annulus_core::job::{Command, Leg, Mark, Program};
+use annulus_core::job::{Command, Leg, Mark, Program, travel_mm};
 use annulus_core::units::Length;
 
 /// How far a chord may be from its arc, in mm.
@@ -28,6 +28,8 @@ pub struct Toolpaths {
     pub travels: Vec<Travel>,
     /// For each leg of the program, how many stops lie before it.
     pub before: Vec<u32>,
+    /// Length of all travel, mm.
+    pub travel_mm: f64,
 }
 
 /// A straight piece of a toolpath.
@@ -70,16 +72,6 @@ impl Toolpaths {
     pub fn toolpath_count(&self) -> usize {
         self.stops.iter().filter(|mark| matches!(mark, Mark::Toolpath(_))).count()
     }
-
-    /// Length of all travel, mm.
-    pub fn travel_mm(&self) -> f64 {
-        self.travels.iter().map(|travel| apart(travel.a_mm, travel.b_mm)).sum::<f64>() + 0.0
-    }
-}
-
-fn apart(a: [f32; 2], b: [f32; 2]) -> f64 {
-    let [dx, dy] = [f64::from(b[0] - a[0]), f64::from(b[1] - a[1])];
-    libm::sqrt(dx * dx + dy * dy)
 }
 
 /// Whether a leg with this mark is a stop.
@@ -100,8 +92,8 @@ struct Head<'a> {
 /// What `program` does, seen from `corner`, a place in work coordinates.
 pub fn toolpaths(program: &Program, corner: Point) -> Toolpaths {
     let height = program.safe_height;
-    let mut head =
-        Head { program, corner, at: Point::default(), height, bit: 0, toolpaths: Toolpaths::default() };
+    let toolpaths = Toolpaths { travel_mm: travel_mm(program), ..Toolpaths::default() };
+    let mut head = Head { program, corner, at: Point::default(), height, bit: 0, toolpaths };
     for leg in &program.legs {
         if let Mark::ChangeBit(bit) = leg.mark {
             head.bit = bit;
@@ -165,6 +157,11 @@ impl Head<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn apart(a: [f32; 2], b: [f32; 2]) -> f64 {
+        let [dx, dy] = [f64::from(b[0] - a[0]), f64::from(b[1] - a[1])];
+        libm::sqrt(dx * dx + dy * dy)
+    }
     use annulus_core::job::{Bit, Cutter};
 
     fn mm(mm: f64) -> Length {

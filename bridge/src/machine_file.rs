@@ -32,10 +32,14 @@ pub(crate) fn data_folder() -> PathBuf {
     folder("XDG_DATA_HOME", ".local/share")
 }
 
+fn config_folder() -> PathBuf {
+    folder("XDG_CONFIG_HOME", ".config")
+}
+
 /// Where the machine called `name` keeps its settings: `machines/NAME.toml` in `$ANNULUS_HOME`, else in
 /// `$XDG_CONFIG_HOME/annulus`, else in `~/.config/annulus`.
 pub(crate) fn path_of(name: &str) -> PathBuf {
-    folder("XDG_CONFIG_HOME", ".config").join("machines").join(format!("{name}.toml"))
+    config_folder().join("machines").join(format!("{name}.toml"))
 }
 
 fn folder(variable: &str, beneath_home: &str) -> PathBuf {
@@ -162,7 +166,8 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
             Ok(machine)
         }
         Err(refusals) => {
-            let why = refusals.into_iter().next().unwrap_or_else(|| Diagnostic::error("machine.file_syntax"));
+            let none = || Diagnostic::error("machine.file_syntax").with("what", "?");
+            let why = refusals.into_iter().next().unwrap_or_else(none);
             let key = why.args.iter().find(|(name, _)| name == "key").map(|(_, key)| key.clone());
             let at =
                 changes.iter().find(|((name, _), _)| Some(name) == key.as_ref()).map_or(0, |(_, at)| *at);
@@ -186,6 +191,15 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// The same for a file that is this user's alone.
 pub(crate) fn write_own(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // A machine file that its user keeps elsewhere lies in a folder that is none of ours.
+    let inside = path.parent().unwrap_or(Path::new("."));
+    let ours = [data_folder(), config_folder()].into_iter().find(|root| inside.starts_with(root));
+    if let Some(root) = ours {
+        own::root(&root)?;
+        if inside != root {
+            own::folder(inside)?;
+        }
+    }
     write(path, bytes, |fresh| {
         // What a killed process left; whatever it is, it is not written to.
         let _ = fs::remove_file(fresh);

@@ -100,6 +100,12 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> &'a 
     known.into_iter().min_by_key(|candidate| distance(&wanted, candidate)).unwrap_or_default()
 }
 
+/// How many letters have to be put in, taken out, exchanged or swapped to come from `name` to `other`.
+pub fn letters_apart(name: &str, other: &str) -> usize {
+    let wanted: Vec<char> = name.chars().take(64).collect();
+    distance(&wanted, other).div_ceil(2)
+}
+
 /// Twice the edit distance; two letters swapped, and a letter that is only small or capital, count half.
 fn distance(wanted: &[char], candidate: &str) -> usize {
     let candidate: Vec<char> = candidate.chars().collect();

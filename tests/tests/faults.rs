@@ -36,10 +36,30 @@ pub(crate) fn is_there(test: &str) -> bool {
         return false;
     }
     if !file.ends_with(".mjs") {
-        return source.contains(&format!("fn {name}("));
+        return is_a_test(&source, name);
     }
     let name = name.trim_matches('"');
-    ['\'', '"', '`'].iter().any(|quote| source.contains(&format!("{quote}{name}{quote}")))
+    // A test of its own, or a row of one.
+    let named = |before: &str| {
+        ['\'', '"', '`'].iter().any(|quote| source.contains(&format!("{before}{quote}{name}{quote}")))
+    };
+    ["test(", "attack("].iter().any(|before| named(before))
+}
+
+/// Whether the function called `name` is one that is run as a test.
+fn is_a_test(source: &str, name: &str) -> bool {
+    let lines: Vec<&str> = source.lines().map(str::trim).collect();
+    let begins = |line: &str| {
+        let rest = line.trim_start_matches("pub(crate) ").trim_start_matches("async ");
+        rest.strip_prefix("fn ").is_some_and(|rest| rest.starts_with(&format!("{name}(")))
+    };
+    let Some(at) = lines.iter().position(|line| begins(line)) else { return false };
+    let above = lines[..at].iter().rev().take_while(|line| line.starts_with("#[") || line.starts_with("//"));
+    let attributes: Vec<&&str> = above.filter(|line| line.starts_with("#[")).collect();
+    let run = |line: &&&str| {
+        ["#[test]", "#[wasm_bindgen_test]", "#[tokio::test"].iter().any(|is| line.starts_with(is))
+    };
+    attributes.iter().any(run) && !attributes.iter().any(|line| line.contains("ignore"))
 }
 
 #[test]

@@ -120,7 +120,9 @@ impl Line {
 
 fn open() -> Option<Open> {
     let host = window().location().host().ok()?;
-    let socket = WebSocket::new(&format!("ws://{host}/api/socket")).ok()?;
+    // Who names a session waits where no stranger comes.
+    let session = session::kept().map(|kept| format!("?session={}", kept.session)).unwrap_or_default();
+    let socket = WebSocket::new(&format!("ws://{host}/api/socket{session}")).ok()?;
     let message = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
         if let Some(text) = event.data().as_string() {
             let read = (text.len() <= FRAME_LIMIT).then(|| serde_json::from_str(&text).ok()).flatten();

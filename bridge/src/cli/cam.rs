@@ -25,7 +25,7 @@ use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::job::{Command, Mark, Program, milled_mm};
+use annulus_core::job::{Command, Mark, Program, milled_mm, travel_mm};
 use annulus_core::machine::Machine;
 use annulus_core::post::{Files, Manner};
 use annulus_core::proof::{self, Verdict};
@@ -309,19 +309,12 @@ fn written(
 struct Counts {
     plunges: usize,
     retracts: usize,
-    travel_mm: f64,
 }
 
 fn counts(program: &Program) -> Counts {
     let mut counts = Counts::default();
-    let mut here = Point::default();
     for command in program.legs.iter().flat_map(|leg| &leg.commands) {
         match command {
-            Command::Rapid { to } => {
-                counts.travel_mm += here.distance_mm(*to);
-                here = *to;
-            }
-            Command::Mill { to, .. } | Command::MillArc { to, .. } => here = *to,
             Command::Plunge { .. } => counts.plunges += 1,
             Command::Retract { .. } => counts.retracts += 1,
             _ => {}
@@ -355,7 +348,7 @@ fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
         "program_sha256": program::key(&program::encode(&side.program)),
         "total_time_s": side.times_s.as_ref().map(|(total_s, _)| rounded(*total_s)),
         "milled_mm": rounded(by_leg.iter().sum()),
-        "travel_mm": rounded(counts.travel_mm),
+        "travel_mm": rounded(travel_mm(&side.program)),
         "plunges": counts.plunges,
         "retracts": counts.retracts,
         "holes": side.program.hole_count(),

@@ -12,7 +12,8 @@ use annulus_core::control::Lateness;
 use annulus_core::control::lateness::{EDGES_US, safe_rate};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use serde_json::{Value, json};
-use std::fs;
+use std::fs::{self, OpenOptions};
+use std::io::Write;
 use std::path::Path;
 use std::thread;
 
@@ -105,7 +106,10 @@ fn good(name: &'static str, code: &str) -> Check {
 /// Whether a file can be written in `folder`.
 fn folder(name: &'static str, folder: &Path) -> Check {
     let probe = folder.join(format!("doctor-{}", std::process::id()));
-    let tried = own::root(folder).and_then(|()| fs::write(&probe, b"annulus"));
+    let mut options = OpenOptions::new();
+    let tried = own::root(folder)
+        .and_then(|()| own::open(&probe, options.write(true).create_new(true)))
+        .and_then(|mut file| file.write_all(b"annulus"));
     let _ = fs::remove_file(&probe);
     match tried {
         Ok(()) => good(name, "doctor.folder").with("folder", folder.display()),

@@ -16,7 +16,7 @@ use crate::refusal::Refusal;
 use annulus_core::board::{Board, Face, Hole, Wanted, from_artwork_with};
 use annulus_core::cam::figures::{Figures, figures};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
-use annulus_core::cam::work::{Action, Work};
+use annulus_core::cam::work::{Action, Operation, Work};
 use annulus_core::cam::{self, PlanOptions, Progress};
 use annulus_core::diagnostic::{Diagnostic, Severity, nearest};
 use annulus_core::geometry::Point;
@@ -55,8 +55,8 @@ pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
     match program_file(&args.job)? {
         Some(program) => Ok(Job { machine, program, figures: None, diagnostics: Vec::new() }),
         None => {
-            let (board, diagnostics) = read_board(args)?;
-            planned(args, machine, board, diagnostics)
+            let (board, diagnostics, saved) = read_board(args)?;
+            planned(args, machine, (board, saved), diagnostics)
         }
     }
 }
@@ -74,11 +74,14 @@ pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
 /// The job planned anew, even from a program file, and its figures.
 pub(crate) fn plan(args: &JobArgs) -> Result<(Job, Figures), Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
-    let (board, diagnostics) = match program_file(&args.job)? {
-        Some(program) => board_of(&program, &args.accept)?,
+    let (board, diagnostics, saved) = match program_file(&args.job)? {
+        Some(program) => {
+            let (board, diagnostics) = board_of(&program, &args.accept)?;
+            (board, diagnostics, None)
+        }
         None => read_board(args)?,
     };
-    let mut job = planned(args, machine, board, diagnostics)?;
+    let mut job = planned(args, machine, (board, saved), diagnostics)?;
     let figures = job.figures.take().unwrap_or_default();
     Ok((job, figures))
 }
@@ -125,19 +128,35 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     program::decode(&head).map(Some).map_err(|diagnostic| Refusal::content(diagnostic.at(&name, 0, 0)))
 }
 
-/// The board of the files at JOB, and what there was to say about them.
-fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>), Refusal> {
+/// The board of the files at JOB, what there was to say about them, and the job of a saved project.
+fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>), Refusal> {
     can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
-    let wanted = Wanted { copper: false, aligned: read.said.aligned };
+    // What a saved job does with copper is counted, and so there has to be copper.
+    let wanted = Wanted { copper: read.job.is_some(), aligned: read.said.aligned };
     let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
     unseen(&diagnostics, &args.accept)?;
     if read.used.is_empty() {
         let why = Diagnostic::error("job.no_drill_file").with("path", args.job.display());
-        return Err(Refusal::content(why));
+        return Err(Refusal::content(why).among(diagnostics));
     }
-    Ok((board, diagnostics))
+    Ok((board, diagnostics, read.job))
+}
+
+/// The part of a saved job that makes holes, with its set-up; an error where it does more.
+fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Option<Diagnostic>), Refusal> {
+    let mut work = super::cam::opened(board, Some(saved), machine)?;
+    let makes_holes =
+        |operation: &Operation| matches!(operation.action, Action::Drill(_) | Action::MillHoles(_));
+    let others: Vec<String> =
+        work.operations.iter().filter(|one| one.on && !makes_holes(one)).map(Operation::title).collect();
+    work.operations.retain(makes_holes);
+    if let Some(operation) = work.operations.iter().find(|operation| operation.on) {
+        work.setup.face = operation.face;
+    }
+    let why = Diagnostic::error("job.operations_left_out").with("count", others.len());
+    Ok((work, (!others.is_empty()).then(|| why.with("operations", others.join(", ")))))
 }
 
 /// A whole board.
@@ -201,11 +220,16 @@ fn unseen(diagnostics: &[Diagnostic], accept: &[String]) -> Result<(), Refusal> 
 fn planned(
     args: &JobArgs,
     machine: Machine,
-    board: Board,
+    (board, saved): (Board, Option<String>),
     mut diagnostics: Vec<Diagnostic>,
 ) -> Result<Job, Refusal> {
     let options = PlanOptions { lost: lost(&diagnostics), ..options(args)? };
-    let mut work = Work::drilling(&board, &machine, args.order.into());
+    let (mut work, left_out) = match saved {
+        Some(saved) => holes_of(&saved, &board, &machine)?,
+        None => (Work::drilling(&board, &machine, args.order.into()), None),
+    };
+    diagnostics.extend(left_out);
+    unseen(&diagnostics, &args.accept)?;
     if args.no_mill {
         work.operations.retain(|operation| matches!(operation.action, Action::Drill(_)));
     }

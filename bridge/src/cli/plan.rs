@@ -7,6 +7,7 @@ use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded
 use crate::cli::job;
 use annulus_core::cam::figures::Figures;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::travel_mm;
 use annulus_core::locale;
 use annulus_core::wire::program;
 use serde_json::{Value, json};
@@ -39,6 +40,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
     let object = json!({
         "travel_before_mm": rounded(figures.travel_before_mm),
         "travel_after_mm": rounded(figures.travel_after_mm),
+        "travel_mm": rounded(travel_mm(&job.program)),
         "hop_time_before_s": rounded(figures.hop_time_before_s),
         "hop_time_after_s": rounded(figures.hop_time_after_s),
         "tools": tools,

@@ -136,6 +136,22 @@ fn spawn() -> io::Result<Child> {
     command.spawn()
 }
 
+/// Whether a short frame goes into the pipe at once.
+fn has_room(pipe: &ChildStdin) -> bool {
+    #[cfg(unix)]
+    {
+        use rustix::event::{PollFd, PollFlags, Timespec, poll};
+        let mut asked = [PollFd::new(pipe, PollFlags::OUT)];
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+        poll(&mut asked, Some(&at_once)).is_ok() && asked[0].revents().contains(PollFlags::OUT)
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = pipe;
+        true
+    }
+}
+
 impl Link {
     /// Sends frames until there are no more, or nobody takes them.
     fn write_all(&self, frames_down: &Receiver<Down>) {
@@ -155,10 +171,11 @@ impl Link {
         let alive = frames::encode(&Down::Alive).unwrap_or_default();
         let (mut before, mut silent) = (0, Duration::ZERO);
         while !self.gone.load(Ordering::SeqCst) {
-            // A pipe in use carries a frame, which says as much.
+            // A pipe in use carries a frame, which says as much; a full one is emptied by nobody, and must not hold this up.
             if let Ok(mut pipe) = self.pipe.try_lock() {
                 match pipe.as_mut() {
-                    Some(pipe) => drop(pipe.write_all(&alive)),
+                    Some(pipe) if has_room(pipe) => drop(pipe.write_all(&alive)),
+                    Some(_) => {}
                     None => return,
                 }
             }

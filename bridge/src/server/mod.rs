@@ -54,7 +54,8 @@ use watchers::Watchers;
 
 /// HTTP connections at the same time; one more, and one that said least goes.
 const CONNECTIONS: usize = 256;
-/// Sockets that have not said hello, the same way. Pages that did have seats of their own.
+/// Sockets that have not said hello, the same way. Pages that did have seats of their own, and those that name a session of
+/// ours when they call wait in a hall where no stranger comes.
 const CALLERS: usize = 32;
 /// Sockets at the same time, callers and pages: more than both can be, so that the end can wait for all of them.
 const SOCKETS: usize = 512;
@@ -84,6 +85,7 @@ pub(crate) struct Bridge {
     watchers: Mutex<Watchers>,
     connections: Hall,
     callers: Hall,
+    known_callers: Hall,
     /// Sockets in work, so that the end can wait for them.
     sockets: Arc<Semaphore>,
     began: Instant,
@@ -103,6 +105,7 @@ impl Bridge {
             watchers: Mutex::new(Watchers::new()),
             connections: Hall::new(CONNECTIONS),
             callers: Hall::new(CALLERS),
+            known_callers: Hall::new(CALLERS),
             sockets: Arc::new(Semaphore::new(SOCKETS)),
             began: Instant::now(),
         }))
@@ -354,12 +357,15 @@ async fn link(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
     Ok(json(StatusCode::OK, &json!({ "ok": true, "url": url })))
 }
 
-/// `GET /api/socket`.
+/// `GET /api/socket[?session=ID]`.
 async fn socket(
     State(bridge): State<Arc<Bridge>>,
+    uri: Uri,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Refused> {
     let upgrade = upgrade.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.no_upgrade"))?;
+    let session = uri.query().and_then(|query| query.strip_prefix("session="));
+    let known = session.is_some_and(|session| bridge.pairing().session(session).is_some());
     let seat = Arc::clone(&bridge.sockets).try_acquire_owned();
     let seat = seat.map_err(|_| Refused::new(StatusCode::SERVICE_UNAVAILABLE, "door.full"))?;
     let upgrade = upgrade
@@ -368,7 +374,7 @@ async fn socket(
         .write_buffer_size(0)
         .max_write_buffer_size(socket::TRANSPORT_LIMIT);
     Ok(upgrade.on_upgrade(async move |socket| {
-        socket::serve(bridge, socket).await;
+        socket::serve(bridge, socket, known).await;
         drop(seat);
     }))
 }

@@ -51,8 +51,8 @@ fn no(code: &str) -> Diagnostic {
 }
 
 /// One page from challenge to goodbye.
-pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket) {
-    let Some((session, seat)) = let_in(&bridge, &mut socket).await else { return };
+pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket, known: bool) {
+    let Some((session, seat)) = let_in(&bridge, &mut socket, known).await else { return };
     let (viewer, scope) = (seat.viewer, session.scope);
     tracing::info!(viewer, ?scope, "page joined");
     // Not waited for: the first thing this page says may be STOP.
@@ -66,8 +66,9 @@ pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket) {
 }
 
 /// From the challenge to a seat. Until hello it waits in the hall, where others may push it out.
-async fn let_in(bridge: &Bridge, socket: &mut WebSocket) -> Option<(Session, Seat)> {
-    let (_place, leaves) = bridge.callers.enter();
+async fn let_in(bridge: &Bridge, socket: &mut WebSocket, known: bool) -> Option<(Session, Seat)> {
+    let hall = if known { &bridge.known_callers } else { &bridge.callers };
+    let (_place, leaves) = hall.enter();
     let greeted = tokio::select! {
         greeted = timeout(HELLO_TIME + SEND_TIME, greet(bridge, socket)) => greeted.unwrap_or(Err(None)),
         _ = leaves => {

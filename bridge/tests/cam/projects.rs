@@ -32,13 +32,24 @@ fn a_saved_project_is_a_job_for_every_command() {
     assert_eq!(answer(home, "prove board.annulus project/board-top.program --accept lost").0, 0);
     for (arguments, exit) in [
         ("inspect board.annulus", 0),
-        ("plan board.annulus", 0),
-        ("export board.annulus --to grbl -o out.nc", 0),
-        ("simulate board.annulus", 0),
+        ("plan board.annulus", 1),
+        ("plan board.annulus --accept job.operations_left_out", 0),
+        ("export board.annulus --to grbl -o out.nc --accept job.operations_left_out", 0),
+        ("simulate board.annulus", 1),
+        ("simulate board.annulus --accept job.operations_left_out", 0),
         ("cam board.annulus sensor.drl --to grbl -o out", 2),
     ] {
         assert_eq!(answer(home, arguments).0, exit, "{arguments}");
     }
+    // What a command does not do it says; what it does, it does as the job says: two boards side by side.
+    let (_, told) = answer(home, "plan board.annulus");
+    assert_eq!(told["error"]["code"], "job.operations_left_out", "{told}");
+    let (_, one) = answer(home, "plan sensor.drl");
+    let (_, two) = answer(home, "plan board.annulus --accept job.operations_left_out");
+    let holes = |told: &serde_json::Value| {
+        told["tools"].as_array().unwrap().iter().map(|row| row["holes"].as_u64().unwrap()).sum::<u64>()
+    };
+    assert_eq!(holes(&two), 2 * holes(&one));
 }
 
 #[test]
@@ -51,7 +62,7 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
         project.said = Said { used, ..Said::default() };
         fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
         // By its name the file is of another board.
-        let (exit, told) = answer(home, "plan board.annulus --accept board.several");
+        let (exit, told) = answer(home, "plan board.annulus --accept board.several,job.operations_left_out");
         assert_eq!(exit, 0, "{told}");
         let rows = told["tools"].as_array().unwrap().iter();
         rows.map(|row| row["holes"].as_u64().unwrap()).sum::<u64>()
@@ -131,7 +142,7 @@ fn a_drawing_is_a_job_for_every_command_and_in_a_project() {
     let mut files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap())).to_vec();
     files.push(("robot.drawing.json".to_owned(), drawing));
     fs::write(home.join("both.annulus"), saved_by_the_page(&files)).unwrap();
-    let (exit, told) = answer(home, "plan both.annulus --accept slot,overlap,overlapping");
+    let (exit, told) = answer(home, "plan both.annulus --accept job.operations_left_out");
     assert_eq!((exit, of(&told)), (0, alone + sensor), "{told}");
     // Saved here, the drawing is in it still.
     answer(home, "cam both.annulus --to program -o out --save-project again.annulus");

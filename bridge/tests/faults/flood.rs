@@ -6,18 +6,25 @@ use crate::server::work::until_status;
 use annulus_core::control::State;
 use annulus_core::wire::{Ask, Tell, auth};
 use serde_json::json;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+/// How long a page takes from the challenge to its hello.
+const HELLO_AFTER: Duration = Duration::from_millis(20);
+
+/// The longest that a STOP under attack may take for 99 of 100.
+const STOP_P99: Duration = Duration::from_millis(50);
+
 /// A page that was let in before and comes again, as after a reload: its hello is accepted.
 fn reloaded(bridge: &Running, session: &str, key: &str) -> Page {
-    let socket = bridge.upgrade(&[]).unwrap();
+    let socket = bridge.upgrade_of(session);
     let mut page = Page { session: session.to_owned(), key: key.to_owned(), socket };
     let nonce = page.nonce();
+    thread::sleep(HELLO_AFTER);
     page.hello(session, &auth::hello(key, &nonce));
     page.until(|tell| matches!(tell, Tell::Welcome { .. }));
     page
@@ -51,14 +58,18 @@ fn refused_connections_are_closed_and_idle_ones_make_room() {
     let mut crowd: Vec<TcpStream> = (0..300).map(|_| refused(bridge.port)).collect();
     let idle: Vec<TcpStream> = (0..300).map(|_| bridge.connect()).collect();
     assert_eq!(bridge.raw("GET", "/nothing", &[], b"").status, 404);
+    let since = Instant::now();
     for stream in &mut crowd {
         let reply = Reply::read(stream);
+        // To its end: nothing of it is kept open, as a request that is waited for is for ten seconds.
+        let _ = stream.read_to_end(&mut Vec::new());
         // The first of them may have had to go before anything was read.
         assert!(
             reply.status == 0 || (reply.status, reply.header("connection")) == (403, "close"),
             "{reply:?}"
         );
     }
+    assert!(since.elapsed() < Duration::from_secs(5), "closed after {:?}", since.elapsed());
     assert_eq!(bridge.raw("GET", "/nothing", &[], b"").status, 404);
     drop(idle);
 }
@@ -131,7 +142,7 @@ impl Flood {
         let threads = kinds.into_iter().map(|mut attack| {
             let (over, times) = (Arc::clone(&over), Arc::clone(&times));
             thread::spawn(move || {
-                // Each holds on to what it opened, 100 at a time, and opens 100 a second.
+                // Each holds on to what it opened, 100 at a time, and opens the next at once.
                 let mut held = std::collections::VecDeque::new();
                 while !over.load(Ordering::SeqCst) {
                     held.push_back(attack());
@@ -139,7 +150,7 @@ impl Flood {
                         held.pop_front();
                     }
                     times.fetch_add(1, Ordering::SeqCst);
-                    thread::sleep(Duration::from_millis(10));
+                    thread::sleep(Duration::from_millis(1));
                 }
             })
         });
@@ -191,6 +202,7 @@ fn stop_of_a_reloaded_page_is_heard_under_every_flood_at_once() {
         spread(&mut stops),
         spread(&mut reloads)
     );
-    assert_eq!(stops.len(), rounds, "every STOP was heard");
+    let p99 = stops[(stops.len() - 1) * 99 / 100];
+    assert!(p99 <= STOP_P99, "99 of 100 STOPs within {p99:?}");
     drop(crowd);
 }

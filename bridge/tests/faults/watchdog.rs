@@ -70,6 +70,7 @@ fn a_killed_executor_leaves_nothing_on_and_stop_works() {
         signal(scene.executor(), "-KILL");
         let took = scene.until(|bytes| bytes == [0; 4]);
         println!("round {round}: everything off after {took:?}");
+        assert!(took < Duration::from_secs(1), "{took:?}");
         scene.alarm("output.executor_gone");
         scene.stop_works();
         scene.works_again();
@@ -82,6 +83,7 @@ fn an_executor_that_stands_still_is_ended_and_leaves_nothing_on() {
     signal(scene.executor(), "-STOP");
     let took = scene.until(|bytes| bytes == [0; 4]);
     println!("everything off after {took:?}");
+    assert!(took < Duration::from_secs(2), "{took:?}");
     scene.alarm("output.executor_silent");
     scene.stop_works();
     scene.works_again();
@@ -93,6 +95,7 @@ fn a_bridge_that_stands_still_is_not_waited_for() {
     signal(scene.bridge.child.id(), "-STOP");
     let took = scene.until(|bytes| bytes[3] == 0);
     println!("the spindle is off after {took:?}");
+    assert!(took < Duration::from_secs(3), "{took:?}");
     scene.shop.until_let_go();
     let outputs = scene.shop.outputs();
     assert_eq!(outputs.map(|byte| byte & 0x60), [0; 4], "no forcing: {outputs:02x?}");

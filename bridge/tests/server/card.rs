@@ -321,6 +321,55 @@ fn a_board_is_drilled_on_a_card() {
     assert_eq!(before["position"][0], position[0], "the record knows what homing found");
 }
 
+/// Two holes on a card, a tool change before the second, and what a person does there after longer than any clock of a machine.
+fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
+    let folder = TempDir::new().unwrap();
+    let shop = Shop::new(&folder);
+    let bridge = Shop::bridge(folder, "100");
+    let _mechanics = Mechanics::start(&shop.device);
+    let mut page = bridge.page();
+    home(&mut page);
+    page.ask(&Ask::SetZero);
+    let mut program = holes(&shop.machine, 2);
+    program.bits.push(Bit { diameter: Length::from_um(1_000), name: "1.0 mm".into(), cutter: Cutter::Drill });
+    let change = Leg {
+        mark: Mark::ChangeBit(1),
+        commands: vec![
+            Command::Spindle { rpm: 0 },
+            Command::AwaitBit { bit: 1 },
+            Command::Spindle { rpm: 20_000 },
+            Command::Dwell { us: 50_000 },
+        ],
+    };
+    program.legs.insert(2, change);
+    let (job, stream_digest, failed) = arm(&bridge, &mut page, &program);
+    assert_eq!(failed, Vec::<String>::new());
+    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+    until_status(&mut page, |status| status.state == State::ToolChange);
+    assert_eq!(shop.outputs()[3], 0, "the spindle stands");
+    let since = Instant::now();
+    while since.elapsed() < Duration::from_secs(5) {
+        page.ask(&Ask::Ping { stamp: 0.0 });
+        assert_eq!(until_status(&mut page, |_| true).alarm, None);
+    }
+    page.ask(answer);
+    let end = page.until(|tell| matches!(tell, Tell::Ended { .. }));
+    let status = until_status(&mut page, |status| !matches!(status.state, State::Stopping | State::Running));
+    (end, status)
+}
+
+#[test]
+fn a_tool_change_on_a_card_waits_for_its_person() {
+    in_peace(|| {
+        let (end, status) = at_a_tool_change(&Ask::ToolChanged);
+        assert!(matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 2, .. }), "{end:?}");
+        assert_eq!((status.alarm, status.trust), (None, Trust::Trusted));
+        let (end, status) = at_a_tool_change(&Ask::Stop);
+        assert!(matches!(end, Tell::Ended { ending: Ending::Stopped, holes_done: 1, .. }), "{end:?}");
+        assert_eq!((status.alarm, status.trust), (None, Trust::Trusted));
+    });
+}
+
 #[test]
 fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
     let scene = Scene::on_its_way();

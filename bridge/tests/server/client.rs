@@ -163,7 +163,17 @@ impl Running {
 
     /// The socket up to the challenge, with `headers` put in or, where empty, left out.
     pub(crate) fn upgrade(&self, headers: &[(&'static str, &str)]) -> Result<WebSocket<TcpStream>, u16> {
-        let mut request = format!("ws://127.0.0.1:{}/api/socket", self.port).into_client_request().unwrap();
+        self.call("", headers)
+    }
+
+    /// The same, as a page calls that says of which session it is.
+    pub(crate) fn upgrade_of(&self, session: &str) -> WebSocket<TcpStream> {
+        self.call(&format!("?session={session}"), &[]).unwrap()
+    }
+
+    fn call(&self, query: &str, headers: &[(&'static str, &str)]) -> Result<WebSocket<TcpStream>, u16> {
+        let address = format!("ws://127.0.0.1:{}/api/socket{query}", self.port);
+        let mut request = address.into_client_request().unwrap();
         request.headers_mut().insert("origin", self.origin().parse().unwrap());
         for (name, value) in headers {
             if value.is_empty() {

@@ -1,10 +1,13 @@
 //! `serve`, `link`, `machines` and `doctor` as scripts see them.
 
 use super::client::{Running, annulus, output, take_apart};
+use annulus_core::machine::Value as Setting;
+use annulus_core::wire::{Ask, Tell};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpListener;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use tempfile::TempDir;
 
@@ -84,6 +87,61 @@ fn the_secret_is_for_its_user_alone() {
     let bridge = Running::start();
     let note = bridge.home.as_ref().unwrap().path().join("bridge.json");
     assert_eq!(std::fs::metadata(note).unwrap().permissions().mode() & 0o777, 0o600);
+}
+
+/// Folders and files at `place` and below that others may look into.
+#[cfg(unix)]
+fn open_to_others(place: &Path) -> Vec<PathBuf> {
+    use std::os::unix::fs::PermissionsExt;
+    let kind = std::fs::symlink_metadata(place).unwrap();
+    let below = kind.is_dir().then(|| std::fs::read_dir(place).unwrap().flatten());
+    let below = below.into_iter().flatten().flat_map(|entry| open_to_others(&entry.path()));
+    let own = (kind.permissions().mode() & 0o077 != 0).then(|| place.to_owned());
+    own.into_iter().chain(below).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn whatever_a_command_keeps_is_for_its_user_alone_and_needs_no_folder_before() {
+    let board = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples/sensor.drl");
+    let board = board.to_str().unwrap();
+    let place = TempDir::new().unwrap();
+    let home = place.path().join("fresh");
+    let ask = |arguments: &[&str]| {
+        let mut command = annulus(&place, arguments);
+        let output = command.env("ANNULUS_HOME", &home).stdin(Stdio::null()).output().unwrap();
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+        (object["error"]["code"].as_str().unwrap_or_default().to_owned(), output)
+    };
+    // The port is missing, and not the folder for the program that goes there.
+    let (why, output) = ask(&["grbl", "run", board, "--port", "/dev/no-such-port", "--json"]);
+    assert_ne!(why, "job.not_written", "{output:?}");
+    assert!(!output.status.success());
+    ask(&["doctor", "--json"]);
+    ask(&["run", board, "--speed", "2000", "--json"]);
+    assert_eq!(open_to_others(&home), Vec::<PathBuf>::new());
+    // Nor what the page has kept.
+    let bridge = Running::start();
+    let mut page = bridge.page();
+    assert!(page.take_control(false));
+    page.ask(&Ask::Configure { changes: vec![("motion.reserve".to_owned(), Setting::Number(0.1))] });
+    page.until(|tell| matches!(tell, Tell::Machine { .. }));
+    let home = bridge.home.as_ref().unwrap().path();
+    assert!(home.join("machines/virtual.toml").is_file());
+    assert_eq!(open_to_others(home), Vec::<PathBuf>::new());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_leads_elsewhere_is_not_written_through() {
+    let (place, elsewhere) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    std::os::unix::fs::symlink(elsewhere.path(), place.path().join("machines")).unwrap();
+    let bridge = Running::start_in(place);
+    let mut page = bridge.page();
+    assert!(page.take_control(false));
+    page.ask(&Ask::Configure { changes: vec![("motion.reserve".to_owned(), Setting::Number(0.1))] });
+    page.until(|tell| matches!(tell, Tell::Refused { why } if why.code == "machine.file_not_saved"));
+    assert_eq!(std::fs::read_dir(elsewhere.path()).unwrap().count(), 0);
 }
 
 #[test]

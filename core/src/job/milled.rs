@@ -12,6 +12,23 @@ use super::{Command, Program};
 use crate::geometry::{Point, chords};
 use crate::units::Length;
 
+/// How far the tools travel above the board in the whole program, from its zero on, mm: all that is not milled.
+pub fn travel_mm(program: &Program) -> f64 {
+    let mut here = Point::default();
+    let mut travel_mm = 0.0;
+    for command in program.legs.iter().flat_map(|leg| &leg.commands) {
+        match *command {
+            Command::Rapid { to } => {
+                travel_mm += here.distance_mm(to);
+                here = to;
+            }
+            Command::Mill { to, .. } | Command::MillArc { to, .. } => here = to,
+            _ => {}
+        }
+    }
+    travel_mm
+}
+
 /// How far every leg mills, mm, in the order of the legs.
 pub fn milled_mm(program: &Program) -> Vec<f64> {
     let (mut at, mut height) = (Point::default(), program.safe_height);

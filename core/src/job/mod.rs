@@ -19,7 +19,7 @@ mod tool;
 
 pub use briefing::{Briefing, Pins, SideBriefing, ToolBriefing, touched};
 pub use cleared::{Cleared, Promised};
-pub use milled::milled_mm;
+pub use milled::{milled_mm, travel_mm};
 
 use crate::geometry::Point;
 use crate::units::Length;

@@ -124,7 +124,8 @@ pub fn names(text: &str) -> impl Iterator<Item = &str> {
 
 /// The text of `key` with every `{name}` replaced by its argument: one made by [`word`] is put into the language, a measure has the
 /// decimal mark of the language, and what stands in quotes is quoted as it is. Of `{name|hole|holes}` the form stands that goes with
-/// the number. An unknown key gives the key itself, so that a gap is seen and never blank. An argument that is left out stops every test; a person sees its name.
+/// the number. An unknown key gives the key itself, so that a gap is seen and never blank. An argument that is left out stops every test; a person
+/// sees a dash.
 pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
     let Some((language, raw)) = found(language, key) else { return key.to_owned() };
     debug_assert!(
@@ -143,13 +144,16 @@ pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
             (Some((_, value)), Some(forms)) => out.push_str(form_of(language, value, forms)),
             (Some((_, value)), None) if out.ends_with(QUOTES) => out.push_str(argument(language, value)),
             (Some((_, value)), None) => out.push_str(&number(language, argument(language, value))),
-            _ => out.push_str(&rest[open..=open + close]),
+            _ => out.push(LEFT_OUT),
         }
         rest = &rest[open + close + 1..];
     }
     out.push_str(rest);
     out
 }
+
+/// What stands for an argument that is left out: braces are nobody's to read.
+const LEFT_OUT: char = '–';
 
 /// What begins a quotation in one of the languages.
 const QUOTES: [char; 4] = ['"', '„', '“', '「'];
@@ -169,6 +173,12 @@ mod tests {
         let args = ["place", "name"].map(|name| (name.to_owned(), "T7".to_owned()));
         assert_eq!(text("en", "test.greeting", &args), "Tool T7 is T7.");
         assert_eq!(names("{place|a|b} of {count}").collect::<Vec<_>>(), ["place", "count"]);
+    }
+
+    #[test]
+    #[cfg(not(debug_assertions))]
+    fn an_argument_that_is_left_out_is_a_dash() {
+        assert_eq!(text("en", "test.greeting", &[("name".to_owned(), "T7".to_owned())]), "Tool T7 is –.");
     }
 
     #[test]

@@ -241,3 +241,21 @@ pub fn down(
 fn part(stage: Stage, start_tick: u64, from: Steps, to: Steps, stroke: Stroke) -> Part {
     Part { stage, start_tick, from, to, motion: Motion::Line(stroke) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::virtual_drill;
+
+    #[test]
+    fn margin_and_settling_act_where_they_are_longer_than_the_way_from_clear() {
+        // 0.3 mm at 12 mm/s.
+        let rows = [((5.0, 10.0), 25.0), ((0.0, 0.0), 25.0), ((20.0, 10.0), 30.0), ((5.0, 40.0), 45.0)];
+        for ((margin_ms, settle_ms), wanted_ms) in rows {
+            let mut machine = virtual_drill();
+            (machine.overlap.margin_ms, machine.settle_ms) = (margin_ms, settle_ms);
+            let waits_ms = settle_ms + 1e3 * own(&machine).expect("a stroke").0.margin_s;
+            assert!((waits_ms - wanted_ms).abs() < 0.1, "{margin_ms} {settle_ms}: {waits_ms}");
+        }
+    }
+}

@@ -14,7 +14,7 @@
 use super::blocks::{Queue, link};
 use super::words::{Argument, Command, Kind, Value, WORDS, Word};
 use super::{LONGEST_TEXT, MOST_ROWS};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, letters_apart};
 use crate::units::{Length, NM_PER_MM};
 
 /// After so many refusals the rest of the text is not read.
@@ -218,7 +218,7 @@ fn unknown(text: &str) -> Diagnostic {
     let names = WORDS.iter().flat_map(|word| word.spellings().map(move |name| (name, word.name)));
     let apart = |name: &str| {
         let begins = wanted.len() > 1 && name.to_ascii_uppercase().starts_with(&wanted);
-        if begins { 0 } else { distance(&wanted, &name.to_ascii_uppercase()) }
+        if begins { 0 } else { letters_apart(&wanted, &name.to_ascii_uppercase()) }
     };
     let near = names.map(|(name, word)| (apart(name), word)).min();
     let near = near.filter(|(apart, _)| *apart <= 3 && 2 * apart < wanted.len());
@@ -230,24 +230,6 @@ fn unknown(text: &str) -> Diagnostic {
             refuse("queue.unknown_far").with("found", found).with("words", words.join(", "))
         }
     }
-}
-
-/// Letters to change, add or leave out to come from `a` to `b` (Levenshtein); words longer than any of the table are far.
-fn distance(a: &str, b: &str) -> usize {
-    if a.len() > 40 {
-        return usize::MAX;
-    }
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.bytes().enumerate() {
-            let changed = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 /// The queue as text: what [`read`] reads back to the same queue.

@@ -287,3 +287,33 @@ fn runs_made_faster_or_bent_by_three_ticks_are_found_where_they_break_a_law() {
         assert!(broke > tried / 10, "{what}: {broke} of {tried}");
     }
 }
+
+/// What is as fast as the axis may be is too fast when it is faster, by however little a step's time tells.
+#[test]
+fn runs_at_the_greatest_speed_made_faster_are_found() {
+    let mut tried = 0;
+    for seed in 0..rounds(400) {
+        for machine in machines().iter().filter(|machine| machine.drive == DriveKind::Planned) {
+            let sound = planned(machine, seed, 3);
+            let runs = sound.segments.iter().enumerate().flat_map(|(at, segment)| {
+                segment.runs.iter().enumerate().map(move |(which, run)| (at, which, *run))
+            });
+            let fast = |run: &Run| {
+                let axis = machine.axis(run.axes.trailing_zeros() as usize);
+                let greatest = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
+                let speed = TICK_HZ as f64 * 65_536.0 / run.first_parts() as f64;
+                run.axes.count_ones() == 1 && run.count > 50 && run.change == 0 && speed > 0.98 * greatest
+            };
+            for (at, which, run) in runs.filter(|(.., run)| fast(run)) {
+                for faster in [1.4, 1.2, 1.1] {
+                    let mut stream = sound.clone();
+                    stream.segments[at].runs[which] = altered(run, faster, 0);
+                    let refused = verify(&stream, machine, corner_zero(machine)).is_err();
+                    assert!(refused, "seed {seed} on {}: {faster} times {run:?}", machine.name);
+                    tried += 1;
+                }
+            }
+        }
+    }
+    assert!(tried > 20, "{tried} runs at the greatest speed");
+}

@@ -186,6 +186,7 @@ fn written_programs_do_what_the_proof_says() {
         }
     }
     println!("{} boards swept", boards.len());
+    assert!(corpus().is_none() || boards.len() == wanted, "{} of {wanted}", boards.len());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 

@@ -206,7 +206,7 @@ fn totals() -> impl IntoView {
     let travel = move || {
         let travel = open_board()
             .toolpaths
-            .with(|toolpaths| toolpaths.as_ref().map_or(0.0, |toolpaths| toolpaths.travel_mm()));
+            .with(|toolpaths| toolpaths.as_ref().map_or(0.0, |toolpaths| toolpaths.travel_mm));
         say!("page.cam.metres", metres = metres(travel))
     };
     let milled = move || {

@@ -55,7 +55,10 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf]) -> Result<Programs, Refusal
     let mut files = Vec::new();
     for file in written {
         let path = machine_file::data_folder().join("controller.nc");
-        job::write_output(&path, file.text.as_bytes())?;
+        machine_file::write_own(&path, file.text.as_bytes()).map_err(|error| {
+            let why = Diagnostic::error("job.not_written").with("file", path.display());
+            Refusal::surroundings(why.with("reason", error))
+        })?;
         files.push(path);
     }
     let mut programs = read_again(&files)?;

@@ -241,8 +241,8 @@ fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
         changes.push(("motion.down".to_owned(), machine::Value::Text(law.to_owned())));
     }
     machine::apply(machine, &changes).map_err(|all| {
-        let first = all.into_iter().next();
-        Refusal::content(first.unwrap_or_else(|| Diagnostic::error("machine.setting_range")))
+        let none = || Diagnostic::error("machine.file_syntax").with("what", "?");
+        Refusal::content(all.into_iter().next().unwrap_or_else(none))
     })
 }
 
