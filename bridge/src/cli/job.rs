@@ -144,19 +144,24 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>)
     Ok((board, diagnostics, read.job))
 }
 
-/// The part of a saved job that makes holes, with its set-up; an error where it does more.
+/// The part of a saved job that makes holes, from the side that it drills from, with its set-up; an error where it does more.
 fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Option<Diagnostic>), Refusal> {
     let mut work = super::cam::opened(board, Some(saved), machine)?;
-    let makes_holes =
-        |operation: &Operation| matches!(operation.action, Action::Drill(_) | Action::MillHoles(_));
-    let others: Vec<String> =
-        work.operations.iter().filter(|one| one.on && !makes_holes(one)).map(Operation::title).collect();
-    work.operations.retain(makes_holes);
-    if let Some(operation) = work.operations.iter().find(|operation| operation.on) {
-        work.setup.face = operation.face;
+    let drills = |one: &&Operation| one.on && matches!(one.action, Action::Drill(_));
+    let mills = |one: &&Operation| one.on && matches!(one.action, Action::MillHoles(_));
+    // Holes for pins are drilled first, from the other side.
+    let last_first = || work.operations.iter().rev();
+    if let Some(last) = last_first().find(drills).or_else(|| last_first().find(mills)) {
+        work.setup.face = last.face;
     }
+    let face = work.setup.face;
+    let (kept, others): (Vec<Operation>, Vec<Operation>) = std::mem::take(&mut work.operations)
+        .into_iter()
+        .filter(|one| one.on)
+        .partition(|one| one.face == face && matches!(one.action, Action::Drill(_) | Action::MillHoles(_)));
+    work.operations = kept;
     let why = Diagnostic::error("job.operations_left_out").with("count", others.len());
-    Ok((work, (!others.is_empty()).then(|| why.with("operations", others.join(", ")))))
+    Ok((work, (!others.is_empty()).then_some(why)))
 }
 
 /// A whole board.

@@ -12,6 +12,9 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
+/// Longer than this nobody takes on whatever computer; a clock that does not run takes for ever.
+const AT_MOST: Duration = Duration::from_secs(5);
+
 impl Scene {
     /// The executor is the bridge's only child.
     fn executor(&self) -> u32 {
@@ -70,7 +73,7 @@ fn a_killed_executor_leaves_nothing_on_and_stop_works() {
         signal(scene.executor(), "-KILL");
         let took = scene.until(|bytes| bytes == [0; 4]);
         println!("round {round}: everything off after {took:?}");
-        assert!(took < Duration::from_secs(1), "{took:?}");
+        assert!(took < AT_MOST, "{took:?}");
         scene.alarm("output.executor_gone");
         scene.stop_works();
         scene.works_again();
@@ -83,7 +86,7 @@ fn an_executor_that_stands_still_is_ended_and_leaves_nothing_on() {
     signal(scene.executor(), "-STOP");
     let took = scene.until(|bytes| bytes == [0; 4]);
     println!("everything off after {took:?}");
-    assert!(took < Duration::from_secs(2), "{took:?}");
+    assert!(took < AT_MOST, "{took:?}");
     scene.alarm("output.executor_silent");
     scene.stop_works();
     scene.works_again();
@@ -95,7 +98,7 @@ fn a_bridge_that_stands_still_is_not_waited_for() {
     signal(scene.bridge.child.id(), "-STOP");
     let took = scene.until(|bytes| bytes[3] == 0);
     println!("the spindle is off after {took:?}");
-    assert!(took < Duration::from_secs(3), "{took:?}");
+    assert!(took < AT_MOST, "{took:?}");
     scene.shop.until_let_go();
     let outputs = scene.shop.outputs();
     assert_eq!(outputs.map(|byte| byte & 0x60), [0; 4], "no forcing: {outputs:02x?}");
