@@ -59,8 +59,14 @@ impl Refusal {
     #[must_use]
     pub(crate) fn among(mut self, mut diagnostics: Vec<Diagnostic>) -> Self {
         diagnostics.sort_by(|a, b| a.place.cmp(&b.place));
-        diagnostics.dedup();
-        self.diagnostics = diagnostics;
+        self.diagnostics = Vec::with_capacity(diagnostics.len());
+        for diagnostic in diagnostics {
+            // Equal ones stand in one place.
+            let mut here = self.diagnostics.iter().rev().take_while(|other| other.place == diagnostic.place);
+            if !here.any(|other| *other == diagnostic) {
+                self.diagnostics.push(diagnostic);
+            }
+        }
         self
     }
 
@@ -94,6 +100,8 @@ fn diagnostic(diagnostic: &Diagnostic) -> Value {
         "file": place.map(|place| place.file.as_str()),
         "line": place.map_or(0, |place| place.line),
         "column": place.map_or(0, |place| place.column),
+        "found": diagnostic.argument(&["found"]),
+        "expected": diagnostic.argument(&["expected", "promised"]),
         "message": diagnostic.message("en"),
         "advice": diagnostic.advice("en"),
     })

@@ -233,3 +233,53 @@ fn refusals_are_one_object_with_its_exit_code() {
         assert!(!folder.path().join("x.nc").exists(), "{arguments}");
     }
 }
+
+#[test]
+fn nothing_counts_one_thing_as_many() {
+    let folder = folder();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("b.drl", "M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n");
+    write(
+        "b-F_Cu.gbr",
+        "%TF.FileFunction,Copper,L1,Top*%\n%FSLAX46Y46*%\n%MOMM*%\n%ADD10C,1.6*%\nD10*\nX5000000Y5000000D03*\nM02*\n",
+    );
+    write("one.txt", "SPINDLE 20000\n");
+    for arguments in [
+        "inspect b.drl",
+        "inspect b-F_Cu.gbr",
+        "plan b.drl",
+        "cam b.drl b-F_Cu.gbr --to grbl -o out",
+        "export b.drl --to grbl -o out.nc",
+        "simulate b.drl",
+        "run b.drl --speed 2000",
+        "queue check one.txt",
+    ] {
+        let output = annulus(folder.path(), arguments).output().unwrap();
+        let text = [output.stdout, output.stderr].concat();
+        let text = String::from_utf8_lossy(&text).into_owned();
+        assert!(!text.is_empty(), "{arguments}");
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let plural = |word: &str| {
+            let word = word.trim_end_matches(|letter: char| !letter.is_alphanumeric());
+            word.len() > 2 && word.ends_with('s') && !word.ends_with("ss") && !["has", "was"].contains(&word)
+        };
+        let wrong = words.windows(2).find(|pair| pair[0] == "1" && plural(pair[1]));
+        assert_eq!(wrong, None, "{arguments}: {text}");
+    }
+}
+
+#[test]
+fn refusals_carry_all_that_was_said() {
+    let folder = folder();
+    fs::write(folder.path().join("x.tar.gz"), b"\x1F\x8B\x08\0\0\0\0\0\0\x03abcdef").unwrap();
+    let output = annulus(folder.path(), "plan x.tar.gz --json").output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let said = json(&output)["error"]["diagnostics"].clone();
+    assert!(said.as_array().unwrap().iter().any(|one| one["code"] == "archive.not_opened"), "{said}");
+    let object = answer(folder.path(), "inspect x.tar.gz");
+    let one = &object["files"][0]["diagnostics"][0];
+    let keys: Vec<&String> = one.as_object().unwrap().keys().collect();
+    for key in ["severity", "code", "line", "column", "found", "expected", "message", "advice"] {
+        assert!(keys.iter().any(|have| *have == key), "{key}: {one}");
+    }
+}

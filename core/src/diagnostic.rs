@@ -49,6 +49,12 @@ impl Diagnostic {
         Self { severity, code: code.to_owned(), place: None, args: Vec::new() }
     }
 
+    /// What stands under the first of `names` that it has an argument for.
+    pub fn argument(&self, names: &[&str]) -> Option<&str> {
+        let find = |name: &&str| self.args.iter().find(|(have, _)| have == name);
+        names.iter().find_map(find).map(|(_, value)| value.as_str())
+    }
+
     /// Something of the input is missing from the result, or cannot be done.
     pub fn error(code: &str) -> Self {
         Self::new(Severity::Error, code)

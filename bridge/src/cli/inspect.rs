@@ -3,7 +3,7 @@
 //! Comes in: PATHs. Goes out: one object a file with the keys of the contract, or a table for people. Refuses only what
 //! cannot be opened: content never makes it fail.
 
-use super::{Answer, Exit, Refusal, rounded};
+use super::{Answer, Exit, Refusal, counted, rounded};
 use crate::cli::files;
 use annulus_core::artwork::{
     Counts, DrillFile, FileRead, Gerber, Kind, TooMuch, nets, painted, painted_measures,
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     });
     let mut text = listed.iter().fold(String::new(), |text, file| text + &file_text(file));
     for (name, files) in boards.iter().filter(|_| boards.len() > 1) {
-        let _ = writeln!(text, "board {name}: {} files", files.len());
+        let _ = writeln!(text, "board {name}: {}", counted(files.len() as u64, "file"));
     }
     Ok(Answer { object, text, exit: Exit::Done })
 }
@@ -156,6 +156,8 @@ fn diagnostic_object(diagnostic: &Diagnostic) -> Value {
         "code": diagnostic.code,
         "line": place.map_or(0, |place| place.line),
         "column": place.map_or(0, |place| place.column),
+        "found": diagnostic.argument(&["found"]),
+        "expected": diagnostic.argument(&["expected", "promised"]),
         "message": diagnostic.message("en"),
         "advice": diagnostic.advice("en"),
     })
@@ -182,8 +184,11 @@ fn file_text(file: &FileRead) -> String {
         let counts = gerber.counts;
         let _ = writeln!(
             text,
-            "  {} flashes, {} lines, {} arcs, {} contours",
-            counts.flashes, counts.lines, counts.arcs, counts.regions
+            "  {}, {}, {}, {}",
+            if counts.flashes == 1 { "1 flash".to_owned() } else { format!("{} flashes", counts.flashes) },
+            counted(counts.lines, "line"),
+            counted(counts.arcs, "arc"),
+            counted(counts.regions, "contour")
         );
     }
     for diagnostic in file.diagnostics.iter().take(SHOWN_REMARKS) {

@@ -136,10 +136,12 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>)
     let wanted = Wanted { copper: read.job.is_some(), aligned: read.said.aligned };
     let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
-    unseen(&diagnostics, &args.accept)?;
+    let said = said_of(&read, &diagnostics);
+    unseen(&diagnostics, &args.accept).map_err(|refusal| refusal.among(said.clone()))?;
     if read.used.is_empty() {
         let why = Diagnostic::error("job.no_drill_file").with("path", args.job.display());
-        return Err(Refusal::content(why).among(diagnostics));
+        said.iter().for_each(|one| super::say(Refusal::content(one.clone())));
+        return Err(Refusal::content(why).among(said));
     }
     Ok((board, diagnostics, read.job))
 }
@@ -188,10 +190,11 @@ pub(crate) fn read_whole(
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (mut board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
-    unseen(&diagnostics, accept)?;
+    let said = said_of(&read, &diagnostics);
+    unseen(&diagnostics, accept).map_err(|refusal| refusal.among(said.clone()))?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
-        return Err(Refusal::content(Diagnostic::error("job.no_board").with("path", path)));
+        return Err(Refusal::content(Diagnostic::error("job.no_board").with("path", path)).among(said));
     }
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
@@ -213,6 +216,12 @@ pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     };
     let why = Diagnostic::error("cli.unknown_accept").with("found", word);
     Err(Refusal::usage(why.with("nearest", nearest(word, known))))
+}
+
+/// All that was said of the files that were asked for, and of the board they make.
+fn said_of(read: &files::ReadFiles, board: &[Diagnostic]) -> Vec<Diagnostic> {
+    let files = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
+    files.flat_map(|file| &file.diagnostics).chain(board).cloned().collect()
 }
 
 fn unseen(diagnostics: &[Diagnostic], accept: &[String]) -> Result<(), Refusal> {

@@ -321,6 +321,12 @@ pub(crate) fn say(line: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
+/// So many of a thing, by its name for one of it: `1 hole`, `2 holes`.
+pub(crate) fn counted(count: impl Into<u64>, one: &str) -> String {
+    let count = count.into();
+    if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") }
+}
+
 /// Exit code after printing: a reader that went away (`annulus … | head`) has had enough, a full disk has not.
 fn ended(exit: Exit, printed: io::Result<()>) -> ExitCode {
     match printed {

@@ -3,7 +3,7 @@
 //! Comes in: a text file of rows and a machine. Goes out: what it will do or did, row by row. Both look at it as if the
 //! machine were homed and the work zero set where it rests then. Does not know what a row means.
 
-use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
+use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, rounded};
 use crate::drill::Drill;
 use crate::machine_file;
 use crate::signals::Signals;
@@ -133,7 +133,7 @@ fn promised(args: &FileArgs, queue: &Queue, done: &Checked, machine: &Machine) -
         "rows_done": done.rows, "strokes": done.strokes,
         "lowest_mm": lowest, "highest_mm": highest, "text": print(queue),
     });
-    let mut text = format!("{} rows to do, {} strokes.\n", done.rows, done.strokes);
+    let mut text = format!("{} to do, {}.\n", counted(done.rows, "row"), counted(done.strokes, "stroke"));
     if let (Some([left, front]), Some([right, back])) = (lowest, highest) {
         text += &format!("From the work zero: X {left} … {right} mm, Y {front} … {back} mm.\n");
     }
@@ -252,7 +252,7 @@ impl Operator<'_> {
             "ended": stands.phase, "rows_done": stands.passed, "rows_total": stands.total, "rows": rows,
             "position_mm": position, "position_trust": status.as_ref().map(|status| status.trust),
         });
-        let mut text = format!("{} of {} rows done.\n", stands.passed, stands.total);
+        let mut text = format!("{} of {} done.\n", stands.passed, counted(stands.total, "row"));
         if exit != Exit::Done {
             let alarm = status.and_then(|status| status.alarm);
             let refusal = Refusal::content(alarm.unwrap_or_else(|| diagnostic("queue.stopped")));

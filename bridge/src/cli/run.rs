@@ -4,7 +4,7 @@
 //! taken up where it was left. Does not know how anything moves.
 
 use super::job;
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Exit, Refusal, counted};
 use crate::drill::{Drill, RECORD};
 use crate::machine_file;
 use crate::signals::Signals;
@@ -267,8 +267,9 @@ impl<'a> Operator<'a> {
             "drilled_twice": rested.drilled_twice,
         });
         let why = rested.alarm.clone().unwrap_or_else(|| diagnostic("run.stopped"));
-        let milled = if toolpaths > 0 { format!(" {toolpaths} toolpaths milled.") } else { String::new() };
-        let mut text = format!("{holes} holes drilled.{milled}\n");
+        let milled = format!(" {} milled.", counted(toolpaths, "toolpath"));
+        let milled = if toolpaths > 0 { milled.as_str() } else { "" };
+        let mut text = format!("{} drilled.{milled}\n", counted(holes, "hole"));
         rested.slips.iter().for_each(|slip| text += &lost(slip));
         for hole in &rested.drilled_twice {
             let note = Diagnostic::note("run.drilled_twice").with("hole", hole);
@@ -299,7 +300,8 @@ fn lost(slip: &SlipReport) -> String {
 
 /// What is done, in words.
 fn done(holes: u32, toolpaths: u32) -> String {
-    if toolpaths == 0 { format!("{holes} holes") } else { format!("{holes} holes and {toolpaths} toolpaths") }
+    let drilled = counted(holes, "hole");
+    if toolpaths == 0 { drilled } else { format!("{drilled} and {}", counted(toolpaths, "toolpath")) }
 }
 
 fn ending_of(status: &Status) -> Ending {

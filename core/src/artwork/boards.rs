@@ -8,11 +8,13 @@
 //! ```
 //!
 //! Comes in: names, what each file is, the project it says it is of. Goes out: the name of its board for each; no name where a
-//! file is of none. Does not look at coordinates, nor into drill files.
+//! file is of none. Knows of coordinates only the box of each layer; does not look into drill files.
 
 use super::companion::{base, folder};
+use super::registration::same_place;
 use super::words::stem_words;
 use super::{Role, Side};
+use crate::geometry::Bounds;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Words that many boards have in front of their names.
@@ -27,6 +29,8 @@ pub(super) struct Item<'a> {
     /// What it says of its project, if anything.
     pub(super) project: Option<String>,
     pub(super) fingerprint: u64,
+    /// The box of what a layer draws.
+    pub(super) bounds: Option<Bounds>,
 }
 
 /// Files of one board.
@@ -40,6 +44,7 @@ struct Group {
     /// Copper by side, and the outline (none).
     layers: BTreeSet<Option<u8>>,
     drills: bool,
+    bounds: Option<Bounds>,
 }
 
 impl Group {
@@ -65,6 +70,7 @@ impl Group {
             fingerprints: [item.fingerprint].into(),
             layers: layers.into_iter().collect(),
             drills: matches!(item.role, Some((Role::Drill, _))),
+            bounds: item.bounds,
         }
     }
 
@@ -77,6 +83,10 @@ impl Group {
         self.fingerprints.extend(other.fingerprints);
         self.layers.extend(other.layers);
         self.drills |= other.drills;
+        self.bounds = match (self.bounds, other.bounds) {
+            (Some(a), Some(b)) => Some(a.with(b.min).with(b.max)),
+            (a, b) => a.or(b),
+        };
     }
 
     fn is_named(&self) -> bool {
@@ -92,6 +102,12 @@ impl Group {
     fn begins_as(&self, other: &Self) -> bool {
         let first = self.stem.first().filter(|word| !COMMON.contains(&word.as_str()));
         first.is_some() && first == other.stem.first()
+    }
+
+    /// Whether both may be of one board by their boxes and drill files: one holds the other, and only one has holes.
+    fn agrees(&self, other: &Self) -> bool {
+        let boxes = self.bounds.zip(other.bounds);
+        boxes.is_none_or(|(a, b)| same_place(a, b) || same_place(b, a)) && !(self.drills && other.drills)
     }
 
     /// Whether both have a layer for one place.
@@ -130,8 +146,9 @@ pub(super) fn boards(items: &[Item<'_>]) -> Vec<String> {
     join(&mut groups, |a, b| !a.projects.is_disjoint(&b.projects));
     let mend =
         |a: &Group, b: &Group| a.folder == b.folder && a.is_named() && b.is_named() && !a.projects_differ(b);
-    join(&mut groups, |a, b| mend(a, b) && a.is_related(b));
-    join(&mut groups, |a, b| mend(a, b) && a.begins_as(b) && !(a.is_rival(b)));
+    let two = |a: &Group, b: &Group| a.is_whole() && b.is_whole() && a.stem != b.stem;
+    join(&mut groups, |a, b| mend(a, b) && a.is_related(b) && !two(a, b));
+    join(&mut groups, |a, b| mend(a, b) && a.begins_as(b) && a.agrees(b) && !a.is_rival(b));
     within_folders(&mut groups);
     // Over folders: the same name, unless both are whole boards.
     join(&mut groups, |a, b| {
@@ -279,6 +296,7 @@ mod tests {
                 }),
                 project: None,
                 fingerprint: at,
+                bounds: None,
             })
             .collect();
         boards(&items)

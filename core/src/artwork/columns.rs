@@ -10,7 +10,7 @@
 
 use super::excellon::units_by_sizes;
 use super::number::{Decimal, decimal};
-use super::text::{Line, holds, lines, starts};
+use super::text::{holds, lines, starts};
 
 /// Lines looked at.
 const LOOKED_AT: usize = 400;
@@ -41,6 +41,8 @@ pub(super) struct Columns {
     comma: bool,
     /// Where X, Y and the diameter stand; none: in the order of the cells.
     order: Option<Order>,
+    /// A line names them: what stands before the first hole is a title.
+    pub(super) headed: bool,
     /// The diameter may stand first or last, and nothing says where.
     pub(super) unsure: bool,
 }
@@ -58,7 +60,8 @@ impl Columns {
         let headed = lines(text).take(LOOKED_AT).find_map(|line| heading_order(&cells(line.text, comma)));
         let (shaped, unsure) =
             order_by_shape(text, comma).map_or((None, false), |(order, unsure)| (Some(order), unsure));
-        Self { comma, order: headed.or(shaped), unsure: unsure && headed.is_none() }
+        let order = headed.or(shaped);
+        Self { comma, order, headed: headed.is_some(), unsure: unsure && headed.is_none() }
     }
 
     /// What a line is.
@@ -94,6 +97,11 @@ impl Columns {
     }
 }
 
+/// Whether a line names its columns.
+pub(super) fn names_columns(line: &[u8]) -> bool {
+    heading_order(&cells(line, false)).is_some()
+}
+
 /// Whether a text lists where components are placed: its columns name parts, sides and turns.
 pub(super) fn is_placement(text: &[u8]) -> bool {
     const WORDS: [&str; 17] = [
@@ -115,11 +123,17 @@ pub(super) fn is_placement(text: &[u8]) -> bool {
         "posy",
         "device",
     ];
+    /// Words that say so only beside places without sizes.
+    const WEAK: [&str; 10] =
+        ["id", "name", "part", "partid", "component", "angle", "winkel", "bauteil", "mirror", "symbol"];
     lines(text).take(40).any(|line| {
-        let names = cells(line.text, false).into_iter().map(|cell| letters(&cell.text));
-        let names: Vec<String> = names.collect();
-        let known = WORDS.iter().filter(|word| names.iter().any(|name| name == *word)).count();
-        known >= 3
+        let cells = cells(line.text, false);
+        let names: Vec<String> = cells.iter().map(|cell| letters(&cell.text)).collect();
+        let known =
+            |words: &[&str]| words.iter().filter(|word| names.iter().any(|name| name == *word)).count();
+        let places = heading_order(&cells).is_some_and(|(_, _, size)| size.is_none());
+        let parts = known(&WORDS);
+        parts >= 3 || places && parts + known(&WEAK) >= 2
     })
 }
 
@@ -131,29 +145,47 @@ fn letters(text: &[u8]) -> String {
         .collect()
 }
 
-/// A list with semicolons or tabs and no points uses decimal commas; so do quotes around commas.
+/// Rows whose numbers have commas and no points, with semicolons, tabs or blanks between them, use decimal commas. Titles and
+/// headings have no say: only lines with two numbers or more.
 fn decimal_comma(text: &[u8]) -> bool {
-    let numbers = || lines(text).take(LOOKED_AT).filter(|line| line.text.iter().any(u8::is_ascii_digit));
-    let any = |byte: u8| numbers().any(|line| line.text.contains(&byte));
-    (any(b';') || any(b'\t')) && any(b',') && !numbers().any(|line| has_point(line))
+    let (mut commas, mut points) = (false, false);
+    for line in lines(text).take(LOOKED_AT).map(|line| line.text.trim_ascii()) {
+        let marked = line.iter().any(|byte| b";\t".contains(byte));
+        let parts = |byte: &u8| if marked { b";\t".contains(byte) } else { byte.is_ascii_whitespace() };
+        let cells = || line.split(parts).map(<[u8]>::trim_ascii).filter(|cell| !cell.is_empty());
+        let numbers = || cells().filter(|cell| is_numeral(cell));
+        if numbers().count() < 2 || !marked && numbers().count() < cells().count() {
+            continue;
+        }
+        commas |= numbers().any(|cell| cell.contains(&b','));
+        points |= numbers().any(|cell| cell.contains(&b'.'));
+    }
+    commas && !points
 }
 
-/// Whether a line holds a number with a point.
-fn has_point(line: Line<'_>) -> bool {
-    line.text.windows(3).any(|three| matches!(three, [b'0'..=b'9', b'.', b'0'..=b'9']))
+/// Whether a cell is one number with a comma or a point at most, perhaps in quotes.
+fn is_numeral(cell: &[u8]) -> bool {
+    let cell = cell.strip_prefix(b"\"").and_then(|cell| cell.strip_suffix(b"\"")).unwrap_or(cell);
+    let digits = cell.strip_prefix(b"-").or_else(|| cell.strip_prefix(b"+")).unwrap_or(cell);
+    let marks = digits.iter().filter(|byte| b",.".contains(byte)).count();
+    let ends =
+        digits.first().zip(digits.last()).is_some_and(|(a, b)| a.is_ascii_digit() && b.is_ascii_digit());
+    ends && marks <= 1 && digits.iter().all(|byte| byte.is_ascii_digit() || b",.".contains(byte))
 }
 
 /// The cells of a line, quotes taken off.
 fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
     let mut texts: Vec<(Vec<u8>, bool)> = Vec::new();
     let (mut quoted, mut open) = (false, false);
-    // Blanks part cells only where nothing else does.
-    let marked = line.iter().any(|byte| b";\t".contains(byte) || !comma && *byte == b',');
+    // Blanks part cells only where nothing else does, commas only where there are no semicolons and tabs.
+    let strong = line.trim_ascii().iter().any(|byte| b";\t".contains(byte));
+    let commas = !comma && !strong;
+    let marked = strong || commas && line.contains(&b',');
     for &byte in line.trim_ascii() {
         let parts = !quoted
             && (byte == b';'
                 || byte == b'\t'
-                || byte == b',' && !comma
+                || byte == b',' && commas
                 || !marked && byte.is_ascii_whitespace());
         if byte == b'"' {
             quoted = !quoted;
@@ -183,7 +215,9 @@ fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
             text.iter().map(|&byte| if (comma || quoted) && byte == b',' { b'.' } else { byte }).collect()
         };
         let number = points(&plain);
-        let number = decimal(&number).filter(|(_, used)| *used == number.len()).map(|(number, _)| number);
+        let unit = |used: usize| number.get(used..).unwrap_or_default().trim_ascii().to_ascii_lowercase();
+        let known = |used: usize| [&b""[..], b"mm", b"in", b"inch", b"mil", b"mils"].contains(&&*unit(used));
+        let number = decimal(&number).filter(|(_, used)| known(*used)).map(|(number, _)| number);
         Cell { text: plain, number }
     };
     texts.into_iter().take(MOST_CELLS).map(cell).collect()
@@ -234,12 +268,16 @@ fn order_by_shape(text: &[u8], comma: bool) -> Option<(Order, bool)> {
             (numbers.len() == cells.len() && numbers.len() >= 3).then_some(numbers)
         })
         .collect();
-    let width = rows.iter().map(Vec::len).min().filter(|_| rows.len() >= 3)?;
+    let width = rows.iter().map(Vec::len).min()?;
+    if rows.len() < 3 && width < 4 {
+        return None;
+    }
+    // Of four columns the first may count with gaps: holes have no fourth number.
     let counts = rows.windows(2).all(|pair| match pair {
         [a, b] => {
             let whole =
                 |row: &[Decimal]| row.first().filter(|number| !number.point).map(|number| number.mantissa);
-            whole(a).zip(whole(b)).is_some_and(|(a, b)| b == a + 1)
+            whole(a).zip(whole(b)).is_some_and(|(a, b)| b == a + 1 || width > 3 && b > a)
         }
         _ => false,
     });

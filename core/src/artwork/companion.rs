@@ -57,7 +57,8 @@ pub(super) struct Companion {
 
 /// Whether a text is a report.
 pub(super) fn is_report(text: &[u8]) -> bool {
-    if MARKS.iter().any(|mark| holds(text, mark)) {
+    let said = |line: &[u8]| !line.starts_with(b";") && MARKS.iter().any(|mark| holds(line, mark));
+    if lines(text).any(|line| said(line.text.trim_ascii())) {
         return true;
     }
     let (mut rows, mut others) = (0, 0);
@@ -81,7 +82,9 @@ pub(super) fn read(text: &[u8]) -> Companion {
             || holds(text, "NC DRILL Log"),
         ..Companion::default()
     };
-    if holds(text, "GAPFile") {
+    // These speak of apertures and of the photoplotter, whose numbers are other ones than those of the drill file.
+    let plotter = holds(text, "GAPFile") || holds(text, "Photoplotter Info File");
+    if plotter && !holds(text, "Drill Station Info File") {
         return found;
     }
     let mut rows: Vec<(u32, Size, Row)> = Vec::new();
@@ -143,13 +146,21 @@ impl Companion {
         }
     }
 
-    /// Whether this report, called `own`, speaks of the drill file called `drill`.
-    pub(super) fn speaks_of(&self, own: &str, text: &[u8], drill: &str, routes: bool) -> bool {
+    /// Whether this report, called `own`, speaks of the drill file called `drill`. One that is of a whole folder does only where
+    /// that holds `one_board`: whose report it is nobody knows otherwise.
+    pub(super) fn speaks_of(
+        &self,
+        own: &str,
+        text: &[u8],
+        drill: &str,
+        routes: bool,
+        one_board: bool,
+    ) -> bool {
         if folder(own) != folder(drill) || self.routing.is_some_and(|routing| routing != routes) {
             return false;
         }
         let base = base(drill);
-        self.of_folder
+        self.of_folder && one_board
             || stem(own) == stem(drill)
             || front_stem(own) == front_stem(drill)
             || holds(text, base)

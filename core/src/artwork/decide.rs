@@ -8,9 +8,9 @@
 //! every reading ─▶ its holes (a sample) ─▶ share on copper ─▶ best allowed, best other
 //! ```
 
-use super::drill::{DrillFile, ToolEntry};
-use super::excellon::{self, Sensed, Survey, Task, ToolTable};
-use super::measure::{impossible_bit, oddity};
+use super::drill::DrillFile;
+use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
+use super::measure::{impossible, odd, oddity};
 use super::number::Reading;
 use super::rank::{Grounds, Ranked, agrees, rank, readings, sample};
 use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
@@ -23,6 +23,8 @@ use crate::diagnostic::{Diagnostic, Severity};
 const CLOSE: f64 = 0.10;
 /// A reading that is this much better than what words say makes words doubtful.
 const MUCH_BETTER: f64 = 0.30;
+/// Copper under so many of the holes outweighs a report.
+const NEARLY_ALL: f64 = 0.95;
 /// So many holes that lie beside all copper are no chance.
 const MANY: usize = 8;
 
@@ -66,7 +68,7 @@ pub(super) fn program(
     diagnostics.extend(warnings(name, &sensed, &choice, &survey, !drill.hits.is_empty()));
     let units = tool_units::settle(&mut drill, reading.units, &survey.sizes);
     diagnostics.extend(units.map(|warning| warning.at(name, 0, 0)));
-    diagnostics.extend(impossible_bit(&drill).map(|tool| impossible(name, tool)));
+    diagnostics.extend(impossible(name, &drill));
     diagnostics.extend(choice.seen.into_iter().map(|warning| warning.at(name, 0, 0)));
     diagnostics.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
     file.evidence = Some(choice.evidence);
@@ -107,19 +109,8 @@ fn measured(
             ((drill, diagnostics), task.reading, code) = (read, reading, "drill.read_by_measure");
         }
     }
-    let size = drill.centre_bounds().map_or(String::new(), |bounds| {
-        format!("{:.1} × {:.1} mm", (bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm())
-    });
-    let diagnostic = Diagnostic::error(code).at(task.name, 0, 0).with("reading", shown(&task.reading));
-    diagnostics.push(diagnostic.with("other", shown(&first)).with("size", size));
+    diagnostics.push(odd(task.name, &drill, code, &shown(&task.reading), &shown(&first)));
     Ok((task.reading, drill, diagnostics))
-}
-
-/// Says of a tool that no bit is as thin or as thick.
-fn impossible(name: &str, tool: &ToolEntry) -> Diagnostic {
-    let size = tool.diameter.map_or(String::new(), |length| format!("{:.3}", length.mm()));
-    let diagnostic = Diagnostic::error("drill.impossible_bit").at(name, tool.line, 1);
-    diagnostic.with("tool", format!("T{}", tool.code)).with("size", size)
 }
 
 /// What companions that speak of this file say about numbers and tools.
@@ -132,7 +123,7 @@ fn companions<'a>(
     let mut table = ToolTable::new();
     let mut beside = Vec::new();
     for (own, text, companion) in &neighbours.companions {
-        if companion.speaks_of(own, text, name, survey.routes) {
+        if companion.speaks_of(own, text, name, survey.routes, neighbours.one_board) {
             stated.units = stated.units.or(companion.stated.units);
             stated.digits = stated.digits.or(companion.stated.digits);
             stated.zeros = stated.zeros.or(companion.stated.zeros);
@@ -165,6 +156,8 @@ fn unplated(grounds: &Grounds<'_>) -> bool {
 struct Choice {
     reading: Reading,
     evidence: Evidence,
+    /// The copper speaks for it, and for no other reading as well.
+    confirmed: bool,
     /// What there is to say of it: severity, code, and the other reading that it is about.
     said: Vec<(Severity, &'static str, Option<Reading>)>,
     /// What a second look at its holes says.
@@ -178,6 +171,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let mut choice = Choice {
         reading: sensed.reading,
         evidence: plain(sensed.weakest()),
+        confirmed: false,
         said: Vec::new(),
         seen: Vec::new(),
     };
@@ -188,10 +182,14 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let unsettled = !Sensed::stated(sensed.weakest());
     let own_votes = voting.iter().any(|ranked| ranked.reading == own.reading);
     let best = voting.iter().copied().find(|ranked| ranked.allowed);
-    let chosen = best.filter(|best| !own_votes || best.fit.share >= own.fit.share + CLOSE).unwrap_or(own);
+    let best = best.filter(|best| !own_votes || best.fit.share >= own.fit.share + CLOSE);
+    let over_report = over_report(own, &voting);
+    let chosen = over_report.or(best).unwrap_or(own);
     let speaks = own_votes || chosen.reading != own.reading;
-    let as_good = voting.iter().find(|ranked| {
+    // What is as good need not be as large: foreign copper on a grid fits many scales.
+    let as_good = ranking.iter().find(|ranked| {
         ranked.allowed
+            && ranked.possible
             && speaks
             && ranked.reading != chosen.reading
             && ranked.fit.share > chosen.fit.share - CLOSE
@@ -199,7 +197,8 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let by_outline = if speaks { None } else { by_outline(grounds, own, ranking) };
     let chosen = by_outline.filter(|ranked| ranked.allowed && unsettled).unwrap_or(chosen);
     choice.reading = chosen.reading;
-    if unsettled && speaks && as_good.is_none() {
+    choice.confirmed = speaks && as_good.is_none();
+    if (unsettled || over_report.is_some()) && choice.confirmed {
         choice.evidence.source = Source::Copper;
     }
     if grounds.copper.is_some() {
@@ -225,11 +224,20 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
         let about = if taken { own } else { other };
         choice.said.push((Severity::Warning, code, Some(about.reading)));
     } else if chosen.reading != own.reading {
-        choice.said.push((Severity::Warning, "drill.against_custom", Some(own.reading)));
+        let code = if over_report.is_some() { "drill.copper_over_report" } else { "drill.against_custom" };
+        choice.said.push((Severity::Warning, code, Some(own.reading)));
     } else if choice.evidence.source == Source::Copper {
         choice.said.push((Severity::Note, "drill.read_by_copper", None));
     }
     choice
+}
+
+/// A reading that only a report forbids, under which nearly all holes lie on the copper where under the report's they do not:
+/// the report is of another board.
+fn over_report<'a>(own: &Ranked, voting: &[&'a Ranked]) -> Option<&'a Ranked> {
+    let best = voting.first().copied()?;
+    let allowed = voting.iter().any(|ranked| ranked.allowed || ranked.reading == own.reading);
+    (!allowed && best.own_words && best.fit.share >= NEARLY_ALL).then_some(best)
 }
 
 /// Looks again at the holes that were chosen, if they can be those of the copper.
@@ -293,6 +301,15 @@ fn warnings(
     if choice.evidence.shift_mm.is_some() {
         say(Severity::Note, "drill.shifted_from_copper", None);
     }
+    let custom = Reading { digits: customary(choice.reading.units), ..choice.reading };
+    let by_report = sensed.digits == Source::Companion && choice.reading == sensed.reading;
+    let decimal = choice.reading.zeros == Zeros::Decimal;
+    if by_report && !decimal && !choice.confirmed && choice.reading != custom {
+        // Numbers that all have as many digits as the report says confirm it.
+        if !survey.shape.is_full(choice.reading.digits) {
+            say(Severity::Warning, "drill.report_against_custom", Some(&custom));
+        }
+    }
     if choice.evidence.source == Source::Copper || !has_hits {
         return out;
     }
@@ -301,7 +318,7 @@ fn warnings(
         Source::Shape => say(Severity::Warning, "drill.units_by_sizes", None),
         _ => {}
     }
-    if choice.reading.zeros != Zeros::Decimal {
+    if !decimal {
         match sensed.weakest() {
             Source::Default => say(Severity::Warning, "drill.format_by_custom", None),
             Source::Shape => say(Severity::Note, "drill.format_by_shape", None),

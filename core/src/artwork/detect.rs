@@ -4,6 +4,7 @@
 
 use super::companion;
 use super::drill_list;
+use super::number::decimal;
 use super::text::{front, holds, lines, starts};
 
 /// Bytes looked at.
@@ -54,9 +55,9 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
         gerber
     } else if drill_list::is_placement(head) {
         What::Placement
-    } else if count.hits == 0 && companion::is_report(head) {
+    } else if !count.program && companion::is_report(head) {
         What::Report
-    } else if count.drill > 0 && count.drill * 2 >= count.all {
+    } else if count.drill > 0 && (count.drill * 2 >= count.all || companion::is_report(head)) {
         What::Drill
     } else if drill_list::is_list(head) {
         What::List
@@ -69,7 +70,8 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
 
 /// The format of an archive that is no zip, by its first bytes.
 fn packed(bytes: &[u8]) -> Option<&'static str> {
-    const MARKS: [(&[u8], &str); 5] = [
+    const MARKS: [(&[u8], &str); 6] = [
+        (b"\x28\xB5\x2F\xFD", "Zstandard (.zst)"),
         (b"\x1F\x8B\x08", "gzip (.gz, .tgz, .tar.gz)"),
         (b"7z\xBC\xAF\x27\x1C", "7-Zip (.7z)"),
         (b"Rar!\x1A\x07", "RAR (.rar)"),
@@ -77,24 +79,53 @@ fn packed(bytes: &[u8]) -> Option<&'static str> {
         (b"\xFD7zXZ\x00", "xz (.xz)"),
     ];
     let mark = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, format)| *format);
+    let lzh = bytes.get(2..5) == Some(b"-lh") && bytes.get(6) == Some(&b'-');
+    let mark = mark.or_else(|| lzh.then_some("LHA (.lzh)"));
     mark.or_else(|| (bytes.get(257..262) == Some(b"ustar")).then_some("tar (.tar)"))
 }
 
-/// How many lines of a text that is not read as holes look like coordinates, and the first of them.
-pub(super) fn coordinates(text: &[u8]) -> Option<(usize, u32)> {
-    let found = lines(front(text, LOOKED_AT)).filter(|line| is_hit(line.text.trim_ascii()));
-    let mut first = 0;
-    let count = found.inspect(|line| first = if first == 0 { line.number } else { first }).count();
-    (count > 0).then_some((count, first))
+/// How many lines of a text that is not read as holes look like places, and the first of them. Rows of nothing but numbers
+/// count where `rows` says so: reports have such too.
+pub(super) fn coordinates(text: &[u8], rows: bool) -> Option<(usize, u32)> {
+    let found = lines(text).filter(|line| {
+        let text = block_number(line.text.trim_ascii());
+        goes(text) || rows && is_row(text)
+    });
+    let mut first = None;
+    let count = found.inspect(|line| first = first.or(Some(*line))).count();
+    // One row of numbers may be a date.
+    let first = first.filter(|line| count > 1 || goes(line.text.trim_ascii()))?;
+    Some((count, first.number))
 }
 
-/// Whether a line is a place and nothing else: `X012700Y-8890`, `X 1.0 Y 2.0`.
-fn is_hit(text: &[u8]) -> bool {
-    let first = text.first().is_some_and(|letter| b"XYxy".contains(letter));
-    let rest = text.get(1..).unwrap_or_default().trim_ascii_start();
-    let number = rest.first().is_some_and(|byte| byte.is_ascii_digit() || b"+-.".contains(byte));
-    let allowed = |byte: &u8| byte.is_ascii_digit() || b"XYxy+-. \t".contains(byte);
-    first && number && text.iter().all(allowed) && text.iter().any(u8::is_ascii_digit)
+/// Whether a line is of words, each a letter with a number, and one of them a place: `X012700Y-8890`, `T01X 1.0 Y 2.0`,
+/// `G81X1.0F100 ; hole`.
+fn goes(text: &[u8]) -> bool {
+    let end = text.iter().position(|byte| b";(".contains(byte)).unwrap_or(text.len());
+    let mut rest = text.get(..end).unwrap_or_default().trim_ascii();
+    let mut places = false;
+    while let Some((letter, behind)) = rest.split_first() {
+        let word = b"XYZGMTRIJAFSNHxyzgmtrijafsnh".contains(letter);
+        let Some((_, used)) = decimal(behind.trim_ascii_start()).filter(|_| word) else { return false };
+        places |= b"XYxy".contains(letter);
+        rest = behind.trim_ascii_start().get(used..).unwrap_or_default().trim_ascii_start();
+    }
+    places
+}
+
+/// Whether a line is a row of two numbers or more and nothing else: `1.0 2.0`, `-5,08;0,00;3,2`, `5.08mm,0mm`, `1.5e1 0`.
+fn is_row(text: &[u8]) -> bool {
+    let number = |cell: &[u8]| {
+        let end = cell.iter().rposition(|byte| byte.is_ascii_digit() || *byte == b'.').map_or(0, |at| at + 1);
+        let (digits, unit) = cell.split_at(end);
+        let numeral = |byte: &u8| byte.is_ascii_digit() || b"+-.eE".contains(byte);
+        let unit = ["", "mm", "in", "inch", "mil", "mils"]
+            .iter()
+            .any(|name| unit.eq_ignore_ascii_case(name.as_bytes()));
+        unit && digits.iter().all(numeral) && digits.iter().any(u8::is_ascii_digit)
+    };
+    let cells = || text.split(|byte| b" \t;,\"".contains(byte)).filter(|cell| !cell.is_empty());
+    cells().count() >= 2 && cells().all(number)
 }
 
 /// EIA tape code punches an odd number of holes in every row and ends its blocks with 0x80.
@@ -114,27 +145,25 @@ struct Counts {
     all: usize,
     drill: usize,
     starred: usize,
-    /// Those that are places and nothing else.
-    hits: usize,
+    /// One of all lines looked at starts a program or goes to a place.
+    program: bool,
 }
 
 impl Counts {
     fn of(head: &[u8]) -> Self {
         let mut counts = Self::default();
         for line in lines(head) {
-            if counts.all >= LINES_LOOKED_AT {
-                break;
-            }
             let text = line.text.trim_ascii();
             let text = block_number(text);
             if text.is_empty() || text.starts_with(b";") {
                 continue;
             }
-            counts.all += 1;
-            counts.starred += usize::from(text.ends_with(b"*") || text.ends_with(b"*%"));
-            let hit = is_hit(text);
-            counts.hits += usize::from(hit);
-            counts.drill += usize::from(hit || looks_like_drill(text));
+            counts.program |= goes(text) || text.eq_ignore_ascii_case(b"M48");
+            if counts.all < LINES_LOOKED_AT {
+                counts.all += 1;
+                counts.starred += usize::from(text.ends_with(b"*") || text.ends_with(b"*%"));
+                counts.drill += usize::from(goes(text) || looks_like_drill(text));
+            }
         }
         counts
     }

@@ -17,6 +17,7 @@ use super::text::{Line, lines, starts};
 use super::{Overrides, Source, Units};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
+use crate::units::Length;
 use std::collections::BTreeMap;
 
 pub(super) use super::columns::is_placement;
@@ -29,7 +30,8 @@ pub(super) fn is_list(text: &[u8]) -> bool {
     let columns = Columns::of(text);
     let mut all: Vec<Row> = lines(text).take(200).map(|line| columns.row(line.text)).collect();
     all.pop(); // the last line looked at may be cut
-    let count = |want: fn(&Row) -> bool| all.iter().filter(|row| want(row)).count();
+    let title = |row: &&Row| columns.headed && !matches!(row, Row::Hole(..));
+    let count = |want: fn(&Row) -> bool| all.iter().skip_while(title).filter(|row| want(row)).count();
     let holes = count(|row| matches!(row, Row::Hole(..)));
     holes > 0 && count(|row| matches!(row, Row::Other)) * 10 < holes
 }
@@ -45,19 +47,21 @@ pub(super) struct List {
 /// Reads a list. The error is the diagnostic why nothing of it is kept.
 pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, Diagnostic> {
     let columns = Columns::of(text);
-    let (mut units, mut units_by) =
-        stated_units(text, &columns).map_or((Units::Mm, Source::Default), |u| (u, Source::Header));
-    if units_by == Source::Default
-        && let Some(shaped) = units_by_sizes(&sizes(text, &columns))
-    {
-        (units, units_by) = (shaped, Source::Shape);
-    }
-    if let Some(chosen) = person.units {
-        (units, units_by) = (chosen, Source::Person);
-    }
+    let named = named_units(text, &columns);
+    let by_sizes = || units_by_sizes(&sizes(text, &columns));
+    let (units, mils, units_by) = match (person.units, &named) {
+        (Some(chosen), _) => (chosen, false, Source::Person),
+        (None, &Named::One(units, mils, by)) => (units, mils, by),
+        (None, Named::Several) => (by_sizes().unwrap_or(Units::Mm), false, Source::Default),
+        (None, Named::Nothing) => match by_sizes() {
+            Some(shaped) => (shaped, false, Source::Shape),
+            None => (Units::Mm, false, Source::Default),
+        },
+    };
     let mut reader = Reader {
         name,
         units,
+        mils,
         findings: Findings::new(name),
         out: DrillFile::default(),
         tools: BTreeMap::new(),
@@ -76,27 +80,57 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
             findings.whole(Diagnostic::warning("drill.units_by_sizes").with("reading", units.name()));
         }
         Source::Default => {
-            findings.whole(Diagnostic::error("drill.units_unknown").with("reading", units.name()));
+            let several = matches!(named, Named::Several);
+            let code = if several { "drill.units_several" } else { "drill.units_unknown" };
+            findings.whole(Diagnostic::error(code).with("reading", units.name()));
         }
         _ => {}
     }
     Ok(List { drill: reader.out, units, units_by, diagnostics: findings.finish() })
 }
 
-fn stated_units(text: &[u8], columns: &Columns) -> Option<Units> {
-    lines(text).take(200).find_map(|line| {
-        let headed = matches!(columns.row(line.text), Row::Heading | Row::Other);
-        let words = || line.text.split(|byte| !byte.is_ascii_alphabetic());
-        let named = |name: &str| words().any(|word| starts(word, name));
-        if !headed {
-            None
-        } else if named("inch") {
-            Some(Units::Inch)
-        } else {
-            (named("millimet") || named("metric") || words().any(|word| word.eq_ignore_ascii_case(b"mm")))
-                .then_some(Units::Mm)
+/// What a list says of its units.
+enum Named {
+    Nothing,
+    /// Units; whether their thousandths are meant; and where it says so.
+    One(Units, bool, Source),
+    /// Several units: the list contradicts itself.
+    Several,
+}
+
+/// Units that a list names: in its cells, in the names of its columns and in lines that begin with them; else in other lines; else
+/// in comments. What speaks first counts.
+fn named_units(text: &[u8], columns: &Columns) -> Named {
+    let mut said = [[false; 3]; 3];
+    for line in lines(text).take(2_000).map(|line| line.text.trim_ascii()) {
+        let row = columns.row(line);
+        let cells = matches!(row, Row::Hole(..));
+        let comment = line.first().is_some_and(|byte| b";#!/".contains(byte));
+        let begins = ["UNIT", "METRIC", "INCH", "MM", "MIL"].iter().any(|word| starts(line, word));
+        let names = cells || begins || super::columns::names_columns(line);
+        let level = if comment { 2 } else { usize::from(!names) };
+        let words = || line.split(|byte| !byte.is_ascii_alphabetic());
+        let is = |name: &str| words().any(|word| word.eq_ignore_ascii_case(name.as_bytes()));
+        let begin = |name: &str| words().any(|word| starts(word, name));
+        let mm = is("mm") || begin("millimet") || begin("metric");
+        let mil = is("mil") || is("mils") || is("thou");
+        let inch = begin("inch") || is("zoll") || level == 0 && is("in");
+        if let Some(said) = said.get_mut(level) {
+            for (said, now) in said.iter_mut().zip([mm, inch, mil]) {
+                *said |= now;
+            }
         }
-    })
+    }
+    let Some((level, said)) = said.into_iter().enumerate().find(|(_, said)| said.contains(&true)) else {
+        return Named::Nothing;
+    };
+    let by = if level == 2 { Source::Comment } else { Source::Header };
+    match said {
+        [true, false, false] => Named::One(Units::Mm, false, by),
+        [false, true, false] => Named::One(Units::Inch, false, by),
+        [false, false, true] => Named::One(Units::Inch, true, by),
+        _ => Named::Several,
+    }
 }
 
 fn sizes(text: &[u8], columns: &Columns) -> Vec<Decimal> {
@@ -113,6 +147,8 @@ fn sizes(text: &[u8], columns: &Columns) -> Vec<Decimal> {
 struct Reader<'a> {
     name: &'a str,
     units: Units,
+    /// Numbers are thousandths.
+    mils: bool,
     findings: Findings,
     out: DrillFile,
     tools: BTreeMap<Option<i64>, u16>,
@@ -124,6 +160,7 @@ impl Reader<'_> {
     fn line(&mut self, line: Line<'_>, columns: &Columns) -> Result<(), Diagnostic> {
         match columns.row(line.text) {
             Row::Blank | Row::Heading => {}
+            Row::Other if columns.headed && self.out.hits.is_empty() => {}
             Row::Other => self.findings.at(Severity::Error, "drill.list_row", line.number, 1, line.text),
             Row::Group(size, count) => {
                 self.end_of_group();
@@ -146,7 +183,7 @@ impl Reader<'_> {
             (None, Some((tool, ..))) => tool,
             (None, None) => self.tool(None, line)?,
         };
-        match (x.length(self.units), y.length(self.units)) {
+        match (self.length(x), self.length(y)) {
             (Some(x), Some(y)) => self.out.hits.push(Hit { at: Point::new(x, y), line: line.number, tool }),
             _ => self.findings.at(Severity::Error, "drill.out_of_range", line.number, 1, line.text),
         }
@@ -156,13 +193,18 @@ impl Reader<'_> {
         Ok(())
     }
 
+    fn length(&self, number: Decimal) -> Option<Length> {
+        let shift = if self.mils { 3 } else { 0 };
+        Decimal { decimals: number.decimals.saturating_add(shift), ..number }.length(self.units)
+    }
+
     fn refusal(&self, code: &str, line: u32) -> Diagnostic {
         Diagnostic::error(code).at(self.name, line, 1)
     }
 
     /// The tool of this diameter; numbers are given in the order of first use.
     fn tool(&mut self, size: Option<Decimal>, line: Line<'_>) -> Result<u16, Diagnostic> {
-        let diameter = size.and_then(|size| size.length(self.units)).filter(|length| length.nm() > 0);
+        let diameter = size.and_then(|size| self.length(size)).filter(|length| length.nm() > 0);
         let key = diameter.map(|length| length.nm());
         if let Some(&tool) = self.tools.get(&key) {
             return Ok(tool);

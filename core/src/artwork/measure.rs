@@ -9,6 +9,8 @@
 //! Comes in: a drill file, read. Goes out: why that can hardly be a board, if so. Knows no other reading.
 
 use super::drill::{Counts, DrillFile, ToolEntry};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::Point;
 use crate::units::Length;
 
 /// Boards are smaller: no panel that a drill like this takes is as wide.
@@ -26,6 +28,11 @@ const THICKEST_MM: f64 = 20.0;
 const WINDOW: usize = 5_000;
 /// Neighbours of each that are looked at.
 const NEIGHBOURS: usize = 64;
+/// The same where holes deep inside of others are looked for.
+const DEEP_WINDOW: usize = 100_000;
+const DEEP_NEIGHBOURS: usize = 500;
+/// A row of holes bends by less, as a sine.
+const TURN: f64 = 0.5;
 
 /// What is odd about the holes of a file, as the code of a diagnostic.
 pub(super) fn oddity(drill: &DrillFile) -> Option<&'static str> {
@@ -40,6 +47,34 @@ pub(super) fn oddity(drill: &DrillFile) -> Option<&'static str> {
     }
 }
 
+/// What is wrong with the measures of a file whose reading is settled.
+pub(super) fn faults(name: &str, drill: &DrillFile, reading: &str) -> Vec<Diagnostic> {
+    let odd = oddity(drill).map(|code| odd(name, drill, code, reading, reading));
+    odd.into_iter().chain(impossible(name, drill)).collect()
+}
+
+/// Says what is odd about the holes of a file, read as `reading` and not as `other`.
+pub(super) fn odd(name: &str, drill: &DrillFile, code: &str, reading: &str, other: &str) -> Diagnostic {
+    let size = drill.centre_bounds().map_or(String::new(), |bounds| {
+        format!("{:.1} × {:.1} mm", (bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm())
+    });
+    let diagnostic = Diagnostic::error(code).at(name, 0, 0).with("reading", reading);
+    diagnostic.with("other", other).with("size", size)
+}
+
+/// Says of a tool that no bit is as thin or as thick, and of holes that lie deep inside of others.
+pub(super) fn impossible(name: &str, drill: &DrillFile) -> Vec<Diagnostic> {
+    let bit = impossible_bit(drill).map(|tool| {
+        let size = tool.diameter.map_or(String::new(), |length| format!("{:.3}", length.mm()));
+        let diagnostic = Diagnostic::error("drill.impossible_bit").at(name, tool.line, 1);
+        diagnostic.with("tool", format!("T{}", tool.code)).with("size", size)
+    });
+    let inside = holes_inside(drill).filter(|_| oddity(drill).is_none());
+    let inside = inside
+        .map(|(count, line)| Diagnostic::error("drill.holes_inside").at(name, line, 1).with("count", count));
+    bit.into_iter().chain(inside).collect()
+}
+
 /// The first tool with work whose size no bit has.
 pub(super) fn impossible_bit(drill: &DrillFile) -> Option<&ToolEntry> {
     let used = drill.tools.iter().zip(drill.counts()).filter(|(_, counts)| *counts != Counts::default());
@@ -51,27 +86,80 @@ pub(super) fn impossible_bit(drill: &DrillFile) -> Option<&ToolEntry> {
 
 /// Whether more than half of the holes cut into another one beside them. Holes drilled twice in one place do not count.
 fn most_overlap(drill: &DrillFile) -> bool {
-    let size = |tool: u16| drill.tools.get(usize::from(tool)).and_then(|tool| tool.diameter).map(Length::mm);
-    let sized = drill.hits.iter().take(WINDOW).filter_map(|hit| Some((hit.at, size(hit.tool)?)));
-    let mut holes: Vec<_> = sized.collect();
-    holes.sort_unstable_by_key(|&(at, _)| at);
-    holes.dedup_by_key(|(at, _)| *at);
-    let widest_mm = holes.iter().map(|(_, mm)| *mm).fold(0.0, f64::max);
+    let holes = sized(drill, WINDOW);
     let mut cut = vec![false; holes.len()];
-    for (index, (at, mm)) in holes.iter().enumerate() {
-        for (other, (beside, other_mm)) in holes.iter().enumerate().skip(index + 1).take(NEIGHBOURS) {
-            if (beside.x - at.x).mm() >= widest_mm {
-                break;
-            }
-            if at.distance_mm(*beside) < 0.5 * (mm + other_mm) {
-                for hole in [index, other] {
-                    cut.get_mut(hole).into_iter().for_each(|cut| *cut = true);
-                }
+    near(&holes, NEIGHBOURS, |a, b, (one, other)| {
+        if one.at.distance_mm(other.at) < 0.5 * (one.mm + other.mm) {
+            for hole in [a, b] {
+                cut.get_mut(hole).into_iter().for_each(|cut| *cut = true);
             }
         }
-    }
+    });
     let count = cut.iter().filter(|cut| **cut).count();
     count >= FEW && 2 * count > holes.len()
+}
+
+/// How many holes lie deep inside of others, and the line of the first of them. Holes in a row make a slot: they do not count.
+///
+/// ```text
+///   (((((( a slot        ((●)) two sizes in one place, or a heap
+/// ```
+fn holes_inside(drill: &DrillFile) -> Option<(usize, u32)> {
+    let holes = sized(drill, DEEP_WINDOW);
+    let mut deep = vec![false; holes.len()];
+    // Where the first neighbour of its own size lies that a hole is deep inside of.
+    let mut beside: Vec<Option<Point>> = vec![None; holes.len()];
+    near(&holes, DEEP_NEIGHBOURS, |a, b, (one, other)| {
+        if one.at.distance_mm(other.at) >= 0.5 * one.mm.max(other.mm) {
+            return;
+        }
+        for (hole, from, to) in [(a, one.at, other.at), (b, other.at, one.at)] {
+            let (Some(deep), Some(beside)) = (deep.get_mut(hole), beside.get_mut(hole)) else { continue };
+            let first = *beside.get_or_insert(to);
+            *deep |= one.mm.to_bits() != other.mm.to_bits() || turns(from, first, to);
+        }
+    });
+    let found = || holes.iter().zip(&deep).filter(|(_, deep)| **deep).map(|(hole, _)| hole.line);
+    Some((found().count(), found().min()?)).filter(|(count, _)| *count >= FEW)
+}
+
+/// Whether the ways from a place to two others are not along one line.
+fn turns(from: Point, one: Point, other: Point) -> bool {
+    let way = |to: Point| ((to.x - from.x).mm(), (to.y - from.y).mm());
+    let ((ax, ay), (bx, by)) = (way(one), way(other));
+    (ax * by - ay * bx).abs() > TURN * libm::sqrt((ax * ax + ay * ay) * (bx * bx + by * by))
+}
+
+/// A hole whose size is known.
+#[derive(Clone, Copy)]
+struct Round {
+    at: Point,
+    mm: f64,
+    line: u32,
+}
+
+/// The first holes of a file that have a size, by place; those that are drilled twice by bits of one size once.
+fn sized(drill: &DrillFile, most: usize) -> Vec<Round> {
+    let size = |tool: u16| drill.tools.get(usize::from(tool)).and_then(|tool| tool.diameter).map(Length::mm);
+    let sized = drill.hits.iter().take(most);
+    let sized = sized.filter_map(|hit| Some(Round { at: hit.at, mm: size(hit.tool)?, line: hit.line }));
+    let mut holes: Vec<Round> = sized.collect();
+    holes.sort_by(|a, b| a.at.cmp(&b.at).then(a.mm.total_cmp(&b.mm)));
+    holes.dedup_by(|a, b| a.at == b.at && a.mm.to_bits() == b.mm.to_bits());
+    holes
+}
+
+/// Gives every pair of holes that may touch to `pair`, with their numbers, but of each hole only `most`.
+fn near(holes: &[Round], most: usize, mut pair: impl FnMut(usize, usize, (Round, Round))) {
+    let widest_mm = holes.iter().map(|hole| hole.mm).fold(0.0, f64::max);
+    for (index, hole) in holes.iter().enumerate() {
+        for (other, beside) in holes.iter().enumerate().skip(index + 1).take(most) {
+            if (beside.at.x - hole.at.x).mm() >= widest_mm {
+                break;
+            }
+            pair(index, other, (*hole, *beside));
+        }
+    }
 }
 
 #[cfg(test)]

@@ -40,6 +40,8 @@ pub(super) struct Ranked {
     pub(super) tools: Vec<Option<u16>>,
     /// Whether it agrees with every part that words settle.
     pub(super) allowed: bool,
+    /// Whether it agrees with every part that a person or the file itself settles.
+    pub(super) own_words: bool,
     /// Whether holes and bits are such as can be.
     pub(super) possible: bool,
     /// The box of its holes.
@@ -55,6 +57,10 @@ impl Grounds<'_> {
         let Some((copper, board)) = self.copper.and_then(|copper| Some((copper, copper.bounds()?))) else {
             return false;
         };
+        // Copper that cannot be within the outline is of another board.
+        if self.outline.is_some_and(|outline| !same_size(board, outline)) {
+            return false;
+        }
         let board = self.outline.filter(|outline| same_place(board, *outline)).unwrap_or(board);
         let moved = ranked.fit.shift_mm != (0.0, 0.0);
         let agrees = if moved { same_size(ranked.bounds, board) } else { same_place(ranked.bounds, board) };
@@ -101,7 +107,8 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
         let board = copper.and_then(Copper::bounds);
         let as_large = board.is_none_or(|board| same_size(bounds, board));
         let allowed = agrees(&reading, sensed, Sensed::stated);
-        all.push(Ranked { reading, fit, holes, tools, allowed, possible, bounds, as_large });
+        let own_words = agrees(&reading, sensed, |source| source < Source::Companion);
+        all.push(Ranked { reading, fit, holes, tools, allowed, own_words, possible, bounds, as_large });
     }
     // Holes that need no copper fit somewhere by chance.
     if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS) {

@@ -13,10 +13,11 @@ use super::registration::Copper;
 use super::text::{decode, holds};
 use super::{
     Counts, Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
-    drill_list, names, set, witness,
+    drill_list, measure, names, set, witness,
 };
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Bounds;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A set of files, read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -222,13 +223,19 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
     let asking = pending.iter().zip(&of_board).filter(|(file, _)| file.what == What::Drill);
     let witnesses =
         witness::witnesses(&layers, &of_board, &asking.map(|(_, board)| board.as_str()).collect());
+    let mut of_folder: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (file, board) in pending.iter().zip(&of_board).filter(|(_, board)| !board.is_empty()) {
+        of_folder.entry(folder(&file.name)).or_default().insert(board);
+    }
     let mut out = Vec::new();
     for ((index, file), layer) in pending.iter().enumerate().zip(&mut layers) {
         let mut read = match (&file.settled, layer.take(), file.what) {
             (Some(settled), ..) => settled.clone(),
             (_, Some(layer), _) => layer,
             (_, _, What::Drill | What::List) => {
+                let here = of_folder.get(folder(&file.name)).map_or(0, BTreeSet::len);
                 let neighbours = Neighbours {
+                    one_board: here < 2,
                     companions: companions
                         .iter()
                         .map(|(at, companion)| (pending[*at].name.as_str(), &*pending[*at].bytes, companion))
@@ -262,6 +269,8 @@ pub(super) struct Neighbours<'a> {
     pub(super) copper: Option<&'a Copper>,
     /// The box of the outline of the same board.
     pub(super) outline: Option<Bounds>,
+    /// Whether all drill files and layers of its folder are of one board.
+    pub(super) one_board: bool,
 }
 
 fn collect<'a>(
@@ -321,7 +330,8 @@ fn boards_of(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> Vec<String> 
             let role = layer.as_ref().map(|layer| (layer.role, layer.side));
             let role = role.or(drill.then_some((Role::Drill, None)));
             let project = role.and_then(|_| boards::project(&file.bytes));
-            Item { name: &file.name, role, project, fingerprint: fingerprint(&file.bytes) }
+            let bounds = layer.as_ref().and_then(|layer| layer.gerber.as_ref()?.centre_bounds());
+            Item { name: &file.name, role, project, fingerprint: fingerprint(&file.bytes), bounds }
         })
         .collect();
     boards::boards(&items)
@@ -382,7 +392,9 @@ fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnos
     let source = list.units_by;
     file.evidence =
         Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
-    (file.drill, file.diagnostics) = (Some(list.drill), list.diagnostics);
+    file.diagnostics = list.diagnostics;
+    file.diagnostics.extend(measure::faults(name, &list.drill, list.units.name()));
+    file.drill = Some(list.drill);
     Ok(file)
 }
 
@@ -410,7 +422,8 @@ fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
     let mut file = plain_kind(name, what);
     let text = decode(bytes);
     let unread = matches!(what, What::Report | What::Unknown);
-    if let Some((count, line)) = unread.then(|| detect::coordinates(&text)).flatten() {
+    let rows = what == What::Unknown;
+    if let Some((count, line)) = unread.then(|| detect::coordinates(&text, rows)).flatten() {
         let warning = Diagnostic::warning("file.coordinates_unread").at(name, line, 1);
         file.diagnostics.push(warning.with("count", count));
     }

@@ -14,7 +14,7 @@ use super::names::{Meaning, meanings};
 use super::role::{by_content, by_function, by_words};
 use super::text::holds;
 use super::words::stem_words;
-use super::{Evidence, FileRead, Gerber, Role, Side, Source, gerber};
+use super::{Evidence, FileRead, Gerber, Role, Side, Source, gerber, measure};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Bounds;
 use crate::units::Length;
@@ -131,8 +131,10 @@ fn holes(file: &mut FileRead) {
         if layer.digits.is_some() && layer.units.is_some() { Source::Header } else { Source::Default };
     file.evidence =
         Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
-    file.drill = Some(drill);
     file.diagnostics.extend(diagnostics);
+    let units = layer.units.map_or("inch", |units| units.name());
+    file.diagnostics.extend(measure::faults(&file.name, &drill, units));
+    file.drill = Some(drill);
 }
 
 fn plating(gerber: &Gerber) -> Option<bool> {

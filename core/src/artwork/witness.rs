@@ -70,6 +70,7 @@ impl Witnesses {
         let near = self.near.get(&(board.clone(), folder(name).to_owned()));
         let (near, far) = (near, self.anywhere.get(board));
         Neighbours {
+            one_board: false,
             companions: Vec::new(),
             copper: near.and_then(|near| near.copper.as_ref()).or_else(|| far?.copper.as_ref()),
             outline: near.and_then(|near| near.outline).or_else(|| far?.outline),

@@ -161,7 +161,7 @@ const QUOTES: [char; 4] = ['"', '„', '“', '「'];
 /// Of `forms`, the one that goes with the number `value`; where it was left out, the last.
 fn form_of<'a>(language: &str, value: &str, forms: &'a str) -> &'a str {
     let mut all = forms.split('|');
-    all.nth(form(language, value)).or_else(|| forms.split('|').next_back()).unwrap_or_default()
+    all.nth(form(language, value.trim())).or_else(|| forms.split('|').next_back()).unwrap_or_default()
 }
 
 #[cfg(test)]

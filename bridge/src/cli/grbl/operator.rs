@@ -4,7 +4,7 @@
 
 use super::program::Programs;
 use super::{GREETING, How, controller_object, time_s};
-use crate::cli::{Answer, Exit, Refusal, diagnostic_objects, say};
+use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
 use crate::controller::ledger::{Entry, Ledger};
 use crate::controller::{self, Glimpse, Owner, Told};
 use crate::signals::Signals;
@@ -369,7 +369,8 @@ impl Operator {
             "estimated_s": seconds.map(crate::cli::rounded),
             "diagnostics": diagnostic_objects(&self.said),
         });
-        let mut text = format!("{holes} holes drilled, {toolpaths} toolpaths milled.\n");
+        let mut text =
+            format!("{} drilled, {} milled.\n", counted(holes, "hole"), counted(toolpaths, "toolpath"));
         if exit != Exit::Done {
             let stopped = Diagnostic::error("grbl.stopped").with("holes", holes).with("toolpaths", toolpaths);
             let refusal = Refusal::content(self.worst.clone().unwrap_or(stopped));

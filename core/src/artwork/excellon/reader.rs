@@ -76,6 +76,8 @@ pub(super) struct Reader<'a> {
     pub(super) line: u32,
     /// The reading in force, which a unit statement may change.
     pub(super) reading: Reading,
+    /// The last units that the program stated.
+    pub(super) stated: Option<crate::artwork::Units>,
     pub(super) scale: Scale,
     pub(super) findings: Findings,
     pub(super) out: DrillFile,
@@ -139,6 +141,7 @@ impl<'a> Reader<'a> {
             index: 0,
             line: 1,
             reading,
+            stated: None,
             scale: Scale::new(reading),
             findings: Findings::new(task.name),
             out,

@@ -68,7 +68,7 @@ pub(in crate::artwork) fn sense(survey: &Survey, companion: &Stated, person: &Ov
         .map(|digits| (digits, Source::Person))
         .or(survey.digits)
         .or(companion.digits.map(|digits| (digits, Source::Companion)))
-        .unwrap_or_else(|| digits_by_shape(units, zeros, &survey.shape));
+        .unwrap_or_else(|| digits_by_shape(units, &survey.shape));
     Sensed {
         reading: Reading { units, digits, zeros },
         units: units_by,
@@ -130,9 +130,7 @@ fn zeros_by_shape(shape: &Shape) -> (Zeros, Source) {
 }
 
 /// Numbers of the customary length, with nothing left out, confirm the custom.
-fn digits_by_shape(units: Units, zeros: Zeros, shape: &Shape) -> (Digits, Source) {
+fn digits_by_shape(units: Units, shape: &Shape) -> (Digits, Source) {
     let digits = customary(units);
-    let full = shape.longest == digits.integer + digits.decimal;
-    let padded = shape.shortest == shape.longest || zeros == Zeros::Trailing;
-    (digits, if full && padded { Source::Shape } else { Source::Default })
+    (digits, if shape.is_full(digits) { Source::Shape } else { Source::Default })
 }

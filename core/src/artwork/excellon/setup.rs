@@ -47,6 +47,12 @@ impl Reader<'_> {
 
     /// A trial reads a program in other units than it states: then every statement of units means the other ones.
     fn switch_units(&mut self, units: Units, hints: &[Hint]) {
+        let head = self.out.hits.is_empty() && self.out.slots.is_empty() && self.out.routes.is_empty();
+        let before = self.stated.replace(units);
+        if head && self.route.is_none() && before.is_some_and(|before| before != units) {
+            let found = units.name();
+            self.findings.once(Severity::Warning, "drill.units_contradict", self.line, 1, found.as_bytes());
+        }
         let units = super::sense::in_trial(self.task.reading, self.task.survey, units);
         let digits = hints.iter().find_map(|hint| match hint {
             Hint::Digits(digits) => Some(*digits),

@@ -54,6 +54,11 @@ impl Shape {
         self.with_point + self.bare_zeros < self.numbers
     }
 
+    /// Whether all numbers have all digits of a format.
+    pub(in crate::artwork) fn is_full(&self, digits: Digits) -> bool {
+        self.shortest == self.longest && self.longest == digits.integer + digits.decimal
+    }
+
     fn look(&mut self, number: Decimal, text: &[u8]) {
         self.numbers += 1;
         if number.point {

@@ -17,8 +17,10 @@ pub(super) struct Format {
     pub(super) units: Option<Units>,
     /// Units before any were stated: those stated further down, else inches.
     ahead: Option<Units>,
-    /// Units of the first coordinate, once there was one.
+    /// Units of the first coordinate, once there was one and they were stated.
     first: Option<Units>,
+    /// Something was measured before any units were stated.
+    pub(super) unstated: bool,
     pub(super) digits: Option<Digits>,
     pub(super) zeros: Option<Zeros>,
     /// `%FS` was read.
@@ -45,13 +47,19 @@ impl Format {
 
     /// Units of sizes that stand here.
     pub(super) fn size_units(&self) -> Units {
-        self.units.or(self.ahead).unwrap_or(Units::Inch)
+        self.stated_units().unwrap_or(Units::Inch)
+    }
+
+    /// Units that hold here, if any were stated.
+    fn stated_units(&self) -> Option<Units> {
+        self.units.or(self.ahead)
     }
 
     /// What the next coordinate means, if that is known; notes the units of the first.
     pub(super) fn scale_here(&mut self) -> Option<Scale> {
         let scale = self.scale?;
-        self.first = self.first.or(Some(self.size_units()));
+        self.first = self.first.or(self.stated_units());
+        self.unstated |= self.stated_units().is_none();
         Some(scale)
     }
 

@@ -22,10 +22,10 @@ use super::paint::is_too_wide;
 use super::step_repeat::StepRepeat;
 use super::transform::Transform;
 use super::words::{At, Block, Numbers, blocks, raised};
-use crate::artwork::Overrides;
 use crate::artwork::findings::Findings;
 use crate::artwork::number::decimal;
 use crate::artwork::text::front;
+use crate::artwork::{Overrides, Units};
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// Objects kept of one layer, blocks included.
@@ -125,7 +125,9 @@ impl Reader {
         }
         (self.out.digits, self.out.zeros) = (self.format.digits, self.format.zeros);
         self.out.units = self.format.layer_units();
-        if self.out.units.is_none() || self.out.digits.is_none() {
+        if self.format.unstated {
+            self.findings.at(Severity::Error, "gerber.units_missing", 0, 0, Units::Inch.name().as_bytes());
+        } else if self.out.units.is_none() || self.out.digits.is_none() {
             self.findings.at(Severity::Warning, "gerber.format_missing", 0, 0, b"");
         } else if !self.ended {
             self.findings.at(Severity::Warning, "gerber.no_end", 0, 0, b"");
@@ -144,6 +146,9 @@ impl Reader {
                 return self.bad_word(letter, block, at - 1);
             };
             at += used;
+            if number.point {
+                self.point(letter, block, at - used - 1);
+            }
             match letter.to_ascii_uppercase() {
                 b'X' if numbers.x.is_none() => numbers.x = Some(number),
                 b'Y' if numbers.y.is_none() => numbers.y = Some(number),
@@ -167,6 +172,14 @@ impl Reader {
         }
         self.graphics.action = acted.unwrap_or(self.graphics.action);
         self.go(&numbers, acted, block.at);
+    }
+
+    /// A number with a point: places and codes have none. It is read as it stands.
+    fn point(&mut self, letter: u8, block: &Block<'_>, offset: usize) {
+        let place = matches!(letter.to_ascii_uppercase(), b'X' | b'Y' | b'I' | b'J');
+        let (severity, code) =
+            if place { (Severity::Warning, "gerber.point") } else { (Severity::Error, "gerber.broken_word") };
+        self.tell_once(severity, code, block.place(offset), block.text);
     }
 
     /// A word that cannot be read. Where it would have moved or selected something, that is missing now.
@@ -199,7 +212,6 @@ fn is_command(first: u8, second: u8) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::artwork::Units;
 
     fn read_text(text: &str) -> (Gerber, Vec<String>) {
         let (gerber, diagnostics) = read("t.gbr", text.as_bytes(), &Overrides::default());
@@ -223,6 +235,11 @@ mod tests {
             ("X0Y0D03*M02", None),
             ("X0Y12\n34D03*M02*", Some("gerber.broken_word")),
             ("XY0D03*M02*", Some("gerber.broken_word")),
+            ("X1.5Y2D03*M02*", Some("gerber.point")),
+            ("X0Y0D03*M2.5*X5Y5D03*M02*", Some("gerber.broken_word")),
+            ("X0Y0D03*\n\u{1A}", Some("gerber.no_end")),
+            ("X0Y0D03*M02*\n\u{1A}", None),
+            ("%AD\nD11C,0.5*%D11*X0Y0D03*M02*", None),
             ("X0Y0D*M02*", Some("gerber.broken_word")),
             ("X0X1D03*M02*", Some("gerber.broken_word")),
             ("x0y0d03*m02*", None),

@@ -58,6 +58,9 @@ impl<'a> Block<'a> {
     }
 }
 
+/// What some programs put behind the end of a text (^Z).
+const END_OF_TEXT: u8 = 0x1A;
+
 /// How many lines end in a text, and how many bytes stand behind the last end.
 fn lines(text: &[u8]) -> (u32, u32) {
     let ends = text.iter().filter(|&&byte| byte == b'\n').count();
@@ -101,7 +104,7 @@ pub(super) fn blocks(text: &[u8]) -> impl Iterator<Item = Block<'_>> {
         while let Some(&byte) = text.get(at) {
             if byte == b'\n' {
                 (line, first) = (line + 1, at + 1);
-            } else if byte != b'%' && byte != b'*' && !byte.is_ascii_whitespace() {
+            } else if byte != b'%' && byte != b'*' && byte != END_OF_TEXT && !byte.is_ascii_whitespace() {
                 break;
             }
             at += 1;
