@@ -136,11 +136,44 @@ fn loaded_first(
         .ok_or_else(|| Some(Diagnostic::note("plan.loaded_not_used").with("size", rack::size_text(loaded))))
 }
 
-/// The lower left corner of the outline's box if there is an outline, else of the holes' box, else of the slots', else of the
-/// copper's.
+/// What the work zero is the lower left corner of, unless a job says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Corner {
+    /// Of the outline.
+    Board,
+    /// Of copper and holes together, as far as they reach: the board has no outline. It is turned over about the middle of the
+    /// same box, so that both sides have one zero.
+    Copper,
+    /// Of the middles of holes, or else of slots: there is nothing but a drill file.
+    Holes,
+}
+
+impl Corner {
+    fn of(board: &Board) -> Self {
+        let has_copper = board.copper.iter().any(|copper| !copper.region.is_empty());
+        match board.outline.is_empty() {
+            false => Self::Board,
+            true if has_copper => Self::Copper,
+            true => Self::Holes,
+        }
+    }
+
+    /// A word of `run_sheet.zero`.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Board => "board",
+            Self::Copper => "copper",
+            Self::Holes => "holes",
+        }
+    }
+}
+
+/// The lower left corner of the board: see [`Corner`].
 fn origin(board: &Board) -> Point {
-    let outline = board.outline.bounds();
-    let holes = || Bounds::around(board.holes.iter().map(|hole| hole.at));
-    let drilled = outline.or_else(holes).or_else(|| board.bounds());
-    drilled.or_else(|| board.extent()).map_or(Point::default(), |bounds| bounds.min)
+    let holes = || Bounds::around(board.holes.iter().map(|hole| hole.at)).or_else(|| board.bounds());
+    let corner = match Corner::of(board) {
+        Corner::Board | Corner::Copper => board.extent(),
+        Corner::Holes => holes(),
+    };
+    corner.map_or(Point::default(), |bounds| bounds.min)
 }

@@ -2,6 +2,7 @@
 //!
 //! Comes in: a board and a [`Work`]. Goes out: a [`Scene`]. Does not know operations.
 
+use super::super::Corner;
 use super::super::work::{Flip, Work, Zero};
 use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
@@ -54,6 +55,12 @@ impl Scene {
             Zero::File => file,
         };
         Self { origin, board: laid, pins, zones, field, body }
+    }
+
+    /// That the work zero is not the corner of the board, which has no outline.
+    pub(super) fn zero_without_outline(&self, work: &Work) -> Option<Diagnostic> {
+        let untold = work.setup.zero == Zero::Board && Corner::of(&self.board) == Corner::Copper;
+        untold.then(|| Diagnostic::warning("cam.zero_without_outline"))
     }
 
     /// The copper of `face`, if it has any.
