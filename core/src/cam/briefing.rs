@@ -66,7 +66,7 @@ pub fn add_side(
         }
     }
     if work.setup.zero == Zero::Board {
-        briefing.zero = Some(Corner::of(&planned.board).word().to_owned());
+        briefing.zero = Some(Corner::of(&planned.board, work).word().to_owned());
     }
     let blank = one_piece(briefing, needed(work, planned, program), work, planned);
     briefing.sides.push(SideBriefing { side: face.name().to_owned(), blank, tools });

@@ -31,6 +31,7 @@ use crate::geometry::{Bounds, Point};
 use crate::machine::Machine;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
+use work::{Action, Work};
 
 /// Order of the holes of one bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -144,16 +145,20 @@ enum Corner {
     /// Of copper and holes together, as far as they reach: the board has no outline. It is turned over about the middle of the
     /// same box, so that both sides have one zero.
     Copper,
-    /// Of the middles of holes, or else of slots: there is nothing but a drill file.
+    /// Of the middles of holes, or else of slots: there is nothing but a drill file, or the job makes nothing but holes and slots.
+    /// Whether copper was read does not matter then.
     Holes,
 }
 
 impl Corner {
-    fn of(board: &Board) -> Self {
+    fn of(board: &Board, work: &Work) -> Self {
         let has_copper = board.copper.iter().any(|copper| !copper.region.is_empty());
+        let makes_holes = |action: &Action| matches!(action, Action::Drill(_) | Action::MillHoles(_));
+        let wants_more =
+            work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action));
         match board.outline.is_empty() {
             false => Self::Board,
-            true if has_copper => Self::Copper,
+            true if has_copper && wants_more => Self::Copper,
             true => Self::Holes,
         }
     }
@@ -168,12 +173,13 @@ impl Corner {
     }
 }
 
-/// The lower left corner of the board: see [`Corner`].
-fn origin(board: &Board) -> Point {
-    let holes = || Bounds::around(board.holes.iter().map(|hole| hole.at)).or_else(|| board.bounds());
-    let corner = match Corner::of(board) {
-        Corner::Board | Corner::Copper => board.extent(),
-        Corner::Holes => holes(),
+/// The lower left corner of the board that was `laid` out with pins, see [`Corner`]; of `copies` without their pins.
+fn origin(copies: &Board, laid: &Board, work: &Work) -> Point {
+    let holes = || Bounds::around(laid.holes.iter().map(|hole| hole.at)).or_else(|| laid.bounds());
+    let corner = match Corner::of(laid, work) {
+        Corner::Board => laid.extent(),
+        Corner::Copper => copies.extent(),
+        Corner::Holes => holes().or_else(|| laid.extent()),
     };
     corner.map_or(Point::default(), |bounds| bounds.min)
 }

@@ -477,12 +477,12 @@ pub(super) fn name(style: Option<NameStyle>, program: &Program, suffix: &str) ->
     let room = longest.saturating_sub(suffix.len()).max(1);
     if text.len() > room {
         let word = text.rfind(['_', '-']).map_or(4, |at| text.len() - at);
-        let mut end = text.split_off(text.len().saturating_sub(word));
-        // Where there is little room a side is its first letter, and what is no side its last letters.
-        end = match end.get(1..) {
-            Some("bottom" | "top") if (2..LITTLE_ROOM).contains(&room) => end.chars().take(2).collect(),
-            _ => end.split_off(end.len().saturating_sub(room / 2)),
-        };
+        let word = word.min(text.len());
+        // Where there is little room a side is its first letter.
+        let side = text.get(text.len() - word + 1..).is_some_and(|word| ["bottom", "top"].contains(&word));
+        let short = side && (2..LITTLE_ROOM).contains(&room);
+        let mut end = text.split_off(text.len() - if short { word } else { word.min(room / 2) });
+        end.truncate(if short { 2 } else { room });
         text.truncate(room - end.len());
         text.push_str(&end);
     }

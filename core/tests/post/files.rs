@@ -98,7 +98,7 @@ fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
         // X and Y before Z, under a length that is new.
         ("grbl", "M0\nG0 Z20.0000", "M0"),
         ("marlin", "M0\nG0 Z20.0000 F300", "M0"),
-        ("linuxcnc", "P1.5\nG0 Z2", "P1.5"),
+        ("linuxcnc", "S24000\nZ2", "S24000"),
         ("mach3", "H2\r\nG0 Z20.0", "H2"),
         ("sinumerik", "D1\nN160 G0 Z20.0", "D1\nN160 G90"),
         ("heidenhain", "S30000\n13 L Z+20 R0 FMAX", "S30000\n13 ; nothing"),

@@ -50,7 +50,7 @@ impl Scene {
         let body = outlined.then(|| Area::of(&laid.body()));
         let file = turning.as_ref().map_or(Point::default(), |turning| turning.point(Point::default()));
         let origin = match setup.zero {
-            Zero::Board => super::super::origin(&laid),
+            Zero::Board => super::super::origin(&panel, &laid, work),
             Zero::Blank => blank(&laid).map_or(file, |blank| blank.min),
             Zero::File => file,
         };
@@ -59,7 +59,7 @@ impl Scene {
 
     /// That the work zero is not the corner of the board, which has no outline.
     pub(super) fn zero_without_outline(&self, work: &Work) -> Option<Diagnostic> {
-        let untold = work.setup.zero == Zero::Board && Corner::of(&self.board) == Corner::Copper;
+        let untold = work.setup.zero == Zero::Board && Corner::of(&self.board, work) == Corner::Copper;
         untold.then(|| Diagnostic::warning("cam.zero_without_outline"))
     }
 
