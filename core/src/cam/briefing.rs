@@ -32,6 +32,7 @@ pub fn briefing(job: &str, work: &Work, machine: &Machine) -> Briefing {
         zero: Some(zero.to_owned()),
         thickness: Some(machine.process.board_thickness),
         pins: None,
+        tabs: None,
         flip: (work.faces().len() > 1).then(|| flip.to_owned()),
         sides: Vec::new(),
     }
@@ -59,6 +60,10 @@ pub fn add_side(
                 && !last.operations.iter().any(|known| known == word)
             {
                 last.operations.push(word.to_owned());
+            }
+            if let Action::CutOut(cut_out) = &operation.action {
+                let by_hand = u32::try_from(cut_out.tab_at.len()).unwrap_or(u32::MAX);
+                briefing.tabs = Some(if by_hand > 0 { by_hand } else { cut_out.tabs });
             }
             if matches!(operation.action, Action::Drill(Drill { holes: Holes::Alignment, .. })) {
                 pins(briefing, work, planned, task);

@@ -156,10 +156,12 @@ impl Corner {
         let makes_holes = |action: &Action| matches!(action, Action::Drill(_) | Action::MillHoles(_));
         let wants_more =
             work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action));
-        match board.outline.is_empty() {
-            false => Self::Board,
-            true if has_copper && wants_more => Self::Copper,
-            true => Self::Holes,
+        if !board.outline.is_empty() {
+            Self::Board
+        } else if has_copper && wants_more {
+            Self::Copper
+        } else {
+            Self::Holes
         }
     }
 

@@ -28,6 +28,8 @@ pub struct Briefing {
     pub thickness: Option<Length>,
     /// Pins that hold the board when it is turned over.
     pub pins: Option<Pins>,
+    /// How many tabs hold the board while it is cut out; none where nothing is.
+    pub tabs: Option<u32>,
     /// How it is turned over between its sides: a word of `run_sheet.flip`.
     pub flip: Option<String>,
     /// Its sides in the order in which they are done.

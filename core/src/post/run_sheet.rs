@@ -164,6 +164,10 @@ fn facts(words: &Words<'_>, briefing: &Briefing) -> Vec<(String, String)> {
         fact("board", words.say("thick", &[("thickness", tenths(thickness))]));
     }
     fact("pins", briefing.pins.as_ref().map_or_else(|| words.say("no_pins", &[]), |some| pins(words, some)));
+    if let Some(tabs) = briefing.tabs {
+        let key = if tabs == 0 { "no_tabs" } else { "tabs_of" };
+        fact("tabs", words.say(key, &[("count", tabs.to_string())]));
+    }
     let flip = briefing.flip.as_ref();
     fact(
         "flip",

@@ -117,7 +117,7 @@ fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
             to.to_owned()
         };
         let text = file.text.replacen(&from, &to, 1);
-        let why = read(name, &OutputFile { text, ..file }, 2.0).expect_err(&format!("{name}: {to:?}"));
+        let Err(why) = read(name, &OutputFile { text, ..file }, 2.0) else { panic!("{name}: {to:?}") };
         assert!(why.contains("tool's length") || name == "kuka", "{why}");
     }
 }
@@ -161,6 +161,7 @@ fn two_sides() -> (Briefing, Vec<Program>) {
             below: Length::from_mm(6.0),
             at: vec![Point::from_mm(-4.0, 20.0), Point::from_mm(54.0, 20.0)],
         }),
+        tabs: Some(0),
         flip: Some("left_right".to_owned()),
         sides: vec![
             side("bottom", vec![tool(&vee, &["isolate", "engrave"], 754.2)]),
@@ -348,6 +349,7 @@ fn the_run_sheet_has_all_that_a_person_needs_in_order() {
         "1.6 mm thick",
         "2 of 3 mm, holes 6.0 mm into the bed",
         "X -4.00 Y 20.00; X 54.00 Y 20.00",
+        "none: the board comes loose with the last pass",
         "left over right",
         "15 min",
         "01-bottom-isolate-engrave-V30-0.1.nc",

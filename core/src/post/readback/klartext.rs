@@ -42,12 +42,7 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
                 centre = (x * scale, y * scale);
             }
             ["L", rest @ .., "M91"] => {
-                only(hand, rest, &["Z", "F"], &["FMAX", "FAUTO"])?;
-                // Only the top of the machine is known to be over the board.
-                if axis(rest, "Z").is_none_or(|height| height < 0.0) {
-                    return Err(hand.refuse("readback.changes_place", "M91"));
-                }
-                hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)?;
+                up(hand, rest)?;
                 unknown = true;
             }
             ["L", rest @ ..] => {
@@ -85,6 +80,15 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
         }
     }
     Ok(())
+}
+
+/// Up to a place of the machine: only its top is known to be over the board.
+fn up(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
+    only(hand, words, &["Z", "F"], &["FMAX", "FAUTO"])?;
+    if axis(words, "Z").is_none_or(|height| height < 0.0) {
+        return Err(hand.refuse("readback.changes_place", "M91"));
+    }
+    hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)
 }
 
 /// Refuses to cut where the height is `unknown`: it was one of the machine's own.
