@@ -153,12 +153,9 @@ enum Corner {
 impl Corner {
     fn of(board: &Board, work: &Work) -> Self {
         let has_copper = board.copper.iter().any(|copper| !copper.region.is_empty());
-        let makes_holes = |action: &Action| matches!(action, Action::Drill(_) | Action::MillHoles(_));
-        let wants_more =
-            work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action));
         if !board.outline.is_empty() {
             Self::Board
-        } else if has_copper && wants_more {
+        } else if has_copper && makes_more(work) {
             Self::Copper
         } else {
             Self::Holes
@@ -173,6 +170,12 @@ impl Corner {
             Self::Holes => "holes",
         }
     }
+}
+
+/// Whether a job makes more than holes and slots, on any side: then its zero may depend on copper.
+fn makes_more(work: &Work) -> bool {
+    let makes_holes = |action: &Action| matches!(action, Action::Drill(_) | Action::MillHoles(_));
+    work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action))
 }
 
 /// The lower left corner of the board that was `laid` out with pins, see [`Corner`]; of `copies` without their pins.

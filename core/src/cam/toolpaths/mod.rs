@@ -188,7 +188,8 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
         operation.iter().flat_map(|o| o.bit_names()).filter_map(|name| work.bit(name)).collect();
     let renamed = operation.cloned().map(|operation| Operation { name: String::new(), ..operation });
     let tolerances: Vec<Length> = work.operations.iter().filter_map(board_tolerance).collect();
-    let text = serde_json::to_string(&(&work.setup, &bits, &renamed, &tolerances)).unwrap_or_default();
+    let text = serde_json::to_string(&(&work.setup, &bits, &renamed, &tolerances, super::makes_more(work)))
+        .unwrap_or_default();
     let mut hash = Sha256::new();
     hash.update(text.as_bytes());
     hash.update(machine.fingerprint().as_bytes());
